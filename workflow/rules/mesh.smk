@@ -1,0 +1,26 @@
+# mesh: a CAD file becomes, for every frequency band, a cleaned mesh of lambda/10 edges.
+# takes: targets.<target>.mesh            makes: mesh/<target>.json, mesh/<target>-<band>.ply
+
+
+rule mesh:
+    input:
+        cad=lambda w: config["targets"][w.target]["mesh"],
+        code=code("mesh"),
+    output:
+        figures=f"{RESULTS}/mesh/{{target}}.json",
+        meshes=[f"{RESULTS}/mesh/{{target}}-{band}.ply" for band in BANDS],
+    params:
+        settings=lambda w: section(config, f"targets.{w.target}", "mesh", "radar"),
+    log:
+        f"{RESULTS}/logs/mesh/{{target}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/mesh/{{target}}.tsv"
+    threads: 1
+    resources:
+        mem_mb=2000,
+    conda:
+        "../../envs/mesh.yaml"
+    message:
+        "mesh {wildcards.target}: clean and remesh {input.cad}"
+    script:
+        "../scripts/mesh/job_mesh.py"

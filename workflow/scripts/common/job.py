@@ -1,0 +1,51 @@
+"""What every job script does around its one function: log file, threads, readable errors."""
+
+import contextlib
+import sys
+import traceback
+
+import threadpoolctl
+
+from common.errors import InputError
+
+
+class _Tee:
+    """A stream that writes to the terminal and, without carriage-return redraws, to the log file."""
+
+    def __init__(self, terminal, log):
+        self.terminal, self.log = terminal, log
+
+    def write(self, text):
+        self.terminal.write(text)
+        # A progress bar redraws its line: the log keeps only whole lines.
+        if "\r" not in text and "\x1b" not in text:
+            self.log.write(text)
+            self.log.flush()
+        return len(text)
+
+    def flush(self):
+        self.terminal.flush()
+
+    def isatty(self):
+        return self.terminal.isatty()
+
+
+@contextlib.contextmanager
+def job(snakemake):
+    """Run the body with its output in `snakemake.log[0]` and BLAS on `snakemake.threads` threads.
+
+    An InputError ends the job with its message alone; anything else with a traceback in the log.
+    """
+    with open(snakemake.log[0], "w") as log, threadpoolctl.threadpool_limits(snakemake.threads):
+        out, err = sys.stdout, sys.stderr
+        sys.stdout, sys.stderr = _Tee(out, log), _Tee(err, log)
+        try:
+            yield
+        except InputError as error:
+            print(f"Error: {error}", file=sys.stderr)
+            sys.exit(1)
+        except Exception:
+            traceback.print_exc()
+            sys.exit(1)
+        finally:
+            sys.stdout, sys.stderr = out, err
