@@ -1,0 +1,116 @@
+"""Analytic fields of point scatterers, and stores of them."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import xarray as xr
+from common.radar import C0
+
+
+def point_field(points, amplitudes, frequency, elevation, azimuth):
+    """f = sum of a exp(2jk u.p) over scatterers at points (P, 3): shape (frequency, elevation, azimuth)."""
+    el, az = np.meshgrid(np.radians(elevation), np.radians(azimuth), indexing="ij")
+    direction = np.stack([np.cos(el) * np.cos(az), np.cos(el) * np.sin(az), np.sin(el)], axis=-1)
+    nearer = np.einsum("eax,px->pea", direction, np.asarray(points, float))
+    k = 2 * np.pi * np.asarray(frequency) / C0
+    return np.einsum("p,pfea->fea", amplitudes, np.exp(2j * k[:, None, None] * nearer[:, None]))
+
+
+def write_field(path, field, frequency, elevation, azimuth):
+    """A scattering store with VV as given and, to be left alone, HH of ones."""
+    field = np.stack([field, np.ones_like(field)]).astype(np.complex64)
+    axes = {"frequency": (frequency, "Hz"), "elevation": (elevation, "degrees"), "azimuth": (azimuth, "degrees")}
+    xr.Dataset(
+        {"field": (("polarization", *axes), field, {"units": "m", "long_name": "scattering amplitude"})},
+        {name: (name, values, {"units": units, "long_name": name}) for name, (values, units) in axes.items()}
+        | {"polarization": ("polarization", ["VV", "HH"])},
+    ).to_zarr(path, mode="w", zarr_format=2)
+    return path
+
+
+@pytest.fixture
+def wide():
+    """The thesis's sweep: 54 % bandwidth, 21 of 242 azimuths (31 degrees)."""
+    return SimpleNamespace(
+        frequency=np.linspace(4.05e9, 7.05e9, 27),
+        azimuth=np.arange(242) * 360 / 242,
+        imaging={"aperture": 21, "window": "hamming", "reformat": "polar"},
+    )
+
+
+@pytest.fixture
+def narrow():
+    """A sweep for which the plain FFT holds: 1.5 % bandwidth, 1.5 degrees."""
+    return SimpleNamespace(
+        frequency=np.linspace(9.925e9, 10.075e9, 31),
+        azimuth=100 + 0.05 * np.arange(31),
+        imaging={"aperture": 31, "window": "hamming", "reformat": "none"},
+    )
+
+
+@pytest.fixture
+def store(tmp_path):
+    """A field of a few random scatterers over a small circle of azimuths and three elevations, as a store."""
+    random = np.random.default_rng(1)
+    sweep = SimpleNamespace(
+        frequency=np.linspace(2e9, 3.5e9, 8),
+        elevation=np.array([-30.0, 0.0, 30.0]),
+        azimuth=np.arange(60) * 6.0,
+        imaging={"aperture": 5, "window": "hamming", "reformat": "polar"},
+        noise={"seed": 3, "realizations": 2, "definition": "peak_3db"},
+        folder=tmp_path,
+        write=write_field,
+    )
+    points, amplitudes = random.uniform(-0.3, 0.3, (6, 3)), random.uniform(0.2, 1, 6)
+    sweep.field = point_field(points, amplitudes, sweep.frequency, sweep.elevation, sweep.azimuth)
+    sweep.path = write_field(tmp_path / "field.zarr", sweep.field, sweep.frequency, sweep.elevation, sweep.azimuth)
+    return sweep
+
+
+@pytest.fixture
+def image_of():
+    """A function that images point scatterers: (points, sweep, azimuth index, ...) -> one image that can be refined."""
+    return _image_of
+
+
+def _image_of(points, sweep, centre=None, elevation=0.0, amplitudes=None):
+    from imaging import formation, geometry
+
+    amplitudes = np.ones(len(points)) if amplitudes is None else amplitudes
+    field = point_field(points, amplitudes, sweep.frequency, [elevation], sweep.azimuth)[:, 0]
+    count = sweep.imaging["aperture"]
+    angle = np.radians(sweep.azimuth[1] - sweep.azimuth[0]) * (np.arange(count) - count // 2)
+    matrix, down, cross = formation.imaging_matrix(sweep.frequency, angle, sweep.imaging)
+    centres = geometry.centres(sweep.azimuth, count)
+    index = len(centres) // 2 if centre is None else centre
+    samples = formation.apertures(field, sweep.azimuth, count)[index : index + 1]
+    image, peak = formation.form_images(samples, matrix, (len(down), len(cross)))
+    kx, ky = formation.wavenumber_grid(sweep.frequency, angle, sweep.imaging["reformat"])
+    return Image(image[0] * peak[0], down, cross, kx, ky, centres[index])
+
+
+class Image:
+    """One image, not normalised, with its axes; `at` evaluates it between its pixels (its DFT is known)."""
+
+    def __init__(self, values, down, cross, kx, ky, azimuth):
+        self.values, self.range, self.crossrange, self.azimuth = values, down, cross, azimuth
+        self.kx, self.ky = kx, ky
+        self.pixel = np.array([down[1] - down[0], cross[1] - cross[0]])
+
+    def at(self, down, cross):
+        """Image at ranges (R,) x crossranges (C,): shape (R, C)."""
+        kx, ky = self.kx, self.ky
+        spectrum = np.exp(-2j * np.outer(kx, self.range)) @ self.values @ np.exp(2j * np.outer(self.crossrange, ky))
+        fine = np.exp(2j * np.outer(down, kx)) @ spectrum @ np.exp(-2j * np.outer(ky, cross))
+        return fine / self.values.size
+
+    def peak(self):
+        """Position (range, crossrange) in m of the strongest point, to a sixteenth of a pixel, and its value."""
+        row, column = np.unravel_index(np.abs(self.values).argmax(), self.values.shape)
+        near = np.arange(-16, 17) / 16
+        down = self.range[row] + near * self.pixel[0]
+        cross = self.crossrange[column] + near * self.pixel[1]
+        fine = self.at(down, cross)
+        row, column = np.unravel_index(np.abs(fine).argmax(), fine.shape)
+        return np.array([down[row], cross[column]]), fine[row, column]

@@ -1,0 +1,156 @@
+"""Images of point scatterers: where they lie, how high and how wide they are."""
+
+import numpy as np
+import pytest
+from common.errors import InputError
+from common.radar import C0
+from imaging import formation
+from imaging.geometry import project
+
+# Inside the inner half of the unambiguous region (1.30 m x 1.04 m), where bilinear interpolation holds.
+INNER = [(0, 0), (0.31, 0), (-0.31, 0), (0, 0.25), (0, -0.25), (0.2, 0.15), (-0.27, 0.21), (0.13, -0.24)]
+
+
+@pytest.mark.parametrize("x, y", INNER)
+@pytest.mark.parametrize("centre", [0, 5, 121, 200])
+def test_polar_focuses_at_the_true_place(image_of, wide, x, y, centre):
+    turn = np.radians(wide.azimuth[centre])
+    # The scatterer turned with the radar, so that it stays within the inner half of the image.
+    point = np.array([[x * np.cos(turn) - y * np.sin(turn), x * np.sin(turn) + y * np.cos(turn), 0.0]])
+    image = image_of(point, wide, centre)
+    place, value = image.peak()
+    truth = np.array([-x, y])
+    np.testing.assert_allclose(np.ravel(project(point, 0.0, image.azimuth)), truth, atol=1e-12)
+    assert (np.abs(place - truth) < 0.25 * image.pixel).all()
+    assert 0.4 < abs(value) < 1.01
+
+
+@pytest.mark.parametrize("elevation", [-45, 30])
+@pytest.mark.parametrize("z", [0.0, 0.15])
+def test_polar_off_the_horizon(image_of, wide, elevation, z):
+    point = np.array([[0.2, 0.24, z]])
+    image = image_of(point, wide, 10, elevation)
+    place, _ = image.peak()
+    assert (np.abs(place - np.ravel(project(point, elevation, image.azimuth))) < 0.5 * image.pixel).all()
+
+
+@pytest.mark.parametrize("d, c", [(0, 0), (8, 0), (-8, 0), (0, 4), (0, -4), (5, 3), (-7, -2)])
+def test_plain_fft_focuses_at_the_true_place(image_of, narrow, d, c):
+    turn = np.radians(narrow.azimuth[15])
+    image = image_of([[d * np.cos(turn) - c * np.sin(turn), d * np.sin(turn) + c * np.cos(turn), 0]], narrow)
+    place, value = image.peak()
+    assert (np.abs(place - [-d, c]) < 0.5 * image.pixel).all()
+    assert abs(value) == pytest.approx(1, abs=0.1)
+
+
+def test_signs_of_the_axes(image_of, wide):
+    """Radar on +x: the nose (+x) is at negative range; the left side (+y, increasing azimuth) at positive crossrange."""
+    nose, _ = image_of([[0.3, 0, 0]], wide, 0).peak()
+    left, _ = image_of([[0, 0.25, 0]], wide, 0).peak()
+    top, _ = image_of([[0, 0, 0.3]], wide, 0, elevation=45).peak()
+    assert nose[0] < -0.25 and abs(nose[1]) < 0.02
+    assert left[1] > 0.2 and abs(left[0]) < 0.02
+    assert top[0] < -0.15  # above the origin is nearer to a radar above the horizon
+
+
+def test_two_scatterers_keep_their_amplitudes_and_phases(image_of, narrow):
+    turn = np.radians(narrow.azimuth[15])
+    pixel = C0 / (2 * 31 * (narrow.frequency[1] - narrow.frequency[0]))
+    along = np.array([np.cos(turn), np.sin(turn), 0.0])
+    amplitudes = [0.5, 2j]
+    image = image_of([0 * along, 8 * pixel * along], narrow, amplitudes=amplitudes)
+    assert image.values[15, 15] == pytest.approx(0.5, abs=0.01)
+    assert image.at([-8 * pixel], [0.0])[0, 0] == pytest.approx(2j, abs=0.2)
+
+
+@pytest.mark.parametrize("reformat", ["polar", "none"])
+@pytest.mark.parametrize("window", sorted(formation.WINDOWS))
+def test_peak_at_the_centre_is_the_amplitude(image_of, wide, reformat, window):
+    wide.imaging.update(reformat=reformat, window=window)
+    image = image_of([[0, 0, 0]], wide, amplitudes=[0.3 - 0.4j])
+    assert image.values[13, 10] == pytest.approx(0.3 - 0.4j, abs=1e-6)
+    assert np.abs(image.values).argmax() == 13 * 21 + 10
+
+
+def test_plain_fft_is_numpys(wide):
+    """`none` is fftshift(ifft2) of the windowed samples, up to the carrier's phase at each pixel and the window's sum."""
+    wide.imaging["reformat"] = "none"
+    angle = np.radians(360 / 242) * (np.arange(21) - 10)
+    matrix, _, _ = formation.imaging_matrix(wide.frequency, angle, wide.imaging)
+    samples = np.random.default_rng(0).standard_normal((27, 21, 2)) @ [1, 1j]
+    window = np.outer(np.hamming(27), np.hamming(21))
+    reference = np.fft.fftshift(np.fft.fft(np.fft.ifft(window * samples, axis=0), axis=1)) * 27 / window.sum()
+    np.testing.assert_allclose(np.abs(matrix @ samples.ravel()), np.abs(reference).ravel(), atol=1e-6)
+
+
+def test_polar_grid_is_inscribed_and_interpolates_linear_functions_exactly(wide):
+    angle = np.radians(360 / 242) * (np.arange(21) - 10)
+    kx, ky = formation.wavenumber_grid(wide.frequency, angle, "polar")
+    k = np.hypot(*np.meshgrid(kx, ky, indexing="ij")).ravel()
+    phi = np.arctan2(*np.meshgrid(kx, ky, indexing="ij")[::-1]).ravel()
+    sampled = 2 * np.pi * wide.frequency / C0
+    assert k.min() >= sampled[0] - 1e-9 and k.max() == pytest.approx(sampled[-1])
+    assert np.abs(phi).max() == pytest.approx(angle[-1])
+    np.testing.assert_allclose([np.ptp(np.diff(kx)), np.ptp(np.diff(ky))], 0, atol=1e-9)
+    weights = formation.bilinear_weights(wide.frequency, angle, kx, ky)
+    samples = (2 + 3 * sampled[:, None] - 5 * angle + 0.7 * sampled[:, None] * angle).ravel()
+    np.testing.assert_allclose(weights @ samples, 2 + 3 * k - 5 * phi + 0.7 * k * phi, rtol=1e-10)
+    assert weights.min() >= 0
+
+
+def test_hamming_sidelobes(image_of, wide):
+    image = image_of([[0, 0, 0]], wide)
+    for axis, span in ((0, 6), (1, 6)):
+        offset = np.linspace(2.2, span, 400) * image.pixel[axis]  # main lobe: up to two pixels
+        cut = image.at(offset, [0.0])[:, 0] if axis == 0 else image.at([0.0], offset)[0]
+        assert -44 < 20 * np.log10(np.abs(cut).max()) < -39.5
+
+
+def test_resolution_is_the_distance_to_the_first_null(image_of, narrow):
+    """Rayleigh: a scatterer one resolution away (eqs. 3.4, 3.9) vanishes at the place of the first, half of it does not."""
+    narrow.imaging["window"] = "boxcar"
+    step, turn = narrow.frequency[1] - narrow.frequency[0], np.radians(0.05)
+    centre = np.radians(narrow.azimuth[15])
+    along = np.array([np.cos(centre), np.sin(centre), 0])
+    across = np.array([-np.sin(centre), np.cos(centre), 0])
+    for direction, resolution in ((along, C0 / (2 * 31 * step)), (across, C0 / 10e9 / (2 * 31 * turn))):
+        at_origin = [abs(image_of([r * resolution * direction], narrow).values[15, 15]) for r in (0.5, 1.0, 2.0)]
+        assert at_origin == pytest.approx([2 / np.pi, 0, 0], abs=0.01)
+
+
+def test_beyond_the_unambiguous_extent_folds_over(image_of, narrow):
+    step, turn = narrow.frequency[1] - narrow.frequency[0], np.radians(0.05)
+    extent = np.array([C0 / (2 * step), C0 / 10e9 / (2 * turn)])  # eqs. 3.11, 3.13
+    centre = np.radians(narrow.azimuth[15])
+    along = np.array([np.cos(centre), np.sin(centre), 0])
+    across = np.array([-np.sin(centre), np.cos(centre), 0])
+    for axis, direction in ((0, -along), (1, across)):
+        for part, seen in ((0.45, 0.45), (0.6, -0.4), (-0.7, 0.3)):
+            image = image_of([part * extent[axis] * direction], narrow)
+            place, _ = image.peak()
+            assert place[axis] == pytest.approx(seen * extent[axis], abs=0.5 * image.pixel[axis])
+
+
+def test_impossible_geometry_is_refused():
+    imaging = {"aperture": 5, "window": "hamming", "reformat": "polar"}
+    with pytest.raises(InputError, match="imaging.reformat"):
+        formation.imaging_matrix(np.array([1e9, 1.01e9]), np.radians([-20, -10, 0, 10, 20]), imaging)
+    with pytest.raises(InputError, match="imaging.window"):
+        formation.imaging_matrix(
+            np.array([1e9, 2e9]), np.radians([-1, 0, 1]), {"aperture": 3, "window": "hann", "reformat": "polar"}
+        )
+
+
+def test_apertures_wrap_round_the_circle():
+    field = np.arange(20).reshape(2, 10)
+    cut = formation.apertures(field, np.arange(10) * 36.0, 3)
+    assert cut.shape == (10, 6)
+    assert cut[0].tolist() == [9, 0, 1, 19, 10, 11]
+    assert cut[9].tolist() == [8, 9, 0, 18, 19, 10]
+    part = formation.apertures(field, np.arange(10) * 3.0, 3)
+    np.testing.assert_array_equal(part, cut[1:9])
+
+
+def test_zero_field_gives_zero_images():
+    image, peak = formation.form_images(np.zeros((2, 4), np.complex64), np.ones((4, 4), np.complex64), (2, 2))
+    assert not image.any() and not peak.any()

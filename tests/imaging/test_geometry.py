@@ -1,0 +1,45 @@
+"""Figures of the sweep against the thesis's tables, and the refusals."""
+
+import numpy as np
+import pytest
+from common.errors import InputError
+from common.radar import C0
+from imaging.geometry import centres, geometry, uniform_step, warnings
+
+
+def test_thesis_experiment(wide):
+    figures = geometry(wide.frequency, np.arange(-45, 46, 5.0), wide.azimuth, wide.imaging, realizations=3)
+    assert figures["range_resolution"] == pytest.approx(0.05, rel=0.05)
+    assert figures["crossrange_resolution"] == pytest.approx(0.05, rel=0.05)
+    assert figures["range_extent"] == pytest.approx(C0 / (2 * 115.3846e6), rel=1e-6)
+    assert figures["crossrange_extent"] == pytest.approx(C0 / 5.55e9 / (2 * 2 * np.pi / 242))
+    assert figures["aperture_angle"] == pytest.approx(31.24, abs=0.01)
+    assert 5 * 17 * 3 * figures["images"] == 1_172_490
+    assert figures["noisy_bytes"] == 3 * 19 * 242 * 27 * 21 * 8
+    assert figures["range_extent"] == pytest.approx(27 * figures["range_resolution"])
+    assert figures["crossrange_extent"] == pytest.approx(21 * figures["crossrange_resolution"])
+
+
+def test_centres():
+    circle = np.arange(12) * 30.0
+    np.testing.assert_array_equal(centres(circle, 5), circle)
+    np.testing.assert_array_equal(centres(circle[:11], 5), circle[2:9])
+    np.testing.assert_array_equal(centres(circle[:5], 5), circle[2:3])
+    with pytest.raises(InputError, match="imaging.aperture"):
+        centres(circle[:4], 5)
+
+
+def test_axes_must_be_even():
+    assert uniform_step("azimuth", np.array([1.0, 3.0, 5.0])) == 2
+    for bad in ([1.0], [1.0, 2.0, 4.0], [2.0, 1.0]):
+        with pytest.raises(InputError, match="azimuth"):
+            uniform_step("azimuth", np.array(bad))
+
+
+def test_warnings(wide):
+    figures = geometry(wide.frequency, [0.0], wide.azimuth, wide.imaging)
+    assert warnings(figures, wide.imaging, length=1.0) == []
+    (fold,) = warnings(figures, wide.imaging, length=1.2)
+    assert "crossrange extent is 1.04 m" in fold
+    (blur,) = warnings(figures, wide.imaging | {"reformat": "none"})
+    assert "0.28 m" in blur

@@ -1,0 +1,49 @@
+# imaging: a field over frequency and azimuth becomes ISAR images, clean and at every SNR.
+# takes: scattering/<target>.zarr            makes: imaging/<target>/clean.zarr, imaging/<target>/snr_<n>dB.zarr
+
+
+rule image:
+    input:
+        field=f"{RESULTS}/scattering/{{target}}.zarr",
+        code=code("imaging"),
+    output:
+        directory(f"{RESULTS}/imaging/{{target}}/clean.zarr"),
+    params:
+        settings=section(config, "imaging"),
+    log:
+        f"{RESULTS}/logs/imaging/{{target}}/clean.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/imaging/{{target}}/clean.tsv"
+    threads: 1
+    resources:
+        mem_mb=1000,
+    conda:
+        "../../envs/imaging.yaml"
+    message:
+        "imaging {wildcards.target}: form the clean images"
+    script:
+        "../scripts/imaging/job_image.py"
+
+
+# The SNR is in the file's name, so that adding one to the config runs only its own jobs.
+rule noise:
+    input:
+        field=f"{RESULTS}/scattering/{{target}}.zarr",
+        code=code("imaging"),
+    output:
+        directory(f"{RESULTS}/imaging/{{target}}/{{snr}}.zarr"),
+    params:
+        settings=section(config, "imaging", "noise.definition", "noise.realizations", "seed"),
+    log:
+        f"{RESULTS}/logs/imaging/{{target}}/{{snr}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/imaging/{{target}}/{{snr}}.tsv"
+    threads: 1
+    resources:
+        mem_mb=1000,
+    conda:
+        "../../envs/imaging.yaml"
+    message:
+        "imaging {wildcards.target}: form the images at {wildcards.snr}"
+    script:
+        "../scripts/imaging/job_noise.py"

@@ -1,0 +1,112 @@
+"""Image formation as one matrix: resample onto a uniform (kx, ky) grid, window, inverse DFT (thesis section 3.4).
+
+For one geometry all of it is the same linear map of the aperture's samples, whatever the target, direction or noise.
+"""
+
+import numpy as np
+from common.errors import InputError
+from common.radar import C0, closes_circle
+
+WINDOWS = {"hamming": np.hamming, "hann": np.hanning, "blackman": np.blackman, "boxcar": np.ones}
+
+
+def wavenumber_grid(frequency, angle, reformat):
+    """The uniform grid (kx, ky) in rad/m on which the DFT works, as many values as frequencies and angles.
+
+    frequency: Hz. angle: relative azimuth in rad, symmetric about 0. `polar`: the rectangle inscribed in the sampled sector
+    (k cos, k sin), its near side at the lowest k, all of it inside. `none`: k and centre k x angle, as if the
+    sector were a rectangle. InputError if the sector is too wide for its depth to hold a rectangle.
+    """
+    k = 2 * np.pi * frequency / C0
+    if reformat == "none":
+        return k, (k[0] + k[-1]) / 2 * angle
+    half = angle[-1]
+    if half >= np.pi / 2 or k[-1] * np.cos(half) <= k[0]:
+        raise InputError(
+            f"config key 'imaging.reformat': polar needs cos(half the aperture) above lowest / highest frequency, but "
+            f"cos({np.degrees(half):.1f} deg) = {np.cos(half):.3f} and {frequency[0]:g} Hz / {frequency[-1]:g} Hz = "
+            f"{frequency[0] / frequency[-1]:.3f}; take fewer azimuth samples ('imaging.aperture'), or more bandwidth."
+        )
+    ky_max = k[0] * np.tan(half)
+    kx_max = np.sqrt(k[-1] ** 2 - ky_max**2)
+    return np.linspace(k[0], kx_max, len(k)), np.linspace(-ky_max, ky_max, len(angle))
+
+
+def bilinear_weights(frequency, angle, kx, ky):
+    """Bilinear interpolation from the uniform (frequency, angle) samples to the (kx, ky) grid, as a matrix.
+
+    Shape (len(kx) * len(ky), len(frequency) * len(angle)); every row sums to 1.
+    """
+    kx, ky = (axis.ravel() for axis in np.meshgrid(kx, ky, indexing="ij"))
+    low_f, part_f = _cells(np.hypot(kx, ky) * C0 / (2 * np.pi), frequency)
+    low_a, part_a = _cells(np.arctan2(ky, kx), angle)
+    weights = np.zeros((len(kx), len(frequency), len(angle)))
+    row = np.arange(len(kx))
+    weights[row, low_f, low_a] = (1 - part_f) * (1 - part_a)
+    weights[row, low_f, low_a + 1] = (1 - part_f) * part_a
+    weights[row, low_f + 1, low_a] = part_f * (1 - part_a)
+    weights[row, low_f + 1, low_a + 1] = part_f * part_a
+    return weights.reshape(len(kx), -1)
+
+
+def pixel_axes(kx, ky):
+    """Pixel centres (range, crossrange) in m: DFT bins of the grid, pi / (samples x step) apart, 0 at index n // 2."""
+    return tuple((np.arange(len(k)) - len(k) // 2) * np.pi / (len(k) * (k[1] - k[0])) for k in (kx, ky))
+
+
+def imaging_matrix(frequency, angle, imaging):
+    """The map from an aperture's samples to its image, and the image's axes.
+
+    frequency: (F,) in Hz; angle: (A,) azimuth relative to the centre, in rad; imaging: the config's section.
+    Returns the matrix, complex64 (F * A pixels, F * A samples), both in C order of (range, crossrange) and
+    (frequency, angle), and range (F,), crossrange (A,) in m. The window is divided by its sum: a scatterer of amplitude f
+    at the origin gives a peak of f. The phase is that of thesis eq. 3.14, exp(2j (kx range - ky crossrange)) with the true
+    kx: at its own pixel a scatterer has the phase of its amplitude. InputError if the geometry cannot make an image.
+    """
+    kx, ky = wavenumber_grid(frequency, angle, imaging["reformat"])
+    down, cross = pixel_axes(kx, ky)
+    to_range = np.exp(2j * np.outer(down, kx)) * _window(imaging["window"], len(kx))
+    to_cross = np.exp(-2j * np.outer(cross, ky)) * _window(imaging["window"], len(ky))
+    matrix = np.kron(to_range, to_cross)
+    if imaging["reformat"] == "polar":
+        matrix = matrix @ bilinear_weights(frequency, angle, kx, ky)
+    return matrix.astype(np.complex64), down, cross
+
+
+def apertures(field, azimuth, aperture):
+    """Cut the samples of every image out of one elevation's sweep.
+
+    field: (frequency, azimuth); azimuth in degrees. Round a closed circle the apertures wrap.
+    Returns (images, frequency * aperture), the images in the order of `geometry.centres`.
+    """
+    half = aperture // 2
+    if closes_circle(azimuth):
+        field = np.concatenate([field[:, -half:], field, field[:, :half]], axis=1)
+    cut = np.lib.stride_tricks.sliding_window_view(field, aperture, axis=1)
+    return np.moveaxis(cut, 1, 0).reshape(cut.shape[1], -1)
+
+
+def form_images(samples, matrix, shape):
+    """Images of one elevation: samples (images, S) -> images (images, *shape), divided by their peaks (images,).
+
+    A zero image (a symmetric target, cross-polarized) stays zero. One product of one shape per call: the result of
+    an image then never depends, in its last bit, on how many others the run makes.
+    """
+    image = (samples @ matrix.T).reshape(-1, *shape)
+    peak = np.abs(image).max(axis=(1, 2))
+    return image / np.where(peak > 0, peak, 1)[:, None, None], peak
+
+
+def _cells(value, axis):
+    """The cell of a uniform axis that each value lies in (its lower index), and how far into it (0 to 1)."""
+    # The grid's corners lie on the sector's rim: clip what rounding puts beyond it.
+    position = np.clip((value - axis[0]) / (axis[-1] - axis[0]) * (len(axis) - 1), 0, len(axis) - 1)
+    low = np.minimum(position.astype(int), len(axis) - 2)
+    return low, position - low
+
+
+def _window(name, length):
+    weights = WINDOWS[name](length)
+    if weights.sum() < 1e-9:
+        raise InputError(f"config key 'imaging.window': {name} is zero at both of two samples; take hamming or boxcar.")
+    return weights / weights.sum()

@@ -1,0 +1,113 @@
+"""The geometry of an image: its axes, what the sweep lets it resolve, and how much of it is stored.
+
+Axes. The target turns on a table, so over an aperture only the azimuth changes. With the centre azimuth az, the
+elevation el and the relative angle phi, a scatterer at p = (x, y, z) is nearer to the radar than the origin by
+
+    u . p = d cos(phi) + c sin(phi) + z sin(el) (1 - cos(phi)),
+    d = p . u(el, az)                             along the line of sight of the image's centre,
+    c = cos(el) (-x sin(az) + y cos(az))          horizontal, along the azimuth direction (H), times cos(el).
+
+Images are formed from k and phi alone, so the pixel axes are range = -d (negative is towards the radar) and
+crossrange = c, both in metres, and one matrix serves every elevation. At elevation 0 both are true distances. Elsewhere
+a scatterer's horizontal offset is crossrange / cos(el): turning by phi moves the line of sight by less, and the
+resolution in true metres is coarser by the same factor. The last term blurs scatterers off the plane z = 0 a little:
+2 k z sin(el) (1 - cos(phi)) radians at the edge of the aperture.
+
+(crossrange, range, up) is right-handed: with range drawn upwards and crossrange to the right, the picture is the target
+seen from above with the radar below it, and crossrange is to the right as seen from the radar.
+"""
+
+import numpy as np
+from common.errors import InputError
+from common.radar import C0, closes_circle
+
+BYTES = 8  # one complex64
+
+
+def project(points, elevation, azimuth):
+    """Where points of the target lie in an image: (range, crossrange) in m, each of shape points.shape[:-1].
+
+    points: (..., 3) in m, the target's coordinates. elevation, azimuth: the image's, in degrees.
+    """
+    el, az = np.radians(elevation), np.radians(azimuth)
+    x, y, z = np.moveaxis(np.asarray(points), -1, 0)
+    nearer = np.cos(el) * (np.cos(az) * x + np.sin(az) * y) + np.sin(el) * z
+    return -nearer, np.cos(el) * (np.cos(az) * y - np.sin(az) * x)
+
+
+def uniform_step(name, values):
+    """The step of an ascending, evenly spaced axis. InputError if it is not one."""
+    steps = np.diff(values)
+    if len(steps) == 0 or steps[0] <= 0 or not np.allclose(steps, steps[0], rtol=1e-4):
+        raise InputError(
+            f"{name}: an image needs at least two evenly spaced, ascending values; the field has {len(values)}"
+            f" from {values[0]:g} to {values[-1]:g}."
+        )
+    return float((values[-1] - values[0]) / (len(values) - 1))
+
+
+def centres(azimuth, aperture):
+    """Azimuths (degrees) that are the centre of a whole aperture: all on a closed circle, else all but the ends.
+
+    InputError if the aperture is longer than the sweep.
+    """
+    if aperture > len(azimuth):
+        raise InputError(
+            f"config key 'imaging.aperture': {aperture} samples are more than the sweep's {len(azimuth)} azimuths."
+        )
+    half = aperture // 2
+    return azimuth if closes_circle(azimuth) else azimuth[half : len(azimuth) - half]
+
+
+def geometry(frequency, elevation, azimuth, imaging, realizations=0):
+    """What a sweep gives: resolution, unambiguous extent, aperture angle, number of images, size of the stores.
+
+    frequency in Hz, elevation and azimuth in degrees (1-D, ascending); imaging: the config's section; realizations: noise
+    samples per image and SNR. As each sample stands for one step, the bandwidth is frequencies x step and the aperture
+    angle aperture x step: then extent = samples x resolution (thesis eqs. 3.10, 3.12). Both cross-range figures are for
+    the centre frequency. Lengths in m, angles in degrees, stores in bytes. InputError if no image can be made.
+    """
+    step = uniform_step("frequency", frequency)
+    turn = np.radians(uniform_step("azimuth", azimuth))
+    samples = imaging["aperture"]
+    wavelength = C0 / ((frequency[0] + frequency[-1]) / 2)
+    images = len(elevation) * len(centres(azimuth, samples))
+    pixels = len(frequency) * samples
+    return {
+        "range_resolution": float(C0 / (2 * len(frequency) * step)),  # eq. 3.4
+        "crossrange_resolution": float(wavelength / (2 * samples * turn)),  # eq. 3.9
+        "range_extent": float(C0 / (2 * step)),  # eq. 3.11
+        "crossrange_extent": float(wavelength / (2 * turn)),  # eq. 3.13
+        "crossrange_extent_highest_frequency": float(C0 / frequency[-1] / (2 * turn)),
+        "aperture_angle": float(np.degrees(samples * turn)),
+        "fractional_bandwidth": float((frequency[-1] - frequency[0]) / (C0 / wavelength)),
+        "range_pixels": len(frequency),
+        "crossrange_pixels": samples,
+        "images": images,
+        "clean_bytes": images * pixels * BYTES,
+        "noisy_bytes": images * pixels * BYTES * realizations,
+    }
+
+
+def warnings(figures, imaging, length=None):
+    """Sentences on what will look wrong in images of this geometry (a result of `geometry`).
+
+    length: the largest dimension of the target in m, if known.
+    """
+    found = []
+    for axis, key in (("range", "radar.frequencies"), ("crossrange", "aspect.azimuth")):
+        extent = figures[f"{axis}_extent"]
+        if length is not None and length > extent:
+            found.append(
+                f"the target is up to {length:.2f} m long but the unambiguous {axis} extent is {extent:.2f} m:"
+                f" what lies outside folds over. More samples ('{key}') over the same span widen it."
+            )
+    # Over the aperture a scatterer at cross-range c walks c x angle in range; the plain FFT takes it for standing still.
+    walk = np.radians(figures["aperture_angle"]) * figures["crossrange_extent"] / 2
+    if imaging["reformat"] == "none" and walk > figures["range_resolution"]:
+        found.append(
+            f"'imaging.reformat: none' blurs: a scatterer at the edge walks {walk:.2f} m in range over the aperture of"
+            f" {figures['aperture_angle']:.1f} degrees, and the resolution is {figures['range_resolution']:.2f} m."
+            " Use 'polar'."
+        )
+    return found

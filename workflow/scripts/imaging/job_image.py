@@ -1,0 +1,5 @@
+from common.job import job
+from imaging.store import make_clean
+
+with job(snakemake):
+    make_clean(snakemake.input.field, snakemake.output[0], snakemake.params.settings["imaging"])

@@ -1,0 +1,18 @@
+from common.job import job
+from imaging.noise import snr_of_label
+from imaging.store import make_noisy
+
+with job(snakemake):
+    settings = snakemake.params.settings
+    make_noisy(
+        snakemake.input.field,
+        snakemake.output[0],
+        settings["imaging"],
+        target=snakemake.wildcards.target,
+        snr_db=snr_of_label(snakemake.wildcards.snr),
+        noise={
+            "seed": settings["seed"],
+            "realizations": settings["noise.realizations"],
+            "definition": settings["noise.definition"],
+        },
+    )

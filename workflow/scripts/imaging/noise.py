@@ -1,0 +1,52 @@
+"""Receiver noise in the aperture: how strong for a given SNR, and from which random numbers."""
+
+import hashlib
+
+import numpy as np
+from common.errors import InputError
+
+
+def snr_of_label(label):
+    """The SNR in dB that a file name says, the inverse of common.radar.snr_label: 'snr_-6dB' gives -6.0."""
+    try:
+        return float(label.removeprefix("snr_").removesuffix("dB"))
+    except ValueError:
+        raise InputError(f"{label}: not an SNR; write it like snr_-6dB.") from None
+
+
+def signal_power(samples, definition):
+    """Signal power of each aperture, the numerator of the SNR: samples (images, S) in m -> (images,) in m^2.
+
+    peak_3db: mean |E|^2 over the samples within 3 dB of the aperture's strongest (thesis eqs. 3.20, 3.21).
+    mean: over all samples (eq. 3.19).
+    """
+    power = np.abs(samples).astype(np.float64) ** 2
+    if definition == "mean":
+        return power.mean(axis=1)
+    strong = power >= 0.5 * power.max(axis=1, keepdims=True)
+    return (power * strong).sum(axis=1) / strong.sum(axis=1)
+
+
+def definition_offset(samples):
+    """By how many dB the SNR of each aperture is higher as peak_3db than as mean: samples (images, S) -> (images,).
+
+    NaN for an aperture without signal.
+    """
+    with np.errstate(invalid="ignore"):
+        return 10 * np.log10(signal_power(samples, "peak_3db") / signal_power(samples, "mean"))
+
+
+def generator(seed, target, snr_db, realization):
+    """The random numbers of one realization. They follow from these names and values, and from nothing else."""
+    key = f"{seed}|{target}|{float(snr_db)!r}|{realization}"
+    return np.random.default_rng(int.from_bytes(hashlib.sha256(key.encode()).digest()))
+
+
+def white_noise(samples, snr_db, definition, random):
+    """Circular complex white Gaussian noise at `snr_db` below each aperture's signal: complex64 like samples (images, S).
+
+    Each image has noise of its own, also where neighbouring apertures share samples.
+    """
+    variance = signal_power(samples, definition) / 10 ** (snr_db / 10)
+    parts = random.standard_normal((*samples.shape, 2), dtype=np.float32)
+    return parts.view(np.complex64)[..., 0] * np.sqrt(variance / 2).astype(np.float32)[:, None]
