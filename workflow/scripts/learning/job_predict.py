@@ -1,0 +1,5 @@
+from common.job import job
+from learning.predict import predict
+
+with job(snakemake):
+    predict(snakemake.input.stores, snakemake.input.model, snakemake.output.table)

@@ -1,0 +1,5 @@
+from common.job import job
+from learning.timing import measure
+
+with job(snakemake):
+    measure(snakemake.input.stores, snakemake.input.model, snakemake.threads, snakemake.output.times)

@@ -1,0 +1,29 @@
+"""Logistic regression with a quadratic penalty."""
+
+import numpy as np
+
+from learning.classifier import Classifier
+from learning.features import real_imaginary
+
+
+class Model(Classifier):
+    """Minimises the summed cross-entropy plus w'w / (2 penalty) over real and imaginary parts of the image.
+
+    Scores are logits: their softmax gives the class probabilities.
+    coef_: (features, classes), intercept_: (classes,).
+    """
+
+    def fit(self, images, labels):
+        from sklearn.linear_model import LogisticRegression  # predictions do without scikit-learn
+
+        x = real_imaginary(images, np.float64)
+        fitted = LogisticRegression(C=self.settings["penalty"], tol=1e-6, max_iter=5000).fit(x, labels)
+        weights, offsets = fitted.coef_, fitted.intercept_
+        if len(fitted.classes_) == 2:
+            # One logit z for two classes is the pair -z/2, z/2.
+            weights, offsets = np.concatenate([-weights, weights]) / 2, np.concatenate([-offsets, offsets]) / 2
+        self.classes_, self.coef_, self.intercept_ = fitted.classes_, weights.T.copy(), offsets
+        return self
+
+    def decision_function(self, images):
+        return real_imaginary(images, np.float64) @ self.coef_ + self.intercept_

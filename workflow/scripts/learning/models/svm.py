@@ -1,0 +1,44 @@
+"""Support vector machine with a Gaussian kernel."""
+
+import numpy as np
+
+from learning.classifier import Classifier
+from learning.features import real_imaginary, squared_distances
+
+
+class Model(Classifier):
+    """Soft-margin SVM on real and imaginary parts of the image, kernel exp(-|x - y|^2 / scale^2), one against the rest.
+
+    Scores are signed distances to the separating surface in units of the margin: positive on the class's side,
+    near the intercept far from every support vector. They are no probabilities.
+    vectors_: all support vectors (vectors, features), squared_norms_: (vectors,), dual_: (vectors, classes),
+    intercept_: (classes,).
+    """
+
+    def fit(self, images, labels):
+        from sklearn.svm import SVC  # predictions do without scikit-learn
+
+        x = real_imaginary(images, np.float64)
+        self.classes_ = np.unique(labels)
+        dual = np.zeros((len(x), len(self.classes_)))
+        intercept = np.zeros(len(self.classes_))
+        # Of two classes each is the other's rest.
+        fitted = range(1, 2) if len(self.classes_) == 2 else range(len(self.classes_))
+        for index in fitted:
+            machine = SVC(C=self.settings["C"], gamma=self.settings["scale"] ** -2, cache_size=500)
+            machine.fit(x, labels == self.classes_[index])
+            dual[machine.support_, index] = machine.dual_coef_[0]
+            intercept[index] = machine.intercept_[0]
+        if len(self.classes_) == 2:
+            dual[:, 0], intercept[0] = -dual[:, 1], -intercept[1]
+        supports = dual.any(axis=1)
+        self.vectors_, self.dual_, self.intercept_ = x[supports], dual[supports], intercept
+        self.squared_norms_ = np.einsum("ij,ij->i", self.vectors_, self.vectors_)
+        return self
+
+    def decision_function(self, images):
+        # Dual coefficients reach C in size and cancel, so single precision would not do.
+        kernel = squared_distances(real_imaginary(images, np.float64), self.vectors_, self.squared_norms_)
+        kernel *= -(self.settings["scale"] ** -2)
+        np.exp(kernel, out=kernel)
+        return kernel @ self.dual_ + self.intercept_
