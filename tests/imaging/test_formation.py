@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from common.errors import InputError
 from common.radar import C0
 from imaging import formation
@@ -44,7 +45,7 @@ def test_plain_fft_focuses_at_the_true_place(image_of, narrow, d, c):
 
 
 def test_signs_of_the_axes(image_of, wide):
-    """Radar on +x: the nose (+x) is at negative range; the left side (+y, increasing azimuth) at positive crossrange."""
+    """Radar on +x: the nose (+x) is at negative range; +y (increasing azimuth) at positive crossrange."""
     nose, _ = image_of([[0.3, 0, 0]], wide, 0).peak()
     left, _ = image_of([[0, 0.25, 0]], wide, 0).peak()
     top, _ = image_of([[0, 0, 0.3]], wide, 0, elevation=45).peak()
@@ -73,7 +74,7 @@ def test_peak_at_the_centre_is_the_amplitude(image_of, wide, reformat, window):
 
 
 def test_plain_fft_is_numpys(wide):
-    """`none` is fftshift(ifft2) of the windowed samples, up to the carrier's phase at each pixel and the window's sum."""
+    """`none` is a shifted FFT of the windowed samples, up to the carrier's phase and the window's sum."""
     wide.imaging["reformat"] = "none"
     angle = np.radians(360 / 242) * (np.arange(21) - 10)
     matrix, _, _ = formation.imaging_matrix(wide.frequency, angle, wide.imaging)
@@ -107,7 +108,7 @@ def test_hamming_sidelobes(image_of, wide):
 
 
 def test_resolution_is_the_distance_to_the_first_null(image_of, narrow):
-    """Rayleigh: a scatterer one resolution away (eqs. 3.4, 3.9) vanishes at the place of the first, half of it does not."""
+    """Rayleigh: what a scatterer one resolution away (eqs. 3.4, 3.9) leaves at the origin is zero."""
     narrow.imaging["window"] = "boxcar"
     step, turn = narrow.frequency[1] - narrow.frequency[0], np.radians(0.05)
     centre = np.radians(narrow.azimuth[15])
@@ -133,9 +134,9 @@ def test_beyond_the_unambiguous_extent_folds_over(image_of, narrow):
 
 def test_impossible_geometry_is_refused():
     imaging = {"aperture": 5, "window": "hamming", "reformat": "polar"}
-    with pytest.raises(InputError, match="imaging.reformat"):
+    with pytest.raises(InputError, match=r"imaging\.reformat"):
         formation.imaging_matrix(np.array([1e9, 1.01e9]), np.radians([-20, -10, 0, 10, 20]), imaging)
-    with pytest.raises(InputError, match="imaging.window"):
+    with pytest.raises(InputError, match=r"imaging\.window"):
         formation.imaging_matrix(
             np.array([1e9, 2e9]), np.radians([-1, 0, 1]), {"aperture": 3, "window": "hann", "reformat": "polar"}
         )

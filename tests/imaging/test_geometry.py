@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from common.errors import InputError
 from common.radar import C0
 from imaging.geometry import centres, geometry, uniform_step, warnings
@@ -25,7 +26,7 @@ def test_centres():
     np.testing.assert_array_equal(centres(circle, 5), circle)
     np.testing.assert_array_equal(centres(circle[:11], 5), circle[2:9])
     np.testing.assert_array_equal(centres(circle[:5], 5), circle[2:3])
-    with pytest.raises(InputError, match="imaging.aperture"):
+    with pytest.raises(InputError, match=r"imaging\.aperture"):
         centres(circle[:4], 5)
 
 

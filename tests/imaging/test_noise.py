@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from common.errors import InputError
 from common.radar import snr_label
 from imaging.noise import definition_offset, generator, signal_power, snr_of_label, white_noise

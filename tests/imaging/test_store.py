@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import xarray as xr
+
 from common.errors import InputError
 from imaging.formation import apertures
 from imaging.noise import definition_offset

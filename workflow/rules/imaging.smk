@@ -8,17 +8,17 @@ rule image:
         code=code("imaging"),
     output:
         directory(f"{RESULTS}/imaging/{{target}}/clean.zarr"),
-    params:
-        settings=section(config, "imaging"),
     log:
         f"{RESULTS}/logs/imaging/{{target}}/clean.log",
     benchmark:
         f"{RESULTS}/benchmarks/imaging/{{target}}/clean.tsv"
+    conda:
+        "../../envs/imaging.yaml"
     threads: 1
     resources:
         mem_mb=1000,
-    conda:
-        "../../envs/imaging.yaml"
+    params:
+        settings=section(config, "imaging"),
     message:
         "imaging {wildcards.target}: form the clean images"
     script:
@@ -32,17 +32,17 @@ rule noise:
         code=code("imaging"),
     output:
         directory(f"{RESULTS}/imaging/{{target}}/{{snr}}.zarr"),
-    params:
-        settings=section(config, "imaging", "noise.definition", "noise.realizations", "seed"),
     log:
         f"{RESULTS}/logs/imaging/{{target}}/{{snr}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/imaging/{{target}}/{{snr}}.tsv"
+    conda:
+        "../../envs/imaging.yaml"
     threads: 1
     resources:
         mem_mb=1000,
-    conda:
-        "../../envs/imaging.yaml"
+    params:
+        settings=section(config, "imaging", "noise.definition", "noise.realizations", "seed"),
     message:
         "imaging {wildcards.target}: form the images at {wildcards.snr}"
     script:

@@ -4,6 +4,7 @@ For one geometry all of it is the same linear map of the aperture's samples, wha
 """
 
 import numpy as np
+
 from common.errors import InputError
 from common.radar import C0, closes_circle
 
@@ -13,9 +14,10 @@ WINDOWS = {"hamming": np.hamming, "hann": np.hanning, "blackman": np.blackman, "
 def wavenumber_grid(frequency, angle, reformat):
     """The uniform grid (kx, ky) in rad/m on which the DFT works, as many values as frequencies and angles.
 
-    frequency: Hz. angle: relative azimuth in rad, symmetric about 0. `polar`: the rectangle inscribed in the sampled sector
-    (k cos, k sin), its near side at the lowest k, all of it inside. `none`: k and centre k x angle, as if the
-    sector were a rectangle. InputError if the sector is too wide for its depth to hold a rectangle.
+    frequency: Hz. angle: relative azimuth in rad, symmetric about 0.
+    `polar`: the rectangle inscribed in the sampled sector (k cos, k sin), its near side at the lowest k.
+    `none`: k, and the centre k times the angle, as if the sector were a rectangle.
+    InputError if the sector is too wide for its depth to hold a rectangle.
     """
     k = 2 * np.pi * frequency / C0
     if reformat == "none":
@@ -59,9 +61,10 @@ def imaging_matrix(frequency, angle, imaging):
 
     frequency: (F,) in Hz; angle: (A,) azimuth relative to the centre, in rad; imaging: the config's section.
     Returns the matrix, complex64 (F * A pixels, F * A samples), both in C order of (range, crossrange) and
-    (frequency, angle), and range (F,), crossrange (A,) in m. The window is divided by its sum: a scatterer of amplitude f
-    at the origin gives a peak of f. The phase is that of thesis eq. 3.14, exp(2j (kx range - ky crossrange)) with the true
-    kx: at its own pixel a scatterer has the phase of its amplitude. InputError if the geometry cannot make an image.
+    (frequency, angle), and range (F,), crossrange (A,) in m. The window is divided by its sum: a scatterer of
+    amplitude f at the origin gives a peak of f. The phase is that of thesis eq. 3.14,
+    exp(2j (kx range - ky crossrange)) with the true kx: at its own pixel a scatterer has the phase of its amplitude.
+    InputError if the geometry cannot make an image.
     """
     kx, ky = wavenumber_grid(frequency, angle, imaging["reformat"])
     down, cross = pixel_axes(kx, ky)

@@ -18,6 +18,7 @@ seen from above with the radar below it, and crossrange is to the right as seen 
 """
 
 import numpy as np
+
 from common.errors import InputError
 from common.radar import C0, closes_circle
 
@@ -62,10 +63,12 @@ def centres(azimuth, aperture):
 def geometry(frequency, elevation, azimuth, imaging, realizations=0):
     """What a sweep gives: resolution, unambiguous extent, aperture angle, number of images, size of the stores.
 
-    frequency in Hz, elevation and azimuth in degrees (1-D, ascending); imaging: the config's section; realizations: noise
-    samples per image and SNR. As each sample stands for one step, the bandwidth is frequencies x step and the aperture
-    angle aperture x step: then extent = samples x resolution (thesis eqs. 3.10, 3.12). Both cross-range figures are for
-    the centre frequency. Lengths in m, angles in degrees, stores in bytes. InputError if no image can be made.
+    frequency in Hz, elevation and azimuth in degrees (1-D, ascending); imaging: the config's section;
+    realizations: noise samples per image and SNR. As each sample stands for one step, the bandwidth is
+    frequencies x step and the aperture angle aperture x step: extent = samples x resolution (thesis eqs. 3.10, 3.12).
+    Cross-range figures are for the centre frequency. `polar` keeps the inscribed rectangle's part of the sector, so its
+    pixels are somewhat larger than these resolutions and its image spans somewhat more than these extents.
+    Lengths in m, angles in degrees, stores in bytes. InputError if no image can be made.
     """
     step = uniform_step("frequency", frequency)
     turn = np.radians(uniform_step("azimuth", azimuth))
@@ -102,7 +105,7 @@ def warnings(figures, imaging, length=None):
                 f"the target is up to {length:.2f} m long but the unambiguous {axis} extent is {extent:.2f} m:"
                 f" what lies outside folds over. More samples ('{key}') over the same span widen it."
             )
-    # Over the aperture a scatterer at cross-range c walks c x angle in range; the plain FFT takes it for standing still.
+    # Over the aperture a scatterer at cross-range c walks c x angle in range; the plain FFT takes it to stand still.
     walk = np.radians(figures["aperture_angle"]) * figures["crossrange_extent"] / 2
     if imaging["reformat"] == "none" and walk > figures["range_resolution"]:
         found.append(

@@ -3,6 +3,7 @@
 import hashlib
 
 import numpy as np
+
 from common.errors import InputError
 
 
@@ -43,8 +44,9 @@ def generator(seed, target, snr_db, realization):
 
 
 def white_noise(samples, snr_db, definition, random):
-    """Circular complex white Gaussian noise at `snr_db` below each aperture's signal: complex64 like samples (images, S).
+    """Circular complex white Gaussian noise, `snr_db` below each aperture's signal.
 
+    samples: (images, S), complex; the noise has its shape, in complex64.
     Each image has noise of its own, also where neighbouring apertures share samples.
     """
     variance = signal_power(samples, definition) / 10 ** (snr_db / 10)

@@ -2,11 +2,11 @@
 
 import numpy as np
 import xarray as xr
-from common.errors import InputError
 
+from common.errors import InputError
 from imaging.formation import apertures, form_images, imaging_matrix
 from imaging.geometry import centres, geometry, uniform_step, warnings
-from imaging.noise import definition_offset, generator, signal_power, white_noise
+from imaging.noise import definition_offset, generator, white_noise
 
 # The figures of `geometry` that stand in every store's attributes.
 FIGURES = ("aperture_angle", "range_resolution", "crossrange_resolution", "range_extent", "crossrange_extent")
@@ -17,8 +17,9 @@ CROSSRANGE_NOTE = "horizontal, along increasing azimuth; true horizontal distanc
 def make_clean(field_path, image_path, imaging):
     """Form the images of a scattering store without noise and write them.
 
-    The store has `image` (elevation, azimuth, range, crossrange), complex64, divided by `peak` (elevation, azimuth), in m.
-    imaging: the config's section. Images are of the field's first polarization, the first of radar.polarizations.
+    The store has `image` (elevation, azimuth, range, crossrange), complex64, divided by its peak magnitude, and that
+    `peak` (elevation, azimuth) in m. imaging: the config's section.
+    Images are of the field's first polarization, the first of radar.polarizations.
     """
     field = _open(field_path)
     figures = geometry(field.frequency.values, field.elevation.values, field.azimuth.values, imaging)
@@ -79,7 +80,7 @@ class _Plan:
             yield apertures(self.field.values[:, elevation, :], self.sweep, self.imaging["aperture"])
 
     def dataset(self, image, peak, attrs):
-        """The Dataset of images (elevation, azimuth, range, crossrange), with a leading realization if they have one."""
+        """Images (elevation, azimuth, range, crossrange), or with a leading realization, as a Dataset."""
         axes = ("elevation", "azimuth")
         coords = {
             "elevation": _coordinate(
@@ -128,7 +129,7 @@ def _open(path):
 
 
 def _write(dataset, path):
-    # One elevation a chunk: a direction reads fast and the files stay few. Noise does not compress. Format 2 opens everywhere.
+    # One elevation a chunk: a direction reads fast and the files stay few. Noise does not compress.
     chunks = tuple(({**dataset.image.sizes, "elevation": 1}).values())
     encoding = {"image": {"chunks": chunks, "compressors": None}, "peak": {"chunks": dataset.peak.shape}}
     dataset.to_zarr(path, mode="w", encoding=encoding, zarr_format=2)
