@@ -9,17 +9,21 @@ rule mesh:
     output:
         figures=f"{RESULTS}/mesh/{{target}}.json",
         meshes=[f"{RESULTS}/mesh/{{target}}-{band}.ply" for band in BANDS],
-    params:
-        settings=lambda w: section(config, f"targets.{w.target}", "mesh", "radar"),
     log:
         f"{RESULTS}/logs/mesh/{{target}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/mesh/{{target}}.tsv"
+    conda:
+        "../../envs/mesh.yaml"
     threads: 1
     resources:
         mem_mb=2000,
-    conda:
-        "../../envs/mesh.yaml"
+    params:
+        settings=lambda w: {
+            "mesh": section(config["mesh"], "bands", "edges_per_wavelength"),
+            "radar": section(config["radar"], "bandwidth", "center_frequency", "frequencies"),
+            "target": section(config["targets"], w.target)[w.target],
+        },
     message:
         "mesh {wildcards.target}: clean and remesh {input.cad}"
     script:

@@ -1,0 +1,64 @@
+"""The figures of a mesh that say whether the method of moments can trust it."""
+
+import numpy as np
+
+from mesh import topology
+from mesh.distance import hausdorff
+
+
+def angles(vertices, triangles):
+    """Smallest angle of each triangle in degrees, (T,)."""
+    corner = vertices[triangles]
+    ahead, back = np.roll(corner, -1, axis=1) - corner, np.roll(corner, 1, axis=1) - corner
+    sine = np.linalg.norm(np.cross(ahead, back), axis=2)
+    return np.degrees(np.arctan2(sine, (ahead * back).sum(axis=2))).min(axis=1)
+
+
+def edge_lengths(vertices, triangles):
+    """Length of each edge in metres, (E,)."""
+    unique = topology.edges(triangles)[0]
+    return np.linalg.norm(vertices[unique[:, 0]] - vertices[unique[:, 1]], axis=1)
+
+
+def size(vertices, triangles):
+    """Area in m^2, volume in m^3 (None unless watertight) and lengths of the bounding box in m."""
+    watertight = topology.is_watertight(triangles)
+    return {
+        "area": float(topology.areas(vertices, triangles).sum()),
+        "volume": float(topology.tetrahedra(vertices, triangles).sum()) if watertight else None,
+        "box": np.ptp(vertices, axis=0).tolist(),
+    }
+
+
+def describe(mesh, source, wavelength, edge):
+    """Figures of one band's mesh against its source, both (vertices, triangles); lengths in metres."""
+    vertices, triangles = mesh
+    length, angle = edge_lengths(*mesh), angles(*mesh)
+    before, after = size(*source), size(*mesh)
+    lengths = {"mean": length.mean(), "max": length.max(), "p99": np.percentile(length, 99)}
+    to_source, from_source = hausdorff(mesh, source, edge / 2)
+    valence = topology.valence(triangles)
+    ideal = 1.5 * before["area"] / (np.sqrt(3) / 4 * edge**2)
+    return {
+        "wavelength": wavelength,
+        "wanted_edge": edge,
+        "vertices": len(vertices),
+        "triangles": len(triangles),
+        "unknowns": topology.unknowns(triangles),
+        "ideal_unknowns": float(ideal),
+        "edge": {key: float(value) for key, value in lengths.items()},
+        "edge_wavelengths": {key: float(value / wavelength) for key, value in lengths.items()},
+        "smallest_angle": {
+            "min": float(angle.min()),
+            "p1": float(np.percentile(angle, 1)),
+            "median": float(np.median(angle)),
+        },
+        "watertight": topology.is_watertight(triangles),
+        "components": topology.components(triangles)[0],
+        "boundary_edges": int((valence == 1).sum()),
+        "junction_edges": int((valence > 2).sum()),
+        "area": {"before": before["area"], "after": after["area"]},
+        "volume": {"before": before["volume"], "after": after["volume"]},
+        "box": after["box"],
+        "hausdorff": {"to_source": to_source, "from_source": from_source},
+    }

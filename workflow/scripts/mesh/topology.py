@@ -1,0 +1,103 @@
+"""Edges of a triangle mesh, and what follows from them: unknowns, components, orientation."""
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import breadth_first_order, connected_components
+
+from common.errors import InputError
+
+
+def edges(triangles):
+    """Unique edges (E, 2), ascending vertex pairs, and the edge of each triangle's side, (T, 3).
+
+    Side k of a triangle runs from its corner k to its corner k + 1.
+    """
+    sides = np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2).reshape(-1, 2)
+    unique, index = np.unique(np.sort(sides, axis=1), axis=0, return_inverse=True)
+    return unique, index.reshape(-1, 3)
+
+
+def valence(triangles):
+    """How many triangles meet at each edge, (E,): 1 = boundary, 2 = ordinary, 3 and more = junction."""
+    return np.bincount(edges(triangles)[1].ravel())
+
+
+def unknowns(triangles):
+    """Number of RWG functions: an edge shared by n triangles carries n - 1."""
+    return int((valence(triangles) - 1).sum())
+
+
+def is_watertight(triangles):
+    """True if every edge has exactly two triangles, which run through it in opposite directions."""
+    index = edges(triangles)[1].ravel()
+    forward = (triangles < np.roll(triangles, -1, axis=1)).ravel()
+    total = np.bincount(index)
+    return bool((total == 2).all() and (np.bincount(index, weights=forward) == 1).all())
+
+
+def components(triangles):
+    """Number of connected pieces, and the piece of each triangle, (T,)."""
+    first, second = triangles[:, [0, 1]].ravel(), triangles[:, [1, 2]].ravel()
+    size = triangles.max() + 1
+    graph = coo_array((np.ones(len(first)), (first, second)), shape=(size, size))
+    label = connected_components(graph, directed=False)[1]
+    pieces, piece = np.unique(label[triangles[:, 0]], return_inverse=True)
+    return len(pieces), piece
+
+
+def orient(vertices, triangles, name):
+    """Triangles turned so that neighbours agree and closed surfaces point outward; and how many were turned.
+
+    Orientation passes through ordinary edges, not through junctions. Open surfaces keep the side that most of
+    their triangles had. Raises InputError (naming `name`) for a one-sided surface.
+    """
+    unique, index = edges(triangles)
+    count = np.bincount(index.ravel())
+    forward = triangles < np.roll(triangles, -1, axis=1)
+    order = np.argsort(index.ravel(), kind="stable")
+    order = order[count[index.ravel()[order]] == 2].reshape(-1, 2)
+    face = order // 3
+    opposed = forward.ravel()[order[:, 0]] == forward.ravel()[order[:, 1]]  # they disagree across this edge
+    size = len(triangles)
+    weight = np.ones(2 * len(face))
+    graph = coo_array((weight, (face.ravel(), face[:, ::-1].ravel())), shape=(size, size)).tocsr()
+    parity = dict(zip(map(tuple, np.sort(face, axis=1)), opposed, strict=True))
+    pieces, piece = connected_components(graph, directed=False)
+    turned = np.zeros(size, dtype=bool)
+    starts = np.unique(piece, return_index=True)[1]
+    for start in starts:
+        walk, before = breadth_first_order(graph, start, directed=False)
+        for triangle in walk[1:]:
+            pair = (min(triangle, before[triangle]), max(triangle, before[triangle]))
+            turned[triangle] = turned[before[triangle]] ^ parity[pair]
+    wrong = turned[face[:, 0]] ^ turned[face[:, 1]] ^ opposed
+    if wrong.any():
+        place = vertices[unique[index.ravel()[order[wrong][0, 0]]]].mean(axis=0)
+        raise InputError(
+            f"{name} has a one-sided surface (like a Moebius strip or a doubled face) near "
+            f"({', '.join(f'{x:.4g}' for x in place)}) m; it must have two sides."
+        )
+    inner = np.bincount(piece, weights=(count[index] == 2).all(axis=1) == 0, minlength=pieces) == 0
+    sign = np.where(turned, -1, 1)
+    volume = np.bincount(piece, weights=sign * tetrahedra(vertices, triangles), minlength=pieces)
+    many = np.bincount(piece, weights=sign, minlength=pieces)
+    turned ^= np.where(inner, volume < 0, many < 0)[piece]
+    return np.where(turned[:, None], triangles[:, ::-1], triangles), int(turned.sum())
+
+
+def tetrahedra(vertices, triangles):
+    """Signed volume in m^3 between each triangle and the origin, (T,); over a closed mesh they add up to its volume."""
+    a, b, c = vertices[triangles].transpose(1, 0, 2)
+    return (a * np.cross(b, c)).sum(axis=1) / 6
+
+
+def areas(vertices, triangles):
+    """Area of each triangle in m^2, (T,)."""
+    a, b, c = vertices[triangles].transpose(1, 0, 2)
+    return np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
+
+
+def compact(vertices, triangles):
+    """The same mesh without the vertices that no triangle uses."""
+    used, index = np.unique(triangles, return_inverse=True)
+    return vertices[used], index.reshape(-1, 3).astype(np.int32)
