@@ -42,5 +42,5 @@ def test_warnings(wide):
     assert warnings(figures, wide.imaging, length=1.0) == []
     (fold,) = warnings(figures, wide.imaging, length=1.2)
     assert "crossrange extent is 1.04 m" in fold
-    (blur,) = warnings(figures, wide.imaging | {"reformat": "none"})
+    (blur,) = warnings(figures, wide.imaging | {"reformat": "none"}, length=1.0)
     assert "0.28 m" in blur

@@ -1,10 +1,12 @@
 # imaging: a field over frequency and azimuth becomes ISAR images, clean and at every SNR.
-# takes: scattering/<target>.zarr            makes: imaging/<target>/clean.zarr, imaging/<target>/snr_<n>dB.zarr
+# takes: scattering/<target>.zarr, mesh/<target>.json
+# makes: imaging/<target>/clean.zarr, imaging/<target>/snr_<n>dB.zarr
 
 
 rule image:
     input:
         field=f"{RESULTS}/scattering/{{target}}.zarr",
+        mesh=f"{RESULTS}/mesh/{{target}}.json",
         code=code("imaging"),
     output:
         directory(f"{RESULTS}/imaging/{{target}}/clean.zarr"),
@@ -26,6 +28,7 @@ rule image:
 
 
 # The SNR is in the file's name, so that adding one to the config runs only its own jobs.
+# One thread: the last bits of a product depend on how many BLAS uses.
 rule noise:
     input:
         field=f"{RESULTS}/scattering/{{target}}.zarr",

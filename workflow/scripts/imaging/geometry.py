@@ -92,15 +92,15 @@ def geometry(frequency, elevation, azimuth, imaging, realizations=0):
     }
 
 
-def warnings(figures, imaging, length=None):
+def warnings(figures, imaging, length):
     """Sentences on what will look wrong in images of this geometry (a result of `geometry`).
 
-    length: the largest dimension of the target in m, if known.
+    length: the largest dimension of the target in m.
     """
     found = []
     for axis, key in (("range", "radar.frequencies"), ("crossrange", "aspect.azimuth")):
         extent = figures[f"{axis}_extent"]
-        if length is not None and length > extent:
+        if length > extent:
             found.append(
                 f"the target is up to {length:.2f} m long but the unambiguous {axis} extent is {extent:.2f} m:"
                 f" what lies outside folds over. More samples ('{key}') over the same span widen it."

@@ -2,4 +2,4 @@ from common.job import job
 from imaging.store import make_clean
 
 with job(snakemake):
-    make_clean(snakemake.input.field, snakemake.output[0], snakemake.params.settings["imaging"])
+    make_clean(snakemake.input.field, snakemake.input.mesh, snakemake.output[0], snakemake.params.settings["imaging"])

@@ -1,5 +1,8 @@
 """From a target's field to its stores of images, clean or at one SNR."""
 
+import json
+from pathlib import Path
+
 import numpy as np
 import xarray as xr
 
@@ -14,18 +17,20 @@ RANGE_NOTE = "along the line of sight of the image's centre direction"
 CROSSRANGE_NOTE = "horizontal, along increasing azimuth; true horizontal distance times cos(elevation)"
 
 
-def make_clean(field_path, image_path, imaging):
+def make_clean(field_path, mesh_path, image_path, imaging):
     """Form the images of a scattering store without noise and write them.
 
     The store has `image` (elevation, azimuth, range, crossrange), complex64, divided by its peak magnitude, and that
     `peak` (elevation, azimuth) in m. imaging: the config's section.
+    mesh_path: the mesh stage's figures, whose box says if the target fits the unambiguous extent.
     Images are of the field's first polarization, the first of radar.polarizations.
     """
     field = _open(field_path)
     figures = geometry(field.frequency.values, field.elevation.values, field.azimuth.values, imaging)
     for name, value in figures.items():
         print(f"{name}: {value:.4g}" if isinstance(value, float) else f"{name}: {value}")
-    for warning in warnings(figures, imaging):
+    length = max(json.loads(Path(mesh_path).read_text())["source"]["box"])
+    for warning in warnings(figures, imaging, length):
         print(f"Warning: {warning}")
     images, peaks, offsets = [], [], []
     plan = _Plan(field, imaging)
