@@ -41,10 +41,10 @@ def test_layout(store):
 def test_the_job_warns_of_a_target_that_folds_over(store, capsys):
     clean(store)
     assert "Warning" not in capsys.readouterr().out
-    store.mesh.write_text('{"source": {"box": [0.2, 1.5, 0.1]}}')
+    store.mesh.write_text('{"source": {"box": [0.2, 0.6, 0.1]}}')
     clean(store)
     (warning,) = (line for line in capsys.readouterr().out.splitlines() if "Warning" in line)
-    assert "1.50 m long but the unambiguous range extent is 0.70 m" in warning
+    assert "0.60 m long but the unambiguous crossrange extent is 0.52 m" in warning
 
 
 def test_clean_states_the_offset_of_the_definitions(store):
