@@ -5,7 +5,7 @@ import sys
 
 from snakemake.exceptions import WorkflowError
 
-SCRIPTS = workflow.source_path("workflow/scripts/common/config.py").rsplit("/", 2)[0]
+SCRIPTS = os.path.join(workflow.basedir, "workflow", "scripts")
 sys.path.insert(0, SCRIPTS)
 # Jobs are processes of their own, here and on a cluster: each parses this file and inherits the path.
 os.environ["PYTHONPATH"] = SCRIPTS + os.pathsep + os.environ.get("PYTHONPATH", "")

@@ -1,0 +1,31 @@
+# make report: the default experiment, from CAD to results/quick/report/index.html
+# make test:   the whole test suite;   make lint: what CI checks besides
+
+PYTHON ?= python3
+CORES ?= 2
+BIN := .venv/bin
+export PATH := $(CURDIR)/$(BIN):$(PATH)
+
+.PHONY: report test lint environment
+
+report: environment
+	snakemake --cores $(CORES) report
+
+test: environment
+	python -m pytest
+
+lint: environment
+	ruff check .
+	ruff format --check .
+	snakefmt --check Snakefile workflow/rules
+	snakemake --lint
+
+environment: $(BIN)/.installed
+
+# The stamp is written last: an interrupted installation is begun anew.
+$(BIN)/.installed: envs/requirements.lock
+	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "isarflow needs python 3.11 or later")'
+	rm -rf .venv
+	$(PYTHON) -m venv .venv
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r envs/requirements.lock
+	touch $@

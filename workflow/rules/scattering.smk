@@ -1,0 +1,70 @@
+# scattering: a target's meshes become its backscatter over frequency and angle, one job for each frequency band.
+# takes: mesh/<target>-<band>.ply        makes: scattering/bands/<target>-<band>.zarr, scattering/<target>.zarr
+import json
+
+from scattering.plan import planned_megabytes
+
+
+def symmetry(target):
+    return config["targets"][target].get("symmetry", [])
+
+
+def solve_megabytes(wildcards, input):
+    """The planned memory, known once the mesh is there."""
+    with open(input.figures) as file:
+        mesh = json.load(file)["bands"][int(wildcards.band)]
+    planes = len(symmetry(wildcards.target))
+    precision = config["scattering"]["precision"]
+    return planned_megabytes(
+        mesh["unknowns"], mesh["triangles"], planes, config["radar"], config["aspect"], precision
+    )
+
+
+rule solve:
+    input:
+        mesh=f"{RESULTS}/mesh/{{target}}-{{band}}.ply",
+        figures=f"{RESULTS}/mesh/{{target}}.json",
+        code=code("scattering"),
+    output:
+        directory(f"{RESULTS}/scattering/bands/{{target}}-{{band}}.zarr"),
+    log:
+        f"{RESULTS}/logs/scattering/{{target}}-{{band}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/scattering/{{target}}-{{band}}.tsv"
+    conda:
+        "../../envs/scattering.yaml"
+    threads: workflow.cores
+    resources:
+        mem_mb=solve_megabytes,
+    params:
+        settings=lambda w: {
+            **section(config, "aspect", "mesh.bands", "radar", "scattering"),
+            "symmetry": symmetry(w.target),
+        },
+    message:
+        "scattering {wildcards.target}: solve band {wildcards.band} by the method of moments (progress in {log})"
+    script:
+        "../scripts/scattering/job_solve.py"
+
+
+rule scattering:
+    input:
+        bands=[f"{RESULTS}/scattering/bands/{{target}}-{band}.zarr" for band in BANDS],
+        code=code("scattering"),
+    output:
+        directory(f"{RESULTS}/scattering/{{target}}.zarr"),
+    log:
+        f"{RESULTS}/logs/scattering/{{target}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/scattering/{{target}}.tsv"
+    conda:
+        "../../envs/scattering.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+    params:
+        settings={},
+    message:
+        "scattering {wildcards.target}: join the bands"
+    script:
+        "../scripts/scattering/job_scattering.py"

@@ -1,0 +1,214 @@
+"""The EFIE matrix between RWG functions, tile by tile.
+
+Galerkin's method on the EFIE with exp(+j omega t), divided by j k eta / (4 pi):
+
+    z_mn = int int [ f_m . f_n' - div f_m div f_n' / k^2 ] exp(-j k R) / R dS dS'          (m^3)
+
+(Harrington, Field Computation by Moment Methods, ch. 3; Rao, Wilton, Glisson 1982, eq. 17). Every tile is first
+integrated between half functions with three points a triangle, then gathered into RWG functions. Triangles that are
+near each other are integrated anew in `nearfield`. For mirror planes the sources are also taken at their images; the
+sums with the characters of the group give one matrix per parity (see `basis`).
+"""
+
+from dataclasses import dataclass
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from numpy.polynomial import Chebyshev, Polynomial
+
+from scattering import nearfield
+
+# Triangles a tile holds, functions beyond its block's own included. Fixed, so that one compilation serves all.
+TILE = 384
+TILE_FUNCTIONS = 640
+
+
+def _fit(function, degree):
+    """Polynomial in x = r^2, 0 <= x <= 1/4, of a function of r."""
+    x = (np.cos(np.pi * (np.arange(200) + 0.5) / 200) + 1) / 8
+    return Chebyshev.fit(x, function(np.sqrt(x)), degree, domain=[0, 0.25]).convert(kind=Polynomial).coef
+
+
+_COS = {np.float32: _fit(lambda r: np.cos(2 * np.pi * r), 6), np.float64: _fit(lambda r: np.cos(2 * np.pi * r), 11)}
+_SIN = {
+    np.float32: _fit(lambda r: np.sin(2 * np.pi * r) / r, 6),
+    np.float64: _fit(lambda r: np.sin(2 * np.pi * r) / r, 11),
+}
+
+
+def _horner(coefficients, x):
+    y = jnp.full_like(x, coefficients[-1])
+    for c in coefficients[-2::-1]:
+        y = y * x + x.dtype.type(c)
+    return y
+
+
+@dataclass(frozen=True)
+class Block:
+    """The functions that begin on a run of consecutive triangles, padded to shapes that all blocks share.
+
+    triangles: (TILE,) those that the functions touch, in any parity, padded with the number T
+    spans: (G,) slices of each parity's functions; halves: (G, TILE_FUNCTIONS, 2) i * TILE + place in `triangles`;
+    signs: (G, TILE_FUNCTIONS, 2), 0 where padded
+    """
+
+    triangles: np.ndarray
+    spans: list
+    halves: np.ndarray
+    signs: np.ndarray
+
+
+def blocks_of(bases, count):
+    """Cut the parities' bases on `count` triangles into Blocks of at most TILE triangles."""
+    touched = [basis.halves // 3 for basis in bases]
+    first = [t.min(1) for t in touched]
+    blocks, begin = [], 0
+    while begin < count:
+        end = min(begin + TILE, count)
+        while True:
+            spans = [slice(*np.searchsorted(f, [begin, end])) for f in first]
+            used = np.unique(np.concatenate([t[span].reshape(-1) for t, span in zip(touched, spans, strict=True)]))
+            excess = max(len(used) - TILE, *(s.stop - s.start - TILE_FUNCTIONS for s in spans), 0)
+            if excess == 0:
+                break
+            end = max(begin + 1, end - max(excess // 2, 1))
+        halves = np.zeros((len(bases), TILE_FUNCTIONS, 2), np.int32)
+        signs = np.zeros((len(bases), TILE_FUNCTIONS, 2))
+        for p, (basis, span) in enumerate(zip(bases, spans, strict=True)):
+            size = span.stop - span.start
+            place = np.searchsorted(used, touched[p][span])
+            halves[p, :size] = basis.halves[span] % 3 * TILE + place
+            signs[p, :size] = basis.signs[span]
+        triangles = np.pad(used, (0, TILE - len(used)), constant_values=count)
+        blocks.append(Block(triangles, spans, halves, signs))
+        begin = end
+    return blocks
+
+
+@jax.jit
+def _green(turns, rows, cols):
+    """exp(-j k R) / R between the quadrature points of two sets of triangles; 0 where R = 0.
+
+    turns: 1 / wavelength; rows, cols: (U, 3, 3) m. Returns (3 U, 3 U), point a of triangle t at a * U + t.
+    The three points lie half-way between centroid and corner, so they are known from both.
+    """
+
+    def points(v):
+        center = v.mean(1, keepdims=True)
+        return (center + (v - center) / 2).transpose(2, 1, 0).reshape(3, -1)
+
+    p, q = points(rows), points(cols)
+    r_squared = sum((p[x][:, None] - q[x][None]) ** 2 for x in range(3))
+    tiny = rows.dtype.type(1e-20)  # (0.1 nm)^2: a point and itself
+    inverse = jnp.where(r_squared > tiny, jax.lax.rsqrt(jnp.maximum(r_squared, tiny)), 0)
+    phase = turns * r_squared * inverse
+    phase = phase - jnp.round(phase)  # full turns; sine and cosine then need a short polynomial only
+    x = phase * phase
+    kind = np.float32 if rows.dtype == np.float32 else np.float64
+    return jax.lax.complex(_horner(_COS[kind], x) * inverse, -phase * _horner(_SIN[kind], x) * inverse)
+
+
+def _products(rows, cols):
+    """nu_a . nu'_b of the corners about their centroids, as a 3 x 3 list of (U, U)."""
+    p, q = rows - rows.mean(1, keepdims=True), cols - cols.mean(1, keepdims=True)
+    return [[sum(p[:, a, x][:, None] * q[:, b, x][None] for x in range(3)) for b in range(3)] for a in range(3)]
+
+
+# The two steps below are compiled apart from _green: together XLA would evaluate Green's function for each output.
+
+
+@jax.jit
+def _sums(green, rows, cols):
+    """Sums of Green's function over source points, field points, both, and weighted with rho . rho'."""
+    d = _products(rows, cols)
+    size = rows.shape[0]
+
+    def of(part):
+        g = [[part[a * size : (a + 1) * size, b * size : (b + 1) * size] for b in range(3)] for a in range(3)]
+        by_col = [sum(g[a][b] for a in range(3)) for b in range(3)]
+        by_row = [sum(g[a][b] for b in range(3)) for a in range(3)]
+        weighted = sum(g[a][b] * d[a][b] for a in range(3) for b in range(3)) / 4
+        return by_col, by_row, sum(by_col), weighted
+
+    return of(green.real), of(green.imag)
+
+
+@jax.jit
+def _half_functions(sums, k, rows, row_lengths, cols, col_lengths):
+    """z between half functions, (3 U, 3 U), row i * U + t.
+
+    With points rho_a = nu_a / 2 about the centroid, (rho_a - nu_i) . (rho'_b - nu'_j) expands into `_products`.
+    """
+    d = _products(rows, cols)
+
+    def of(part):
+        by_col, by_row, total, weighted = part
+        return [
+            [
+                (
+                    weighted
+                    - sum(by_col[b] * d[i][b] for b in range(3)) / 2
+                    - sum(by_row[a] * d[a][j] for a in range(3)) / 2
+                    + (d[i][j] - 4 / (k * k)) * total
+                )
+                * (row_lengths[:, i][:, None] * col_lengths[:, j][None] / 36)
+                for j in range(3)
+            ]
+            for i in range(3)
+        ]
+
+    real, imag = of(sums[0]), of(sums[1])
+    return [[jax.lax.complex(real[i][j], imag[i][j]) for j in range(3)] for i in range(3)]
+
+
+@jax.jit
+def _gather(images, characters, row_halves, row_signs, col_halves, col_signs):
+    """Sum the images of the sources with one parity's characters and combine halves into functions."""
+    z = sum(
+        character * jnp.concatenate([jnp.concatenate(row, 1) for row in image], 0)
+        for character, image in zip(characters, images, strict=True)
+    )
+    z = z[row_halves[:, 0]] * row_signs[:, :1] + z[row_halves[:, 1]] * row_signs[:, 1:]
+    return z[:, col_halves[:, 0]] * col_signs[:, 0] + z[:, col_halves[:, 1]] * col_signs[:, 1]
+
+
+def assemble(surface, bases, wavenumber, near, matrices, dtype, progress=lambda done: None):
+    """Fill the lower triangle of every parity's matrix, in m^3, without the factor |G| of the group's order.
+
+    surface: Surface; bases: a Basis for each of surface.parities; wavenumber: rad/m; near: Near of the surface;
+    matrices: for each parity an object that takes dense blocks, `put(row, col, block)`, and entries,
+    `add(rows, cols, values)`; dtype: complex64 or complex128; progress(done) is called with the fraction done.
+    """
+    real = np.float32 if dtype == np.complex64 else np.float64
+    # One more triangle, of zero size, serves as padding.
+    vertices = np.concatenate([surface.vertices, np.zeros((1, 3, 3))])
+    lengths = np.concatenate([surface.lengths, np.zeros((1, 3))]).astype(real)
+    images = [np.asarray(vertices * signs, real) for signs in surface.reflections]
+    turns, k = real(wavenumber / (2 * np.pi)), real(wavenumber)
+
+    blocks = blocks_of(bases, len(surface.vertices))
+    for i, row in enumerate(blocks):
+        r = row.triangles
+        for col in blocks[: i + 1]:
+            c = col.triangles
+            halves = []
+            for image in images:
+                sums = _sums(_green(turns, images[0][r], image[c]), images[0][r], image[c])
+                halves.append(_half_functions(sums, k, images[0][r], lengths[r], image[c], lengths[c]))
+            for p, (parity, matrix) in enumerate(zip(surface.parities, matrices, strict=True)):
+                block = _gather(
+                    halves,
+                    tuple(real(character) for character in parity),
+                    row.halves[p],
+                    row.signs[p].astype(real),
+                    col.halves[p],
+                    col.signs[p].astype(real),
+                )
+                rows, cols = row.spans[p], col.spans[p]
+                size = rows.stop - rows.start, cols.stop - cols.start
+                matrix.put(rows.start, cols.start, np.asarray(block)[: size[0], : size[1]])
+        progress(((i + 1) / len(blocks)) ** 2)
+    corrections = nearfield.corrections(near, surface, wavenumber, real)
+    for parity, basis, matrix in zip(surface.parities, bases, matrices, strict=True):
+        matrix.add(*nearfield.between_functions(corrections, parity, basis))

@@ -1,0 +1,155 @@
+"""RWG basis functions on a surface, its junctions and its mirror planes.
+
+Half an RWG function lives on one triangle t, beside the edge opposite its local vertex i:
+
+    h_ti(r) = l_ti / (2 A_t) (r - v_ti),    div h_ti = l_ti / A_t
+
+with edge length l (m), area A (m^2) and vertex v. An RWG function is the difference of the two halves at an edge
+(Rao, Wilton, Glisson, IEEE Trans. AP-30, 1982, eqs. 1-4, up to the sign of the second half). An edge of n triangles
+carries n - 1 such differences, which keeps the current continuous at a junction; a free edge carries none.
+
+With mirror planes only one side (the fundamental domain) is meshed. The group G of the planes' reflections splits
+the current into parities: for a character chi of G the functions are
+
+    F = sum over g in G of chi(g) g h
+
+and functions of different parities do not couple, so each parity is a system of its own. At an edge in a plane with
+chi = -1 a single half is already continuous with its own image; with chi = +1 the current through it must vanish.
+"""
+
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+
+from common.errors import InputError
+
+AXES = {"yz": 0, "xz": 1}  # mirror plane -> the coordinate that changes sign
+
+
+@dataclass(frozen=True)
+class Surface:
+    """The triangles of the fundamental domain, ordered along a space-filling curve.
+
+    vertices: (T, 3, 3) float64, m: corner positions of every triangle
+    corners: (T, 3) int64: corner numbers, equal where triangles touch
+    axes: coordinates that a reflection of the symmetry group changes, e.g. (1,) for the plane xz
+    """
+
+    vertices: np.ndarray
+    corners: np.ndarray
+    axes: tuple
+
+    @property
+    def lengths(self):
+        """(T, 3) m: length of the edge opposite each corner."""
+        return np.linalg.norm(np.roll(self.vertices, -1, 1) - np.roll(self.vertices, -2, 1), axis=2)
+
+    @property
+    def reflections(self):
+        """(G, 3) signs of x, y, z under every element of the symmetry group, identity first."""
+        signs = np.ones((2 ** len(self.axes), 3))
+        for g, flips in enumerate(product([1.0, -1.0], repeat=len(self.axes))):
+            signs[g, list(self.axes)] = flips
+        return signs
+
+    @property
+    def parities(self):
+        """(G, G) characters: row = parity, column = group element; the even parity first."""
+        flips = np.array(list(product([0, 1], repeat=len(self.axes))), int).reshape(2 ** len(self.axes), -1)
+        return (-1.0) ** (flips @ flips.T)
+
+
+@dataclass(frozen=True)
+class Basis:
+    """RWG functions of one parity, each as the difference of two half functions.
+
+    halves: (N, 2) int64: numbers 3 t + i of the half functions; signs: (N, 2): +1, -1, or 0 for no second half
+    Ordered by the smaller triangle number.
+    """
+
+    halves: np.ndarray
+    signs: np.ndarray
+
+    def __len__(self):
+        return len(self.halves)
+
+
+def fundamental_domain(vertices, triangles, symmetry):
+    """The Surface on the non-negative side of each mirror plane in `symmetry`.
+
+    vertices: (V, 3) m; triangles: (T, 3) vertex numbers; symmetry: names of planes, e.g. ['xz']
+    Raises InputError if the mesh does not consist of one side and its mirror image.
+    """
+    axes = tuple(sorted(AXES[plane] for plane in symmetry))
+    corners = np.asarray(vertices, np.float64)[triangles]
+    kept = np.ones(len(triangles), bool)
+    for axis in axes:
+        side = corners[:, :, axis]
+        kept &= (side >= 0).all(1)
+        upper, lower, inside = (side >= 0).all(1), (side <= 0).all(1), (side == 0).all(1)
+        if not (upper | lower).all() or upper.sum() != lower.sum():
+            plane = next(name for name, a in AXES.items() if a == axis)
+            raise InputError(
+                f"the mesh is not symmetric about the plane {plane}: {upper.sum() - inside.sum()} triangles on one side, "
+                f"{lower.sum() - inside.sum()} on the other, {(~(upper | lower)).sum()} across it."
+            )
+    order = _along_curve(corners[kept].mean(1))
+    return Surface(corners[kept][order], np.asarray(triangles, np.int64)[kept][order], axes)
+
+
+def rwg(surface, parity):
+    """The Basis of one parity; `parity` is (G,), a row of `surface.parities`."""
+    count = len(surface.vertices)
+    negative = {
+        axis
+        for axis in surface.axes
+        for g, signs in enumerate(surface.reflections)
+        if (signs < 0).sum() == 1 and signs[axis] < 0 and parity[g] < 0
+    }
+    # A triangle that lies in a plane of negative parity is its own image and cancels.
+    alive = np.ones(count, bool)
+    for axis in negative:
+        alive &= ~(surface.vertices[:, :, axis] == 0).all(1)
+
+    ends = np.stack([np.roll(surface.corners, -1, 1), np.roll(surface.corners, -2, 1)], 2).reshape(-1, 2)
+    points = np.stack([np.roll(surface.vertices, -1, 1), np.roll(surface.vertices, -2, 1)], 2).reshape(-1, 2, 3)
+    halves = np.flatnonzero(np.repeat(alive, 3))
+    single = np.zeros(3 * count, bool)
+    for axis in negative:
+        single |= (points[:, :, axis] == 0).all(1)
+
+    key = np.sort(ends[halves], 1)
+    order = np.lexsort((halves, key[:, 1], key[:, 0]))
+    halves, key = halves[order], key[order]
+    first = np.ones(len(halves), bool)
+    first[1:] = (key[1:] != key[:-1]).any(1)
+    leader = halves[np.maximum.accumulate(np.where(first, np.arange(len(halves)), 0))]
+
+    alone = single[halves]
+    pair = ~first & ~alone
+    functions = np.concatenate(
+        [
+            np.stack([leader[pair], halves[pair]], 1),
+            np.stack([halves[alone], halves[alone]], 1),
+        ]
+    )
+    signs = np.concatenate([np.tile([1.0, -1.0], (pair.sum(), 1)), np.tile([1.0, 0.0], (alone.sum(), 1))])
+    order = np.argsort(functions.min(1), kind="stable")
+    return Basis(functions[order], signs[order])
+
+
+def unknowns(surface):
+    """Total number of RWG functions over all parities."""
+    return sum(len(rwg(surface, parity)) for parity in surface.parities)
+
+
+def _along_curve(points, bits=10):
+    """Order of points (P, 3) along a Morton curve, so that neighbours in number are neighbours in space."""
+    low, size = points.min(0), np.ptp(points, axis=0).max()
+    cells = ((points - low) / (size or 1.0) * (2**bits - 1)).astype(np.int64)
+    code = np.zeros(len(points), np.int64)
+    for bit in range(bits):
+        for axis in range(3):
+            code |= ((cells[:, axis] >> bit) & 1) << (3 * bit + axis)
+    return np.argsort(code, kind="stable")

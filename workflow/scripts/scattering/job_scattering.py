@@ -1,0 +1,5 @@
+from common.job import job
+from scattering.store import join_bands
+
+with job(snakemake):
+    join_bands(snakemake.input.bands, snakemake.output[0])

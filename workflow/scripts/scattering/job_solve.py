@@ -1,0 +1,15 @@
+from common.job import job
+from scattering.store import solve_band
+
+with job(snakemake):
+    settings = snakemake.params.settings
+    solve_band(
+        snakemake.input.mesh,
+        snakemake.output[0],
+        int(snakemake.wildcards.band),
+        settings["mesh.bands"],
+        settings["radar"],
+        settings["aspect"],
+        settings["scattering"],
+        settings["symmetry"],
+    )

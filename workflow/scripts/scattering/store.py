@@ -1,0 +1,105 @@
+"""From a band's mesh to its part of the field, and from the bands to a target's store."""
+
+import importlib.metadata
+import platform
+import sys
+import time
+
+import jax
+import numpy as np
+import xarray as xr
+from mesh.io import read_ply
+from tqdm import tqdm
+
+from common.radar import azimuths, bands, elevations
+from scattering.solve import solve
+
+CONVENTION = (
+    "E_s = field exp(-j k r) / r for a unit incident plane wave, exp(+j omega t), phase referred to the origin; "
+    "RCS = 4 pi |field|^2; a scatterer d metres nearer to the radar than the origin has phase exp(+2 j k d)"
+)
+COORDINATES = {
+    "polarization": {"units": "1", "long_name": "receive and transmit polarization (V = elevation, H = azimuth)"},
+    "frequency": {"units": "Hz", "long_name": "frequency"},
+    "elevation": {"units": "degrees", "long_name": "elevation of the radar above the horizon"},
+    "azimuth": {"units": "degrees", "long_name": "azimuth of the radar, from the nose (x) towards y"},
+}
+
+
+def solve_band(mesh_path, store_path, band, band_count, radar, aspect, scattering, symmetry):
+    """Solve one band of frequencies on its mesh and write it as a store like the target's, with its frequencies only."""
+    vertices, triangles = read_ply(mesh_path)
+    frequency, elevation, azimuth = bands(radar, band_count)[band], elevations(aspect), azimuths(aspect)
+    polarizations = radar["polarizations"]
+    device = jax.devices()[0]
+    print(
+        f"{len(triangles)} triangles, {len(frequency)} frequencies from {frequency[0] / 1e9:g} to "
+        f"{frequency[-1] / 1e9:g} GHz, {len(elevation)} x {len(azimuth)} directions, on {device.device_kind}"
+    )
+    with tqdm(total=len(frequency), unit="frequency", disable=None, file=sys.stderr) as bar:
+        solution = solve(
+            vertices,
+            triangles,
+            frequency,
+            elevation,
+            azimuth,
+            polarizations,
+            symmetry,
+            scattering["precision"],
+            _Progress(bar, frequency),
+        )
+    for n, f in enumerate(frequency):
+        parts = ", ".join(f"{part} {seconds[n]:.1f} s" for part, seconds in solution.seconds.items())
+        print(f"{f / 1e9:.4f} GHz: {solution.unknowns} unknowns, {parts}, residual {solution.residual[n]:.1e}")
+    dataset = xr.Dataset(
+        {
+            "field": (
+                tuple(COORDINATES),
+                solution.field.astype(np.complex64),
+                {"units": "m", "long_name": "backscatter amplitude"},
+            )
+        },
+        coords={
+            name: (name, values, COORDINATES[name])
+            for name, values in zip(COORDINATES, (polarizations, frequency, elevation, azimuth), strict=True)
+        },
+        attrs={
+            "convention": CONVENTION,
+            "formulation": scattering["formulation"],
+            "precision": scattering["precision"],
+            "unknowns": [solution.unknowns] * len(frequency),
+            "residual": solution.residual.tolist(),
+            "versions": {"python": platform.python_version()}
+            | {name: importlib.metadata.version(name) for name in ("jax", "numpy", "scipy")},
+        },
+    )
+    _write(dataset, store_path)
+
+
+def join_bands(band_paths, store_path):
+    """Put the bands of a target together along frequency, with the attributes of all."""
+    parts = [xr.load_dataset(path, engine="zarr") for path in band_paths]
+    dataset = xr.concat(parts, "frequency", combine_attrs="override", data_vars="all")
+    for name in ("unknowns", "residual"):
+        dataset.attrs[name] = [value for part in parts for value in part.attrs[name]]
+    _write(dataset, store_path)
+
+
+class _Progress:
+    """Shows on a tqdm bar which frequency and which part of it runs."""
+
+    def __init__(self, bar, frequency):
+        self.bar, self.frequency, self.last = bar, frequency, 0.0
+
+    def __call__(self, n, part, done):
+        if part == "done":
+            self.bar.update(1)
+        elif time.monotonic() - self.last > 0.5:
+            self.last = time.monotonic()
+            self.bar.set_postfix_str(f"{self.frequency[n] / 1e9:.3f} GHz: {part} {100 * done:.0f} %")
+
+
+def _write(dataset, path):
+    # A strip of all directions at one frequency is what a solve makes and what a plot reads.
+    chunks = (dataset.sizes["polarization"], dataset.sizes["frequency"], 1, dataset.sizes["azimuth"])
+    dataset.to_zarr(path, mode="w", encoding={"field": {"chunks": chunks}}, zarr_format=2)
