@@ -5,20 +5,21 @@ import pytest
 
 from common.errors import InputError
 from common.radar import C0
-from imaging.geometry import centres, geometry, uniform_step, warnings
+from imaging.geometry import centres, describe, geometry, uniform_step, warnings
 
 
 def test_thesis_experiment(wide):
-    figures = geometry(wide.frequency, np.arange(-45, 46, 5.0), wide.azimuth, wide.imaging, realizations=3)
+    figures = geometry(wide.frequency, np.arange(-45, 46, 5.0), wide.azimuth, wide.imaging)
     assert figures["range_resolution"] == pytest.approx(0.05, rel=0.05)
     assert figures["crossrange_resolution"] == pytest.approx(0.05, rel=0.05)
     assert figures["range_extent"] == pytest.approx(C0 / (2 * 115.3846e6), rel=1e-6)
     assert figures["crossrange_extent"] == pytest.approx(C0 / 5.55e9 / (2 * 2 * np.pi / 242))
     assert figures["aperture_angle"] == pytest.approx(31.24, abs=0.01)
     assert 5 * 17 * 3 * figures["images"] == 1_172_490
-    assert figures["noisy_bytes"] == 3 * 19 * 242 * 27 * 21 * 8
+    assert figures["bytes"] == 19 * 242 * 27 * 21 * 8
     assert figures["range_extent"] == pytest.approx(27 * figures["range_resolution"])
     assert figures["crossrange_extent"] == pytest.approx(21 * figures["crossrange_resolution"])
+    assert "range: resolution 0.0481 m, unambiguous extent 1.299 m, 27 pixels" in describe(figures)
 
 
 def test_centres():

@@ -60,15 +60,16 @@ def centres(azimuth, aperture):
     return azimuth if closes_circle(azimuth) else azimuth[half : len(azimuth) - half]
 
 
-def geometry(frequency, elevation, azimuth, imaging, realizations=0):
-    """What a sweep gives: resolution, unambiguous extent, aperture angle, number of images, size of the stores.
+def geometry(frequency, elevation, azimuth, imaging):
+    """What a sweep gives: resolution, unambiguous extent, aperture angle, number of images, size of a store.
 
-    frequency in Hz, elevation and azimuth in degrees (1-D, ascending); imaging: the config's section;
-    realizations: noise samples per image and SNR. As each sample stands for one step, the bandwidth is
-    frequencies x step and the aperture angle aperture x step: extent = samples x resolution (thesis eqs. 3.10, 3.12).
+    frequency in Hz, elevation and azimuth in degrees (1-D, ascending); imaging: the config's section.
+    As each sample stands for one step, the bandwidth is frequencies x step and the aperture angle aperture x step:
+    extent = samples x resolution (thesis eqs. 3.10, 3.12).
     Cross-range figures are for the centre frequency. `polar` keeps the inscribed rectangle's part of the sector, so its
     pixels are somewhat larger than these resolutions and its image spans somewhat more than these extents.
-    Lengths in m, angles in degrees, stores in bytes. InputError if no image can be made.
+    Lengths in m, angles in degrees; bytes are of one target's clean images, as many again for every realization of
+    every SNR. InputError if no image can be made.
     """
     step = uniform_step("frequency", frequency)
     turn = np.radians(uniform_step("azimuth", azimuth))
@@ -87,9 +88,22 @@ def geometry(frequency, elevation, azimuth, imaging, realizations=0):
         "range_pixels": len(frequency),
         "crossrange_pixels": samples,
         "images": images,
-        "clean_bytes": images * pixels * BYTES,
-        "noisy_bytes": images * pixels * BYTES * realizations,
+        "bytes": images * pixels * BYTES,
     }
+
+
+def describe(figures):
+    """The figures of `geometry` as lines of text."""
+    return [
+        *(
+            f"{axis}: resolution {figures[f'{axis}_resolution']:.4f} m, unambiguous extent "
+            f"{figures[f'{axis}_extent']:.3f} m, {figures[f'{axis}_pixels']} pixels"
+            for axis in ("range", "crossrange")
+        ),
+        f"crossrange extent at the highest frequency: {figures['crossrange_extent_highest_frequency']:.3f} m",
+        f"aperture {figures['aperture_angle']:.2f} degrees, bandwidth {100 * figures['fractional_bandwidth']:.1f} %",
+        f"{figures['images']} images, {figures['bytes'] / 1e6:.1f} MB",
+    ]
 
 
 def warnings(figures, imaging, length):

@@ -8,7 +8,7 @@ import xarray as xr
 
 from common.errors import InputError
 from imaging.formation import apertures, form_images, imaging_matrix
-from imaging.geometry import centres, geometry, uniform_step, warnings
+from imaging.geometry import centres, describe, geometry, uniform_step, warnings
 from imaging.noise import definition_offset, generator, white_noise
 
 # The figures of `geometry` that stand in every store's attributes.
@@ -27,8 +27,7 @@ def make_clean(field_path, mesh_path, image_path, imaging):
     """
     field = _open(field_path)
     figures = geometry(field.frequency.values, field.elevation.values, field.azimuth.values, imaging)
-    for name, value in figures.items():
-        print(f"{name}: {value:.4g}" if isinstance(value, float) else f"{name}: {value}")
+    print(*describe(figures), sep="\n")
     length = max(json.loads(Path(mesh_path).read_text())["source"]["box"])
     for warning in warnings(figures, imaging, length):
         print(f"Warning: {warning}")
