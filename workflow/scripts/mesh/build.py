@@ -7,10 +7,10 @@ import numpy as np
 
 from common import radar as sweep
 from common.errors import InputError
-from mesh import clean, symmetry
+from mesh import clean, symmetry, topology
 from mesh.figures import describe, size
 from mesh.io import write_ply
-from mesh.remesh import remesh
+from mesh.remesh import remesh, restore_volume
 
 DEVIATION = 1 / 100  # wavelengths that a remeshing step may move the surface; the goal for the whole is 1/40
 ASYMMETRY = 1 / 100  # wavelengths at the top frequency between a target and its mirror image
@@ -35,13 +35,20 @@ def load(path, target, wavelength):
 
 
 def band_mesh(vertices, triangles, edge, deviation, mirrored, name):
-    """Vertices and triangles of about `edge` metres; exactly mirror-symmetric about y = 0 if `mirrored`."""
-    if not mirrored:
-        return remesh(vertices, triangles, edge, deviation)
+    """Vertices and triangles of about `edge` metres; exactly mirror-symmetric about y = 0 if `mirrored`.
+
+    A closed target keeps its volume.
+    """
+    source, closed = (vertices, triangles), topology.is_watertight(triangles)
     close = clean.CLOSE * np.linalg.norm(np.ptp(vertices, axis=0))
-    vertices, triangles = remesh(*symmetry.left_half(vertices, triangles, close, name), edge, deviation)
-    vertices[np.abs(vertices[:, 1]) <= close, 1] = 0.0
-    return symmetry.with_mirror(vertices, triangles)
+    if mirrored:
+        vertices, triangles = symmetry.left_half(vertices, triangles, close, name)
+    # The plane y = 0 goes through the origin: closing the half there would add no volume.
+    volume = topology.tetrahedra(vertices, triangles).sum()
+    vertices, triangles = remesh(vertices, triangles, edge, deviation, mirrored)
+    if closed:
+        vertices = restore_volume(vertices, triangles, source, volume)
+    return symmetry.with_mirror(vertices, triangles) if mirrored else (vertices, triangles)
 
 
 def build(path, target, mesh, radar):

@@ -7,19 +7,19 @@ from mesh import topology
 
 
 def samples(vertices, triangles, spacing):
-    """Points on a mesh at most about `spacing` metres apart: vertices midpoint subdivisions."""
+    """Points on a mesh, (P, 3), at most `spacing` metres apart: corners and centres of its triangles, halved until small."""
     corners = vertices[triangles]
-    points = [corners.reshape(-1, 3), corners.mean(axis=1)]
+    points = []
     while len(corners):
-        sides = np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2)
-        corners = corners[sides.max(axis=1) > spacing]
-        middle = (corners + np.roll(corners, -1, axis=1)) / 2
-        points.append(middle.reshape(-1, 3))
-        a, b, c = corners.transpose(1, 0, 2)
-        ab, bc, ca = middle.transpose(1, 0, 2)
-        parts = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
-        corners = np.concatenate([np.stack(part, axis=1) for part in parts])
-    return np.unique(np.concatenate(points), axis=0)
+        side = np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2)
+        small = side.max(axis=1) <= spacing
+        points += [corners[small].reshape(-1, 3), corners[small].mean(axis=1)]
+        # The others are cut across their longest side, which runs from corner k to k + 1.
+        corners, k = corners[~small], side[~small].argmax(axis=1)
+        a, b, c = np.take_along_axis(corners, ((k[:, None] + np.arange(3)) % 3)[:, :, None], axis=1).transpose(1, 0, 2)
+        middle = (a + b) / 2
+        corners = np.concatenate([np.stack([a, middle, c], axis=1), np.stack([middle, b, c], axis=1)])
+    return np.concatenate(points)
 
 
 def one_way(points, vertices, triangles):
@@ -32,6 +32,18 @@ def one_way(points, vertices, triangles):
         sampledmesh=0, targetmesh=1, samplenum=len(points), maxdist=pymeshlab.PureValue(float(far))
     )
     return float(result["max"])
+
+
+def signed(points, vertices, triangles):
+    """Distance in metres of each of the points (P, 3) from a closed mesh, negative inside, (P,)."""
+    meshes = pymeshlab.MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(vertices, np.asarray(triangles, np.int32)))
+    meshes.add_mesh(pymeshlab.Mesh(points))
+    far = np.linalg.norm(np.ptp(np.concatenate([points, vertices]), axis=0))
+    meshes.compute_scalar_by_distance_from_another_mesh_per_vertex(
+        measuremesh=1, refmesh=0, signeddist=True, maxdist=pymeshlab.PureValue(float(far))
+    )
+    return meshes.current_mesh().vertex_scalar_array()
 
 
 def hausdorff(mesh, source, spacing):

@@ -14,12 +14,6 @@ def angles(vertices, triangles):
     return np.degrees(np.arctan2(sine, (ahead * back).sum(axis=2))).min(axis=1)
 
 
-def edge_lengths(vertices, triangles):
-    """Length of each edge in metres, (E,)."""
-    unique = topology.edges(triangles)[0]
-    return np.linalg.norm(vertices[unique[:, 0]] - vertices[unique[:, 1]], axis=1)
-
-
 def size(vertices, triangles):
     """Area in m^2, volume in m^3 (None unless watertight) and lengths of the bounding box in m."""
     watertight = topology.is_watertight(triangles)
@@ -33,7 +27,7 @@ def size(vertices, triangles):
 def describe(mesh, source, wavelength, edge):
     """Figures of one band's mesh against its source, both (vertices, triangles); lengths in metres."""
     vertices, triangles = mesh
-    length, angle = edge_lengths(*mesh), angles(*mesh)
+    length, angle = topology.edge_lengths(*mesh), angles(*mesh)
     before, after = size(*source), size(*mesh)
     lengths = {"mean": length.mean(), "max": length.max(), "p99": np.percentile(length, 99)}
     to_source, from_source = hausdorff(mesh, source, edge / 2)

@@ -4,48 +4,85 @@ import numpy as np
 import pymeshlab
 
 from mesh import topology
+from mesh.distance import signed
+from mesh.tidy import collapse_short_edges, flip_slivers, split_long_edges
 
 FEATURE_ANGLE = 40.0  # degrees between face normals; sharper edges are features and stay
-AIM = 0.95  # target edge over wanted mean edge: the remesher's mean comes out some per cent above its target
-LONGEST = 1.5  # edges longer than this many wanted edges are split afterwards
+SHORTEST, LONGEST = 0.4, 1.45  # wanted edges; those outside are pulled together or split afterwards
+P99 = 1.35  # wanted edges: 99 % of all edges are to be shorter
+MEAN = 0.97, 1.0  # wanted edges: a mean in this range needs no other try
+TRIES = 4
 ITERATIONS = 10
+ON_PLANE = 0.1  # wanted edges: the remesher leaves boundary vertices this near to the plane that they started in
 
 
-def remesh(vertices, triangles, edge, deviation):
-    """Triangles of about `edge` metres on the same surface, moved from it by at most `deviation` metres a step."""
+def remesh(vertices, triangles, edge, deviation, mirrored):
+    """Triangles of at most `edge` metres on average on the same surface, moved by at most `deviation` metres a step.
+
+    A boundary in the plane y = 0 stays in it exactly if `mirrored`. The coarsest of a few tries that keeps to the
+    lengths is taken: thin parts bring the mean down, and a regular start is only ever halved.
+    """
+    limits = SHORTEST * edge, LONGEST * edge, deviation / 2
+    start = collapse_short_edges(vertices, triangles, limits[0], np.inf, limits[2])
+    best, coarsest, aim = None, 0.0, 1.0
+    for _ in range(TRIES):
+        vertices, triangles = _isotropic(*start, aim * edge, deviation)
+        if mirrored:
+            vertices, triangles = _to_plane(vertices, triangles, ON_PLANE * edge)
+        vertices, triangles = collapse_short_edges(vertices, triangles, *limits)
+        vertices, triangles = split_long_edges(vertices, triangles, limits[1])
+        triangles = flip_slivers(vertices, triangles, limits[2])
+        lengths = topology.edge_lengths(vertices, triangles) / edge
+        mean = lengths.mean()
+        fits = mean <= MEAN[1] and np.percentile(lengths, 99) <= P99
+        if best is None or (fits and mean > coarsest):
+            best, coarsest = (vertices, triangles), mean * fits
+        if fits and mean >= MEAN[0]:
+            break
+        aim *= sum(MEAN) / 2 / mean if fits else min(sum(MEAN) / 2 / mean, MEAN[0])
+    return best
+
+
+def _to_plane(vertices, triangles, near):
+    """Boundary vertices within `near` metres of y = 0 put on it, and faces that then lie in it dropped."""
+    unique, index = topology.edges(triangles)
+    boundary = np.unique(unique[np.bincount(index.ravel()) == 1])
+    vertices[boundary[np.abs(vertices[boundary, 1]) <= near], 1] = 0.0
+    return topology.compact(vertices, triangles[(vertices[triangles][:, :, 1] != 0).any(axis=1)])
+
+
+def _isotropic(vertices, triangles, edge, deviation):
     meshes = pymeshlab.MeshSet()
     meshes.add_mesh(pymeshlab.Mesh(vertices, np.asarray(triangles, np.int32)))
     meshes.meshing_isotropic_explicit_remeshing(
         iterations=ITERATIONS,
-        targetlen=pymeshlab.PureValue(AIM * edge),
+        targetlen=pymeshlab.PureValue(edge),
         featuredeg=FEATURE_ANGLE,
         checksurfdist=True,
         maxsurfdist=pymeshlab.PureValue(deviation),
     )
     mesh = meshes.current_mesh()
-    return split_long_edges(*topology.compact(mesh.vertex_matrix(), mesh.face_matrix()), LONGEST * edge)
+    return topology.compact(mesh.vertex_matrix(), mesh.face_matrix())
 
 
-def split_long_edges(vertices, triangles, longest):
-    """Cut every edge above `longest` metres at its middle, the longest of each neighbourhood first."""
-    while True:
-        unique, index = topology.edges(triangles)
-        length = np.linalg.norm(vertices[unique[:, 0]] - vertices[unique[:, 1]], axis=1)
-        # An edge is cut if no side of its triangles is longer: then each triangle has one cut at most.
-        rank = np.empty(len(unique), dtype=int)
-        rank[np.argsort(length, kind="stable")] = np.arange(len(unique))
-        best = index[np.arange(len(index)), rank[index].argmax(axis=1)]
-        wins = np.bincount(best, minlength=len(unique)) == np.bincount(index.ravel())
-        cut = wins & (length > longest)
-        if not cut.any():
-            return vertices, triangles
-        number = np.full(len(unique), -1)
-        number[cut] = len(vertices) + np.arange(cut.sum())
-        vertices = np.concatenate([vertices, vertices[unique[cut]].mean(axis=1)])
-        hit = cut[best]
-        side = (index[hit] == best[hit, None]).argmax(axis=1)
-        turned = triangles[hit][np.arange(hit.sum())[:, None], (side[:, None] + np.arange(3)) % 3]
-        middle = number[best[hit]]
-        first = np.stack([turned[:, 0], middle, turned[:, 2]], axis=1)
-        second = np.stack([middle, turned[:, 1], turned[:, 2]], axis=1)
-        triangles = np.concatenate([triangles[~hit], first, second]).astype(np.int32)
+def restore_volume(vertices, triangles, source, volume):
+    """Vertices moved outwards so that the mesh has `volume` m^3: chords of a convex surface lie inside it.
+
+    Each vertex moves in proportion to the distances of its faces' centres from the closed `source`
+    (vertices, triangles), along those faces' normals: flat parts stay as they are. Vertices with y = 0 keep it.
+    """
+    corners = vertices[triangles]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])  # twice the area long
+    depth = -signed(corners.mean(axis=1), *source)
+    push, weight = np.zeros_like(vertices), np.zeros(len(vertices))
+    for k in range(3):
+        np.add.at(push, triangles[:, k], depth[:, None] * normal)
+        np.add.at(weight, triangles[:, k], np.linalg.norm(normal, axis=1))
+    push /= weight[:, None]
+    push[vertices[:, 1] == 0, 1] = 0.0
+    scale = 0.0
+    for _ in range(3):  # Newton's method on the volume, which is nearly linear in the scale
+        slope = (topology.tetrahedra(vertices + push, triangles) - topology.tetrahedra(vertices, triangles)).sum()
+        missing = volume - topology.tetrahedra(vertices + scale * push, triangles).sum()
+        scale += missing / slope
+    return vertices + scale * push

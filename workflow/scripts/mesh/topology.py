@@ -97,6 +97,12 @@ def areas(vertices, triangles):
     return np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
 
 
+def edge_lengths(vertices, triangles):
+    """Length of each edge in metres, (E,)."""
+    start, stop = vertices[edges(triangles)[0]].transpose(1, 0, 2)
+    return np.linalg.norm(stop - start, axis=1)
+
+
 def compact(vertices, triangles):
     """The same mesh without the vertices that no triangle uses."""
     used, index = np.unique(triangles, return_inverse=True)
