@@ -1,0 +1,184 @@
+"""A small tree of made-up results in the layout of the other stages, for the report to show."""
+
+import json
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from common import radar as sweep
+from mesh.figures import describe
+from mesh.io import write_ply
+
+SETTINGS = {
+    "name": "fake",
+    "seed": 3,
+    "targets": {
+        "ufo": {"mesh": "ufo.stl", "role": "unknown"},
+        "missile": {"mesh": "missile.stl", "role": "known"},
+        "drone": {"mesh": "drone.stl", "role": "known"},
+    },
+    "mesh": {"bands": 2, "edges_per_wavelength": 10},
+    "radar": {"center_frequency": 1e9, "bandwidth": 0.4e9, "frequencies": 5, "polarizations": ["VV", "HH"]},
+    "aspect": {"elevation": {"start": -30, "stop": 30, "step": 30}, "azimuth": {"count": 24}},
+    "scattering": {"formulation": "efie", "precision": "single"},
+    "imaging": {"aperture": 5, "window": "hamming", "reformat": "polar"},
+    "noise": {"snr_db": [-12, 0, 2.5, 12, 24], "realizations": 2, "definition": "peak_3db"},
+    "learning": {
+        "split": {"scheme": "random", "train": 0.7},
+        "models": {"lr": {"penalty": 0.001}, "svm": {"C": 930.66, "scale": 2.75}, "knn": {"k": 1}},
+        "experiments": {
+            "single_elevation": {"train": {"elevation": [0], "snr_db": "clean"}, "models": ["lr", "svm", "knn"]},
+            "multi_elevation": {"train": {"elevation": "all", "snr_db": "clean"}, "models": ["lr", "knn"]},
+        },
+    },
+}
+SHAPES = {"ufo": (0.3, 0.3, 0.1), "missile": (0.5, 0.08, 0.08), "drone": (0.25, 0.25, 0.06)}  # half axes in m
+
+
+def make(folder, settings):
+    """Fill `folder` (results/<name>) with made-up results for the settings."""
+    frequency = sweep.frequencies(settings["radar"])
+    elevation, azimuth = sweep.elevations(settings["aspect"]), sweep.azimuths(settings["aspect"])
+    for name in settings["targets"]:
+        _mesh(folder / "mesh", name, settings)
+        _scattering(folder / "scattering" / f"{name}.zarr", name, settings, frequency, elevation, azimuth)
+        if len(frequency) > 1:
+            _images(folder / "imaging" / name, settings, elevation, azimuth)
+    if len(frequency) > 1 and settings["learning"]["experiments"]:
+        _learning(folder / "learning", settings)
+    record = folder / "benchmarks" / "mesh" / "drone.tsv"
+    record.parent.mkdir(parents=True)
+    record.write_text("s\th:m:s\tmax_rss\n12.5\t0:00:12\t250.0\n")
+
+
+def ellipsoid(half_axes, rings=12):
+    """Vertices (n, 3) and triangles (m, 3) of a closed ellipsoid."""
+    polar, turn = np.linspace(0, np.pi, rings + 1)[1:-1], np.arange(2 * rings) * np.pi / rings
+    ring = np.stack(
+        [
+            np.outer(np.sin(polar), np.cos(turn)),
+            np.outer(np.sin(polar), np.sin(turn)),
+            np.outer(np.cos(polar), np.ones_like(turn)),
+        ],
+        axis=-1,
+    ).reshape(-1, 3)
+    vertices = np.vstack([ring, [[0, 0, 1], [0, 0, -1]]]) * half_axes
+    count, north, south = 2 * rings, len(ring), len(ring) + 1
+    triangles = []
+    for k in range(count):
+        after = (k + 1) % count
+        triangles += [(north, k, after), (south, len(ring) - count + after, len(ring) - count + k)]
+        for row in range(rings - 2):
+            a, b, c, d = (row * count + k, row * count + after, (row + 1) * count + k, (row + 1) * count + after)
+            triangles += [(a, c, b), (b, c, d)]
+    return vertices, np.array(triangles)
+
+
+def _mesh(folder, name, settings):
+    """The same ellipsoid in every band, with its true figures."""
+    folder.mkdir(parents=True, exist_ok=True)
+    surface = ellipsoid(SHAPES[name])
+    bands = []
+    for number, band in enumerate(sweep.bands(settings["radar"], settings["mesh"]["bands"])):
+        write_ply(folder / f"{name}-{number}.ply", *surface)
+        wavelength = sweep.C0 / band[-1]
+        frequencies = {"first": float(band[0]), "last": float(band[-1]), "count": len(band)}
+        bands.append({"frequencies": frequencies} | describe(surface, surface, wavelength, wavelength / 10))
+    (folder / f"{name}.json").write_text(json.dumps({"repairs": {}, "bands": bands}))
+
+
+def _coordinate(name, values, units):
+    return (name, values, {"units": units, "long_name": name})
+
+
+def _scattering(path, name, settings, frequency, elevation, azimuth):
+    """Two point scatterers, at the nose and at the tail."""
+    k = 2 * np.pi * frequency / sweep.C0
+    down = np.cos(np.radians(elevation))[:, None] * np.cos(np.radians(azimuth))
+    nose = SHAPES[name][0]
+    field = 0.1 * np.exp(2j * k[:, None, None] * nose * down) + 0.05 * np.exp(-2j * k[:, None, None] * nose * down)
+    polarizations = settings["radar"]["polarizations"]
+    field = np.stack([field * (1 + 0.5 * index) for index in range(len(polarizations))]).astype(np.complex64)
+    axes = ("polarization", "frequency", "elevation", "azimuth")
+    xr.Dataset(
+        {
+            "field": (axes, field, {"units": "m", "long_name": "scattering amplitude"}),
+        },
+        {
+            "polarization": np.array(polarizations),
+            "frequency": _coordinate("frequency", frequency, "Hz"),
+            "elevation": _coordinate("elevation", elevation, "degrees"),
+            "azimuth": _coordinate("azimuth", azimuth, "degrees"),
+        },
+        {
+            "formulation": "efie",
+            "unknowns": [792] * len(frequency),
+            "residual": [1e-6 * (n + 1) for n in range(len(frequency))],
+        },
+    ).to_zarr(path, zarr_format=2)
+
+
+def _images(folder, settings, elevation, azimuth):
+    """Random pixels, each image with its peak at 1."""
+    random = np.random.default_rng(5)
+    pixels = (settings["radar"]["frequencies"], settings["imaging"]["aperture"])
+    noise = settings["noise"]
+    for store in ("clean", *map(sweep.snr_label, noise["snr_db"])):
+        lead = () if store == "clean" else (noise["realizations"],)
+        image = random.normal(size=(*lead, len(elevation), len(azimuth), *pixels, 2)) @ [1, 1j]
+        image = (image / np.abs(image).max(axis=(-2, -1), keepdims=True)).astype(np.complex64)
+        axes = ("realization",) * len(lead) + ("elevation", "azimuth")
+        xr.Dataset(
+            {
+                "image": ((*axes, "range", "crossrange"), image),
+                "peak": (axes, np.ones(image.shape[:-2], np.float32)),
+            },
+            {
+                "elevation": _coordinate("elevation", elevation, "degrees"),
+                "azimuth": _coordinate("azimuth", azimuth, "degrees"),
+                "range": _coordinate("range", 0.3 * (np.arange(pixels[0]) - pixels[0] // 2), "m"),
+                "crossrange": _coordinate("crossrange", 0.2 * (np.arange(pixels[1]) - pixels[1] // 2), "m"),
+            },
+            {
+                "aperture_angle": 75.0,
+                "range_resolution": 0.3,
+                "crossrange_resolution": 0.2,
+                "range_extent": 1.5,
+                "crossrange_extent": 1.0,
+                "snr_definition_offset_db": 2.1,
+            },
+        ).to_zarr(folder / f"{store}.zarr", zarr_format=2)
+
+
+def _learning(folder, settings):
+    """Accuracy that rises with SNR; every score with an interval around it."""
+    labels = sorted(name for name, target in settings["targets"].items() if target["role"] == "known")
+    rows, cells = [], []
+    for experiment, what in settings["learning"]["experiments"].items():
+        for place, model in enumerate(what["models"]):
+            for snr in settings["noise"]["snr_db"]:
+                for elevation in ("all",) if what["train"]["elevation"] == "all" else ("all", "trained"):
+                    run = [experiment, model, "random", what["train"]["snr_db"], snr, elevation]
+                    right = 1 - 0.5 / (1 + np.exp((snr + 6 + 3 * place) / 3)) - 0.05 * (elevation == "all")
+                    for metric in ("accuracy", "f1_weighted", "f1_macro"):
+                        rows.append([*run, metric, right, right - 0.03, min(right + 0.03, 1), 400])
+                    for label in labels:
+                        rows.append([*run, f"precision_{label}", right, right - 0.03, min(right + 0.03, 1), 400])
+                        rows.append([*run, f"recall_{label}", right, right - 0.03, min(right + 0.03, 1), 400])
+                        cells += [
+                            [*run, label, other, 200 * (right if other == label else 1 - right)] for other in labels
+                        ]
+            times = {
+                "training_observations": 1234,
+                "single": {"size": 1, "repeats": 200, "milliseconds_per_observation": 0.2 * (place + 1)},
+                "batch": {"size": 256, "repeats": 20, "milliseconds_per_observation": 0.01 * (place + 1)},
+                "machine": {"cpu": "A processor", "cores": 2},
+                "threads": 1,
+            }
+            path = folder / "times" / experiment / f"{model}.json"
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(json.dumps(times))
+    run = ["experiment", "model", "split", "train_snr_db", "test_snr_db", "elevation"]
+    pd.DataFrame(rows, columns=[*run, "metric", "value", "low", "high", "n"]).to_csv(folder / "scores.csv", index=False)
+    pd.DataFrame(cells, columns=[*run, "truth", "predicted", "count"]).to_csv(folder / "confusion.csv", index=False)

@@ -1,0 +1,46 @@
+# report: one page that shows what was run and what came out, with its figures and tables beside it.
+# takes: what it shows of every stage            makes: report/index.html, report/figures/*.svg, report/tables/*.csv
+
+from report.selection import noise_snrs, noise_target
+
+
+def images_shown():
+    """The stores of images that the page shows pictures of: all targets without noise, one target at some SNRs."""
+    if not images_are_made(config):
+        return []
+    noisy = [sweep.snr_label(snr) for snr in noise_snrs(config["noise"]["snr_db"])]
+    return [
+        *expand(f"{RESULTS}/imaging/{{target}}/clean.zarr", target=TARGETS),
+        *expand(f"{RESULTS}/imaging/{noise_target(config['targets'])}/{{snr}}.zarr", snr=noisy),
+    ]
+
+
+rule report:
+    input:
+        mesh_figures=expand(f"{RESULTS}/mesh/{{target}}.json", target=TARGETS),
+        meshes=expand(f"{RESULTS}/mesh/{{target}}-{BANDS[-1]}.ply", target=TARGETS),
+        scattering=expand(f"{RESULTS}/scattering/{{target}}.zarr", target=TARGETS),
+        images=images_shown(),
+        scores=[f"{RESULTS}/learning/{table}.csv" for table in ("scores", "confusion") if RUNS],
+        times=[f"{RESULTS}/learning/times/{run}.json" for run in RUNS],
+        published=[f"resources/reference/thesis_{table}.csv" for table in ("results", "prediction_times")],
+        code=code("mesh", "report"),
+    output:
+        page=f"{RESULTS}/report/index.html",
+        figures=directory(f"{RESULTS}/report/figures"),
+        tables=directory(f"{RESULTS}/report/tables"),
+    params:
+        settings=section(config, *config),
+    log:
+        f"{RESULTS}/logs/report.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/report.tsv"
+    threads: 1
+    resources:
+        mem_mb=2000,
+    conda:
+        "../../envs/report.yaml"
+    message:
+        "report: write {output.page}"
+    script:
+        "../scripts/report/job_report.py"

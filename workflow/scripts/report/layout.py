@@ -1,0 +1,149 @@
+"""What a page is made of - figures, tables, sections - and how every figure is drawn: fonts, colours, SVG."""
+
+import base64
+import io
+import re
+from dataclasses import dataclass
+
+import matplotlib
+import matplotlib.ticker
+import pandas as pd
+from matplotlib.figure import Figure as Canvas
+
+# Okabe and Ito's palette without its yellow: told apart by colour-blind readers, and dark enough on white.
+BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK = (
+    "#0072B2",
+    "#D55E00",
+    "#009E73",
+    "#B0578D",
+    "#C98500",
+    "#3A93C9",
+    "#222222",
+)
+PALETTE = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK)
+# A model looks the same in every figure: colour, marker, name.
+MODELS = {
+    "lr": (BLUE, "o", "LR"),
+    "svm": (VERMILION, "s", "SVM"),
+    "knn": (GREEN, "D", "KNN"),
+}
+MODEL_NAMES = {
+    "lr": "logistic regression (LR)",
+    "svm": "support vector machine (SVM)",
+    "knn": "nearest neighbour (KNN)",
+}
+
+SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+RCPARAMS = {
+    "font.family": "DejaVu Sans",  # comes with matplotlib, so that every machine draws the same
+    "font.size": 9,
+    "axes.titlesize": 9,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": "#d9d9d9",
+    "grid.linewidth": 0.6,
+    "legend.frameon": False,
+    "lines.linewidth": 1.4,
+    "lines.markersize": 3.5,
+    "svg.hashsalt": "isarflow",  # the ids in the file, and so the file, do not depend on chance
+    "svg.fonttype": "path",
+    "figure.dpi": 100,
+    "savefig.dpi": 200,  # of what is rasterized inside an SVG
+}
+
+
+@dataclass(frozen=True)
+class Figure:
+    """One picture of the page: an SVG file, the numbers drawn in it, and what it says to those who cannot see it."""
+
+    name: str
+    svg: bytes
+    data: pd.DataFrame
+    alt: str
+    caption: str
+    wide: bool = False  # takes the page's whole width
+
+    @property
+    def size(self):
+        """Width and height in CSS pixels, so that the page does not jump while it loads."""
+        width, height = re.search(rb'<svg [^>]*?width="([\d.]+)pt" height="([\d.]+)pt"', self.svg).groups()
+        return round(float(width) * 4 / 3), round(float(height) * 4 / 3)
+
+    @property
+    def uri(self):
+        return "data:image/svg+xml;base64," + base64.b64encode(self.svg).decode()
+
+
+@dataclass(frozen=True)
+class Table:
+    """One table of the page. `shown` holds the cells as text, `data` the same in full precision for the CSV file."""
+
+    name: str
+    shown: pd.DataFrame
+    data: pd.DataFrame
+    caption: str
+
+    @property
+    def text_columns(self):
+        """Columns of words, which are set flush left; numbers are set flush right."""
+        return [name for name in self.shown if self.shown[name].str.contains(r"^[A-Za-z]").any()]
+
+
+@dataclass(frozen=True)
+class Section:
+    """One chapter: an anchor, a heading, a few lines of text, then figures and tables."""
+
+    id: str
+    title: str
+    text: tuple = ()
+    figures: tuple = ()
+    tables: tuple = ()
+    code: str = ""  # shown as it is, folded
+
+
+def style():
+    """Context manager: within it matplotlib draws as this report does."""
+    return matplotlib.rc_context({**matplotlib.rcParamsDefault, **RCPARAMS})
+
+
+def canvas(width, height, layout="constrained"):
+    """An empty matplotlib figure, inches; it belongs to no window and is freed with its last reference."""
+    return Canvas(figsize=(width, height), layout=layout)
+
+
+def to_svg(figure):
+    """The drawn figure as SVG bytes, the same bytes every time."""
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
+    return buffer.getvalue()
+
+
+def model_style(model):
+    """Colour, marker and short name of a model. A model without an entry gets its name's place in the palette."""
+    return MODELS.get(model, (PALETTE[3 + sum(model.encode()) % 4], "v", model))
+
+
+def model_order(model):
+    """Sorting key: the models with an entry first, in its order, then the others by name."""
+    return (list(MODELS).index(model) if model in MODELS else len(MODELS), model)
+
+
+def circle_ticks(axis, values):
+    """Ticks at parts of a circle, where the angles (degrees) span most of one."""
+    if max(values) - min(values) > 180:
+        axis.set_major_locator(matplotlib.ticker.MultipleLocator(45))
+
+
+def number(value, digits=3):
+    """A number as text with so many significant digits, without an exponent where it can be read without one."""
+    if value is None or pd.isna(value):
+        return "–"
+    if value and not 1e-3 <= abs(value) < 1e6:
+        mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
+        return f"{mantissa}×10{str(int(exponent)).translate(SUPERSCRIPTS)}"
+    if abs(value) >= 10 ** (digits - 1):
+        return f"{value:.0f}"
+    return f"{value:.{digits}g}"

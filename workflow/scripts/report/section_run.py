@@ -1,0 +1,139 @@
+"""What was run: the facts at the head of the page, and how it was made at its end."""
+
+import platform
+import subprocess
+from importlib import metadata
+
+import pandas as pd
+import yaml
+
+from common import radar as sweep
+from report.layout import Section, Table, number
+from report.section_mesh import extent
+
+PACKAGES = ("snakemake", "numpy", "scipy", "jax", "pymeshlab", "scikit-learn", "xarray", "zarr", "matplotlib")
+
+
+def facts(results):
+    """The run in pairs of what and how much, for the head of the page."""
+    settings = results.settings
+    radar, noise = settings["radar"], settings["noise"]
+    frequency = sweep.frequencies(radar) / 1e9
+    elevation, azimuth = sweep.elevations(settings["aspect"]), sweep.azimuths(settings["aspect"])
+    band = f"{frequency[0]:g} GHz" if len(frequency) == 1 else f"{frequency[0]:g} to {frequency[-1]:g} GHz"
+    pairs = [
+        ("Run", f"{settings['name']}, seed {settings['seed']}"),
+        (
+            "Radar",
+            f"{band}, {_count(len(frequency), 'frequency', 'frequencies')}, {', '.join(radar['polarizations'])}",
+        ),
+        ("Aspect", f"{_angles('elevation', elevation)}; {_angles('azimuth', azimuth)}"),
+    ]
+    if results.images_are_made:
+        imaging = settings["imaging"]
+        pairs += [
+            (
+                "Images",
+                f"{len(frequency)} × {imaging['aperture']} pixels, {imaging['window']} window, {_reformat(imaging)}",
+            ),
+            (
+                "Noise",
+                f"{_count(len(noise['snr_db']), 'SNR', 'SNRs')} from {min(noise['snr_db']):g} "
+                f"to {max(noise['snr_db']):g} dB, "
+                f"{_count(noise['realizations'], 'realization', 'realizations')}",
+            ),
+        ]
+    if len(results.benchmarks):
+        pairs.append(("Computed in", f"{_duration(results.benchmarks['s'].sum())} of jobs"))
+    return pairs
+
+
+def targets_table(results):
+    """Size, role and unknowns of every target."""
+    rows, shown = [], []
+    for name in results.targets:
+        size = extent(results.surfaces[name][0])
+        unknowns = [band["unknowns"] for band in results.meshes[name]["bands"]]
+        role = results.settings["targets"][name]["role"]
+        rows.append(
+            {"target": name, "role": role, "x_m": size[0], "y_m": size[1], "z_m": size[2], "unknowns": unknowns[-1]}
+        )
+        shown.append(
+            {
+                "target": name,
+                "role": role,
+                "size x × y × z [m]": " × ".join(f"{length:.2f}" for length in size),
+                "unknowns, finest mesh": f"{unknowns[-1]:,}",
+            }
+        )
+    return Table("targets", pd.DataFrame(shown), pd.DataFrame(rows), "The targets, their sizes and unknowns.")
+
+
+def section(results):
+    """How the page was made: jobs, versions and the whole config."""
+    return Section(
+        id="made",
+        title="How this was made",
+        text=(f"isarflow, commit {commit()}, Python {platform.python_version()}, {_versions()}.",),
+        tables=jobs_table(results.benchmarks),
+        code=yaml.safe_dump(results.settings, sort_keys=True, default_flow_style=None, width=100),
+    )
+
+
+def jobs_table(benchmarks):
+    """Wall time and memory of the jobs of each step; nothing where no job kept a record."""
+    if not len(benchmarks):
+        return ()
+    steps = benchmarks.groupby("step", sort=True).agg(
+        jobs=("job", "size"), total_s=("s", "sum"), longest_s=("s", "max"), memory_mb=("max_rss", "max")
+    )
+    shown = pd.DataFrame(
+        {
+            "step": steps.index,
+            "jobs": [str(count) for count in steps["jobs"]],
+            "all jobs": [_duration(seconds) for seconds in steps["total_s"]],
+            "longest job": [_duration(seconds) for seconds in steps["longest_s"]],
+            "peak memory [MB]": [number(memory) for memory in steps["memory_mb"]],
+        }
+    )
+    caption = "Wall time and peak memory of the jobs. Jobs run side by side, so the run took less than their sum."
+    return (Table("jobs", shown, benchmarks, caption),)
+
+
+def commit():
+    """The commit of the code, with '-dirty' where files were changed since; 'unknown' outside a git checkout."""
+    try:
+        run = subprocess.run(["git", "describe", "--always", "--dirty"], capture_output=True, text=True, check=True)
+    except (OSError, subprocess.CalledProcessError):
+        return "unknown"
+    return run.stdout.strip()
+
+
+def _versions():
+    found = []
+    for package in PACKAGES:
+        try:
+            found.append(f"{package} {metadata.version(package)}")
+        except metadata.PackageNotFoundError:
+            continue
+    return ", ".join(found)
+
+
+def _count(count, one, many):
+    return f"{count} {one if count == 1 else many}"
+
+
+def _angles(name, values):
+    if len(values) == 1:
+        return f"{name} {values[0]:g}°"
+    return f"{len(values)} {name}s from {values[0]:g}° to {values[-1]:.4g}°"
+
+
+def _reformat(imaging):
+    return "plain FFT" if imaging["reformat"] == "none" else f"{imaging['reformat']} reformatting"
+
+
+def _duration(seconds):
+    if seconds < 120:
+        return f"{seconds:.1f} s"
+    return f"{seconds / 60:.1f} min" if seconds < 7200 else f"{seconds / 3600:.1f} h"

@@ -1,0 +1,99 @@
+"""Prediction times beside the published ones."""
+
+import pandas as pd
+
+from report.layout import MODEL_NAMES, Figure, Section, Table, canvas, model_style, number, style, to_svg
+
+# Under which condition the published times have an experiment's counterpart.
+CONDITIONS = {"single_elevation": "single elevation", "multi_elevation": "19 elevations"}
+COLUMNS = {"single_ms": "one at a time", "batch_ms": "in batches"}
+
+
+def section(results):
+    frame = times_frame(results)
+    machines = ", ".join(sorted(frame["machine"].unique()))
+    return Section(
+        id="times",
+        title="Prediction times",
+        text=(
+            f"Milliseconds per image, from the complex image to its class. Here: {machines}, "
+            f"{_threads(frame)}, in batches of {frame['batch_size'].max()}. The reference thesis: Intel i7-7700HQ, "
+            "with other training sets. Only ratios between models compare.",
+        ),
+        figures=(times_figure(frame),),
+        tables=(times_table(frame),),
+    )
+
+
+def times_frame(results):
+    """One row per experiment and model: our milliseconds, and the published ones where there is a counterpart."""
+    published = results.published_times.rename(
+        columns={
+            "milliseconds_per_observation": "published_ms",
+            "training_observations": "published_training_observations",
+        }
+    ).drop(columns="source")
+    ours = pd.DataFrame(results.times)
+    ours["condition"] = ours["experiment"].map(CONDITIONS)
+    return ours.merge(published, how="left", on=["model", "condition"]).drop(columns="condition")
+
+
+def times_figure(frame):
+    """Milliseconds per image on a logarithmic axis: a row per experiment and model."""
+    labels = [f"{model_style(row.model)[2]}, {row.experiment.replace('_', ' ')}" for row in frame.itertuples()]
+    places = range(len(frame))
+    with style():
+        figure = canvas(5.4, 1.2 + 0.32 * len(frame))
+        axes = figure.add_subplot()
+        for row, place in zip(frame.itertuples(), places, strict=True):
+            color = model_style(row.model)[0]
+            axes.plot(row.single_ms, place, "o", color=color, ms=6)
+            axes.plot(row.batch_ms, place, "s", color=color, ms=6, mfc="white", mew=1.5)
+            axes.plot(row.published_ms, place, "D", color="black", ms=5, mfc="none")
+        entries = (
+            axes.plot([], [], "o", color="#555555", ms=6)[0],
+            axes.plot([], [], "s", color="#555555", ms=6, mfc="white", mew=1.5)[0],
+            axes.plot([], [], "D", color="black", ms=5, mfc="none")[0],
+        )
+        figure.legend(entries, [*COLUMNS.values(), "reference thesis"], loc="outside upper center", ncols=3)
+        axes.set_xscale("log")
+        axes.set_yticks(places, labels)
+        axes.invert_yaxis()
+        axes.margins(y=0.12)
+        axes.set_xlabel("time per image [ms]")
+        svg = to_svg(figure)
+    fastest = frame.loc[frame["batch_ms"].idxmin()]
+    return Figure(
+        name="prediction_times",
+        svg=svg,
+        data=frame,
+        alt="Prediction time per image of each model, one at a time, in batches, and as published.",
+        caption=(
+            "Prediction time per image. The fastest in batches is "
+            f"{MODEL_NAMES.get(fastest['model'], fastest['model'])} with {number(fastest['batch_ms'], 2)} ms."
+        ),
+    )
+
+
+def times_table(frame):
+    shown = pd.DataFrame(
+        {
+            "experiment": frame["experiment"].str.replace("_", " "),
+            "model": [model_style(model)[2] for model in frame["model"]],
+            "training images": [f"{count:,}" for count in frame["training_observations"]],
+            **{f"{text} [ms]": [number(value) for value in frame[key]] for key, text in COLUMNS.items()},
+            "reference thesis [ms]": [number(value) for value in frame["published_ms"]],
+            "its training images": [number(value, 6) for value in frame["published_training_observations"]],
+        }
+    )
+    return Table(
+        name="prediction_times",
+        shown=shown,
+        data=frame,
+        caption="Prediction time per image: one at a time, in batches (per image), and as published.",
+    )
+
+
+def _threads(frame):
+    count = frame["threads"].max()
+    return "one thread" if count == 1 else f"{count} threads"

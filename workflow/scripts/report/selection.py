@@ -1,0 +1,30 @@
+"""Which of the results the report shows. The rule reads it too, so that only these files are the job's inputs."""
+
+import numpy as np
+
+ROLES = ("known", "unknown", "other")
+GALLERY_AZIMUTHS = 8  # images of each target
+GALLERY_SNRS = 7  # noisy images of one target, beside the clean one
+TABLE_SNRS = 7  # columns of the accuracy table
+
+
+def target_order(targets):
+    """Target names in the order of the page: by role, then by name."""
+    return sorted(targets, key=lambda name: (ROLES.index(targets[name]["role"]), name))
+
+
+def noise_target(targets):
+    """The one target that is shown at several SNRs."""
+    return target_order(targets)[0]
+
+
+def evenly(values, count):
+    """At most `count` of the sorted values, evenly spread, the first and the last among them."""
+    values = sorted(values)
+    picks = np.unique(np.linspace(0, len(values) - 1, min(count, len(values))).round().astype(int))
+    return [values[pick] for pick in picks]
+
+
+def noise_snrs(snr_db):
+    """The SNRs in dB at which the one target is shown, as they are written in the config."""
+    return evenly(snr_db, GALLERY_SNRS)
