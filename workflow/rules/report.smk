@@ -29,17 +29,17 @@ rule report:
         page=f"{RESULTS}/report/index.html",
         figures=directory(f"{RESULTS}/report/figures"),
         tables=directory(f"{RESULTS}/report/tables"),
-    params:
-        settings=section(config, *config),
     log:
         f"{RESULTS}/logs/report.log",
     benchmark:
         f"{RESULTS}/benchmarks/report.tsv"
+    conda:
+        "../../envs/report.yaml"
     threads: 1
     resources:
         mem_mb=2000,
-    conda:
-        "../../envs/report.yaml"
+    params:
+        settings=section(config, *config),
     message:
         "report: write {output.page}"
     script:
