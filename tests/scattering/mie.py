@@ -21,17 +21,20 @@ def backscatter(wavenumber, radius):
 
 
 def icosphere(radius, edge):
-    """Faceted sphere of the sphere's own volume with edges of about `edge`: vertices (V, 3), triangles (T, 3)."""
+    """Faceted sphere of the sphere's own volume with edges of `edge` on average: vertices (V, 3), triangles (T, 3)."""
     phi = (1 + 5**0.5) / 2
     corners = np.array([[s * a, t * b, 0] for s in (-1, 1) for t in (-1, 1) for a, b in ((1, phi),)])
     corners = np.concatenate([np.roll(corners, k, 1) for k in range(3)])
     side = np.linalg.norm(corners[:, None] - corners[None], axis=2)
     near = np.isclose(side, 2.0)
     faces = [
-        (i, j, k) for i in range(12) for j in range(i + 1, 12) for k in range(j + 1, 12)
+        (i, j, k)
+        for i in range(12)
+        for j in range(i + 1, 12)
+        for k in range(j + 1, 12)
         if near[i, j] and near[j, k] and near[i, k]
     ]
-    count = max(1, round(1.1 * radius / edge))
+    count = max(1, round(1.2 * radius / edge))
     points, triangles = [], []
     for face in faces:
         a, b, c = corners[list(face)]

@@ -1,19 +1,6 @@
 # report: one page that shows what was run and what came out, with its figures and tables beside it.
 # takes: what it shows of every stage            makes: report/index.html, report/figures/*.svg, report/tables/*.csv
 
-from report.selection import noise_snrs, noise_target
-
-
-def images_shown():
-    """The stores of images that the page shows pictures of: all targets without noise, one target at some SNRs."""
-    if not images_are_made(config):
-        return []
-    noisy = [sweep.snr_label(snr) for snr in noise_snrs(config["noise"]["snr_db"])]
-    return [
-        *expand(f"{RESULTS}/imaging/{{target}}/clean.zarr", target=TARGETS),
-        *expand(f"{RESULTS}/imaging/{noise_target(config['targets'])}/{{snr}}.zarr", snr=noisy),
-    ]
-
 
 rule report:
     input:

@@ -1,23 +1,5 @@
 # scattering: a target's meshes become its backscatter over frequency and angle, one job for each frequency band.
 # takes: mesh/<target>-<band>.ply        makes: scattering/bands/<target>-<band>.zarr, scattering/<target>.zarr
-import json
-
-from scattering.plan import planned_megabytes
-
-
-def symmetry(target):
-    return config["targets"][target].get("symmetry", [])
-
-
-def solve_megabytes(wildcards, input):
-    """The planned memory, known once the mesh is there."""
-    with open(input.figures) as file:
-        mesh = json.load(file)["bands"][int(wildcards.band)]
-    planes = len(symmetry(wildcards.target))
-    precision = config["scattering"]["precision"]
-    return planned_megabytes(
-        mesh["unknowns"], mesh["triangles"], planes, config["radar"], config["aspect"], precision
-    )
 
 
 rule solve:

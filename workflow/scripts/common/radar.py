@@ -41,4 +41,4 @@ def closes_circle(azimuth):
 
 def snr_label(snr_db):
     """The SNR as it stands in file names: -6 gives 'snr_-6dB', 2.5 gives 'snr_2.5dB'."""
-    return f"snr_{snr_db:g}dB"
+    return f"snr_{snr_db + 0.0:g}dB"  # + 0.0: no minus before a zero

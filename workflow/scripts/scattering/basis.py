@@ -91,8 +91,8 @@ def fundamental_domain(vertices, triangles, symmetry):
         if not (upper | lower).all() or upper.sum() != lower.sum():
             plane = next(name for name, a in AXES.items() if a == axis)
             raise InputError(
-                f"the mesh is not symmetric about the plane {plane}: {upper.sum() - inside.sum()} triangles on one side, "
-                f"{lower.sum() - inside.sum()} on the other, {(~(upper | lower)).sum()} across it."
+                f"the mesh is not symmetric about the plane {plane}: {upper.sum() - inside.sum()} triangles on one "
+                f"side, {lower.sum() - inside.sum()} on the other, {(~(upper | lower)).sum()} across it."
             )
     order = _along_curve(corners[kept].mean(1))
     return Surface(corners[kept][order], np.asarray(triangles, np.int64)[kept][order], axes)

@@ -2,6 +2,7 @@
 
 import time
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from scattering.farfield import directions, distinct_directions, excitation
 
 DTYPES = {"single": np.complex64, "double": np.complex128}
 MAX_RESIDUAL = 1e-3
+PARTS = ("assembly", "factorization", "directions")
 PROBED_ROWS, PROBED_DIRECTIONS = 128, 4  # where the residual is measured
 
 
@@ -43,7 +45,7 @@ def solve(
 
     vertices: (V, 3) m; triangles: (T, 3); frequencies: (F,) Hz; elevation: (E,), azimuth: (A,) degrees;
     polarizations: receive and transmit, from VV, HH, HV, VH; symmetry: mirror planes of the mesh, e.g. ['xz'];
-    precision: single or double. Returns a Solution.
+    precision: single or double; progress(number, part, fraction) is called as the work goes on. Returns a Solution.
     Raises InputError if the mesh lacks the symmetry or a frequency cannot be solved to a residual of 1e-3.
     """
     surface = fundamental_domain(vertices, triangles, symmetry)
@@ -55,56 +57,57 @@ def solve(
 
     u, v, h = (x.reshape(-1, 3) for x in directions(elevation, azimuth))
     distinct, place, sign = distinct_directions(u, surface.axes)
-    vectors = {"V": v[distinct], "H": h[distinct]}
+    waves = {"V": v[distinct], "H": h[distinct]}
     field = np.empty((len(polarizations), len(frequencies), len(u)), np.complex128)
     residual = np.zeros(len(frequencies))
-    seconds = {part: np.zeros(len(frequencies)) for part in ("assembly", "factorization", "directions")}
+    seconds = {part: np.zeros(len(frequencies)) for part in PARTS}
 
     for n, frequency in enumerate(frequencies):
         k = 2 * np.pi * frequency / C0
         clock = _Clock(seconds, n)
         matrices = [SymmetricMatrix(len(basis), DTYPES[precision]) for basis in bases]
-        assemble(
-            surface, bases, k, near, matrices, DTYPES[precision], lambda done, n=n: progress(n, "assembly", done)
-        )
-        probes = [_probe(matrix) for matrix in matrices]
+        assemble(surface, bases, k, near, matrices, DTYPES[precision], partial(progress, n, "assembly"))
+        probes = [_Probe(matrix) for matrix in matrices]
         clock.lap("assembly")
-
-        share = np.array([len(basis) for basis in bases]) ** 3.0
-        share = np.append(0, np.cumsum(share) / share.sum())
         for p, matrix in enumerate(matrices):
-            if matrix.size:
-                matrix.factorize(
-                    lambda done, n=n, p=p: progress(n, "factorization", share[p] + done * (share[p + 1] - share[p]))
-                )
+            matrix.factorize(partial(_one_of, progress, n, p, len(matrices)))
         clock.lap("factorization")
-
-        amplitude = np.zeros((len(polarizations), len(distinct)), np.complex128)
-        waves = {q: excitation(surface, bases, k, u[distinct], vectors[q], DTYPES[precision])
-                 for q in sorted(set("".join(polarizations)))}
-        for p, matrix in enumerate(matrices):
-            if matrix.size == 0:
-                continue
-            # F = sum over the group of chi(g) g h makes the matrix |G| times the one that is stored.
-            for i, (receive, transmit) in enumerate(polarizations):
-                amplitude[i] -= matrix.quadratic(waves[receive][p], waves[transmit][p]) / len(matrices)
-            right = waves[polarizations[0][1]][p][:, :: max(1, len(distinct) // PROBED_DIRECTIONS)]
-            residual[n] = max(residual[n], _residual(matrix, probes[p], right))
+        excited = {
+            letter: excitation(surface, bases, k, u[distinct], waves[letter], DTYPES[precision])
+            for letter in sorted(set("".join(polarizations)))
+        }
+        for i, (receive, transmit) in enumerate(polarizations):
+            amplitude = _amplitude(matrices, excited[receive], excited[transmit])
+            field[i, n] = amplitude[place] * (sign if receive != transmit else 1)
+        right = excited[polarizations[0][1]]
+        residual[n] = max(probe.residual(matrix, b) for probe, matrix, b in zip(probes, matrices, right, strict=True))
         clock.lap("directions")
+        # Written so that a NaN fails too.
         if not residual[n] <= MAX_RESIDUAL:
             raise InputError(
                 f"at {frequency / 1e9:g} GHz the solution's residual is {residual[n]:.1e}, more than {MAX_RESIDUAL:g}. "
                 "The mesh may overlap itself or hold slivers; 'scattering.precision: double' may help."
             )
-        for i, (receive, transmit) in enumerate(polarizations):
-            field[i, n] = amplitude[i][place] * (sign if receive != transmit else 1)
         progress(n, "done", 1.0)
 
     shape = (len(polarizations), len(frequencies), len(elevation), len(azimuth))
     return Solution(field.reshape(shape), residual, seconds, unknowns)
 
 
+def _amplitude(matrices, receive, transmit):
+    """f = -V_p^T z^-1 V_q over all parities, (D,)."""
+    # F = sum over the group of chi(g) g h makes a parity's matrix |G| times the one that is stored.
+    parts = [m.quadratic(p, q) for m, p, q in zip(matrices, receive, transmit, strict=True)]
+    return -sum(parts) / len(matrices)
+
+
+def _one_of(progress, n, p, count, done):
+    progress(n, "factorization", (p + done) / count)
+
+
 class _Clock:
+    """Writes the seconds between laps."""
+
     def __init__(self, seconds, n):
         self.seconds, self.n, self.start = seconds, n, time.perf_counter()
 
@@ -114,17 +117,18 @@ class _Clock:
         self.start = now
 
 
-def _probe(matrix):
-    """Some whole rows, kept before the factorization overwrites the matrix."""
-    numbers = np.unique(np.linspace(0, matrix.size - 1, min(PROBED_ROWS, matrix.size)).astype(int))
-    return numbers, matrix.rows(numbers) if matrix.size else None
+class _Probe:
+    """Some whole rows of a matrix, kept because the factorization overwrites it."""
 
+    def __init__(self, matrix):
+        self.numbers = np.unique(np.linspace(0, matrix.size - 1, min(PROBED_ROWS, matrix.size)).astype(int))
+        self.rows = matrix.rows(self.numbers)
 
-def _residual(matrix, probe, right):
-    """|A x - b| / |b| over the probed rows, the largest of the columns of `right`."""
-    numbers, rows = probe
-    difference = rows @ matrix.solve(right) - right[numbers]
-    scale = np.linalg.norm(right, axis=0) * np.sqrt(len(numbers) / matrix.size)
-    # A parity that a direction does not excite at all has nothing to compare with.
-    excited = scale > 1e-6 * scale.max()
-    return float((np.linalg.norm(difference, axis=0)[excited] / scale[excited]).max(initial=0.0))
+    def residual(self, matrix, right):
+        """|A x - b| / |b| over the kept rows, the largest over some columns of `right`."""
+        right = right[:, :: -(-right.shape[1] // PROBED_DIRECTIONS)]
+        difference = self.rows @ matrix.solve(right) - right[self.numbers]
+        scale = np.linalg.norm(right, axis=0) * np.sqrt(len(self.numbers) / max(matrix.size, 1))
+        # A parity that a direction does not excite has nothing to compare with.
+        excited = scale > 1e-6 * scale.max(initial=0)
+        return float((np.linalg.norm(difference, axis=0)[excited] / scale[excited]).max(initial=0.0))

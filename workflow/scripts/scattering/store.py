@@ -1,17 +1,20 @@
 """From a band's mesh to its part of the field, and from the bands to a target's store."""
 
+import getpass
 import importlib.metadata
 import platform
 import sys
+import tempfile
 import time
+from pathlib import Path
 
 import jax
 import numpy as np
 import xarray as xr
-from mesh.io import read_ply
 from tqdm import tqdm
 
 from common.radar import azimuths, bands, elevations
+from mesh.io import read_ply
 from scattering.solve import solve
 
 CONVENTION = (
@@ -27,7 +30,8 @@ COORDINATES = {
 
 
 def solve_band(mesh_path, store_path, band, band_count, radar, aspect, scattering, symmetry):
-    """Solve one band of frequencies on its mesh and write it as a store like the target's, with its frequencies only."""
+    """Solve one band of frequencies on its mesh and write it as a store like the target's, of its frequencies only."""
+    _keep_compiled()
     vertices, triangles = read_ply(mesh_path)
     frequency, elevation, azimuth = bands(radar, band_count)[band], elevations(aspect), azimuths(aspect)
     polarizations = radar["polarizations"]
@@ -83,6 +87,14 @@ def join_bands(band_paths, store_path):
     for name in ("unknowns", "residual"):
         dataset.attrs[name] = [value for part in parts for value in part.attrs[name]]
     _write(dataset, store_path)
+
+
+def _keep_compiled():
+    """Let the next job load what this one compiles: two or three seconds of a job's start."""
+    # Compiled for this machine's processor, so kept on this machine.
+    folder = Path(tempfile.gettempdir()) / f"isarflow-{getpass.getuser()}-compiled"
+    jax.config.update("jax_compilation_cache_dir", str(folder))
+    jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.1)
 
 
 class _Progress:

@@ -1,0 +1,139 @@
+"""The parts of the solver against plain, slow versions of themselves."""
+
+from math import factorial
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from scipy.integrate import dblquad
+from test_solve import octasphere
+
+from scattering import nearfield
+from scattering.assembly import TILE, TILE_FUNCTIONS, assemble, blocks_of
+from scattering.basis import fundamental_domain, rwg
+from scattering.factorization import SymmetricMatrix
+from scattering.quadrature import RULES, static_potentials
+
+K = 2 * np.pi
+
+
+def symmetric(size, seed=0):
+    random = np.random.default_rng(seed)
+    a = random.normal(size=(size, size)) + 1j * random.normal(size=(size, size))
+    return a + a.T + 3 * np.sqrt(size) * np.eye(size)
+
+
+def filled(a, dtype, block):
+    """The matrix put in tile by tile, as assembly does it."""
+    matrix = SymmetricMatrix(len(a), dtype, block)
+    edges = np.append(np.arange(0, len(a), 37), len(a))
+    for i in range(len(edges) - 1):
+        for j in range(i + 1):
+            matrix.put(edges[i], edges[j], a[edges[i] : edges[i + 1], edges[j] : edges[j + 1]].astype(dtype))
+    return matrix
+
+
+@pytest.mark.parametrize(("dtype", "bound"), [(np.complex64, 1e-4), (np.complex128, 1e-12)])
+@pytest.mark.parametrize("block", [50, 64, 500])
+def test_factorization_solves(dtype, bound, block):
+    a = symmetric(201)
+    right = np.random.default_rng(1).normal(size=(201, 5)).astype(dtype)
+    matrix = filled(a, dtype, block)
+    numbers = np.array([0, 49, 50, 130, 200])
+    assert np.array_equal(matrix.rows(numbers), a[numbers].astype(dtype))
+    matrix.factorize()
+    truth = np.linalg.solve(a, right)
+    assert np.abs(matrix.solve(right) - truth).max() < bound * np.abs(truth).max()
+    left = right[:, ::-1].copy()
+    assert np.allclose(matrix.quadratic(left, right), (left * truth).sum(0), atol=bound)
+    assert np.allclose(matrix.quadratic(right, right), (right * truth).sum(0), atol=bound)
+
+
+def test_added_entries_reach_both_sides_of_the_diagonal():
+    a = symmetric(90)
+    matrix = filled(a, np.complex128, 32)
+    rows, cols = np.array([5, 40, 40, 5, 89]), np.array([5, 5, 41, 40, 31])
+    matrix.add(rows, cols, np.arange(1, 6) + 0j)
+    a[5, 5] += 1
+    a[40, 5] += 2
+    a[5, 40] += 2  # the entry (5, 40) lies above the diagonal blocks: its mirror counts
+    a[40, 41] += 3
+    a[89, 31] += 5
+    a[31, 89] += 5
+    assert np.allclose(matrix.rows(np.array([5, 40, 89])), a[[5, 40, 89]])
+
+
+def test_static_potentials_agree_with_integration():
+    triangle = np.array([[0.0, 0.0, 0.0], [1.0, 0.2, 0.1], [0.3, 0.9, -0.2]])
+    edges = triangle[1] - triangle[0], triangle[2] - triangle[0]
+    area = np.linalg.norm(np.cross(*edges))
+    near = triangle.mean(0) + np.array([0, 0, 0.05])
+    for point in np.array([[0.4, 0.3, 0.5], [2.0, -1.0, 0.3], near, [2.0, 0.4, 0.2]]):
+        scalar, vector = static_potentials(jnp.array(point), jnp.array(triangle))
+
+        def integrate(component, point=point):
+            def integrand(s, t):
+                offset = triangle[0] + s * edges[0] + t * edges[1] - point
+                return (1.0 if component is None else offset[component]) / np.linalg.norm(offset)
+
+            return area * dblquad(integrand, 0, 1, 0, lambda t: 1 - t, epsabs=1e-8)[0]
+
+        assert np.isclose(scalar, integrate(None), rtol=1e-5)
+        assert np.allclose(vector, [integrate(x) for x in range(3)], rtol=1e-5, atol=1e-6)
+
+
+@pytest.mark.parametrize(("count", "degree"), [(3, 2), (6, 4), (7, 5)])
+def test_quadrature_is_exact_to_its_degree(count, degree):
+    points, weights = RULES[count]
+    for a in range(degree + 1):
+        for b in range(degree + 1 - a):
+            # mean of s^a t^b over the triangle: 2 a! b! / (a + b + 2)!
+            exact = 2 * factorial(a) * factorial(b) / factorial(a + b + 2)
+            assert np.isclose((weights * points[:, 1] ** a * points[:, 2] ** b).sum(), exact, rtol=1e-12)
+
+
+def test_blocks_hold_every_function_once():
+    surface = fundamental_domain(*octasphere(14, [1.0, 0.8, 0.9]), ["xz"])
+    bases = [rwg(surface, parity) for parity in surface.parities]
+    blocks = blocks_of(bases, len(surface.vertices))
+    assert len(blocks) > 1
+    for p, basis in enumerate(bases):
+        assert [b.spans[p].start for b in blocks[1:]] == [b.spans[p].stop for b in blocks[:-1]]
+        assert (blocks[0].spans[p].start, blocks[-1].spans[p].stop) == (0, len(basis))
+    for block in blocks:
+        assert block.triangles.shape == (TILE,)
+        assert block.halves.shape == (2, TILE_FUNCTIONS, 2)
+
+
+def test_matrix_agrees_with_direct_quadrature():
+    """Far entries by a fine rule applied to the RWG functions as they are defined."""
+    surface = fundamental_domain(*octasphere(3, [0.5, 0.5, 0.5]), ())
+    basis = rwg(surface, surface.parities[0])
+    matrix = SymmetricMatrix(len(basis), np.complex128)
+    assemble(surface, [basis], K, nearfield.find(surface), [matrix], np.complex128)
+    z = matrix.rows(np.arange(len(basis)))
+    assert np.abs(z - z.T).max() < 1e-12 * np.abs(z).max()
+
+    points, weights = RULES[7]
+    r = np.einsum("qc,tcx->tqx", points, surface.vertices)
+
+    def current(function):
+        """Points, weighted values and weighted divergence of one RWG function."""
+        values, charge, where = [], [], []
+        for half, sign in zip(basis.halves[function], basis.signs[function], strict=True):
+            t, i = divmod(half, 3)
+            length = surface.lengths[t, i]
+            values.append(sign * length / 2 * weights[:, None] * (r[t] - surface.vertices[t, i]))
+            charge.append(sign * length * weights)
+            where.append(r[t])
+        return np.concatenate(where), np.concatenate(values), np.concatenate(charge)
+
+    for m, n in ((0, len(basis) - 1), (3, len(basis) - 5), (10, len(basis) - 20)):
+        (p, f, q), (p2, f2, q2) = current(m), current(n)
+        distance = np.linalg.norm(p[:, None] - p2[None], axis=2)
+        if distance.min() < 0.4:
+            continue
+        green = np.exp(-1j * K * distance) / distance
+        direct = np.sum(green * (f @ f2.T - np.outer(q, q2) / K**2))
+        # Three points against seven on edges of a quarter wavelength.
+        assert abs(z[m, n] - direct) < 0.03 * abs(direct)

@@ -1,0 +1,62 @@
+# What all rules share: the checked config, names of artefacts, and functions of wildcards.
+
+import json
+import os
+import sys
+
+from snakemake.exceptions import WorkflowError
+
+SCRIPTS = os.path.join(workflow.basedir, "workflow", "scripts")
+sys.path.insert(0, SCRIPTS)
+# Jobs are processes of their own, here and on a cluster: each parses this file and inherits the path.
+os.environ.update(PYTHONPATH=SCRIPTS)
+
+from common import radar as sweep
+from common.config import images_are_made, load, section
+from common.errors import InputError
+from report.selection import noise_snrs, noise_target
+from scattering.plan import planned_megabytes
+
+try:
+    config = load(config)
+except InputError as error:
+    raise WorkflowError(str(error)) from None
+
+RESULTS = f"results/{config['name']}"
+TARGETS = list(config["targets"])
+BANDS = range(config["mesh"]["bands"])
+SNRS = [sweep.snr_label(snr) for snr in config["noise"]["snr_db"]]
+
+
+def code(*stages):
+    """The modules of these stages and the common ones. As inputs they rerun a job when their content changes."""
+    return [
+        os.path.relpath(os.path.join(SCRIPTS, stage, module))
+        for stage in sorted({"common", *stages})
+        for module in sorted(os.listdir(os.path.join(SCRIPTS, stage)))
+        if module.endswith((".py", ".html", ".css", ".js"))
+    ]
+
+
+def symmetry(target):
+    return config["targets"][target].get("symmetry", [])
+
+
+def solve_megabytes(wildcards, input):
+    """The planned memory of a solve, known once the mesh is there."""
+    with open(input.figures) as file:
+        mesh = json.load(file)["bands"][int(wildcards.band)]
+    planes = len(symmetry(wildcards.target))
+    precision = config["scattering"]["precision"]
+    return planned_megabytes(mesh["unknowns"], mesh["triangles"], planes, config["radar"], config["aspect"], precision)
+
+
+def images_shown():
+    """The stores of images that the page shows pictures of: all targets without noise, one target at some SNRs."""
+    if not images_are_made(config):
+        return []
+    noisy = [sweep.snr_label(snr) for snr in noise_snrs(config["noise"]["snr_db"])]
+    return [
+        *expand(f"{RESULTS}/imaging/{{target}}/clean.zarr", target=TARGETS),
+        *expand(f"{RESULTS}/imaging/{noise_target(config['targets'])}/{{snr}}.zarr", snr=noisy),
+    ]
