@@ -1,9 +1,10 @@
 """Draw a triangle mesh: orthographic, shaded, edges visible, drawn from the far triangles to the near ones."""
 
+import matplotlib.ticker
 import numpy as np
 from matplotlib.collections import PolyCollection
 
-OBLIQUE = (-50.0, 25.0)  # azimuth and elevation of the eye in degrees: from the right, ahead of nose-on, above
+OBLIQUE = (-32.0, 28.0)  # azimuth and elevation of the eye in degrees: ahead, to the right of the nose, above
 TOP = (-90.0, 90.0)
 SIDE = (-90.0, 0.0)
 SURFACE = np.array([0.62, 0.74, 0.86])  # light steel blue
@@ -28,15 +29,16 @@ def draw(axes, vertices, triangles, view, edges=True):
     corners = np.stack([right, up], axis=-1)[triangles]
     order = np.argsort(depth[triangles].mean(axis=1), kind="stable")
     colors = _shades(vertices, triangles, view)[order]
+    # Scales are equal, so one of the two directions says how large a metre is drawn.
+    box, paper = axes.get_position(), axes.figure.get_size_inches()
+    inches = min(box.width * paper[0] / np.ptp(right), box.height * paper[1] / np.ptp(up))
     # Fine meshes get thin edges, or the picture would be black.
-    span = np.ptp(right) + 1e-12
-    width_pt = axes.get_position().width * axes.figure.get_figwidth() * 72
-    side = np.linalg.norm(corners[:, 0] - corners[:, 1], axis=1).mean() / span * width_pt
+    side = 72 * inches * np.linalg.norm(corners[:, 0] - corners[:, 1], axis=1).mean()
     faces = PolyCollection(
         corners[order],
         facecolors=colors,
         edgecolors=EDGE if edges else colors,
-        linewidths=float(np.clip(0.06 * side, 0.08, 0.5)) if edges else 0.3,
+        linewidths=float(np.clip(0.05 * side, 0.05, 0.5)) if edges else 0.3,
         rasterized=True,  # tens of thousands of triangles: as vectors the page would be too large
     )
     axes.add_collection(faces)
@@ -44,10 +46,14 @@ def draw(axes, vertices, triangles, view, edges=True):
     axes.set_xlim(right.min() - margin, right.max() + margin)
     axes.set_ylim(up.min() - margin, up.max() + margin)
     axes.set_aspect("equal")
+    for axis, length, room in ((axes.xaxis, np.ptp(right), 0.45), (axes.yaxis, np.ptp(up), 0.25)):
+        count = int(np.clip(inches * length / room, 2, 5))
+        axis.set_major_locator(matplotlib.ticker.MaxNLocator(count, steps=[1, 2, 5, 10]))
+        axis.set_major_formatter(lambda metres, _: f"{metres:g}".replace("-", "−"))
     axes.grid(False)
 
 
-def room_below(axes, share=0.22):
+def room_below(axes, share=0.27):
     """Leave room for the triad and the scale bar under the drawing."""
     low, high = axes.get_ylim()
     axes.set_ylim(low - share * (high - low), high)

@@ -33,6 +33,7 @@ MODEL_NAMES = {
     "knn": "nearest neighbour (KNN)",
 }
 
+SCALE = 1.55  # CSS pixels per point; true size would be 4/3
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 RCPARAMS = {
@@ -68,9 +69,9 @@ class Figure:
 
     @property
     def size(self):
-        """Width and height in CSS pixels, so that the page does not jump while it loads."""
+        """Width and height in CSS pixels at which the figure's letters are nearly as large as the page's."""
         width, height = re.search(rb'<svg [^>]*?width="([\d.]+)pt" height="([\d.]+)pt"', self.svg).groups()
-        return round(float(width) * 4 / 3), round(float(height) * 4 / 3)
+        return round(float(width) * SCALE), round(float(height) * SCALE)
 
     @property
     def uri(self):

@@ -137,12 +137,11 @@ def _gallery(panels):
     tick = float(f"{0.8 * _edges(cross)[1]:.0e}")
     ticks = [-tick, 0, tick]
     rows = -(-len(panels) // COLUMNS)
-    columns = min(COLUMNS, len(panels))
     across = 1.05  # inches
     height = across * np.ptp(_edges(distance)) / np.ptp(_edges(cross))
     with style():
-        figure = canvas(1.3 + (across + 0.1) * columns, 0.5 + rows * (height + 0.3), layout="compressed")
-        grid = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
+        figure = canvas(1.3 + (across + 0.1) * COLUMNS, 0.5 + rows * (height + 0.3), layout="compressed")
+        grid = figure.subplots(rows, COLUMNS, squeeze=False, sharex=True, sharey=True)
         for axes in grid.flat[len(panels) :]:
             axes.set_axis_off()
         for axes, (title, image) in zip(grid.flat, panels, strict=False):
@@ -160,8 +159,8 @@ def _gallery(panels):
             axes.set_xticks(ticks)
         for axes in grid[:, 0]:
             axes.set_ylabel("range [m]")
-        for column in range(columns):
-            lowest = max(row for row in range(rows) if row * columns + column < len(panels))
+        for column in range(min(COLUMNS, len(panels))):
+            lowest = max(row for row in range(rows) if row * COLUMNS + column < len(panels))
             grid[lowest, column].set_xlabel("cross-range [m]")
             grid[lowest, column].tick_params(labelbottom=True)
         figure.colorbar(picture, ax=grid, label="|image| [dB]", shrink=0.8, aspect=30, pad=0.02)

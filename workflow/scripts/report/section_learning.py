@@ -18,39 +18,40 @@ COLUMNS = 3  # experiments side by side in the headline
 
 
 def headline(results):
-    """Accuracy and weighted F1 against SNR at all elevations, one column per experiment."""
+    """Accuracy above weighted F1 against SNR at all elevations, a column per experiment; a single one side by side."""
     scores = results.scores[results.scores["elevation"] == "all"]
     names = _experiments(scores)
+    metrics = ["accuracy", "f1_weighted"]
     columns = min(COLUMNS, len(names))
     blocks = -(-len(names) // columns)
+    shape = (2 * blocks, columns) if len(names) > 1 else (1, 2)
     with style():
-        figure = canvas(max(6.4, 0.8 + 3.7 * columns), 0.4 + 4.6 * blocks)
-        grid = figure.subplots(2 * blocks, columns, squeeze=False, sharex=True, sharey=True)
+        figure = canvas(10.2 if columns > 2 else 9, 0.5 + 2.3 * shape[0])
+        grid = figure.subplots(*shape, squeeze=False, sharex=True, sharey=True)
         for axes in grid.flat:
             axes.set_axis_off()
-        for place, name in enumerate(names):
+        for (place, name), (row, metric) in itertools.product(enumerate(names), enumerate(metrics)):
             block, column = divmod(place, columns)
-            for row, metric in enumerate(("accuracy", "f1_weighted")):
-                axes = grid[2 * block + row, column]
-                axes.set_axis_on()
-                _curves(axes, scores[(scores["experiment"] == name) & (scores["metric"] == metric)])
-                axes.set_ylabel(METRICS[metric] if column == 0 else "")
-                axes.set_title(_title(name) if row == 0 else "")
-            axes.set_xlabel("test SNR [dB]")
-            axes.tick_params(labelbottom=True)
+            axes = grid[2 * block + row, column] if len(names) > 1 else grid[0, row]
+            axes.set_axis_on()
+            _curves(axes, scores[(scores["experiment"] == name) & (scores["metric"] == metric)])
+            axes.set(ylabel=METRICS[metric], title=_title(name))
+            if metric == metrics[-1] or len(names) == 1:
+                axes.set_xlabel("test SNR [dB]")
+                axes.tick_params(labelbottom=True)
         _legend(figure, grid.flat)
         svg = to_svg(figure)
-    shown = scores[scores["metric"].isin(["accuracy", "f1_weighted"])]
+    shown = scores[scores["metric"].isin(metrics)]
     return Figure(
         name="headline",
         svg=svg,
         data=shown,
         alt="Accuracy and weighted F1 against test SNR for each experiment and model. " + _summary(shown),
         caption=(
-            "Accuracy (top) and weighted F1 (bottom) on test images at all elevations against their SNR; bands are "
+            "Accuracy and weighted F1 on test images at all elevations against their SNR; bands are "
             f"95 % intervals. {_summary(shown)}"
         ),
-        wide=columns > 1,
+        wide=True,
     )
 
 
@@ -118,9 +119,9 @@ def experiment_figure(name, train, scores, published):
 
 
 def confusion_figure(name, confusion):
-    """How often each true class was taken for which, at a middle SNR and at the highest: a column per model."""
+    """How often each true class was taken for which, at a middle SNR and at the highest; a column per model."""
     part = confusion[(confusion["experiment"] == name) & (confusion["elevation"] == "all")]
-    snrs = evenly(part["test_snr_db"].unique().tolist(), 3)[1:]
+    snrs = evenly(part["test_snr_db"].unique().tolist(), 3)[-2:]
     part = part[part["test_snr_db"].isin(snrs)]
     runs = [run for run, _ in _runs(part)]
     with style():

@@ -121,7 +121,8 @@ def quality_table(targets, meshes):
         data=data,
         caption=(
             "Mesh quality per target and band. Edges are in wavelengths at the band's highest frequency, angles are "
-            "the smallest of each triangle, Hausdorff distances are between the mesh and the CAD surface."
+            "the smallest of each triangle, p1 and p99 are percentiles. Hausdorff distances are between the mesh and "
+            "the CAD surface."
         ),
     )
 

@@ -87,7 +87,7 @@ def rcs_figure(target, dataset, images_are_made):
                 axes.plot(scale * curve[across], curve["rcs_dbsm"], color=color, marker=marker, label=text)
             axes.set(ylabel=f"{polarization} RCS [dBsm]")
             axes.margins(x=0.01)
-            floor = part["rcs_dbsm"].max() - 60  # deep nulls would flatten the rest
+            floor = part["rcs_dbsm"].max() - 50  # deep nulls would flatten the rest
             axes.set_ylim(bottom=max(part["rcs_dbsm"].min() - 2, floor))
         panels[-1].set_xlabel(label)
         if across != "frequency":
