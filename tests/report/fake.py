@@ -30,6 +30,7 @@ SETTINGS = {
         "experiments": {
             "single_elevation": {"train": {"elevation": [0], "snr_db": "clean"}, "models": ["lr", "svm", "knn"]},
             "multi_elevation": {"train": {"elevation": "all", "snr_db": "clean"}, "models": ["lr", "knn"]},
+            "noisy_training": {"train": {"elevation": [0, 30], "snr_db": 2.5}, "models": ["lr"]},
         },
     },
 }

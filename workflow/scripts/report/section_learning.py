@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import pandas as pd
 
-from report.layout import Figure, Section, Table, canvas, model_order, model_style, style, to_svg
+from report.layout import MODELS, Figure, Section, Table, canvas, model_order, model_style, style, to_svg
 from report.selection import TABLE_SNRS, evenly
 
 METRICS = {"accuracy": "accuracy", "f1_weighted": "weighted F1", "f1_macro": "macro F1"}
@@ -171,7 +171,7 @@ def accuracy_table(scores):
         line = {
             "experiment": _title(experiment),
             "model": model_style(model)[2],
-            "trained at": "no noise" if train == "clean" else f"{train} dB",
+            "trained at": _noise(train),
             "tested at": ELEVATIONS.get(elevation, elevation),
         }
         curve = curve.set_index("test_snr_db")
@@ -250,6 +250,11 @@ def _training(train):
     return f"trained {noise}, at elevation {', '.join(f'{angle:g}' for angle in train['elevation'])}°"
 
 
+def _noise(train_snr_db):
+    """The noise in the training images, as it stands in scores.csv, for tables and legends."""
+    return "no noise" if train_snr_db == "clean" else f"{float(train_snr_db):g} dB"
+
+
 def _dashes(classes):
     """Which class has which dashes, for a title."""
     names = list(DASHES) * len(classes)
@@ -280,20 +285,23 @@ def _curves(axes, scores, dash="-", band=True):
     for (model, train), curve in _runs(scores):
         color, marker, label = model_style(model)
         curve = curve.dropna(subset="test_snr_db").sort_values("test_snr_db")
-        label = f"{label}, trained at {train}" if several else label
+        label = f"{label}, trained at {_noise(train)}" if several else label
         axes.plot(curve["test_snr_db"], curve["value"], dash, color=color, marker=marker, label=label)
         if band:
             axes.fill_between(curve["test_snr_db"], curve["low"], curve["high"], color=color, alpha=0.18, lw=0)
 
 
 def _legend(figure, axes):
-    """One legend for all axes above them, each entry once."""
+    """One legend for all axes above them, each entry once, in the order of the models."""
     entries = {}
     for one in axes:
         for handle, label in zip(*one.get_legend_handles_labels(), strict=True):
             entries.setdefault(label, handle)
-    if entries:
-        figure.legend(entries.values(), entries.keys(), loc="outside upper center", ncols=min(len(entries), 6))
+    names = [name for _, _, name in MODELS.values()]
+    labels = sorted(entries, key=lambda label: [not label.startswith(name) for name in names])
+    if labels:
+        handles = [entries[label] for label in labels]
+        figure.legend(handles, labels, loc="outside upper center", ncols=min(len(labels), 6))
 
 
 def _summary(scores):
