@@ -137,13 +137,8 @@ def _check_sweep(config):
             "config key 'aspect.azimuth' must have either 'count', or all of 'start', 'stop' and 'step'; "
             f"it has {', '.join(sorted(azimuth)) or 'nothing'}."
         )
-    for name in ("elevation", "azimuth"):
-        part = aspect[name]
-        if "start" in part and part["stop"] < part["start"]:
-            raise InputError(f"config key 'aspect.{name}.stop': {part['stop']} is below start ({part['start']}).")
-    elevation = sweep.elevations(aspect)
-    if elevation[0] < -90 or elevation[-1] > 90:
-        raise InputError("config key 'aspect.elevation' must stay within -90 to 90 degrees.")
+    for name, limit in (("elevation", 90), ("azimuth", 360)):
+        _check_steps(f"aspect.{name}", aspect[name], limit)
     azimuths = sweep.azimuths(aspect)
     if azimuths[-1] - azimuths[0] >= 360:
         raise InputError("config key 'aspect.azimuth' covers more than 360 degrees; write {count: ...} for a circle.")
@@ -151,6 +146,21 @@ def _check_sweep(config):
         raise InputError(
             f"config key 'imaging.aperture': {imaging['aperture']} samples are more than the sweep's "
             f"{len(azimuths)} azimuths ('aspect.azimuth')."
+        )
+
+
+def _check_steps(key, angles, limit):
+    if "count" in angles:
+        return
+    start, stop, step = angles["start"], angles["stop"], angles["step"]
+    if not -limit <= start <= stop <= limit:
+        raise InputError(
+            f"config key '{key}': start {start} to stop {stop} must ascend within -{limit} to {limit} degrees."
+        )
+    last = sweep.stepped(start, stop, step)[-1]
+    if not np.isclose(last, stop):
+        raise InputError(
+            f"config key '{key}': steps of {step} degrees from {start} do not end at stop {stop}, but at {last:g}."
         )
 
 

@@ -1,0 +1,129 @@
+"""What the config may say, and what a user reads when it says something else."""
+
+import copy
+
+import pytest
+import yaml
+
+from common.config import BASE, ROOT, load, section
+from common.errors import InputError
+
+
+@pytest.fixture(autouse=True)
+def in_the_repository(monkeypatch):
+    monkeypatch.chdir(ROOT)
+
+
+def base():
+    return yaml.safe_load(BASE.read_text())
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "config").glob("*.yaml")), ids=lambda p: p.stem)
+def test_shipped_configs_are_valid(path):
+    if path.stem != "schema":
+        assert load(yaml.safe_load(path.read_text()))["name"]
+
+
+def test_overlay_changes_only_what_it_names():
+    merged, plain = load({"aspect": {"elevation": {"step": 5}}, "noise": {"realizations": 7}}), load()
+    assert merged["aspect"]["elevation"] == {"start": -45, "stop": 45, "step": 5}
+    assert merged["noise"]["realizations"] == 7
+    assert merged["noise"]["snr_db"] == plain["noise"]["snr_db"]
+    assert merged["targets"] == plain["targets"]
+
+
+def test_overlay_replaces_collections_and_alternatives():
+    target = {"mesh": "resources/cad/drone.stl", "role": "known"}
+    merged = load(
+        {
+            "targets": {"mine": target},
+            "learning": {"experiments": {}},
+            "aspect": {"azimuth": {"start": 0, "stop": 90, "step": 1}},
+        }
+    )
+    assert merged["targets"] == {"mine": target}
+    assert merged["learning"]["experiments"] == {}
+    assert merged["learning"]["split"]
+    assert merged["aspect"]["azimuth"] == {"start": 0, "stop": 90, "step": 1}
+
+
+def test_exponents_without_a_sign_are_numbers():
+    assert load()["radar"]["center_frequency"] == 1.85e9
+    assert load({"radar": {"bandwidth": "1e9"}})["radar"]["bandwidth"] == 1e9
+
+
+def test_section_does_not_depend_on_order():
+    config = load()
+    backwards = {
+        key: dict(reversed(list(value.items()))) if isinstance(value, dict) else value for key, value in config.items()
+    }
+    assert repr(section(config, "radar", "aspect")) == repr(section(backwards, "aspect", "radar"))
+
+
+KNOWN = {"mesh": "resources/cad/drone.stl", "role": "known"}
+BAD = {
+    "unknown key": ({"radar": {"bandwith": 1e9}}, "radar.bandwith", "did you mean 'bandwidth'"),
+    "unknown section": ({"nosie": {}}, "nosie", "did you mean 'noise'"),
+    "negative bandwidth": ({"radar": {"bandwidth": -1}}, "radar.bandwidth", "-1"),
+    "SNR as text": ({"noise": {"snr_db": [0, "six"]}}, "noise.snr_db.1", "'six'"),
+    "SNR twice": ({"noise": {"snr_db": [0, 3, 3.0]}}, "noise.snr_db", "non-unique"),
+    "no SNR": ({"noise": {"snr_db": []}}, "noise.snr_db", "[]"),
+    "missing mesh": ({"targets": {"a": {"mesh": "no/such.stl", "role": "known"}}}, "targets.a.mesh", "no/such.stl"),
+    "not a mesh": ({"targets": {"a": {"mesh": "README.md", "role": "known"}}}, "targets.a.mesh", ".stl"),
+    "mesh left out": ({"targets": {"a": {"role": "known"}}}, "targets.a.mesh", "missing"),
+    "role": ({"targets": {"a": {**KNOWN, "role": "friend"}}}, "targets.a.role", "known"),
+    "symmetry": ({"targets": {"a": {**KNOWN, "symmetry": ["xy"]}}}, "targets.a.symmetry", "xz"),
+    "target name": ({"targets": {"a-b": KNOWN}}, "targets", "a-b"),
+    "no targets": ({"targets": {}}, "targets", "{}"),
+    "section is a number": ({"radar": 5}, "radar", "5"),
+    "section is empty": ({"radar": None}, "radar", "None"),
+    "even aperture": ({"imaging": {"aperture": 10}}, "imaging.aperture", "odd"),
+    "aperture too long": ({"imaging": {"aperture": 201}}, "imaging.aperture", "81"),
+    "window": ({"imaging": {"window": "haming"}}, "imaging.window", "hamming"),
+    "zero step": ({"aspect": {"elevation": {"step": 0}}}, "aspect.elevation.step", "0"),
+    "stop below start": ({"aspect": {"elevation": {"stop": -50}}}, "aspect.elevation", "-50"),
+    "steps that miss the stop": ({"aspect": {"elevation": {"step": 7}}}, "aspect.elevation", "39"),
+    "elevation too high": ({"aspect": {"elevation": {"stop": 100}}}, "aspect.elevation", "90"),
+    "half an azimuth": ({"aspect": {"azimuth": {"start": 3}}}, "aspect.azimuth", "step"),
+    "azimuth over 360": ({"aspect": {"azimuth": {"start": 0, "stop": 360, "step": 3}}}, "aspect.azimuth", "count"),
+    "bandwidth over the centre": ({"radar": {"bandwidth": 6e9}}, "radar.bandwidth", "center_frequency"),
+    "one frequency with bandwidth": ({"radar": {"frequencies": 1}}, "radar.bandwidth", "0"),
+    "frequencies without bandwidth": ({"radar": {"bandwidth": 0}}, "radar.bandwidth", "frequencies"),
+    "polarization": ({"radar": {"polarizations": ["RR"]}}, "radar.polarizations.0", "VV"),
+    "seed as text": ({"seed": "abc"}, "seed", "'abc'"),
+    "split": ({"learning": {"split": {"train": 1.5}}}, "learning.split.train", "1.5"),
+    "model": (
+        {"learning": {"experiments": {"e": {"train": {"elevation": "all", "snr_db": "clean"}, "models": ["svn"]}}}},
+        "learning.experiments.e.models.0",
+        "svm",
+    ),
+    "training SNR not tested": (
+        {"learning": {"experiments": {"e": {"train": {"elevation": "all", "snr_db": 1}, "models": ["lr"]}}}},
+        "learning.experiments.e.train.snr_db",
+        "noise.snr_db",
+    ),
+    "training elevation not swept": (
+        {"learning": {"experiments": {"e": {"train": {"elevation": [7], "snr_db": "clean"}, "models": ["lr"]}}}},
+        "learning.experiments.e.train.elevation",
+        "7",
+    ),
+    "one class": ({"targets": {"a": KNOWN}}, "learning.experiments", "two targets"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_config_is_refused_with_its_key(case):
+    overlay, key, hint = BAD[case]
+    with pytest.raises(InputError) as caught:
+        load(overlay)
+    message = str(caught.value)
+    assert key in message
+    assert hint in message
+    assert "\n" not in message
+
+
+def test_loading_leaves_the_overlay_alone():
+    overlay = {"mesh": {"bands": 9}, "radar": {"frequencies": 3}}
+    before = copy.deepcopy(overlay)
+    assert load(overlay)["mesh"]["bands"] == 3  # never more bands than frequencies
+    assert overlay == before
