@@ -8,7 +8,7 @@ import numpy as np
 from common import radar as sweep
 from common.errors import InputError
 from mesh import clean, symmetry, topology
-from mesh.figures import describe, size
+from mesh.figures import describe, self_intersections, size
 from mesh.io import write_ply
 from mesh.remesh import remesh, restore_volume
 
@@ -48,7 +48,14 @@ def band_mesh(vertices, triangles, edge, deviation, mirrored, name):
     vertices, triangles = remesh(vertices, triangles, edge, deviation, mirrored)
     if closed:
         vertices = restore_volume(vertices, triangles, source, volume)
-    return symmetry.with_mirror(vertices, triangles) if mirrored else (vertices, triangles)
+    if mirrored:
+        vertices, triangles = symmetry.with_mirror(vertices, triangles)
+    if closed and not topology.is_watertight(triangles):
+        raise InputError(
+            f"{name}: parts thinner than the edges ({edge * 1000:.3g} mm) were torn open by remeshing. "
+            "Raise 'mesh.edges_per_wavelength', or thicken those parts."
+        )
+    return vertices, triangles
 
 
 def build(path, target, mesh, radar):
@@ -66,7 +73,12 @@ def build(path, target, mesh, radar):
         meshes.append(made)
         frequencies = {"first": float(band[0]), "last": float(band[-1]), "count": len(band)}
         figures.append({"frequencies": frequencies} | describe(made, (vertices, triangles), wavelength, edge))
-    source = size(vertices, triangles) | {"vertices": len(vertices), "triangles": len(triangles)}
+    cuts = self_intersections(vertices, triangles)
+    source = size(vertices, triangles) | {
+        "self_intersections": cuts,
+        "vertices": len(vertices),
+        "triangles": len(triangles),
+    }
     symmetric = list(target.get("symmetry", []))
     return meshes, {"source": source, "symmetry": symmetric, "repairs": repairs, "bands": figures}
 

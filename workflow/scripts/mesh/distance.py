@@ -7,7 +7,7 @@ from mesh import topology
 
 
 def samples(vertices, triangles, spacing):
-    """Points on a mesh, (P, 3), at most `spacing` metres apart: corners and centres of its triangles, halved until small."""
+    """Points on a mesh, (P, 3), at most `spacing` metres apart: corners and centres of triangles halved until small."""
     corners = vertices[triangles]
     points = []
     while len(corners):
@@ -22,26 +22,14 @@ def samples(vertices, triangles, spacing):
     return np.concatenate(points)
 
 
-def one_way(points, vertices, triangles):
-    """Largest distance in metres from points (P, 3) to a mesh."""
-    meshes = pymeshlab.MeshSet()
-    meshes.add_mesh(pymeshlab.Mesh(points))
-    meshes.add_mesh(pymeshlab.Mesh(vertices, np.asarray(triangles, np.int32)))
-    far = np.linalg.norm(np.ptp(np.concatenate([points, vertices]), axis=0))
-    result = meshes.get_hausdorff_distance(
-        sampledmesh=0, targetmesh=1, samplenum=len(points), maxdist=pymeshlab.PureValue(float(far))
-    )
-    return float(result["max"])
-
-
-def signed(points, vertices, triangles):
-    """Distance in metres of each of the points (P, 3) from a closed mesh, negative inside, (P,)."""
+def distances(points, vertices, triangles, signed=False):
+    """Distance in metres of each of the points (P, 3) from a mesh, (P,); negative inside a closed one if `signed`."""
     meshes = pymeshlab.MeshSet()
     meshes.add_mesh(pymeshlab.Mesh(vertices, np.asarray(triangles, np.int32)))
     meshes.add_mesh(pymeshlab.Mesh(points))
     far = np.linalg.norm(np.ptp(np.concatenate([points, vertices]), axis=0))
     meshes.compute_scalar_by_distance_from_another_mesh_per_vertex(
-        measuremesh=1, refmesh=0, signeddist=True, maxdist=pymeshlab.PureValue(float(far))
+        measuremesh=1, refmesh=0, signeddist=signed, maxdist=pymeshlab.PureValue(float(far))
     )
     return meshes.current_mesh().vertex_scalar_array()
 
@@ -50,4 +38,4 @@ def hausdorff(mesh, source, spacing):
     """Largest distance in metres from mesh to source and from source to mesh, each (vertices, triangles)."""
     middles = mesh[0][topology.edges(mesh[1])[0]].mean(axis=1)
     points = np.concatenate([mesh[0], middles, mesh[0][mesh[1]].mean(axis=1)])
-    return one_way(points, *source), one_way(samples(*source, spacing), *mesh)
+    return float(distances(points, *source).max()), float(distances(samples(*source, spacing), *mesh).max())

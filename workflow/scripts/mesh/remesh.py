@@ -4,11 +4,11 @@ import numpy as np
 import pymeshlab
 
 from mesh import topology
-from mesh.distance import signed
-from mesh.tidy import collapse_short_edges, flip_slivers, split_long_edges
+from mesh.distance import distances
+from mesh.tidy import collapse_short_edges, flip_slivers, lift_chords, split_long_edges
 
 FEATURE_ANGLE = 40.0  # degrees between face normals; sharper edges are features and stay
-SHORTEST, LONGEST = 0.4, 1.45  # wanted edges; those outside are pulled together or split afterwards
+SHORTEST, LONGEST = 0.5, 1.45  # wanted edges; those outside are pulled together or split afterwards
 P99 = 1.35  # wanted edges: 99 % of all edges are to be shorter
 MEAN = 0.97, 1.0  # wanted edges: a mean in this range needs no other try
 TRIES = 4
@@ -22,16 +22,19 @@ def remesh(vertices, triangles, edge, deviation, mirrored):
     A boundary in the plane y = 0 stays in it exactly if `mirrored`. The coarsest of a few tries that keeps to the
     lengths is taken: thin parts bring the mean down, and a regular start is only ever halved.
     """
-    limits = SHORTEST * edge, LONGEST * edge, deviation / 2
-    start = collapse_short_edges(vertices, triangles, limits[0], np.inf, limits[2])
+    shortest, longest, little = SHORTEST * edge, LONGEST * edge, deviation / 2
+    start = vertices, flip_slivers(vertices, triangles, little)
+    start = collapse_short_edges(*start, shortest, np.inf, little)
+    start = split_long_edges(*start, edge, longest)
     best, coarsest, aim = None, 0.0, 1.0
     for _ in range(TRIES):
         vertices, triangles = _isotropic(*start, aim * edge, deviation)
         if mirrored:
             vertices, triangles = _to_plane(vertices, triangles, ON_PLANE * edge)
-        vertices, triangles = collapse_short_edges(vertices, triangles, *limits)
-        vertices, triangles = split_long_edges(vertices, triangles, limits[1])
-        triangles = flip_slivers(vertices, triangles, limits[2])
+            vertices, triangles = lift_chords(vertices, triangles, start)
+        vertices, triangles = collapse_short_edges(vertices, triangles, shortest, P99 * edge, little)
+        vertices, triangles = split_long_edges(vertices, triangles, edge, longest)
+        triangles = flip_slivers(vertices, triangles, little)
         lengths = topology.edge_lengths(vertices, triangles) / edge
         mean = lengths.mean()
         fits = mean <= MEAN[1] and np.percentile(lengths, 99) <= P99
@@ -73,7 +76,7 @@ def restore_volume(vertices, triangles, source, volume):
     """
     corners = vertices[triangles]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])  # twice the area long
-    depth = -signed(corners.mean(axis=1), *source)
+    depth = -distances(corners.mean(axis=1), *source, signed=True)
     push, weight = np.zeros_like(vertices), np.zeros(len(vertices))
     for k in range(3):
         np.add.at(push, triangles[:, k], depth[:, None] * normal)

@@ -4,14 +4,14 @@ import numpy as np
 
 from common.errors import InputError
 from mesh import topology
-from mesh.distance import one_way, samples
+from mesh.distance import distances, samples
 
 MIRROR = np.array([1.0, -1.0, 1.0])
 
 
 def deviation(vertices, triangles, spacing):
     """Largest distance in metres between a target and its mirror image in y = 0, sampled every `spacing` metres."""
-    return one_way(samples(vertices, triangles, spacing) * MIRROR, vertices, triangles)
+    return float(distances(samples(vertices, triangles, spacing) * MIRROR, vertices, triangles).max())
 
 
 def left_half(vertices, triangles, tolerance, name):

@@ -5,35 +5,63 @@ import heapq
 import numpy as np
 
 from mesh import topology
+from mesh.distance import distances
 
 TURN = np.cos(np.radians(40.0))  # no face may turn by more
+CAP = np.cos(np.radians(150.0))  # a triangle with a wider angle is all but a line
 GAIN = 1.0  # degrees by which a flip must widen the smallest angle
 SLIVER = 30.0  # degrees; only triangles with a smaller angle are looked at for a flip
 
 
-def split_long_edges(vertices, triangles, longest):
-    """Cut every edge above `longest` metres at its middle, the longest of each neighbourhood first."""
+def split_long_edges(vertices, triangles, edge, longest):
+    """Cut every edge above `longest` metres, the longest of each neighbourhood first, into about `edge` metres.
+
+    Each cut leaves whole numbers of equal parts on both sides: halving alone would end at any length.
+    """
     while True:
         unique, index = topology.edges(triangles)
-        length = np.linalg.norm(vertices[unique[:, 0]] - vertices[unique[:, 1]], axis=1)
-        # An edge is cut if no side of its triangles is longer: then each triangle has one cut at most.
-        rank = np.empty(len(unique), dtype=int)
-        rank[np.argsort(length, kind="stable")] = np.arange(len(unique))
-        best = index[np.arange(len(index)), rank[index].argmax(axis=1)]
-        wins = np.bincount(best, minlength=len(unique)) == np.bincount(index.ravel())
-        cut = wins & (length > longest)
+        start, stop = vertices[unique].transpose(1, 0, 2)
+        length = np.linalg.norm(stop - start, axis=1)
+        parts = np.maximum(np.rint(length / edge), 2)
+        points = start + (parts // 2 / parts)[:, None] * (stop - start)
+        cut = length > longest
         if not cut.any():
             return vertices, triangles
-        number = np.full(len(unique), -1)
-        number[cut] = len(vertices) + np.arange(cut.sum())
-        vertices = np.concatenate([vertices, vertices[unique[cut]].mean(axis=1)])
-        hit = cut[best]
-        side = (index[hit] == best[hit, None]).argmax(axis=1)
-        turned = triangles[hit][np.arange(hit.sum())[:, None], (side[:, None] + np.arange(3)) % 3]
-        middle = number[best[hit]]
-        first = np.stack([turned[:, 0], middle, turned[:, 2]], axis=1)
-        second = np.stack([middle, turned[:, 1], turned[:, 2]], axis=1)
-        triangles = np.concatenate([triangles[~hit], first, second]).astype(np.int32)
+        vertices, triangles = _split(vertices, triangles, index, np.where(cut, length, 0), points)
+
+
+def lift_chords(vertices, triangles, source):
+    """Mend edges inside a half (y >= 0) that lie in its mirror plane: there the mirror image would touch it.
+
+    Their middle is put where the half `source` (vertices, triangles) passes over it.
+    """
+    while True:
+        unique, index = topology.edges(triangles)
+        chord = (vertices[unique][:, :, 1] == 0).all(axis=1) & (np.bincount(index.ravel()) > 1)
+        if not chord.any():
+            return vertices, triangles
+        points = vertices[unique].mean(axis=1)
+        points[chord, 1] += distances(points[chord], *source)
+        if (points[chord, 1] == 0).any():
+            return vertices, triangles  # the source itself touches its mirror image
+        vertices, triangles = _split(vertices, triangles, index, chord, points)
+
+
+def _split(vertices, triangles, index, weight, points):
+    """Cut the edges with a positive weight at their points, the heaviest of each neighbourhood only."""
+    # An edge is cut if no side of its triangles is heavier: then each triangle has one cut at most.
+    rank = np.empty(len(weight), dtype=int)
+    rank[np.argsort(weight, kind="stable")] = np.arange(len(weight))
+    best = index[np.arange(len(index)), rank[index].argmax(axis=1)]
+    cut = (np.bincount(best, minlength=len(weight)) == np.bincount(index.ravel())) & (weight > 0)
+    number = np.full(len(weight), -1)
+    number[cut] = len(vertices) + np.arange(cut.sum())
+    hit = cut[best]
+    side = (index[hit] == best[hit, None]).argmax(axis=1)
+    a, b, c = triangles[hit][np.arange(hit.sum())[:, None], (side[:, None] + np.arange(3)) % 3].T
+    middle = number[best[hit]]
+    halves = [np.stack([a, middle, c], axis=1), np.stack([middle, b, c], axis=1)]
+    return np.concatenate([vertices, points[cut]]), np.concatenate([triangles[~hit], *halves]).astype(np.int32)
 
 
 def collapse_short_edges(vertices, triangles, shortest, longest, deviation):
@@ -82,41 +110,48 @@ def _neighbours(faces, around, vertex):
 
 
 def _cost(vertices, faces, around, gone, kept, longest, deviation):
-    """Distance in metres by which faces move if vertex `gone` is pulled onto `kept`; infinite if that is not allowed."""
+    """Metres by which faces move if vertex `gone` is pulled onto `kept`; infinite if that is not allowed."""
     shared = around[gone] & around[kept]
     near = _neighbours(faces, around, gone)
     apexes = {corner for number in shared for corner in faces[number]} - {gone, kept}
     if set(near) & set(_neighbours(faces, around, kept)) != apexes:
         return np.inf  # the surface would pinch
     step = vertices[kept] - vertices[gone]
-    cost = 0.0
-    rims = [other for other in near if len(around[gone] & around[other]) != 2]
-    if rims:
-        if kept not in rims:
-            return np.inf
-        for other in rims:
-            along = vertices[other] - vertices[gone]
-            cost = max(cost, np.linalg.norm(np.cross(along, step)) / np.linalg.norm(along))
+    stars = sorted(around[gone])
+    normal, _, old_angle = _shape(vertices[[faces[number] for number in stars]])
+    cost = np.abs(normal @ step).max()
+    # Boundaries, junctions and creases are lines that must keep their course: planes alone would let go of the rim
+    # of a thin blade.
+    lines = []
+    for other in near:
+        sides = [k for k, number in enumerate(stars) if other in faces[number]]
+        rim = len(sides) != 2
+        if rim or normal[sides[0]] @ normal[sides[1]] < TURN:
+            lines.append((other, rim))
+    rims = [other for other, rim in lines if rim]
+    if rims and kept not in rims:
+        return np.inf
+    if lines and np.linalg.norm(step) > deviation and kept not in [other for other, _ in lines]:
+        return np.inf
+    for other, _ in lines:
+        along = vertices[other] - vertices[gone]
+        cost = max(cost, np.linalg.norm(np.cross(along, step)) / np.linalg.norm(along))
     moved = sorted(around[gone] - shared)
-    old = vertices[[faces[number] for number in sorted(around[gone])]]
-    normal, height, _ = _shape(old)
-    cost = max(cost, np.abs(normal @ step).max())
     if cost > deviation or not moved:
         return np.inf
     new_corners = np.array([[kept if corner == gone else corner for corner in faces[number]] for number in moved])
     taken = {frozenset(faces[number]) for number in around[kept]}
     if any(frozenset(corners) in taken for corners in new_corners.tolist()):
         return np.inf  # two faces with the same corners
-    if (vertices[new_corners][:, :, 1] == 0).all(axis=1).any():
-        return np.inf  # a face in the mirror plane
+    if vertices[kept, 1] == 0 != vertices[gone, 1] and (vertices[sorted(set(near) - {kept}), 1] == 0).any():
+        return np.inf  # an edge inside the half that lies in the mirror plane
     before, after = vertices[[faces[number] for number in moved]], vertices[new_corners]
     new_normal, new_height, angle = _shape(after)
     old_normal, old_height, _ = _shape(before)
     turn = (new_normal * old_normal).sum(axis=1)
-    # The normal of a face that is thinner than the deviation says nothing.
     if (turn < np.where(old_height > deviation, TURN, -TURN)).any() or new_height.min() == 0:
         return np.inf
-    if angle.min() < _shape(old)[2].min() or np.linalg.norm(vertices[near] - vertices[kept], axis=1).max() > longest:
+    if angle.min() < old_angle.min() or np.linalg.norm(vertices[near] - vertices[kept], axis=1).max() > longest:
         return np.inf
     return cost
 
@@ -157,11 +192,19 @@ def flip_slivers(vertices, triangles, deviation):
         across = np.cross(vertices[b] - vertices[a], vertices[d] - vertices[c])
         gap = np.abs((across * (vertices[c] - vertices[a])).sum(axis=1))
         gap /= np.maximum(np.linalg.norm(across, axis=1), np.finfo(float).tiny)
-        turns = [(new[0] * old[0]).sum(axis=1) for new in after for old in before]
+        # The normal of a triangle whose apex lies all but on the edge to be flipped says nothing.
+        flat = [
+            (old[1] < deviation) & (_cosine(*vertices[[apex, a, b]]) < CAP)
+            for old, apex in zip(before, (c, d), strict=True)
+        ]
+        turns = [
+            np.where(cap, 1, (new[0] * old[0]).sum(axis=1))
+            for new in after
+            for old, cap in zip(before, flat, strict=True)
+        ]
         good = opposed & (c != d) & (gain > GAIN) & (gap <= deviation) & (np.min(turns, axis=0) > TURN)
         good &= ~_present(unique, np.sort(np.stack([c, d], axis=1), axis=1), len(vertices))
-        in_plane = (vertices[:, 1] == 0)[np.stack([first, second], axis=1)].all(axis=2).any(axis=1)
-        good &= ~in_plane
+        good &= (vertices[c, 1] != 0) | (vertices[d, 1] != 0)  # no edge inside a half may lie in the mirror plane
         # The best flip of each triangle's neighbourhood goes first; the others are looked at again.
         rank = np.full(len(order), -1)
         rank[good] = np.argsort(np.argsort(gain[good], kind="stable"), kind="stable")
@@ -172,6 +215,12 @@ def flip_slivers(vertices, triangles, deviation):
         if not go.any():
             return triangles
         triangles[face[go, 0]], triangles[face[go, 1]] = first[go], second[go]
+
+
+def _cosine(apex, start, stop):
+    """Cosine of the angle at `apex` (N, 3) between the directions to start and stop, (N,)."""
+    first, second = start - apex, stop - apex
+    return (first * second).sum(axis=1) / (np.linalg.norm(first, axis=1) * np.linalg.norm(second, axis=1))
 
 
 def _present(edges, wanted, size):
