@@ -1,5 +1,7 @@
 """From a CAD file to a sound triangle mesh in metres. Every repair is counted."""
 
+import contextlib
+import re
 from pathlib import Path
 
 import numpy as np
@@ -21,17 +23,21 @@ def read_cad(path):
     _check_stl_length(path)
     meshes = pymeshlab.MeshSet()
     try:
-        meshes.load_new_mesh(str(path))
+        with contextlib.chdir("."):  # some readers change the working folder and leave it so
+            meshes.load_new_mesh(str(path.resolve()))
         mesh = meshes.current_mesh()
         vertices, triangles = mesh.vertex_matrix(), mesh.face_matrix()
     except pymeshlab.PyMeshLabException as error:
         reason = " ".join(str(error).split())
         raise InputError(f"{path} cannot be read as a {path.suffix[1:].upper()} mesh: {reason}") from None
+    kind, announced = _announced(path)
+    missing = announced - {"vertices": len(vertices), "triangles": len(triangles)}[kind]
+    if missing > 0:
+        raise InputError(
+            f"{path}: {missing} of its {announced} {kind} are not finite numbers (NaN or infinite), or are not there."
+        )
     if len(triangles) == 0:
         raise InputError(f"{path} holds no triangles; a surface mesh is needed.")
-    bad = ~np.isfinite(vertices).all(axis=1)
-    if bad.any():
-        raise InputError(f"{path}: {bad.sum()} of {len(vertices)} vertices are not finite numbers (NaN or infinite).")
     if topology.areas(vertices, triangles).sum() == 0:
         raise InputError(f"{path}: its {len(triangles)} triangles have no area.")
     return vertices, triangles
@@ -53,42 +59,57 @@ def repair(vertices, triangles, name):
     diagonal = np.linalg.norm(np.ptp(vertices, axis=0))
     meshes = pymeshlab.MeshSet()
     meshes.add_mesh(pymeshlab.Mesh(vertices, np.asarray(triangles, np.int32)))
-    counts = {}
-
-    def step(key, before, run):
-        sizes = len(vertices_now()), len(faces_now())
-        run()
-        counts[key] = int(sizes[before] - (len(vertices_now()), len(faces_now()))[before])
-
-    def vertices_now():
-        return meshes.current_mesh().vertex_matrix()
-
-    def faces_now():
-        return meshes.current_mesh().face_matrix()
-
     close = pymeshlab.PureValue(CLOSE * diagonal)
-    step("merged_vertices", 0, lambda: meshes.meshing_merge_close_vertices(threshold=close))
-    step("degenerate_triangles", 1, meshes.meshing_remove_null_faces)
-    step("duplicate_triangles", 1, meshes.meshing_remove_duplicate_faces)
-    step("unused_vertices", 0, meshes.meshing_remove_unreferenced_vertices)
-    vertices, triangles = vertices_now(), faces_now()
+    steps = {
+        "merged_vertices": lambda: meshes.meshing_merge_close_vertices(threshold=close),
+        "degenerate_triangles": meshes.meshing_remove_null_faces,
+        "duplicate_triangles": meshes.meshing_remove_duplicate_faces,
+        "unused_vertices": meshes.meshing_remove_unreferenced_vertices,
+    }
+    counts = {}
+    for key, step in steps.items():
+        mesh = meshes.current_mesh()
+        count = mesh.vertex_number if key.endswith("vertices") else mesh.face_number
+        before = count()
+        step()
+        counts[key] = before - count()
+    vertices, triangles = mesh.vertex_matrix(), mesh.face_matrix()
     if len(triangles) == 0:
         raise InputError(f"{name}: no triangle is left after dropping those without area.")
     triangles, counts["turned_triangles"] = topology.orient(vertices, triangles, name)
     return vertices, triangles, counts
 
 
+def _announced(path):
+    """What a file says that it holds, ("vertices" or "triangles", number): the reader drops what is not finite."""
+    data = path.read_bytes()
+    form = path.suffix.lower()
+    if form == ".stl":
+        ascii_facets = len(re.findall(rb"^\s*facet\b", data, re.MULTILINE)) if _is_ascii_stl(data) else None
+        return "triangles", int.from_bytes(data[80:84], "little") if ascii_facets is None else ascii_facets
+    if form == ".obj":
+        return "vertices", len(re.findall(rb"^\s*v\s", data, re.MULTILINE))
+    pattern = rb"element\s+vertex\s+(\d+)" if form == ".ply" else rb"(?m)^(?:[A-Z]*OFF\s)?\s*(\d+)\s+\d+"
+    found = re.search(pattern, data)
+    return "vertices", int(found[1]) if found else 0
+
+
+def _is_ascii_stl(data):
+    return data.lstrip()[:5].lower() == b"solid" and b"facet" in data[:4096]
+
+
 def _check_stl_length(path):
     """A binary STL that is cut short would otherwise be read up to where it ends, or as rubbish."""
     if path.suffix.lower() != ".stl":
         return
-    with open(path, "rb") as file:
-        head = file.read(84)
     size = path.stat().st_size
     if size == 0:
         raise InputError(f"{path} is empty.")
-    if head.lstrip()[:5].lower() == b"solid" and b"facet" in path.read_bytes()[:4096]:
+    with open(path, "rb") as file:
+        head = file.read(4096)
+    if _is_ascii_stl(head):
         return
+    head = head[:84]
     expected = 84 + 50 * int.from_bytes(head[80:84], "little") if len(head) == 84 else None
     if size != expected:
         raise InputError(

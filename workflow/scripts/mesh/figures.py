@@ -7,14 +7,6 @@ from mesh import topology
 from mesh.distance import hausdorff
 
 
-def angles(vertices, triangles):
-    """Smallest angle of each triangle in degrees, (T,)."""
-    corner = vertices[triangles]
-    ahead, back = np.roll(corner, -1, axis=1) - corner, np.roll(corner, 1, axis=1) - corner
-    sine = np.linalg.norm(np.cross(ahead, back), axis=2)
-    return np.degrees(np.arctan2(sine, (ahead * back).sum(axis=2))).min(axis=1)
-
-
 def size(vertices, triangles):
     """Area in m^2, volume in m^3 (None unless watertight) and lengths of the bounding box in m."""
     watertight = topology.is_watertight(triangles)
@@ -36,7 +28,7 @@ def self_intersections(vertices, triangles):
 def describe(mesh, source, wavelength, edge):
     """Figures of one band's mesh against its source, both (vertices, triangles); lengths in metres."""
     vertices, triangles = mesh
-    length, angle = topology.edge_lengths(*mesh), angles(*mesh)
+    length, angle = topology.edge_lengths(*mesh), topology.shape(vertices[triangles])[2]
     before, after = size(*source), size(*mesh)
     lengths = {"mean": length.mean(), "max": length.max(), "p99": np.percentile(length, 99)}
     to_source, from_source = hausdorff(mesh, source, edge / 2)

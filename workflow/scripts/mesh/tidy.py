@@ -118,7 +118,7 @@ def _cost(vertices, faces, around, gone, kept, longest, deviation):
         return np.inf  # the surface would pinch
     step = vertices[kept] - vertices[gone]
     stars = sorted(around[gone])
-    normal, _, old_angle = _shape(vertices[[faces[number] for number in stars]])
+    normal, _, old_angle = topology.shape(vertices[[faces[number] for number in stars]])
     cost = np.abs(normal @ step).max()
     # Boundaries, junctions and creases are lines that must keep their course: planes alone would let go of the rim
     # of a thin blade.
@@ -146,26 +146,14 @@ def _cost(vertices, faces, around, gone, kept, longest, deviation):
     if vertices[kept, 1] == 0 != vertices[gone, 1] and (vertices[sorted(set(near) - {kept}), 1] == 0).any():
         return np.inf  # an edge inside the half that lies in the mirror plane
     before, after = vertices[[faces[number] for number in moved]], vertices[new_corners]
-    new_normal, new_height, angle = _shape(after)
-    old_normal, old_height, _ = _shape(before)
+    new_normal, new_height, angle = topology.shape(after)
+    old_normal, old_height, _ = topology.shape(before)
     turn = (new_normal * old_normal).sum(axis=1)
     if (turn < np.where(old_height > deviation, TURN, -TURN)).any() or new_height.min() == 0:
         return np.inf
     if angle.min() < old_angle.min() or np.linalg.norm(vertices[near] - vertices[kept], axis=1).max() > longest:
         return np.inf
     return cost
-
-
-def _shape(corners):
-    """Unit normal (T, 3), smallest height (T,) and smallest angle in degrees (T,) of triangles (T, 3, 3)."""
-    ahead = np.roll(corners, -1, axis=1) - corners
-    cross = np.cross(ahead[:, 0], -ahead[:, 2])
-    double_area = np.linalg.norm(cross, axis=1)
-    side = np.linalg.norm(ahead, axis=2)
-    back = -np.roll(ahead, 1, axis=1)
-    angle = np.degrees(np.arctan2(double_area[:, None], (ahead * back).sum(axis=2)))
-    tiny = np.finfo(float).tiny
-    return cross / np.maximum(double_area, tiny)[:, None], double_area / side.max(axis=1), angle.min(axis=1)
 
 
 def flip_slivers(vertices, triangles, deviation):
@@ -177,7 +165,7 @@ def flip_slivers(vertices, triangles, deviation):
     while True:
         unique, index = topology.edges(triangles)
         count = np.bincount(index.ravel(), minlength=len(unique))
-        angle = _shape(vertices[triangles])[2]
+        angle = topology.shape(vertices[triangles])[2]
         order = np.argsort(index.ravel(), kind="stable")
         order = order[count[index.ravel()[order]] == 2].reshape(-1, 2)
         order = order[angle[order // 3].min(axis=1) < SLIVER]
@@ -185,9 +173,9 @@ def flip_slivers(vertices, triangles, deviation):
         a, b, c = (triangles[face[:, 0], (side[:, 0] + k) % 3] for k in range(3))
         d = triangles[face[:, 1], (side[:, 1] + 2) % 3]
         opposed = triangles[face[:, 1], side[:, 1]] == b
-        before = [_shape(vertices[triangles[face[:, k]]]) for k in (0, 1)]
+        before = [topology.shape(vertices[triangles[face[:, k]]]) for k in (0, 1)]
         first, second = np.stack([a, d, c], axis=1), np.stack([d, b, c], axis=1)
-        after = [_shape(vertices[corners]) for corners in (first, second)]
+        after = [topology.shape(vertices[corners]) for corners in (first, second)]
         gain = np.minimum(after[0][2], after[1][2]) - np.minimum(before[0][2], before[1][2])
         across = np.cross(vertices[b] - vertices[a], vertices[d] - vertices[c])
         gap = np.abs((across * (vertices[c] - vertices[a])).sum(axis=1))

@@ -97,6 +97,18 @@ def areas(vertices, triangles):
     return np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
 
 
+def shape(corners):
+    """Unit normal (T, 3), smallest height (T,) and smallest angle in degrees (T,) of triangles (T, 3, 3)."""
+    ahead = np.roll(corners, -1, axis=1) - corners
+    cross = np.cross(ahead[:, 0], -ahead[:, 2])
+    double_area = np.linalg.norm(cross, axis=1)
+    side = np.linalg.norm(ahead, axis=2)
+    back = -np.roll(ahead, 1, axis=1)
+    angle = np.degrees(np.arctan2(double_area[:, None], (ahead * back).sum(axis=2)))
+    tiny = np.finfo(float).tiny
+    return cross / np.maximum(double_area, tiny)[:, None], double_area / side.max(axis=1), angle.min(axis=1)
+
+
 def edge_lengths(vertices, triangles):
     """Length of each edge in metres, (E,)."""
     start, stop = vertices[edges(triangles)[0]].transpose(1, 0, 2)
