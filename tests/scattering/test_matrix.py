@@ -49,6 +49,17 @@ def test_factorization_solves(dtype, bound, block):
     assert np.allclose(matrix.quadratic(right, right), (right * truth).sum(0), atol=bound)
 
 
+def test_bits_do_not_depend_on_threads():
+    a, right = symmetric(1700), np.random.default_rng(2).normal(size=(1700, 700)).astype(np.complex64)
+    results = []
+    for threads in (1, 2, 5):
+        matrix = filled(a, np.complex64, 512)
+        matrix.factorize(threads)
+        results.append((matrix.quadratic(right, right, threads), matrix.solve(right[:, :3], threads)))
+    for other in results[1:]:
+        assert all(np.array_equal(x, y) for x, y in zip(results[0], other, strict=True))
+
+
 def test_added_entries_reach_both_sides_of_the_diagonal():
     a = symmetric(90)
     matrix = filled(a, np.complex128, 32)

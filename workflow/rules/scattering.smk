@@ -15,7 +15,7 @@ rule solve:
         f"{RESULTS}/benchmarks/scattering/{{target}}-{{band}}.tsv"
     conda:
         "../../envs/scattering.yaml"
-    threads: workflow.cores
+    threads: 16
     resources:
         mem_mb=solve_megabytes,
     params:

@@ -107,7 +107,7 @@ def rcs_figure(target, dataset, images_are_made):
         alt=f"RCS of {target} against {across}{at}, from {frame['rcs_dbsm'].min():.0f} to {peak['rcs_dbsm']:.0f} dBsm.",
         caption=(
             f"{target}: backscatter RCS{at}. The largest is {peak['rcs_dbsm']:.1f} dBsm, "
-            f"at azimuth {peak['azimuth']:g}°, elevation {peak['elevation']:g}°; "
+            f"at azimuth {peak['azimuth']:.1f}°, elevation {peak['elevation']:.1f}°; "
             f"the median is {frame['rcs_dbsm'].median():.1f} dBsm."
         ),
     )

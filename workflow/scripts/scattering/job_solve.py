@@ -12,4 +12,5 @@ with job(snakemake):
         settings["aspect"],
         settings["scattering"],
         settings["symmetry"],
+        snakemake.threads,
     )

@@ -39,13 +39,15 @@ def solve(
     polarizations=("VV",),
     symmetry=(),
     precision="single",
+    threads=1,
     progress=lambda frequency, part, done: None,
 ):
     """Backscatter amplitude of a perfectly conducting mesh, in metres (see `farfield` for signs and references).
 
     vertices: (V, 3) m; triangles: (T, 3); frequencies: (F,) Hz; elevation: (E,), azimuth: (A,) degrees;
     polarizations: receive and transmit, from VV, HH, HV, VH; symmetry: mirror planes of the mesh, e.g. ['xz'];
-    precision: single or double; progress(number, part, fraction) is called as the work goes on. Returns a Solution.
+    precision: single or double; threads: for the linear algebra, without effect on the result;
+    progress(number, part, fraction) is called as the work goes on. Returns a Solution.
     Raises InputError if the mesh lacks the symmetry or a frequency cannot be solved to a residual of 1e-3.
     """
     surface = fundamental_domain(vertices, triangles, symmetry)
@@ -70,17 +72,17 @@ def solve(
         probes = [_Probe(matrix) for matrix in matrices]
         clock.lap("assembly")
         for p, matrix in enumerate(matrices):
-            matrix.factorize(partial(_one_of, progress, n, p, len(matrices)))
+            matrix.factorize(threads, partial(_one_of, progress, n, p, len(matrices)))
         clock.lap("factorization")
         excited = {
             letter: excitation(surface, bases, k, u[distinct], waves[letter], DTYPES[precision])
             for letter in sorted(set("".join(polarizations)))
         }
         for i, (receive, transmit) in enumerate(polarizations):
-            amplitude = _amplitude(matrices, excited[receive], excited[transmit])
+            amplitude = _amplitude(matrices, excited[receive], excited[transmit], threads)
             field[i, n] = amplitude[place] * (sign if receive != transmit else 1)
         right = excited[polarizations[0][1]]
-        residual[n] = max(probe.residual(matrix, b) for probe, matrix, b in zip(probes, matrices, right, strict=True))
+        residual[n] = max(probe.residual(m, b, threads) for probe, m, b in zip(probes, matrices, right, strict=True))
         clock.lap("directions")
         # Written so that a NaN fails too.
         if not residual[n] <= MAX_RESIDUAL:
@@ -94,10 +96,10 @@ def solve(
     return Solution(field.reshape(shape), residual, seconds, unknowns)
 
 
-def _amplitude(matrices, receive, transmit):
+def _amplitude(matrices, receive, transmit, threads):
     """f = -V_p^T z^-1 V_q over all parities, (D,)."""
     # F = sum over the group of chi(g) g h makes a parity's matrix |G| times the one that is stored.
-    parts = [m.quadratic(p, q) for m, p, q in zip(matrices, receive, transmit, strict=True)]
+    parts = [m.quadratic(p, q, threads) for m, p, q in zip(matrices, receive, transmit, strict=True)]
     return -sum(parts) / len(matrices)
 
 
@@ -124,10 +126,10 @@ class _Probe:
         self.numbers = np.unique(np.linspace(0, matrix.size - 1, min(PROBED_ROWS, matrix.size)).astype(int))
         self.rows = matrix.rows(self.numbers)
 
-    def residual(self, matrix, right):
+    def residual(self, matrix, right, threads):
         """|A x - b| / |b| over the kept rows, the largest over some columns of `right`."""
         right = right[:, :: -(-right.shape[1] // PROBED_DIRECTIONS)]
-        difference = self.rows @ matrix.solve(right) - right[self.numbers]
+        difference = self.rows @ matrix.solve(right, threads) - right[self.numbers]
         scale = np.linalg.norm(right, axis=0) * np.sqrt(len(self.numbers) / max(matrix.size, 1))
         # A parity that a direction does not excite has nothing to compare with.
         excited = scale > 1e-6 * scale.max(initial=0)

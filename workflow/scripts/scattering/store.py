@@ -29,7 +29,7 @@ COORDINATES = {
 }
 
 
-def solve_band(mesh_path, store_path, band, band_count, radar, aspect, scattering, symmetry):
+def solve_band(mesh_path, store_path, band, band_count, radar, aspect, scattering, symmetry, threads):
     """Solve one band of frequencies on its mesh and write it as a store like the target's, of its frequencies only."""
     _keep_compiled()
     vertices, triangles = read_ply(mesh_path)
@@ -50,6 +50,7 @@ def solve_band(mesh_path, store_path, band, band_count, radar, aspect, scatterin
             polarizations,
             symmetry,
             scattering["precision"],
+            threads,
             _Progress(bar, frequency),
         )
     for n, f in enumerate(frequency):
