@@ -32,11 +32,12 @@ class _Tee:
 
 @contextlib.contextmanager
 def job(snakemake):
-    """Run the body with its output in `snakemake.log[0]` and BLAS on `snakemake.threads` threads.
+    """Run the body with its output in `snakemake.log[0]` and BLAS on one thread.
 
+    The last bit of a product depends on how many threads BLAS splits it between, and the results must not.
     An InputError ends the job with its message alone; anything else with a traceback in the log.
     """
-    with open(snakemake.log[0], "w") as log, threadpoolctl.threadpool_limits(snakemake.threads):
+    with open(snakemake.log[0], "w") as log, threadpoolctl.threadpool_limits(1):
         out, err = sys.stdout, sys.stderr
         sys.stdout, sys.stderr = _Tee(out, log), _Tee(err, log)
         try:

@@ -7,6 +7,7 @@ import time
 from pathlib import Path
 
 import numpy as np
+import threadpoolctl
 
 from learning import images
 from learning.train import CONFIG, load, unseen_azimuths
@@ -26,13 +27,15 @@ def measure(stores, folder, threads, output):
     config = json.loads((folder / CONFIG).read_text())
     model = load(folder)
     pool = images.read(stores, unseen_azimuths(folder)).images
+    with threadpoolctl.threadpool_limits(threads):
+        single, batch = (time_batches(model.evaluate, pool, size) for size in (1, BATCH))
     result = {
         "experiment": config["experiment"],
         "model": config["model"],
         "training_observations": sum(config["observations"].values()),
         "image_shape": config["image_shape"],
-        "single": time_batches(model.evaluate, pool, 1),
-        "batch": time_batches(model.evaluate, pool, BATCH),
+        "single": single,
+        "batch": batch,
         "machine": {"cpu": cpu(), "cores": os.cpu_count()},
         "threads": threads,
     }
