@@ -8,7 +8,7 @@ import numpy as np
 from common import radar as sweep
 from common.errors import InputError
 from mesh import clean, symmetry, topology
-from mesh.figures import describe, self_intersections, size
+from mesh.figures import describe, size
 from mesh.io import write_ply
 from mesh.remesh import remesh, restore_volume
 
@@ -73,7 +73,6 @@ def build(path, target, mesh, radar):
         meshes.append(made)
         frequencies = {"first": float(band[0]), "last": float(band[-1]), "count": len(band)}
         figures.append({"frequencies": frequencies} | describe(made, (vertices, triangles), wavelength, edge))
-    cuts = self_intersections(vertices, triangles)
     source = size(vertices, triangles) | {
         "self_intersections": cuts,
         "vertices": len(vertices),

@@ -1,7 +1,6 @@
 """The figures of a mesh that say whether the method of moments can trust it."""
 
 import numpy as np
-import pymeshlab
 
 from mesh import topology
 from mesh.distance import hausdorff
@@ -15,14 +14,6 @@ def size(vertices, triangles):
         "volume": float(topology.tetrahedra(vertices, triangles).sum()) if watertight else None,
         "box": np.ptp(vertices, axis=0).tolist(),
     }
-
-
-def self_intersections(vertices, triangles):
-    """Number of triangles that cut through others."""
-    meshes = pymeshlab.MeshSet()
-    meshes.add_mesh(pymeshlab.Mesh(vertices, np.asarray(triangles, np.int32)))
-    meshes.compute_selection_by_self_intersections_per_face()
-    return int(meshes.current_mesh().selected_face_number())
 
 
 def describe(mesh, source, wavelength, edge):
@@ -52,7 +43,6 @@ def describe(mesh, source, wavelength, edge):
         "components": topology.components(triangles)[0],
         "boundary_edges": int((valence == 1).sum()),
         "junction_edges": int((valence > 2).sum()),
-        "self_intersections": self_intersections(*mesh),
         "area": {"before": before["area"], "after": after["area"]},
         "volume": {"before": before["volume"], "after": after["volume"]},
         "box": after["box"],
