@@ -14,7 +14,7 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 ROLES = {"known": "#4477aa", "unknown": "#cc6677", "other": "#999933"}
 TARGETS = {"drone": "known", "missile": "known", "aircraft": "unknown", "ufo": "unknown", "trihedral": "other"}
 LIGHT = np.array([0.45, -0.35, 0.82])
-SPAN = {"drone": 0.42, "missile": 0.66, "aircraft": 0.72, "ufo": 0.4, "trihedral": 0.74}  # m shown around the middle
+SPAN = {"drone": 0.48, "missile": 0.66, "aircraft": 0.72, "ufo": 0.4, "trihedral": 0.74}  # m shown around the middle
 
 
 def draw(axes, mesh, color, span):

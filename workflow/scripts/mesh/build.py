@@ -74,7 +74,6 @@ def build(path, target, mesh, radar):
         frequencies = {"first": float(band[0]), "last": float(band[-1]), "count": len(band)}
         figures.append({"frequencies": frequencies} | describe(made, (vertices, triangles), wavelength, edge))
     source = size(vertices, triangles) | {
-        "self_intersections": cuts,
         "vertices": len(vertices),
         "triangles": len(triangles),
     }
