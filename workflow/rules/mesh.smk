@@ -22,7 +22,10 @@ rule mesh:
         settings=lambda w: {
             "mesh": section(config["mesh"], "bands", "edges_per_wavelength"),
             "radar": section(config["radar"], "bandwidth", "center_frequency", "frequencies"),
-            "target": section(config["targets"], w.target)[w.target],
+            "target": section(
+                config["targets"][w.target],
+                *{"rotate", "symmetry", "unit"}.intersection(config["targets"][w.target]),
+            ),
         },
     message:
         "mesh {wildcards.target}: clean and remesh {input.cad}"
