@@ -10,7 +10,9 @@ near each other are integrated anew in `nearfield`. For mirror planes the source
 sums with the characters of the group give one matrix per parity (see `basis`).
 """
 
+from collections import deque
 from dataclasses import dataclass
+from types import SimpleNamespace
 
 import jax
 import jax.numpy as jnp
@@ -22,6 +24,7 @@ from scattering import nearfield
 # Triangles a tile holds, functions beyond its block's own included. Fixed, so that one compilation serves all.
 TILE = 384
 TILE_FUNCTIONS = 640
+UNDER_WAY = 8  # tiles that JAX may compute ahead
 
 
 def _fit(function, degree):
@@ -181,34 +184,45 @@ def assemble(surface, bases, wavenumber, near, matrices, dtype, progress=lambda 
     `add(rows, cols, values)`; dtype: complex64 or complex128; progress(done) is called with the fraction done.
     """
     real = np.float32 if dtype == np.complex64 else np.float64
-    # One more triangle, of zero size, serves as padding.
-    vertices = np.concatenate([surface.vertices, np.zeros((1, 3, 3))])
-    lengths = np.concatenate([surface.lengths, np.zeros((1, 3))]).astype(real)
-    images = [np.asarray(vertices * signs, real) for signs in surface.reflections]
     turns, k = real(wavenumber / (2 * np.pi)), real(wavenumber)
-
-    blocks = blocks_of(bases, len(surface.vertices))
+    blocks = [_on_device(block, surface, real) for block in blocks_of(bases, len(surface.vertices))]
+    characters = [tuple(real(character) for character in parity) for parity in surface.parities]
+    # JAX computes in the background: a few tiles are under way while finished ones are stored.
+    under_way = deque()
     for i, row in enumerate(blocks):
-        r = row.triangles
         for col in blocks[: i + 1]:
-            c = col.triangles
+            field, lengths = row.images[0], row.lengths
             halves = []
-            for image in images:
-                sums = _sums(_green(turns, images[0][r], image[c]), images[0][r], image[c])
-                halves.append(_half_functions(sums, k, images[0][r], lengths[r], image[c], lengths[c]))
-            for p, (parity, matrix) in enumerate(zip(surface.parities, matrices, strict=True)):
-                block = _gather(
-                    halves,
-                    tuple(real(character) for character in parity),
-                    row.halves[p],
-                    row.signs[p].astype(real),
-                    col.halves[p],
-                    col.signs[p].astype(real),
-                )
-                rows, cols = row.spans[p], col.spans[p]
-                size = rows.stop - rows.start, cols.stop - cols.start
-                matrix.put(rows.start, cols.start, np.asarray(block)[: size[0], : size[1]])
+            for source in col.images:
+                sums = _sums(_green(turns, field, source), field, source)
+                halves.append(_half_functions(sums, k, field, lengths, source, col.lengths))
+            for p, matrix in enumerate(matrices):
+                tile = _gather(halves, characters[p], row.halves[p], row.signs[p], col.halves[p], col.signs[p])
+                under_way.append((matrix, row.spans[p], col.spans[p], tile))
+            while len(under_way) > UNDER_WAY:
+                _store(*under_way.popleft())
         progress(((i + 1) / len(blocks)) ** 2)
+    while under_way:
+        _store(*under_way.popleft())
     corrections = nearfield.corrections(near, surface, wavenumber, real)
     for parity, basis, matrix in zip(surface.parities, bases, matrices, strict=True):
         matrix.add(*nearfield.between_functions(corrections, parity, basis))
+
+
+def _store(matrix, rows, cols, tile):
+    size = rows.stop - rows.start, cols.stop - cols.start
+    matrix.put(rows.start, cols.start, np.asarray(tile)[: size[0], : size[1]])
+
+
+def _on_device(block, surface, real):
+    """A Block with what its tiles read, on JAX's device: corners at each image (TILE, 3, 3), edge lengths (TILE, 3)."""
+    # One more triangle, of zero size, serves as padding.
+    vertices = np.concatenate([surface.vertices, np.zeros((1, 3, 3))])[block.triangles]
+    lengths = np.concatenate([surface.lengths, np.zeros((1, 3))])[block.triangles]
+    return SimpleNamespace(
+        spans=block.spans,
+        images=[jnp.asarray(vertices * signs, real) for signs in surface.reflections],
+        lengths=jnp.asarray(lengths, real),
+        halves=[jnp.asarray(halves) for halves in block.halves],
+        signs=[jnp.asarray(signs, real) for signs in block.signs],
+    )

@@ -24,12 +24,13 @@ import numpy as np
 
 from common.errors import InputError
 
+PATCH = 330  # triangles of a patch: with its neighbours it fills a tile of the matrix (see `assembly`)
 AXES = {"yz": 0, "xz": 1}  # mirror plane -> the coordinate that changes sign
 
 
 @dataclass(frozen=True)
 class Surface:
-    """The triangles of the fundamental domain, ordered along a space-filling curve.
+    """The triangles of the fundamental domain, ordered in compact patches.
 
     vertices: (T, 3, 3) float64, m: corner positions of every triangle
     corners: (T, 3) int64: corner numbers, equal where triangles touch
@@ -94,7 +95,7 @@ def fundamental_domain(vertices, triangles, symmetry):
                 f"the mesh is not symmetric about the plane {plane}: {upper.sum() - inside.sum()} triangles on one "
                 f"side, {lower.sum() - inside.sum()} on the other, {(~(upper | lower)).sum()} across it."
             )
-    order = _along_curve(corners[kept].mean(1))
+    order = _in_patches(corners[kept].mean(1), -(-kept.sum() // PATCH))
     return Surface(corners[kept][order], np.asarray(triangles, np.int64)[kept][order], axes)
 
 
@@ -144,12 +145,16 @@ def unknowns(surface):
     return sum(len(rwg(surface, parity)) for parity in surface.parities)
 
 
-def _along_curve(points, bits=10):
-    """Order of points (P, 3) along a Morton curve, so that neighbours in number are neighbours in space."""
-    low, size = points.min(0), np.ptp(points, axis=0).max()
-    cells = ((points - low) / (size or 1.0) * (2**bits - 1)).astype(np.int64)
-    code = np.zeros(len(points), np.int64)
-    for bit in range(bits):
-        for axis in range(3):
-            code |= ((cells[:, axis] >> bit) & 1) << (3 * bit + axis)
-    return np.argsort(code, kind="stable")
+def _in_patches(points, parts):
+    """Order of points (P, 3) in which `parts` equal runs are each a compact patch: bisection along the longest side."""
+
+    def bisect(numbers, parts):
+        if parts == 1:
+            return numbers
+        here = points[numbers]
+        axis = np.argmax(np.ptp(here, axis=0))
+        numbers = numbers[np.argsort(here[:, axis], kind="stable")]
+        cut = len(numbers) * (parts // 2) // parts
+        return np.concatenate([bisect(numbers[:cut], parts // 2), bisect(numbers[cut:], parts - parts // 2)])
+
+    return bisect(np.arange(len(points)), parts)

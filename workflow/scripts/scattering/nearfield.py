@@ -50,11 +50,12 @@ def corrections(near, surface, wavenumber, real):
     count = 3 * len(surface.vertices)
     result = []
     for pairs, static, signs in zip(near.pairs, near.static, surface.reflections, strict=True):
-        smooth = partial(_smooth_moments, wavenumber)
-        moments = static + _by_chunks(smooth, pairs, surface.vertices, surface.vertices * signs, np.float64)
-        # What `assembly` put there, in its precision, so that it cancels.
-        coarse = partial(_coarse_moments, real(wavenumber))
-        moments = moments - _by_chunks(coarse, pairs, surface.vertices, surface.vertices * signs, real)
+        # What is integrated in the same way over both triangles is the same for both orders of a pair.
+        once = pairs[:, 0] <= pairs[:, 1]
+        change = partial(_smooth_minus_coarse, real(wavenumber))
+        smooth = _by_chunks(change, pairs[once], surface.vertices, surface.vertices * signs, real)
+        moments = static.astype(np.complex128)
+        moments[once] += np.where(pairs[once, 0] < pairs[once, 1], 2, 1)[:, None] * smooth
         values = _half_functions(moments, wavenumber, pairs, surface, signs)
         rows = np.repeat(3 * pairs[:, :1] + np.arange(3), 3, axis=1)
         cols = np.tile(3 * pairs[:, 1:] + np.arange(3), (1, 3))
@@ -131,29 +132,31 @@ def _static_moments(field, source):
 
 
 @jax.jit
-def _smooth_moments(k, field, source):
-    p, q = _points(FINE, field), _points(FINE, source)
-    distance = jnp.linalg.norm(p[:, :, None] - q[:, None], axis=-1)
+def _smooth_minus_coarse(k, field, source):
+    """Moments of (exp(-j k R) - 1) / R by the fine rule, minus what `assembly` put there by its three points."""
+    return _by_rule(FINE, _smooth, k, field, source) - _by_rule(RULES[3], _whole, k, field, source)
+
+
+def _smooth(k, distance):
     half = k * distance / 2
     # (exp(-j k R) - 1) / R = -j k exp(-j k R / 2) sinc(k R / 2): no cancellation at R = 0
-    green = -1j * k * jnp.exp(-1j * half) * jnp.sinc(half / jnp.pi)
-    weights = jnp.asarray(FINE[1])
-    scalar = green @ weights
-    vector = jnp.einsum("pab,b,pbx->pax", green, weights, q - source.mean(1, keepdims=True))
-    return _moments(weights, p - field.mean(1, keepdims=True), scalar, vector)
+    amplitude = -k * jnp.where(half > 0, jnp.sin(half) / jnp.where(half > 0, half, 1), 1)
+    return jax.lax.complex(amplitude * jnp.sin(half), amplitude * jnp.cos(half))
 
 
-@jax.jit
-def _coarse_moments(k, field, source):
-    rule = RULES[3]
-    p, q = _points(rule, field), _points(rule, source)
-    distance = jnp.linalg.norm(p[:, :, None] - q[:, None], axis=-1)
+def _whole(k, distance):
     apart = distance > 1e-10
-    green = jnp.where(apart, jnp.exp(-1j * k * distance) / jnp.where(apart, distance, 1), 0)
+    inverse = jnp.where(apart, 1 / jnp.where(apart, distance, 1), 0)
+    return jax.lax.complex(jnp.cos(k * distance) * inverse, -jnp.sin(k * distance) * inverse)
+
+
+def _by_rule(rule, kernel, k, field, source):
+    p, q = _points(rule, field), _points(rule, source)
+    green = kernel(k, jnp.linalg.norm(p[:, :, None] - q[:, None], axis=-1))
     weights = jnp.asarray(rule[1], field.dtype)
-    scalar = green @ weights
-    vector = jnp.einsum("pab,b,pbx->pax", green, weights, q - source.mean(1, keepdims=True))
-    return _moments(weights, p - field.mean(1, keepdims=True), scalar, vector)
+    weighted = green * weights
+    vector = jnp.einsum("pab,pbx->pax", weighted, q - source.mean(1, keepdims=True))
+    return _moments(weights, p - field.mean(1, keepdims=True), weighted.sum(-1), vector)
 
 
 def _half_functions(moments, k, pairs, surface, signs):
