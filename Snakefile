@@ -23,6 +23,10 @@ localrules:
     all,
 
 
+onstart:
+    lock.take()
+
+
 rule all:
     default_target: True
     input:

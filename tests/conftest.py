@@ -12,6 +12,8 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 # What a user's folder holds; results, environments and tests stay behind.
 PARTS = ("Snakefile", "config", "envs", "profiles", "resources", "workflow")
+# The jobs' interpreter is the one that runs the tests.
+ENVIRONMENT = {**os.environ, "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
 
 
 class Project:
@@ -29,11 +31,10 @@ class Project:
     def run(self, *arguments, timeout=900):
         """snakemake with these arguments; returns the finished process with its output as text."""
         command = [sys.executable, "-m", "snakemake", *map(str, arguments)]
-        environment = {**os.environ, "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
         return subprocess.run(
             command,
             cwd=self.folder,
-            env=environment,
+            env=ENVIRONMENT,
             text=True,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,

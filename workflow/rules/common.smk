@@ -11,6 +11,7 @@ sys.path.insert(0, SCRIPTS)
 # Jobs are processes of their own, here and on a cluster: each parses this file and inherits the path.
 os.environ.update(PYTHONPATH=SCRIPTS)
 
+from common import lock
 from common import radar as sweep
 from common.config import images_are_made, load, section
 from common.errors import InputError
@@ -21,6 +22,8 @@ try:
     config = load(config)
 except InputError as error:
     raise WorkflowError(str(error)) from None
+
+lock.release_stale()
 
 RESULTS = f"results/{config['name']}"
 TARGETS = list(config["targets"])
