@@ -6,7 +6,7 @@ import pytest
 from common.config import load
 from mesh import topology
 from mesh.build import build
-from mesh.clean import read_cad
+from mesh.read import read_cad
 
 CONFIG = load()
 CLOSED = ("drone", "missile", "aircraft", "ufo")

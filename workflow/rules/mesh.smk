@@ -17,14 +17,15 @@ rule mesh:
         "../../envs/mesh.yaml"
     threads: 1
     resources:
-        mem_mb=2000,
+        mem_mb=4000,
     params:
+        # The sweep and the precision say what the solve will need, which is checked before the mesh is made.
         settings=lambda w: {
+            **section(config, "aspect", "radar", "scattering.precision"),
             "mesh": section(config["mesh"], "bands", "edges_per_wavelength"),
-            "radar": section(config["radar"], "bandwidth", "center_frequency", "frequencies"),
             "target": section(
                 config["targets"][w.target],
-                *{"rotate", "symmetry", "unit"}.intersection(config["targets"][w.target]),
+                *{"length", "rotate", "symmetry", "unit"}.intersection(config["targets"][w.target]),
             ),
         },
     message:

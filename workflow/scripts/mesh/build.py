@@ -7,87 +7,121 @@ import numpy as np
 
 from common import radar as sweep
 from common.errors import InputError
-from mesh import clean, symmetry, topology
-from mesh.figures import describe, size
+from mesh import symmetry, topology
+from mesh.figures import describe, ideal_unknowns, size
+from mesh.fit import check_fit, plan
 from mesh.io import write_ply
+from mesh.read import check_size, in_metres, read_cad
 from mesh.remesh import remesh, restore_volume
+from mesh.repair import CLOSE, repair, thin
 
 DEVIATION = 1 / 100  # wavelengths that a remeshing step may move the surface; the goal for the whole is 1/40
 ASYMMETRY = 1 / 100  # wavelengths at the top frequency between a target and its mirror image
+WRONG = 1 / 20  # wavelengths between mesh and source: more is another target
+THINNER = 1 / 2  # wanted edges: a source with much smaller triangles is thinned to these before it is remeshed
 
 
-def load(path, target, wavelength):
-    """The target as a sound mesh in metres: vertices, triangles, repairs made.
+def load(path, target, radar, edge):
+    """The target as a sound surface in metres for meshes of at least `edge` metres.
 
-    `target` may hold unit, rotate and symmetry. Raises InputError if the file is no use, or less symmetric than
-    it says, measured against the shortest wavelength (metres).
+    Returns vertices, triangles, repairs made and their tolerances. `target` may hold unit, length, rotate and
+    symmetry. Raises InputError if the file is no use, its size implausible, or less symmetric than it says.
     """
-    vertices, triangles = clean.read_cad(path)
-    vertices, triangles, repairs = clean.repair(clean.in_metres(vertices, target), triangles, path)
-    if target.get("symmetry"):
-        apart, limit = symmetry.deviation(vertices, triangles, wavelength / 10), ASYMMETRY * wavelength
+    vertices, triangles = read_cad(path)
+    vertices = in_metres(vertices, target)
+    check_size(vertices[np.unique(triangles)], target, sweep.C0 / radar["center_frequency"], path)
+    vertices, triangles, repairs, tolerances = repair(vertices, triangles, edge, path)
+    for axis in symmetry.axes(target.get("symmetry", [])):
+        limit = ASYMMETRY * sweep.C0 / sweep.frequencies(radar)[-1]
+        apart, place = symmetry.deviation(vertices, triangles, edge, axis)
         if apart > limit:
             raise InputError(
-                f"{path} is not symmetric about y = 0: it differs from its mirror image by {apart * 1000:.3g} mm "
-                f"(at most {limit * 1000:.3g} mm is allowed). Mend it, or leave out 'symmetry' for this target."
+                f"{path} is not symmetric about {'xyz'[axis]} = 0: near {topology.place(place)} it differs from its "
+                f"mirror image by {apart * 1000:.3g} mm (at most {limit * 1000:.3g} mm is allowed). Mend it, or leave "
+                "this plane out of the target's 'symmetry'."
             )
-    return vertices, triangles, repairs
+    return vertices, triangles, repairs, tolerances
 
 
-def band_mesh(vertices, triangles, edge, deviation, mirrored, name):
-    """Vertices and triangles of about `edge` metres; exactly mirror-symmetric about y = 0 if `mirrored`.
+def band_mesh(vertices, triangles, edge, deviation, axes, name):
+    """Vertices and triangles of about `edge` metres; exactly mirror-symmetric about the planes `axes`.
 
     A closed target keeps its volume.
     """
     source, closed = (vertices, triangles), topology.is_watertight(triangles)
-    close = clean.CLOSE * np.linalg.norm(np.ptp(vertices, axis=0))
-    if mirrored:
-        vertices, triangles = symmetry.left_half(vertices, triangles, close, name)
-    # The plane y = 0 goes through the origin: closing the half there would add no volume.
-    volume = topology.tetrahedra(vertices, triangles).sum()
-    vertices, triangles = remesh(vertices, triangles, edge, deviation, mirrored)
+    vertices, triangles = thin(vertices, triangles, THINNER * edge)
+    close = CLOSE * np.linalg.norm(np.ptp(vertices, axis=0))
+    for axis in axes:
+        vertices, triangles = symmetry.positive_half(vertices, triangles, close, name, axis)
+    # Mirror planes go through the origin: closing the part there would add no volume.
+    volume = topology.tetrahedra(*source).sum() / 2 ** len(axes)
+    vertices, triangles = remesh(vertices, triangles, edge, deviation, axes)
     if closed:
-        vertices = restore_volume(vertices, triangles, source, volume)
-    if mirrored:
-        vertices, triangles = symmetry.with_mirror(vertices, triangles)
+        vertices = restore_volume(vertices, triangles, source, volume, axes)
+    for axis in axes:
+        vertices, triangles = symmetry.with_mirror(vertices, triangles, axis)
     if closed and not topology.is_watertight(triangles):
+        torn = topology.edges(triangles)[0][topology.valence(triangles) != 2]
+        place = topology.place(vertices[torn[0]].mean(axis=0)) if len(torn) else "an unknown place"
         raise InputError(
-            f"{name}: parts thinner than the edges ({edge * 1000:.3g} mm) were torn open by remeshing. "
-            "Raise 'mesh.edges_per_wavelength', or thicken those parts."
+            f"{name}: a part thinner than the edges ({edge * 1000:.3g} mm) was torn open by remeshing near {place}. "
+            "Raise 'mesh.edges_per_wavelength', or thicken that part."
         )
     return vertices, triangles
 
 
-def build(path, target, mesh, radar):
+def build(path, target, mesh, radar, aspect=None, precision="single"):
     """Meshes [(vertices, triangles), ...], lowest band first, and their figures as a mapping.
 
-    `target`, `mesh` and `radar` are those parts of the config.
+    `target`, `mesh`, `radar` and `aspect` are those parts of the config. With an aspect the figures hold what each
+    band's solve will need, and a target that does not fit into this machine's memory is refused before remeshing.
     """
     bands = sweep.bands(radar, mesh["bands"])
-    vertices, triangles, repairs = load(path, target, sweep.C0 / bands[-1][-1])
+    edges = [sweep.C0 / band[-1] / mesh["edges_per_wavelength"] for band in bands]
+    vertices, triangles, repairs, tolerances = load(path, target, radar, edges[-1])
+    axes = symmetry.axes(target.get("symmetry", []))
+    source = size(vertices, triangles) | {"vertices": len(vertices), "triangles": len(triangles)} | tolerances
+    if aspect:
+        check_fit(ideal_unknowns(source["area"], edges[-1]), len(axes), mesh, radar, aspect, precision, path)
     meshes, figures = [], []
-    for band in bands:
+    for band, edge in zip(bands, edges, strict=True):
         wavelength = sweep.C0 / band[-1]
-        edge = wavelength / mesh["edges_per_wavelength"]
-        made = band_mesh(vertices, triangles, edge, DEVIATION * wavelength, bool(target.get("symmetry")), path)
-        meshes.append(made)
+        made = band_mesh(vertices, triangles, edge, DEVIATION * wavelength, axes, path)
         frequencies = {"first": float(band[0]), "last": float(band[-1]), "count": len(band)}
-        figures.append({"frequencies": frequencies} | describe(made, (vertices, triangles), wavelength, edge))
-    source = size(vertices, triangles) | {
-        "vertices": len(vertices),
-        "triangles": len(triangles),
-    }
+        described = {"frequencies": frequencies}
+        described |= describe(made, (vertices, triangles), wavelength, edge, tolerances["thinned_by"])
+        _check(described, edge, path)
+        if aspect:
+            described["solve"] = plan(described, len(axes), radar, aspect, precision)
+        meshes.append(made)
+        figures.append(described)
     symmetric = list(target.get("symmetry", []))
     return meshes, {"source": source, "symmetry": symmetric, "repairs": repairs, "bands": figures}
 
 
-def write(path, target, mesh, radar, figures_path, mesh_paths):
+def _check(band, edge, name):
+    """Refuse a mesh that is not the target, or that carries no current."""
+    apart = max(band["hausdorff"].values())
+    if apart > WRONG * band["wavelength"]:
+        raise InputError(
+            f"{name}: edges of {edge * 1000:.3g} mm cannot follow its surface, which they miss by "
+            f"{apart * 1000:.3g} mm near {topology.place(band['hausdorff_place'])}. Raise 'mesh.edges_per_wavelength'."
+        )
+    if band["unknowns"] == 0:
+        raise InputError(f"{name}: its mesh has no inner edge, so it can carry no current; it is too small.")
+
+
+def write(path, target, mesh, radar, aspect, precision, figures_path, mesh_paths):
     """Build the meshes of a target and write them with their figures."""
-    meshes, figures = build(path, target, mesh, radar)
+    meshes, figures = build(path, target, mesh, radar, aspect, precision)
+    done = [f"{count} {key.replace('_', ' ')}" for key, count in figures["repairs"].items() if count]
+    print(f"repairs: {', '.join(done) or 'none'}")
     for made, mesh_path, band in zip(meshes, mesh_paths, figures["bands"], strict=True):
         write_ply(mesh_path, *made)
+        top, need = band["frequencies"]["last"] / 1e9, band["solve"]
         print(
             f"{Path(mesh_path).name}: {band['triangles']} triangles, {band['unknowns']} unknowns, "
-            f"mean edge {band['edge_wavelengths']['mean']:.3f} wavelengths at {band['frequencies']['last'] / 1e9:g} GHz"
+            f"mean edge {band['edge_wavelengths']['mean']:.3f} wavelengths at {top:g} GHz; "
+            f"to solve: about {need['megabytes'] / 1000:.1f} GB and {need['seconds'] / 60:.1f} minutes on two cores"
         )
     Path(figures_path).write_text(json.dumps(figures, indent=1) + "\n")

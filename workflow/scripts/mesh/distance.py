@@ -35,7 +35,15 @@ def distances(points, vertices, triangles, signed=False):
 
 
 def hausdorff(mesh, source, spacing):
-    """Largest distance in metres from mesh to source and from source to mesh, each (vertices, triangles)."""
+    """Largest distance from mesh to source and from source to mesh, each (vertices, triangles), and where.
+
+    Returns ((metres, point), (metres, point)), the point on the surface that the distance is measured from.
+    """
     middles = mesh[0][topology.edges(mesh[1])[0]].mean(axis=1)
     points = np.concatenate([mesh[0], middles, mesh[0][mesh[1]].mean(axis=1)])
-    return float(distances(points, *source).max()), float(distances(samples(*source, spacing), *mesh).max())
+    return _farthest(points, source), _farthest(samples(*source, spacing), mesh)
+
+
+def _farthest(points, surface):
+    apart = distances(points, *surface)
+    return float(apart.max()), points[apart.argmax()]

@@ -16,22 +16,29 @@ def size(vertices, triangles):
     }
 
 
-def describe(mesh, source, wavelength, edge):
-    """Figures of one band's mesh against its source, both (vertices, triangles); lengths in metres."""
+def ideal_unknowns(area, edge):
+    """Unknowns of a closed surface of this area in m^2 in equilateral triangles with edges of `edge` metres."""
+    return float(1.5 * area / (np.sqrt(3) / 4 * edge**2))
+
+
+def describe(mesh, source, wavelength, edge, thinned_by=0.0):
+    """Figures of one band's mesh against its source, both (vertices, triangles); lengths in metres.
+
+    The source may itself be `thinned_by` metres away from the CAD surface, which the distances then include.
+    """
     vertices, triangles = mesh
     length, angle = topology.edge_lengths(*mesh), topology.shape(vertices[triangles])[2]
     before, after = size(*source), size(*mesh)
     lengths = {"mean": length.mean(), "max": length.max(), "p99": np.percentile(length, 99)}
-    to_source, from_source = hausdorff(mesh, source, edge / 2)
+    (to_source, _), (from_source, _) = apart = hausdorff(mesh, source, edge / 2)
     valence = topology.valence(triangles)
-    ideal = 1.5 * before["area"] / (np.sqrt(3) / 4 * edge**2)
     return {
         "wavelength": wavelength,
         "wanted_edge": edge,
         "vertices": len(vertices),
         "triangles": len(triangles),
         "unknowns": topology.unknowns(triangles),
-        "ideal_unknowns": float(ideal),
+        "ideal_unknowns": ideal_unknowns(before["area"], edge),
         "edge": {key: float(value) for key, value in lengths.items()},
         "edge_wavelengths": {key: float(value / wavelength) for key, value in lengths.items()},
         "smallest_angle": {
@@ -46,5 +53,6 @@ def describe(mesh, source, wavelength, edge):
         "area": {"before": before["area"], "after": after["area"]},
         "volume": {"before": before["volume"], "after": after["volume"]},
         "box": after["box"],
-        "hausdorff": {"to_source": to_source, "from_source": from_source},
+        "hausdorff": {"to_source": to_source + thinned_by, "from_source": from_source + thinned_by},
+        "hausdorff_place": max(apart, key=lambda pair: pair[0])[1].tolist(),
     }

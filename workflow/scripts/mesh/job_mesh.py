@@ -2,11 +2,14 @@ from common.job import job
 from mesh.build import write
 
 with job(snakemake):
+    settings = snakemake.params.settings
     write(
         snakemake.input.cad,
-        snakemake.params.settings["target"],
-        snakemake.params.settings["mesh"],
-        snakemake.params.settings["radar"],
+        settings["target"],
+        settings["mesh"],
+        settings["radar"],
+        settings["aspect"],
+        settings["scattering.precision"],
         snakemake.output.figures,
         snakemake.output.meshes,
     )

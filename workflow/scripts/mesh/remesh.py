@@ -13,28 +13,29 @@ P99 = 1.35  # wanted edges: 99 % of all edges are to be shorter
 MEAN = 0.97, 1.0  # wanted edges: a mean in this range needs no other try
 TRIES = 4
 ITERATIONS = 10
+LEAST_SLOPE = 1e-12  # of the volume
 ON_PLANE = 0.1  # wanted edges: the remesher leaves boundary vertices this near to the plane that they started in
 
 
-def remesh(vertices, triangles, edge, deviation, mirrored):
+def remesh(vertices, triangles, edge, deviation, axes):
     """Triangles of at most `edge` metres on average on the same surface, moved by at most `deviation` metres a step.
 
-    A boundary in the plane y = 0 stays in it exactly if `mirrored`. The coarsest of a few tries that keeps to the
+    A boundary in one of the mirror planes `axes` stays in it exactly. The coarsest of a few tries that keeps to the
     lengths is taken: thin parts bring the mean down, and a regular start is only ever halved.
     """
     shortest, longest, little = SHORTEST * edge, LONGEST * edge, deviation / 2
-    start = vertices, flip_slivers(vertices, triangles, little)
-    start = collapse_short_edges(*start, shortest, np.inf, little)
+    start = vertices, flip_slivers(vertices, triangles, little, axes)
+    start = collapse_short_edges(*start, shortest, np.inf, little, axes)
     start = split_long_edges(*start, edge, longest)
     best, coarsest, aim = None, 0.0, 1.0
     for _ in range(TRIES):
         vertices, triangles = _isotropic(*start, aim * edge, deviation)
-        if mirrored:
-            vertices, triangles = _to_plane(vertices, triangles, ON_PLANE * edge)
-            vertices, triangles = lift_chords(vertices, triangles, start)
-        vertices, triangles = collapse_short_edges(vertices, triangles, shortest, P99 * edge, little)
+        vertices, triangles = _to_planes(vertices, triangles, start, ON_PLANE * edge, axes)
+        for axis in axes:
+            vertices, triangles = lift_chords(vertices, triangles, start, axis)
+        vertices, triangles = collapse_short_edges(vertices, triangles, shortest, P99 * edge, little, axes)
         vertices, triangles = split_long_edges(vertices, triangles, edge, longest)
-        triangles = flip_slivers(vertices, triangles, little)
+        triangles = flip_slivers(vertices, triangles, little, axes)
         lengths = topology.edge_lengths(vertices, triangles) / edge
         mean = lengths.mean()
         fits = mean <= MEAN[1] and np.percentile(lengths, 99) <= P99
@@ -46,12 +47,20 @@ def remesh(vertices, triangles, edge, deviation, mirrored):
     return best
 
 
-def _to_plane(vertices, triangles, near):
-    """Boundary vertices within `near` metres of y = 0 put on it, and faces that then lie in it dropped."""
+def _to_planes(vertices, triangles, source, near, axes):
+    """Boundary vertices within `near` metres of the mirror planes put on them; faces that then lie in one dropped."""
+    if len(axes) == 0:
+        return vertices, triangles
     unique, index = topology.edges(triangles)
     boundary = np.unique(unique[np.bincount(index.ravel()) == 1])
-    vertices[boundary[np.abs(vertices[boundary, 1]) <= near], 1] = 0.0
-    return topology.compact(vertices, triangles[(vertices[triangles][:, :, 1] != 0).any(axis=1)])
+    for axis in axes:
+        vertices[boundary[np.abs(vertices[boundary, axis]) <= near], axis] = 0.0
+    if len(axes) == 2:
+        # Where the surface meets both planes, the remesher may have cut the corner between its two boundaries.
+        for corner in source[0][(source[0][:, axes] == 0).all(axis=1)]:
+            vertices[boundary[np.linalg.norm(vertices[boundary] - corner, axis=1).argmin()]] = corner
+    lying = (vertices[triangles][:, :, list(axes)] == 0).all(axis=1).any(axis=1)
+    return topology.compact(vertices, triangles[~lying])
 
 
 def _isotropic(vertices, triangles, edge, deviation):
@@ -68,11 +77,12 @@ def _isotropic(vertices, triangles, edge, deviation):
     return topology.compact(mesh.vertex_matrix(), mesh.face_matrix())
 
 
-def restore_volume(vertices, triangles, source, volume):
+def restore_volume(vertices, triangles, source, volume, axes):
     """Vertices moved outwards so that the mesh has `volume` m^3: chords of a convex surface lie inside it.
 
     Each vertex moves in proportion to the distances of its faces' centres from the closed `source`
-    (vertices, triangles), along those faces' normals: flat parts stay as they are. Vertices with y = 0 keep it.
+    (vertices, triangles), along those faces' normals: flat parts stay as they are. Vertices in the mirror planes
+    `axes` stay there.
     """
     corners = vertices[triangles]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])  # twice the area long
@@ -82,10 +92,13 @@ def restore_volume(vertices, triangles, source, volume):
         np.add.at(push, triangles[:, k], depth[:, None] * normal)
         np.add.at(weight, triangles[:, k], np.linalg.norm(normal, axis=1))
     push /= weight[:, None]
-    push[vertices[:, 1] == 0, 1] = 0.0
+    for axis in axes:
+        push[vertices[:, axis] == 0, axis] = 0.0
     scale = 0.0
     for _ in range(3):  # Newton's method on the volume, which is nearly linear in the scale
         slope = (topology.tetrahedra(vertices + push, triangles) - topology.tetrahedra(vertices, triangles)).sum()
         missing = volume - topology.tetrahedra(vertices + scale * push, triangles).sum()
+        if abs(slope) < LEAST_SLOPE * abs(volume):
+            break  # the mesh lies on the source everywhere
         scale += missing / slope
     return vertices + scale * push

@@ -1,4 +1,7 @@
-"""The mirror plane y = 0: cut a target there, and put two halves together so that they agree to the last bit."""
+"""Mirror planes: cut a target there, and put the parts together so that they agree to the last bit.
+
+A plane is given by the coordinate that it sets to zero: 0 for yz (x = 0), 1 for xz (y = 0).
+"""
 
 import numpy as np
 
@@ -6,26 +9,39 @@ from common.errors import InputError
 from mesh import topology
 from mesh.distance import distances, samples
 
-MIRROR = np.array([1.0, -1.0, 1.0])
+AXES = {"yz": 0, "xz": 1}  # mirror plane -> the coordinate that changes sign
 
 
-def deviation(vertices, triangles, spacing):
-    """Largest distance in metres between a target and its mirror image in y = 0, sampled every `spacing` metres."""
-    return float(distances(samples(vertices, triangles, spacing) * MIRROR, vertices, triangles).max())
+def axes(planes):
+    """The coordinates, ascending, that mirror planes like ['xz', 'yz'] set to zero."""
+    return sorted(AXES[plane] for plane in planes)
 
 
-def left_half(vertices, triangles, tolerance, name):
-    """The part with y >= 0, open along the plane, whose vertices there have y = 0 exactly.
+def mirrored(points, axis):
+    """Points (..., 3) on the other side of a plane."""
+    return points * np.where(np.arange(3) == axis, -1.0, 1.0)
+
+
+def deviation(vertices, triangles, spacing, axis):
+    """Largest distance in metres between a target and its mirror image, sampled every `spacing` metres, and where."""
+    points = samples(vertices, triangles, spacing)
+    apart = distances(mirrored(points, axis), vertices, triangles)
+    return float(apart.max()), points[apart.argmax()]
+
+
+def positive_half(vertices, triangles, tolerance, name, axis):
+    """The part on the plane's positive side, open along the plane, whose vertices there are on it exactly.
 
     Vertices within `tolerance` metres of the plane are put on it. Raises InputError for faces in the plane:
     they belong to neither half.
     """
-    vertices = np.where((np.abs(vertices[:, 1]) <= tolerance)[:, None], vertices * [1, 0, 1], vertices)
-    y = vertices[triangles][:, :, 1]
+    vertices = vertices.copy()
+    vertices[np.abs(vertices[:, axis]) <= tolerance, axis] = 0.0
+    y = vertices[triangles][:, :, axis]
     if (y == 0).all(axis=1).any():
-        place = vertices[triangles[(y == 0).all(axis=1)][0]].mean(axis=0)
+        place = topology.place(vertices[triangles[(y == 0).all(axis=1)][0]].mean(axis=0))
         raise InputError(
-            f"{name} has faces in its mirror plane y = 0, near ({', '.join(f'{x:.4g}' for x in place)}) m. "
+            f"{name} has faces in its mirror plane {'xyz'[axis]} = 0, near {place}. "
             "Give that part a thickness, or leave out 'symmetry' for this target."
         )
     whole = triangles[(y >= 0).all(axis=1)]
@@ -35,15 +51,15 @@ def left_half(vertices, triangles, tolerance, name):
     # One new vertex for each edge that crosses the plane, shared by the triangles at that edge.
     unique, index = topology.edges(crossing)
     start, stop = vertices[unique].transpose(1, 0, 2)
-    cut = start[:, 1] * stop[:, 1] < 0
-    share = np.divide(start[:, 1], start[:, 1] - stop[:, 1], where=cut, out=np.zeros(len(unique)))
+    cut = start[:, axis] * stop[:, axis] < 0
+    share = np.divide(start[:, axis], start[:, axis] - stop[:, axis], where=cut, out=np.zeros(len(unique)))
     points = start + share[:, None] * (stop - start)
-    points[:, 1] = 0.0
+    points[:, axis] = 0.0
     pieces = []
     for corners, sides in zip(crossing, index, strict=True):
         polygon = []
         for k in range(3):
-            if vertices[corners[k], 1] >= 0:
+            if vertices[corners[k], axis] >= 0:
                 polygon.append(corners[k])
             if cut[sides[k]]:
                 polygon.append(len(vertices) + sides[k])
@@ -51,9 +67,9 @@ def left_half(vertices, triangles, tolerance, name):
     return topology.compact(np.concatenate([vertices, points]), np.concatenate([whole, np.array(pieces)]))
 
 
-def with_mirror(vertices, triangles):
-    """Both halves as one mesh: the given one first, then its mirror image; vertices with y = 0 are shared."""
-    on_plane = vertices[:, 1] == 0
+def with_mirror(vertices, triangles, axis):
+    """Both halves as one mesh: the given one first, then its mirror image; vertices on the plane are shared."""
+    on_plane = vertices[:, axis] == 0
     image = np.where(on_plane, np.arange(len(vertices)), len(vertices) + np.cumsum(~on_plane) - 1)
-    both = np.concatenate([vertices, vertices[~on_plane] * MIRROR])
+    both = np.concatenate([vertices, mirrored(vertices[~on_plane], axis)])
     return both, np.concatenate([triangles, image[triangles][:, ::-1]]).astype(np.int32)

@@ -30,19 +30,19 @@ def split_long_edges(vertices, triangles, edge, longest):
         vertices, triangles = _split(vertices, triangles, index, np.where(cut, length, 0), points)
 
 
-def lift_chords(vertices, triangles, source):
-    """Mend edges inside a half (y >= 0) that lie in its mirror plane: there the mirror image would touch it.
+def lift_chords(vertices, triangles, source, axis):
+    """Mend edges inside a half that lie in its mirror plane `axis`: there the mirror image would touch it.
 
     Their middle is put where the half `source` (vertices, triangles) passes over it.
     """
     while True:
         unique, index = topology.edges(triangles)
-        chord = (vertices[unique][:, :, 1] == 0).all(axis=1) & (np.bincount(index.ravel()) > 1)
+        chord = (vertices[unique][:, :, axis] == 0).all(axis=1) & (np.bincount(index.ravel()) > 1)
         if not chord.any():
             return vertices, triangles
         points = vertices[unique].mean(axis=1)
-        points[chord, 1] += distances(points[chord], *source)
-        if (points[chord, 1] == 0).any():
+        points[chord, axis] += distances(points[chord], *source)
+        if (points[chord, axis] == 0).any():
             return vertices, triangles  # the source itself touches its mirror image
         vertices, triangles = _split(vertices, triangles, index, chord, points)
 
@@ -64,12 +64,12 @@ def _split(vertices, triangles, index, weight, points):
     return np.concatenate([vertices, points[cut]]), np.concatenate([triangles[~hit], *halves]).astype(np.int32)
 
 
-def collapse_short_edges(vertices, triangles, shortest, longest, deviation):
+def collapse_short_edges(vertices, triangles, shortest, longest, deviation, axes=()):
     """Pull together the ends of edges below `shortest` metres, shortest first, where the surface allows it.
 
     One end moves onto the other if that moves no face by more than `deviation` metres, makes no edge above
     `longest` metres and no worse angle. Boundaries and junctions shrink along themselves only, so vertices in the
-    mirror plane stay there.
+    mirror planes `axes` stay there.
     """
     faces = [tuple(corners) for corners in triangles.tolist()]
     around = [set() for _ in vertices]
@@ -84,7 +84,7 @@ def collapse_short_edges(vertices, triangles, shortest, longest, deviation):
         _, a, b = heapq.heappop(heap)
         if not around[a] & around[b]:
             continue  # an end is gone
-        moves = [(_cost(vertices, faces, around, *ends, longest, deviation), ends) for ends in ((a, b), (b, a))]
+        moves = [(_cost(vertices, faces, around, *ends, longest, deviation, axes), ends) for ends in ((a, b), (b, a))]
         cost, (gone, kept) = min(moves)
         if cost == np.inf:
             continue
@@ -109,7 +109,7 @@ def _neighbours(faces, around, vertex):
     return sorted({corner for number in around[vertex] for corner in faces[number]} - {vertex})
 
 
-def _cost(vertices, faces, around, gone, kept, longest, deviation):
+def _cost(vertices, faces, around, gone, kept, longest, deviation, axes):
     """Metres by which faces move if vertex `gone` is pulled onto `kept`; infinite if that is not allowed."""
     shared = around[gone] & around[kept]
     near = _neighbours(faces, around, gone)
@@ -143,8 +143,10 @@ def _cost(vertices, faces, around, gone, kept, longest, deviation):
     taken = {frozenset(faces[number]) for number in around[kept]}
     if any(frozenset(corners) in taken for corners in new_corners.tolist()):
         return np.inf  # two faces with the same corners
-    if vertices[kept, 1] == 0 != vertices[gone, 1] and (vertices[sorted(set(near) - {kept}), 1] == 0).any():
-        return np.inf  # an edge inside the half that lies in the mirror plane
+    others = sorted(set(near) - {kept})
+    for axis in axes:
+        if vertices[kept, axis] == 0 != vertices[gone, axis] and (vertices[others, axis] == 0).any():
+            return np.inf  # an edge inside the half that lies in the mirror plane
     before, after = vertices[[faces[number] for number in moved]], vertices[new_corners]
     new_normal, new_height, angle = topology.shape(after)
     old_normal, old_height, _ = topology.shape(before)
@@ -156,7 +158,7 @@ def _cost(vertices, faces, around, gone, kept, longest, deviation):
     return cost
 
 
-def flip_slivers(vertices, triangles, deviation):
+def flip_slivers(vertices, triangles, deviation, axes=()):
     """Exchange the diagonal of two triangles where that widens their smallest angle.
 
     Only where the surface moves by less than `deviation` metres and no face turns much.
@@ -192,7 +194,8 @@ def flip_slivers(vertices, triangles, deviation):
         ]
         good = opposed & (c != d) & (gain > GAIN) & (gap <= deviation) & (np.min(turns, axis=0) > TURN)
         good &= ~_present(unique, np.sort(np.stack([c, d], axis=1), axis=1), len(vertices))
-        good &= (vertices[c, 1] != 0) | (vertices[d, 1] != 0)  # no edge inside a half may lie in the mirror plane
+        for axis in axes:  # no edge inside a half may lie in the mirror plane
+            good &= (vertices[c, axis] != 0) | (vertices[d, axis] != 0)
         # The best flip of each triangle's neighbourhood goes first; the others are looked at again.
         rank = np.full(len(order), -1)
         rank[good] = np.argsort(np.argsort(gain[good], kind="stable"), kind="stable")

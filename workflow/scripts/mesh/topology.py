@@ -2,7 +2,7 @@
 
 import numpy as np
 from scipy.sparse import coo_array
-from scipy.sparse.csgraph import breadth_first_order, connected_components
+from scipy.sparse.csgraph import connected_components
 
 from common.errors import InputError
 
@@ -12,9 +12,12 @@ def edges(triangles):
 
     Side k of a triangle runs from its corner k to its corner k + 1.
     """
-    sides = np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2).reshape(-1, 2)
-    unique, index = np.unique(np.sort(sides, axis=1), axis=0, return_inverse=True)
-    return unique, index.reshape(-1, 3)
+    after = np.roll(triangles, -1, axis=1)
+    low, high = np.minimum(triangles, after).astype(np.int64), np.maximum(triangles, after)
+    # One number for each pair sorts much faster than pairs do, in the same order.
+    size = int(high.max(initial=0)) + 1
+    pair, index = np.unique(low * size + high, return_inverse=True)
+    return np.stack(np.divmod(pair, size), axis=1), index.reshape(-1, 3)
 
 
 def valence(triangles):
@@ -45,13 +48,30 @@ def components(triangles):
     return len(pieces), piece
 
 
+def edge_pieces(triangles):
+    """Number of pieces that hang together by edges, and the piece of each triangle, (T,)."""
+    index = edges(triangles)[1]
+    size = len(triangles)
+    # Triangles and edges are the two kinds of nodes.
+    ends = np.repeat(np.arange(size), 3), size + index.ravel()
+    graph = coo_array((np.ones(3 * size), ends), shape=(size + index.max() + 1,) * 2)
+    pieces, label = connected_components(graph, directed=False)
+    return pieces, label[:size]
+
+
+def place(point):
+    """A point (3,) in metres as text for a message."""
+    return f"({', '.join(f'{x:.4g}' for x in np.asarray(point, float) + 0.0)}) m"
+
+
 def orient(vertices, triangles, name):
     """Triangles turned so that neighbours agree and closed surfaces point outward; and how many were turned.
 
     Orientation passes through ordinary edges, not through junctions. Open surfaces keep the side that most of
-    their triangles had. Raises InputError (naming `name`) for a one-sided surface.
+    their triangles had. Raises InputError (naming `name`) for a one-sided surface: RWG functions could live on it, but
+    a target that should be one is always a mistake, and no side of it could be called its front.
     """
-    unique, index = edges(triangles)
+    index = edges(triangles)[1]
     count = np.bincount(index.ravel())
     forward = triangles < np.roll(triangles, -1, axis=1)
     order = np.argsort(index.ravel(), kind="stable")
@@ -59,24 +79,23 @@ def orient(vertices, triangles, name):
     face = order // 3
     opposed = forward.ravel()[order[:, 0]] == forward.ravel()[order[:, 1]]  # they disagree across this edge
     size = len(triangles)
-    weight = np.ones(2 * len(face))
-    graph = coo_array((weight, (face.ravel(), face[:, ::-1].ravel())), shape=(size, size)).tocsr()
-    parity = dict(zip(map(tuple, np.sort(face, axis=1)), opposed, strict=True))
-    pieces, piece = connected_components(graph, directed=False)
-    turned = np.zeros(size, dtype=bool)
-    starts = np.unique(piece, return_index=True)[1]
-    for start in starts:
-        walk, before = breadth_first_order(graph, start, directed=False)
-        for triangle in walk[1:]:
-            pair = (min(triangle, before[triangle]), max(triangle, before[triangle]))
-            turned[triangle] = turned[before[triangle]] ^ parity[pair]
-    wrong = turned[face[:, 0]] ^ turned[face[:, 1]] ^ opposed
+    # Each triangle is two nodes, as it is and turned; neighbours' nodes that agree are joined.
+    one, other = face.T
+    first = np.concatenate([one, one + size])
+    second = np.concatenate([other + size * opposed, other + size * ~opposed])
+    graph = coo_array((np.ones(len(first)), (first, second)), shape=(2 * size, 2 * size))
+    side = connected_components(graph, directed=False)[1].reshape(2, size)
+    wrong = side[0] == side[1]
     if wrong.any():
-        place = vertices[unique[index.ravel()[order[wrong][0, 0]]]].mean(axis=0)
+        point = vertices[triangles[wrong.argmax()]].mean(axis=0)
         raise InputError(
-            f"{name} has a one-sided surface (like a Moebius strip or a doubled face) near "
-            f"({', '.join(f'{x:.4g}' for x in place)}) m; it must have two sides."
+            f"{name} has a one-sided surface (like a Moebius strip or a doubled face) near {place(point)}; "
+            "it must have two sides."
         )
+    graph = coo_array((np.ones(len(one)), (one, other)), shape=(size, size))
+    pieces, piece = connected_components(graph, directed=False)
+    start = np.unique(piece, return_index=True)[1]
+    turned = side[1] == side[0, start][piece]
     inner = np.bincount(piece, weights=(count[index] == 2).all(axis=1) == 0, minlength=pieces) == 0
     sign = np.where(turned, -1, 1)
     volume = np.bincount(piece, weights=sign * tetrahedra(vertices, triangles), minlength=pieces)

@@ -1,0 +1,43 @@
+"""Whether the solve of a mesh fits into this machine's memory, before the mesh is made."""
+
+import os
+from pathlib import Path
+
+from common import radar as sweep
+from common.errors import InputError
+from scattering.plan import planned_megabytes, planned_seconds, unknowns_that_fit
+
+CONTAINER_LIMIT = Path("/sys/fs/cgroup/memory.max")  # there in a container with a limit of its own
+
+
+def memory_megabytes():
+    """Memory of this machine or container in MB."""
+    physical = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    limit = CONTAINER_LIMIT.read_text().strip() if CONTAINER_LIMIT.is_file() else "max"
+    return (physical if limit == "max" else min(physical, int(limit))) / 1e6
+
+
+def check_fit(unknowns, planes, mesh, radar, aspect, precision, name):
+    """Refuse a target whose top band, with about this many unknowns, would not fit; say what would."""
+    memory = memory_megabytes()
+    needed = planned_megabytes(unknowns, unknowns / 1.5, planes, radar, aspect, precision)
+    if needed <= memory:
+        return
+    # Unknowns go with the square of the frequency and of the edges in a wavelength.
+    ratio = (unknowns_that_fit(memory, planes, radar, aspect, precision) / unknowns) ** 0.5
+    top, density = sweep.frequencies(radar)[-1], mesh["edges_per_wavelength"]
+    raise InputError(
+        f"{name} would need about {unknowns:,.0f} unknowns and {needed / 1000:,.1f} GB at {top / 1e9:g} GHz, but this "
+        f"machine has {memory / 1000:,.1f} GB. It would fit up to {0.99 * ratio * top / 1e9:.3g} GHz, or with "
+        f"'mesh.edges_per_wavelength: {0.99 * ratio * density:.2g}' (below 8 the field is inexact); a mirror plane "
+        "in the target's 'symmetry' halves the need."
+    )
+
+
+def plan(band, planes, radar, aspect, precision):
+    """What a band's solve will need: memory in MB, time in seconds on the two cores that scattering.plan describes."""
+    count = band["frequencies"]["count"]
+    return {
+        "megabytes": planned_megabytes(band["unknowns"], band["triangles"], planes, radar, aspect, precision),
+        "seconds": planned_seconds(band["unknowns"], planes, count, radar, aspect, precision),
+    }

@@ -1,0 +1,250 @@
+"""From a CAD file's triangles to a sound surface. Every repair is counted; what cannot be repaired is refused."""
+
+import itertools
+
+import numpy as np
+import pymeshlab
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from common.errors import InputError
+from mesh import topology
+from mesh.crossing import first_crossing
+from mesh.distance import distances
+
+CLOSE = 1e-6  # vertices nearer than this fraction of the target's diagonal are one
+WELD = 1 / 20  # wanted edges: rims that miss each other by less are joined
+APART = 0.4  # of the shortest edge at a vertex: no weld moves it further, or fine rims would shrink to points
+HOLE = 1.0  # wanted edges: openings no wider than this are closed
+MANY = 20_000  # triangles; larger sources are thinned if they are much finer than needed
+
+
+def repair(vertices, triangles, edge, name):
+    """Merge, weld, close, thin, orient and unite a surface for meshes of `edge` metres.
+
+    Returns vertices, triangles, a mapping of how many of each repair were made, and a mapping of `tolerance` (metres
+    within which rims were joined) and `thinned_by` (largest distance in metres of the source's vertices from the
+    surface that stands for it; 0 if the source was not thinned). Raises InputError, naming `name`.
+    """
+    vertices, triangles, counts = _clean(vertices, triangles, name)
+    tolerance = WELD * edge
+    vertices, triangles, counts["welded_vertices"] = _weld(vertices, triangles, tolerance)
+    triangles, counts["split_t_junctions"] = _split_t_junctions(vertices, triangles, tolerance)
+    vertices, triangles, counts["closed_holes"] = _close_holes(vertices, triangles, HOLE * edge)
+    whole = vertices, triangles
+    vertices, triangles = thin(vertices, triangles, edge / 3)
+    counts["thinned_triangles"] = len(whole[1]) - len(triangles)
+    thinned_by = float(distances(whole[0], vertices, triangles).max()) if counts["thinned_triangles"] else 0.0
+    triangles, counts["turned_triangles"] = topology.orient(vertices, triangles, name)
+    vertices, triangles, counts["united_solids"] = _unite(vertices, triangles, name)
+    place = first_crossing(vertices, triangles)
+    if place is not None:
+        raise InputError(
+            f"{name}: two surfaces cross, or lie in each other, without a common edge near {topology.place(place)}, "
+            "so no current could pass. Unite or separate the parts in the CAD program; closed solids are united here."
+        )
+    return vertices, triangles, counts, {"tolerance": tolerance, "thinned_by": thinned_by}
+
+
+def thin(vertices, triangles, edge):
+    """A surface with about as many triangles as edges of `edge` metres need, if it has far more; else as it is."""
+    enough = int(topology.areas(vertices, triangles).sum() / (np.sqrt(3) / 4 * edge**2))
+    if len(triangles) <= max(MANY, 2 * enough):
+        return vertices, triangles
+    meshes = _loaded(vertices, triangles)
+    meshes.meshing_decimation_quadric_edge_collapse(
+        targetfacenum=max(enough, MANY // 2),
+        preserveboundary=True,
+        preservenormal=True,
+        preservetopology=True,
+        planarquadric=True,
+        autoclean=False,
+    )
+    mesh = meshes.current_mesh()
+    return topology.compact(mesh.vertex_matrix(), mesh.face_matrix())
+
+
+def _loaded(vertices, triangles):
+    meshes = pymeshlab.MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(np.ascontiguousarray(vertices), np.ascontiguousarray(triangles, np.int32)))
+    return meshes
+
+
+def _clean(vertices, triangles, name):
+    """Vertices all but equal merged; triangles without area or there twice dropped, unused vertices too."""
+    meshes = _loaded(vertices, triangles)
+    mesh = meshes.current_mesh()
+    close = pymeshlab.PureValue(CLOSE * np.linalg.norm(np.ptp(vertices[np.unique(triangles)], axis=0)))
+    steps = {
+        "merged_vertices": lambda: meshes.meshing_merge_close_vertices(threshold=close),
+        "degenerate_triangles": meshes.meshing_remove_null_faces,
+        "duplicate_triangles": meshes.meshing_remove_duplicate_faces,
+        "unused_vertices": meshes.meshing_remove_unreferenced_vertices,
+    }
+    counts = {}
+    for key, step in steps.items():
+        count = mesh.vertex_number if key.endswith("vertices") else mesh.face_number
+        before = count()
+        step()
+        counts[key] = before - count()
+        if count() == 0:
+            raise InputError(
+                f"{name}: all of its {len(triangles)} triangles are without area, near "
+                f"{topology.place(vertices[triangles[0, 0]])}."
+            )
+    return mesh.vertex_matrix(), mesh.face_matrix(), counts
+
+
+def _rims(triangles):
+    """Edges with one triangle, (R, 2), the triangle of each, (R,), and which of its sides it is, (R,)."""
+    unique, index = topology.edges(triangles)
+    alone = np.bincount(index.ravel(), minlength=len(unique))[index] == 1
+    triangle, side = np.nonzero(alone)
+    return unique[index[triangle, side]], triangle, side
+
+
+def _weld(vertices, triangles, tolerance):
+    """Vertices on rims that miss each other by at most `tolerance` metres made one. Also how many vanish."""
+    rims = _rims(triangles)[0]
+    border = np.unique(rims)
+    if len(border) == 0:
+        return vertices, triangles, 0
+    ends = topology.edges(triangles)[0]
+    room = np.full(len(vertices), np.inf)
+    np.minimum.at(room, ends, np.linalg.norm(vertices[ends[:, 0]] - vertices[ends[:, 1]], axis=1)[:, None])
+    pairs = border[cKDTree(vertices[border]).query_pairs(tolerance, output_type="ndarray")]
+    apart = np.linalg.norm(vertices[pairs[:, 0]] - vertices[pairs[:, 1]], axis=1)
+    pairs = pairs[apart <= APART * room[pairs].min(axis=1)]
+    graph = coo_array((np.ones(len(pairs)), pairs.T), shape=(len(vertices),) * 2)
+    label = connected_components(graph, directed=False)[1]
+    first = np.unique(label, return_index=True)[1]
+    joined = first[label][triangles]
+    kept = (joined != np.roll(joined, 1, axis=1)).all(axis=1)
+    kept[kept] = _once(joined[kept])
+    return *topology.compact(vertices, joined[kept]), len(vertices) - len(first)
+
+
+def _once(triangles):
+    """True for the first of triangles with the same corners."""
+    first = np.zeros(len(triangles), dtype=bool)
+    first[np.unique(np.sort(triangles, axis=1), axis=0, return_index=True)[1]] = True
+    return first
+
+
+def _split_t_junctions(vertices, triangles, tolerance):
+    """Rim edges cut at the rim vertices of other triangles that lie within `tolerance` metres of them.
+
+    Also how many vertices were tied in. The vertices stay; the cut edge bends to them.
+    """
+    tied = 0
+    for _ in range(8):  # a triangle is cut along one of its sides at a time
+        rims, owner, side = _rims(triangles)
+        if len(rims) == 0:
+            break
+        border = np.unique(rims)
+        start, stop = vertices[rims].transpose(1, 0, 2)
+        length = np.linalg.norm(stop - start, axis=1)
+        middle, reach = (start + stop) / 2, length / 2 + tolerance
+        near = cKDTree(vertices[border]).query_ball_point(middle, reach, return_sorted=True)
+        gone, pieces = [], []
+        for k, candidates in enumerate(near):
+            if owner[k] in gone[-2:]:
+                continue
+            candidates = np.setdiff1d(border[candidates], triangles[owner[k]])
+            along = (stop[k] - start[k]) / length[k]
+            reach = (vertices[candidates] - start[k]) @ along
+            off = np.linalg.norm(vertices[candidates] - start[k] - reach[:, None] * along, axis=1)
+            inside = (off <= tolerance) & (off < APART * reach) & (off < APART * (length[k] - reach))
+            if not inside.any():
+                continue
+            a, b, c = np.roll(triangles[owner[k]], -side[k])
+            chain = candidates[inside][np.argsort(reach[inside])]
+            chain = [a, *(chain if a == rims[k, 0] else chain[::-1]), b]
+            pieces += [(one, two, c) for one, two in itertools.pairwise(chain)]
+            gone.append(owner[k])
+            tied += len(chain) - 2
+        if not gone:
+            break
+        triangles = np.concatenate([np.delete(triangles, gone, axis=0), np.array(pieces, dtype=triangles.dtype)])
+        triangles = triangles[_once(triangles)]
+    return triangles, tied
+
+
+def _close_holes(vertices, triangles, widest):
+    """Openings at most `widest` metres wide closed, in pieces that are much larger; and how many."""
+    rims = _rims(triangles)[0]
+    if len(rims) == 0:
+        return vertices, triangles, 0
+    piece = topology.components(triangles)[1]
+    piece_of = np.zeros(len(vertices), dtype=int)
+    piece_of[triangles] = piece[:, None]
+    border, index = np.unique(rims, return_inverse=True)
+    index = index.reshape(-1, 2)
+    count, label = connected_components(coo_array((np.ones(len(index)), index.T), shape=(len(border),) * 2), False)
+    low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
+    np.minimum.at(low, label, vertices[border])
+    np.maximum.at(high, label, vertices[border])
+    width = np.linalg.norm(high - low, axis=1)
+    simple = np.ones(count, dtype=bool)  # each of its vertices has two rims
+    simple[label[np.bincount(index.ravel(), minlength=len(border)) != 2]] = False
+    centres, lids, closed = [], [], 0
+    for loop in np.flatnonzero(simple & (width <= widest)):
+        member = border[label == loop]
+        extent = np.linalg.norm(np.ptp(vertices[np.unique(triangles[piece == piece_of[member[0]]])], axis=0))
+        if extent < 3 * width[loop]:
+            continue  # the rim of a small sheet, not a hole in a large one
+        edges = rims[label[index[:, 0]] == loop]
+        if len(edges) == 3:
+            lids.append(np.unique(edges))
+        else:
+            lids += [(*ends, len(vertices) + len(centres)) for ends in edges]
+            centres.append(vertices[member].mean(axis=0))
+        closed += 1
+    if closed == 0:
+        return vertices, triangles, 0
+    return (
+        np.concatenate([vertices, np.reshape(centres, (-1, 3))]),
+        np.concatenate([triangles, np.array(lids, dtype=triangles.dtype)]),
+        closed,
+    )
+
+
+def _unite(vertices, triangles, name):
+    """The union of closed solids whose bounding boxes touch; and how many fewer solids there are.
+
+    Solids inside others vanish: their surface sees no field.
+    """
+    count, piece = topology.edge_pieces(triangles)
+    unique, index = topology.edges(triangles)
+    ordinary = (np.bincount(index.ravel(), minlength=len(unique))[index] == 2).all(axis=1)
+    closed = np.bincount(piece, weights=~ordinary, minlength=count) == 0
+    low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
+    np.minimum.at(low, piece, vertices[triangles].min(axis=1))
+    np.maximum.at(high, piece, vertices[triangles].max(axis=1))
+    touching = np.zeros(count, dtype=bool)
+    for one in np.flatnonzero(closed):
+        others = closed & (low <= high[one]).all(axis=1) & (high >= low[one]).all(axis=1)
+        touching[one] = others.sum() > 1
+    if not touching.any():
+        return vertices, triangles, 0
+    first = touching.argmax()
+    meshes = _loaded(*topology.compact(vertices, triangles[piece == first]))
+    rest = touching[piece] & (piece != first)
+    meshes.add_mesh(pymeshlab.Mesh(*topology.compact(vertices, triangles[rest])))
+    try:
+        meshes.generate_boolean_union(first_mesh=0, second_mesh=1)
+    except pymeshlab.PyMeshLabException as error:
+        raise InputError(
+            f"{name}: its solids overlap near {topology.place((low[first] + high[first]) / 2)} and cannot be united "
+            f"({' '.join(str(error).split())}). Unite them in the CAD program."
+        ) from None
+    mesh = meshes.current_mesh()
+    if mesh.face_number() == 0:
+        raise InputError(f"{name}: the union of its {touching.sum()} overlapping solids is empty.")
+    united = _clean(mesh.vertex_matrix(), mesh.face_matrix(), name)[:2]
+    other = topology.compact(vertices, triangles[~touching[piece]]) if not touching.all() else None
+    fewer = int(touching.sum()) - topology.edge_pieces(united[1])[0]
+    if other is not None:
+        united = np.concatenate([united[0], other[0]]), np.concatenate([united[1], other[1] + len(united[0])])
+    return united[0], np.asarray(united[1], np.int32), fewer
