@@ -1,12 +1,13 @@
 # make report: the default experiment, from CAD to results/quick/report/index.html
 # make test:   the whole test suite;   make lint: what CI checks besides
+# make bench-scattering: what a solve costs against what the machine can do (run nothing beside it)
 
 PYTHON ?= python3
 CORES ?= 2
 BIN := .venv/bin
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
-.PHONY: report test lint environment
+.PHONY: report test lint environment bench-scattering
 
 report: environment
 	snakemake --cores $(CORES) report
@@ -19,6 +20,9 @@ lint: environment
 	ruff format --check .
 	snakefmt --check Snakefile workflow/rules
 	snakemake --lint
+
+bench-scattering: environment
+	PYTHONPATH=workflow/scripts python benchmarks/bench_scattering.py
 
 environment: $(BIN)/.installed
 

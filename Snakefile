@@ -4,12 +4,13 @@
 include: "workflow/rules/common.smk"
 
 
+# Only what the config names: any other artefact is one that no rule makes.
 wildcard_constraints:
-    target="[A-Za-z][A-Za-z0-9_]*",
+    target="|".join(TARGETS),
     band="[0-9]+",
-    experiment="[A-Za-z][A-Za-z0-9_]*",
-    model="[A-Za-z][A-Za-z0-9_]*",
-    snr=r"snr_-?[0-9.]+(e-[0-9]+)?dB",
+    experiment="|".join(config["learning"]["experiments"]) or "none",
+    model="[a-z0-9_]+",
+    snr="|".join(map(re.escape, SNRS)),
 
 
 include: "workflow/rules/mesh.smk"
@@ -31,3 +32,6 @@ rule all:
     default_target: True
     input:
         rules.report.output,
+        expand(f"{RESULTS}/imaging/{{target}}/{{snr}}.zarr", target=TARGETS, snr=SNRS)
+        if images_are_made(config)
+        else [],

@@ -139,11 +139,10 @@ def test_matrix_agrees_with_direct_quadrature():
             where.append(r[t])
         return np.concatenate(where), np.concatenate(values), np.concatenate(charge)
 
-    for m, n in ((0, len(basis) - 1), (3, len(basis) - 5), (10, len(basis) - 20)):
+    for m, n in ((0, len(basis) - 1), (3, len(basis) - 5), (10, len(basis) - 2)):
         (p, f, q), (p2, f2, q2) = current(m), current(n)
         distance = np.linalg.norm(p[:, None] - p2[None], axis=2)
-        if distance.min() < 0.4:
-            continue
+        assert distance.min() > 0.4
         green = np.exp(-1j * K * distance) / distance
         direct = np.sum(green * (f @ f2.T - np.outer(q, q2) / K**2))
         # Three points against seven on edges of a quarter wavelength.

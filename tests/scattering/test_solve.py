@@ -184,3 +184,9 @@ def test_every_edge_of_a_closed_surface_carries_one_function(ellipsoid):
     basis = rwg(surface, surface.parities[0])
     assert len(basis) == 3 * len(ellipsoid[1]) // 2
     assert (np.sort(basis.halves.reshape(-1)) == np.arange(3 * len(ellipsoid[1]))).all()
+
+
+def test_solution_that_fails_is_an_error(ellipsoid):
+    # A thousandth of a wavelength: the EFIE's matrix is beyond single precision.
+    with pytest.raises(InputError, match="residual"):
+        solve(ellipsoid[0] / 1000, ellipsoid[1], [FREQUENCY], [0.0], [0.0])

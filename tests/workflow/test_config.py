@@ -3,9 +3,8 @@
 import copy
 
 import pytest
-import yaml
 
-from common.config import BASE, ROOT, load, section
+from common.config import ROOT, load, read_yaml, section
 from common.errors import InputError
 
 
@@ -14,14 +13,10 @@ def in_the_repository(monkeypatch):
     monkeypatch.chdir(ROOT)
 
 
-def base():
-    return yaml.safe_load(BASE.read_text())
-
-
 @pytest.mark.parametrize("path", sorted((ROOT / "config").glob("*.yaml")), ids=lambda p: p.stem)
 def test_shipped_configs_are_valid(path):
     if path.stem != "schema":
-        assert load(yaml.safe_load(path.read_text()))["name"]
+        assert load(read_yaml(path))["name"]
 
 
 def test_overlay_changes_only_what_it_names():
@@ -107,6 +102,10 @@ BAD = {
         "learning.experiments.e.train.elevation",
         "7",
     ),
+    "not a number": ({"radar": {"bandwidth": float("nan")}}, "radar.bandwidth", "finite"),
+    "SNR not a number": ({"noise": {"snr_db": [0, float("nan")]}}, "noise.snr_db.1", "finite"),
+    "aperture too wide": ({"imaging": {"aperture": 31}}, "imaging.reformat", "imaging.aperture"),
+    "nothing left to test": ({"learning": {"split": {"train": 0.001}}}, "learning.split.train", "0 to train"),
     "one class": ({"targets": {"a": KNOWN}}, "learning.experiments", "two targets"),
 }
 
@@ -127,3 +126,21 @@ def test_loading_leaves_the_overlay_alone():
     before = copy.deepcopy(overlay)
     assert load(overlay)["mesh"]["bands"] == 3  # never more bands than frequencies
     assert overlay == before
+
+
+def test_key_that_stands_twice_is_refused(tmp_path):
+    file = tmp_path / "twice.yaml"
+    file.write_text("radar: {bandwidth: 1}\nname: a\nradar: {bandwidth: 2}\n")
+    with pytest.raises(InputError, match=r"twice.yaml, line 3: the key 'radar' stands twice"):
+        load({}, [file])
+
+
+def test_bad_syntax_is_refused_with_its_line(tmp_path):
+    file = tmp_path / "bad.yaml"
+    file.write_text("name: a\nradar: [1, 2\n")
+    with pytest.raises(InputError, match=r"bad.yaml, line 3"):
+        read_yaml(file)
+
+
+def test_order_of_snrs_has_no_meaning():
+    assert load({"noise": {"snr_db": [5, -5]}}) == load({"noise": {"snr_db": [-5, 5]}})

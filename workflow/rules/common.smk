@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import sys
 
 from snakemake.exceptions import WorkflowError
@@ -13,19 +14,21 @@ os.environ.update(PYTHONPATH=SCRIPTS)
 
 from common import lock
 from common import radar as sweep
-from common.config import images_are_made, load, section
+from common.config import load, section
 from common.errors import InputError
+from common.radar import images_are_made
 from report.selection import noise_snrs, noise_target
 from scattering.plan import planned_megabytes
 
 try:
-    config = load(config)
+    config = load(config, workflow.configfiles)
 except InputError as error:
     raise WorkflowError(str(error)) from None
 
 lock.release_stale()
 
 RESULTS = f"results/{config['name']}"
+BEFORE_JOBS = ("check.py", "config.py", "lock.py")  # run with this file, never in a job
 TARGETS = list(config["targets"])
 BANDS = range(config["mesh"]["bands"])
 SNRS = [sweep.snr_label(snr) for snr in config["noise"]["snr_db"]]
@@ -37,7 +40,7 @@ def code(*stages):
         os.path.relpath(os.path.join(SCRIPTS, stage, module))
         for stage in sorted({"common", *stages})
         for module in sorted(os.listdir(os.path.join(SCRIPTS, stage)))
-        if module.endswith((".py", ".html", ".css", ".js"))
+        if module.endswith((".py", ".html", ".css", ".js")) and module not in BEFORE_JOBS
     ]
 
 

@@ -20,9 +20,9 @@ rule train:
     output:
         model=directory(f"{RESULTS}/learning/models/{{experiment}}/{{model}}"),
     log:
-        f"{RESULTS}/logs/train/{{experiment}}/{{model}}.log",
+        f"{RESULTS}/logs/learning/train/{{experiment}}/{{model}}.log",
     benchmark:
-        f"{RESULTS}/benchmarks/train/{{experiment}}/{{model}}.tsv"
+        f"{RESULTS}/benchmarks/learning/train/{{experiment}}/{{model}}.tsv"
     conda:
         "../../envs/learning.yaml"
     threads: 1
@@ -51,9 +51,9 @@ rule predict:
     output:
         table=f"{RESULTS}/learning/predictions/{{experiment}}/{{model}}/{{snr}}.csv",
     log:
-        f"{RESULTS}/logs/predict/{{experiment}}/{{model}}/{{snr}}.log",
+        f"{RESULTS}/logs/learning/predict/{{experiment}}/{{model}}/{{snr}}.log",
     benchmark:
-        f"{RESULTS}/benchmarks/predict/{{experiment}}/{{model}}/{{snr}}.tsv"
+        f"{RESULTS}/benchmarks/learning/predict/{{experiment}}/{{model}}/{{snr}}.tsv"
     conda:
         "../../envs/learning.yaml"
     threads: 1
@@ -74,9 +74,9 @@ rule timing:
     output:
         times=f"{RESULTS}/learning/times/{{experiment}}/{{model}}.json",
     log:
-        f"{RESULTS}/logs/timing/{{experiment}}/{{model}}.log",
+        f"{RESULTS}/logs/learning/timing/{{experiment}}/{{model}}.log",
     benchmark:
-        f"{RESULTS}/benchmarks/timing/{{experiment}}/{{model}}.tsv"
+        f"{RESULTS}/benchmarks/learning/timing/{{experiment}}/{{model}}.tsv"
     conda:
         "../../envs/learning.yaml"
     # All cores, so that nothing else runs at the same time. Without a number (on a cluster) one.
@@ -97,9 +97,9 @@ rule scores:
         scores=f"{RESULTS}/learning/scores.csv",
         confusion=f"{RESULTS}/learning/confusion.csv",
     log:
-        f"{RESULTS}/logs/scores.log",
+        f"{RESULTS}/logs/learning/scores.log",
     benchmark:
-        f"{RESULTS}/benchmarks/scores.tsv"
+        f"{RESULTS}/benchmarks/learning/scores.tsv"
     conda:
         "../../envs/learning.yaml"
     threads: 1

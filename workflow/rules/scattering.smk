@@ -44,8 +44,6 @@ rule scattering:
     threads: 1
     resources:
         mem_mb=1000,
-    params:
-        settings={},
     message:
         "scattering {wildcards.target}: join the bands"
     script:

@@ -43,10 +43,11 @@ def job(snakemake):
         try:
             yield
         except InputError as error:
-            print(f"Error: {error}", file=sys.stderr)
+            # To the log alone: Snakemake shows the log of a job that failed.
+            print(f"Error: {error}", file=log)
             sys.exit(1)
         except Exception:
-            traceback.print_exc()
+            traceback.print_exc(file=log)
             sys.exit(1)
         finally:
             sys.stdout, sys.stderr = out, err

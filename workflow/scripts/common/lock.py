@@ -23,7 +23,10 @@ def release_stale():
     """Remove locks of a run that was killed. Locks of a living run, or of another machine's, stay."""
     if not (OWNER.exists() and LOCKS.is_dir() and any(LOCKS.iterdir())):
         return
-    owner = json.loads(OWNER.read_text())
+    try:
+        owner = json.loads(OWNER.read_text())
+    except ValueError:  # killed while it wrote: then --unlock is up to the user
+        return
     if owner["host"] != socket.gethostname():
         return
     if psutil.pid_exists(owner["pid"]) and _identity(psutil.Process(owner["pid"])) == owner:

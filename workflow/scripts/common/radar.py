@@ -39,6 +39,11 @@ def closes_circle(azimuth):
     return len(azimuth) > 2 and bool(np.isclose(len(azimuth) * (azimuth[1] - azimuth[0]), 360.0))
 
 
+def images_are_made(config):
+    """False for a sweep that cannot make an image (one frequency): then scattering is an RCS solver."""
+    return config["radar"]["frequencies"] > 1
+
+
 def snr_label(snr_db):
     """The SNR as it stands in file names: -6 gives 'snr_-6dB', 2.5 gives 'snr_2.5dB'."""
     return f"snr_{snr_db + 0.0:g}dB"  # + 0.0: no minus before a zero

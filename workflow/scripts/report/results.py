@@ -7,7 +7,7 @@ from pathlib import Path
 import pandas as pd
 import xarray as xr
 
-from common.config import images_are_made
+from common.radar import images_are_made
 from mesh.io import read_ply
 from report.selection import target_order
 
@@ -97,6 +97,8 @@ class Results:
         named = {*self.targets, *self.settings["learning"]["experiments"]}
         for path in sorted(folder.rglob("*.tsv")):
             step, *job = path.relative_to(folder).with_suffix("").parts
+            if step == "learning":
+                step, *job = job
             if step != "report" and (not job or job[0].partition("-")[0] in named):
                 line = pd.read_csv(path, sep="\t", na_values="-").iloc[-1]
                 rows.append({"step": step, "job": "/".join(job), "s": line["s"], "max_rss": line["max_rss"]})

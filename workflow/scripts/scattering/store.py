@@ -1,7 +1,7 @@
 """From a band's mesh to its part of the field, and from the bands to a target's store."""
 
-import getpass
 import importlib.metadata
+import os
 import platform
 import sys
 import tempfile
@@ -92,10 +92,12 @@ def join_bands(band_paths, store_path):
 
 def _keep_compiled():
     """Let the next job load what this one compiles: two or three seconds of a job's start."""
-    # Compiled for this machine's processor, so kept on this machine.
-    folder = Path(tempfile.gettempdir()) / f"isarflow-{getpass.getuser()}-compiled"
-    jax.config.update("jax_compilation_cache_dir", str(folder))
-    jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.1)
+    # Compiled for this machine's processor, so kept on this machine, where nobody else may write.
+    folder = Path(tempfile.gettempdir()) / f"isarflow-{os.getuid()}-compiled"
+    folder.mkdir(mode=0o700, exist_ok=True)
+    if folder.stat().st_uid == os.getuid():
+        jax.config.update("jax_compilation_cache_dir", str(folder))
+        jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.1)
 
 
 class _Progress:

@@ -1,0 +1,138 @@
+"""What a solve costs against what the machine can do: `make bench-scattering`.
+
+Spheres at ten edges a wavelength, single precision. Everything in one row is measured in one process, one part after
+the other, so that the ratios hold whatever the machine is doing; keep it quiet all the same. Writes a table (CSV) and a
+plot beside each other and prints the table.
+"""
+
+import argparse
+import os
+import time
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+import pandas as pd
+import psutil
+import scipy.linalg
+import threadpoolctl
+
+from scattering import nearfield
+from scattering.assembly import assemble
+from scattering.basis import fundamental_domain, rwg
+from scattering.factorization import SymmetricMatrix
+from scattering.farfield import directions, distinct_directions, excitation
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+
+PLANES = {"none": [], "xz": ["xz"], "xz+yz": ["xz", "yz"]}
+ELEVATION, AZIMUTH = np.arange(-45, 46, 5.0), np.arange(242) * 360 / 242  # 4,598 directions
+LARGEST_LU = 16_000  # unknowns up to which the full matrix and its LU are measured too
+
+
+def octasphere(count, edge):
+    """A sphere of 8 count^2 triangles with mean edge `edge`, symmetric about all coordinate planes."""
+    numbers, points, triangles = {}, [], []
+
+    def corner(sign, i, j):
+        return numbers.setdefault(tuple(sign * (i, j, count - i - j)), len(numbers))
+
+    for sign in 1 - 2 * np.array(list(np.ndindex(2, 2, 2))):
+        for i, j in np.ndindex(count, count):
+            if i + j < count:
+                triangles.append([corner(sign, i, j), corner(sign, i + 1, j), corner(sign, i, j + 1)])
+            if i + j < count - 1:
+                triangles.append([corner(sign, i + 1, j), corner(sign, i + 1, j + 1), corner(sign, i, j + 1)])
+    points, triangles = np.array(list(numbers), float), np.array(triangles)
+    points /= np.linalg.norm(points, axis=1, keepdims=True)
+    corners = points[triangles]
+    return points * edge / np.linalg.norm(corners - np.roll(corners, 1, 1), axis=2).mean(), triangles
+
+
+def seconds(function):
+    start = time.perf_counter()
+    result = function()
+    return time.perf_counter() - start, result
+
+
+def gemm(size, threads):
+    """Gflop/s of numpy's complex64 product."""
+    a = np.random.default_rng(0).random((size, size)).astype(np.complex64)
+    with threadpoolctl.threadpool_limits(threads):
+        a @ a
+        return 8e-9 * size**3 / min(seconds(lambda: a @ a)[0] for _ in range(3))
+
+
+def measure(count, planes, threads):
+    """One row of the table."""
+    vertices, triangles = octasphere(count, 0.1)
+    surface = fundamental_domain(vertices, triangles, PLANES[planes])
+    bases = [rwg(surface, parity) for parity in surface.parities]
+    k = 2 * np.pi
+    row = {"planes": planes, "unknowns": sum(map(len, bases)), "directions": len(ELEVATION) * len(AZIMUTH)}
+
+    def matrices():
+        return [SymmetricMatrix(len(basis), np.complex64) for basis in bases]
+
+    row["near_pairs_s"], near = seconds(lambda: nearfield.find(surface))
+    system = matrices()
+    row["assembly_s"], _ = seconds(lambda: assemble(surface, bases, k, near, system, np.complex64))
+    if planes == "none" and row["unknowns"] <= LARGEST_LU:
+        full = system[0].rows(np.arange(row["unknowns"])).T
+        with threadpoolctl.threadpool_limits(threads):
+            row["scipy_lu_s"], _ = seconds(lambda: scipy.linalg.lu_factor(full, overwrite_a=True, check_finite=False))
+        del full
+    row["factorization_s"], _ = seconds(lambda: [matrix.factorize(threads) for matrix in system])
+    u, v, _ = (x.reshape(-1, 3) for x in directions(ELEVATION, AZIMUTH))
+    distinct, _, _ = distinct_directions(u, surface.axes)
+    row["excitation_s"], waves = seconds(lambda: excitation(surface, bases, k, u[distinct], v[distinct], np.complex64))
+    row["directions_s"], _ = seconds(
+        lambda: [matrix.quadratic(wave, wave, threads) for matrix, wave in zip(system, waves, strict=True)]
+    )
+    row["matrix_mb"] = sum(column.nbytes for matrix in system for column in matrix.columns) / 1e6
+    row["peak_mb"] = psutil.Process().memory_full_info().uss / 1e6
+    row["factorization_gflops"] = 4 / 3e9 * sum(len(basis) ** 3 for basis in bases) / row["factorization_s"]
+    return row
+
+
+def plot(table, limit, path):
+    figure, axes = plt.subplots(1, 2, figsize=(10, 4), layout="constrained")
+    for planes, rows in table.groupby("planes", sort=False):
+        for part, line in (("assembly_s", "--"), ("factorization_s", "-"), ("directions_s", ":")):
+            axes[0].loglog(rows.unknowns, rows[part], line, marker="o", label=f"{part[:-2]}, planes: {planes}")
+        axes[1].loglog(rows.unknowns, rows.matrix_mb, marker="o", label=f"planes: {planes}")
+    n = np.array([table.unknowns.min(), table.unknowns.max()], float)
+    axes[0].loglog(n, 4 / 3e9 * n**3 / limit, "k", lw=1, label="4/3 N³ at the speed of products")
+    axes[0].set(xlabel="unknowns N", ylabel="time [s]")
+    axes[1].set(xlabel="unknowns N", ylabel="matrix [MB]")
+    for ax in axes:
+        ax.grid(alpha=0.3, which="both")
+        ax.legend(fontsize="x-small")
+    figure.savefig(path, dpi=120)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--counts", type=int, nargs="+", default=[14, 20, 28, 36, 45], help="8 count^2 triangles each")
+    parser.add_argument("--planes", nargs="+", choices=PLANES, default=list(PLANES))
+    parser.add_argument("--threads", type=int, default=os.cpu_count())
+    parser.add_argument("--out", type=Path, default=Path("results/benchmarks"))
+    options = parser.parse_args()
+    options.out.mkdir(parents=True, exist_ok=True)
+    threadpoolctl.threadpool_limits(1)
+    limit = gemm(4096, options.threads)
+    print(f"complex64 product, {options.threads} threads: {limit:.0f} Gflop/s")
+    measure(8, "xz", options.threads)  # compiles
+    rows = []
+    for count in options.counts:
+        for planes in options.planes:
+            rows.append(measure(count, planes, options.threads) | {"product_gflops": limit})
+            print(pd.DataFrame(rows[-1:]).round(2).to_string(index=False), flush=True)
+    table = pd.DataFrame(rows)
+    table.to_csv(options.out / "scattering.csv", index=False)
+    plot(table, limit, options.out / "scattering.png")
+
+
+if __name__ == "__main__":
+    main()

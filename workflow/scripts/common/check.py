@@ -1,0 +1,154 @@
+"""Check a config, before any work is done: against the schema, and one key against another."""
+
+import difflib
+from pathlib import Path
+
+import jsonschema
+import numpy as np
+import yaml
+
+from common import radar as sweep
+from common.errors import InputError
+from common.radar import images_are_made
+from imaging.formation import wavenumber_grid
+from imaging.geometry import centres
+from learning.split import split
+
+SCHEMA = Path(__file__).resolve().parents[3] / "config" / "schema.yaml"
+MESH_FORMATS = (".stl", ".obj", ".ply", ".off")
+TYPES = {
+    "object": "a mapping of keys to values",
+    "array": "a list",
+    "string": "text",
+    "integer": "a whole number",
+    "number": "a number",
+}
+
+
+def check(config):
+    """Raise InputError for the first thing wrong with a full config."""
+    schema = yaml.safe_load(SCHEMA.read_text())
+    errors = jsonschema.Draft202012Validator(schema).iter_errors(config)
+    # A misspelt key first: it is the cause of what is missing elsewhere. Then the outermost.
+    error = min(errors, key=lambda e: (e.validator != "additionalProperties", len(e.absolute_path)), default=None)
+    if error is not None:
+        raise InputError(_message(error))
+    _check_finite(config)
+    _check_sweep(config)
+    _check_targets(config["targets"])
+    _check_experiments(config)
+
+
+def _message(error):
+    path = ".".join(str(part) for part in error.absolute_path)
+    where = f"config key '{path}'" if path else "config"
+    if error.validator == "additionalProperties":
+        known = sorted(error.schema.get("properties", {}))
+        unknown = next(key for key in error.instance if key not in known)
+        path = f"{path}.{unknown}" if path else str(unknown)
+        near = difflib.get_close_matches(str(unknown), known, n=1)
+        hint = f"; did you mean '{near[0]}'?" if near else "."
+        return f"config key '{path}' is unknown{hint} Known keys here: {', '.join(known)}."
+    if error.validator == "required":
+        missing = next(key for key in error.validator_value if key not in error.instance)
+        path = f"{path}.{missing}" if path else missing
+        return f"config key '{path}' is missing."
+    if error.validator in ("oneOf", "not"):
+        problem = f"{error.instance!r} is not allowed"
+    elif error.validator == "type":
+        problem = f"{error.instance!r} is not {TYPES[error.validator_value]}"
+    else:
+        problem = error.message
+    rule = error.schema.get("description", "")
+    return f"{where}: {problem}." + (f" Expected: {rule}." if rule else "")
+
+
+def _check_finite(value, path=""):
+    if isinstance(value, dict | list):
+        for key, item in value.items() if isinstance(value, dict) else enumerate(value):
+            _check_finite(item, f"{path}.{key}" if path else str(key))
+    elif isinstance(value, float) and not np.isfinite(value):
+        raise InputError(f"config key '{path}': {value} is not a finite number.")
+
+
+def _check_sweep(config):
+    radar, aspect, imaging = config["radar"], config["aspect"], config["imaging"]
+    if radar["frequencies"] == 1 and radar["bandwidth"] != 0:
+        raise InputError("config key 'radar.bandwidth' must be 0 when 'radar.frequencies' is 1.")
+    if radar["frequencies"] > 1 and radar["bandwidth"] == 0:
+        raise InputError("config key 'radar.bandwidth' is 0 but 'radar.frequencies' is more than 1.")
+    if radar["bandwidth"] >= 2 * radar["center_frequency"]:
+        raise InputError(
+            f"config key 'radar.bandwidth': {radar['bandwidth']:g} Hz reaches below 0 Hz; "
+            f"it must be less than twice 'radar.center_frequency' ({radar['center_frequency']:g} Hz)."
+        )
+    azimuth = aspect["azimuth"]
+    if set(azimuth) not in ({"count"}, {"start", "stop", "step"}):
+        raise InputError(
+            "config key 'aspect.azimuth' must have either 'count', or all of 'start', 'stop' and 'step'; "
+            f"it has {', '.join(sorted(azimuth)) or 'nothing'}."
+        )
+    for name, limit in (("elevation", 90), ("azimuth", 360)):
+        _check_steps(f"aspect.{name}", aspect[name], limit)
+    azimuths = sweep.azimuths(aspect)
+    if azimuths[-1] - azimuths[0] >= 360:
+        raise InputError("config key 'aspect.azimuth' covers 360 degrees or more; write {count: ...} for a circle.")
+    if images_are_made(config) and imaging["aperture"] > len(azimuths):
+        raise InputError(
+            f"config key 'imaging.aperture': {imaging['aperture']} samples are more than the sweep's "
+            f"{len(azimuths)} azimuths ('aspect.azimuth')."
+        )
+    if images_are_made(config):
+        angle = np.radians(azimuths[1] - azimuths[0]) * (np.arange(imaging["aperture"]) - imaging["aperture"] // 2)
+        wavenumber_grid(sweep.frequencies(radar), angle, imaging["reformat"])
+
+
+def _check_steps(key, angles, limit):
+    if "count" in angles:
+        return
+    start, stop, step = angles["start"], angles["stop"], angles["step"]
+    if not -limit <= start <= stop <= limit:
+        raise InputError(
+            f"config key '{key}': start {start} to stop {stop} must ascend within -{limit} to {limit} degrees."
+        )
+    last = sweep.stepped(start, stop, step)[-1]
+    if not np.isclose(last, stop):
+        raise InputError(
+            f"config key '{key}': steps of {step} degrees from {start} do not end at stop {stop}, but at {last:g}."
+        )
+
+
+def _check_targets(targets):
+    for name, target in targets.items():
+        mesh = Path(target["mesh"])
+        key = f"config key 'targets.{name}.mesh'"
+        if mesh.suffix.lower() not in MESH_FORMATS:
+            raise InputError(f"{key}: {mesh} is not one of {', '.join(MESH_FORMATS)}.")
+        if not mesh.is_file():
+            raise InputError(f"{key}: there is no file {mesh} (paths start at the folder you run snakemake in).")
+
+
+def _check_experiments(config):
+    experiments = config["learning"]["experiments"] if images_are_made(config) else {}
+    known = [name for name, target in config["targets"].items() if target["role"] == "known"]
+    elevations = sweep.elevations(config["aspect"])
+    if experiments:
+        images = centres(sweep.azimuths(config["aspect"]), config["imaging"]["aperture"])
+        split(images, config["learning"]["split"], config["seed"])
+    for name, experiment in experiments.items():
+        key = f"config key 'learning.experiments.{name}"
+        if len(known) < 2:
+            raise InputError(
+                f"{key}' needs at least two targets with role known; there are {len(known)}. "
+                "Write 'learning: {experiments: {}}' to stop after the images."
+            )
+        train = experiment["train"]
+        if train["snr_db"] != "clean" and train["snr_db"] not in config["noise"]["snr_db"]:
+            raise InputError(f"{key}.train.snr_db': {train['snr_db']} is not in noise.snr_db.")
+        if train["elevation"] != "all":
+            for angle in train["elevation"]:
+                if not np.isclose(elevations, angle).any():
+                    raise InputError(
+                        f"{key}.train.elevation': {angle} degrees is not one of the sweep's elevations "
+                        f"({', '.join(f'{e:g}' for e in elevations)})."
+                    )
