@@ -28,18 +28,17 @@ class Project:
             else:
                 shutil.copy2(source, self.folder / part)
 
-    def run(self, *arguments, timeout=900):
-        """snakemake with these arguments; returns the finished process with its output as text."""
+    def start(self, *arguments, **options):
+        """snakemake with these arguments as a running process, its output in one text stream."""
         command = [sys.executable, "-m", "snakemake", *map(str, arguments)]
-        return subprocess.run(
-            command,
-            cwd=self.folder,
-            env=ENVIRONMENT,
-            text=True,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            timeout=timeout,
-        )
+        streams = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True}
+        return subprocess.Popen(command, cwd=self.folder, env=ENVIRONMENT, **streams, **options)
+
+    def run(self, *arguments, timeout=900):
+        """The same to its end: the finished process, its output in `stdout`."""
+        process = self.start(*arguments)
+        output, _ = process.communicate(timeout=timeout)
+        return subprocess.CompletedProcess(process.args, process.returncode, output)
 
     def planned(self, *arguments):
         """{rule: number of jobs} that a dry-run announces, the target rule `all` left out."""

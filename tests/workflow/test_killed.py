@@ -2,12 +2,8 @@
 
 import os
 import signal
-import subprocess
-import sys
 import time
 from pathlib import Path
-
-from conftest import ENVIRONMENT
 
 CONFIG = """
 name: killed
@@ -22,8 +18,7 @@ def test_same_command_finishes_after_kill(project_of):
     project = project_of("killed")
     project.write("config/killed.yaml", CONFIG)
     arguments = ("--cores", "2", "report", "--configfile", "config/killed.yaml")
-    command = [sys.executable, "-m", "snakemake", *arguments]
-    run = subprocess.Popen(command, cwd=project.folder, env=ENVIRONMENT, start_new_session=True)
+    run = project.start(*arguments, start_new_session=True)
     log = project.folder / "results/killed/logs/scattering/trihedral-0.log"
     deadline = time.monotonic() + 120
     while not log.exists():
@@ -31,7 +26,7 @@ def test_same_command_finishes_after_kill(project_of):
         assert time.monotonic() < deadline
         time.sleep(0.05)
     os.killpg(run.pid, signal.SIGKILL)
-    run.wait()
+    run.communicate()
     assert any(Path(project.folder, ".snakemake/locks").iterdir())
 
     finished = project.run(*arguments)
@@ -43,13 +38,13 @@ def test_second_run_at_once_is_refused(project_of):
     project = project_of("twice")
     project.write("config/killed.yaml", CONFIG)
     arguments = ("--cores", "2", "report", "--configfile", "config/killed.yaml")
-    command = [sys.executable, "-m", "snakemake", *arguments]
-    run = subprocess.Popen(command, cwd=project.folder, env=ENVIRONMENT, stderr=subprocess.DEVNULL)
+    run = project.start(*arguments)
     log = project.folder / "results/killed/logs/mesh/trihedral.log"
     while not log.exists():
         assert run.poll() is None
         time.sleep(0.05)
     second = project.run(*arguments)
-    assert run.wait() == 0
+    run.communicate()
+    assert run.returncode == 0
     assert second.returncode != 0
     assert "lock" in second.stdout.lower()

@@ -310,10 +310,11 @@ def _summary(scores):
     top = accuracy[accuracy["test_snr_db"] == accuracy["test_snr_db"].max()]
     parts = []
     for name, rows in top.groupby("experiment", sort=True):
-        best = rows.loc[rows["value"].idxmax()]
+        best = rows[rows["value"] == rows["value"].max()]
+        names = " and ".join(model_style(model)[2] for model in best["model"])
         where = f" in {_title(name)}" if top["experiment"].nunique() > 1 else ""
         parts.append(
-            f"{model_style(best['model'])[2]} is the most accurate at {best['test_snr_db']:g} dB{where}, "
-            f"with {best['value']:.3f}"
+            f"{names} {'are' if len(best) > 1 else 'is'} the most accurate at "
+            f"{best['test_snr_db'].iloc[0]:g} dB{where}, with {best['value'].iloc[0]:.3f}"
         )
     return "; ".join(parts) + "."
