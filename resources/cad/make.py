@@ -10,25 +10,25 @@ def drone():
     """Quadrotor, 0.25 m between neighbouring motors: body, four arms, motors, two-blade propellers, two skids."""
     deck = np.array([(0.08, 0.027), (0.053, 0.049), (-0.055, 0.049), (-0.08, 0.03)])
     deck = np.concatenate([deck, deck * [1, -1]])
-    levels = ((-0.026, 0.8), (-0.008, 1.0), (0.018, 1.0), (0.034, 0.7))
+    levels = ((-0.026, 0.85), (-0.012, 1.0), (0.034, 0.75))
     parts = [hull([(x * scale, y * scale, z) for z, scale in levels for x, y in deck])]
-    leading = [(0.0, -0.007), (0.035, -0.015), (0.08, -0.013), (0.105, -0.009)]
-    trailing = [(0.105, 0.007), (0.035, 0.013), (0.0, 0.007)]
+    leading = [(0.0, -0.012), (0.035, -0.018), (0.08, -0.017), (0.105, -0.012)]
+    trailing = [(0.105, 0.012), (0.035, 0.017), (0.0, 0.012)]
     for side in (-1, 1):
         for front, turn in ((1, 75), (-1, 110)):
             x, y = 0.125 * front, 0.125 * side
-            parts.append(bar((0.03 * front, 0.03 * side, 0.005), (x, y, 0.005), 0.02, 0.014))
-            motor = [(-0.012, 0.015), (0.024, 0.015), (0.033, 0.01), (0.053, 0.01)]
-            parts.append(place(revolve(motor, 24), rotate=(0, -90, 0), move=(x, y, 0.0)))
+            parts.append(bar((0.03 * front, 0.03 * side, 0.005), (x, y, 0.005), 0.024, 0.018))
+            motor = [(-0.012, 0.02), (0.052, 0.02)]
+            parts.append(place(revolve(motor, 16), rotate=(0, -90, 0), move=(x, y, 0.0)))
             for half in (0, 180):
                 # Mirrored with its motor, so that the left and right propellers turn against each other.
-                wing = place(blade(leading + trailing, 0.005, 0.005), rotate=(14, 0, half + turn))
+                wing = place(blade(leading + trailing, 0.007, 0.009), rotate=(14, 0, half + turn))
                 if side < 0:
                     wing = (wing[0] * [1, -1, 1], wing[1][:, ::-1])
-                parts.append(place(wing, move=(x, y, 0.043)))
-        parts.append(bar((-0.08, 0.065 * side, -0.075), (0.08, 0.065 * side, -0.075), 0.018, 0.012))
-        for x in (-0.045, 0.045):
-            parts.append(bar((x, 0.018 * side, -0.01), (x, 0.0675 * side, -0.072), 0.012, 0.01))
+                parts.append(place(wing, move=(x, y, 0.04)))
+        parts.append(bar((-0.07, 0.065 * side, -0.075), (0.07, 0.065 * side, -0.075), 0.022, 0.018))
+        for x in (-0.04, 0.04):
+            parts.append(bar((x, 0.008 * side, -0.01), (x, 0.065 * side, -0.075), 0.016, 0.014))
     return symmetric(union(*parts))
 
 

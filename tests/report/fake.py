@@ -8,6 +8,7 @@ import xarray as xr
 
 from common import radar as sweep
 from mesh.figures import describe
+from mesh.fit import plan
 from mesh.io import write_ply
 
 SETTINGS = {
@@ -80,12 +81,15 @@ def _mesh(folder, name, settings):
     """The same ellipsoid in every band, with its true figures."""
     folder.mkdir(parents=True, exist_ok=True)
     surface = ellipsoid(SHAPES[name])
-    bands = []
+    write_ply(folder / f"{name}-source.ply", *surface)
+    bands, planes = [], len(settings["targets"][name].get("symmetry", []))
     for number, band in enumerate(sweep.bands(settings["radar"], settings["mesh"]["bands"])):
         write_ply(folder / f"{name}-{number}.ply", *surface)
         wavelength = sweep.C0 / band[-1]
         frequencies = {"first": float(band[0]), "last": float(band[-1]), "count": len(band)}
-        bands.append({"frequencies": frequencies} | describe(surface, surface, wavelength, wavelength / 10))
+        figures = {"frequencies": frequencies} | describe(surface, surface, wavelength, wavelength / 10)
+        figures["solve"] = plan(figures, planes, settings["radar"], settings["aspect"], "single")
+        bands.append(figures)
     (folder / f"{name}.json").write_text(json.dumps({"repairs": {}, "bands": bands}))
 
 

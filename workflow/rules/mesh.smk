@@ -1,13 +1,15 @@
 # mesh: a CAD file becomes, for every frequency band, a cleaned mesh of lambda/10 edges.
-# takes: targets.<target>.mesh            makes: mesh/<target>.json, mesh/<target>-<band>.ply
+# takes: targets.<target>.mesh
+# makes: mesh/<target>.json, mesh/<target>-source.ply (the repaired CAD surface), mesh/<target>-<band>.ply
 
 
 rule mesh:
     input:
         cad=lambda w: config["targets"][w.target]["mesh"],
-        code=code("mesh"),
+        code=code("mesh") + ["workflow/scripts/scattering/plan.py"],
     output:
         figures=f"{RESULTS}/mesh/{{target}}.json",
+        source=f"{RESULTS}/mesh/{{target}}-source.ply",
         meshes=[f"{RESULTS}/mesh/{{target}}-{band}.ply" for band in BANDS],
     log:
         f"{RESULTS}/logs/mesh/{{target}}.log",

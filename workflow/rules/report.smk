@@ -5,7 +5,7 @@
 rule report:
     input:
         mesh_figures=expand(f"{RESULTS}/mesh/{{target}}.json", target=TARGETS),
-        meshes=expand(f"{RESULTS}/mesh/{{target}}-{BANDS[-1]}.ply", target=TARGETS),
+        meshes=expand(f"{RESULTS}/mesh/{{target}}-{{part}}.ply", target=TARGETS, part=["source", *BANDS]),
         scattering=expand(f"{RESULTS}/scattering/{{target}}.zarr", target=TARGETS),
         images=images_shown(),
         scores=[f"{RESULTS}/learning/{table}.csv" for table in ("scores", "confusion") if RUNS],

@@ -71,14 +71,24 @@ def band_mesh(vertices, triangles, edge, deviation, axes, name):
 
 
 def build(path, target, mesh, radar, aspect=None, precision="single"):
-    """Meshes [(vertices, triangles), ...], lowest band first, and their figures as a mapping.
+    """Meshes [(vertices, triangles), ...], lowest band first, figures as a mapping, and the repaired source.
 
     `target`, `mesh`, `radar` and `aspect` are those parts of the config. With an aspect the figures hold what each
     band's solve will need, and a target that does not fit into this machine's memory is refused before remeshing.
     """
-    bands = sweep.bands(radar, mesh["bands"])
-    edges = [sweep.C0 / band[-1] / mesh["edges_per_wavelength"] for band in bands]
-    vertices, triangles, repairs, tolerances = load(path, target, radar, edges[-1])
+    surface = load(path, target, radar, wanted_edges(mesh, radar)[-1])
+    return remesh_bands(surface, path, target, mesh, radar, aspect, precision)
+
+
+def wanted_edges(mesh, radar):
+    """The mean edge in metres that each band's mesh is to have, lowest band first."""
+    return [sweep.C0 / band[-1] / mesh["edges_per_wavelength"] for band in sweep.bands(radar, mesh["bands"])]
+
+
+def remesh_bands(surface, path, target, mesh, radar, aspect=None, precision="single"):
+    """`build` for a surface, with its repairs and tolerances, that `load` returned."""
+    vertices, triangles, repairs, tolerances = surface
+    bands, edges = sweep.bands(radar, mesh["bands"]), wanted_edges(mesh, radar)
     axes = symmetry.axes(target.get("symmetry", []))
     source = size(vertices, triangles) | {"vertices": len(vertices), "triangles": len(triangles)} | tolerances
     if aspect:
@@ -111,9 +121,11 @@ def _check(band, edge, name):
         raise InputError(f"{name}: its mesh has no inner edge, so it can carry no current; it is too small.")
 
 
-def write(path, target, mesh, radar, aspect, precision, figures_path, mesh_paths):
-    """Build the meshes of a target and write them with their figures."""
-    meshes, figures = build(path, target, mesh, radar, aspect, precision)
+def write(path, target, mesh, radar, aspect, precision, figures_path, source_path, mesh_paths):
+    """Build the meshes of a target and write them with their figures and the repaired source."""
+    surface = load(path, target, radar, wanted_edges(mesh, radar)[-1])
+    write_ply(source_path, *surface[:2])
+    meshes, figures = remesh_bands(surface, path, target, mesh, radar, aspect, precision)
     done = [f"{count} {key.replace('_', ' ')}" for key, count in figures["repairs"].items() if count]
     print(f"repairs: {', '.join(done) or 'none'}")
     for made, mesh_path, band in zip(meshes, mesh_paths, figures["bands"], strict=True):

@@ -9,15 +9,16 @@ from mesh import topology
 def samples(vertices, triangles, spacing):
     """Points on a mesh, (P, 3), at most `spacing` metres apart: corners and centres of triangles halved until small."""
     corners = vertices[triangles]
-    points = []
+    points = [vertices[np.unique(triangles)]]
     while len(corners):
         side = np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2)
         small = side.max(axis=1) <= spacing
-        points += [corners[small].reshape(-1, 3), corners[small].mean(axis=1)]
+        points.append(corners[small].mean(axis=1))
         # The others are cut across their longest side, which runs from corner k to k + 1.
         corners, k = corners[~small], side[~small].argmax(axis=1)
         a, b, c = np.take_along_axis(corners, ((k[:, None] + np.arange(3)) % 3)[:, :, None], axis=1).transpose(1, 0, 2)
         middle = (a + b) / 2
+        points.append(middle)
         corners = np.concatenate([np.stack([a, middle, c], axis=1), np.stack([middle, b, c], axis=1)])
     return np.concatenate(points)
 

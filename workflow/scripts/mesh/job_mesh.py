@@ -11,5 +11,6 @@ with job(snakemake):
         settings["aspect"],
         settings["scattering.precision"],
         snakemake.output.figures,
+        snakemake.output.source,
         snakemake.output.meshes,
     )

@@ -23,12 +23,15 @@ def project(points, azimuth, elevation):
     return points @ right, points @ up, points @ towards
 
 
-def draw(axes, vertices, triangles, view, edges=True):
-    """Draw a mesh into axes with equal scales. Vertices (vertices, 3) in m, triangles (triangles, 3) indices."""
+def draw(axes, vertices, triangles, view, edges=True, colors=None):
+    """Draw a mesh into axes with equal scales. Vertices (vertices, 3) in m, triangles (triangles, 3) indices.
+
+    colors: (triangles, 3) red, green, blue of each triangle before it is shaded; one blue if None
+    """
     right, up, depth = project(vertices, *view)
     corners = np.stack([right, up], axis=-1)[triangles]
     order = np.argsort(depth[triangles].mean(axis=1), kind="stable")
-    colors = _shades(vertices, triangles, view)[order]
+    colors = _shades(vertices, triangles, view, SURFACE if colors is None else colors)[order]
     # Scales are equal, so one of the two directions says how large a metre is drawn.
     box, paper = axes.get_position(), axes.figure.get_size_inches()
     inches = min(box.width * paper[0] / np.ptp(right), box.height * paper[1] / np.ptp(up))
@@ -59,7 +62,7 @@ def room_below(axes, share=0.27):
     axes.set_ylim(low - share * (high - low), high)
 
 
-def _shades(vertices, triangles, view):
+def _shades(vertices, triangles, view, colors):
     """Colour of each triangle, shape (triangles, 3): lit from the eye's upper left, both sides alike."""
     a, b, c = (vertices[triangles[:, k]] for k in range(3))
     normals = np.cross(b - a, c - a)
@@ -69,7 +72,7 @@ def _shades(vertices, triangles, view):
     facing = np.where(towards < 0, -1.0, 1.0)
     light = np.array([-0.35, 0.6, 0.72])
     lit = np.clip(facing * (light[0] * right + light[1] * up + light[2] * towards), 0, 1)
-    return np.clip(SURFACE * (0.45 + 0.65 * lit[:, None]), 0, 1)
+    return np.clip(colors * (0.45 + 0.65 * lit[:, None]), 0, 1)
 
 
 def triad(axes, view, vertices):

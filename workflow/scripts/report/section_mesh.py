@@ -1,9 +1,18 @@
 """The meshes: a picture of each target, and how good its mesh is in every band."""
 
+import matplotlib
+import numpy as np
 import pandas as pd
+from matplotlib.colors import Normalize
 
+from mesh import topology
+from mesh.io import read_ply
 from report import draw_mesh
-from report.layout import Figure, Section, Table, canvas, style, to_svg
+from report.layout import PALETTE, Figure, Section, Table, canvas, style, to_svg
+
+QUALITY = "RdYlBu"  # colours of the smallest angle: red is bad
+ANGLES = Normalize(0, 60)  # degrees
+SHOWN = 3  # bands that are drawn at most
 
 
 def thumbnail(target, surface):
@@ -61,6 +70,69 @@ def picture(target, surface, figures):
     )
 
 
+def bands_shown(count):
+    """Numbers of the bands that are drawn, lowest first: all, or evenly spread with the first and the last."""
+    return sorted(set(np.linspace(0, count - 1, min(SHOWN, count)).round().astype(int).tolist()))
+
+
+def comparison(target, source, meshes, figures):
+    """The CAD surface beside the mesh of each band, coloured by quality; below, how edges and angles spread.
+
+    source: (vertices, triangles); meshes: {band: (vertices, triangles)}; figures: the target's mesh JSON
+    """
+    rows = []
+    with style():
+        names = ["source", *(f"band {band}" for band in meshes)]
+        pairs = [names[k : k + 2] + ["."] * (2 - len(names[k : k + 2])) for k in range(0, len(names), 2)]
+        figure = canvas(8.2, 1.9 + 2.3 * len(pairs))
+        mosaic = [*pairs, ["edges", "angles"]]
+        axes = figure.subplot_mosaic(mosaic, height_ratios=[5] * len(pairs) + [4])
+        figure.draw_without_rendering()
+        for name, (vertices, triangles) in zip(names, (source, *meshes.values()), strict=True):
+            angle = topology.shape(vertices[triangles])[2]
+            colors = matplotlib.colormaps[QUALITY](ANGLES(angle))[:, :3]
+            draw_mesh.draw(axes[name], vertices, triangles, draw_mesh.OBLIQUE, colors=colors)
+            axes[name].set_axis_off()
+        axes["source"].set_title(f"source: {len(source[1]):,} triangles")
+        for color, (band, (vertices, triangles)) in zip(PALETTE, meshes.items(), strict=False):
+            band_figures = figures["bands"][band]
+            top = f"{band_figures['frequencies']['last'] / 1e9:.3g} GHz"
+            axes[f"band {band}"].set_title(f"up to {top}: {len(triangles):,} triangles")
+            length = topology.edge_lengths(vertices, triangles) / band_figures["wavelength"]
+            angle = topology.shape(vertices[triangles])[2]
+            for key, values, bins in (
+                ("edges", length, np.arange(0, 0.1801, 0.005)),
+                ("angles", angle, np.arange(0, 61, 2)),
+            ):
+                share, _ = np.histogram(values, bins)
+                share = 100 * share / len(values)
+                axes[key].stairs(share, bins, color=color, label=top)
+                rows += [
+                    {"target": target, "band": band, "quantity": key, "from": low, "to": high, "percent": percent}
+                    for low, high, percent in zip(bins[:-1], bins[1:], share, strict=True)
+                ]
+        wanted = [band["wanted_edge"] / band["wavelength"] for band in figures["bands"]]
+        axes["edges"].axvline(wanted[-1], color="#222222", lw=0.8, ls=":")
+        axes["edges"].set(xlabel="edge [λ]", ylabel="edges [%]")
+        axes["angles"].set(xlabel="smallest angle of a triangle [°]", ylabel="triangles [%]")
+        axes["edges"].legend(loc="upper left")
+        colors = matplotlib.cm.ScalarMappable(ANGLES, QUALITY)
+        figure.colorbar(colors, ax=axes["angles"], label="colour above", pad=0.02)
+        svg = to_svg(figure)
+    return Figure(
+        name=f"mesh_bands_{target}",
+        svg=svg,
+        data=pd.DataFrame(rows),
+        alt=f"The CAD surface of {target} beside the meshes of its bands, and histograms of edges and angles.",
+        caption=(
+            f"{target}: the source and the mesh of each band, coloured by the smallest angle of each triangle (blue is "
+            "near 60°, red is a sliver). Below: edges in wavelengths at the band's highest frequency, the wanted "
+            "length dotted, and smallest angles."
+        ),
+        wide=True,
+    )
+
+
 def quality(target, figures):
     """One row per band of a target's mesh, in full precision. Lengths in m, angles in degrees."""
     rows = []
@@ -81,6 +153,9 @@ def quality(target, figures):
                 "area_after_m2": area["after"],
                 "volume_before_m3": volume["before"],
                 "volume_after_m3": volume["after"],
+                "ideal_unknowns": band["ideal_unknowns"],
+                "planned_memory_mb": band["solve"]["megabytes"],
+                "planned_time_s": band["solve"]["seconds"],
                 "hausdorff_to_source_m": band["hausdorff"]["to_source"],
                 "hausdorff_from_source_m": band["hausdorff"]["from_source"],
             }
@@ -97,6 +172,9 @@ def quality_table(targets, meshes):
             "up to [GHz]": f"{row.frequency_last_hz / 1e9:.3f}",
             "triangles": f"{row.triangles:,}",
             "unknowns": f"{row.unknowns:,}",
+            "of ideal": f"{row.unknowns / row.ideal_unknowns:.2f}",
+            "solve [GB]": f"{row.planned_memory_mb / 1000:.1f}",
+            "solve [min]": f"{row.planned_time_s / 60:.1f}",
             "edge, mean / p99 / max [λ]": " / ".join(
                 f"{length:.3f}"
                 for length in (row.edge_mean_wavelengths, row.edge_p99_wavelengths, row.edge_max_wavelengths)
@@ -122,7 +200,8 @@ def quality_table(targets, meshes):
         caption=(
             "Mesh quality per target and band. Edges are in wavelengths at the band's highest frequency, angles are "
             "the smallest of each triangle, p1 and p99 are percentiles. Hausdorff distances are between the mesh and "
-            "the CAD surface."
+            "the CAD surface. Ideal are equilateral triangles of the wanted edge on the same area. What the solve "
+            "needs is predicted: its memory, and its time on two cores of a server processor."
         ),
     )
 
@@ -141,8 +220,15 @@ def section(results):
         title="Meshes",
         text=(
             "Each target has one mesh per frequency band, with edges sized to the shortest wavelength of the band. "
-            "The pictures show the finest.",
+            "The pictures show the finest, and the CAD surface beside the bands.",
         ),
-        figures=tuple(picture(name, results.surfaces[name], results.meshes[name]) for name in targets),
+        figures=tuple(figure for name in targets for figure in _figures(name, results)),
         tables=(quality_table(targets, results.meshes),),
     )
+
+
+def _figures(name, results):
+    figures, folder = results.meshes[name], results.folder / "mesh"
+    source = read_ply(folder / f"{name}-source.ply")
+    meshes = {band: read_ply(folder / f"{name}-{band}.ply") for band in bands_shown(len(figures["bands"]))}
+    return picture(name, results.surfaces[name], figures), comparison(name, source, meshes, figures)
