@@ -101,7 +101,8 @@ def azimuth_gallery(target, dataset):
         alt=f"Noise-free ISAR images of {target} at {len(panels)} azimuths from {panels[0][0]} to {panels[-1][0]}.",
         caption=(
             f"{target}: noise-free images over azimuth at elevation {float(cut.elevation):g}°, "
-            f"0 to {FLOOR_DB} dB of each image's peak. At azimuth 0° the radar is on the x axis, before the nose of what has one."
+            f"0 to {FLOOR_DB} dB of each image's peak. At azimuth 0° the radar is on the x axis, before the nose of "
+            "what has one."
         ),
     )
 
