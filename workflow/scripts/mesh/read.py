@@ -13,7 +13,7 @@ UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}  # metres
 # A target is plausible between these many wavelengths at the centre frequency. Longer ones are beyond a dense method
 # of moments, shorter ones have no shape for the radar: a unit mistaken is a factor of 10, 25.4 or 1000.
 SMALLEST, LARGEST = 1 / 50, 100
-USUAL, AROUND = 5, 10  # wavelengths, and the factor around it within which a target's size is likely
+USUAL, AROUND = 4, 10  # wavelengths, and the factor around it within which a target's size is likely
 LENGTH_TOLERANCE = 0.02  # of a target's `length`
 NOT_FINITE = re.compile(rb"[-+]?(nan|inf)(inity)?\b", re.IGNORECASE)
 PLY_TYPES = {
@@ -75,7 +75,7 @@ def check_size(vertices, target, wavelength, name):
     Without a `unit` the size must be plausible at the centre `wavelength` (metres); a `length` must be right.
     """
     size = float(np.ptp(vertices, axis=0).max())
-    text = f"{size:.4g} m ({size / wavelength:.3g} wavelengths at the centre frequency)"
+    text = f"{size:.4g} m ({size / wavelength:.4g} wavelengths at the centre frequency)"
     if "length" in target and abs(size - target["length"]) > LENGTH_TOLERANCE * target["length"]:
         raise InputError(
             f"{name} is {text} long, but its 'length' says {target['length']:g} m. Its unit is "
