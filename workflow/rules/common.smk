@@ -48,13 +48,17 @@ def symmetry(target):
     return config["targets"][target].get("symmetry", [])
 
 
+def formulation(target):
+    return config["targets"][target].get("formulation", config["scattering"]["formulation"])
+
+
 def solve_megabytes(wildcards, input):
     """The planned memory of a solve, known once the mesh is there."""
     with open(input.figures) as file:
         mesh = json.load(file)["bands"][int(wildcards.band)]
     planes = len(symmetry(wildcards.target))
-    precision = config["scattering"]["precision"]
-    return planned_megabytes(mesh["unknowns"], mesh["triangles"], planes, config["radar"], config["aspect"], precision)
+    method = config["scattering"]["precision"], formulation(wildcards.target)
+    return planned_megabytes(mesh["unknowns"], mesh["triangles"], planes, config["radar"], config["aspect"], *method)
 
 
 def images_shown():

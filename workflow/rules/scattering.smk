@@ -20,7 +20,8 @@ rule solve:
         mem_mb=solve_megabytes,
     params:
         settings=lambda w: {
-            **section(config, "aspect", "mesh.bands", "radar", "scattering"),
+            **section(config, "aspect", "mesh.bands", "radar"),
+            "scattering": {**section(config["scattering"], "precision"), "formulation": formulation(w.target)},
             "symmetry": symmetry(w.target),
         },
     message:

@@ -19,7 +19,8 @@ import jax.numpy as jnp
 import numpy as np
 from numpy.polynomial import Chebyshev, Polynomial
 
-from scattering import nearfield
+from scattering import magnetic, nearfield
+from scattering.quadrature import TINY, squared_distances
 
 # Triangles a tile holds, functions beyond its block's own included. Fixed, so that one compilation serves all.
 TILE = 384
@@ -93,18 +94,10 @@ def blocks_of(bases, count):
 def _green(turns, rows, cols):
     """exp(-j k R) / R between the quadrature points of two sets of triangles; 0 where R = 0.
 
-    turns: 1 / wavelength; rows, cols: (U, 3, 3) m. Returns (3 U, 3 U), point a of triangle t at a * U + t.
-    The three points lie half-way between centroid and corner, so they are known from both.
+    turns: 1 / wavelength; rows, cols: (U, 3, 3) m. Returns (3 U, 3 U), ordered as `squared_distances`.
     """
-
-    def points(v):
-        center = v.mean(1, keepdims=True)
-        return (center + (v - center) / 2).transpose(2, 1, 0).reshape(3, -1)
-
-    p, q = points(rows), points(cols)
-    r_squared = sum((p[x][:, None] - q[x][None]) ** 2 for x in range(3))
-    tiny = rows.dtype.type(1e-20)  # (0.1 nm)^2: a point and itself
-    inverse = jnp.where(r_squared > tiny, jax.lax.rsqrt(jnp.maximum(r_squared, tiny)), 0)
+    r_squared = squared_distances(rows, cols)
+    inverse = jnp.where(r_squared > TINY, jax.lax.rsqrt(jnp.maximum(r_squared, rows.dtype.type(TINY))), 0)
     phase = turns * r_squared * inverse
     phase = phase - jnp.round(phase)  # full turns; sine and cosine then need a short polynomial only
     x = phase * phase
@@ -176,13 +169,16 @@ def _gather(images, characters, row_halves, row_signs, col_halves, col_signs):
     return z[:, col_halves[:, 0]] * col_signs[:, 0] + z[:, col_halves[:, 1]] * col_signs[:, 1]
 
 
-def assemble(surface, bases, wavenumber, near, matrices, dtype, progress=lambda done: None):
-    """Fill the lower triangle of every parity's matrix, in m^3, without the factor |G| of the group's order.
+def assemble(surface, bases, wavenumber, near, matrices, dtype, progress=lambda done: None, magnetic_near=None):
+    """Fill every parity's matrix, in m^3, without the factor |G| of the group's order.
 
     surface: Surface; bases: a Basis for each of surface.parities; wavenumber: rad/m; near: Near of the surface;
     matrices: for each parity an object that takes dense blocks, `put(row, col, block)`, and entries,
-    `add(rows, cols, values)`; dtype: complex64 or complex128; progress(done) is called with the fraction done.
+    `add(rows, cols, values)`; dtype: complex64 or complex128; progress(done) is called with the fraction done;
+    magnetic_near: static moments of `magnetic`. Without them the lower triangle of the EFIE's symmetric matrix is
+    filled, with them the whole matrix of the CFIE.
     """
+    combined = magnetic_near is not None
     real = np.float32 if dtype == np.complex64 else np.float64
     turns, k = real(wavenumber / (2 * np.pi)), real(wavenumber)
     blocks = [_on_device(block, surface, real) for block in blocks_of(bases, len(surface.vertices))]
@@ -190,21 +186,26 @@ def assemble(surface, bases, wavenumber, near, matrices, dtype, progress=lambda 
     # JAX computes in the background: a few tiles are under way while finished ones are stored.
     under_way = deque()
     for i, row in enumerate(blocks):
-        for col in blocks[: i + 1]:
+        for col in blocks if combined else blocks[: i + 1]:
             field, lengths = row.images[0], row.lengths
             halves = []
             for source in col.images:
-                sums = _sums(_green(turns, field, source), field, source)
-                halves.append(_half_functions(sums, k, field, lengths, source, col.lengths))
+                green = _green(turns, field, source)
+                z = _half_functions(_sums(green, field, source), k, field, lengths, source, col.lengths)
+                if combined:
+                    z = magnetic.combine(z, green, k, field, row.normals, lengths, source, col.lengths)
+                halves.append(z)
             for p, matrix in enumerate(matrices):
                 tile = _gather(halves, characters[p], row.halves[p], row.signs[p], col.halves[p], col.signs[p])
                 under_way.append((matrix, row.spans[p], col.spans[p], tile))
             while len(under_way) > UNDER_WAY:
                 _store(*under_way.popleft())
-        progress(((i + 1) / len(blocks)) ** 2)
+        progress(((i + 1) / len(blocks)) ** (1 if combined else 2))
     while under_way:
         _store(*under_way.popleft())
     corrections = nearfield.corrections(near, surface, wavenumber, real)
+    if combined:
+        corrections = magnetic.corrections(corrections, near.pairs, magnetic_near, surface, wavenumber, real)
     for parity, basis, matrix in zip(surface.parities, bases, matrices, strict=True):
         matrix.add(*nearfield.between_functions(corrections, parity, basis))
 
@@ -215,14 +216,16 @@ def _store(matrix, rows, cols, tile):
 
 
 def _on_device(block, surface, real):
-    """A Block with what its tiles read, on JAX's device: corners at each image (TILE, 3, 3), edge lengths (TILE, 3)."""
+    """A Block with what its tiles read, on JAX's device: corners at each image, edge lengths, normals."""
     # One more triangle, of zero size, serves as padding.
     vertices = np.concatenate([surface.vertices, np.zeros((1, 3, 3))])[block.triangles]
     lengths = np.concatenate([surface.lengths, np.zeros((1, 3))])[block.triangles]
+    normals = np.concatenate([surface.normals, np.zeros((1, 3))])[block.triangles]
     return SimpleNamespace(
         spans=block.spans,
         images=[jnp.asarray(vertices * signs, real) for signs in surface.reflections],
         lengths=jnp.asarray(lengths, real),
+        normals=jnp.asarray(normals, real),
         halves=[jnp.asarray(halves) for halves in block.halves],
         signs=[jnp.asarray(signs, real) for signs in block.signs],
     )

@@ -47,6 +47,12 @@ class Surface:
         return np.linalg.norm(np.roll(self.vertices, -1, 1) - np.roll(self.vertices, -2, 1), axis=2)
 
     @property
+    def normals(self):
+        """(T, 3) unit normals, outward if the mesh is."""
+        normal = np.cross(self.vertices[:, 1] - self.vertices[:, 0], self.vertices[:, 2] - self.vertices[:, 0])
+        return normal / np.linalg.norm(normal, axis=1, keepdims=True)
+
+    @property
     def reflections(self):
         """(G, 3) signs of x, y, z under every element of the symmetry group, identity first."""
         signs = np.ones((2 ** len(self.axes), 3))

@@ -1,15 +1,16 @@
-"""Block L D L^T of a complex-symmetric matrix of which only the lower triangle is stored.
+"""Block factorizations: L D L^T of a complex-symmetric matrix of which only the lower triangle is stored, and L U.
 
-A Galerkin EFIE matrix equals its transpose, so half of the storage and half of the work of an LU suffice. Pivoting
-stays within the diagonal blocks, which keeps the structure; the residual is as small as that of LU with full pivoting,
-and every solve measures it. Golub, Van Loan, Matrix Computations, 4th ed., sec. 4.1 (L D L^T) and 3.2.10 (blocks).
+A Galerkin EFIE matrix equals its transpose, so half of the storage and half of the work of an LU suffice. The CFIE's
+does not. Pivoting stays within the diagonal blocks, which keeps the structure; the residual is as small as that of LU
+with full pivoting, and every solve measures it. Golub, Van Loan, Matrix Computations, 4th ed., sec. 4.1 (L D L^T) and
+3.2.10 (blocks).
 
 The work is cut into products of fixed size, each done by one thread in a fixed order on its piece of the result: the
 last bit does not depend on how many threads there are. (A product that BLAS itself splits between threads does.)
 """
 
 from concurrent.futures import ThreadPoolExecutor
-from itertools import pairwise
+from itertools import pairwise, product
 
 import numpy as np
 import threadpoolctl
@@ -115,6 +116,83 @@ class SymmetricMatrix:
             for (a, b), column in zip(self.spans, self.columns, strict=True):
                 below, solved = y[b:], y[a:b].T
                 pool.wait([pool.submit(_subtract, below, column[b - a :], solved, r, None) for r in _runs(len(below))])
+        return y
+
+
+class GeneralMatrix:
+    """An (N, N) matrix, stored as block columns. Used as SymmetricMatrix, filled with all blocks and entries."""
+
+    def __init__(self, size, dtype, block=BLOCK):
+        self.size, self.dtype = size, np.dtype(dtype)
+        self.spans = list(pairwise([*range(0, size, block), size]))
+        self.columns = [np.zeros((size, b - a), dtype) for a, b in self.spans]
+
+    def put(self, row, col, block):
+        """Write a dense block whose upper left corner is (row, col)."""
+        for (a, b), column in zip(self.spans, self.columns, strict=True):
+            left, right = max(col, a), min(col + block.shape[1], b)
+            if left < right:
+                column[row : row + block.shape[0], left - a : right - a] = block[:, left - col : right - col]
+
+    def add(self, rows, cols, values):
+        """Add values to entries; no entry may occur twice."""
+        for (a, b), column in zip(self.spans, self.columns, strict=True):
+            mine = (cols >= a) & (cols < b)
+            column[rows[mine], cols[mine] - a] += values[mine].astype(self.dtype)
+
+    def rows(self, numbers):
+        """Whole rows of the matrix (not of its factors), (len(numbers), N)."""
+        return np.concatenate([column[numbers] for column in self.columns], 1)
+
+    def factorize(self, threads=1, progress=lambda done: None):
+        """Replace the matrix by L below the diagonal blocks, U above and U^-1 in them. (8/3) N^3 real flops."""
+        with _Pool(threads) as pool:
+            # The last task to write each block: the next one there waits for it.
+            written = {}
+            for k, ((a, b), column) in enumerate(zip(self.spans, self.columns, strict=True)):
+                pool.wait([task for block, task in written.items() if k in block])
+                inverse = np.linalg.inv(column[a:b].astype(np.complex128)).astype(self.dtype)
+                column[a:b] = inverse
+                panel = column[b:].copy()
+                pool.wait([pool.submit(_multiply, column[b:], panel, inverse.T, r) for r in _runs(len(panel))])
+                rest = range(k + 1, len(self.columns))
+                for i, j in product(rest, rest):
+                    other, rows = self.columns[j], slice(*self.spans[i])
+                    after = written.get((i, j))
+                    written[i, j] = pool.submit(_subtract, other, column, other[a:b].T, rows, after)
+                progress(1 - (1 - (k + 1) / len(self.columns)) ** 3)
+
+    def quadratic(self, left, right, threads=1):
+        """left^T A^-1 right, column by column: (N, D) and (N, D) give (D,)."""
+        y = self._forward(right, threads)
+        x = np.array(left, self.dtype, order="C")
+        total = np.zeros(right.shape[1], np.complex128)
+        with _Pool(threads) as pool:
+            for (a, b), column in zip(self.spans, self.columns, strict=True):
+                # x = U^-T left: what is above this block column has its x already.
+                runs = _runs(x.shape[1])
+                pool.wait([pool.submit(_subtract, x[a:b].T, x[:a].T, column[:a].T, r, None) for r in runs])
+                value = np.empty_like(x[a:b])
+                pool.wait([pool.submit(_multiply, value.T, x[a:b].T, column[a:b].T, r) for r in runs])
+                x[a:b] = value
+                total += np.einsum("nd,nd->d", value, y[a:b])
+        return total
+
+    def solve(self, right, threads=1):
+        """A^-1 right, (N, D)."""
+        x = self._forward(right, threads)
+        with _Pool(threads):
+            for (a, b), column in reversed(list(zip(self.spans, self.columns, strict=True))):
+                x[a:b] = column[a:b] @ x[a:b]
+                x[:a] -= column[:a] @ x[a:b]
+        return x
+
+    def _forward(self, right, threads):
+        y = np.array(right, self.dtype, order="C")
+        with _Pool(threads) as pool:
+            for (a, b), column in zip(self.spans, self.columns, strict=True):
+                below, solved = y[b:], y[a:b].T
+                pool.wait([pool.submit(_subtract, below, column[b:], solved, r, None) for r in _runs(len(below))])
         return y
 
 

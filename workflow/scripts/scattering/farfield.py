@@ -8,6 +8,9 @@ A unit plane wave from there is E = p exp(+j k u . r). With V_m = int f_m . E dS
 scattering amplitude for receiving p and transmitting q is (reciprocity; Harrington 1968, sec. 7-3)
 
     f_pq = -V_p^T z^-1 V_q   (m),   E_s = f exp(-j k r) / r,   RCS = 4 pi |f|^2.
+
+For the CFIE z is its matrix and V_q, not V_p, its right side, alpha E + (1 - alpha) eta n x H of the incident wave:
+eta H = -u x E, so eta n x H = (n . u) E - u (n . E).
 """
 
 from math import factorial
@@ -38,19 +41,25 @@ def directions(elevation, azimuth):
     return u, v, h
 
 
-def excitation(surface, bases, wavenumber, u, polarization, dtype):
-    """int F . p exp(+j k u . r) dS for every function and direction, in m^2.
+def excitation(surface, bases, wavenumber, u, polarization, dtype, alpha=1.0):
+    """int F . [alpha E + (1 - alpha) eta n x H] dS of E = p exp(+j k u . r), for functions and directions, in m^2.
 
-    u, polarization: (D, 3). Returns for each parity (N, D) of `dtype`; F is the sum over the mirror images.
+    u, polarization: (D, 3); alpha: 1 for E alone. Returns for each parity (N, D) of `dtype`; F is the sum over the
+    mirror images.
     """
     result = [np.empty((len(basis), len(u)), dtype) for basis in bases]
     vertices, lengths = jnp.asarray(surface.vertices), jnp.asarray(surface.lengths)
     for begin in range(0, len(u), CHUNK):
         part = slice(begin, begin + CHUNK)
-        images = [
-            _half_functions(wavenumber, vertices * signs, lengths, u[part], polarization[part])
-            for signs in surface.reflections
-        ]
+        images = []
+        for signs in surface.reflections:
+            image = _half_functions(wavenumber, vertices * signs, lengths, u[part], polarization[part])
+            if alpha < 1:
+                normal = np.repeat(surface.normals * signs, 3, 0)
+                along = _half_functions(wavenumber, vertices * signs, lengths, u[part], u[part])
+                image = (alpha + (1 - alpha) * normal @ u[part].T) * image
+                image -= (1 - alpha) * normal @ polarization[part].T * along
+            images.append(image)
         for basis, parity, column in zip(bases, surface.parities, result, strict=True):
             halves = np.asarray(sum(character * image for character, image in zip(parity, images, strict=True)))
             column[:, part] = (

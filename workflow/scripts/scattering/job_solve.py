@@ -13,4 +13,5 @@ with job(snakemake):
         settings["scattering"],
         settings["symmetry"],
         snakemake.threads,
+        snakemake.wildcards.target,
     )

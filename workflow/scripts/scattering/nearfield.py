@@ -39,7 +39,7 @@ def find(surface):
     """Near pairs of triangles of a Surface and the moments that hold for every frequency."""
     pairs = [_pairs(surface.vertices, surface.vertices * signs) for signs in surface.reflections]
     static = [
-        _by_chunks(_static_moments, pair, surface.vertices, surface.vertices * signs, np.float64)
+        by_chunks(_static_moments, pair, surface.vertices, surface.vertices * signs, np.float64)
         for pair, signs in zip(pairs, surface.reflections, strict=True)
     ]
     return Near(pairs, static)
@@ -53,7 +53,7 @@ def corrections(near, surface, wavenumber, real):
         # What is integrated in the same way over both triangles is the same for both orders of a pair.
         once = pairs[:, 0] <= pairs[:, 1]
         change = partial(_smooth_minus_coarse, real(wavenumber))
-        smooth = _by_chunks(change, pairs[once], surface.vertices, surface.vertices * signs, real)
+        smooth = by_chunks(change, pairs[once], surface.vertices, surface.vertices * signs, real)
         moments = static.astype(np.complex128)
         moments[once] += np.where(pairs[once, 0] < pairs[once, 1], 2, 1)[:, None] * smooth
         values = _half_functions(moments, wavenumber, pairs, surface, signs)
@@ -86,7 +86,7 @@ def _pairs(field, source):
     return pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
 
 
-def _by_chunks(moments, pairs, field, source, dtype):
+def by_chunks(moments, pairs, field, source, dtype):
     """Evaluate `moments(field triangles, source triangles)` for all pairs, CHUNK at a time."""
     parts = []
     for begin in range(0, len(pairs), CHUNK):
@@ -116,14 +116,14 @@ def _moments(weights, rho, scalar, vector):
     )
 
 
-def _points(rule, triangles):
+def points_of(rule, triangles):
     return jnp.einsum("qc,pcx->pqx", jnp.asarray(rule[0], triangles.dtype), triangles)
 
 
 @jax.jit
 def _static_moments(field, source):
     center = field.mean(1, keepdims=True)
-    points = _points(FINE, field)
+    points = points_of(FINE, field)
     scalar, vector = static_potentials(points, source[:, None])
     area = jnp.linalg.norm(jnp.cross(source[:, 1] - source[:, 0], source[:, 2] - source[:, 0]), axis=1) / 2
     scalar, vector = scalar / area[:, None], vector / area[:, None, None]
@@ -151,7 +151,7 @@ def _whole(k, distance):
 
 
 def _by_rule(rule, kernel, k, field, source):
-    p, q = _points(rule, field), _points(rule, source)
+    p, q = points_of(rule, field), points_of(rule, source)
     green = kernel(k, jnp.linalg.norm(p[:, :, None] - q[:, None], axis=-1))
     weights = jnp.asarray(rule[1], field.dtype)
     weighted = green * weights

@@ -16,19 +16,22 @@ EXCITATION = 5e-7  # s
 START = 1.0  # s a frequency: near pairs, kernels compiled
 
 
-def planned_megabytes(unknowns, triangles, planes, radar, aspect, precision):
+def planned_megabytes(unknowns, triangles, planes, radar, aspect, precision, formulation):
     """Peak memory of `solve` for a mesh with this many unknowns and mirror planes, in MB."""
     size = 8 if precision == "single" else 16
     parities = 2**planes
-    matrices = size * (unknowns**2 / (2 * parities) + 1024 * unknowns)
-    waves = len(set("".join(radar["polarizations"])))
+    combined = formulation == "cfie"
+    # The CFIE's matrix is not symmetric, nor is its right side what the far field is projected on.
+    matrices = size * (unknowns**2 / parities * (1 if combined else 0.5) + 1024 * unknowns)
+    waves = len(set("".join(radar["polarizations"]))) * (2 if combined else 1)
     directions = _directions(aspect) / parities
     right = size * unknowns * directions * (waves + 2 / parities)
-    near = 40_000 * triangles  # about 45 near pairs a triangle and image, with their moments and sparse matrices
+    # about 45 near pairs a triangle and image, with their moments and sparse matrices
+    near = (80_000 if combined else 40_000) * triangles
     return int(800 + (matrices + right + near) / 1e6)
 
 
-def planned_seconds(unknowns, planes, frequencies, radar, aspect, precision):
+def planned_seconds(unknowns, planes, frequencies, radar, aspect, precision, formulation):
     """Time of a band's solve at this many frequencies, in seconds on the two cores described above.
 
     Factorization: (4/3) (N/G)^3 real operations for each of the G parities, and 4 (N/G)^2 for each parity and
@@ -43,12 +46,12 @@ def planned_seconds(unknowns, planes, frequencies, radar, aspect, precision):
     return frequencies * (START + factorization / rate + filled)
 
 
-def unknowns_that_fit(megabytes, planes, radar, aspect, precision):
+def unknowns_that_fit(megabytes, planes, radar, aspect, precision, formulation):
     """The most unknowns of a closed surface whose solve fits into this memory (0 if none)."""
     low, high = 0, int(sqrt(megabytes * 1e6)) * 2**planes
     while low < high:
         middle = (low + high + 1) // 2
-        if planned_megabytes(middle, middle / 1.5, planes, radar, aspect, precision) <= megabytes:
+        if planned_megabytes(middle, middle / 1.5, planes, radar, aspect, precision, formulation) <= megabytes:
             low = middle
         else:
             high = middle - 1

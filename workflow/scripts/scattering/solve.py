@@ -8,10 +8,10 @@ import numpy as np
 
 from common.errors import InputError
 from common.radar import C0
-from scattering import nearfield
+from scattering import magnetic, nearfield
 from scattering.assembly import assemble
 from scattering.basis import fundamental_domain, rwg
-from scattering.factorization import SymmetricMatrix
+from scattering.factorization import GeneralMatrix, SymmetricMatrix
 from scattering.farfield import directions, distinct_directions, excitation
 
 DTYPES = {"single": np.complex64, "double": np.complex128}
@@ -41,6 +41,7 @@ def solve(
     precision="single",
     threads=1,
     progress=lambda frequency, part, done: None,
+    formulation="efie",
 ):
     """Backscatter amplitude of a perfectly conducting mesh, in metres (see `farfield` for signs and references).
 
@@ -48,14 +49,21 @@ def solve(
     polarizations: receive and transmit, from VV, HH, HV, VH; symmetry: mirror planes of the mesh, e.g. ['xz'];
     precision: single or double; threads: for the linear algebra, without effect on the result;
     progress(number, part, fraction) is called as the work goes on. Returns a Solution.
-    Raises InputError if the mesh lacks the symmetry or a frequency cannot be solved to a residual of 1e-3.
+    formulation: efie, or cfie for closed meshes with outward normals.
+    Raises InputError if the mesh lacks the symmetry or, for cfie, is open or turned inwards, or if a frequency cannot
+    be solved to a residual of 1e-3.
     """
+    if formulation == "cfie":
+        magnetic.check_closed(vertices, triangles)
     surface = fundamental_domain(vertices, triangles, symmetry)
     bases = [rwg(surface, parity) for parity in surface.parities]
     unknowns = sum(map(len, bases))
     if unknowns == 0:
         raise InputError("the mesh has no inner edge, so there is no current to solve for.")
     near = nearfield.find(surface)
+    combined = formulation == "cfie"
+    kind = GeneralMatrix if combined else SymmetricMatrix
+    magnetic_near = magnetic.static_moments(surface, near.pairs) if combined else None
 
     u, v, h = (x.reshape(-1, 3) for x in directions(elevation, azimuth))
     distinct, place, sign = distinct_directions(u, surface.axes)
@@ -67,19 +75,19 @@ def solve(
     for n, frequency in enumerate(frequencies):
         k = 2 * np.pi * frequency / C0
         clock = _Clock(seconds, n)
-        matrices = [SymmetricMatrix(len(basis), DTYPES[precision]) for basis in bases]
-        assemble(surface, bases, k, near, matrices, DTYPES[precision], partial(progress, n, "assembly"))
+        matrices = [kind(len(basis), DTYPES[precision]) for basis in bases]
+        assemble(surface, bases, k, near, matrices, DTYPES[precision], partial(progress, n, "assembly"), magnetic_near)
         probes = [_Probe(matrix) for matrix in matrices]
         clock.lap("assembly")
         for p, matrix in enumerate(matrices):
             matrix.factorize(threads, partial(_one_of, progress, n, p, len(matrices)))
         clock.lap("factorization")
-        excited = {
-            letter: excitation(surface, bases, k, u[distinct], waves[letter], DTYPES[precision])
-            for letter in sorted(set("".join(polarizations)))
-        }
+        of_wave = partial(excitation, surface, bases, k, u[distinct], dtype=DTYPES[precision])
+        letters = sorted(set("".join(polarizations)))
+        received = {letter: of_wave(waves[letter]) for letter in letters}
+        excited = {letter: of_wave(waves[letter], alpha=magnetic.ALPHA) for letter in letters} if combined else received
         for i, (receive, transmit) in enumerate(polarizations):
-            amplitude = _amplitude(matrices, excited[receive], excited[transmit], threads)
+            amplitude = _amplitude(matrices, received[receive], excited[transmit], threads)
             field[i, n] = amplitude[place] * (sign if receive != transmit else 1)
         right = excited[polarizations[0][1]]
         residual[n] = max(probe.residual(m, b, threads) for probe, m, b in zip(probes, matrices, right, strict=True))

@@ -13,6 +13,7 @@ import numpy as np
 import xarray as xr
 from tqdm import tqdm
 
+from common.errors import InputError
 from common.radar import azimuths, bands, elevations
 from mesh.io import read_ply
 from scattering.solve import solve
@@ -29,8 +30,11 @@ COORDINATES = {
 }
 
 
-def solve_band(mesh_path, store_path, band, band_count, radar, aspect, scattering, symmetry, threads):
-    """Solve one band of frequencies on its mesh and write it as a store like the target's, of its frequencies only."""
+def solve_band(mesh_path, store_path, band, band_count, radar, aspect, scattering, symmetry, threads, target):
+    """Solve one band of frequencies on its mesh and write it as a store like the target's, of its frequencies only.
+
+    Raises InputError, with the target's name, if the mesh cannot be solved as the config asks.
+    """
     _keep_compiled()
     vertices, triangles = read_ply(mesh_path)
     frequency, elevation, azimuth = bands(radar, band_count)[band], elevations(aspect), azimuths(aspect)
@@ -41,18 +45,22 @@ def solve_band(mesh_path, store_path, band, band_count, radar, aspect, scatterin
         f"{frequency[-1] / 1e9:g} GHz, {len(elevation)} x {len(azimuth)} directions, on {device.device_kind}"
     )
     with tqdm(total=len(frequency), unit="frequency", disable=None, file=sys.stderr) as bar:
-        solution = solve(
-            vertices,
-            triangles,
-            frequency,
-            elevation,
-            azimuth,
-            polarizations,
-            symmetry,
-            scattering["precision"],
-            threads,
-            _Progress(bar, frequency),
-        )
+        try:
+            solution = solve(
+                vertices,
+                triangles,
+                frequency,
+                elevation,
+                azimuth,
+                polarizations,
+                symmetry,
+                scattering["precision"],
+                threads,
+                _Progress(bar, frequency),
+                scattering["formulation"],
+            )
+        except InputError as error:
+            raise InputError(f"config key 'targets.{target}': {error}") from None
     for n, f in enumerate(frequency):
         parts = ", ".join(f"{part} {seconds[n]:.1f} s" for part, seconds in solution.seconds.items())
         print(f"{f / 1e9:.4f} GHz: {solution.unknowns} unknowns, {parts}, residual {solution.residual[n]:.1e}")
