@@ -42,6 +42,12 @@ def test_overlay_replaces_collections_and_alternatives():
     assert merged["aspect"]["azimuth"] == {"start": 0, "stop": 90, "step": 1}
 
 
+def test_a_target_may_have_its_own_formulation():
+    config = load({"targets": {"a": {**KNOWN, "formulation": "cfie"}, "b": KNOWN}})
+    assert config["targets"]["a"]["formulation"] == "cfie"
+    assert config["scattering"]["formulation"] == "efie"
+
+
 def test_exponents_without_a_sign_are_numbers():
     assert load()["radar"]["center_frequency"] == 1.85e9
     assert load({"radar": {"bandwidth": "1e9"}})["radar"]["bandwidth"] == 1e9
@@ -68,6 +74,7 @@ BAD = {
     "mesh left out": ({"targets": {"a": {"role": "known"}}}, "targets.a.mesh", "missing"),
     "role": ({"targets": {"a": {**KNOWN, "role": "friend"}}}, "targets.a.role", "known"),
     "symmetry": ({"targets": {"a": {**KNOWN, "symmetry": ["xy"]}}}, "targets.a.symmetry", "xz"),
+    "formulation": ({"targets": {"a": {**KNOWN, "formulation": "mfie"}}}, "targets.a.formulation", "of this target"),
     "target name": ({"targets": {"a-b": KNOWN}}, "targets", "a-b"),
     "no targets": ({"targets": {}}, "targets", "{}"),
     "section is a number": ({"radar": 5}, "radar", "5"),
