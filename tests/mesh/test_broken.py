@@ -291,4 +291,4 @@ def test_target_that_does_not_fit_is_refused_before_remeshing(tmp_path, monkeypa
     path = save(tmp_path / "cube.ply", *cube(2.0))
     monkeypatch.setattr("mesh.build.remesh", None)
     with pytest.raises(InputError, match=r"would fit up to 0\.\d+ GHz, or with 'mesh.edges_per_wavelength: [\d.]+'"):
-        build(path, {}, MESH, RADAR, ASPECT)
+        build(path, {}, MESH, RADAR, ASPECT, {"formulation": "efie", "precision": "single"})

@@ -124,9 +124,8 @@ def test_ply_keeps_every_bit(tmp_path):
 
 def test_written_files_agree(tmp_path):
     path = save(tmp_path / "cube.obj", *cube(0.2))
-    write(
-        path, {}, MESH, RADAR, ASPECT, "single", tmp_path / "cube.json", tmp_path / "s.ply", [tmp_path / "cube-0.ply"]
-    )
+    method = {"formulation": "efie", "precision": "single"}
+    write(path, {}, MESH, RADAR, ASPECT, method, tmp_path / "cube.json", tmp_path / "s.ply", [tmp_path / "cube-0.ply"])
     described = json.loads((tmp_path / "cube.json").read_text())
     vertices, triangles = read_ply(tmp_path / "cube-0.ply")
     (band,) = described["bands"]

@@ -48,17 +48,18 @@ def symmetry(target):
     return config["targets"][target].get("symmetry", [])
 
 
-def formulation(target):
-    return config["targets"][target].get("formulation", config["scattering"]["formulation"])
+def method(target):
+    """How a target is solved: the scattering settings, with its own formulation where it has one."""
+    own = {"formulation"}.intersection(config["targets"][target])
+    return section({**config["scattering"], **section(config["targets"][target], *own)}, *config["scattering"])
 
 
 def solve_megabytes(wildcards, input):
     """The planned memory of a solve, known once the mesh is there."""
     with open(input.figures) as file:
         mesh = json.load(file)["bands"][int(wildcards.band)]
-    planes = len(symmetry(wildcards.target))
-    method = config["scattering"]["precision"], formulation(wildcards.target)
-    return planned_megabytes(mesh["unknowns"], mesh["triangles"], planes, config["radar"], config["aspect"], *method)
+    sizes = mesh["unknowns"], mesh["triangles"], len(symmetry(wildcards.target))
+    return planned_megabytes(*sizes, config["radar"], config["aspect"], method(wildcards.target))
 
 
 def images_shown():

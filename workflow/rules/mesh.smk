@@ -21,9 +21,10 @@ rule mesh:
     resources:
         mem_mb=4000,
     params:
-        # The sweep and the precision say what the solve will need, which is checked before the mesh is made.
+        # The sweep and the method say what the solve will need, which is checked before the mesh is made.
         settings=lambda w: {
-            **section(config, "aspect", "radar", "scattering.precision"),
+            **section(config, "aspect", "radar"),
+            "scattering": method(w.target),
             "mesh": section(config["mesh"], "bands", "edges_per_wavelength"),
             "target": section(
                 config["targets"][w.target],

@@ -21,7 +21,7 @@ rule solve:
     params:
         settings=lambda w: {
             **section(config, "aspect", "mesh.bands", "radar"),
-            "scattering": {**section(config["scattering"], "precision"), "formulation": formulation(w.target)},
+            "scattering": method(w.target),
             "symmetry": symmetry(w.target),
         },
     message:

@@ -70,14 +70,15 @@ def band_mesh(vertices, triangles, edge, deviation, axes, name):
     return vertices, triangles
 
 
-def build(path, target, mesh, radar, aspect=None, precision="single"):
+def build(path, target, mesh, radar, aspect=None, scattering=None):
     """Meshes [(vertices, triangles), ...], lowest band first, figures as a mapping, and the repaired source.
 
-    `target`, `mesh`, `radar` and `aspect` are those parts of the config. With an aspect the figures hold what each
-    band's solve will need, and a target that does not fit into this machine's memory is refused before remeshing.
+    `target`, `mesh`, `radar`, `aspect` and `scattering` are those parts of the config. With the last two the figures
+    hold what each band's solve will need, and a target that does not fit into this machine's memory is refused before
+    remeshing.
     """
     surface = load(path, target, radar, wanted_edges(mesh, radar)[-1])
-    return remesh_bands(surface, path, target, mesh, radar, aspect, precision)
+    return remesh_bands(surface, path, target, mesh, radar, aspect, scattering)
 
 
 def wanted_edges(mesh, radar):
@@ -85,14 +86,14 @@ def wanted_edges(mesh, radar):
     return [sweep.C0 / band[-1] / mesh["edges_per_wavelength"] for band in sweep.bands(radar, mesh["bands"])]
 
 
-def remesh_bands(surface, path, target, mesh, radar, aspect=None, precision="single"):
+def remesh_bands(surface, path, target, mesh, radar, aspect=None, scattering=None):
     """`build` for a surface, with its repairs and tolerances, that `load` returned."""
     vertices, triangles, repairs, tolerances = surface
     bands, edges = sweep.bands(radar, mesh["bands"]), wanted_edges(mesh, radar)
     axes = symmetry.axes(target.get("symmetry", []))
     source = size(vertices, triangles) | {"vertices": len(vertices), "triangles": len(triangles)} | tolerances
     if aspect:
-        check_fit(ideal_unknowns(source["area"], edges[-1]), len(axes), mesh, radar, aspect, precision, path)
+        check_fit(ideal_unknowns(source["area"], edges[-1]), len(axes), mesh, radar, aspect, scattering, path)
     meshes, figures = [], []
     for band, edge in zip(bands, edges, strict=True):
         wavelength = sweep.C0 / band[-1]
@@ -102,7 +103,7 @@ def remesh_bands(surface, path, target, mesh, radar, aspect=None, precision="sin
         described |= describe(made, (vertices, triangles), wavelength, edge, tolerances["thinned_by"])
         _check(described, edge, path)
         if aspect:
-            described["solve"] = plan(described, len(axes), radar, aspect, precision)
+            described["solve"] = plan(described, len(axes), radar, aspect, scattering)
         meshes.append(made)
         figures.append(described)
     symmetric = list(target.get("symmetry", []))
@@ -121,11 +122,11 @@ def _check(band, edge, name):
         raise InputError(f"{name}: its mesh has no inner edge, so it can carry no current; it is too small.")
 
 
-def write(path, target, mesh, radar, aspect, precision, figures_path, source_path, mesh_paths):
+def write(path, target, mesh, radar, aspect, scattering, figures_path, source_path, mesh_paths):
     """Build the meshes of a target and write them with their figures and the repaired source."""
     surface = load(path, target, radar, wanted_edges(mesh, radar)[-1])
     write_ply(source_path, *surface[:2])
-    meshes, figures = remesh_bands(surface, path, target, mesh, radar, aspect, precision)
+    meshes, figures = remesh_bands(surface, path, target, mesh, radar, aspect, scattering)
     done = [f"{count} {key.replace('_', ' ')}" for key, count in figures["repairs"].items() if count]
     print(f"repairs: {', '.join(done) or 'none'}")
     for made, mesh_path, band in zip(meshes, mesh_paths, figures["bands"], strict=True):

@@ -17,14 +17,14 @@ def memory_megabytes():
     return (physical if limit == "max" else min(physical, int(limit))) / 1e6
 
 
-def check_fit(unknowns, planes, mesh, radar, aspect, precision, name):
+def check_fit(unknowns, planes, mesh, radar, aspect, scattering, name):
     """Refuse a target whose top band, with about this many unknowns, would not fit; say what would."""
     memory = memory_megabytes()
-    needed = planned_megabytes(unknowns, unknowns / 1.5, planes, radar, aspect, precision)
+    needed = planned_megabytes(unknowns, unknowns / 1.5, planes, radar, aspect, scattering)
     if needed <= memory:
         return
     # Unknowns go with the square of the frequency and of the edges in a wavelength.
-    ratio = (unknowns_that_fit(memory, planes, radar, aspect, precision) / unknowns) ** 0.5
+    ratio = (unknowns_that_fit(memory, planes, radar, aspect, scattering) / unknowns) ** 0.5
     top, density = sweep.frequencies(radar)[-1], mesh["edges_per_wavelength"]
     raise InputError(
         f"{name} would need about {unknowns:,.0f} unknowns and {needed / 1000:,.1f} GB at {top / 1e9:g} GHz, but this "
@@ -34,10 +34,10 @@ def check_fit(unknowns, planes, mesh, radar, aspect, precision, name):
     )
 
 
-def plan(band, planes, radar, aspect, precision):
+def plan(band, planes, radar, aspect, scattering):
     """What a band's solve will need: memory in MB, time in seconds on the two cores that scattering.plan describes."""
     count = band["frequencies"]["count"]
     return {
-        "megabytes": planned_megabytes(band["unknowns"], band["triangles"], planes, radar, aspect, precision),
-        "seconds": planned_seconds(band["unknowns"], planes, count, radar, aspect, precision),
+        "megabytes": planned_megabytes(band["unknowns"], band["triangles"], planes, radar, aspect, scattering),
+        "seconds": planned_seconds(band["unknowns"], planes, count, radar, aspect, scattering),
     }

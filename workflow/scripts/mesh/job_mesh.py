@@ -9,7 +9,7 @@ with job(snakemake):
         settings["mesh"],
         settings["radar"],
         settings["aspect"],
-        settings["scattering.precision"],
+        settings["scattering"],
         snakemake.output.figures,
         snakemake.output.source,
         snakemake.output.meshes,
