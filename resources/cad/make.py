@@ -58,10 +58,10 @@ def aircraft():
 
 
 def ufo():
-    """Flying saucer, 0.47 m: two shallow bowls with a sharp rim, a dome, four splayed legs with round feet."""
+    """Flying saucer, 0.50 m: two shallow bowls with a sharp rim, a dome, four splayed legs with round feet."""
     bowl = np.linspace(0, 1, 9)[1:-1]
-    profile = [(-0.055, 0.06), *[(-0.055 * (1 - t**2.2), 0.06 + 0.176 * t) for t in bowl], (0.0, 0.236)]
-    profile += [(0.05 * (1 - t**2.2), 0.1 + 0.136 * t) for t in bowl[::-1]]
+    profile = [(-0.055, 0.06), *[(-0.055 * (1 - t**2.2), 0.06 + 0.192 * t) for t in bowl], (0.0, 0.252)]
+    profile += [(0.05 * (1 - t**2.2), 0.1 + 0.152 * t) for t in bowl[::-1]]
     profile += [(0.05 + 0.07 * np.sin(a), 0.1 * np.cos(a)) for a in np.linspace(0, np.pi / 2, 9)[:-1]] + [(0.12, 0.0)]
     parts = [place(revolve(profile, 64), rotate=(0, -90, 0))]
     for azimuth in (45, 135, 225, 315):
