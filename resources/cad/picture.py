@@ -38,7 +38,7 @@ def draw(axes, mesh, color, span):
     axes.add_collection3d(Poly3DCollection(corners, facecolors=colors, edgecolors=colors, linewidths=0.2))
     middle = (mesh[0].min(axis=0) + mesh[0].max(axis=0)) / 2
     axes.set(**{f"{name}lim": (m - span / 2, m + span / 2) for name, m in zip("xyz", middle, strict=True)})
-    axes.set_box_aspect((1, 1, 1), zoom=1.35)
+    axes.set_box_aspect((1, 1, 1), zoom=1.3)
     axes.set_proj_type("ortho")
     axes.view_init(24, 38)
     axes.set_axis_off()
