@@ -16,9 +16,10 @@ def test_conda_pins_stand_in_the_lock(stage):
     assert [pin for pin in pins if not re.search(rf"^{re.escape(pin)}[ ;]", lock, re.MULTILINE)] == []
 
 
-def test_lock_names_no_index_and_hashes_everything():
-    lock = (ROOT / "envs/requirements.lock").read_text()
+@pytest.mark.parametrize(("name", "least"), [("requirements.lock", 50), ("requirements-step.lock", 1)])
+def test_lock_names_no_index_and_hashes_everything(name, least):
+    lock = (ROOT / "envs" / name).read_text()
     assert "http" not in lock
     requirements = re.findall(r"^[a-z0-9].*(?:\n .*)*", lock, re.MULTILINE)
-    assert len(requirements) > 50
+    assert len(requirements) > least
     assert all("--hash=sha256:" in requirement for requirement in requirements)

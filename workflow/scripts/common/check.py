@@ -13,9 +13,10 @@ from common.radar import images_are_made
 from imaging.formation import wavenumber_grid
 from imaging.geometry import centres
 from learning.split import split
+from mesh import cad_kernel
 
 SCHEMA = Path(__file__).resolve().parents[3] / "config" / "schema.yaml"
-MESH_FORMATS = (".stl", ".obj", ".ply", ".off")
+MESH_FORMATS = (".stl", ".obj", ".ply", ".off", *cad_kernel.FORMATS)
 TYPES = {
     "object": "a mapping of keys to values",
     "array": "a list",
@@ -126,6 +127,13 @@ def _check_targets(targets):
             raise InputError(f"{key}: {mesh} is not one of {', '.join(MESH_FORMATS)}.")
         if not mesh.is_file():
             raise InputError(f"{key}: there is no file {mesh} (paths start at the folder you run snakemake in).")
+        if mesh.suffix.lower() in cad_kernel.FORMATS:
+            cad_kernel.check_installed(f"{key}: {mesh}")
+            if "unit" in target:
+                raise InputError(
+                    f"config key 'targets.{name}.unit': {mesh} states its own unit, from which it is converted; "
+                    "leave 'unit' out. If the file's is wrong, export it anew."
+                )
 
 
 def _check_experiments(config):

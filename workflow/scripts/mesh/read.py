@@ -8,6 +8,7 @@ import numpy as np
 import pymeshlab
 
 from common.errors import InputError
+from mesh import cad_kernel
 
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}  # metres
 # A target is plausible between these many wavelengths at the centre frequency. Longer ones are beyond a dense method
@@ -25,11 +26,13 @@ PLY_TYPES = {
 def read_cad(path):
     """Vertices (V, 3) float64 and triangles (T, 3) as they stand in an STL, OBJ, PLY or OFF file.
 
-    Raises InputError for a file that holds no usable triangles.
+    Those of a STEP or IGES file are made, in metres. Raises InputError for a file that holds no usable triangles.
     """
     path = Path(path)
     if path.stat().st_size == 0:
         raise InputError(f"{path} is empty.")
+    if states_unit(path):
+        return cad_kernel.read_surfaces(path)
     _check_stl_length(path)
     meshes = pymeshlab.MeshSet()
     try:
@@ -58,6 +61,11 @@ def read_cad(path):
     return vertices, triangles
 
 
+def states_unit(path):
+    """True if the format of this file states its own unit of length, which the reader then converts to metres."""
+    return Path(path).suffix.lower() in cad_kernel.FORMATS
+
+
 def in_metres(vertices, target):
     """Vertices scaled by the target's `unit` and turned by its `rotate` (degrees about x, then y, then z)."""
     vertices = vertices * UNITS[target.get("unit", "m")]
@@ -72,20 +80,29 @@ def in_metres(vertices, target):
 def check_size(vertices, target, wavelength, name):
     """Refuse a target (vertices in metres) whose size says that its unit is mistaken.
 
-    Without a `unit` the size must be plausible at the centre `wavelength` (metres); a `length` must be right.
+    Without a `unit` the size must be plausible at the centre `wavelength` (metres); a `length` must be right. For files
+    that state their unit (STEP, IGES) the `length` stands for the `unit`.
     """
     size = float(np.ptp(vertices, axis=0).max())
     text = f"{size:.4g} m ({size / wavelength:.4g} wavelengths at the centre frequency)"
+    fixed = states_unit(name)
     if "length" in target and abs(size - target["length"]) > LENGTH_TOLERANCE * target["length"]:
+        likely = "" if fixed else _likely_unit(size, target, target["length"], 1 + LENGTH_TOLERANCE)
         raise InputError(
             f"{name} is {text} long, but its 'length' says {target['length']:g} m. Its unit is "
-            f"{target.get('unit', 'm')}{_likely_unit(size, target, target['length'], 1 + LENGTH_TOLERANCE) or '.'}"
+            f"{'stated in the file' if fixed else target.get('unit', 'm')}{likely or '.'}"
         )
-    if "unit" not in target and not SMALLEST <= size / wavelength <= LARGEST:
-        likely = _likely_unit(size, target, USUAL * wavelength, AROUND)
+    meant = "length" if fixed else "unit"
+    if meant not in target and not SMALLEST <= size / wavelength <= LARGEST:
+        likely = "" if fixed else _likely_unit(size, target, USUAL * wavelength, AROUND)
+        mend = (
+            "If it is right, state the target's 'length' (m)"
+            if fixed
+            else "State the target's 'unit' (m, cm, mm or in)"
+        )
         raise InputError(
             f"{name} would be {text} long, which is too {'long' if size > wavelength else 'short'} to be meant"
-            f"{likely or '; its unit may be mistaken.'} State the target's 'unit' (m, cm, mm or in)."
+            f"{likely or '; its unit may be mistaken.'} {mend}."
         )
 
 

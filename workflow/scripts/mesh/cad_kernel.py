@@ -1,0 +1,107 @@
+"""The surfaces of STEP and IGES files as triangles, through Open CASCADE: an extra, imported only to read one."""
+
+import importlib.util
+from pathlib import Path
+
+import numpy as np
+
+from common.errors import InputError
+
+FORMATS = (".step", ".stp", ".iges", ".igs")
+INSTALL = ".venv/bin/pip install --require-hashes -r envs/requirements-step.lock"
+MILLIMETRE = 1e-3  # metres; the kernel converts every file's own unit to millimetres
+# How far chords may leave the surface, as a fraction of the target's diagonal; near the poles of a sphere the kernel
+# takes up to twice that, still 1/50 wavelength for a diagonal of 100. From one chord to the next they turn by at most
+# `TURN` radians, so that small round parts stay round.
+DEFLECTION, TURN = 1e-4, 0.2
+
+
+def check_installed(key):
+    """Raise InputError, naming `key`, if the kernel is not installed."""
+    if importlib.util.find_spec("OCP") is None:
+        raise InputError(
+            f"{key}: STEP and IGES files are read by Open CASCADE, which is not installed. "
+            f"Install it with '{INSTALL}', or export the target as STL, OBJ, PLY or OFF."
+        )
+
+
+def read_surfaces(path):
+    """Vertices (V, 3) float64 in metres and triangles (T, 3) of all faces in a STEP or IGES file.
+
+    Lengths are converted from the unit that the file states. Every face has vertices of its own; those of neighbours
+    coincide along their common edge. Raises InputError for a file that cannot be read, or not as a whole.
+    """
+    check_installed(path)
+    try:
+        from OCP.Message import Message, Message_Gravity
+    except ImportError as error:  # a library of the system is missing
+        raise InputError(f"{path}: Open CASCADE is installed but cannot be loaded: {error}.") from None
+    for printer in Message.DefaultMessenger_s().Printers():  # statistics otherwise fill the terminal, past the log
+        printer.SetTraceLevel(Message_Gravity.Message_Fail)
+    faces = _faces(_shape(Path(path)))
+    if not faces:
+        raise InputError(f"{path} holds no surfaces; curves and points alone reflect nothing.")
+    missing = [number for number, face in enumerate(faces) if face is None]
+    if missing:
+        raise InputError(
+            f"{path}: {len(missing)} of its {len(faces)} faces cannot be triangulated, the first is number "
+            f"{missing[0] + 1}. Heal the shape in the CAD program, or export it as STL."
+        )
+    first = np.cumsum([0] + [len(points) for points, _ in faces[:-1]])
+    triangles = [corners + start for (_, corners), start in zip(faces, first, strict=True)]
+    return np.concatenate([points for points, _ in faces]) * MILLIMETRE, np.concatenate(triangles)
+
+
+def _shape(path):
+    """All that a file holds as one shape, in millimetres."""
+    from OCP.IFSelect import IFSelect_ReturnStatus
+    from OCP.IGESControl import IGESControl_Reader
+    from OCP.STEPControl import STEPControl_Reader
+
+    iges = path.suffix.lower() in (".iges", ".igs")
+    if iges and path.read_bytes().rstrip()[-80:][72:73] != b"T":  # the kernel reads what is there
+        raise InputError(f"{path} does not end as an IGES file does, with its section T; it may have been cut short.")
+    reader = IGESControl_Reader() if iges else STEPControl_Reader()
+    if reader.ReadFile(str(path)) != IFSelect_ReturnStatus.IFSelect_RetDone:  # to go on would crash the kernel
+        raise InputError(f"{path} cannot be read as {'an IGES' if iges else 'a STEP'} file. Export it anew.")
+    parts = reader.NbRootsForTransfer()
+    lost = parts - reader.TransferRoots()
+    if lost:
+        raise InputError(f"{path}: {lost} of its {parts} parts cannot be translated. Export it anew, or as STL.")
+    return reader.OneShape()
+
+
+def _faces(shape):
+    """For every face its points (P, 3) in millimetres and its triangles (N, 3), or None if it cannot be triangulated.
+
+    The triangles of a solid face outwards.
+    """
+    from OCP.Bnd import Bnd_Box
+    from OCP.BRep import BRep_Tool
+    from OCP.BRepBndLib import BRepBndLib
+    from OCP.BRepMesh import BRepMesh_IncrementalMesh
+    from OCP.TopAbs import TopAbs_Orientation, TopAbs_ShapeEnum
+    from OCP.TopExp import TopExp_Explorer
+    from OCP.TopLoc import TopLoc_Location
+    from OCP.TopoDS import TopoDS
+
+    explorer = TopExp_Explorer(shape, TopAbs_ShapeEnum.TopAbs_FACE)
+    if not explorer.More():
+        return []
+    box = Bnd_Box()
+    BRepBndLib.AddOptimal_s(shape, box, False, False)
+    BRepMesh_IncrementalMesh(shape, DEFLECTION * box.SquareExtent() ** 0.5, False, TURN)
+    faces = []
+    while explorer.More():
+        face, place = TopoDS.Face(explorer.Current()), TopLoc_Location()
+        made = BRep_Tool.Triangulation_s(face, place)
+        if made is None:
+            faces.append(None)
+        else:
+            turn = place.Transformation()
+            points = [made.Node(n + 1).Transformed(turn) for n in range(made.NbNodes())]
+            corners = np.array([made.Triangle(n + 1).Get() for n in range(made.NbTriangles())]) - 1
+            inwards = (face.Orientation() == TopAbs_Orientation.TopAbs_REVERSED) != turn.IsNegative()
+            faces.append(([(p.X(), p.Y(), p.Z()) for p in points], corners[:, ::-1] if inwards else corners))
+        explorer.Next()
+    return faces
