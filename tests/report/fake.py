@@ -88,7 +88,7 @@ def _mesh(folder, name, settings):
         wavelength = sweep.C0 / band[-1]
         frequencies = {"first": float(band[0]), "last": float(band[-1]), "count": len(band)}
         figures = {"frequencies": frequencies} | describe(surface, surface, wavelength, wavelength / 10)
-        figures["solve"] = plan(figures, planes, settings["radar"], settings["aspect"], "single")
+        figures["solve"] = plan(figures, planes, settings["radar"], settings["aspect"], settings["scattering"])
         bands.append(figures)
     (folder / f"{name}.json").write_text(json.dumps({"repairs": {}, "bands": bands}))
 

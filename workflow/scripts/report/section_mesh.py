@@ -222,7 +222,8 @@ def section(results):
             "Each target has one mesh per frequency band, with edges sized to the shortest wavelength of the band. "
             "The pictures show the finest, and the CAD surface beside the bands.",
         ),
-        figures=tuple(figure for name in targets for figure in _figures(name, results)),
+        # The narrow pictures first, two abreast, then the wide ones.
+        figures=tuple(f for pair in zip(*(_figures(name, results) for name in targets), strict=True) for f in pair),
         tables=(quality_table(targets, results.meshes),),
     )
 
