@@ -18,6 +18,7 @@ from mesh.repair import CLOSE, repair, thin
 DEVIATION = 1 / 100  # wavelengths that a remeshing step may move the surface; the goal for the whole is 1/40
 ASYMMETRY = 1 / 100  # wavelengths at the top frequency between a target and its mirror image
 WRONG = 1 / 20  # wavelengths between mesh and source: more is another target
+CHANGED = 0.05  # of its area or volume: likewise
 THINNER = 1 / 2  # wanted edges: a source with much smaller triangles is thinned to these before it is remeshed
 
 
@@ -118,6 +119,13 @@ def _check(band, edge, name):
             f"{name}: edges of {edge * 1000:.3g} mm cannot follow its surface, which they miss by "
             f"{apart * 1000:.3g} mm near {topology.place(band['hausdorff_place'])}. Raise 'mesh.edges_per_wavelength'."
         )
+    for kind in ("area", "volume"):
+        before, after = band[kind]["before"], band[kind]["after"]
+        if before and after and abs(after / before - 1) > CHANGED:
+            raise InputError(
+                f"{name}: edges of {edge * 1000:.3g} mm change its {kind} by {100 * (after / before - 1):+.1f} %; its "
+                "parts are too thin for them. Raise 'mesh.edges_per_wavelength', or thicken those parts."
+            )
     if band["unknowns"] == 0:
         raise InputError(f"{name}: its mesh has no inner edge, so it can carry no current; it is too small.")
 

@@ -9,6 +9,8 @@ from scattering.plan import planned_megabytes, planned_seconds, unknowns_that_fi
 
 CONTAINER_LIMIT = Path("/sys/fs/cgroup/memory.max")  # there in a container with a limit of its own
 
+COARSEST = 5  # edges in a wavelength, the least that the config allows
+
 
 def memory_megabytes():
     """Memory of this machine or container in MB."""
@@ -26,11 +28,13 @@ def check_fit(unknowns, planes, mesh, radar, aspect, scattering, name):
     # Unknowns go with the square of the frequency and of the edges in a wavelength.
     ratio = (unknowns_that_fit(memory, planes, radar, aspect, scattering) / unknowns) ** 0.5
     top, density = sweep.frequencies(radar)[-1], mesh["edges_per_wavelength"]
+    density *= 0.99 * ratio
+    coarser = f", or with 'mesh.edges_per_wavelength: {density:.2g}' (below 8 the field is inexact)"
     raise InputError(
         f"{name} would need about {unknowns:,.0f} unknowns and {needed / 1000:,.1f} GB at {top / 1e9:g} GHz, but this "
-        f"machine has {memory / 1000:,.1f} GB. It would fit up to {0.99 * ratio * top / 1e9:.3g} GHz, or with "
-        f"'mesh.edges_per_wavelength: {0.99 * ratio * density:.2g}' (below 8 the field is inexact); a mirror plane "
-        "in the target's 'symmetry' halves the need."
+        f"machine has {memory / 1000:,.1f} GB. It would fit up to {0.99 * ratio * top / 1e9:.3g} GHz"
+        f"{coarser if density >= COARSEST else ''}; a mirror plane in the target's 'symmetry' halves the need. If the "
+        "target is smaller than that, state its 'unit'."
     )
 
 

@@ -118,7 +118,9 @@ def _likely_unit(size, target, expected, factor):
 def _announced(form, data):
     """What a file says that it holds, ("vertices" or "triangles", number): the reader drops what is not finite."""
     if form == ".stl":
-        ascii_facets = len(re.findall(rb"^\s*facet\b", data, re.MULTILINE)) if _is_ascii_stl(data) else None
+        ascii_facets = (
+            len(re.findall(rb"^\s*facet\b", data, re.MULTILINE | re.IGNORECASE)) if _is_ascii_stl(data) else None
+        )
         return "triangles", int.from_bytes(data[80:84], "little") if ascii_facets is None else ascii_facets
     if form == ".obj":
         return "vertices", len(re.findall(rb"^\s*v\s", data, re.MULTILINE))
@@ -157,7 +159,7 @@ def _stl_corners(data):
 
 
 def _is_ascii_stl(data):
-    return data.lstrip()[:5].lower() == b"solid" and b"facet" in data[:4096]
+    return data.lstrip()[:5].lower() == b"solid" and b"facet" in data[:4096].lower()
 
 
 def _check_stl_length(path):
@@ -168,11 +170,15 @@ def _check_stl_length(path):
     with open(path, "rb") as file:
         head = file.read(4096)
     if _is_ascii_stl(head):
+        if b"endsolid" not in path.read_bytes()[-4096:].lower():
+            raise InputError(f"{path} does not end with 'endsolid', as a text STL does; it may have been cut short.")
         return
     head = head[:84]
     expected = 84 + 50 * int.from_bytes(head[80:84], "little") if len(head) == 84 else None
     if size != expected:
+        short = expected and size < expected
         raise InputError(
             f"{path} is not an STL file: it has {size} bytes"
-            + (f", its header announces {expected}; it may have been cut short." if expected else ".")
+            + (f", its header announces {expected}" if expected else "")
+            + ("; it may have been cut short." if short else ".")
         )

@@ -14,7 +14,7 @@ from mesh.crossing import first_crossing
 from mesh.distance import distances
 
 CLOSE = 1e-6  # vertices nearer than this fraction of the target's diagonal are one
-WELD = 1 / 20  # wanted edges: rims that miss each other by less are joined
+WELD = 1 / 40  # wanted edges: rims that miss each other by less are joined; sheets 1/200 wavelength apart are two
 APART = 0.4  # of the shortest edge at a vertex: no weld moves it further, or fine rims would shrink to points
 HOLE = 1.0  # wanted edges: openings no wider than this are closed
 MANY = 20_000  # triangles; larger sources are thinned if they are much finer than needed
@@ -82,7 +82,8 @@ def _clean(vertices, triangles, name):
         "duplicate_triangles": meshes.meshing_remove_duplicate_faces,
         "unused_vertices": meshes.meshing_remove_unreferenced_vertices,
     }
-    counts = {}
+    counts = {"inner_triangles": _drop_inner_walls(meshes)}
+    mesh = meshes.current_mesh()
     for key, step in steps.items():
         count = mesh.vertex_number if key.endswith("vertices") else mesh.face_number
         before = count()
@@ -94,6 +95,25 @@ def _clean(vertices, triangles, name):
                 f"{topology.place(vertices[triangles[0, 0]])}."
             )
     return mesh.vertex_matrix(), mesh.face_matrix(), counts
+
+
+def _drop_inner_walls(meshes):
+    """Drop walls that two touching solids share, where each has the same triangles, if that leaves one closed surface.
+
+    Works on the current mesh, once its vertices are merged. Returns how many triangles were dropped.
+    """
+    mesh = meshes.current_mesh()
+    vertices, triangles = mesh.vertex_matrix(), mesh.face_matrix()
+    _, place = np.unique(vertices, axis=0, return_inverse=True)
+    _, index, count = np.unique(
+        np.sort(place.reshape(-1)[triangles], axis=1), axis=0, return_inverse=True, return_counts=True
+    )
+    single = (count == 1)[index.reshape(-1)]
+    if single.all() or not single.any() or not topology.is_watertight(place.reshape(-1)[triangles[single]]):
+        return 0
+    meshes.clear()
+    meshes.add_mesh(pymeshlab.Mesh(vertices, triangles[single]))
+    return int((~single).sum())
 
 
 def _rims(triangles):
@@ -121,7 +141,8 @@ def _weld(vertices, triangles, tolerance):
     first = np.unique(label, return_index=True)[1]
     joined = first[label][triangles]
     kept = (joined != np.roll(joined, 1, axis=1)).all(axis=1)
-    kept[kept] = _once(joined[kept])
+    if not _once(joined[kept]).all():  # the rims of two sheets, one upon the other: not a crack
+        return vertices, triangles, 0
     return *topology.compact(vertices, joined[kept]), len(vertices) - len(first)
 
 
