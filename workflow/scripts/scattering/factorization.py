@@ -92,8 +92,8 @@ class SymmetricMatrix:
 
     def quadratic(self, left, right, threads=1):
         """left^T A^-1 right, column by column: (N, D) and (N, D) give (D,). One substitution if they are the same."""
-        y = self._forward(right, threads)
-        x = y if left is right else self._forward(left, threads)
+        y = _forward(right, self.spans, self._below(), threads)
+        x = y if left is right else _forward(left, self.spans, self._below(), threads)
         total = np.zeros(right.shape[1], np.complex128)
         with _Pool(threads) as pool:
             for (a, b), column in zip(self.spans, self.columns, strict=True):
@@ -104,19 +104,15 @@ class SymmetricMatrix:
 
     def solve(self, right, threads=1):
         """A^-1 right, (N, D)."""
-        x = self._forward(right, threads)
+        x = _forward(right, self.spans, self._below(), threads)
         with _Pool(threads):
             for (a, b), column in reversed(list(zip(self.spans, self.columns, strict=True))):
                 x[a:b] = column[: b - a] @ x[a:b] - column[b - a :].T @ x[b:]
         return x
 
-    def _forward(self, right, threads):
-        y = np.array(right, self.dtype, order="C")
-        with _Pool(threads) as pool:
-            for (a, b), column in zip(self.spans, self.columns, strict=True):
-                below, solved = y[b:], y[a:b].T
-                pool.wait([pool.submit(_subtract, below, column[b - a :], solved, r, None) for r in _runs(len(below))])
-        return y
+    def _below(self):
+        """L below each diagonal block."""
+        return [column[b - a :] for (a, b), column in zip(self.spans, self.columns, strict=True)]
 
 
 class GeneralMatrix:
@@ -164,7 +160,7 @@ class GeneralMatrix:
 
     def quadratic(self, left, right, threads=1):
         """left^T A^-1 right, column by column: (N, D) and (N, D) give (D,)."""
-        y = self._forward(right, threads)
+        y = _forward(right, self.spans, self._below(), threads)
         x = np.array(left, self.dtype, order="C")
         total = np.zeros(right.shape[1], np.complex128)
         with _Pool(threads) as pool:
@@ -180,20 +176,16 @@ class GeneralMatrix:
 
     def solve(self, right, threads=1):
         """A^-1 right, (N, D)."""
-        x = self._forward(right, threads)
+        x = _forward(right, self.spans, self._below(), threads)
         with _Pool(threads):
             for (a, b), column in reversed(list(zip(self.spans, self.columns, strict=True))):
                 x[a:b] = column[a:b] @ x[a:b]
                 x[:a] -= column[:a] @ x[a:b]
         return x
 
-    def _forward(self, right, threads):
-        y = np.array(right, self.dtype, order="C")
-        with _Pool(threads) as pool:
-            for (a, b), column in zip(self.spans, self.columns, strict=True):
-                below, solved = y[b:], y[a:b].T
-                pool.wait([pool.submit(_subtract, below, column[b:], solved, r, None) for r in _runs(len(below))])
-        return y
+    def _below(self):
+        """L below each diagonal block."""
+        return [column[b:] for (_, b), column in zip(self.spans, self.columns, strict=True)]
 
 
 class _Pool(ThreadPoolExecutor):
@@ -214,6 +206,16 @@ class _Pool(ThreadPoolExecutor):
     def wait(futures):
         for future in futures:
             future.result()
+
+
+def _forward(right, spans, below, threads):
+    """L^-1 right, (N, D), for a unit lower triangle of which `below` holds what is under each diagonal block."""
+    y = np.array(right, below[0].dtype if below else None, order="C")
+    with _Pool(threads) as pool:
+        for (a, b), part in zip(spans, below, strict=True):
+            rest, solved = y[b:], y[a:b].T
+            pool.wait([pool.submit(_subtract, rest, part, solved, r, None) for r in _runs(len(rest))])
+    return y
 
 
 def _runs(length):
