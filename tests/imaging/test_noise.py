@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from common.errors import InputError
-from common.radar import snr_label
-from imaging.noise import definition_offset, generator, signal_power, snr_of_label, white_noise
+from common.radar import snr_label, snr_of_label
+from imaging.noise import definition_offset, generator, signal_power, white_noise
 
 
 @pytest.fixture

@@ -2,6 +2,9 @@
 
 import numpy as np
 import pymeshlab
+import pytest
+
+from mesh import topology
 
 
 def save(path, vertices, triangles):
@@ -79,3 +82,13 @@ def binary_stl(vertices, triangles):
     record = np.zeros(len(triangles), dtype=[("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
     record["corners"] = vertices[triangles]
     return bytes(80) + len(triangles).to_bytes(4, "little") + record.tobytes()
+
+
+def check_solid(edge, mesh, volume, area):
+    """A closed mesh of this volume and area with triangles fit for edges of `edge` metres."""
+    assert topology.is_watertight(mesh[1])
+    assert topology.tetrahedra(*mesh).sum() == pytest.approx(volume, rel=0.01)
+    assert topology.areas(*mesh).sum() == pytest.approx(area, rel=0.01)
+    length = topology.edge_lengths(*mesh)
+    assert length.mean() <= edge and length.max() <= 1.6 * edge
+    assert np.median(topology.shape(mesh[0][mesh[1]])[2]) >= 40

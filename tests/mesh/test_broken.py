@@ -5,7 +5,19 @@ import resource
 
 import numpy as np
 import pytest
-from shapes_made import binary_stl, cube, fine_cube, moebius, needle_fan, save, soup, sphere, together, torus
+from shapes_made import (
+    binary_stl,
+    check_solid,
+    cube,
+    fine_cube,
+    moebius,
+    needle_fan,
+    save,
+    soup,
+    sphere,
+    together,
+    torus,
+)
 
 from common.errors import InputError
 from mesh import topology
@@ -25,15 +37,6 @@ def made(tmp_path, shape, target=None, name="shape.ply"):
     write_ply(path, np.asarray(shape[0], float), np.asarray(shape[1], int).reshape(-1, 3))
     (mesh,), figures = build(path, target or {}, MESH, RADAR)
     return mesh, figures, figures["bands"][0]
-
-
-def check_solid(mesh, volume, area):
-    assert topology.is_watertight(mesh[1])
-    assert topology.tetrahedra(*mesh).sum() == pytest.approx(volume, rel=0.01)
-    assert topology.areas(*mesh).sum() == pytest.approx(area, rel=0.01)
-    length = topology.edge_lengths(*mesh)
-    assert length.mean() <= EDGE and length.max() <= 1.6 * EDGE
-    assert np.median(topology.shape(mesh[0][mesh[1]])[2]) >= 40
 
 
 # Refusals
@@ -123,14 +126,14 @@ def test_flipped_half_is_turned(tmp_path):
     vertices, triangles = cube(0.2)
     triangles[:6] = triangles[:6, ::-1]
     mesh, figures, _ = made(tmp_path, (vertices, triangles))
-    check_solid(mesh, 0.2**3, 6 * 0.2**2)
+    check_solid(EDGE, mesh, 0.2**3, 6 * 0.2**2)
     assert figures["repairs"]["turned_triangles"] == 6
 
 
 def test_doubled_faces_are_dropped(tmp_path):
     vertices, triangles = cube(0.2)
     mesh, figures, _ = made(tmp_path, (vertices, np.concatenate([triangles, triangles[:, ::-1]])))
-    check_solid(mesh, 0.2**3, 6 * 0.2**2)
+    check_solid(EDGE, mesh, 0.2**3, 6 * 0.2**2)
     assert figures["repairs"]["duplicate_triangles"] == 12
 
 
@@ -138,7 +141,7 @@ def test_shifted_corners_are_welded(tmp_path):
     vertices, triangles = soup(*cube(0.2))
     shift = np.random.default_rng(4).uniform(-1, 1, vertices.shape) * 3e-4
     mesh, figures, _ = made(tmp_path, (vertices + shift, triangles))
-    check_solid(mesh, 0.2**3, 6 * 0.2**2)
+    check_solid(EDGE, mesh, 0.2**3, 6 * 0.2**2)
     assert figures["repairs"]["welded_vertices"] == 36 - 8
     assert figures["source"]["tolerance"] == pytest.approx(EDGE / 40)
 
@@ -153,14 +156,14 @@ def test_t_junctions_are_tied_in(tmp_path):
         (vertices, triangles[~top]), (fine_vertices + np.array([1e-4, -2e-4, 1e-4]), fine_triangles[fine_top])
     )
     mesh, figures, _ = made(tmp_path, shape)
-    check_solid(mesh, 0.2**3, 6 * 0.2**2)
+    check_solid(EDGE, mesh, 0.2**3, 6 * 0.2**2)
     assert figures["repairs"]["split_t_junctions"] == 4
 
 
 def test_intersecting_boxes_are_united(tmp_path):
     vertices, triangles = cube(0.2)
     mesh, figures, band = made(tmp_path, together((vertices, triangles), (vertices + 0.1, triangles)))
-    check_solid(mesh, 2 * 0.2**3 - 0.1**3, 12 * 0.2**2 - 6 * 0.1**2)
+    check_solid(EDGE, mesh, 2 * 0.2**3 - 0.1**3, 12 * 0.2**2 - 6 * 0.1**2)
     assert figures["repairs"]["united_solids"] == 1
     assert band["components"] == 1
 
@@ -180,14 +183,14 @@ def test_three_solids_in_a_row_and_one_inside_are_one(tmp_path):
 def test_boxes_that_touch_are_united(tmp_path):
     vertices, triangles = cube(0.2)
     mesh, _, _ = made(tmp_path, together((vertices, triangles), (vertices + np.array([0.2, 0.05, 0]), triangles)))
-    check_solid(mesh, 2 * 0.2**3, 12 * 0.2**2 - 2 * 0.2 * 0.15)
+    check_solid(EDGE, mesh, 2 * 0.2**3, 12 * 0.2**2 - 2 * 0.2 * 0.15)
 
 
 def test_small_holes_are_closed(tmp_path):
     vertices, triangles = sphere()
     mesh, figures, _ = made(tmp_path, (vertices, triangles[np.setdiff1d(np.arange(len(triangles)), [7, 100, 101])]))
     assert figures["repairs"]["closed_holes"] in (2, 3)
-    check_solid(mesh, 4 / 3 * np.pi * 0.15**3, 4 * np.pi * 0.15**2)
+    check_solid(EDGE, mesh, 4 / 3 * np.pi * 0.15**3, 4 * np.pi * 0.15**2)
 
 
 def test_open_box_stays_open(tmp_path):
@@ -238,7 +241,7 @@ def test_degenerate_triangles_are_dropped(tmp_path):
     a, b, c = np.roll(triangles[one], -next(k for k in range(3) if triangles[one][k - 1] not in (0, 1)))
     triangles = np.concatenate([np.delete(triangles, one, axis=0), [[a, 8, c], [8, b, c], [a, b, 8]]])
     mesh, figures, _ = made(tmp_path, (vertices, triangles))
-    check_solid(mesh, 0.2**3, 6 * 0.2**2)
+    check_solid(EDGE, mesh, 0.2**3, 6 * 0.2**2)
     assert figures["repairs"]["degenerate_triangles"] + figures["repairs"]["split_t_junctions"] >= 1
 
 
@@ -247,7 +250,7 @@ def test_two_million_triangles(tmp_path):
     path.write_bytes(binary_stl(*torus(0.2, 0.08, 1250, 800)))
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     (mesh,), figures = build(path, {}, MESH, RADAR)
-    check_solid(mesh, 2 * np.pi**2 * 0.2 * 0.08**2, 4 * np.pi**2 * 0.2 * 0.08)
+    check_solid(EDGE, mesh, 2 * np.pi**2 * 0.2 * 0.08**2, 4 * np.pi**2 * 0.2 * 0.08)
     (band,) = figures["bands"]
     assert figures["repairs"]["thinned_triangles"] > 1_900_000
     assert 0 < figures["source"]["thinned_by"] < max(band["hausdorff"].values()) < band["wavelength"] / 40

@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from shapes_made import check_solid
 
 from common.check import _check_targets
 from common.errors import InputError
@@ -86,12 +87,7 @@ def test_solid_comes_back_and_makes_a_good_mesh(tmp_path, shapes, name, file, so
     assert topology.areas(vertices, triangles).sum() == pytest.approx(area, rel=1e-3)
     assert topology.tetrahedra(vertices, triangles).sum() == pytest.approx(volume, rel=1e-3)  # so they face outwards
     (mesh,), figures = build(path, {}, MESH, RADAR)
-    assert topology.is_watertight(mesh[1])
-    assert topology.tetrahedra(*mesh).sum() == pytest.approx(volume, rel=0.01)
-    assert topology.areas(*mesh).sum() == pytest.approx(area, rel=0.01)
-    length = topology.edge_lengths(*mesh)
-    assert length.mean() <= EDGE and length.max() <= 1.6 * EDGE
-    assert np.median(topology.shape(mesh[0][mesh[1]])[2]) >= 40
+    check_solid(EDGE, mesh, volume, area)
     assert max(figures["bands"][0]["hausdorff"].values()) <= figures["bands"][0]["wavelength"] / 40
 
 

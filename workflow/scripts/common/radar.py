@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from common.errors import InputError
+
 C0 = 299_792_458.0  # speed of light in vacuum, m/s (exact)
 
 
@@ -47,3 +49,11 @@ def images_are_made(config):
 def snr_label(snr_db):
     """The SNR as it stands in file names: -6 gives 'snr_-6dB', 2.5 gives 'snr_2.5dB'."""
     return f"snr_{snr_db + 0.0:g}dB"  # + 0.0: no minus before a zero
+
+
+def snr_of_label(label):
+    """The SNR in dB that a file name says, the inverse of snr_label: 'snr_-6dB' gives -6.0."""
+    try:
+        return float(label.removeprefix("snr_").removesuffix("dB"))
+    except ValueError:
+        raise InputError(f"{label}: not an SNR; write it like snr_-6dB.") from None

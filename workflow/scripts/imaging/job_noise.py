@@ -1,5 +1,5 @@
 from common.job import job
-from imaging.noise import snr_of_label
+from common.radar import snr_of_label
 from imaging.store import make_noisy
 
 with job(snakemake):

@@ -4,16 +4,6 @@ import hashlib
 
 import numpy as np
 
-from common.errors import InputError
-
-
-def snr_of_label(label):
-    """The SNR in dB that a file name says, the inverse of common.radar.snr_label: 'snr_-6dB' gives -6.0."""
-    try:
-        return float(label.removeprefix("snr_").removesuffix("dB"))
-    except ValueError:
-        raise InputError(f"{label}: not an SNR; write it like snr_-6dB.") from None
-
 
 def signal_power(samples, definition):
     """Signal power of each aperture, the numerator of the SNR: samples (images, S) in m -> (images,) in m^2.

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from common.radar import snr_of_label
 from learning.images import TOLERANCE
 from learning.metrics import confusion, figures, intervals
 
@@ -21,11 +22,11 @@ def score(predictions, experiments, scheme, seed, scores, confusions):
     out where that is all of them). n is the number of images that a figure rests on.
     """
     rows, cells = [], []
-    for path in sorted(map(Path, predictions), key=lambda p: (p.parts[-3], p.parts[-2], snr_of(p))):
+    for path in sorted(map(Path, predictions), key=lambda p: (p.parts[-3], p.parts[-2], snr_of_label(p.stem))):
         experiment, model = path.parts[-3:-1]
         train = experiments[experiment]["train"]
         for subset, counts, labels in _counts(path, train["elevation"]):
-            run = [experiment, model, scheme, train["snr_db"], snr_of(path), subset]
+            run = [experiment, model, scheme, train["snr_db"], snr_of_label(path.stem), subset]
             total = counts.sum(axis=0)
             bounds = intervals(counts, labels, seed)
             for metric, value in figures(total, labels).items():
@@ -35,11 +36,6 @@ def score(predictions, experiments, scheme, seed, scores, confusions):
     pd.DataFrame(rows, columns=COLUMNS).to_csv(scores, index=False)
     pd.DataFrame(cells, columns=CONFUSION).to_csv(confusions, index=False)
     print(f"{len(predictions)} prediction tables, {len(rows)} scores")
-
-
-def snr_of(path):
-    """The SNR in dB in the name of a prediction table: 'snr_-6dB.csv' gives -6.0."""
-    return float(path.stem.removeprefix("snr_").removesuffix("dB"))
 
 
 def _counts(path, trained):
