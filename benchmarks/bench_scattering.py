@@ -21,7 +21,8 @@ from scattering import nearfield
 from scattering.assembly import assemble
 from scattering.basis import fundamental_domain, rwg
 from scattering.factorization import SymmetricMatrix
-from scattering.farfield import directions, distinct_directions, excitation
+from scattering.farfield import excitation
+from scattering.sampling import sample
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
@@ -84,11 +85,13 @@ def measure(count, planes, threads):
             row["scipy_lu_s"], _ = seconds(lambda: scipy.linalg.lu_factor(full, overwrite_a=True, check_finite=False))
         del full
     row["factorization_s"], _ = seconds(lambda: [matrix.factorize(threads) for matrix in system])
-    u, v, _ = (x.reshape(-1, 3) for x in directions(ELEVATION, AZIMUTH))
-    distinct, _, _ = distinct_directions(u, surface.axes)
-    row["excitation_s"], waves = seconds(lambda: excitation(surface, bases, k, u[distinct], v[distinct], np.complex64))
+    samples = sample(surface, k, ELEVATION, AZIMUTH, np.complex64)
+    row["sampled"] = len(samples.u)
+    row["excitation_s"], waves = seconds(
+        lambda: excitation(surface, bases, k, samples.u, samples.polarizations["V"], np.complex64)
+    )
     row["directions_s"], _ = seconds(
-        lambda: [matrix.quadratic(wave, wave, threads) for matrix, wave in zip(system, waves, strict=True)]
+        lambda: [matrix.between(wave, wave, samples.rings, threads) for matrix, wave in zip(system, waves, strict=True)]
     )
     row["matrix_mb"] = sum(column.nbytes for matrix in system for column in matrix.columns) / 1e6
     row["peak_mb"] = psutil.Process().memory_full_info().uss / 1e6

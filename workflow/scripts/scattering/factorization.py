@@ -15,13 +15,14 @@ from itertools import pairwise, product
 import numpy as np
 import threadpoolctl
 
-BLOCK = 512  # columns of a block, and rows of a task: large enough for matrix products at full speed
+BLOCK = 256  # columns of a block: few, because work on diagonal blocks is not halved; enough for products at full speed
+RUN = 512  # rows of a task
 
 
 class SymmetricMatrix:
     """An (N, N) complex-symmetric matrix, stored as block columns of its lower triangle.
 
-    Filled by `put` and `add`, then `factorize`d in place; after that `quadratic` and `solve` may be called.
+    Filled by `put` and `add`, then `factorize`d in place; after that `between` and `solve` may be called.
     """
 
     def __init__(self, size, dtype, block=BLOCK):
@@ -90,17 +91,21 @@ class SymmetricMatrix:
                     begin += other.shape[1]
                 progress(1 - (1 - (k + 1) / len(self.columns)) ** 3)
 
-    def quadratic(self, left, right, threads=1):
-        """left^T A^-1 right, column by column: (N, D) and (N, D) give (D,). One substitution if they are the same."""
+    def between(self, left, right, groups, threads=1):
+        """left^T A^-1 right for groups (slices) of their columns, (N, D) each: a list of (K, K) complex128.
+
+        One substitution serves both if they are the same array.
+        """
         y = _forward(right, self.spans, self._below(), threads)
         x = y if left is right else _forward(left, self.spans, self._below(), threads)
-        total = np.zeros(right.shape[1], np.complex128)
+        result = [np.zeros(2 * (group.stop - group.start,), np.complex128) for group in groups]
         with _Pool(threads) as pool:
             for (a, b), column in zip(self.spans, self.columns, strict=True):
                 middle = np.empty_like(y[a:b])
                 pool.wait([pool.submit(_multiply, middle.T, y[a:b].T, column[: b - a], r) for r in _runs(y.shape[1])])
-                total += np.einsum("nd,nd->d", x[a:b], middle)
-        return total
+                for group, total in zip(groups, result, strict=True):
+                    total += x[a:b, group].T @ middle[:, group]
+        return result
 
     def solve(self, right, threads=1):
         """A^-1 right, (N, D)."""
@@ -158,11 +163,11 @@ class GeneralMatrix:
                     written[i, j] = pool.submit(_subtract, other, column, other[a:b].T, rows, after)
                 progress(1 - (1 - (k + 1) / len(self.columns)) ** 3)
 
-    def quadratic(self, left, right, threads=1):
-        """left^T A^-1 right, column by column: (N, D) and (N, D) give (D,)."""
+    def between(self, left, right, groups, threads=1):
+        """left^T A^-1 right for groups (slices) of their columns, (N, D) each: a list of (K, K) complex128."""
         y = _forward(right, self.spans, self._below(), threads)
         x = np.array(left, self.dtype, order="C")
-        total = np.zeros(right.shape[1], np.complex128)
+        result = [np.zeros(2 * (group.stop - group.start,), np.complex128) for group in groups]
         with _Pool(threads) as pool:
             for (a, b), column in zip(self.spans, self.columns, strict=True):
                 # x = U^-T left: what is above this block column has its x already.
@@ -171,8 +176,9 @@ class GeneralMatrix:
                 value = np.empty_like(x[a:b])
                 pool.wait([pool.submit(_multiply, value.T, x[a:b].T, column[a:b].T, r) for r in runs])
                 x[a:b] = value
-                total += np.einsum("nd,nd->d", value, y[a:b])
-        return total
+                for group, total in zip(groups, result, strict=True):
+                    total += value[:, group].T @ y[a:b, group]
+        return result
 
     def solve(self, right, threads=1):
         """A^-1 right, (N, D)."""
@@ -219,7 +225,7 @@ def _forward(right, spans, below, threads):
 
 
 def _runs(length):
-    return [slice(begin, min(begin + BLOCK, length)) for begin in range(0, length, BLOCK)]
+    return [slice(begin, min(begin + RUN, length)) for begin in range(0, length, RUN)]
 
 
 def _multiply(c, a, b, rows):

@@ -1,10 +1,7 @@
 """Plane-wave excitation of the RWG functions and the scattered far field.
 
 Time convention exp(+j omega t), phase referred to the origin. The radar stands in direction
-
-    u = (cos el cos az, cos el sin az, sin el),   V = du/del,   H = (-sin az, cos az, 0).
-
-A unit plane wave from there is E = p exp(+j k u . r). With V_m = int f_m . E dS and the matrix z of `assembly`, the
+u, its polarizations are V and H (see `sampling`). A unit plane wave from there is E = p exp(+j k u . r). With V_m = int f_m . E dS and the matrix z of `assembly`, the
 scattering amplitude for receiving p and transmitting q is (reciprocity; Harrington 1968, sec. 7-3)
 
     f_pq = -V_p^T z^-1 V_q   (m),   E_s = f exp(-j k r) / r,   RCS = 4 pi |f|^2.
@@ -26,19 +23,6 @@ CHUNK = 512  # directions at once: bounds the memory of the phases
 # that is what the seven-point rule integrates exactly. At ten edges a wavelength the rest is below 1e-5.
 ORDER = 4
 POWERS = np.array([p for p in np.ndindex(*3 * [ORDER + 1]) if sum(p) <= ORDER])
-
-
-def directions(elevation, azimuth):
-    """Unit vectors towards the radar and its polarizations on a grid of angles in degrees.
-
-    elevation: (E,), azimuth: (A,). Returns u, V, H, each (E, A, 3).
-    """
-    el, az = np.deg2rad(elevation)[:, None], np.deg2rad(azimuth)[None, :]
-    zero = np.zeros(np.broadcast_shapes(el.shape, az.shape))
-    u = np.stack([np.cos(el) * np.cos(az), np.cos(el) * np.sin(az), np.sin(el) + zero], -1)
-    v = np.stack([-np.sin(el) * np.cos(az), -np.sin(el) * np.sin(az), np.cos(el) + zero], -1)
-    h = np.stack([-np.sin(az) + zero, np.cos(az) + zero, zero], -1)
-    return u, v, h
 
 
 def excitation(surface, bases, wavenumber, u, polarization, dtype, alpha=1.0):
@@ -98,22 +82,3 @@ def _half_functions(k, triangles, lengths, u, p):
 
 def _product(a, b):
     return a.reshape(a.shape[0], -1) @ b.reshape(b.shape[0], -1).T
-
-
-def distinct_directions(u, axes):
-    """Directions that are not mirror images of each other.
-
-    u: (D, 3); axes: coordinates that the symmetry changes. Returns (K,) numbers of the distinct ones, all with
-    non-negative coordinates where one of a pair has them, (D,) the place of each direction among them and (D,) the
-    sign that a cross-polar amplitude takes on the way: a reflection turns H, and keeps V, for the planes xz and yz.
-    """
-    folded = u.copy()
-    flips = np.zeros(len(u), int)
-    for axis in axes:
-        negative = folded[:, axis] < -1e-9
-        flips += negative
-        folded[:, axis] = np.abs(folded[:, axis])
-    _, first, place = np.unique(np.round(folded, 9), axis=0, return_index=True, return_inverse=True)
-    place = place.reshape(-1)
-    sign = (-1.0) ** (flips - flips[first][place])
-    return first, place, sign

@@ -1,7 +1,7 @@
 """Solve a mesh for its monostatic scattering amplitude over frequencies and directions."""
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -12,7 +12,8 @@ from scattering import magnetic, nearfield
 from scattering.assembly import assemble
 from scattering.basis import fundamental_domain, rwg
 from scattering.factorization import GeneralMatrix, SymmetricMatrix
-from scattering.farfield import directions, distinct_directions, excitation
+from scattering.farfield import excitation
+from scattering.sampling import axis_of, directions, sample
 
 DTYPES = {"single": np.complex64, "double": np.complex128}
 MAX_RESIDUAL = 1e-3
@@ -65,10 +66,12 @@ def solve(
     kind = GeneralMatrix if combined else SymmetricMatrix
     magnetic_near = magnetic.static_moments(surface, near.pairs) if combined else None
 
-    u, v, h = (x.reshape(-1, 3) for x in directions(elevation, azimuth))
-    distinct, place, sign = distinct_directions(u, surface.axes)
-    waves = {"V": v[distinct], "H": h[distinct]}
-    field = np.empty((len(polarizations), len(frequencies), len(u)), np.complex128)
+    axis = axis_of(surface)
+    centred = replace(surface, vertices=surface.vertices - axis)
+    path = 2 * directions(elevation, azimuth)[0] @ axis
+    letters = sorted(set("".join(polarizations)))
+    shape = (len(polarizations), len(frequencies), len(elevation), len(azimuth))
+    field = np.empty(shape, np.complex128)
     residual = np.zeros(len(frequencies))
     seconds = {part: np.zeros(len(frequencies)) for part in PARTS}
 
@@ -82,13 +85,13 @@ def solve(
         for p, matrix in enumerate(matrices):
             matrix.factorize(threads, partial(_one_of, progress, n, p, len(matrices)))
         clock.lap("factorization")
-        of_wave = partial(excitation, surface, bases, k, u[distinct], dtype=DTYPES[precision])
-        letters = sorted(set("".join(polarizations)))
-        received = {letter: of_wave(waves[letter]) for letter in letters}
-        excited = {letter: of_wave(waves[letter], alpha=magnetic.ALPHA) for letter in letters} if combined else received
+        samples = sample(centred, k, elevation, azimuth, DTYPES[precision])
+        of_waves = partial(_excitations, centred, bases, k, samples, letters, DTYPES[precision])
+        received = of_waves()
+        excited = of_waves(magnetic.ALPHA) if combined else received
         for i, (receive, transmit) in enumerate(polarizations):
-            amplitude = _amplitude(matrices, received[receive], excited[transmit], threads)
-            field[i, n] = amplitude[place] * (sign if receive != transmit else 1)
+            amplitude = _amplitude(matrices, received[receive], excited[transmit], samples, receive, transmit, threads)
+            field[i, n] = amplitude * np.exp(1j * k * path)
         right = excited[polarizations[0][1]]
         residual[n] = max(probe.residual(m, b, threads) for probe, m, b in zip(probes, matrices, right, strict=True))
         clock.lap("directions")
@@ -100,15 +103,27 @@ def solve(
             )
         progress(n, "done", 1.0)
 
-    shape = (len(polarizations), len(frequencies), len(elevation), len(azimuth))
-    return Solution(field.reshape(shape), residual, seconds, unknowns)
+    return Solution(field, residual, seconds, unknowns)
 
 
-def _amplitude(matrices, receive, transmit, threads):
-    """f = -V_p^T z^-1 V_q over all parities, (D,)."""
+def _excitations(surface, bases, k, samples, letters, dtype, alpha=1.0):
+    """`excitation` by each polarization from all sampled directions."""
+    return {x: excitation(surface, bases, k, samples.u, samples.polarizations[x], dtype, alpha) for x in letters}
+
+
+def _amplitude(matrices, received, excited, samples, receive, transmit, threads):
+    """f = -V_p^T z^-1 V_q over all parities, (E, A)."""
+    total = 0
+    for parity, (matrix, left, right) in enumerate(zip(matrices, received, excited, strict=True)):
+        between = matrix.between(left, right, samples.rings, threads)
+        total = total + np.stack(
+            [
+                np.einsum("ai,ij,aj->a", weights[receive][parity], ring, weights[transmit][parity], optimize=True)
+                for weights, ring in zip(samples.weights, between, strict=True)
+            ]
+        )
     # F = sum over the group of chi(g) g h makes a parity's matrix |G| times the one that is stored.
-    parts = [m.quadratic(p, q, threads) for m, p, q in zip(matrices, receive, transmit, strict=True)]
-    return -sum(parts) / len(matrices)
+    return -total / len(matrices)
 
 
 def _one_of(progress, n, p, count, done):

@@ -1,0 +1,95 @@
+"""Sweeps that follow from fewer directions than they have."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from test_magnetic import outward
+from test_solve import octasphere
+
+from scattering import sampling
+from scattering.basis import fundamental_domain, rwg
+from scattering.farfield import excitation
+from scattering.solve import solve
+
+K = 2 * np.pi  # wavelength 1 m
+ELEVATION, AZIMUTH = np.array([-30.0, 0.0, 25.0, 90.0]), np.arange(0.0, 360.0, 2.0)
+PLANES = [[], ["xz"], ["yz"], ["xz", "yz"]]
+
+
+@pytest.fixture(scope="module")
+def ellipsoid():
+    return outward(*octasphere(9, [0.7, 0.35, 0.4]))
+
+
+@pytest.mark.parametrize("symmetry", PLANES)
+@pytest.mark.parametrize("dtype", [np.complex64, np.complex128])
+def test_excitation_follows_from_the_samples(ellipsoid, symmetry, dtype):
+    surface = fundamental_domain(*ellipsoid, symmetry)
+    bases = [rwg(surface, parity) for parity in surface.parities]
+    samples = sampling.sample(surface, K, ELEVATION, AZIMUTH, dtype)
+    assert len(samples.u) < 0.5 * len(ELEVATION) * len(AZIMUTH) / 2 ** len(symmetry)
+    u, *waves = (x.reshape(-1, 3) for x in sampling.directions(ELEVATION, AZIMUTH))
+    for letter, wave in zip("VH", waves, strict=True):
+        few = excitation(surface, bases, K, samples.u, samples.polarizations[letter], dtype)
+        whole = excitation(surface, bases, K, u, wave, dtype)
+        for parity, (a, b) in enumerate(zip(few, whole, strict=True)):
+            rings = zip(samples.rings, samples.weights, strict=True)
+            follows = np.concatenate([a[:, ring] @ weights[letter][parity].T for ring, weights in rings], 1)
+            # The excitation itself is a power series over each triangle, good to 1e-5 at ten edges a wavelength.
+            assert np.abs(follows - b).max() < 1e-5 * np.abs(whole[0]).max()
+
+
+@pytest.mark.parametrize(("count", "bound"), [(10, 1e-6), (40, 1e-13)])
+def test_samples_hold_a_plane_wave(count, bound):
+    """Of a point at radius rho, whose excitation has a closed form, in both precisions."""
+    rho, phi = count / (2 * np.pi), 0.3
+    number = sampling._samples(K * rho, bound)
+
+    def wave(azimuth):
+        az = np.radians(azimuth)
+        return np.cos(az) * np.exp(1j * K * rho * np.cos(az - phi))
+
+    follows = sampling._periodic(AZIMUTH, number) @ wave(np.arange(number) * 360 / number)
+    assert np.abs(follows - wave(AZIMUTH)).max() < 10 * bound
+    fewer = 2 * count
+    follows = sampling._periodic(AZIMUTH, fewer) @ wave(np.arange(fewer) * 360 / fewer)
+    assert np.abs(follows - wave(AZIMUTH)).max() > 1e-2
+
+
+@pytest.mark.parametrize("symmetry", PLANES)
+def test_sampled_sweep_equals_the_direct_one(ellipsoid, symmetry, monkeypatch):
+    letters = ["VV", "HH", "HV", "VH"]
+    sampled = solve(*ellipsoid, [299792458.0], ELEVATION, AZIMUTH, letters, symmetry).field
+    monkeypatch.setattr(sampling, "_samples", lambda x, tolerance: 1000)
+    direct = solve(*ellipsoid, [299792458.0], ELEVATION, AZIMUTH, letters, symmetry).field
+    assert np.abs(sampled - direct).max() < 1e-5 * np.abs(direct).max()
+    assert np.abs(direct[2]).max() > 0.01 * np.abs(direct).max()
+
+
+def test_sampled_sweep_of_the_combined_equation_equals_the_direct_one(ellipsoid, monkeypatch):
+    settings = {"symmetry": ["xz"], "formulation": "cfie", "polarizations": ["VV", "HV"]}
+    sampled = solve(*ellipsoid, [299792458.0], ELEVATION, AZIMUTH, **settings).field
+    monkeypatch.setattr(sampling, "_samples", lambda x, tolerance: 1000)
+    direct = solve(*ellipsoid, [299792458.0], ELEVATION, AZIMUTH, **settings).field
+    assert np.abs(sampled - direct).max() < 1e-5 * np.abs(direct).max()
+
+
+def test_a_target_far_from_the_origin_needs_no_more_samples(ellipsoid):
+    counts = []
+    for shift in ([0.0, 0.0, 0.0], [20.0, 0.0, 5.0]):
+        surface = fundamental_domain(ellipsoid[0] + shift, ellipsoid[1], ["xz"])
+        axis = sampling.axis_of(surface)
+        assert np.allclose(axis, [shift[0], 0, 0])
+        counts.append(
+            len(sampling.sample(replace(surface, vertices=surface.vertices - axis), K, [0.0], AZIMUTH, np.complex64).u)
+        )
+    assert counts[0] == counts[1] < 40
+
+
+@pytest.mark.parametrize("symmetry", PLANES)
+def test_few_azimuths_are_taken_as_they_are(ellipsoid, symmetry):
+    surface = fundamental_domain(*ellipsoid, symmetry)
+    samples = sampling.sample(surface, K, [10.0], [0.0, 60.0, 300.0, 120.0, 360.0], np.complex64)
+    assert len(samples.u) == {(): 4, ("xz",): 3, ("yz",): 3, ("xz", "yz"): 2}[tuple(symmetry)]
+    assert set(np.unique(samples.weights[0]["H"])) <= {-1.0, 0.0, 1.0}

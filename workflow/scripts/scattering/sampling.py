@@ -1,0 +1,116 @@
+"""Directions to the radar, and the fewer ones from which a sweep over azimuth follows.
+
+    u = (cos el cos az, cos el sin az, sin el),   V = du/del,   H = (-sin az, cos az, 0)
+
+On a ring of constant elevation the excitation of a function at cylindrical radius rho is exp(j x cos(az - phi)), with
+x = k rho cos(el), times an entry of V or H. By Jacobi and Anger its Fourier coefficients of order m are Bessel
+functions J_m(x), which vanish beyond m = x (Bucci, Franceschetti, IEEE Trans. AP-35, 1987, bound the field's degrees of
+freedom so). The excitation at a few equally spaced azimuths therefore holds that at all azimuths, to rounding; so does
+the matrix between the few, V_i^T z^-1 V_j, hold the amplitude, V(az)^T z^-1 V(az), at all azimuths.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import jv
+
+TOLERANCE = {np.dtype(np.complex64): 1e-6, np.dtype(np.complex128): 1e-13}  # of the excitation's largest value
+
+
+@dataclass(frozen=True)
+class Samples:
+    """The sampled directions, ring by ring, and how the excitation at all azimuths follows from them.
+
+    u: (K, 3) directions to the radar; polarizations: V and H, (K, 3) each; rings: for each elevation its slice of K
+    weights: for each elevation a mapping of V and H to (G, A, k): for each parity, from the ring's k samples to all
+    azimuths
+    """
+
+    u: np.ndarray
+    polarizations: dict
+    rings: list
+    weights: list
+
+
+def directions(elevation, azimuth):
+    """Unit vectors towards the radar and its polarizations on a grid of angles in degrees.
+
+    elevation: (E,), azimuth: (A,). Returns u, V, H, each (E, A, 3).
+    """
+    el, az = np.deg2rad(elevation)[:, None], np.deg2rad(azimuth)[None, :]
+    zero = np.zeros(np.broadcast_shapes(el.shape, az.shape))
+    u = np.stack([np.cos(el) * np.cos(az), np.cos(el) * np.sin(az), np.sin(el) + zero], -1)
+    v = np.stack([-np.sin(el) * np.cos(az), -np.sin(el) * np.sin(az), np.cos(el) + zero], -1)
+    h = np.stack([-np.sin(az) + zero, np.cos(az) + zero, zero], -1)
+    return u, v, h
+
+
+def sample(surface, wavenumber, elevation, azimuth, dtype):
+    """The Samples of a sweep: on each ring equally spaced azimuths or the given ones, whichever are fewer.
+
+    surface: Surface, about the z axis (see `axis_of`); wavenumber: rad/m; elevation: (E,), azimuth: (A,) degrees;
+    dtype: complex64 or complex128, to the rounding of which the weights are exact. Directions that are mirror images
+    of each other are sampled once.
+    """
+    radius = np.linalg.norm(surface.vertices[..., :2], axis=-1).max()
+    given = _fold(surface, azimuth)
+    waves, rings, weights, end = [], [], [], 0
+    for angle in elevation:
+        count = _samples(wavenumber * radius * np.cos(np.deg2rad(angle)), TOLERANCE[np.dtype(dtype)])
+        spaced = _fold(surface, np.arange(count) * 360 / count)
+        fewer = len(spaced[0]) < len(given[0])
+        sampled, folds = spaced if fewer else given
+        unfolded = _periodic(azimuth, count) if fewer else np.eye(len(azimuth))
+        waves.append(np.stack([x[0] for x in directions([angle], sampled)]))
+        rings.append(slice(end, end + len(sampled)))
+        weights.append({letter: unfolded @ fold for letter, fold in folds.items()})
+        end += len(sampled)
+    u, v, h = np.concatenate(waves, 1)
+    return Samples(u, {"V": v, "H": h}, rings, weights)
+
+
+def axis_of(surface):
+    """The point (3,) in m, of height 0 and in the mirror planes, about which a Surface is to be sampled."""
+    corners = surface.vertices.reshape(-1, 3)
+    middle = (corners.min(0) + corners.max(0)) / 2
+    middle[[*surface.axes, 2]] = 0
+    return middle
+
+
+def _samples(x, tolerance):
+    """Even number of azimuths that hold an excitation of argument x to `tolerance`."""
+    orders = np.arange(int(x + 20 * np.cbrt(x) + 40))
+    beyond = 2 * np.cumsum(np.abs(jv(orders, x))[::-1])[::-1]
+    # One order more for the polarization's own cosine and sine, and the highest is shared between +n/2 and -n/2.
+    return 2 * (int(orders[beyond < tolerance][0]) + 2)
+
+
+def _periodic(azimuth, count):
+    """(A, count) weights of trigonometric interpolation from `count` (even) equally spaced azimuths; degrees."""
+    x = np.deg2rad(np.asarray(azimuth)[:, None] - np.arange(count) * 360 / count)
+    there = np.abs(np.sin(x / 2)) < 1e-12
+    sine = np.where(there, 1, np.sin(x / 2))
+    return np.where(there, 1, np.sin(count * x / 2) * np.cos(x / 2) / (count * sine))
+
+
+def _fold(surface, azimuth):
+    """Azimuths (K,) in degrees that are not mirror images of each other, and the way back to all.
+
+    The way is a (G, A, K) of signs for V and for H: the functions of a parity take their character from direction to
+    image. A reflection in the plane xz or yz maps V to V and H to -H.
+    """
+    angle = np.deg2rad(azimuth)
+    points = np.stack([np.cos(angle), np.sin(angle), np.zeros(len(angle))], 1)
+    base = points.copy()
+    base[:, surface.axes] = np.abs(base[:, surface.axes])
+    _, first, place = np.unique(np.round(base, 9), axis=0, return_index=True, return_inverse=True)
+    reflections = surface.reflections
+    # The first that fits: a direction in a mirror plane is its own image.
+    image = (np.abs(reflections[:, None] * base - points) < 1e-9).all(2).argmax(0)
+    folds = {letter: np.zeros((len(reflections), len(points), len(first))) for letter in "VH"}
+    turned = np.prod(reflections, 1)[image]
+    for parity, character in enumerate(surface.parities):
+        folds["V"][parity, np.arange(len(points)), place.reshape(-1)] = character[image]
+        folds["H"][parity, np.arange(len(points)), place.reshape(-1)] = character[image] * turned
+    base = base[first]
+    return np.rad2deg(np.arctan2(base[:, 1], base[:, 0])), folds
