@@ -190,3 +190,24 @@ def test_solution_that_fails_is_an_error(ellipsoid):
     # A thousandth of a wavelength: the EFIE's matrix is beyond single precision.
     with pytest.raises(InputError, match="residual"):
         solve(ellipsoid[0] / 1000, ellipsoid[1], [FREQUENCY], [0.0], [0.0])
+
+
+def test_large_residual_is_refined(ellipsoid):
+    # A sixtieth of a wavelength: single precision leaves a residual of 2e-3, and 3e-4 of the field.
+    small = ellipsoid[0] / 30, ellipsoid[1]
+    double = solve(*small, [FREQUENCY], ELEVATION, AZIMUTH, ["VV", "HV"], precision="double")
+    single = solve(*small, [FREQUENCY], ELEVATION, AZIMUTH, ["VV", "HV"])
+    assert single.residual[0] < 3e-4
+    assert np.abs(single.field - double.field).max() < 3e-5 * np.abs(double.field).max()
+
+
+@pytest.mark.parametrize("settings", [{"symmetry": ["xz"]}, {"symmetry": ["xz"], "formulation": "cfie"}])
+def test_refined_solution_is_that_of_double_precision(ellipsoid, settings, monkeypatch):
+    if "formulation" in settings:
+        inward = np.linalg.det(ellipsoid[0][ellipsoid[1]]) < 0
+        ellipsoid = ellipsoid[0], np.where(inward[:, None], ellipsoid[1][:, ::-1], ellipsoid[1])
+    waves = ["VV", "HH", "HV"]
+    double = solve(*ellipsoid, [FREQUENCY], ELEVATION, AZIMUTH, waves, precision="double", **settings)
+    monkeypatch.setattr("scattering.solve.MAX_RESIDUAL", 1e-6)
+    refined = solve(*ellipsoid, [FREQUENCY], ELEVATION, AZIMUTH, waves, **settings)
+    assert np.abs(refined.field - double.field).max() < 3e-7 * np.abs(double.field).max()

@@ -14,6 +14,7 @@ from itertools import pairwise, product
 
 import numpy as np
 import threadpoolctl
+from scipy import sparse
 
 BLOCK = 256  # columns of a block: few, because work on diagonal blocks is not halved; enough for products at full speed
 RUN = 512  # rows of a task
@@ -192,6 +193,25 @@ class GeneralMatrix:
     def _below(self):
         """L below each diagonal block."""
         return [column[b:] for (_, b), column in zip(self.spans, self.columns, strict=True)]
+
+
+class Product:
+    """A x, collected in double precision from what `put` and `add` give of A; of A nothing is kept."""
+
+    def __init__(self, x, symmetric):
+        self.x, self.symmetric = x, symmetric
+        self.result = np.zeros(x.shape, np.complex128)
+
+    def put(self, row, col, block):
+        """Take a dense block whose upper left corner is (row, col); for a symmetric matrix its mirror image too."""
+        rows, cols = slice(row, row + block.shape[0]), slice(col, col + block.shape[1])
+        self.result[rows] += block @ self.x[cols]
+        if self.symmetric and row > col:
+            self.result[cols] += block.T @ self.x[rows]
+
+    def add(self, rows, cols, values):
+        """Take entries, given with both triangles."""
+        self.result += sparse.csr_array((values, (rows, cols)), 2 * (len(self.x),)) @ self.x
 
 
 class _Pool(ThreadPoolExecutor):

@@ -1,8 +1,9 @@
 """Plane-wave excitation of the RWG functions and the scattered far field.
 
-Time convention exp(+j omega t), phase referred to the origin. The radar stands in direction
-u, its polarizations are V and H (see `sampling`). A unit plane wave from there is E = p exp(+j k u . r). With V_m = int f_m . E dS and the matrix z of `assembly`, the
-scattering amplitude for receiving p and transmitting q is (reciprocity; Harrington 1968, sec. 7-3)
+Time convention exp(+j omega t), phase referred to the origin. The radar stands in direction u, its polarizations are
+V and H (see `sampling`). A unit plane wave from there is E = p exp(+j k u . r). With V_m = int f_m . E dS and the
+matrix z of `assembly`, the scattering amplitude for receiving p and transmitting q is (reciprocity; Harrington 1968,
+sec. 7-3)
 
     f_pq = -V_p^T z^-1 V_q   (m),   E_s = f exp(-j k r) / r,   RCS = 4 pi |f|^2.
 

@@ -11,12 +11,12 @@ from common.radar import C0
 from scattering import magnetic, nearfield
 from scattering.assembly import assemble
 from scattering.basis import fundamental_domain, rwg
-from scattering.factorization import GeneralMatrix, SymmetricMatrix
+from scattering.factorization import GeneralMatrix, Product, SymmetricMatrix
 from scattering.farfield import excitation
 from scattering.sampling import axis_of, directions, sample
 
 DTYPES = {"single": np.complex64, "double": np.complex128}
-MAX_RESIDUAL = 1e-3
+MAX_RESIDUAL = 1e-3  # above it the solution is refined once, and refused if that does not help
 PARTS = ("assembly", "factorization", "directions")
 PROBED_ROWS, PROBED_DIRECTIONS = 128, 4  # where the residual is measured
 
@@ -62,7 +62,7 @@ def solve(
     if unknowns == 0:
         raise InputError("the mesh has no inner edge, so there is no current to solve for.")
     near = nearfield.find(surface)
-    combined = formulation == "cfie"
+    combined, dtype = formulation == "cfie", DTYPES[precision]
     kind = GeneralMatrix if combined else SymmetricMatrix
     magnetic_near = magnetic.static_moments(surface, near.pairs) if combined else None
 
@@ -78,22 +78,20 @@ def solve(
     for n, frequency in enumerate(frequencies):
         k = 2 * np.pi * frequency / C0
         clock = _Clock(seconds, n)
-        matrices = [kind(len(basis), DTYPES[precision]) for basis in bases]
-        assemble(surface, bases, k, near, matrices, DTYPES[precision], partial(progress, n, "assembly"), magnetic_near)
-        probes = [_Probe(matrix) for matrix in matrices]
+        fill = partial(assemble, surface, bases, k, near, magnetic_near=magnetic_near)
+        system = _System([kind(len(basis), dtype) for basis in bases], fill, threads)
+        system.assemble(partial(progress, n, "assembly"))
         clock.lap("assembly")
-        for p, matrix in enumerate(matrices):
-            matrix.factorize(threads, partial(_one_of, progress, n, p, len(matrices)))
+        system.factorize(partial(progress, n, "factorization"))
         clock.lap("factorization")
-        samples = sample(centred, k, elevation, azimuth, DTYPES[precision])
-        of_waves = partial(_excitations, centred, bases, k, samples, letters, DTYPES[precision])
+        samples = sample(centred, k, elevation, azimuth, dtype)
+        of_waves = partial(_excitations, centred, bases, k, samples, letters, dtype)
         received = of_waves()
         excited = of_waves(magnetic.ALPHA) if combined else received
+        between, residual[n] = system.between(received, excited, polarizations, samples.rings)
         for i, (receive, transmit) in enumerate(polarizations):
-            amplitude = _amplitude(matrices, received[receive], excited[transmit], samples, receive, transmit, threads)
+            amplitude = _amplitude(between[receive + transmit], samples, receive, transmit)
             field[i, n] = amplitude * np.exp(1j * k * path)
-        right = excited[polarizations[0][1]]
-        residual[n] = max(probe.residual(m, b, threads) for probe, m, b in zip(probes, matrices, right, strict=True))
         clock.lap("directions")
         # Written so that a NaN fails too.
         if not residual[n] <= MAX_RESIDUAL:
@@ -111,23 +109,81 @@ def _excitations(surface, bases, k, samples, letters, dtype, alpha=1.0):
     return {x: excitation(surface, bases, k, samples.u, samples.polarizations[x], dtype, alpha) for x in letters}
 
 
-def _amplitude(matrices, received, excited, samples, receive, transmit, threads):
-    """f = -V_p^T z^-1 V_q over all parities, (E, A)."""
-    total = 0
-    for parity, (matrix, left, right) in enumerate(zip(matrices, received, excited, strict=True)):
-        between = matrix.between(left, right, samples.rings, threads)
-        total = total + np.stack(
+def _amplitude(between, samples, receive, transmit):
+    """f = -V_p^T z^-1 V_q, (E, A), from that between the samples of each ring, for each parity."""
+    total = sum(
+        np.stack(
             [
                 np.einsum("ai,ij,aj->a", weights[receive][parity], ring, weights[transmit][parity], optimize=True)
-                for weights, ring in zip(samples.weights, between, strict=True)
+                for weights, ring in zip(samples.weights, rings, strict=True)
             ]
         )
+        for parity, rings in enumerate(between)
+    )
     # F = sum over the group of chi(g) g h makes a parity's matrix |G| times the one that is stored.
-    return -total / len(matrices)
+    return -total / len(between)
 
 
-def _one_of(progress, n, p, count, done):
-    progress(n, "factorization", (p + done) / count)
+class _System:
+    """The matrices of all parities at one frequency.
+
+    fill(matrices, dtype, progress) writes the entries into them, or into whatever else takes tiles and entries.
+    """
+
+    def __init__(self, matrices, fill, threads):
+        self.matrices, self.fill, self.threads = matrices, fill, threads
+
+    def assemble(self, progress):
+        self.fill(self.matrices, self.matrices[0].dtype, progress)
+        self.probes = [_Probe(matrix) for matrix in self.matrices]
+
+    def factorize(self, progress):
+        for p, matrix in enumerate(self.matrices):
+            matrix.factorize(self.threads, lambda done, p=p: progress((p + done) / len(self.matrices)))
+
+    def between(self, received, excited, polarizations, rings):
+        """V_p^T z^-1 V_q between the samples of each ring, for each polarization and parity; and the residual.
+
+        received, excited: for each letter a list over parities of (N, K)
+        """
+        first = excited[polarizations[0][1]]
+        # A handful of columns will do, because these are substituted once more.
+        some = slice(None, None, -(-first[0].shape[1] // PROBED_DIRECTIONS))
+        few = [waves[:, some] for waves in first]
+        residual = self._residual(few, self._solve(few))
+        if residual <= MAX_RESIDUAL or np.isnan(residual):
+            return {
+                receive + transmit: [
+                    matrix.between(left, right, rings, self.threads)
+                    for matrix, left, right in zip(self.matrices, received[receive], excited[transmit], strict=True)
+                ]
+                for receive, transmit in polarizations
+            }, residual
+        currents = {letter: self._refined(waves) for letter, waves in excited.items()}
+        return {
+            receive + transmit: [
+                [left[:, ring].T @ right[:, ring] for ring in rings]
+                for left, right in zip(received[receive], currents[transmit], strict=True)
+            ]
+            for receive, transmit in polarizations
+        }, self._residual(first, currents[polarizations[0][1]])
+
+    def _solve(self, right):
+        return [matrix.solve(b, self.threads) for matrix, b in zip(self.matrices, right, strict=True)]
+
+    def _refined(self, right):
+        """Currents after one step of iterative refinement with a matrix of double precision (Golub, Van Loan, 3.5.3).
+
+        The matrix is assembled anew, tile by tile, because its factors have taken its place.
+        """
+        currents = self._solve(right)
+        products = [Product(x, isinstance(m, SymmetricMatrix)) for x, m in zip(currents, self.matrices, strict=True)]
+        self.fill(products, np.complex128)
+        corrections = self._solve([b - p.result for b, p in zip(right, products, strict=True)])
+        return [x.astype(np.complex128) + dx for x, dx in zip(currents, corrections, strict=True)]
+
+    def _residual(self, right, currents):
+        return max(probe.residual(b, x) for probe, b, x in zip(self.probes, right, currents, strict=True))
 
 
 class _Clock:
@@ -149,11 +205,10 @@ class _Probe:
         self.numbers = np.unique(np.linspace(0, matrix.size - 1, min(PROBED_ROWS, matrix.size)).astype(int))
         self.rows = matrix.rows(self.numbers)
 
-    def residual(self, matrix, right, threads):
-        """|A x - b| / |b| over the kept rows, the largest over some columns of `right`."""
-        right = right[:, :: -(-right.shape[1] // PROBED_DIRECTIONS)]
-        difference = self.rows @ matrix.solve(right, threads) - right[self.numbers]
-        scale = np.linalg.norm(right, axis=0) * np.sqrt(len(self.numbers) / max(matrix.size, 1))
+    def residual(self, right, solution):
+        """|A x - b| / |b| over the kept rows, the largest over the columns of b = right and x = solution, (N, D)."""
+        difference = self.rows @ solution - right[self.numbers]
+        scale = np.linalg.norm(right, axis=0) * np.sqrt(len(self.numbers) / max(len(right), 1))
         # A parity that a direction does not excite has nothing to compare with.
         excited = scale > 1e-6 * scale.max(initial=0)
         return float((np.linalg.norm(difference, axis=0)[excited] / scale[excited]).max(initial=0.0))
