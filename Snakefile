@@ -6,9 +6,9 @@ include: "workflow/rules/common.smk"
 
 # Only what the config names: any other artefact is one that no rule makes.
 wildcard_constraints:
-    target="|".join(TARGETS),
+    target=one_of(TARGETS),
     band="[0-9]+",
-    experiment="|".join(config["learning"]["experiments"]) or "none",
+    experiment=one_of(config["learning"]["experiments"]),
     model="[a-z0-9_]+",
     snr="|".join(map(re.escape, SNRS)),
 

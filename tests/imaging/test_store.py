@@ -41,6 +41,8 @@ def test_layout(store):
 def test_the_job_warns_of_a_target_that_folds_over(store, capsys):
     clean(store)
     assert "Warning" not in capsys.readouterr().out
+    make_clean(store.path, None, store.folder / "clean.zarr", store.imaging)
+    assert "no mesh: whether it fits" in capsys.readouterr().out
     store.mesh.write_text('{"source": {"box": [0.2, 0.6, 0.1]}}')
     clean(store)
     (warning,) = (line for line in capsys.readouterr().out.splitlines() if "Warning" in line)

@@ -43,7 +43,8 @@ def make(folder, settings):
     frequency = sweep.frequencies(settings["radar"])
     elevation, azimuth = sweep.elevations(settings["aspect"]), sweep.azimuths(settings["aspect"])
     for name in settings["targets"]:
-        _mesh(folder / "mesh", name, settings)
+        if "mesh" in settings["targets"][name]:
+            _mesh(folder / "mesh", name, settings)
         _scattering(folder / "scattering" / f"{name}.zarr", name, settings, frequency, elevation, azimuth)
         if len(frequency) > 1:
             _images(folder / "imaging" / name, settings, elevation, azimuth)
@@ -106,6 +107,11 @@ def _scattering(path, name, settings, frequency, elevation, azimuth):
     polarizations = settings["radar"]["polarizations"]
     field = np.stack([field * (1 + 0.5 * index) for index in range(len(polarizations))]).astype(np.complex64)
     axes = ("polarization", "frequency", "elevation", "azimuth")
+    origin = settings["targets"][name].get("field")
+    attrs = {"formulation": "external", "origin": {origin: "0123456789abcdef"}, "unknowns": None, "residual": None}
+    if origin is None:
+        residual = [1e-6 * (n + 1) for n in range(len(frequency))]
+        attrs = {"formulation": "efie", "unknowns": [792] * len(frequency), "residual": residual}
     xr.Dataset(
         {
             "field": (axes, field, {"units": "m", "long_name": "scattering amplitude"}),
@@ -116,11 +122,7 @@ def _scattering(path, name, settings, frequency, elevation, azimuth):
             "elevation": _coordinate("elevation", elevation, "degrees"),
             "azimuth": _coordinate("azimuth", azimuth, "degrees"),
         },
-        {
-            "formulation": "efie",
-            "unknowns": [792] * len(frequency),
-            "residual": [1e-6 * (n + 1) for n in range(len(frequency))],
-        },
+        attrs,
     ).to_zarr(path, zarr_format=2)
 
 

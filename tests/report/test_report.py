@@ -171,6 +171,32 @@ def test_one_frequency_shows_meshes_and_rcs_only(tmp_path):
     assert set(rcs["polarization"]) == {"VV", "HH"}
 
 
+@pytest.mark.parametrize("given", [["ufo"], ["drone", "missile", "ufo"]])
+def test_targets_given_by_their_field_have_no_mesh(tmp_path, given):
+    settings = copy.deepcopy(fake.SETTINGS)
+    settings["learning"]["experiments"] = {}
+    for name in given:
+        settings["targets"][name] = {"role": settings["targets"][name]["role"], "field": f"<{name}>.ffe"}
+    report = write(tmp_path / "fake", settings)
+    page = check_whole(report)
+    meshed = {"drone", "missile", "ufo"}.difference(given)
+    assert f"No mesh: {', '.join(given)}, given by the field alone." in page.words
+    assert ("Each target has one mesh per frequency band" in page.words) == bool(meshed)
+    assert ("The method of moments gives" in page.words) == bool(meshed)
+    for name in given:
+        assert f"field of {name} was not solved here; it comes from <{name}>.ffe (SHA-256 0123456789ab…)" in page.words
+    figures = {attrs["id"] for attrs in page.attributes("figure")}
+    assert {name for name in figures if name.startswith("figure-mesh_")} == {
+        f"figure-{kind}_{name}" for kind in ("mesh", "mesh_bands") for name in meshed
+    }
+    assert {f"figure-rcs_{name}" for name in settings["targets"]} <= figures
+    tables = [pd.read_csv(report / f"tables/{name}.csv").set_index("target") for name in ("targets", "scattering")]
+    for name in settings["targets"]:
+        assert np.isnan(tables[0].loc[name, "unknowns"]) == (name in given)
+        assert np.isnan(tables[1].loc[name, "residual_max"]) == (name in given)
+    assert (report / "tables/meshes.csv").exists() == bool(meshed)
+
+
 @pytest.mark.parametrize(
     ("aspect", "across"),
     [

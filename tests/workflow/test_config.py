@@ -117,6 +117,53 @@ BAD = {
 }
 
 
+BAD_FIELDS = {
+    "both": ({"mesh": "resources/cad/drone.stl", "field": "a.ffe"}, "targets.a.field", "either a 'mesh'"),
+    **{
+        key: ({"field": "a.ffe", key: value}, f"targets.a.{key}", "leave it out")
+        for key, value in {
+            "unit": "mm",
+            "rotate": [0, 0, 90],
+            "length": 1,
+            "symmetry": ["xz"],
+            "formulation": "cfie",
+        }.items()
+    },
+    "misspelt": ({"feild": "a.ffe"}, "targets.a.feild", "did you mean 'field'"),
+    "number": ({"field": 5}, "targets.a.field", "instead of mesh"),
+    "polarization": ({"field": {"VV": "a.ffe"}}, "targets.a.field", "each incident polarization"),
+    "empty list": ({"field": []}, "targets.a.field", "one or more"),
+    "missing file": ({"field": "no/such.ffe"}, "targets.a.field", "no file no/such.ffe"),
+    "missing store": ({"field": "no/such.zarr"}, "targets.a.field", "no store no/such.zarr"),
+    "another file": ({"field": "README.md"}, "targets.a.field", ".ffe, .zarr"),
+    "list of stores": ({"field": ["a.zarr", "b.zarr"]}, "targets.a.field", "named alone"),
+    "not transmitted": ({"field": {"H": "here.ffe"}}, "targets.a.field", "incident waves in V"),
+    "own results": ({"field": "results/mine/scattering/a.zarr"}, "targets.a.field", "copy it elsewhere"),
+}
+
+
+@pytest.mark.parametrize("case", BAD_FIELDS)
+def test_bad_field_is_refused_with_its_key(case, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "here.ffe").touch()
+    (tmp_path / "README.md").touch()
+    (tmp_path / "results/mine/scattering/a.zarr").mkdir(parents=True)
+    target, key, hint = BAD_FIELDS[case]
+    with pytest.raises(InputError) as caught:
+        load({"name": "mine", "targets": {"a": {**target, "role": "other"}}, "learning": {"experiments": {}}})
+    assert f"'{key}'" in str(caught.value)
+    assert hint in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("field", ["here.ffe", ["here.ffe"], {"V": "here.ffe"}, {"V": ["here.ffe"], "H": "here.ffe"}])
+def test_a_target_may_be_a_field(field, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "here.ffe").touch()
+    targets = {"a": {"field": field, "role": "other"}}
+    assert load({"targets": targets, "learning": {"experiments": {}}})["targets"] == targets
+
+
 @pytest.mark.parametrize("case", BAD)
 def test_bad_config_is_refused_with_its_key(case):
     overlay, key, hint = BAD[case]

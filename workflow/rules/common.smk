@@ -18,6 +18,7 @@ from common.config import load, section
 from common.errors import InputError
 from common.radar import images_are_made
 from report.selection import noise_snrs, noise_target
+from scattering import origin
 from scattering.plan import planned_megabytes
 
 try:
@@ -30,6 +31,9 @@ lock.release_stale()
 RESULTS = f"results/{config['name']}"
 BEFORE_JOBS = ("check.py", "config.py", "lock.py")  # run with this file, never in a job
 TARGETS = list(config["targets"])
+# A target is a mesh, which is solved, or a field from elsewhere.
+MESHED = [target for target in TARGETS if "mesh" in config["targets"][target]]
+GIVEN = [target for target in TARGETS if target not in MESHED]
 BANDS = range(config["mesh"]["bands"])
 SNRS = [sweep.snr_label(snr) for snr in config["noise"]["snr_db"]]
 
@@ -42,6 +46,11 @@ def code(*stages):
         for module in sorted(os.listdir(os.path.join(SCRIPTS, stage)))
         if module.endswith((".py", ".html", ".css", ".js")) and module not in BEFORE_JOBS
     ]
+
+
+def one_of(names):
+    """A wildcard's constraint to these names; to nothing if there are none."""
+    return "|".join(names) or "(?!)"
 
 
 def symmetry(target):

@@ -1,12 +1,12 @@
 # imaging: a field over frequency and azimuth becomes ISAR images, clean and at every SNR.
-# takes: scattering/<target>.zarr, mesh/<target>.json
+# takes: scattering/<target>.zarr, mesh/<target>.json (of a target that is a mesh)
 # makes: imaging/<target>/clean.zarr, imaging/<target>/snr_<n>dB.zarr
 
 
 rule image:
     input:
         field=f"{RESULTS}/scattering/{{target}}.zarr",
-        mesh=f"{RESULTS}/mesh/{{target}}.json",
+        mesh=lambda w: f"{RESULTS}/mesh/{w.target}.json" if w.target in MESHED else [],
         code=code("imaging"),
     output:
         directory(f"{RESULTS}/imaging/{{target}}/clean.zarr"),

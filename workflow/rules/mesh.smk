@@ -15,6 +15,8 @@ rule mesh:
         f"{RESULTS}/logs/mesh/{{target}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/mesh/{{target}}.tsv"
+    wildcard_constraints:
+        target=one_of(MESHED),
     conda:
         "../../envs/mesh.yaml"
     threads: 1

@@ -4,8 +4,8 @@
 
 rule report:
     input:
-        mesh_figures=expand(f"{RESULTS}/mesh/{{target}}.json", target=TARGETS),
-        meshes=expand(f"{RESULTS}/mesh/{{target}}-{{part}}.ply", target=TARGETS, part=["source", *BANDS]),
+        mesh_figures=expand(f"{RESULTS}/mesh/{{target}}.json", target=MESHED),
+        meshes=expand(f"{RESULTS}/mesh/{{target}}-{{part}}.ply", target=MESHED, part=["source", *BANDS]),
         scattering=expand(f"{RESULTS}/scattering/{{target}}.zarr", target=TARGETS),
         images=images_shown(),
         scores=[f"{RESULTS}/learning/{table}.csv" for table in ("scores", "confusion") if RUNS],

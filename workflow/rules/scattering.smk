@@ -1,5 +1,7 @@
 # scattering: a target's meshes become its backscatter over frequency and angle, one job for each frequency band.
 # takes: mesh/<target>-<band>.ply        makes: scattering/bands/<target>-<band>.zarr, scattering/<target>.zarr
+# A target that is given by its field has no mesh and no bands.
+# takes: targets.<target>.field          makes: scattering/<target>.zarr
 
 
 rule solve:
@@ -13,6 +15,8 @@ rule solve:
         f"{RESULTS}/logs/scattering/{{target}}-{{band}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/scattering/{{target}}-{{band}}.tsv"
+    wildcard_constraints:
+        target=one_of(MESHED),
     conda:
         "../../envs/scattering.yaml"
     threads: 16
@@ -40,6 +44,8 @@ rule scattering:
         f"{RESULTS}/logs/scattering/{{target}}.log",
     benchmark:
         f"{RESULTS}/benchmarks/scattering/{{target}}.tsv"
+    wildcard_constraints:
+        target=one_of(MESHED),
     conda:
         "../../envs/scattering.yaml"
     threads: 1
@@ -49,3 +55,30 @@ rule scattering:
         "scattering {wildcards.target}: join the bands"
     script:
         "../scripts/scattering/job_scattering.py"
+
+
+rule field:
+    input:
+        files=lambda w: origin.files(config["targets"][w.target]["field"]),
+        code=code("scattering"),
+    output:
+        directory(f"{RESULTS}/scattering/{{target}}.zarr"),
+    log:
+        f"{RESULTS}/logs/scattering/{{target}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/scattering/{{target}}.tsv"
+    wildcard_constraints:
+        target=one_of(GIVEN),
+    # Before the long solves, so that a file that does not fit the sweep stops the run early.
+    priority: 1
+    conda:
+        "../../envs/scattering.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+    params:
+        settings=lambda w: {**section(config, "aspect", "radar"), **section(config["targets"][w.target], "field")},
+    message:
+        "scattering {wildcards.target}: take the field from elsewhere"
+    script:
+        "../scripts/scattering/job_field.py"

@@ -14,8 +14,11 @@ from imaging.formation import wavenumber_grid
 from imaging.geometry import centres
 from learning.split import split
 from mesh import cad_kernel
+from scattering import origin
 
 SCHEMA = Path(__file__).resolve().parents[3] / "config" / "schema.yaml"
+FIELD_FORMATS = (".ffe", ".zarr")
+WHERE = " (paths start at the folder you run snakemake in)"
 MESH_FORMATS = (".stl", ".obj", ".ply", ".off", *cad_kernel.FORMATS)
 TYPES = {
     "object": "a mapping of keys to values",
@@ -36,7 +39,7 @@ def check(config):
         raise InputError(_message(error))
     _check_finite(config)
     _check_sweep(config)
-    _check_targets(config["targets"])
+    _check_targets(config)
     _check_experiments(config)
 
 
@@ -54,6 +57,8 @@ def _message(error):
         missing = next(key for key in error.validator_value if key not in error.instance)
         path = f"{path}.{missing}" if path else missing
         return f"config key '{path}' is missing."
+    if error.validator == "oneOf" and len(error.absolute_path) == 2:
+        return _mesh_or_field(path, error.instance)
     if error.validator in ("oneOf", "not"):
         problem = f"{error.instance!r} is not allowed"
     elif error.validator == "type":
@@ -62,6 +67,17 @@ def _message(error):
         problem = error.message
     rule = error.schema.get("description", "")
     return f"{where}: {problem}." + (f" Expected: {rule}." if rule else "")
+
+
+def _mesh_or_field(path, target):
+    """What is wrong with a target that is not exactly one of a mesh and a field."""
+    either = "a target is either a 'mesh' (a CAD file) or a 'field' (.ffe, .zarr)"
+    if "field" not in target:
+        return f"config key '{path}.mesh' is missing: {either}."
+    if "mesh" in target:
+        return f"config key '{path}.field' stands beside 'mesh': {either}."
+    extra = next(key for key in target if key not in ("field", "role"))
+    return f"config key '{path}.{extra}' says something about a mesh, and this target is a 'field'; leave it out."
 
 
 def _check_finite(value, path=""):
@@ -119,14 +135,17 @@ def _check_steps(key, angles, limit):
         )
 
 
-def _check_targets(targets):
-    for name, target in targets.items():
+def _check_targets(config):
+    for name, target in config["targets"].items():
+        if "field" in target:
+            _check_field(f"config key 'targets.{name}.field'", target["field"], config)
+            continue
         mesh = Path(target["mesh"])
         key = f"config key 'targets.{name}.mesh'"
         if mesh.suffix.lower() not in MESH_FORMATS:
             raise InputError(f"{key}: {mesh} is not one of {', '.join(MESH_FORMATS)}.")
         if not mesh.is_file():
-            raise InputError(f"{key}: there is no file {mesh} (paths start at the folder you run snakemake in).")
+            raise InputError(f"{key}: there is no file {mesh}{WHERE}.")
         if mesh.suffix.lower() in cad_kernel.FORMATS:
             cad_kernel.check_installed(f"{key}: {mesh}")
             if "unit" in target:
@@ -134,6 +153,24 @@ def _check_targets(targets):
                     f"config key 'targets.{name}.unit': {mesh} states its own unit, from which it is converted; "
                     "leave 'unit' out. If the file's is wrong, export it anew."
                 )
+
+
+def _check_field(key, field, config):
+    results = Path("results", config["name"])
+    for path in map(Path, origin.paths(field)):
+        if path.suffix.lower() == ".zarr" and not origin.is_store(field):
+            raise InputError(f"{key}: {path} is a store, which is named alone; it holds all polarizations.")
+        if path.suffix.lower() not in FIELD_FORMATS:
+            raise InputError(f"{key}: {path} is not one of {', '.join(FIELD_FORMATS)}.")
+        if not (path.is_dir() if origin.is_store(field) else path.is_file()):
+            raise InputError(f"{key}: there is no {'store' if origin.is_store(field) else 'file'} {path}{WHERE}.")
+        if path.resolve().is_relative_to(results.resolve()):
+            raise InputError(f"{key}: {path} lies in {results}, where this run writes; copy it elsewhere.")
+    if not origin.is_store(field):
+        try:
+            origin.by_transmission(field, config["radar"]["polarizations"])
+        except InputError as error:
+            raise InputError(f"{key}: {error}") from None
 
 
 def _check_experiments(config):

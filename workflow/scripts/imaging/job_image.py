@@ -2,4 +2,5 @@ from common.job import job
 from imaging.store import make_clean
 
 with job(snakemake):
-    make_clean(snakemake.input.field, snakemake.input.mesh, snakemake.output[0], snakemake.params.settings["imaging"])
+    mesh = snakemake.input.mesh or None
+    make_clean(snakemake.input.field, mesh, snakemake.output[0], snakemake.params.settings["imaging"])

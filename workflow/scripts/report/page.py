@@ -19,7 +19,7 @@ def write_report(folder, settings, page, figures, tables, reference=REFERENCE):
     package versions that the page names.
     """
     results = Results(folder, settings, reference)
-    thumbnails = [section_mesh.thumbnail(name, results.surfaces[name]) for name in results.targets]
+    thumbnails = [section_mesh.thumbnail(name, results.surfaces[name]) for name in results.meshed]
     headline = section_learning.headline(results) if results.learns else None
     overview = section_run.targets_table(results)
     sections = [section_mesh.section(results), section_scattering.section(results)]

@@ -23,19 +23,20 @@ class Results:
     def __init__(self, folder, settings, reference=REFERENCE):
         self.folder, self.settings, self.reference = Path(folder), settings, Path(reference)
         self.targets = target_order(settings["targets"])
+        self.meshed = [name for name in self.targets if "mesh" in settings["targets"][name]]
         self.images_are_made = images_are_made(settings)
         self.learns = self.images_are_made and bool(settings["learning"]["experiments"])
 
     @cached_property
     def meshes(self):
-        """Figures of every target's meshes, by target."""
-        return {name: json.loads((self.folder / "mesh" / f"{name}.json").read_text()) for name in self.targets}
+        """Figures of the meshes, by target that has some."""
+        return {name: json.loads((self.folder / "mesh" / f"{name}.json").read_text()) for name in self.meshed}
 
     @cached_property
     def surfaces(self):
-        """Vertices in m and triangles of every target's finest mesh, by target."""
+        """Vertices in m and triangles of the finest mesh, by target that has one."""
         band = self.settings["mesh"]["bands"] - 1
-        return {name: read_ply(self.folder / "mesh" / f"{name}-{band}.ply") for name in self.targets}
+        return {name: read_ply(self.folder / "mesh" / f"{name}-{band}.ply") for name in self.meshed}
 
     def scattering(self, target):
         """The scattering store of a target, opened lazily."""

@@ -214,17 +214,21 @@ def _change(before, after):
 
 
 def section(results):
-    targets = results.targets
+    meshed = results.meshed
+    text = (
+        "Each target has one mesh per frequency band, with edges sized to the shortest wavelength of the band. "
+        "The pictures show the finest, and the CAD surface beside the bands.",
+    )
+    without = [name for name in results.targets if name not in meshed]
+    if without:
+        text = (*(text if meshed else ()), f"No mesh: {', '.join(without)}, given by the field alone.")
     return Section(
         id="meshes",
         title="Meshes",
-        text=(
-            "Each target has one mesh per frequency band, with edges sized to the shortest wavelength of the band. "
-            "The pictures show the finest, and the CAD surface beside the bands.",
-        ),
+        text=text,
         # The narrow pictures first, two abreast, then the wide ones.
-        figures=tuple(f for pair in zip(*(_figures(name, results) for name in targets), strict=True) for f in pair),
-        tables=(quality_table(targets, results.meshes),),
+        figures=tuple(f for pair in zip(*(_figures(name, results) for name in meshed), strict=True) for f in pair),
+        tables=(quality_table(meshed, results.meshes),) if meshed else (),
     )
 
 

@@ -52,21 +52,23 @@ def targets_table(results):
     """Size, role and unknowns of every target."""
     rows, shown = [], []
     for name in results.targets:
-        size = extent(results.surfaces[name][0])
-        unknowns = [band["unknowns"] for band in results.meshes[name]["bands"]]
+        meshed = name in results.meshed
+        size = extent(results.surfaces[name][0]) if meshed else [None] * 3
+        unknowns = results.meshes[name]["bands"][-1]["unknowns"] if meshed else None
         role = results.settings["targets"][name]["role"]
         rows.append(
-            {"target": name, "role": role, "x_m": size[0], "y_m": size[1], "z_m": size[2], "unknowns": unknowns[-1]}
+            {"target": name, "role": role, "x_m": size[0], "y_m": size[1], "z_m": size[2], "unknowns": unknowns}
         )
         shown.append(
             {
                 "target": name,
                 "role": role,
-                "size x × y × z [m]": " × ".join(f"{length:.2f}" for length in size),
-                "unknowns, finest mesh": f"{unknowns[-1]:,}",
+                "size x × y × z [m]": " × ".join(f"{length:.2f}" for length in size) if meshed else "–",
+                "unknowns, finest mesh": f"{unknowns:,}" if meshed else "–",
             }
         )
-    return Table("targets", pd.DataFrame(shown), pd.DataFrame(rows), "The targets, their sizes and unknowns.")
+    data = pd.DataFrame(rows).astype({"unknowns": "Int64"})
+    return Table("targets", pd.DataFrame(shown), data, "The targets, their sizes and unknowns.")
 
 
 def section(results):

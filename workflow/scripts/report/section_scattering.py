@@ -24,17 +24,25 @@ def section(results):
         figures.append(rcs_figure(name, results.scattering(name), results.images_are_made))
         if results.images_are_made:
             figures.append(profile_figure(name, results.scattering(name)))
+    solved = "The method of moments gives the scattered field for every frequency and direction. "
     return Section(
         id="scattering",
         title="Scattering",
         text=(
-            "The method of moments gives the scattered field for every frequency and direction. "
-            "Radar cross section (RCS) is 4π|f|² of the scattering amplitude f, in decibels over one square metre "
+            (solved if results.meshed else "")
+            + "Radar cross section (RCS) is 4π|f|² of the scattering amplitude f, in decibels over one square metre "
             "(dBsm).",
+            *(_origin(name, results.scattering(name)) for name in targets if name not in results.meshed),
         ),
         figures=tuple(figures),
         tables=(solution_table(targets, results),),
     )
+
+
+def _origin(target, dataset):
+    """Where a field that was not solved here comes from."""
+    files = ", ".join(f"{path} (SHA-256 {digest[:12]}…)" for path, digest in dataset.attrs["origin"].items())
+    return f"The field of {target} was not solved here; it comes from {files}."
 
 
 def rcs_dbsm(field):
@@ -172,13 +180,14 @@ def solution_table(targets, results):
     for name in targets:
         dataset = results.scattering(name)
         level = rcs_dbsm(dataset.field.values)
-        residual = float(np.max(dataset.attrs["residual"]))
-        unknowns = np.unique(dataset.attrs["unknowns"])
+        solved = name in results.meshed
+        residual = float(np.max(dataset.attrs["residual"])) if solved else None
+        unknowns = np.unique(dataset.attrs["unknowns"]) if solved else np.array([])
         row = {
             "target": name,
             "formulation": dataset.attrs["formulation"],
-            "unknowns_min": unknowns.min(),
-            "unknowns_max": unknowns.max(),
+            "unknowns_min": unknowns.min() if solved else None,
+            "unknowns_max": unknowns.max() if solved else None,
             "residual_max": residual,
             "frequencies": dataset.sizes["frequency"],
             "directions": dataset.sizes["elevation"] * dataset.sizes["azimuth"],
@@ -189,8 +198,8 @@ def solution_table(targets, results):
         shown.append(
             {
                 "target": name,
-                "formulation": row["formulation"].upper(),
-                "unknowns": " to ".join(f"{count:,}" for count in unknowns[[0, -1][: len(unknowns)]]),
+                "formulation": row["formulation"].upper() if solved else "external",
+                "unknowns": " to ".join(f"{count:,}" for count in unknowns[[0, -1][: len(unknowns)]]) or "–",
                 "largest residual": number(residual, 2),
                 "frequencies": str(row["frequencies"]),
                 "directions": f"{row['directions']:,}",
@@ -201,7 +210,7 @@ def solution_table(targets, results):
     return Table(
         name="scattering",
         shown=pd.DataFrame(shown),
-        data=pd.DataFrame(rows),
+        data=pd.DataFrame(rows).astype({"unknowns_min": "Int64", "unknowns_max": "Int64"}),
         caption=(
             "The linear systems, one per frequency: unknowns in the lowest and the highest band, and the largest "
             "relative residual. RCS over all frequencies, directions and polarizations."

@@ -1,4 +1,4 @@
-"""From a band's mesh to its part of the field, and from the bands to a target's store."""
+"""From a band's mesh to its part of the field, and from the bands to a target's store. What a store looks like."""
 
 import importlib.metadata
 import os
@@ -64,11 +64,23 @@ def solve_band(mesh_path, store_path, band, band_count, radar, aspect, scatterin
     for n, f in enumerate(frequency):
         parts = ", ".join(f"{part} {seconds[n]:.1f} s" for part, seconds in solution.seconds.items())
         print(f"{f / 1e9:.4f} GHz: {solution.unknowns} unknowns, {parts}, residual {solution.residual[n]:.1e}")
+    attrs = {
+        "formulation": scattering["formulation"],
+        "precision": scattering["precision"],
+        "unknowns": [solution.unknowns] * len(frequency),
+        "residual": solution.residual.tolist(),
+        "versions": versions("jax", "numpy", "scipy"),
+    }
+    write_field(store_path, solution.field.astype(np.complex64), polarizations, frequency, elevation, azimuth, attrs)
+
+
+def write_field(store_path, field, polarizations, frequency, elevation, azimuth, attrs):
+    """Write a scattering store. field: complex64 (polarization, frequency, elevation, azimuth) in m; Hz, degrees."""
     dataset = xr.Dataset(
         {
             "field": (
                 tuple(COORDINATES),
-                solution.field.astype(np.complex64),
+                field,
                 {"units": "m", "long_name": "backscatter amplitude"},
             )
         },
@@ -76,15 +88,7 @@ def solve_band(mesh_path, store_path, band, band_count, radar, aspect, scatterin
             name: (name, values, COORDINATES[name])
             for name, values in zip(COORDINATES, (polarizations, frequency, elevation, azimuth), strict=True)
         },
-        attrs={
-            "convention": CONVENTION,
-            "formulation": scattering["formulation"],
-            "precision": scattering["precision"],
-            "unknowns": [solution.unknowns] * len(frequency),
-            "residual": solution.residual.tolist(),
-            "versions": {"python": platform.python_version()}
-            | {name: importlib.metadata.version(name) for name in ("jax", "numpy", "scipy")},
-        },
+        attrs={"convention": CONVENTION, **attrs},
     )
     _write(dataset, store_path)
 
@@ -96,6 +100,12 @@ def join_bands(band_paths, store_path):
     for name in ("unknowns", "residual"):
         dataset.attrs[name] = [value for part in parts for value in part.attrs[name]]
     _write(dataset, store_path)
+
+
+def versions(*packages):
+    """The versions of Python and of these packages, for a store's attributes."""
+    found = {name: importlib.metadata.version(name) for name in packages}
+    return {"python": platform.python_version()} | found
 
 
 def _keep_compiled():

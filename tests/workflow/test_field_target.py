@@ -1,0 +1,111 @@
+"""Targets that are given by their field: no mesh and no solve, and the rest as ever."""
+
+import json
+import time
+
+import feko
+import numpy as np
+import pytest
+import xarray as xr
+
+from common.config import read_yaml
+from common.radar import azimuths, elevations, frequencies
+
+TINY = ("--configfile", "config/tiny.yaml")
+CONFIG = """
+name: tiny
+targets:
+  pair: {field: fields/pair.ffe, role: known}
+  copy: {field: fields/copy.zarr, role: unknown}
+mesh: {bands: 1}
+radar: {center_frequency: 1.0e+9, bandwidth: 0.2e+9, frequencies: 3}
+aspect: {elevation: {start: 0, stop: 10, step: 10}, azimuth: {start: -20, stop: 20, step: 10}}
+imaging: {aperture: 3}
+noise: {snr_db: [10], realizations: 1}
+learning: {experiments: {}}
+"""
+
+
+@pytest.fixture(scope="module")
+def project(project_of):
+    project = project_of("fields")
+    (project.folder / "fields").mkdir()
+    config = read_yaml(project.folder / project.write("config/tiny.yaml", CONFIG))
+    sweep = frequencies(config["radar"]), elevations(config["aspect"]), azimuths(config["aspect"])
+    project.write("fields/pair.ffe", feko.sweep(*sweep))
+    axes = dict(zip(("frequency", "elevation", "azimuth"), sweep, strict=True))
+    field = feko.amplitudes(*sweep)["VV"].astype(np.complex64)[None]
+    data = xr.Dataset({"field": (("polarization", *axes), field)}, {"polarization": ["VV"], **axes})
+    data.to_zarr(project.folder / "fields/copy.zarr", zarr_format=2)
+    assert project.planned("report", *TINY) == {"field": 2, "image": 2, "noise": 1, "report": 1}
+    finished = project.run("--cores", 2, "report", *TINY)
+    assert finished.returncode == 0, finished.stdout
+    return project
+
+
+@pytest.fixture
+def kept(project):
+    """The project, whose fields and config are put back after the test, as they were and when."""
+    folders = [project.folder / name for name in ("fields", "config")]
+    files = {path: path.read_bytes() for folder in folders for path in folder.rglob("*") if path.is_file()}
+    yield project
+    for path, content in files.items():
+        if path.read_bytes() != content:
+            path.write_bytes(content)
+
+
+def test_images_of_both_kinds_agree(project):
+    results = project.folder / "results/tiny"
+    pair, copy = (xr.open_zarr(results / f"imaging/{name}/clean.zarr").load() for name in ("pair", "copy"))
+    assert pair.image.shape == (2, 3, 3, 3)
+    np.testing.assert_allclose(pair.image, copy.image, atol=1e-5)
+    assert not (results / "mesh").exists()
+    assert "fits the unambiguous extent is not known" in (results / "logs/imaging/pair/clean.log").read_text()
+
+
+def test_report_says_where_the_fields_came_from(project):
+    folder = project.folder / "results/tiny"
+    page = (folder / "report/index.html").read_text()
+    assert "No mesh: pair, copy, given by the field alone." in page
+    for name, path in (("pair", "fields/pair.ffe"), ("copy", "fields/copy.zarr")):
+        origin = json.loads((folder / f"scattering/{name}.zarr/.zattrs").read_text())["origin"]
+        assert f"The field of {name} was not solved here; it comes from {path} (SHA-256 {origin[path][:12]}" in page
+
+
+def test_nothing_reruns_by_itself(project):
+    assert project.planned("report", *TINY) == {}
+
+
+def test_changed_file_reruns_its_own_chain(kept):
+    path = kept.folder / "fields/pair.ffe"
+    path.write_text(path.read_text().replace("StandardConfiguration1", "Again", 1))
+    assert kept.planned("report", *TINY) == {"field": 1, "image": 1, "noise": 1, "report": 1}
+
+
+def test_changed_chunk_of_a_store_reruns_its_own_chain(kept):
+    data = xr.open_zarr(kept.folder / "fields/copy.zarr").load()
+    time.sleep(0.01)
+    (2 * data.isel(frequency=[0])).drop_vars(["polarization", "elevation", "azimuth"]).to_zarr(
+        kept.folder / "fields/copy.zarr", region={"frequency": slice(0, 1)}
+    )
+    assert kept.planned("report", *TINY) == {"field": 1, "image": 1, "report": 1}
+
+
+def test_meshed_target_beside_fields_gets_its_mesh_and_solve(kept):
+    kept.edit(
+        "config/tiny.yaml", "mesh: {bands", "  drone: {mesh: resources/cad/drone.stl, role: unknown}\nmesh: {bands"
+    )
+    assert kept.planned("report", *TINY) == {"mesh": 1, "solve": 1, "scattering": 1, "image": 1, "report": 1}
+
+
+# The last: the job that fails leaves its target without a store.
+def test_sweep_that_the_file_lacks_is_refused_with_both(kept):
+    kept.edit("config/tiny.yaml", "stop: 20, step: 10", "stop: 20, step: 8")
+    assert kept.planned("report", *TINY) == {"field": 2, "image": 2, "noise": 1, "report": 1}
+    finished = kept.run("--cores", 1, "results/tiny/scattering/pair.zarr", *TINY)
+    assert finished.returncode != 0
+    assert (
+        "fields/pair.ffe: no azimuth -12, -4, 4, 12 degrees, which config key 'aspect.azimuth' asks for; "
+        "there is 0, 10, 20, 340, 350 degrees." in finished.stdout
+    )
+    assert "Traceback" not in finished.stdout

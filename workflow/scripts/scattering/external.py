@@ -1,0 +1,137 @@
+"""A field from elsewhere becomes a target's store: FEKO's far fields (.ffe) or a store of the same format."""
+
+import numpy as np
+import xarray as xr
+
+from common.errors import InputError
+from common.radar import azimuths, elevations, frequencies
+from scattering import ffe, origin
+from scattering.store import CONVENTION, COORDINATES, versions, write_field
+
+# How far a sample may lie from where the sweep wants it. There is no interpolation.
+TOLERANCES = {"frequency": 1e-6, "elevation": ffe.ANGLE, "azimuth": ffe.ANGLE}  # relative, degrees, degrees
+UNITS = {"frequency": "Hz", "elevation": "degrees", "azimuth": "degrees"}
+KEYS = {"frequency": "radar", "elevation": "aspect.elevation", "azimuth": "aspect.azimuth"}
+SAME = 1e-4  # relative: samples of one direction that agree are one, as at both ends of a closed circle
+
+
+def write_external(field, store_path, radar, aspect):
+    """Write the store of a target whose config says `field`: its samples at the sweep's frequencies and directions.
+
+    field: a path to a zarr store or .ffe file, a list of .ffe files, or {V: ..., H: ...} of those.
+    Raises InputError if a sample of the sweep is missing, given twice or not finite.
+    """
+    wanted = {"frequency": frequencies(radar), "elevation": elevations(aspect), "azimuth": azimuths(aspect)}
+    take = _from_store if origin.is_store(field) else _from_ffe
+    samples = take(field, radar["polarizations"], wanted).astype(np.complex64)
+    if not np.isfinite(samples).all():
+        raise InputError(f"{', '.join(origin.paths(field))}: the field holds values that are not finite.")
+    attrs = {
+        "formulation": "external",
+        "origin": {path: origin.digest(path) for path in origin.paths(field)},
+        "unknowns": None,
+        "residual": None,
+        "versions": versions("numpy", "xarray"),
+    }
+    write_field(store_path, samples, radar["polarizations"], *wanted.values(), attrs)
+    for path, digest in attrs["origin"].items():
+        print(f"field from {path}, SHA-256 {digest}")
+
+
+def _from_store(path, polarizations, wanted):
+    """The wanted samples of a scattering store, shape (polarization, frequency, elevation, azimuth)."""
+    try:
+        with xr.open_zarr(path) as dataset:
+            field = dataset["field"].transpose(*COORDINATES).load()
+    except (KeyError, ValueError, OSError) as error:
+        raise InputError(
+            f"{path}: not a store with a variable 'field' over {', '.join(COORDINATES)} ({error})."
+        ) from None
+    convention, units = dataset.attrs.get("convention", CONVENTION), field.attrs.get("units", "m")
+    if convention != CONVENTION:
+        raise InputError(f"{path}: the store's convention is '{convention}'; wanted is '{CONVENTION}'.")
+    if units != "m":
+        raise InputError(f"{path}: the field is in '{units}', not in m.")
+    given = [str(name) for name in field.polarization.values]
+    absent = [name for name in polarizations if given.count(name) != 1]
+    if absent:
+        raise InputError(
+            f"{path}: no polarization {', '.join(absent)}, which config key 'radar.polarizations' asks for; "
+            f"there is {', '.join(given)}."
+        )
+    places = [_places(path, name, field[name].values, values) for name, values in wanted.items()]
+    return field.values[np.ix_([given.index(name) for name in polarizations], *places)]
+
+
+def _from_ffe(field, polarizations, wanted):
+    """The wanted samples of FEKO's files, shape (polarization, frequency, elevation, azimuth)."""
+    received = {}
+    for transmitted, paths in origin.by_transmission(field, polarizations).items():
+        ways = [polarization[0] for polarization in polarizations if polarization[1] == transmitted]
+        received |= {way + transmitted: samples for way, samples in zip(ways, _grid(paths, ways, wanted), strict=True)}
+    return np.stack([received[polarization] for polarization in polarizations])
+
+
+def _grid(paths, ways, wanted):
+    """Samples received in each of `ways` (V, H) on the sweep, shape (way, frequency, elevation, azimuth)."""
+    parts = [ffe.read(path) for path in paths]
+    named = ", ".join(paths)
+    where = [f"{path}, line {line}" for path, part in zip(paths, parts, strict=True) for line in part.line]
+    waves = {way: np.concatenate([part.received[way] for part in parts]) for way in "VH"}
+    cell = []
+    for name, values in wanted.items():
+        given, which = np.unique(np.concatenate([getattr(part, name) for part in parts]), return_inverse=True)
+        place = np.full(len(given), -1)
+        place[_places(named, name, given, values)] = np.arange(len(values))
+        cell.append(place[which])
+    shape = tuple(len(values) for values in wanted.values())
+    inside = np.flatnonzero(np.all(np.array(cell) >= 0, axis=0))
+    flat = np.ravel_multi_index([place[inside] for place in cell], shape)
+    first = np.full(np.prod(shape), -1)  # the wave that stands first in the files, for every sample
+    first[flat[::-1]] = inside[::-1]
+    kept = first[flat]
+    apart = np.hypot(*(np.abs(waves[way][inside] - waves[way][kept]) for way in "VH"))
+    different = np.flatnonzero(apart > SAME * np.hypot(*(np.abs(waves[way][kept]) for way in "VH")))
+    if len(different):
+        one, other = where[kept[different[0]]], where[inside[different[0]]]
+        raise InputError(
+            f"{other}: another field for the frequency and direction of {one}. If these are two incident "
+            "polarizations, write them to separate files and name them {V: ..., H: ...}."
+        )
+    if (first < 0).any():
+        index = np.unravel_index(np.flatnonzero(first < 0)[0], shape)
+        at = ", ".join(
+            f"{name} {_text(name, values[n])}" for (name, values), n in zip(wanted.items(), index, strict=True)
+        )
+        raise InputError(
+            f"{named}: {int((first < 0).sum())} of {first.size} samples are missing; the first is at {at}."
+        )
+    return np.stack([waves[way][first].reshape(shape) for way in ways])
+
+
+def _places(where, name, given, wanted):
+    """Where along an axis each wanted value lies in the given ones. InputError if one is not there exactly once."""
+    apart = np.abs(np.asarray(given, float) - wanted[:, None])
+    if name == "frequency":
+        apart /= wanted[:, None]
+    if name == "azimuth":
+        apart = np.abs((apart + 180) % 360 - 180)
+    near = apart < TOLERANCES[name]
+    if not near.any(axis=1).all():
+        missing = wanted[~near.any(axis=1)]
+        raise InputError(
+            f"{where}: no {name} {_text(name, *missing)}, which config key '{KEYS[name]}' asks for; "
+            f"there is {_text(name, *given)}."
+        )
+    if (near.sum(axis=1) > 1).any():
+        twice = wanted[near.sum(axis=1) > 1][0]
+        raise InputError(f"{where}: {name} {_text(name, twice)} is there more than once.")
+    return near.argmax(axis=1)
+
+
+def _text(name, *values):
+    """Values of a coordinate with their unit, at most six of them."""
+    shown = [f"{value:.9g}" for value in values]
+    if len(shown) > 6:
+        shown = [*shown[:3], f"... ({len(shown)} in all)", *shown[-2:]]
+    return f"{', '.join(shown)} {UNITS[name]}"

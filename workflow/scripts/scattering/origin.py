@@ -1,0 +1,62 @@
+"""Where a field that comes from elsewhere lies: what `targets.<target>.field` may say. Light to import."""
+
+import hashlib
+from pathlib import Path
+
+from common.errors import InputError
+
+
+def paths(field):
+    """All paths that a target's `field` names: one, a list, or either of them for V and H."""
+    if isinstance(field, dict):
+        return [path for polarization in sorted(field) for path in paths(field[polarization])]
+    return [field] if isinstance(field, str) else list(field)
+
+
+def is_store(field):
+    """True for a zarr store, False for FEKO's files."""
+    return isinstance(field, str) and Path(field).suffix.lower() == ".zarr"
+
+
+def by_transmission(field, polarizations):
+    """{transmitted polarization: paths of its .ffe files} for all that `polarizations` (VV, HV, ...) need.
+
+    A .ffe file does not say how its incident wave is polarized, so who wants two has to tell the files apart.
+    """
+    needed = sorted({polarization[1] for polarization in polarizations})
+    given = field if isinstance(field, dict) else dict.fromkeys(needed[:1], field)
+    missing = [polarization for polarization in needed if polarization not in given]
+    if missing:
+        example = ", ".join(f"{polarization}: {polarization.lower()}.ffe" for polarization in needed)
+        raise InputError(
+            f"'radar.polarizations' {', '.join(polarizations)} need incident waves in {' and '.join(needed)}, and no "
+            f"file is named for {' and '.join(missing)}. A .ffe file does not say how its incident wave is polarized: "
+            f"write {{{example}}}."
+        )
+    files = {polarization: paths(given[polarization]) for polarization in needed}
+    shared = set.intersection(*map(set, files.values())) if len(needed) > 1 else ()
+    if shared:
+        raise InputError(f"{min(shared)} is named for {' and '.join(needed)}; a file has one incident polarization.")
+    return files
+
+
+def files(field):
+    """Every file that a field is read from, for Snakemake to watch: those inside a store, too."""
+    if is_store(field):
+        inside = sorted(
+            path for path in Path(field).rglob("*") if path.is_file() and path.name != ".snakemake_timestamp"
+        )
+        return [str(path) for path in inside]
+    return paths(field)
+
+
+def digest(path):
+    """SHA-256 of a file; of a store, that of its files' names and contents."""
+    sha = hashlib.sha256()
+    for file in files(str(path)):
+        if is_store(str(path)):
+            sha.update(f"{Path(file).relative_to(path)}\0{Path(file).stat().st_size}\0".encode())
+        with open(file, "rb") as stream:
+            while block := stream.read(1 << 20):
+                sha.update(block)
+    return sha.hexdigest()
