@@ -1,13 +1,14 @@
 # make report: the default experiment, from CAD to results/quick/report/index.html
 # make test:   the whole test suite;   make lint: what CI checks besides
 # make bench-scattering: what a solve costs against what the machine can do (run nothing beside it)
+# make bench-bempp: the same sphere by bempp-cl, in an environment of its own, and here
 
 PYTHON ?= python3
 CORES ?= 2
 BIN := .venv/bin
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
-.PHONY: report test lint environment bench-scattering
+.PHONY: report test lint environment bench-scattering bench-bempp
 
 report: environment
 	snakemake --cores $(CORES) report
@@ -23,6 +24,15 @@ lint: environment
 
 bench-scattering: environment
 	PYTHONPATH=workflow/scripts python benchmarks/bench_scattering.py
+
+bench-bempp: environment .venv-bempp/.installed
+	PYTHONPATH=workflow/scripts:tests/scattering python benchmarks/bench_bempp.py
+
+.venv-bempp/.installed: envs/requirements-bempp.txt
+	rm -rf .venv-bempp
+	$(PYTHON) -m venv .venv-bempp
+	.venv-bempp/bin/python -m pip install --quiet --disable-pip-version-check -r envs/requirements-bempp.txt
+	touch $@
 
 environment: $(BIN)/.installed
 
