@@ -1,17 +1,20 @@
 """The parts of the solver against plain, slow versions of themselves."""
 
+from functools import partial
 from math import factorial
 
 import jax.numpy as jnp
+import mie
 import numpy as np
 import pytest
 from scipy.integrate import dblquad
 from test_solve import octasphere
 
-from scattering import nearfield
+from scattering import magnetic, nearfield
 from scattering.assembly import TILE, TILE_FUNCTIONS, assemble, blocks_of
 from scattering.basis import fundamental_domain, rwg
 from scattering.factorization import SymmetricMatrix
+from scattering.kernel import green_imag, green_real
 from scattering.quadrature import RULES, static_potentials
 
 K = 2 * np.pi
@@ -149,3 +152,28 @@ def test_matrix_agrees_with_direct_quadrature():
         direct = np.sum(green * (f @ f2.T - np.outer(q, q2) / K**2))
         # Three points against seven on edges of a quarter wavelength.
         assert abs(z[m, n] - direct) < 0.03 * abs(direct)
+
+
+@pytest.mark.parametrize("count", [3, 7])
+def test_near_moments_agree_in_both_precisions(count):
+    """A whole chunk of pairs: what is compiled for it is not what is compiled for a few."""
+    surface = fundamental_domain(*mie.icosphere(0.5, 0.1), ())
+    pairs = nearfield.find(surface).pairs[0][: nearfield.CHUNK]
+    assert len(pairs) == nearfield.CHUNK
+    for kernel in ((green_real, green_imag), (nearfield._smooth_real, nearfield._smooth_imag)):
+        single, double = (
+            nearfield.by_chunks(
+                partial(nearfield._by_rule, count, kernel, real(K)), pairs, surface.vertices, surface.vertices, real
+            )
+            for real in (np.float32, np.float64)
+        )
+        assert (np.abs(single - double).max(0) < 3e-6 * np.abs(double).max(0)).all()
+    for kernel in (magnetic._whole, magnetic._smooth):
+        single, double = (
+            nearfield.by_chunks(
+                partial(magnetic._by_rule, count, kernel, real(K)), pairs, surface.vertices, surface.vertices, real
+            )
+            for real in (np.float32, np.float64)
+        )
+        # The last four are of gradients along the normal, nearly zero between neighbours.
+        assert (np.abs(single - double).max(0) < 1e-4 * np.abs(double).max(0)).all()

@@ -17,35 +17,15 @@ from types import SimpleNamespace
 import jax
 import jax.numpy as jnp
 import numpy as np
-from numpy.polynomial import Chebyshev, Polynomial
 
 from scattering import magnetic, nearfield
-from scattering.quadrature import TINY, squared_distances
+from scattering.kernel import by_points, distances, green_imag, green_real
+from scattering.quadrature import points_of
 
 # Triangles a tile holds, functions beyond its block's own included. Fixed, so that one compilation serves all.
 TILE = 384
 TILE_FUNCTIONS = 640
 UNDER_WAY = 8  # tiles that JAX may compute ahead
-
-
-def _fit(function, degree):
-    """Polynomial in x = r^2, 0 <= x <= 1/4, of a function of r."""
-    x = (np.cos(np.pi * (np.arange(200) + 0.5) / 200) + 1) / 8
-    return Chebyshev.fit(x, function(np.sqrt(x)), degree, domain=[0, 0.25]).convert(kind=Polynomial).coef
-
-
-_COS = {np.float32: _fit(lambda r: np.cos(2 * np.pi * r), 6), np.float64: _fit(lambda r: np.cos(2 * np.pi * r), 11)}
-_SIN = {
-    np.float32: _fit(lambda r: np.sin(2 * np.pi * r) / r, 6),
-    np.float64: _fit(lambda r: np.sin(2 * np.pi * r) / r, 11),
-}
-
-
-def _horner(coefficients, x):
-    y = jnp.full_like(x, coefficients[-1])
-    for c in coefficients[-2::-1]:
-        y = y * x + x.dtype.type(c)
-    return y
 
 
 @dataclass(frozen=True)
@@ -90,83 +70,68 @@ def blocks_of(bases, count):
     return blocks
 
 
-@jax.jit
-def _green(turns, rows, cols):
-    """exp(-j k R) / R between the quadrature points of two sets of triangles; 0 where R = 0.
-
-    turns: 1 / wavelength; rows, cols: (U, 3, 3) m. Returns (3 U, 3 U), ordered as `squared_distances`.
-    """
-    r_squared = squared_distances(rows, cols)
-    inverse = jnp.where(r_squared > TINY, jax.lax.rsqrt(jnp.maximum(r_squared, rows.dtype.type(TINY))), 0)
-    phase = turns * r_squared * inverse
-    phase = phase - jnp.round(phase)  # full turns; sine and cosine then need a short polynomial only
-    x = phase * phase
-    kind = np.float32 if rows.dtype == np.float32 else np.float64
-    return jax.lax.complex(_horner(_COS[kind], x) * inverse, -phase * _horner(_SIN[kind], x) * inverse)
+# Each step is compiled by itself: together XLA would evaluate Green's function for each output. Real and imaginary part
+# are arrays of their own all the way, because it does not vectorize complex arithmetic on a CPU.
 
 
 def _products(rows, cols):
     """nu_a . nu'_b of the corners about their centroids, as a 3 x 3 list of (U, U)."""
-    p, q = rows - rows.mean(1, keepdims=True), cols - cols.mean(1, keepdims=True)
-    return [[sum(p[:, a, x][:, None] * q[:, b, x][None] for x in range(3)) for b in range(3)] for a in range(3)]
-
-
-# The two steps below are compiled apart from _green: together XLA would evaluate Green's function for each output.
+    return [[sum(rows[a, x][:, None] * cols[b, x][None] for x in range(3)) for b in range(3)] for a in range(3)]
 
 
 @jax.jit
-def _sums(green, rows, cols):
-    """Sums of Green's function over source points, field points, both, and weighted with rho . rho'."""
+def _sums(part, rows, cols):
+    """Sums of a part of Green's function over source points, field points, both, and weighted with rho . rho'."""
     d = _products(rows, cols)
-    size = rows.shape[0]
-
-    def of(part):
-        g = [[part[a * size : (a + 1) * size, b * size : (b + 1) * size] for b in range(3)] for a in range(3)]
-        by_col = [sum(g[a][b] for a in range(3)) for b in range(3)]
-        by_row = [sum(g[a][b] for b in range(3)) for a in range(3)]
-        weighted = sum(g[a][b] * d[a][b] for a in range(3) for b in range(3)) / 4
-        return by_col, by_row, sum(by_col), weighted
-
-    return of(green.real), of(green.imag)
+    g = by_points(part)
+    by_col = [sum(g[a][b] for a in range(3)) for b in range(3)]
+    by_row = [sum(g[a][b] for b in range(3)) for a in range(3)]
+    weighted = sum(g[a][b] * d[a][b] for a in range(3) for b in range(3)) / 4
+    return by_col, by_row, sum(by_col), weighted
 
 
 @jax.jit
 def _half_functions(sums, k, rows, row_lengths, cols, col_lengths):
-    """z between half functions, (3 U, 3 U), row i * U + t.
+    """A part of z between half functions i and j, a 3 x 3 list of (U, U).
 
     With points rho_a = nu_a / 2 about the centroid, (rho_a - nu_i) . (rho'_b - nu'_j) expands into `_products`.
     """
     d = _products(rows, cols)
-
-    def of(part):
-        by_col, by_row, total, weighted = part
-        return [
-            [
-                (
-                    weighted
-                    - sum(by_col[b] * d[i][b] for b in range(3)) / 2
-                    - sum(by_row[a] * d[a][j] for a in range(3)) / 2
-                    + (d[i][j] - 4 / (k * k)) * total
-                )
-                * (row_lengths[:, i][:, None] * col_lengths[:, j][None] / 36)
-                for j in range(3)
-            ]
-            for i in range(3)
+    by_col, by_row, total, weighted = sums
+    return [
+        [
+            (
+                weighted
+                - sum(by_col[b] * d[i][b] for b in range(3)) / 2
+                - sum(by_row[a] * d[a][j] for a in range(3)) / 2
+                + (d[i][j] - 4 / (k * k)) * total
+            )
+            * (row_lengths[i][:, None] * col_lengths[j][None] / 36)
+            for j in range(3)
         ]
-
-    real, imag = of(sums[0]), of(sums[1])
-    return [[jax.lax.complex(real[i][j], imag[i][j]) for j in range(3)] for i in range(3)]
+        for i in range(3)
+    ]
 
 
 @jax.jit
 def _gather(images, characters, row_halves, row_signs, col_halves, col_signs):
     """Sum the images of the sources with one parity's characters and combine halves into functions."""
-    z = sum(
-        character * jnp.concatenate([jnp.concatenate(row, 1) for row in image], 0)
-        for character, image in zip(characters, images, strict=True)
+    z = jnp.block(
+        [
+            [
+                sum(character * image[i][j] for character, image in zip(characters, images, strict=True))
+                for j in range(3)
+            ]
+            for i in range(3)
+        ]
     )
     z = z[row_halves[:, 0]] * row_signs[:, :1] + z[row_halves[:, 1]] * row_signs[:, 1:]
     return z[:, col_halves[:, 0]] * col_signs[:, 0] + z[:, col_halves[:, 1]] * col_signs[:, 1]
+
+
+@jax.jit
+def _complex(real, imag):
+    return jax.lax.complex(real, imag)
 
 
 def assemble(surface, bases, wavenumber, near, matrices, dtype, progress=lambda done: None, magnetic_near=None):
@@ -180,23 +145,18 @@ def assemble(surface, bases, wavenumber, near, matrices, dtype, progress=lambda 
     """
     combined = magnetic_near is not None
     real = np.float32 if dtype == np.complex64 else np.float64
-    turns, k = real(wavenumber / (2 * np.pi)), real(wavenumber)
+    k = real(wavenumber)
     blocks = [_on_device(block, surface, real) for block in blocks_of(bases, len(surface.vertices))]
     characters = [tuple(real(character) for character in parity) for parity in surface.parities]
     # JAX computes in the background: a few tiles are under way while finished ones are stored.
     under_way = deque()
     for i, row in enumerate(blocks):
         for col in blocks if combined else blocks[: i + 1]:
-            field, lengths = row.images[0], row.lengths
-            halves = []
-            for source in col.images:
-                green = _green(turns, field, source)
-                z = _half_functions(_sums(green, field, source), k, field, lengths, source, col.lengths)
-                if combined:
-                    z = magnetic.combine(z, green, k, field, row.normals, lengths, source, col.lengths)
-                halves.append(z)
+            images = [_image(k, row, source, col, combined) for source in col.images]
+            parts = list(zip(*images, strict=True))
             for p, matrix in enumerate(matrices):
-                tile = _gather(halves, characters[p], row.halves[p], row.signs[p], col.halves[p], col.signs[p])
+                ends = characters[p], row.halves[p], row.signs[p], col.halves[p], col.signs[p]
+                tile = _complex(*(_gather(part, *ends) for part in parts))
                 under_way.append((matrix, row.spans[p], col.spans[p], tile))
             while len(under_way) > UNDER_WAY:
                 _store(*under_way.popleft())
@@ -215,17 +175,41 @@ def _store(matrix, rows, cols, tile):
     matrix.put(rows.start, cols.start, np.asarray(tile)[: size[0], : size[1]])
 
 
+def _image(k, row, source, col, combined):
+    """Real and imaginary part of the half functions' tile for one image of the sources."""
+    field = row.images[0]
+    r = distances(field.points, source.points)
+    green = green_real(k, r), green_imag(k, r)
+    ends = k, field.nu, row.lengths, source.nu, col.lengths
+    z = [_half_functions(_sums(part, field.nu, source.nu), *ends) for part in green]
+    if combined:
+        z = magnetic.combine(z, green, r, k, field, row.normals, row.lengths, source, col.lengths)
+    return z
+
+
 def _on_device(block, surface, real):
-    """A Block with what its tiles read, on JAX's device: corners at each image, edge lengths, normals."""
+    """A Block with what its tiles read, on JAX's device: corners and points at each image, edge lengths, normals."""
     # One more triangle, of zero size, serves as padding.
     vertices = np.concatenate([surface.vertices, np.zeros((1, 3, 3))])[block.triangles]
     lengths = np.concatenate([surface.lengths, np.zeros((1, 3))])[block.triangles]
     normals = np.concatenate([surface.normals, np.zeros((1, 3))])[block.triangles]
+    images = []
+    for signs in surface.reflections:
+        image = (vertices * signs).transpose(1, 2, 0)
+        center = image.mean(0)
+        nu = image - center
+        images.append(
+            SimpleNamespace(
+                center=jnp.asarray(center, real),
+                nu=jnp.asarray(nu, real),
+                points=jnp.asarray(points_of(3, image).reshape(3, -1), real),
+            )
+        )
     return SimpleNamespace(
         spans=block.spans,
-        images=[jnp.asarray(vertices * signs, real) for signs in surface.reflections],
-        lengths=jnp.asarray(lengths, real),
-        normals=jnp.asarray(normals, real),
+        images=images,
+        lengths=jnp.asarray(lengths.T, real),
+        normals=jnp.asarray(normals.T, real),
         halves=[jnp.asarray(halves) for halves in block.halves],
         signs=[jnp.asarray(signs, real) for signs in block.signs],
     )

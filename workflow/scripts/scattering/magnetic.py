@@ -24,8 +24,9 @@ import numpy as np
 from scipy import sparse
 
 from common.errors import InputError
-from scattering.nearfield import FINE, by_chunks, points_of
-from scattering.quadrature import RULES, TINY, squared_distances, static_gradient
+from scattering.kernel import by_points, cosine, distances, inverse, sine
+from scattering.nearfield import FINE, area_of, by_chunks
+from scattering.quadrature import cross, dot, points_of, static_gradient, weighted_sum
 
 # Weight of the EFIE, high because the MFIE with RWG functions has the larger error of the mesh, most of all at sharp
 # edges. With ten edges a wavelength, weights 0.5, 0.8, 0.9 and the EFIE alone (1.0) err by:
@@ -58,28 +59,28 @@ def check_closed(vertices, triangles):
 
 
 @jax.jit
-def _gradient(green, k, rows, cols):
-    """g = -(1 + j k R) exp(-j k R) / R^3 from `assembly`'s Green's function, so that grad G = g (r - r')."""
-    r_squared = squared_distances(rows, cols)
-    inverse = jnp.where(r_squared > TINY, 1 / jnp.maximum(r_squared, rows.dtype.type(TINY)), 0)
-    x = k * jnp.sqrt(r_squared)
-    return jax.lax.complex((x * green.imag - green.real) * inverse, -(green.imag + x * green.real) * inverse)
+def _gradient_real(real, imag, r, k):
+    """Real part of g = -(1 + j k R) exp(-j k R) / R^3, so that grad G = g (r - r'), from Green's function."""
+    return (k * r * imag - real) * inverse(r) ** 2
 
 
 @jax.jit
-def _half_functions(gradient, rows, normals, row_lengths, cols, col_lengths):
+def _gradient_imag(real, imag, r, k):
+    """Its imaginary part."""
+    return -(imag + k * r * real) * inverse(r) ** 2
+
+
+@jax.jit
+def _half_functions(part, center, nu, normals, row_lengths, cols, col_lengths):
     """Double integrals of f . n x (grad G x f') between half functions by three points a triangle, as in `assembly`.
 
-    With zeta'_j the height of corner v'_j above the field triangle and D = r - r', the integrand is
-    g (r - v_i) . [(r - v'_j) (n . (r' - c)) - D zeta'_j].
+    part: the real or the imaginary part of g. With zeta'_j the height of corner v'_j above the field triangle and
+    D = r - r', the integrand is g (r - v_i) . [(r - v'_j) (n . (r' - c)) - D zeta'_j].
     """
-    size = rows.shape[0]
-    center = rows.mean(1)
-    nu = rows - center[:, None]
     # heights of the source's corners and nu_i . (c - v'_j), (U, U) each
-    apart = [[center[:, x][:, None] - cols[:, j, x][None] for x in range(3)] for j in range(3)]
-    height = [-sum(normals[:, x][:, None] * apart[j][x] for x in range(3)) for j in range(3)]
-    across = [[sum(nu[:, i, x][:, None] * apart[j][x] for x in range(3)) for j in range(3)] for i in range(3)]
+    apart = [[center[x][:, None] - cols[j, x][None] for x in range(3)] for j in range(3)]
+    height = [-sum(normals[x][:, None] * apart[j][x] for x in range(3)) for j in range(3)]
+    across = [[sum(nu[i, x][:, None] * apart[j][x] for x in range(3)) for j in range(3)] for i in range(3)]
 
     def at_points(corners):
         total = sum(corners) / 6
@@ -88,51 +89,50 @@ def _half_functions(gradient, rows, normals, row_lengths, cols, col_lengths):
     height_at = at_points(height)
     across_at = [at_points(of_corner) for of_corner in across]
     # (rho_a - nu_i) . rho_a with rho_a = nu_a / 2
-    own = [[(nu[:, a] * (nu[:, a] / 4 - nu[:, i] / 2)).sum(1)[:, None] for i in range(3)] for a in range(3)]
-
-    def of(part):
-        g = [[part[a * size : (a + 1) * size, b * size : (b + 1) * size] for b in range(3)] for a in range(3)]
-        by_row = [sum(g[a]) for a in range(3)]
-        by_col = [g[0][b] + g[1][b] + g[2][b] for b in range(3)]
-        weighted = sum(g[a][b] * across_at[a][b] for a in range(3) for b in range(3)) / 2
-        lifted = [sum(g[a][b] * height_at[b] for b in range(3)) for a in range(3)]
-        all_lifted = sum(lifted)
-        result = []
-        for i in range(3):
-            tangential = (
-                weighted
-                + sum(by_row[a] * own[a][i] for a in range(3))
-                - sum(by_col[b] * across_at[i][b] for b in range(3))
-            )
-            normal = sum(lifted[a] * own[a][i] for a in range(3))
-            result.append(
-                [
-                    (
-                        normal
-                        + sum(lifted[a] * across[a][j] for a in range(3)) / 2
-                        - all_lifted * across[i][j]
-                        - height[j] * tangential
-                    )
-                    * (row_lengths[:, i][:, None] * col_lengths[:, j][None] / 36)
-                    for j in range(3)
-                ]
-            )
-        return result
-
-    real, imag = of(gradient.real), of(gradient.imag)
-    return [[jax.lax.complex(real[i][j], imag[i][j]) for j in range(3)] for i in range(3)]
+    own = [[(nu[a] * (nu[a] / 4 - nu[i] / 2)).sum(0)[:, None] for i in range(3)] for a in range(3)]
+    g = by_points(part)
+    by_row = [sum(g[a]) for a in range(3)]
+    by_col = [g[0][b] + g[1][b] + g[2][b] for b in range(3)]
+    weighted = sum(g[a][b] * across_at[a][b] for a in range(3) for b in range(3)) / 2
+    lifted = [sum(g[a][b] * height_at[b] for b in range(3)) for a in range(3)]
+    all_lifted = sum(lifted)
+    result = []
+    for i in range(3):
+        tangential = (
+            weighted + sum(by_row[a] * own[a][i] for a in range(3)) - sum(by_col[b] * across_at[i][b] for b in range(3))
+        )
+        normal = sum(lifted[a] * own[a][i] for a in range(3))
+        result.append(
+            [
+                (
+                    normal
+                    + sum(lifted[a] * across[a][j] for a in range(3)) / 2
+                    - all_lifted * across[i][j]
+                    - height[j] * tangential
+                )
+                * (row_lengths[i][:, None] * col_lengths[j][None] / 36)
+                for j in range(3)
+            ]
+        )
+    return result
 
 
 @jax.jit
-def _weighted(electric, magnetic, alpha, k):
-    return jax.tree.map(lambda z, m: alpha * z + jax.lax.complex(k * 0, (1 - alpha) / k) * m, electric, magnetic)
+def _weighted(electric, magnetic, alpha, weight):
+    """Parts of z and m added with real weights, entry by entry."""
+    return jax.tree.map(lambda z, m: alpha * z + weight * m, electric, magnetic)
 
 
-def combine(electric, green, k, rows, normals, row_lengths, cols, col_lengths):
-    """The CFIE's half functions of a tile from those of the EFIE and the Green's function they were made of."""
-    gradient = _gradient(green, k, rows, cols)
-    magnetic = _half_functions(gradient, rows, normals, row_lengths, cols, col_lengths)
-    return _weighted(electric, magnetic, rows.dtype.type(ALPHA), k)
+def combine(electric, green, r, k, field, normals, row_lengths, source, col_lengths):
+    """The CFIE's half functions of a tile from those of the EFIE and the Green's function they were made of.
+
+    electric, green: real and imaginary part. Returns both parts.
+    """
+    ends = field.center, field.nu, normals, row_lengths, source.nu + source.center, col_lengths
+    real, imag = (_half_functions(of(*green, r, k), *ends) for of in (_gradient_real, _gradient_imag))
+    alpha, weight = k.dtype.type(ALPHA), k.dtype.type((1 - ALPHA) / k)
+    # (j / k) (real + j imag)
+    return _weighted(electric[0], imag, alpha, -weight), _weighted(electric[1], real, alpha, weight)
 
 
 def static_moments(surface, pairs):
@@ -169,62 +169,58 @@ def _gram(surface):
     return sparse.block_diag(value, format="csr")
 
 
-def _moments(weights, rho, normal, gradient):
+def _moments(count, rho, normal, gradient):
     """The eight numbers of a pair from which its nine half-function integrals follow.
 
-    weights: (Q,); rho: (P, Q, 3) field points about the centroid; normal: (P, 3) of the field triangle; gradient:
-    (P, Q, 3) mean of grad G over the source triangle. Returns (P, 8): <g>, <rho . g>, <rho n . g>, <rho^2 n . g>.
+    rho: (3, count, P) field points about the centroid; normal: (3, P) of the field triangle; gradient: (3, count, P)
+    mean of grad G over the source triangle. Returns (8, P): <g>, <rho . g>, <rho n . g>, <rho^2 n . g>.
     """
-    along = jnp.einsum("px,pqx->pq", normal, gradient) * weights
-    return jnp.concatenate(
-        [
-            jnp.einsum("q,pqx->px", weights, gradient),
-            jnp.einsum("q,pqx,pqx->p", weights, rho, gradient)[:, None],
-            jnp.einsum("pq,pqx->px", along, rho),
-            jnp.einsum("pq,pqx,pqx->p", along, rho, rho)[:, None],
-        ],
-        axis=1,
+    along = dot(normal, gradient)
+    return weighted_sum(
+        count, jnp.concatenate([gradient, dot(rho, gradient)[None], along * rho, (along * dot(rho, rho))[None]])
     )
 
 
 def _normal(triangle):
-    normal = jnp.cross(triangle[:, 1] - triangle[:, 0], triangle[:, 2] - triangle[:, 0])
-    return normal / jnp.linalg.norm(normal, axis=1, keepdims=True)
+    normal = jnp.stack(cross(triangle[1] - triangle[0], triangle[2] - triangle[0]))
+    return normal / jnp.sqrt(dot(normal, normal))
 
 
 @jax.jit
 def _static_moments(field, source):
     points = points_of(FINE, field)
-    area = jnp.linalg.norm(jnp.cross(source[:, 1] - source[:, 0], source[:, 2] - source[:, 0]), axis=1) / 2
-    gradient = static_gradient(points, source[:, None]) / area[:, None, None]
-    return _moments(jnp.asarray(FINE[1]), points - field.mean(1, keepdims=True), _normal(field), gradient)
+    gradient = static_gradient(points, source[:, :, None]) / area_of(source)
+    return _moments(FINE, points - field.mean(0)[:, None], _normal(field), gradient)
+
+
+def _smooth_minus_coarse(k, field, source):
+    """Moments of grad (G - 1 / R) by the fine rule, minus those of grad G by the three points of the tiles."""
+    fine, coarse = _by_rule(FINE, _smooth, k, field, source), _by_rule(3, _whole, k, field, source)
+    return tuple(a - b for a, b in zip(fine, coarse, strict=True))
+
+
+def _by_rule(count, kernel, k, field, source):
+    p, q = points_of(count, field), points_of(count, source)
+    return tuple(_over_source(count, p, q, field, part) for part in kernel(k, distances(p, q)))
+
+
+@partial(jax.jit, static_argnums=0)
+def _over_source(count, p, q, field, g):
+    gradient = jnp.stack([weighted_sum(count, g * (p[x][:, None] - q[x])) for x in range(3)])
+    return _moments(count, p - field.mean(0)[:, None], _normal(field), gradient)
 
 
 @jax.jit
-def _smooth_minus_coarse(k, field, source):
-    """Moments of grad (G - 1 / R) by the fine rule, minus those of grad G by the three points of the tiles."""
-    return _by_rule(FINE, _smooth, k, field, source) - _by_rule(RULES[3], _whole, k, field, source)
-
-
-def _by_rule(rule, kernel, k, field, source):
-    p, q = points_of(rule, field), points_of(rule, source)
-    difference = p[:, :, None] - q[:, None]
-    weights = jnp.asarray(rule[1], field.dtype)
-    g = kernel(k, jnp.linalg.norm(difference, axis=-1)) * weights
-    gradient = jnp.einsum("pab,pabx->pax", g, difference)
-    return _moments(weights, p - field.mean(1, keepdims=True), _normal(field), gradient)
-
-
 def _whole(k, distance):
-    apart = distance > 1e-10
-    inverse = jnp.where(apart, 1 / jnp.where(apart, distance, 1), 0)
+    """-(1 + j x) exp(-j x) / R^3 with x = k R, real and imaginary part."""
     x = k * distance
-    cos, sin = jnp.cos(x), jnp.sin(x)
-    return -jax.lax.complex(cos + x * sin, x * cos - sin) * inverse**3
+    cos, sin, cube = cosine(x), sine(x), inverse(distance) ** 3
+    return -(cos + x * sin) * cube, -(x * cos - sin) * cube
 
 
+@jax.jit
 def _smooth(k, distance):
-    """[1 - (1 + j x) exp(-j x)] / R^3 with x = k R, by its series where the difference would cancel."""
+    """[1 - (1 + j x) exp(-j x)] / R^3 with x = k R, by its series where the difference would cancel; both parts."""
     x = k * distance
     small = x < 0.5
     safe = jnp.where(small, 1, x)
@@ -233,9 +229,9 @@ def _smooth(k, distance):
     real = -1 / 2 + y * (1 / 8 - y * (1 / 144 - y * (1 / 5760 - y / 403200)))
     imag = 1 / 3 - y * (1 / 30 - y * (1 / 840 - y * (1 / 45360 - y / 3991680)))
     cube = safe**3
-    real = jnp.where(small, real / jnp.where(x > 0, x, 1), (1 - jnp.cos(safe) - safe * jnp.sin(safe)) / cube)
-    imag = jnp.where(small, imag, (jnp.sin(safe) - safe * jnp.cos(safe)) / cube)
-    return k**3 * jax.lax.complex(real, imag)
+    real = jnp.where(small, real / jnp.where(x > 0, x, 1), (1 - cosine(safe) - safe * sine(safe)) / cube)
+    imag = jnp.where(small, imag, (sine(safe) - safe * cosine(safe)) / cube)
+    return k**3 * real, k**3 * imag
 
 
 def _from_moments(moments, pairs, surface, signs):

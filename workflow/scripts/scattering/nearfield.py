@@ -15,12 +15,13 @@ import numpy as np
 from scipy import sparse
 from scipy.spatial import cKDTree
 
-from scattering.quadrature import RULES, static_potentials
+from scattering.kernel import cosine, distances, green_imag, green_real, inverse, sine
+from scattering.quadrature import cross, dot, points_of, static_potentials, weighted_sum
 
 # A pair is near if the centroids are closer than this many times the sum of the triangles' radii.
 NEAR = 2.0
 CHUNK = 8192  # pairs at once: bounds the memory of temporaries and lets one compilation serve all
-FINE = RULES[7]
+FINE = 7  # points
 
 
 @dataclass(frozen=True)
@@ -87,76 +88,87 @@ def _pairs(field, source):
 
 
 def by_chunks(moments, pairs, field, source, dtype):
-    """Evaluate `moments(field triangles, source triangles)` for all pairs, CHUNK at a time."""
-    parts = []
+    """Evaluate `moments(field triangles, source triangles)` for all pairs, CHUNK at a time: (P, 8).
+
+    Triangles are given to it as (3, 3, CHUNK), pairs last, which vectorizes; it returns (8, CHUNK), or a tuple of the
+    real and the imaginary part.
+    """
+    parts = [np.zeros((8, 0))]
     for begin in range(0, len(pairs), CHUNK):
         chunk = pairs[begin : begin + CHUNK]
         filled = np.pad(chunk, ((0, CHUNK - len(chunk)), (0, 0)), mode="edge")
-        parts.append(
-            np.asarray(moments(field[filled[:, 0]].astype(dtype), source[filled[:, 1]].astype(dtype)))[: len(chunk)]
-        )
-    return np.concatenate(parts) if parts else np.zeros((0, 8))
+        ends = (field[filled[:, 0]], source[filled[:, 1]])
+        found = moments(*(end.transpose(1, 2, 0).astype(dtype) for end in ends))
+        value = np.asarray(found[0]) + 1j * np.asarray(found[1]) if isinstance(found, tuple) else np.asarray(found)
+        parts.append(value[:, : len(chunk)])
+    return np.concatenate(parts, 1).T
 
 
-def _moments(weights, rho, scalar, vector):
+def _moments(count, rho, scalar, vector):
     """The eight numbers of a pair from which its nine half-function integrals follow.
 
-    weights: (Q,); rho: (P, Q, 3) field points about the centroid; scalar: (P, Q) mean of G over the source triangle;
-    vector: (P, Q, 3) mean of (r' - its centroid) G. Returns (P, 8): <G>, <rho G>, <rho' G>, <rho . rho' G>.
+    rho: (3, count, P) field points about the centroid; scalar: (count, P) mean of G over the source triangle; vector:
+    (3, count, P) mean of (r' - its centroid) G. Returns (8, P): <G>, <rho G>, <rho' G>, <rho . rho' G>.
     """
-    dot = jnp.sum(rho * vector, -1)
-    return jnp.concatenate(
-        [
-            (scalar @ weights)[:, None],
-            jnp.einsum("q,pqx,pq->px", weights, rho, scalar),
-            jnp.einsum("q,pqx->px", weights, vector),
-            (dot @ weights)[:, None],
-        ],
-        axis=1,
-    )
+    return weighted_sum(count, jnp.concatenate([scalar[None], rho * scalar, vector, dot(rho, vector)[None]]))
 
 
-def points_of(rule, triangles):
-    return jnp.einsum("qc,pcx->pqx", jnp.asarray(rule[0], triangles.dtype), triangles)
-
-
-@jax.jit
 def _static_moments(field, source):
-    center = field.mean(1, keepdims=True)
     points = points_of(FINE, field)
-    scalar, vector = static_potentials(points, source[:, None])
-    area = jnp.linalg.norm(jnp.cross(source[:, 1] - source[:, 0], source[:, 2] - source[:, 0]), axis=1) / 2
-    scalar, vector = scalar / area[:, None], vector / area[:, None, None]
-    vector = vector + (points - source.mean(1)[:, None]) * scalar[..., None]
-    return _moments(jnp.asarray(FINE[1]), points - center, scalar, vector)
+    return _of_potentials(points, field, source, *_potentials(points, source))
 
 
 @jax.jit
+def _potentials(points, source):
+    return static_potentials(points, source[:, :, None])
+
+
+@jax.jit
+def _of_potentials(points, field, source, scalar, vector):
+    area = area_of(source)
+    scalar, vector = scalar / area, vector / area
+    vector = vector + (points - source.mean(0)[:, None]) * scalar
+    return _moments(FINE, points - field.mean(0)[:, None], scalar, vector)
+
+
+def area_of(triangles):
+    """Areas (P,) of triangles (3, 3, P)."""
+    normal = cross(triangles[1] - triangles[0], triangles[2] - triangles[0])
+    return jnp.sqrt(dot(normal, normal)) / 2
+
+
 def _smooth_minus_coarse(k, field, source):
     """Moments of (exp(-j k R) - 1) / R by the fine rule, minus what `assembly` put there by its three points."""
-    return _by_rule(FINE, _smooth, k, field, source) - _by_rule(RULES[3], _whole, k, field, source)
+    fine = _by_rule(FINE, (_smooth_real, _smooth_imag), k, field, source)
+    coarse = _by_rule(3, (green_real, green_imag), k, field, source)
+    return tuple(a - b for a, b in zip(fine, coarse, strict=True))
 
 
-def _smooth(k, distance):
+# (exp(-j k R) - 1) / R = -j k exp(-j k R / 2) sinc(k R / 2): no cancellation at R = 0
+
+
+@jax.jit
+def _smooth_real(k, distance):
+    return -2 * sine(k * distance / 2) ** 2 * inverse(distance)
+
+
+@jax.jit
+def _smooth_imag(k, distance):
     half = k * distance / 2
-    # (exp(-j k R) - 1) / R = -j k exp(-j k R / 2) sinc(k R / 2): no cancellation at R = 0
-    amplitude = -k * jnp.where(half > 0, jnp.sin(half) / jnp.where(half > 0, half, 1), 1)
-    return jax.lax.complex(amplitude * jnp.sin(half), amplitude * jnp.cos(half))
+    return jnp.where(half > 0, -2 * sine(half) * cosine(half) * inverse(distance), -k)
 
 
-def _whole(k, distance):
-    apart = distance > 1e-10
-    inverse = jnp.where(apart, 1 / jnp.where(apart, distance, 1), 0)
-    return jax.lax.complex(jnp.cos(k * distance) * inverse, -jnp.sin(k * distance) * inverse)
+def _by_rule(count, parts, k, field, source):
+    p, q = points_of(count, field), points_of(count, source)
+    r = distances(p, q)
+    return tuple(_over_source(count, p, q, field, source, part(k, r)) for part in parts)
 
 
-def _by_rule(rule, kernel, k, field, source):
-    p, q = points_of(rule, field), points_of(rule, source)
-    green = kernel(k, jnp.linalg.norm(p[:, :, None] - q[:, None], axis=-1))
-    weights = jnp.asarray(rule[1], field.dtype)
-    weighted = green * weights
-    vector = jnp.einsum("pab,pbx->pax", weighted, q - source.mean(1, keepdims=True))
-    return _moments(weights, p - field.mean(1, keepdims=True), weighted.sum(-1), vector)
+@partial(jax.jit, static_argnums=0)
+def _over_source(count, p, q, field, source, green):
+    rho, rho_source = p - field.mean(0)[:, None], q - source.mean(0)[:, None]
+    vector = jnp.stack([weighted_sum(count, green * rho_source[x]) for x in range(3)])
+    return _moments(count, rho, weighted_sum(count, green), vector)
 
 
 def _half_functions(moments, k, pairs, surface, signs):
