@@ -51,8 +51,8 @@ BROKEN_FILES = {
         b"facet normal 0 0 1\nouter loop\nvertex 0 0 0\nver",
         ".",
     ),
-    "rubbish.ply": (b"not a ply file", "."),
-    "rubbish.off": (b"\x01\x02\x03", "."),
+    "rubbish.ply": (b"not a ply file", "^[^:]*rubbish.ply is not a readable PLY mesh: Header not found.$"),
+    "rubbish.off": (b"\x01\x02\x03", "^[^:]*rubbish.off is not a readable OFF mesh: Invalid file.$"),
     "rubbish.obj": (bytes(range(256)) * 4, "."),
     "no_facets.stl": (b"solid nothing\nfacet\nendsolid nothing\n", "."),
     "no_such_vertex.obj": (b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 7\n", "."),
@@ -75,28 +75,11 @@ def test_file_is_refused_by_name(tmp_path, name):
     assert name in str(refusal.value)
 
 
-SIDE = np.array([[0, 1, 2]])
-
-
-def crossing_sheets():
-    sheet = np.array([[-1.0, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]) * 0.1
-    faces = np.array([[0, 1, 2], [0, 2, 3]])
-    return together((sheet, faces), (sheet[:, [0, 2, 1]] + [0.013, 0, 0.021], faces))
-
-
 BROKEN_SURFACES = {
     "moebius": (moebius(), {}, "one-sided"),
     "not_symmetric": ((cube(0.2)[0] + [0, 0.03, 0], cube()[1]), {"symmetry": ["xz"]}, r"y = 0: near .* by 60 mm"),
     "half_symmetric": ((cube(0.2)[0] + [0.03, 0, 0], cube()[1]), {"symmetry": ["xz", "yz"]}, "x = 0: near .* by 60 mm"),
-    "sheet_in_plane": (([[0, 0, 0], [1, 0, 0], [0, 0, 1]], [[0, 1, 2]]), {"symmetry": ["xz"]}, "in its mirror plane"),
     "no_area": (([[0, 0, 0], [1, 0, 0], [2, 0, 0]], [[0, 1, 2]]), {}, "without area"),
-    "crossing_sheets": (crossing_sheets(), {}, "cross"),
-    "sheet_through_cube": (together(cube(0.2), crossing_sheets()), {}, "cross"),
-    "doubled_sheet": (
-        together(crossing_sheets(), (np.array([[-0.1, -0.1, 0], [0.1, -0.1, 0], [0.01, 0.1, 0]]), SIDE)),
-        {},
-        "cross, or lie in each other",
-    ),
 }  # fmt: skip
 
 
@@ -323,7 +306,7 @@ def test_wall_between_touching_solids_goes(tmp_path):
         np.concatenate([triangles, triangles[:, ::-1] + len(vertices)]),
     )
     (mesh,), figures = build(path, {}, MESH, RADAR)
-    assert figures["repairs"]["inner_triangles"] > 0
+    assert figures["repairs"]["hidden_triangles"] > 0
     assert topology.is_watertight(mesh[1])
     assert topology.areas(*mesh).sum() == pytest.approx(10 * 0.2**2, rel=0.01)
 

@@ -103,7 +103,7 @@ def test_unknowns_of_an_open_sheet_leave_out_its_rim():
 @pytest.mark.parametrize("axis", [0, 1])
 def test_half_of_a_shifted_grid_is_cut_in_the_plane(axis):
     vertices, triangles = sphere(1.0, 2)
-    half = symmetry.positive_half(vertices, triangles, 1e-6, "sphere", axis)
+    half = symmetry.positive_half(vertices, triangles, 1e-6, axis)
     assert half[0][:, axis].min() == 0
     whole = symmetry.with_mirror(*half, axis)
     assert topology.is_watertight(whole[1])

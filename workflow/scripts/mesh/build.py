@@ -53,7 +53,7 @@ def band_mesh(vertices, triangles, edge, deviation, axes, name):
     vertices, triangles = thin(vertices, triangles, THINNER * edge)
     close = CLOSE * np.linalg.norm(np.ptp(vertices, axis=0))
     for axis in axes:
-        vertices, triangles = symmetry.positive_half(vertices, triangles, close, name, axis)
+        vertices, triangles = symmetry.positive_half(vertices, triangles, close, axis)
     # Mirror planes go through the origin: closing the part there would add no volume.
     volume = topology.tetrahedra(*source).sum() / 2 ** len(axes)
     vertices, triangles = remesh(vertices, triangles, edge, deviation, axes)

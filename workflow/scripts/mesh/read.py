@@ -41,8 +41,9 @@ def read_cad(path):
         mesh = meshes.current_mesh()
         vertices, triangles = mesh.vertex_matrix(), mesh.face_matrix()
     except pymeshlab.PyMeshLabException as error:
-        reason = " ".join(str(error).split())
-        raise InputError(f"{path} cannot be read as a {path.suffix[1:].upper()} mesh: {reason}") from None
+        # The library says twice that this file failed before it says why.
+        reason = " ".join(str(error).split("Error details:")[-1].split())
+        raise InputError(f"{path} is not a readable {path.suffix[1:].upper()} mesh: {reason}.") from None
     data = path.read_bytes()
     kind, announced = _announced(path.suffix.lower(), data)
     missing = announced - {"vertices": len(vertices), "triangles": len(triangles)}[kind]

@@ -59,15 +59,21 @@ def _to_planes(vertices, triangles, source, near, axes):
     """Boundary vertices within `near` metres of the mirror planes put on them; faces that then lie in one dropped."""
     if len(axes) == 0:
         return vertices, triangles
-    unique, index = topology.edges(triangles)
-    boundary = np.unique(unique[np.bincount(index.ravel()) == 1])
+    boundary = topology.rim(triangles)
     for axis in axes:
         vertices[boundary[np.abs(vertices[boundary, axis]) <= near], axis] = 0.0
     if len(axes) == 2:
         # Where the surface meets both planes, the remesher may have cut the corner between its two boundaries.
-        for corner in source[0][(source[0][:, axes] == 0).all(axis=1)]:
+        corners = source[0][topology.rim(source[1])]
+        for corner in corners[(corners[:, axes] == 0).all(axis=1)]:
             vertices[boundary[np.linalg.norm(vertices[boundary] - corner, axis=1).argmin()]] = corner
-    lying = (vertices[triangles][:, :, list(axes)] == 0).all(axis=1).any(axis=1)
+    lying = (vertices[triangles][:, :, list(axes)] == 0).all(axis=1)
+    for k, axis in enumerate(axes):  # but not those of the source
+        flat = source[1][(source[0][source[1]][:, :, axis] == 0).all(axis=1)]
+        if len(flat) and lying[:, k].any():
+            centres = vertices[triangles[lying[:, k]]].mean(axis=1)
+            lying[lying[:, k], k] = distances(centres, source[0], flat) > near
+    lying = lying.any(axis=1)
     return topology.compact(vertices, triangles[~lying])
 
 

@@ -10,11 +10,13 @@ from scipy.spatial import cKDTree
 
 from common.errors import InputError
 from mesh import topology
-from mesh.crossing import first_crossing
+from mesh.arrange import arrange
+from mesh.contact import land
 from mesh.distance import distances
 
 CLOSE = 1e-6  # vertices nearer than this fraction of the target's diagonal are one
 WELD = 1 / 40  # wanted edges: rims that miss each other by less are joined; sheets 1/200 wavelength apart are two
+TOUCH = 1 / 4000  # wanted edges: surfaces no farther apart lie on each other; a text file's rounding is less
 APART = 0.4  # of the shortest edge at a vertex: no weld moves it further, or fine rims would shrink to points
 HOLE = 1.0  # wanted edges: openings no wider than this are closed
 MANY = 20_000  # triangles; larger sources are thinned if they are much finer than needed
@@ -28,7 +30,8 @@ def repair(vertices, triangles, edge, name):
     surface that stands for it; 0 if the source was not thinned). Raises InputError, naming `name`.
     """
     vertices, triangles, counts = _clean(vertices, triangles, name)
-    tolerance = WELD * edge
+    tolerance, close = WELD * edge, CLOSE * np.linalg.norm(np.ptp(vertices, axis=0))
+    vertices, counts["landed_vertices"] = land(vertices, triangles, tolerance, close)
     vertices, triangles, counts["welded_vertices"] = _weld(vertices, triangles, tolerance)
     triangles, counts["split_t_junctions"] = _split_t_junctions(vertices, triangles, tolerance)
     vertices, triangles, counts["closed_holes"] = _close_holes(vertices, triangles, HOLE * edge)
@@ -37,13 +40,10 @@ def repair(vertices, triangles, edge, name):
     counts["thinned_triangles"] = len(whole[1]) - len(triangles)
     thinned_by = float(distances(whole[0], vertices, triangles).max()) if counts["thinned_triangles"] else 0.0
     triangles, counts["turned_triangles"] = topology.orient(vertices, triangles, name)
-    vertices, triangles, counts["united_solids"] = _unite(vertices, triangles, name)
-    place = first_crossing(vertices, triangles)
-    if place is not None:
-        raise InputError(
-            f"{name}: two surfaces cross, or lie in each other, without a common edge near {topology.place(place)}, "
-            "so no current could pass. Unite or separate the parts in the CAD program; closed solids are united here."
-        )
+    vertices, triangles, arranged = arrange(vertices, triangles, max(close, TOUCH * edge), name)
+    triangles, turned = topology.orient(vertices, triangles, name)
+    counts["turned_triangles"] += turned
+    counts |= arranged
     return vertices, triangles, counts, {"tolerance": tolerance, "thinned_by": thinned_by}
 
 
@@ -82,8 +82,7 @@ def _clean(vertices, triangles, name):
         "duplicate_triangles": meshes.meshing_remove_duplicate_faces,
         "unused_vertices": meshes.meshing_remove_unreferenced_vertices,
     }
-    counts = {"inner_triangles": _drop_inner_walls(meshes)}
-    mesh = meshes.current_mesh()
+    counts = {}
     for key, step in steps.items():
         count = mesh.vertex_number if key.endswith("vertices") else mesh.face_number
         before = count()
@@ -95,25 +94,6 @@ def _clean(vertices, triangles, name):
                 f"{topology.place(vertices[triangles[0, 0]])}."
             )
     return mesh.vertex_matrix(), mesh.face_matrix(), counts
-
-
-def _drop_inner_walls(meshes):
-    """Drop walls that two touching solids share, where each has the same triangles, if that leaves one closed surface.
-
-    Works on the current mesh, once its vertices are merged. Returns how many triangles were dropped.
-    """
-    mesh = meshes.current_mesh()
-    vertices, triangles = mesh.vertex_matrix(), mesh.face_matrix()
-    _, place = np.unique(vertices, axis=0, return_inverse=True)
-    _, index, count = np.unique(
-        np.sort(place.reshape(-1)[triangles], axis=1), axis=0, return_inverse=True, return_counts=True
-    )
-    single = (count == 1)[index.reshape(-1)]
-    if single.all() or not single.any() or not topology.is_watertight(place.reshape(-1)[triangles[single]]):
-        return 0
-    meshes.clear()
-    meshes.add_mesh(pymeshlab.Mesh(vertices, triangles[single]))
-    return int((~single).sum())
 
 
 def _rims(triangles):
@@ -229,43 +209,3 @@ def _close_holes(vertices, triangles, widest):
         np.concatenate([triangles, np.array(lids, dtype=triangles.dtype)]),
         closed,
     )
-
-
-def _unite(vertices, triangles, name):
-    """The union of closed solids whose bounding boxes touch; and how many fewer solids there are.
-
-    Solids inside others vanish: their surface sees no field.
-    """
-    count, piece = topology.edge_pieces(triangles)
-    unique, index = topology.edges(triangles)
-    ordinary = (np.bincount(index.ravel(), minlength=len(unique))[index] == 2).all(axis=1)
-    closed = np.bincount(piece, weights=~ordinary, minlength=count) == 0
-    low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
-    np.minimum.at(low, piece, vertices[triangles].min(axis=1))
-    np.maximum.at(high, piece, vertices[triangles].max(axis=1))
-    touching = np.zeros(count, dtype=bool)
-    for one in np.flatnonzero(closed):
-        others = closed & (low <= high[one]).all(axis=1) & (high >= low[one]).all(axis=1)
-        touching[one] = others.sum() > 1
-    if not touching.any():
-        return vertices, triangles, 0
-    first = touching.argmax()
-    meshes = _loaded(*topology.compact(vertices, triangles[piece == first]))
-    rest = touching[piece] & (piece != first)
-    meshes.add_mesh(pymeshlab.Mesh(*topology.compact(vertices, triangles[rest])))
-    try:
-        meshes.generate_boolean_union(first_mesh=0, second_mesh=1)
-    except pymeshlab.PyMeshLabException as error:
-        raise InputError(
-            f"{name}: its solids overlap near {topology.place((low[first] + high[first]) / 2)} and cannot be united "
-            f"({' '.join(str(error).split())}). Unite them in the CAD program."
-        ) from None
-    mesh = meshes.current_mesh()
-    if mesh.face_number() == 0:
-        raise InputError(f"{name}: the union of its {touching.sum()} overlapping solids is empty.")
-    united = _clean(mesh.vertex_matrix(), mesh.face_matrix(), name)[:2]
-    other = topology.compact(vertices, triangles[~touching[piece]]) if not touching.all() else None
-    fewer = int(touching.sum()) - topology.edge_pieces(united[1])[0]
-    if other is not None:
-        united = np.concatenate([united[0], other[0]]), np.concatenate([united[1], other[1] + len(united[0])])
-    return united[0], np.asarray(united[1], np.int32), fewer

@@ -5,7 +5,6 @@ A plane is given by the coordinate that it sets to zero: 0 for yz (x = 0), 1 for
 
 import numpy as np
 
-from common.errors import InputError
 from mesh import topology
 from mesh.distance import distances, samples
 
@@ -29,21 +28,14 @@ def deviation(vertices, triangles, spacing, axis):
     return float(apart.max()), points[apart.argmax()]
 
 
-def positive_half(vertices, triangles, tolerance, name, axis):
+def positive_half(vertices, triangles, tolerance, axis):
     """The part on the plane's positive side, open along the plane, whose vertices there are on it exactly.
 
-    Vertices within `tolerance` metres of the plane are put on it. Raises InputError for faces in the plane:
-    they belong to neither half.
+    Vertices within `tolerance` metres of the plane are put on it. Faces in the plane, their own image, are part of it.
     """
     vertices = vertices.copy()
     vertices[np.abs(vertices[:, axis]) <= tolerance, axis] = 0.0
     y = vertices[triangles][:, :, axis]
-    if (y == 0).all(axis=1).any():
-        place = topology.place(vertices[triangles[(y == 0).all(axis=1)][0]].mean(axis=0))
-        raise InputError(
-            f"{name} has faces in its mirror plane {'xyz'[axis]} = 0, near {place}. "
-            "Give that part a thickness, or leave out 'symmetry' for this target."
-        )
     whole = triangles[(y >= 0).all(axis=1)]
     crossing = triangles[(y < 0).any(axis=1) & (y > 0).any(axis=1)]
     if len(crossing) == 0:
@@ -68,8 +60,9 @@ def positive_half(vertices, triangles, tolerance, name, axis):
 
 
 def with_mirror(vertices, triangles, axis):
-    """Both halves as one mesh: the given one first, then its mirror image; vertices on the plane are shared."""
+    """Both halves as one mesh: the given one first, then its mirror image; what lies in the plane is there once."""
     on_plane = vertices[:, axis] == 0
     image = np.where(on_plane, np.arange(len(vertices)), len(vertices) + np.cumsum(~on_plane) - 1)
     both = np.concatenate([vertices, mirrored(vertices[~on_plane], axis)])
-    return both, np.concatenate([triangles, image[triangles][:, ::-1]]).astype(np.int32)
+    beside = ~on_plane[triangles].all(axis=1)
+    return both, np.concatenate([triangles, image[triangles[beside]][:, ::-1]]).astype(np.int32)

@@ -38,6 +38,7 @@ def lift_chords(vertices, triangles, source, axis):
     while True:
         unique, index = topology.edges(triangles)
         chord = (vertices[unique][:, :, axis] == 0).all(axis=1) & (np.bincount(index.ravel()) > 1)
+        chord[index[(vertices[triangles][:, :, axis] == 0).all(axis=1)]] = False  # sides of faces in the plane
         if not chord.any():
             return vertices, triangles
         points = vertices[unique].mean(axis=1)
@@ -195,7 +196,8 @@ def flip_slivers(vertices, triangles, deviation, axes=()):
         good = opposed & (c != d) & (gain > GAIN) & (gap <= deviation) & (np.min(turns, axis=0) > TURN)
         good &= ~_present(unique, np.sort(np.stack([c, d], axis=1), axis=1), len(vertices))
         for axis in axes:  # no edge inside a half may lie in the mirror plane
-            good &= (vertices[c, axis] != 0) | (vertices[d, axis] != 0)
+            beside = (vertices[a, axis] != 0) | (vertices[b, axis] != 0)
+            good &= ~beside | (vertices[c, axis] != 0) | (vertices[d, axis] != 0)
         # The best flip of each triangle's neighbourhood goes first; the others are looked at again.
         rank = np.full(len(order), -1)
         rank[good] = np.argsort(np.argsort(gain[good], kind="stable"), kind="stable")

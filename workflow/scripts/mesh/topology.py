@@ -25,6 +25,12 @@ def valence(triangles):
     return np.bincount(edges(triangles)[1].ravel())
 
 
+def rim(triangles):
+    """The vertices at edges with one triangle, ascending, (R,)."""
+    unique, index = edges(triangles)
+    return np.unique(unique[np.bincount(index.ravel()) == 1])
+
+
 def unknowns(triangles):
     """Number of RWG functions: an edge shared by n triangles carries n - 1."""
     return int((valence(triangles) - 1).sum())

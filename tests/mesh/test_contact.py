@@ -1,0 +1,177 @@
+"""Surfaces that cross, touch or lie in each other: their union, hung together by common edges, of closed-form area."""
+
+import numpy as np
+import pytest
+from shapes_made import cube, fine_cube, sphere, together, torus
+
+from common.errors import InputError
+from mesh import arrange, contact, symmetry, topology
+from mesh.build import build
+from mesh.io import write_ply
+from mesh.repair import repair
+from scattering.basis import fundamental_domain, unknowns
+
+RADAR = {"center_frequency": 1.0e9, "bandwidth": 0.0, "frequencies": 1, "polarizations": ["VV"]}
+MESH = {"edges_per_wavelength": 10, "bands": 1}
+EDGE = 0.0299792458  # m
+SIDE = 0.2  # m, of every sheet and cube
+TURN = np.linalg.qr([[0.3, -1.0, 0.2], [0.8, 0.1, -0.5], [0.1, 0.4, 1.0]])[0]
+
+
+def sheet(cuts=1, scale=1.0):
+    x, y = np.meshgrid(*[np.linspace(-SIDE / 2, SIDE / 2, cuts + 1) * scale] * 2, indexing="ij")
+    first = (np.arange(cuts)[:, None] * (cuts + 1) + np.arange(cuts)).reshape(-1, 1)
+    faces = np.concatenate([first + np.array([0, cuts + 1, cuts + 2]), first + np.array([0, cuts + 2, 1])])
+    return np.stack([x.ravel(), y.ravel(), 0 * x.ravel()], axis=1), faces
+
+
+def upright(cuts=1, scale=1.0):
+    vertices, faces = sheet(cuts, scale)
+    return vertices[:, [0, 2, 1]], faces
+
+
+def moved(shape, *shift):
+    return shape[0] + np.array(shift), shape[1]
+
+
+def dented():
+    """A cube whose top is pushed in until it comes out at the bottom, by a fourth of a side."""
+    vertices, triangles = fine_cube(SIDE, 1)
+    vertices[np.abs(vertices - [0, 0, SIDE / 2]).max(axis=1) < 1e-9] = 0, 0, -0.75 * SIDE
+    return vertices, triangles
+
+
+# Shape, area in m^2, valence of the line where surfaces meet (0: none is left), its length in m, and repairs counted.
+LONG, WIDE = 1.6 * SIDE, (1.6 * SIDE) ** 2
+CASES = {
+    "X along edges": (together(sheet(), upright()), 0.08, 4, SIDE, {"connected_crossings": 4}),
+    "X of fine plates": (together(sheet(6), upright(6)), 0.08, 4, SIDE, {"merged_vertices": 7}),
+    "X elsewhere": (together(sheet(), moved(upright(), 0.013, 0, 0.021)), 0.08, 4, 0.187, {"connected_crossings": 4}),
+    "T": (together(sheet(), moved(upright(), 0, 0, 0.1)), 0.08, 3, SIDE, {"connected_crossings": 3}),
+    "T inside": (together(sheet(5), moved(upright(1, 0.7), 0.013, 0.003, 0.07)), 0.0596, 3, 0.14, {}),
+    "T above": (together(sheet(), moved(upright(), 0, 0, 0.1002)), 0.08004, 3, SIDE, {"landed_vertices": 2}),
+    "T below": (together(sheet(), moved(upright(), 0, 0, 0.0998)), 0.07996, 3, SIDE, {"landed_vertices": 2}),
+    "overlap": (together(sheet(), moved(sheet(), 0.05, 0.03, 0)), 0.0545, 0, 0, {}),
+    "fine overlap": (together(sheet(3), moved(sheet(4), 0.05, 0.03, 0)), 0.0545, 0, 0, {}),
+    "doubled, cut otherwise": (together(sheet(), (sheet()[0] * [1, -1, 1], sheet()[1])), 0.04, 0, 0, {}),
+    "overlapping cubes": (together(cube(SIDE), moved(cube(SIDE), 0.1, 0.1, 0.1)), 0.42, 0, 0, {"united_solids": 1}),
+    "cubes face to face": (together(cube(SIDE), moved(cube(SIDE), 0.2, 0.05, 0)), 0.42, 0, 0, {"united_solids": 1}),
+    "wall cut otherwise": (together(cube(SIDE), moved(fine_cube(SIDE, 2), 0.2, 0, 0)), 0.4, 0, 0, {"united_solids": 1}),
+    "cubes at an edge": (together(cube(SIDE), moved(cube(SIDE), 0.2, 0.2, 0.03)), 0.48, 4, 0.17, {}),
+    "sheet shut in": (together(cube(SIDE), sheet(1, 0.7)), 0.24, 0, 0, {"hidden_triangles": 2}),
+    "cube shut in": (together(cube(SIDE), cube(SIDE / 2)), 0.24, 0, 0, {"hidden_triangles": 12, "united_solids": 1}),
+    "sheet through cube": (together(cube(SIDE), sheet(1, 1.6)), 0.2 + WIDE, 3, 0.8, {"hidden_triangles": 6}),
+    "cube on plate": (together(moved(cube(SIDE), 0, 0, 0.1), sheet(1, 1.6)), 0.2 + WIDE, 3, 0.8, {}),
+    "fin on cube": (together(cube(SIDE), moved(upright(), 0, 0, 0.2)), 0.28, 3, SIDE, {"connected_crossings": 5}),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("turned", [False, True])
+@pytest.mark.parametrize("name", CASES)
+def test_union_has_its_closed_form_area_and_junctions(tmp_path, name, turned):
+    (vertices, triangles), area, valence, length, counts = CASES[name]
+    if turned:  # and rounded as a CAD file rounds it: nothing lies in one plane exactly
+        vertices = (vertices @ TURN.T).astype(np.float32).astype(float)
+    sound, faces, repairs, _ = repair(vertices, triangles, EDGE, name)
+    assert topology.areas(sound, faces).sum() == pytest.approx(area, rel=1e-6)
+    if not turned:
+        assert {key: repairs[key] for key in counts} == counts
+    if name in ("overlap", "fine overlap") or "face" in name or "otherwise" in name or "plate" in name.split():
+        assert repairs["overlapping_triangles"] > 0
+    path = tmp_path / "shape.ply"
+    write_ply(path, vertices, triangles)
+    (mesh,), figures = build(path, {}, MESH, RADAR)
+    (band,) = figures["bands"]
+    assert len(arrange.crossings(*mesh)) == 0
+    edges, many = topology.edges(mesh[1])[0], topology.valence(mesh[1])
+    assert topology.areas(*mesh).sum() == pytest.approx(area, rel=1e-5)
+    assert set(many[many > 2]) == ({valence} if valence else set())
+    ends = mesh[0][edges[many > 2]]
+    assert np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1).sum() == pytest.approx(length, rel=0.01)
+    assert band["unknowns"] == (many - 1).sum() == pytest.approx(band["ideal_unknowns"], rel=0.2)
+    assert band["watertight"] == ((many == 2).all())
+    assert band["components"] == 1
+    assert max(band["hausdorff"].values()) <= band["wavelength"] / 40
+    assert band["edge"]["mean"] <= EDGE and band["edge"]["p99"] <= 1.35 * EDGE and band["edge"]["max"] <= 1.6 * EDGE
+    assert band["smallest_angle"]["median"] >= 40 and band["smallest_angle"]["p1"] >= 15
+
+
+def test_a_dent_through_the_bottom_keeps_all_that_waves_reach():
+    vertices, triangles = dented()
+    sound, faces, repairs, _ = repair(vertices, triangles, EDGE, "dent")
+    assert topology.areas(sound, faces).sum() == pytest.approx(topology.areas(vertices, triangles).sum(), rel=1e-6)
+    assert repairs["connected_crossings"] == 12 and repairs["hidden_triangles"] == 0
+    assert np.bincount(topology.valence(faces))[[1, 2, 3, 4]].tolist() == [0, 96, 0, 6]
+
+
+def test_a_solid_through_itself_keeps_its_outside():
+    """A ring whose tube is thicker than the ring: what is left is the outside of two circles' turn."""
+    large, small = 0.08, 0.1
+    sound, faces, repairs, _ = repair(*torus(large, small, 60, 40), EDGE, "ring")
+    assert topology.is_watertight(faces) and repairs["hidden_triangles"] > 0
+    low = np.sqrt(small**2 - large**2)
+    half = (np.pi / 2 * small**2 + large * low + small**2 * np.arcsin(large / small)) / 2  # of the part of a circle
+    volume = 4 * np.pi * (low**3 / 3 + large * half)
+    assert topology.tetrahedra(sound, faces).sum() == pytest.approx(volume, rel=0.01)
+
+
+def test_what_does_not_touch_stays_as_it_is():
+    vertices, triangles = together(sphere(0.1, 3), moved(sphere(0.1, 3), 0.3, 0, 0))
+    sound, faces, counts = arrange.arrange(vertices, triangles, 1e-6, "two")
+    assert sound is vertices and faces is triangles and not any(counts.values())
+
+
+def test_near_sheets_stay_two_and_open_boxes_keep_their_inside():
+    gap = 0.004  # m, in a box of plates that do not meet: nothing crosses, nothing is shut in
+    vertices, triangles = cube(SIDE)
+    plates = []
+    for pair in triangles.reshape(6, 2, 3):
+        names, index = np.unique(pair, return_inverse=True)
+        out = vertices[names].mean(axis=0)
+        plates.append((vertices[names] + gap * out / np.linalg.norm(out), index.reshape(-1, 3)))
+    sound, faces, repairs, _ = repair(*together(*plates, sheet(1, 0.5)), EDGE, "plates")
+    assert not any(repairs.values())
+    assert topology.areas(sound, faces).sum() == pytest.approx(0.25)
+
+
+def test_what_cannot_be_resolved_is_refused_with_the_place(monkeypatch):
+    monkeypatch.setattr(arrange, "ROUNDS", 1)
+    with pytest.raises(InputError, match=r"X: surfaces cross near \(.*\) m"):
+        repair(*CASES["X elsewhere"][0], EDGE, "X")
+
+
+def test_boxes_that_overlap_are_all_found_once():
+    generator = np.random.default_rng(3)
+    low, other = generator.uniform(0, 1, (2, 900, 3)).round(2)
+    high, other_high = low + generator.exponential(0.05, (900, 3)), other + generator.exponential(0.05, (900, 3))
+    meet = ((low[:, None] <= other_high) & (high[:, None] >= other)).all(axis=2)
+    pairs = contact.near_boxes(low, high, other, other_high)
+    assert sorted(map(tuple, pairs.tolist())) == list(zip(*(x.tolist() for x in np.nonzero(meet)), strict=True))
+
+
+FIN = moved(upright(1, 0.7), 0, 0, 0.17)
+ACROSS = FIN[0][:, [1, 0, 2]], FIN[1]
+IN_PLANES = {
+    "a sheet": (upright(), ["xz"], 0.04),
+    "X": (together(sheet(), upright()), ["xz"], 0.08),
+    "a fin": (together(cube(SIDE), FIN), ["xz"], 0.24 + 0.14**2),
+    "a fin across": (together(cube(SIDE), FIN), ["xz", "yz"], 0.24 + 0.14**2),
+    "two fins": (together(cube(SIDE), FIN, ACROSS), ["xz", "yz"], 0.24 + 2 * 0.14**2),
+    "three sheets": (together(sheet(), upright(), (sheet()[0][:, [2, 0, 1]], sheet()[1])), ["xz", "yz"], 0.12),
+}
+
+
+@pytest.mark.parametrize("name", IN_PLANES)
+def test_faces_in_a_mirror_plane_are_there_once(tmp_path, name):
+    (vertices, triangles), planes, area = IN_PLANES[name]
+    write_ply(tmp_path / "shape.ply", vertices, triangles)
+    (mesh,), figures = build(tmp_path / "shape.ply", {"symmetry": planes}, MESH, RADAR)
+    assert topology.areas(*mesh).sum() == pytest.approx(area, rel=1e-6)
+    table = {tuple(point): number for number, point in enumerate((mesh[0] + 0.0).tolist())}
+    faces = [frozenset(corners) for corners in mesh[1].tolist()]
+    assert len(set(faces)) == len(faces)
+    for axis in symmetry.axes(planes):
+        image = np.array([table[tuple(point)] for point in (symmetry.mirrored(mesh[0], axis) + 0.0).tolist()])
+        assert {frozenset(corners) for corners in image[mesh[1]].tolist()} == set(faces)
+    assert (mesh[0][mesh[1]][:, :, 1] == 0).all(axis=1).sum() > 20 or name == "a fin across"
+    assert unknowns(fundamental_domain(*mesh, planes)) == topology.unknowns(mesh[1]) == figures["bands"][0]["unknowns"]
