@@ -97,8 +97,10 @@ def by_chunks(moments, pairs, field, source, dtype):
     for begin in range(0, len(pairs), CHUNK):
         chunk = pairs[begin : begin + CHUNK]
         filled = np.pad(chunk, ((0, CHUNK - len(chunk)), (0, 0)), mode="edge")
-        ends = (field[filled[:, 0]], source[filled[:, 1]])
-        found = moments(*(end.transpose(1, 2, 0).astype(dtype) for end in ends))
+        ends = field[filled[:, 0]], source[filled[:, 1]]
+        # About the pair itself, where single precision has the most digits.
+        middle = ends[0].mean(1, keepdims=True)
+        found = moments(*((end - middle).transpose(1, 2, 0).astype(dtype) for end in ends))
         value = np.asarray(found[0]) + 1j * np.asarray(found[1]) if isinstance(found, tuple) else np.asarray(found)
         parts.append(value[:, : len(chunk)])
     return np.concatenate(parts, 1).T

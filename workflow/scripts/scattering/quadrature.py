@@ -40,7 +40,7 @@ def points_of(count, triangles):
 
 def weighted_sum(count, values):
     """Sum over the points of RULES[count] of values (..., count, P), with its weights: (..., P)."""
-    # Written out: XLA's reductions along the points take ten times longer, and one was wrong (jax 0.10, single precision).
+    # Written out: XLA's reductions along the points take ten times longer, and in jax 0.10 one of them was wrong.
     return sum(values.dtype.type(w) * values[..., q, :] for q, w in enumerate(RULES[count][1]))
 
 

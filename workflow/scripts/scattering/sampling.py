@@ -48,7 +48,7 @@ def directions(elevation, azimuth):
 def sample(surface, wavenumber, elevation, azimuth, dtype):
     """The Samples of a sweep: on each ring equally spaced azimuths or the given ones, whichever are fewer.
 
-    surface: Surface, about the z axis (see `axis_of`); wavenumber: rad/m; elevation: (E,), azimuth: (A,) degrees;
+    surface: Surface, about the z axis (see `middle_of`); wavenumber: rad/m; elevation: (E,), azimuth: (A,) degrees;
     dtype: complex64 or complex128, to the rounding of which the weights are exact. Directions that are mirror images
     of each other are sampled once.
     """
@@ -69,11 +69,11 @@ def sample(surface, wavenumber, elevation, azimuth, dtype):
     return Samples(u, {"V": v, "H": h}, rings, weights)
 
 
-def axis_of(surface):
-    """The point (3,) in m, of height 0 and in the mirror planes, about which a Surface is to be sampled."""
+def middle_of(surface):
+    """The point (3,) in m, in the mirror planes, about which a Surface needs the fewest samples."""
     corners = surface.vertices.reshape(-1, 3)
     middle = (corners.min(0) + corners.max(0)) / 2
-    middle[[*surface.axes, 2]] = 0
+    middle[list(surface.axes)] = 0
     return middle
 
 

@@ -13,7 +13,7 @@ from scattering.assembly import assemble
 from scattering.basis import fundamental_domain, rwg
 from scattering.factorization import GeneralMatrix, Product, SymmetricMatrix
 from scattering.farfield import excitation
-from scattering.sampling import axis_of, directions, sample
+from scattering.sampling import directions, middle_of, sample
 
 DTYPES = {"single": np.complex64, "double": np.complex128}
 MAX_RESIDUAL = 1e-3  # above it the solution is refined once, and refused if that does not help
@@ -61,14 +61,15 @@ def solve(
     unknowns = sum(map(len, bases))
     if unknowns == 0:
         raise InputError("the mesh has no inner edge, so there is no current to solve for.")
+    # About its middle a target needs the fewest directions, and coordinates of single precision have the most digits.
+    middle = middle_of(surface)
+    surface = replace(surface, vertices=surface.vertices - middle)
+    path = 2 * directions(elevation, azimuth)[0] @ middle
     near = nearfield.find(surface)
     combined, dtype = formulation == "cfie", DTYPES[precision]
     kind = GeneralMatrix if combined else SymmetricMatrix
     magnetic_near = magnetic.static_moments(surface, near.pairs) if combined else None
 
-    axis = axis_of(surface)
-    centred = replace(surface, vertices=surface.vertices - axis)
-    path = 2 * directions(elevation, azimuth)[0] @ axis
     letters = sorted(set("".join(polarizations)))
     shape = (len(polarizations), len(frequencies), len(elevation), len(azimuth))
     field = np.empty(shape, np.complex128)
@@ -84,8 +85,8 @@ def solve(
         clock.lap("assembly")
         system.factorize(partial(progress, n, "factorization"))
         clock.lap("factorization")
-        samples = sample(centred, k, elevation, azimuth, dtype)
-        of_waves = partial(_excitations, centred, bases, k, samples, letters, dtype)
+        samples = sample(surface, k, elevation, azimuth, dtype)
+        of_waves = partial(_excitations, surface, bases, k, samples, letters, dtype)
         received = of_waves()
         excited = of_waves(magnetic.ALPHA) if combined else received
         between, residual[n] = system.between(received, excited, polarizations, samples.rings)
