@@ -93,7 +93,7 @@ def measure(count, planes, threads):
     row["directions_s"], _ = seconds(
         lambda: [matrix.between(wave, wave, samples.rings, threads) for matrix, wave in zip(system, waves, strict=True)]
     )
-    row["matrix_mb"] = sum(column.nbytes for matrix in system for column in matrix.columns) / 1e6
+    row["matrix_mb"] = sum(matrix.nbytes for matrix in system) / 1e6
     row["peak_mb"] = psutil.Process().memory_full_info().uss / 1e6
     row["factorization_gflops"] = 4 / 3e9 * sum(len(basis) ** 3 for basis in bases) / row["factorization_s"]
     return row
