@@ -1,6 +1,7 @@
 # make report: the default experiment, from CAD to results/quick/report/index.html
 # make test:   the whole test suite;   make lint: what CI checks besides
 # make bench-scattering: what a solve costs against what the machine can do (run nothing beside it)
+# make bench-thesis: one solve at full size (an hour, 24 GB), and the whole reference experiment projected from it
 # make bench-bempp: the same sphere by bempp-cl, in an environment of its own, and here
 
 PYTHON ?= python3
@@ -8,7 +9,7 @@ CORES ?= 2
 BIN := .venv/bin
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
-.PHONY: report test lint environment bench-scattering bench-bempp
+.PHONY: report test lint environment bench-scattering bench-bempp bench-thesis
 
 report: environment
 	snakemake --cores $(CORES) report
@@ -24,6 +25,9 @@ lint: environment
 
 bench-scattering: environment
 	PYTHONPATH=workflow/scripts python benchmarks/bench_scattering.py
+
+bench-thesis: environment
+	PYTHONPATH=workflow/scripts python benchmarks/bench_thesis.py --threads $(CORES)
 
 bench-bempp: environment .venv-bempp/.installed
 	PYTHONPATH=workflow/scripts:tests/scattering python benchmarks/bench_bempp.py
