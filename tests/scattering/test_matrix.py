@@ -26,9 +26,9 @@ def symmetric(size, seed=0):
     return a + a.T + 3 * np.sqrt(size) * np.eye(size)
 
 
-def filled(a, dtype, block):
+def filled(a, dtype, block, kind=SymmetricMatrix):
     """The matrix put in tile by tile, as assembly does it."""
-    matrix = SymmetricMatrix(len(a), dtype, block)
+    matrix = kind(len(a), dtype, block)
     edges = np.append(np.arange(0, len(a), 37), len(a))
     for i in range(len(edges) - 1):
         for j in range(i + 1):

@@ -4,6 +4,7 @@ import time
 from dataclasses import dataclass, replace
 from functools import partial
 
+import jax
 import numpy as np
 
 from common.errors import InputError
@@ -11,6 +12,7 @@ from common.radar import C0
 from scattering import magnetic, nearfield
 from scattering.assembly import assemble
 from scattering.basis import fundamental_domain, rwg
+from scattering.device import GeneralOnDevice, SymmetricOnDevice
 from scattering.factorization import GeneralMatrix, Product, SymmetricMatrix
 from scattering.farfield import excitation
 from scattering.sampling import directions, middle_of, sample
@@ -67,7 +69,8 @@ def solve(
     path = 2 * directions(elevation, azimuth)[0] @ middle
     near = nearfield.find(surface)
     combined, dtype = formulation == "cfie", DTYPES[precision]
-    kind = GeneralMatrix if combined else SymmetricMatrix
+    kinds = (SymmetricMatrix, GeneralMatrix) if jax.default_backend() == "cpu" else (SymmetricOnDevice, GeneralOnDevice)
+    kind = kinds[combined]
     magnetic_near = magnetic.static_moments(surface, near.pairs) if combined else None
 
     letters = sorted(set("".join(polarizations)))

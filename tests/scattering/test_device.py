@@ -1,0 +1,51 @@
+"""The path for a GPU, on whatever device JAX has here."""
+
+import jax
+import numpy as np
+import pytest
+from test_magnetic import general, outward
+from test_matrix import filled, symmetric
+from test_solve import AZIMUTH, ELEVATION, FREQUENCY, octasphere
+
+from common.errors import InputError
+from scattering import solve as solver
+from scattering.device import GeneralOnDevice, SymmetricOnDevice
+
+
+@pytest.mark.parametrize(("dtype", "bound"), [(np.complex64, 1e-4), (np.complex128, 1e-12)])
+@pytest.mark.parametrize("kind", [SymmetricOnDevice, GeneralOnDevice])
+def test_factorization_solves(kind, dtype, bound):
+    if kind is GeneralOnDevice:
+        a, matrix = general(201, dtype, 64, kind)
+    else:
+        a = symmetric(201)
+        matrix = filled(a, dtype, 64, kind)
+    left, right = np.random.default_rng(1).normal(size=(2, 201, 5)).astype(dtype)
+    numbers = np.array([0, 63, 64, 200])
+    assert np.allclose(matrix.rows(numbers), a[numbers], rtol=1e-6)
+    matrix.factorize()
+    truth = np.linalg.solve(a, right)
+    assert np.abs(matrix.solve(right) - truth).max() < bound * np.abs(truth).max()
+    groups = [slice(0, 2), slice(2, 5)]
+    for group, between in zip(groups, matrix.between(left, right, groups), strict=True):
+        assert np.allclose(between, left[:, group].T @ truth[:, group], atol=bound)
+
+
+@pytest.mark.parametrize("formulation", ["efie", "cfie"])
+def test_solution_is_that_of_the_processor(formulation, monkeypatch):
+    arguments = [*outward(*octasphere(7, [0.5, 0.35, 0.4])), [FREQUENCY], ELEVATION, AZIMUTH, ["VV", "HV"], ["xz"]]
+    here = solver.solve(*arguments, formulation=formulation)
+    monkeypatch.setattr(solver.jax, "default_backend", lambda: "gpu")
+    there = solver.solve(*arguments, formulation=formulation)
+    assert there.residual[0] < 1e-5
+    assert np.abs(there.field - here.field).max() < 1e-5 * np.abs(here.field).max()
+
+
+def test_matrix_that_does_not_fit_is_an_error_with_a_remedy(monkeypatch):
+    def exhausted(*arguments, **settings):
+        raise jax.errors.JaxRuntimeError("RESOURCE_EXHAUSTED: Out of memory")
+
+    monkeypatch.setattr("scattering.device.jax.scipy.linalg.lu_factor", exhausted)
+    matrix = SymmetricOnDevice(10, np.complex64)
+    with pytest.raises(InputError, match="JAX_PLATFORMS=cpu"):
+        matrix.factorize()
