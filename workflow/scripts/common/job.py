@@ -2,25 +2,39 @@
 
 import contextlib
 import sys
+import time
 import traceback
 
 import threadpoolctl
 
 from common.errors import InputError
 
+SECONDS = 30  # between a progress bar's lines in a log
+
 
 class _Tee:
-    """A stream that writes to the terminal and, without carriage-return redraws, to the log file."""
+    """A stream that writes to the terminal and to the log file.
+
+    A progress bar redraws its line: where that does not work it becomes a line of its own, now and then.
+    """
 
     def __init__(self, terminal, log):
-        self.terminal, self.log = terminal, log
+        self.terminal, self.log, self.last = terminal, log, time.monotonic()
 
     def write(self, text):
-        self.terminal.write(text)
-        # A progress bar redraws its line: the log keeps only whole lines.
-        if "\r" not in text and "\x1b" not in text:
+        redrawn = "\r" in text or "\x1b" in text
+        if redrawn and self.terminal.isatty():
+            self.terminal.write(text)
+        if redrawn:
+            line = text.replace("\x1b[A", "").strip()
+            if not line or time.monotonic() - self.last < SECONDS:
+                return len(text)
+            self.last = time.monotonic()
+            self.log.write(line + "\n")
+        else:
+            self.terminal.write(text)
             self.log.write(text)
-            self.log.flush()
+        self.log.flush()
         return len(text)
 
     def flush(self):

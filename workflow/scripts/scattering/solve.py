@@ -88,6 +88,7 @@ def solve(
         clock.lap("assembly")
         system.factorize(partial(progress, n, "factorization"))
         clock.lap("factorization")
+        progress(n, "directions", 0.0)
         samples = sample(surface, k, elevation, azimuth, dtype)
         of_waves = partial(_excitations, surface, bases, k, samples, letters, dtype)
         received = of_waves()

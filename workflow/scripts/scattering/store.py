@@ -5,7 +5,6 @@ import os
 import platform
 import sys
 import tempfile
-import time
 from pathlib import Path
 
 import jax
@@ -44,7 +43,8 @@ def solve_band(mesh_path, store_path, band, band_count, radar, aspect, scatterin
         f"{len(triangles)} triangles, {len(frequency)} frequencies from {frequency[0] / 1e9:g} to "
         f"{frequency[-1] / 1e9:g} GHz, {len(elevation)} x {len(azimuth)} directions, on {device.device_kind}"
     )
-    with tqdm(total=len(frequency), unit="frequency", disable=None, file=sys.stderr) as bar:
+    form = "{desc}: {percentage:.0f} %, {elapsed} so far, about {remaining} left"
+    with tqdm(total=len(frequency), bar_format=form, file=sys.stderr) as bar:
         try:
             solution = solve(
                 vertices,
@@ -118,18 +118,21 @@ def _keep_compiled():
         jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.1)
 
 
+# Where in a frequency's time a part begins, and how much of it it takes: about.
+SHARES = {"assembly": (0.0, 0.3), "factorization": (0.3, 0.6), "directions": (0.9, 0.1), "done": (1.0, 0.0)}
+
+
 class _Progress:
     """Shows on a tqdm bar which frequency and which part of it runs."""
 
     def __init__(self, bar, frequency):
-        self.bar, self.frequency, self.last = bar, frequency, 0.0
+        self.bar, self.frequency = bar, frequency
 
     def __call__(self, n, part, done):
-        if part == "done":
-            self.bar.update(1)
-        elif time.monotonic() - self.last > 0.5:
-            self.last = time.monotonic()
-            self.bar.set_postfix_str(f"{self.frequency[n] / 1e9:.3f} GHz: {part} {100 * done:.0f} %")
+        begin, share = SHARES[part]
+        self.bar.n = n + begin + share * done
+        at = f"{self.frequency[n] / 1e9:.4f} GHz ({n + 1} of {len(self.frequency)})"
+        self.bar.set_description_str(f"{at}, {part}" if part == "done" else f"{at}, {part} {100 * done:.0f} %")
 
 
 def _write(dataset, path):
