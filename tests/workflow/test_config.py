@@ -49,7 +49,7 @@ def test_a_target_may_have_its_own_formulation():
 
 
 def test_exponents_without_a_sign_are_numbers():
-    assert load()["radar"]["center_frequency"] == 1.85e9
+    assert load()["radar"]["center_frequency"] == 2.775e9
     assert load({"radar": {"bandwidth": "1e9"}})["radar"]["bandwidth"] == 1e9
 
 
@@ -80,7 +80,7 @@ BAD = {
     "section is a number": ({"radar": 5}, "radar", "5"),
     "section is empty": ({"radar": None}, "radar", "None"),
     "even aperture": ({"imaging": {"aperture": 10}}, "imaging.aperture", "odd"),
-    "aperture too long": ({"imaging": {"aperture": 201}}, "imaging.aperture", "81"),
+    "aperture too long": ({"imaging": {"aperture": 201}}, "imaging.aperture", "121"),
     "window": ({"imaging": {"window": "haming"}}, "imaging.window", "hamming"),
     "zero step": ({"aspect": {"elevation": {"step": 0}}}, "aspect.elevation.step", "0"),
     "stop below start": ({"aspect": {"elevation": {"stop": -50}}}, "aspect.elevation", "-50"),
@@ -111,7 +111,7 @@ BAD = {
     ),
     "not a number": ({"radar": {"bandwidth": float("nan")}}, "radar.bandwidth", "finite"),
     "SNR not a number": ({"noise": {"snr_db": [0, float("nan")]}}, "noise.snr_db.1", "finite"),
-    "aperture too wide": ({"imaging": {"aperture": 31}}, "imaging.reformat", "imaging.aperture"),
+    "aperture too wide": ({"imaging": {"aperture": 61}}, "imaging.reformat", "imaging.aperture"),
     "nothing left to test": ({"learning": {"split": {"train": 0.001}}}, "learning.split.train", "0 to train"),
     "one class": ({"targets": {"a": KNOWN}}, "learning.experiments", "two targets"),
 }

@@ -17,6 +17,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from scattering.kernel import cosine, sine
 from scattering.quadrature import RULES
 
 CHUNK = 512  # directions at once: bounds the memory of the phases
@@ -34,34 +35,42 @@ def excitation(surface, bases, wavenumber, u, polarization, dtype, alpha=1.0):
     """
     result = [np.empty((len(basis), len(u)), dtype) for basis in bases]
     vertices, lengths = jnp.asarray(surface.vertices), jnp.asarray(surface.lengths)
+    normals = np.repeat(surface.normals, 3, 0)
     for begin in range(0, len(u), CHUNK):
         part = slice(begin, begin + CHUNK)
         images = []
         for signs in surface.reflections:
             image = _half_functions(wavenumber, vertices * signs, lengths, u[part], polarization[part])
             if alpha < 1:
-                normal = np.repeat(surface.normals * signs, 3, 0)
                 along = _half_functions(wavenumber, vertices * signs, lengths, u[part], u[part])
-                image = (alpha + (1 - alpha) * normal @ u[part].T) * image
-                image -= (1 - alpha) * normal @ polarization[part].T * along
+                normal_u, normal_p = (np.float32(normals * signs @ x[part].T) for x in (u, polarization))
+                image = [
+                    _combined(np.float32(alpha), normal_u, normal_p, *pair) for pair in zip(image, along, strict=True)
+                ]
             images.append(image)
         for basis, parity, column in zip(bases, surface.parities, result, strict=True):
-            halves = np.asarray(sum(character * image for character, image in zip(parity, images, strict=True)))
-            column[:, part] = (
-                halves[basis.halves[:, 0]] * basis.signs[:, :1] + halves[basis.halves[:, 1]] * basis.signs[:, 1:]
-            )
+            ends = basis.halves, basis.signs.astype(np.float32)
+            column[:, part] = _complex(*(_gather(parity, *ends, of) for of in zip(*images, strict=True)))
     return result
 
 
-@jax.jit
+# Real and imaginary part apart, as in `assembly`.
+
+
 def _half_functions(k, triangles, lengths, u, p):
-    """(3 T, D): int h . p exp(+j k u . r) dS over half functions.
+    """(3 T, D): int h . p exp(+j k u . r) dS over half functions, its real and its imaginary part.
 
     About the centroid the phase is a short power series: its moments over the triangles times powers of u are two real
     products, one for the even orders and one for the odd, instead of an exponential for every point and direction.
     """
-    center = triangles.mean(1)
-    nu = triangles - center[:, None]
+    even, odd = _series(k, triangles, lengths, u, p)
+    turn = _turn(k, triangles, u)
+    return _turned_real(even, odd, turn), _turned_imag(even, odd, turn)
+
+
+@jax.jit
+def _series(k, triangles, lengths, u, p):
+    nu = triangles - triangles.mean(1, keepdims=True)
     rho = jnp.einsum("qc,tcx->tqx", jnp.asarray(RULES[7][0]), nu)
     order = POWERS.sum(1)
     scale = jnp.asarray(k) ** order / np.array([np.prod([factorial(n) for n in power]) for power in POWERS])
@@ -75,10 +84,44 @@ def _half_functions(k, triangles, lengths, u, p):
         sign = np.where(order[chosen] % 4 < 2, 1.0, -1.0)[:, None]
         return _product((moments[:, chosen] * sign).astype(jnp.float32), features[:, chosen].astype(jnp.float32))
 
-    local = jax.lax.complex(series([0, 2, 4]), series([1, 3])).reshape(-1, 3, u.shape[0])
-    turns = k / (2 * jnp.pi) * (center @ u.T)
-    phase = (2 * jnp.pi * (turns - jnp.round(turns))).astype(jnp.float32)
-    return (local * jax.lax.complex(jnp.cos(phase), jnp.sin(phase))[:, None]).reshape(-1, u.shape[0])
+    return series([0, 2, 4]), series([1, 3])
+
+
+@jax.jit
+def _turn(k, triangles, u):
+    """Phase of the centroids, (T, 1, D), reduced to one turn before it loses digits."""
+    center = triangles.mean(1).T
+    turns = k / (2 * jnp.pi) * sum(center[x][:, None] * u[:, x] for x in range(3))
+    return (2 * jnp.pi * (turns - jnp.round(turns))).astype(jnp.float32)[:, None]
+
+
+@jax.jit
+def _turned_real(even, odd, turn):
+    shape = turn.shape[0], 3, turn.shape[2]
+    return (even.reshape(shape) * cosine(turn) - odd.reshape(shape) * sine(turn)).reshape(even.shape)
+
+
+@jax.jit
+def _turned_imag(even, odd, turn):
+    shape = turn.shape[0], 3, turn.shape[2]
+    return (even.reshape(shape) * sine(turn) + odd.reshape(shape) * cosine(turn)).reshape(even.shape)
+
+
+@jax.jit
+def _combined(alpha, normal_u, normal_p, image, along):
+    return (alpha + (1 - alpha) * normal_u) * image - (1 - alpha) * normal_p * along
+
+
+@jax.jit
+def _gather(parity, halves, signs, images):
+    """Functions of one parity from the half functions' images."""
+    total = sum(parity[g].astype(jnp.float32) * image for g, image in enumerate(images))
+    return total[halves[:, 0]] * signs[:, :1] + total[halves[:, 1]] * signs[:, 1:]
+
+
+@jax.jit
+def _complex(real, imag):
+    return jax.lax.complex(real, imag)
 
 
 def _product(a, b):
