@@ -44,9 +44,8 @@ def arrange(vertices, triangles, close, name):
         vertices, triangles, birth, twice = _tidy(vertices, triangles, birth, 2 * close)
         overlapping += twice
     else:
-        place = (
-            topology.place(vertices[triangles[crossing[0, 0]]].mean(axis=0)) if len(crossing) else "an unknown place"
-        )
+        crossed = first_crossing(vertices, triangles)
+        place = "an unknown place" if crossed is None else topology.place(crossed)
         raise InputError(
             f"{name}: surfaces cross near {place} in a way that cannot be resolved. Unite or separate the parts in the "
             "CAD program."
@@ -70,6 +69,12 @@ def arrange(vertices, triangles, close, name):
 def crossings(vertices, triangles):
     """Pairs (P, 2) of triangles that meet elsewhere than at common corners and edges; exact."""
     return cgal.remesh_self_intersections(vertices, triangles.astype(np.int64), detect_only=True)[2]
+
+
+def first_crossing(vertices, triangles):
+    """A point (3,) in metres near which triangles meet elsewhere than at common corners and edges; None if none do."""
+    pairs = crossings(vertices, triangles)
+    return vertices[triangles[pairs[:, 0].min()]].mean(axis=0) if len(pairs) else None
 
 
 def _tidy(vertices, triangles, birth, close):

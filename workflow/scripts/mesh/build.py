@@ -8,17 +8,21 @@ import numpy as np
 from common import radar as sweep
 from common.errors import InputError
 from mesh import symmetry, topology
+from mesh.arrange import first_crossing
+from mesh.distance import thickness
 from mesh.figures import describe, ideal_unknowns, size
 from mesh.fit import check_fit, plan
 from mesh.io import write_ply
 from mesh.read import check_size, in_metres, read_cad
 from mesh.remesh import remesh, restore_volume
 from mesh.repair import CLOSE, repair, thin
+from mesh.tidy import split_long_edges
 
 DEVIATION = 1 / 100  # wavelengths that a remeshing step may move the surface; the goal for the whole is 1/40
 ASYMMETRY = 1 / 100  # wavelengths at the top frequency between a target and its mirror image
 WRONG = 1 / 20  # wavelengths between mesh and source: more is another target
 CHANGED = 0.05  # of its area or volume: likewise
+GOAL = 1 / 40, 0.01  # wavelengths, and share of area or volume: what a mesh should keep to
 THINNER = 1 / 2  # wanted edges: a source with much smaller triangles is thinned to these before it is remeshed
 
 
@@ -44,10 +48,10 @@ def load(path, target, radar, edge):
     return vertices, triangles, repairs, tolerances
 
 
-def band_mesh(vertices, triangles, edge, deviation, axes, name):
+def band_mesh(vertices, triangles, edge, deviation, axes, name, thin_parts=False):
     """Vertices and triangles of about `edge` metres; exactly mirror-symmetric about the planes `axes`.
 
-    A closed target keeps its volume.
+    A closed target keeps its volume. With `thin_parts` also parts thinner than an edge are kept.
     """
     source, closed = (vertices, triangles), topology.is_watertight(triangles)
     vertices, triangles = thin(vertices, triangles, THINNER * edge)
@@ -56,18 +60,11 @@ def band_mesh(vertices, triangles, edge, deviation, axes, name):
         vertices, triangles = symmetry.positive_half(vertices, triangles, close, axis)
     # Mirror planes go through the origin: closing the part there would add no volume.
     volume = topology.tetrahedra(*source).sum() / 2 ** len(axes)
-    vertices, triangles = remesh(vertices, triangles, edge, deviation, axes)
+    vertices, triangles = remesh(vertices, triangles, edge, deviation, axes, source if thin_parts else None)
     if closed:
         vertices = restore_volume(vertices, triangles, source, volume, axes)
     for axis in axes:
         vertices, triangles = symmetry.with_mirror(vertices, triangles, axis)
-    if closed and not topology.is_watertight(triangles):
-        torn = topology.edges(triangles)[0][topology.valence(triangles) != 2]
-        place = topology.place(vertices[torn[0]].mean(axis=0)) if len(torn) else "an unknown place"
-        raise InputError(
-            f"{name}: a part thinner than the edges ({edge * 1000:.3g} mm) was torn open by remeshing near {place}. "
-            "Raise 'mesh.edges_per_wavelength', or thicken that part."
-        )
     return vertices, triangles
 
 
@@ -98,11 +95,9 @@ def remesh_bands(surface, path, target, mesh, radar, aspect=None, scattering=Non
     meshes, figures = [], []
     for band, edge in zip(bands, edges, strict=True):
         wavelength = sweep.C0 / band[-1]
-        made = band_mesh(vertices, triangles, edge, DEVIATION * wavelength, axes, path)
         frequencies = {"first": float(band[0]), "last": float(band[-1]), "count": len(band)}
-        described = {"frequencies": frequencies}
-        described |= describe(made, (vertices, triangles), wavelength, edge, tolerances["thinned_by"])
-        _check(described, edge, path)
+        made, described = _keeping_parts((vertices, triangles), edge, wavelength, axes, tolerances["thinned_by"], path)
+        described = {"frequencies": frequencies} | described
         if aspect:
             described["solve"] = plan(described, len(axes), radar, aspect, scattering)
         meshes.append(made)
@@ -111,23 +106,72 @@ def remesh_bands(surface, path, target, mesh, radar, aspect=None, scattering=Non
     return meshes, {"source": source, "symmetry": symmetric, "repairs": repairs, "bands": figures}
 
 
-def _check(band, edge, name):
+def _keeping_parts(surface, edge, wavelength, axes, thinned_by, name):
+    """A band's mesh and its figures; made with care for thin parts where the usual way does not keep to the source."""
+    made = band_mesh(*surface, edge, DEVIATION * wavelength, axes, name)
+    figures = describe(made, surface, wavelength, edge, thinned_by)
+    if not _keeps(figures, *GOAL):
+        careful = band_mesh(*surface, edge, DEVIATION * wavelength, axes, name, thin_parts=True)
+        careful_figures = describe(careful, surface, wavelength, edge, thinned_by)
+        if _keeps(careful_figures, *GOAL) or not _keeps(figures, WRONG, CHANGED):
+            made, figures = careful, careful_figures
+    _check(made, figures, surface, edge, name)
+    return made, figures
+
+
+def _keeps(figures, apart, share):
+    """True if a mesh is closed where its source is, at most `apart` wavelengths away, `share` of its size changed."""
+    sizes = [figures["area"], figures["volume"]]
+    if figures["volume"]["before"] is not None and not figures["watertight"]:
+        return False
+    changes = [abs(size["after"] / size["before"] - 1) for size in sizes if size["before"]]
+    return max(figures["hausdorff"].values()) <= apart * figures["wavelength"] and max(changes) <= share
+
+
+def _check(mesh, band, source, edge, name):
     """Refuse a mesh that is not the target, or that carries no current."""
     apart = max(band["hausdorff"].values())
+    place = fault = None
     if apart > WRONG * band["wavelength"]:
-        raise InputError(
-            f"{name}: edges of {edge * 1000:.3g} mm cannot follow its surface, which they miss by "
-            f"{apart * 1000:.3g} mm near {topology.place(band['hausdorff_place'])}. Raise 'mesh.edges_per_wavelength'."
-        )
+        place = band["hausdorff_place"]
+        fault = f"cannot follow its surface, which they miss by {apart * 1000:.3g} mm"
+    elif not _keeps(band, WRONG, np.inf):
+        torn = topology.edges(mesh[1])[0][topology.valence(mesh[1]) != 2]
+        place = mesh[0][torn[0] if len(torn) else mesh[1][0]].mean(axis=0)
+        fault = "tear it open"
+    elif (crossed := first_crossing(*mesh)) is not None:
+        place, fault = crossed, "make its surfaces cross"
+    if fault:
+        raise InputError(f"{name}: edges of {edge * 1000:.3g} mm {fault}{_advice(place, source, edge, band)}")
     for kind in ("area", "volume"):
         before, after = band[kind]["before"], band[kind]["after"]
         if before and after and abs(after / before - 1) > CHANGED:
             raise InputError(
-                f"{name}: edges of {edge * 1000:.3g} mm change its {kind} by {100 * (after / before - 1):+.1f} %; its "
-                "parts are too thin for them. Raise 'mesh.edges_per_wavelength', or thicken those parts."
+                f"{name}: edges of {edge * 1000:.3g} mm change its {kind} by {100 * (after / before - 1):+.1f} %"
+                f"{_advice(None, source, edge, band)}"
             )
     if band["unknowns"] == 0:
         raise InputError(f"{name}: its mesh has no inner edge, so it can carry no current; it is too small.")
+
+
+def _advice(place, source, edge, band):
+    """Where a mesh fails, how thick its source is there (at its thinnest if `place` is None), and what would help."""
+    points, faces = split_long_edges(*source, edge / 2, edge / 2)
+    depth = thickness(points, faces, source, edge)
+    centres = points[faces].mean(axis=1)
+    if place is None:
+        at = depth.argmin()
+    else:
+        near = np.linalg.norm(centres - place, axis=1)
+        at = np.where(near <= near.min() + edge / 2, depth, np.inf).argmin()
+    if depth[at] >= edge:
+        return f" near {topology.place(centres[at])}. Raise 'mesh.edges_per_wavelength'."
+    density = band["wavelength"] / (2 * depth[at])
+    return (
+        f" near {topology.place(centres[at])}, where it is about {depth[at] * 1000:.2g} mm thick. Raise "
+        f"'mesh.edges_per_wavelength' ({density:.0f} makes edges of twice that thickness), thicken that part, or draw "
+        "it as a sheet without thickness."
+    )
 
 
 def write(path, target, mesh, radar, aspect, scattering, figures_path, source_path, mesh_paths):

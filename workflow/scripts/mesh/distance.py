@@ -5,6 +5,8 @@ import pymeshlab
 
 from mesh import topology
 
+THROUGH = np.geomspace(1 / 200, 1, 24)  # of the largest thickness looked for: where the solid is probed
+
 
 def samples(vertices, triangles, spacing):
     """Points on a mesh, (P, 3), at most `spacing` metres apart: corners and centres of triangles halved until small."""
@@ -48,3 +50,16 @@ def hausdorff(mesh, source, spacing):
 def _farthest(points, surface):
     apart = distances(points, *surface)
     return float(apart.max()), points[apart.argmax()]
+
+
+def thickness(vertices, triangles, solid, most):
+    """Metres through the `solid` (vertices, triangles) from each triangle's centre inwards, (T,), at most `most`.
+
+    To one of THROUGH steps, the next thinner one. A sheet is as thick as `most`.
+    """
+    centres, normal = vertices[triangles].mean(axis=1), topology.shape(vertices[triangles])[0]
+    found = np.full(len(triangles), most)
+    for depth in most * THROUGH[::-1]:
+        outside = distances(centres - depth * normal, *solid, signed=True) > 0
+        found[outside] = depth
+    return found

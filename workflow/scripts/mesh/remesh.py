@@ -4,45 +4,57 @@ import numpy as np
 import pymeshlab
 
 from mesh import topology
-from mesh.distance import distances
+from mesh.distance import distances, thickness
+from mesh.patches import remesh_patches
 from mesh.tidy import collapse_short_edges, flip_slivers, lift_chords, split_long_edges
 
-FEATURE_ANGLE = 40.0  # degrees between face normals; sharper edges are features and stay
 SHORTEST, LONGEST = 0.5, 1.45  # wanted edges; those outside are pulled together or split afterwards
 P99 = 1.345  # wanted edges: 99 % of all edges are to be shorter than 1.35, after the volume is restored too
 MEAN = 0.965, 0.994  # wanted edges: a mean in this range needs no other try
 FIRST_AIM = 0.98  # wanted edges: the remesher makes longer edges than it is told
 LARGER = 1.03  # the most that the aim grows from one try to the next
 TRIES = 4
+DEEP = 0.2  # wanted edges: where a solid is thicker, collapses are bounded by the deviation alone
 ITERATIONS = 10
 LEAST_SLOPE = 1e-12  # of the volume
 ON_PLANE = 0.1  # wanted edges: the remesher leaves boundary vertices this near to the plane that they started in
 
 
-def remesh(vertices, triangles, edge, deviation, axes):
+def remesh(vertices, triangles, edge, deviation, axes, solid=None):
     """Triangles of at most `edge` metres on average on the same surface, moved by at most `deviation` metres a step.
 
     A boundary in one of the mirror planes `axes` stays in it exactly. The coarsest of a few tries that keeps to the
-    lengths is taken: thin parts bring the mean down, and a regular start is only ever halved.
+    lengths is taken: thin parts bring the mean down, and a regular start is only ever halved. With the whole `solid`
+    (vertices, triangles) no part of it is lost that is thinner than an edge, at the price of shorter edges.
     """
     shortest, longest, little = SHORTEST * edge, LONGEST * edge, deviation / 2
-    start = vertices, flip_slivers(vertices, triangles, little, axes)
-    start = collapse_short_edges(*start, shortest, np.inf, little, axes)
+    if solid is None:
+        start = vertices, flip_slivers(vertices, triangles, little, axes)
+        start = collapse_short_edges(*start, shortest, np.inf, little, axes)
+    else:
+        depth = thickness(vertices, triangles, solid, DEEP * edge)
+        start = collapse_short_edges(vertices, triangles, shortest, np.inf, little, axes, depth)
     start = split_long_edges(*start, edge, longest)
     best, fewest, aim = None, np.inf, FIRST_AIM
     for _ in range(TRIES):
-        vertices, triangles = _isotropic(*start, aim * edge, deviation)
-        vertices, triangles = _to_planes(vertices, triangles, start, ON_PLANE * edge, axes)
+        if solid is None:
+            vertices, triangles = _isotropic(*start, aim * edge, deviation)
+            vertices, triangles = _to_planes(vertices, triangles, start, ON_PLANE * edge, axes)
+        else:
+            vertices, triangles = remesh_patches(*start, aim * edge, deviation)
         for axis in axes:
             vertices, triangles = lift_chords(vertices, triangles, start, axis)
-        vertices, triangles = collapse_short_edges(vertices, triangles, shortest, P99 * edge, little, axes)
+        if solid is None:  # these know nothing of patches, and would fold a thin part
+            vertices, triangles = collapse_short_edges(vertices, triangles, shortest, P99 * edge, little, axes)
         vertices, triangles = split_long_edges(vertices, triangles, edge, longest)
-        triangles = flip_slivers(vertices, triangles, little, axes)
+        if solid is None:
+            triangles = flip_slivers(vertices, triangles, little, axes)
         lengths = topology.edge_lengths(vertices, triangles) / edge
         many = int(np.ceil((lengths > P99).sum() - 0.008 * len(lengths)))
         if many > 0 and np.percentile(lengths, 99) > P99:  # cut no more than needed
             vertices, triangles = split_long_edges(vertices, triangles, edge, np.sort(lengths)[-1 - many] * edge)
-            triangles = flip_slivers(vertices, triangles, little, axes)
+            if solid is None:
+                triangles = flip_slivers(vertices, triangles, little, axes)
             lengths = topology.edge_lengths(vertices, triangles) / edge
         mean = lengths.mean()
         fits = mean <= MEAN[1] and np.percentile(lengths, 99) <= P99
@@ -83,9 +95,10 @@ def _isotropic(vertices, triangles, edge, deviation):
     meshes.meshing_isotropic_explicit_remeshing(
         iterations=ITERATIONS,
         targetlen=pymeshlab.PureValue(edge),
-        featuredeg=FEATURE_ANGLE,
+        featuredeg=topology.FEATURE_ANGLE,
         checksurfdist=True,
         maxsurfdist=pymeshlab.PureValue(deviation),
+        selectedonly=False,  # or the library takes what it was last told, for patches
     )
     mesh = meshes.current_mesh()
     return topology.compact(mesh.vertex_matrix(), mesh.face_matrix())

@@ -11,6 +11,7 @@ TURN = np.cos(np.radians(40.0))  # no face may turn by more
 CAP = np.cos(np.radians(150.0))  # a triangle with a wider angle is all but a line
 GAIN = 1.0  # degrees by which a flip must widen the smallest angle
 SLIVER = 30.0  # degrees; only triangles with a smaller angle are looked at for a flip
+SWEPT = 1 / 10  # of the volume beneath the faces that a collapse moves: more would eat up a thin part
 
 
 def split_long_edges(vertices, triangles, edge, longest):
@@ -27,7 +28,7 @@ def split_long_edges(vertices, triangles, edge, longest):
         cut = length > longest
         if not cut.any():
             return vertices, triangles
-        vertices, triangles = _split(vertices, triangles, index, np.where(cut, length, 0), points)
+        vertices, triangles = cut_edges(vertices, triangles, index, np.where(cut, length, 0), points)
 
 
 def lift_chords(vertices, triangles, source, axis):
@@ -45,10 +46,10 @@ def lift_chords(vertices, triangles, source, axis):
         points[chord, axis] += distances(points[chord], *source)
         if (points[chord, axis] == 0).any():
             return vertices, triangles  # the source itself touches its mirror image
-        vertices, triangles = _split(vertices, triangles, index, chord, points)
+        vertices, triangles = cut_edges(vertices, triangles, index, chord, points)
 
 
-def _split(vertices, triangles, index, weight, points):
+def cut_edges(vertices, triangles, index, weight, points):
     """Cut the edges with a positive weight at their points, the heaviest of each neighbourhood only."""
     # An edge is cut if no side of its triangles is heavier: then each triangle has one cut at most.
     rank = np.empty(len(weight), dtype=int)
@@ -65,12 +66,12 @@ def _split(vertices, triangles, index, weight, points):
     return np.concatenate([vertices, points[cut]]), np.concatenate([triangles[~hit], *halves]).astype(np.int32)
 
 
-def collapse_short_edges(vertices, triangles, shortest, longest, deviation, axes=()):
+def collapse_short_edges(vertices, triangles, shortest, longest, deviation, axes=(), thickness=None):
     """Pull together the ends of edges below `shortest` metres, shortest first, where the surface allows it.
 
     One end moves onto the other if that moves no face by more than `deviation` metres, makes no edge above
     `longest` metres and no worse angle. Boundaries and junctions shrink along themselves only, so vertices in the
-    mirror planes `axes` stay there.
+    mirror planes `axes` stay there. `thickness` (T,) in metres of the solid beneath the faces keeps thin parts.
     """
     faces = [tuple(corners) for corners in triangles.tolist()]
     around = [set() for _ in vertices]
@@ -85,7 +86,10 @@ def collapse_short_edges(vertices, triangles, shortest, longest, deviation, axes
         _, a, b = heapq.heappop(heap)
         if not around[a] & around[b]:
             continue  # an end is gone
-        moves = [(_cost(vertices, faces, around, *ends, longest, deviation, axes), ends) for ends in ((a, b), (b, a))]
+        moves = [
+            (_cost(vertices, faces, around, *ends, longest, deviation, axes, thickness), ends)
+            for ends in ((a, b), (b, a))
+        ]
         cost, (gone, kept) = min(moves)
         if cost == np.inf:
             continue
@@ -110,7 +114,7 @@ def _neighbours(faces, around, vertex):
     return sorted({corner for number in around[vertex] for corner in faces[number]} - {vertex})
 
 
-def _cost(vertices, faces, around, gone, kept, longest, deviation, axes):
+def _cost(vertices, faces, around, gone, kept, longest, deviation, axes, thickness):
     """Metres by which faces move if vertex `gone` is pulled onto `kept`; infinite if that is not allowed."""
     shared = around[gone] & around[kept]
     near = _neighbours(faces, around, gone)
@@ -121,6 +125,10 @@ def _cost(vertices, faces, around, gone, kept, longest, deviation, axes):
     stars = sorted(around[gone])
     normal, _, old_angle = topology.shape(vertices[[faces[number] for number in stars]])
     cost = np.abs(normal @ step).max()
+    if thickness is not None:
+        area = topology.areas(vertices, np.array([faces[number] for number in stars]))
+        if area @ np.abs(normal @ step) / 3 > SWEPT * (area @ thickness[stars]):
+            return np.inf
     # Boundaries, junctions and creases are lines that must keep their course: planes alone would let go of the rim
     # of a thin blade.
     lines = []

@@ -6,6 +6,8 @@ from scipy.sparse.csgraph import connected_components
 
 from common.errors import InputError
 
+FEATURE_ANGLE = 40.0  # degrees between face normals; sharper edges are features and stay
+
 
 def edges(triangles):
     """Unique edges (E, 2), ascending vertex pairs, and the edge of each triangle's side, (T, 3).
@@ -29,6 +31,17 @@ def rim(triangles):
     """The vertices at edges with one triangle, ascending, (R,)."""
     unique, index = edges(triangles)
     return np.unique(unique[np.bincount(index.ravel()) == 1])
+
+
+def features(vertices, triangles):
+    """True for each edge that is a crease, a boundary or a junction, (E,)."""
+    index = edges(triangles)[1].ravel()
+    feature = np.bincount(index) != 2
+    order = np.argsort(index, kind="stable")
+    order = order[~feature[index[order]]].reshape(-1, 2)
+    one, other = shape(vertices[triangles])[0][order.T // 3]
+    feature[index[order[:, 0]]] = (one * other).sum(axis=1) < np.cos(np.radians(FEATURE_ANGLE))
+    return feature
 
 
 def unknowns(triangles):
@@ -128,10 +141,17 @@ def shape(corners):
     cross = np.cross(ahead[:, 0], -ahead[:, 2])
     double_area = np.linalg.norm(cross, axis=1)
     side = np.linalg.norm(ahead, axis=2)
-    back = -np.roll(ahead, 1, axis=1)
-    angle = np.degrees(np.arctan2(double_area[:, None], (ahead * back).sum(axis=2)))
     tiny = np.finfo(float).tiny
-    return cross / np.maximum(double_area, tiny)[:, None], double_area / side.max(axis=1), angle.min(axis=1)
+    normal = cross / np.maximum(double_area, tiny)[:, None]
+    return normal, double_area / side.max(axis=1), angles(corners).min(axis=1)
+
+
+def angles(corners):
+    """Angles in degrees at the corners of triangles (T, 3, 3), (T, 3)."""
+    ahead = np.roll(corners, -1, axis=1) - corners
+    double_area = np.linalg.norm(np.cross(ahead[:, 0], -ahead[:, 2]), axis=1)
+    back = -np.roll(ahead, 1, axis=1)
+    return np.degrees(np.arctan2(double_area[:, None], (ahead * back).sum(axis=2)))
 
 
 def edge_lengths(vertices, triangles):
