@@ -78,6 +78,29 @@ def needle_fan(radius=0.15, count=2000):
     return np.concatenate([[[0.0, 0, 0]], rim]), np.stack([0 * number, 1 + number, 1 + (number + 1) % count], axis=1)
 
 
+def lofted(sections):
+    """A closed solid through sections (S, N, 3) of as many points each, its two ends closed to their middles."""
+    sections = np.asarray(sections, float)
+    count, size = sections.shape[:2]
+    k = np.arange(size)
+    ring = np.stack([k, (k + 1) % size], axis=1)
+    sides = [np.concatenate([[s * size + ring[:, 0], s * size + ring[:, 1], (s + 1) * size + ring[:, 1]],
+                             [s * size + ring[:, 0], (s + 1) * size + ring[:, 1], (s + 1) * size + ring[:, 0]]], axis=1)
+             for s in range(count - 1)]  # fmt: skip
+    last, middle = (count - 1) * size, count * size
+    ends = [[0 * k + middle, ring[:, 1], ring[:, 0]], [0 * k + middle + 1, last + ring[:, 0], last + ring[:, 1]]]
+    vertices = np.concatenate([sections.reshape(-1, 3), sections[[0, -1]].mean(axis=1)])
+    return vertices, np.concatenate([*sides, *ends], axis=1).T
+
+
+def cone(radius=0.03, length=0.3, count=48):
+    angle = 2 * np.pi * np.arange(count) / count
+    rim = np.stack([0 * angle, radius * np.cos(angle), radius * np.sin(angle)], axis=1)
+    k, after = np.arange(count), (np.arange(count) + 1) % count
+    faces = [np.stack([k, after, 0 * k + count], 1), np.stack([after, k, 0 * k + count + 1], 1)]
+    return np.concatenate([rim, [[length, 0, 0], [0, 0, 0]]]), np.concatenate(faces)
+
+
 def binary_stl(vertices, triangles):
     record = np.zeros(len(triangles), dtype=[("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
     record["corners"] = vertices[triangles]

@@ -5,6 +5,8 @@ import numpy as np
 from mesh import topology
 from mesh.distance import hausdorff
 
+NARROW = 1 / 3  # wanted edges: a triangle between creases that is less high belongs to a thin feature
+
 
 def size(vertices, triangles):
     """Area in m^2, volume in m^3 (None unless watertight) and lengths of the bounding box in m."""
@@ -21,6 +23,23 @@ def ideal_unknowns(area, edge):
     return float(1.5 * area / (np.sqrt(3) / 4 * edge**2))
 
 
+def in_thin_features(vertices, triangles, edge):
+    """True for triangles that creases or boundaries force to be narrower than edges of `edge` metres allow, (T,).
+
+    These are the rims of plates, steps and blunt trailing edges: all three corners lie on such lines.
+    """
+    held = np.zeros(len(vertices), dtype=bool)
+    held[topology.edges(triangles)[0][topology.features(vertices, triangles)]] = True
+    return held[triangles].all(axis=1) & (topology.shape(vertices[triangles])[1] < NARROW * edge)
+
+
+def _spread(angle):
+    """Least, first percentile and median of angles (N,) in degrees; None if there is none."""
+    if len(angle) == 0:
+        return {"min": None, "p1": None, "median": None}
+    return {"min": float(angle.min()), "p1": float(np.percentile(angle, 1)), "median": float(np.median(angle))}
+
+
 def describe(mesh, source, wavelength, edge, thinned_by=0.0):
     """Figures of one band's mesh against its source, both (vertices, triangles); lengths in metres.
 
@@ -31,7 +50,7 @@ def describe(mesh, source, wavelength, edge, thinned_by=0.0):
     before, after = size(*source), size(*mesh)
     lengths = {"mean": length.mean(), "max": length.max(), "p99": np.percentile(length, 99)}
     (to_source, _), (from_source, _) = apart = hausdorff(mesh, source, edge / 2)
-    valence = topology.valence(triangles)
+    valence, thin = topology.valence(triangles), in_thin_features(vertices, triangles, edge)
     return {
         "wavelength": wavelength,
         "wanted_edge": edge,
@@ -41,11 +60,9 @@ def describe(mesh, source, wavelength, edge, thinned_by=0.0):
         "ideal_unknowns": ideal_unknowns(before["area"], edge),
         "edge": {key: float(value) for key, value in lengths.items()},
         "edge_wavelengths": {key: float(value / wavelength) for key, value in lengths.items()},
-        "smallest_angle": {
-            "min": float(angle.min()),
-            "p1": float(np.percentile(angle, 1)),
-            "median": float(np.median(angle)),
-        },
+        "smallest_angle": _spread(angle),
+        "thin_triangles": int(thin.sum()),
+        "smallest_angle_elsewhere": _spread(angle[~thin]),
         "watertight": topology.is_watertight(triangles),
         "components": topology.components(triangles)[0],
         "boundary_edges": int((valence == 1).sum()),

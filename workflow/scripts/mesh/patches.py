@@ -66,8 +66,9 @@ def _remesh_patch(vertices, triangles, edge, deviation):
     """One patch, its rim as it was but for rounding, which is undone: triangles that are not selected hold it fast."""
     owner, side = np.nonzero(topology.valence(triangles)[topology.edges(triangles)[1]] == 1)
     start, stop = triangles[owner, side], triangles[owner, (side + 1) % 3]
-    outward = np.cross(vertices[stop] - vertices[start], topology.shape(vertices[triangles])[0][owner])
-    points = np.concatenate([vertices, (vertices[start] + vertices[stop]) / 2 + outward])
+    length = np.linalg.norm(vertices[stop] - vertices[start], axis=1, keepdims=True)
+    upright = length * topology.shape(vertices[triangles])[0][owner]  # so that the rim is a crease, too
+    points = np.concatenate([vertices, (vertices[start] + vertices[stop]) / 2 + upright])
     skirt = np.stack([stop, start, len(vertices) + np.arange(len(start))], axis=1)
     meshes = pymeshlab.MeshSet()
     meshes.add_mesh(pymeshlab.Mesh(points, np.concatenate([triangles, skirt]).astype(np.int32)))
@@ -84,7 +85,16 @@ def _remesh_patch(vertices, triangles, edge, deviation):
     points, faces = topology.compact(mesh.vertex_matrix(), mesh.face_matrix()[mesh.face_selection_array()])
     held = np.unique(triangles[owner, [side, (side + 1) % 3]])
     points[cKDTree(points).query(vertices[held])[1]] = vertices[held]
-    return points, faces
+    before, after = _lines(vertices, triangles), _lines(points, faces)
+    # In a strip much narrower than an edge it may fail. (The library joins both sides of a crease that ends inside.)
+    return (points, faces) if before[0] <= after[1] and after[0] <= before[0] else (vertices, triangles)
+
+
+def _lines(vertices, triangles):
+    """The boundary edges of a patch, and all of its edges, each a set of pairs of points."""
+    ends, count = topology.edges(triangles)[0], topology.valence(triangles)
+    pairs = [frozenset(map(tuple, pair)) for pair in vertices[ends].tolist()]
+    return {pair for pair, many in zip(pairs, count, strict=True) if many == 1}, set(pairs)
 
 
 def _put_together(made, sources):

@@ -15,6 +15,7 @@ FIRST_AIM = 0.98  # wanted edges: the remesher makes longer edges than it is tol
 LARGER = 1.03  # the most that the aim grows from one try to the next
 TRIES = 4
 DEEP = 0.2  # wanted edges: where a solid is thicker, collapses are bounded by the deviation alone
+FLAT = 1e-6  # wanted edges that a flip may move a flat patch; and degrees that it must gain
 ITERATIONS = 10
 LEAST_SLOPE = 1e-12  # of the volume
 ON_PLANE = 0.1  # wanted edges: the remesher leaves boundary vertices this near to the plane that they started in
@@ -34,6 +35,9 @@ def remesh(vertices, triangles, edge, deviation, axes, solid=None):
     else:
         depth = thickness(vertices, triangles, solid, DEEP * edge)
         start = collapse_short_edges(vertices, triangles, shortest, np.inf, little, axes, depth)
+        start = split_long_edges(*start, edge, longest, features=True)
+        # Or the next step would put vertices into narrow strips, where diagonals run from end to end.
+        start = start[0], flip_slivers(*start, FLAT * edge, axes, least=FLAT)
     start = split_long_edges(*start, edge, longest)
     best, fewest, aim = None, np.inf, FIRST_AIM
     for _ in range(TRIES):

@@ -14,10 +14,11 @@ SLIVER = 30.0  # degrees; only triangles with a smaller angle are looked at for 
 SWEPT = 1 / 10  # of the volume beneath the faces that a collapse moves: more would eat up a thin part
 
 
-def split_long_edges(vertices, triangles, edge, longest):
+def split_long_edges(vertices, triangles, edge, longest, features=False):
     """Cut every edge above `longest` metres, the longest of each neighbourhood first, into about `edge` metres.
 
-    Each cut leaves whole numbers of equal parts on both sides: halving alone would end at any length.
+    Each cut leaves whole numbers of equal parts on both sides: halving alone would end at any length. With `features`
+    only creases, boundaries and junctions are cut.
     """
     while True:
         unique, index = topology.edges(triangles)
@@ -26,6 +27,8 @@ def split_long_edges(vertices, triangles, edge, longest):
         parts = np.maximum(np.rint(length / edge), 2)
         points = start + (parts // 2 / parts)[:, None] * (stop - start)
         cut = length > longest
+        if features:
+            cut &= topology.features(vertices, triangles)
         if not cut.any():
             return vertices, triangles
         vertices, triangles = cut_edges(vertices, triangles, index, np.where(cut, length, 0), points)
@@ -167,8 +170,8 @@ def _cost(vertices, faces, around, gone, kept, longest, deviation, axes, thickne
     return cost
 
 
-def flip_slivers(vertices, triangles, deviation, axes=()):
-    """Exchange the diagonal of two triangles where that widens their smallest angle.
+def flip_slivers(vertices, triangles, deviation, axes=(), least=GAIN):
+    """Exchange the diagonal of two triangles where that widens their smallest angle by at least `least` degrees.
 
     Only where the surface moves by less than `deviation` metres and no face turns much.
     """
@@ -201,7 +204,7 @@ def flip_slivers(vertices, triangles, deviation, axes=()):
             for new in after
             for old, cap in zip(before, flat, strict=True)
         ]
-        good = opposed & (c != d) & (gain > GAIN) & (gap <= deviation) & (np.min(turns, axis=0) > TURN)
+        good = opposed & (c != d) & (gain > least) & (gap <= deviation) & (np.min(turns, axis=0) > TURN)
         good &= ~_present(unique, np.sort(np.stack([c, d], axis=1), axis=1), len(vertices))
         for axis in axes:  # no edge inside a half may lie in the mirror plane
             beside = (vertices[a, axis] != 0) | (vertices[b, axis] != 0)
