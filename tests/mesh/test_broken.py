@@ -118,6 +118,9 @@ def test_doubled_faces_are_dropped(tmp_path):
     mesh, figures, _ = made(tmp_path, (vertices, np.concatenate([triangles, triangles[:, ::-1]])))
     check_solid(EDGE, mesh, 0.2**3, 6 * 0.2**2)
     assert figures["repairs"]["duplicate_triangles"] == 12
+    assert figures["source"]["area"] == pytest.approx(6 * 0.2**2)
+    assert figures["source"]["raw"]["area"] == pytest.approx(12 * 0.2**2)
+    assert figures["source"]["raw"]["triangles"] == 24
 
 
 def test_shifted_corners_are_welded(tmp_path):
@@ -278,10 +281,37 @@ def test_target_that_does_not_fit_is_refused_before_remeshing(tmp_path, monkeypa
     monkeypatch.setattr("mesh.build.remesh", None)
     with pytest.raises(InputError, match=r"would fit up to 0\.\d+ GHz, or with 'mesh.edges_per_wavelength: [\d.]+'"):
         build(path, {}, MESH, RADAR, ASPECT, {"formulation": "efie", "precision": "single"})
+    # Only a unit that makes the target smaller can be the right one, and only if none is certain.
+    sizes = (
+        r"It is 2 m long, if its numbers are m; did you mean 'unit: cm' \(0.02 m\) or 'unit: mm' \(0.002 m\) or .*in"
+    )
+    with pytest.raises(InputError, match=sizes):
+        build(path, {}, MESH, RADAR, ASPECT, {"formulation": "efie", "precision": "single"})
+    with pytest.raises(InputError, match=r"It is 2 m long\.$"):
+        build(path, {"length": 2.0}, MESH, RADAR, ASPECT, {"formulation": "efie", "precision": "single"})
     # A density that the config refuses is no advice.
     monkeypatch.setattr("mesh.fit.memory_megabytes", lambda: 2000.0)
     with pytest.raises(InputError, match=r"would fit up to 0\.\d+ GHz; a mirror plane"):
         build(path, {}, MESH, RADAR, ASPECT, {"formulation": "efie", "precision": "single"})
+
+
+def test_mesh_of_another_target_is_refused(tmp_path, monkeypatch):
+    """A twentieth of a wavelength, 15 mm, is the most that a mesh may be off."""
+    path = save(tmp_path / "sphere.ply", *sphere())
+    for off in (0.014, 0.016):
+        monkeypatch.setattr("mesh.build.band_mesh", lambda *_, off=off, **__: (sphere()[0] + [off, 0, 0], sphere()[1]))
+        if off < EDGE / 2:
+            assert build(path, {}, MESH, RADAR)[1]["bands"][0]["hausdorff"]["to_source"] == pytest.approx(off, rel=0.02)
+        else:
+            with pytest.raises(InputError, match=rf"sphere.ply: .* miss by 1[56]\.?\d* mm near {PLACE}"):
+                build(path, {}, MESH, RADAR)
+
+
+def test_asymmetry_is_refused_above_a_hundredth_of_a_wavelength(tmp_path):
+    vertices, triangles = cube(0.2)
+    made(tmp_path, (vertices + np.array([0, 0.0014, 0]), triangles), {"symmetry": ["xz"]})
+    with pytest.raises(InputError, match=r"y = 0: near .* by 3\.2 mm \(at most 3 mm"):
+        made(tmp_path, (vertices + np.array([0, 0.0016, 0]), triangles), {"symmetry": ["xz"]})
 
 
 def test_sheets_a_two_hundredth_of_a_wavelength_apart_stay_two(tmp_path):

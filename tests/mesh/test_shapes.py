@@ -9,6 +9,7 @@ from shapes_made import cube, save, sphere
 from common.errors import InputError
 from mesh import read, symmetry, topology
 from mesh.build import build, write
+from mesh.distance import hausdorff
 from mesh.io import read_ply, write_ply
 from mesh.repair import repair
 from scattering.basis import fundamental_domain, unknowns
@@ -65,6 +66,7 @@ def test_millimetres(tmp_path):
     metres = build(save(tmp_path / "m.ply", vertices, triangles), {}, MESH, RADAR)[1]
     millimetres = build(save(tmp_path / "mm.ply", vertices * 1000, triangles), {"unit": "mm"}, MESH, RADAR)[1]
     assert millimetres["source"]["box"] == pytest.approx(metres["source"]["box"])
+    assert millimetres["source"]["raw"]["box"] == pytest.approx([0.2] * 3)
 
 
 def test_rotation_is_about_x_then_y_then_z():
@@ -94,6 +96,17 @@ def test_inside_out_cube_is_turned():
     vertices, triangles, counts, _ = repair(cube()[0], cube()[1][:, ::-1], 0.03, "cube.stl")
     assert topology.tetrahedra(vertices, triangles).sum() == pytest.approx(1.0)
     assert counts["turned_triangles"] == 12
+
+
+def test_hausdorff_is_the_largest_distance_and_its_place():
+    """A flat square against one whose only inner vertex stands out by 20 mm."""
+    corners = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.5, 0.5, 0]])
+    triangles = np.array([[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]])
+    raised = corners.copy()
+    raised[4, 2] = 0.02
+    (there, place), (back, _) = hausdorff((raised, triangles), (corners, triangles), 0.1)
+    assert there == pytest.approx(0.02) and place == pytest.approx(raised[4])
+    assert back == pytest.approx(0.02, rel=1e-3)  # from the flat one's middle, straight up to the slopes
 
 
 def test_unknowns_of_an_open_sheet_leave_out_its_rim():

@@ -22,12 +22,12 @@ def plate(thickness, lengths=(0.3, 0.2)):
 def wing(thickness):
     """An elliptic cross-section of 60 mm chord over 400 mm span."""
     section = np.stack([0.03 * np.cos(ELLIPSE), 0 * ELLIPSE, -thickness / 2 * np.sin(ELLIPSE)], axis=1)
-    return lofted([section + [0, y, 0] for y in np.linspace(-0.2, 0.2, 9)])
+    return lofted([section + np.array([0, y, 0]) for y in np.linspace(-0.2, 0.2, 9)])
 
 
 def wedge(thickness):
     section = np.array([[0, 0, 0], [0.1, 0, thickness / 2], [0.1, 0, -thickness / 2]])
-    return lofted([section + [0, y, 0] for y in (-0.15, 0.15)])
+    return lofted([section + np.array([0, y, 0]) for y in (-0.15, 0.15)])
 
 
 def drone(thickness):
@@ -35,7 +35,9 @@ def drone(thickness):
     x = np.linspace(0, 1, 15)[1:-1]
     angle = 2 * np.pi * np.arange(24) / 24
     radius = 0.035 * (1 - (2 * x - 1) ** 2) ** 0.35
-    body = lofted([[[0.35 * (u - 0.5), r * np.cos(a), r * np.sin(a)] for a in angle] for u, r in zip(x, radius)])
+    body = lofted(
+        [[[0.35 * (u - 0.5), r * np.cos(a), r * np.sin(a)] for a in angle] for u, r in zip(x, radius, strict=True)]
+    )
     parts = [([0.07, 0.42, thickness], [0, 0, 0.003]), ([0.04, 0.15, thickness], [-0.14, 0, 0.002]),
              ([0.05, thickness, 0.07], [-0.13, 0, 0.04])]  # fmt: skip
     return together(body, *[(cube()[0] * size + place, cube()[1]) for size, place in parts])
@@ -108,7 +110,9 @@ def test_curved_shell_thinner_than_its_chords_are_deep_is_refused_with_its_thick
     bow = np.linspace(0.02, 1.2, 12)
     arcs = [(0.1, a) for a in bow] + [(0.099, a) for a in bow[::-1]]
     rings = [[[r * np.sin(a) * np.cos(b), r * np.sin(a) * np.sin(b), r * np.cos(a)] for b in angle] for r, a in arcs]
-    with pytest.raises(InputError, match=r"near \(.*\) m, where it is about 1\.\d mm thick.*'mesh.edges_per_wavelength'"):
+    with pytest.raises(
+        InputError, match=r"near \(.*\) m, where it is about 1\.\d mm thick.*'mesh.edges_per_wavelength'"
+    ):
         made(tmp_path, lofted(rings))
 
 

@@ -11,7 +11,7 @@ from mesh import symmetry, topology
 from mesh.arrange import first_crossing
 from mesh.distance import thickness
 from mesh.figures import describe, ideal_unknowns, size
-from mesh.fit import check_fit, duration, plan
+from mesh.fit import check_fit, plan
 from mesh.io import write_ply
 from mesh.read import check_size, in_metres, read_cad
 from mesh.remesh import remesh, restore_volume
@@ -94,7 +94,8 @@ def remesh_bands(surface, path, target, mesh, radar, aspect=None, scattering=Non
     axes = symmetry.axes(target.get("symmetry", []))
     source = size(vertices, triangles) | {"vertices": len(vertices), "triangles": len(triangles)} | tolerances
     if aspect:
-        check_fit(ideal_unknowns(source["area"], edges[-1]), len(axes), mesh, radar, aspect, scattering, path)
+        expected, length = ideal_unknowns(source["area"], edges[-1]), max(source["box"])
+        check_fit(expected, length, target, len(axes), mesh, radar, aspect, scattering, path)
     meshes, figures = [], []
     for band, edge in zip(bands, edges, strict=True):
         wavelength = sweep.C0 / band[-1]
@@ -194,6 +195,7 @@ def write(path, target, mesh, radar, aspect, scattering, figures_path, source_pa
         print(
             f"{Path(mesh_path).name}: {band['triangles']} triangles, {band['unknowns']} unknowns, "
             f"mean edge {band['edge_wavelengths']['mean']:.3f} wavelengths at {top:g} GHz; "
-            f"to solve: about {need['megabytes'] / 1000:.1f} GB and roughly {duration(need['seconds'])} on two cores"
+            f"to solve: about {need['megabytes'] / 1000:.1f} GB and, estimated within a factor of 2.5, "
+            f"{max(need['seconds'] / 60, 0.1):.2g} minutes on two cores"
         )
     Path(figures_path).write_text(json.dumps(figures, indent=1) + "\n")

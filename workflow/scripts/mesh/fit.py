@@ -5,6 +5,7 @@ from pathlib import Path
 
 from common import radar as sweep
 from common.errors import InputError
+from mesh.read import UNITS, states_unit
 from scattering.plan import planned_megabytes, planned_seconds, unknowns_that_fit
 
 CONTAINER_LIMIT = Path("/sys/fs/cgroup/memory.max")  # there in a container with a limit of its own
@@ -19,8 +20,11 @@ def memory_megabytes():
     return (physical if limit == "max" else min(physical, int(limit))) / 1e6
 
 
-def check_fit(unknowns, planes, mesh, radar, aspect, scattering, name):
-    """Refuse a target whose top band, with about this many unknowns, would not fit; say what would."""
+def check_fit(unknowns, length, target, planes, mesh, radar, aspect, scattering, name):
+    """Refuse a target whose top band, with about this many unknowns, would not fit; say what would.
+
+    `length` is the target's largest in metres, `target` its part of the config, `name` its file.
+    """
     memory = memory_megabytes()
     needed = planned_megabytes(unknowns, unknowns / 1.5, planes, radar, aspect, scattering)
     if needed <= memory:
@@ -33,9 +37,22 @@ def check_fit(unknowns, planes, mesh, radar, aspect, scattering, name):
     raise InputError(
         f"{name} would need about {unknowns:,.0f} unknowns and {needed / 1000:,.1f} GB at {top / 1e9:g} GHz, but this "
         f"machine has {memory / 1000:,.1f} GB. It would fit up to {0.99 * ratio * top / 1e9:.3g} GHz"
-        f"{coarser if density >= COARSEST else ''}; a mirror plane in the target's 'symmetry' halves the need. If the "
-        "target is smaller than that, state its 'unit'."
+        f"{coarser if density >= COARSEST else ''}; a mirror plane in the target's 'symmetry' halves the need. "
+        f"{_measured(length, target, name)}"
     )
+
+
+def _measured(length, target, name):
+    """A target's length, and what it would be in the units that make it smaller, unless its unit is certain."""
+    if states_unit(name) or "length" in target:
+        return f"It is {length:.4g} m long."
+    unit = target.get("unit", "m")
+    others = {other: length * metres / UNITS[unit] for other, metres in UNITS.items() if metres < UNITS[unit]}
+    read = f"It is {length:.4g} m long, if its numbers are {unit}"
+    if not others:
+        return f"{read}."
+    sizes = " or ".join(f"'unit: {other}' ({metres:.4g} m)" for other, metres in others.items())
+    return f"{read}; did you mean {sizes}?"
 
 
 def plan(band, planes, radar, aspect, scattering):
@@ -45,11 +62,3 @@ def plan(band, planes, radar, aspect, scattering):
         "megabytes": planned_megabytes(band["unknowns"], band["triangles"], planes, radar, aspect, scattering),
         "seconds": planned_seconds(band["unknowns"], planes, count, radar, aspect, scattering),
     }
-
-
-def duration(seconds):
-    """An estimated time as text; a job's wall time has been up to 2.5 times as long, so more digits would mislead."""
-    for unit, length in (("d", 86400), ("h", 3600), ("min", 60)):
-        if seconds >= 2 * length:
-            return f"{seconds / length:.2g} {unit}"
-    return f"{max(seconds, 1):.2g} s"

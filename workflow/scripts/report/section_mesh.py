@@ -6,10 +6,9 @@ import pandas as pd
 from matplotlib.colors import Normalize
 
 from mesh import topology
-from mesh.fit import duration
 from mesh.io import read_ply
 from report import draw_mesh
-from report.layout import PALETTE, Figure, Section, Table, canvas, style, to_svg
+from report.layout import PALETTE, Figure, Section, Table, canvas, duration, style, to_svg
 
 QUALITY = "RdYlBu"  # colours of the smallest angle: red is bad
 ANGLES = Normalize(0, 60)  # degrees
@@ -248,7 +247,7 @@ def source_table(targets, meshes):
                 "area change [%]": _change(raw["area"], source["area"], np.inf),
                 "pieces": str(bands[-1]["components"]),
                 "solve [GB]": f"{megabytes / 1000:.1f}",
-                "solve, estimated": duration(seconds),
+                "solve, estimate": f"about {duration(seconds)}",
             }
         )
     return Table(
@@ -258,8 +257,8 @@ def source_table(targets, meshes):
         caption=(
             "The CAD files as read, the repairs made in them, and how these change the largest length and the area "
             "(doubled faces and parts inside others vanish). What the solves need is predicted before they start: the "
-            "memory of the largest, and the time of all on two cores of a server processor, an estimate that the "
-            "measured times below may exceed twice."
+            "memory of the largest, and the time of all on two cores of a server processor, which is an estimate: "
+            "times measured have been up to 2.5 times as long."
         ),
     )
 

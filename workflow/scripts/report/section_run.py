@@ -8,7 +8,7 @@ import pandas as pd
 import yaml
 
 from common import radar as sweep
-from report.layout import Section, Table, number
+from report.layout import Section, Table, duration, number
 from report.section_mesh import extent
 
 PACKAGES = ("snakemake", "numpy", "scipy", "jax", "pymeshlab", "scikit-learn", "xarray", "zarr", "matplotlib")
@@ -44,7 +44,7 @@ def facts(results):
             ),
         ]
     if len(results.benchmarks):
-        pairs.append(("Computed in", f"{_duration(results.benchmarks['s'].sum())} of jobs"))
+        pairs.append(("Computed in", f"{duration(results.benchmarks['s'].sum())} of jobs"))
     return pairs
 
 
@@ -93,8 +93,8 @@ def jobs_table(benchmarks):
         {
             "step": steps.index,
             "jobs": [str(count) for count in steps["jobs"]],
-            "all jobs": [_duration(seconds) for seconds in steps["total_s"]],
-            "longest job": [_duration(seconds) for seconds in steps["longest_s"]],
+            "all jobs": [duration(seconds) for seconds in steps["total_s"]],
+            "longest job": [duration(seconds) for seconds in steps["longest_s"]],
             "peak memory [MB]": [number(memory) for memory in steps["memory_mb"]],
         }
     )
@@ -133,9 +133,3 @@ def _angles(name, values):
 
 def _reformat(imaging):
     return "plain FFT" if imaging["reformat"] == "none" else f"{imaging['reformat']} reformatting"
-
-
-def _duration(seconds):
-    if seconds < 120:
-        return f"{seconds:.1f} s"
-    return f"{seconds / 60:.1f} min" if seconds < 7200 else f"{seconds / 3600:.1f} h"
