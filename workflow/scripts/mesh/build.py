@@ -195,7 +195,7 @@ def write(path, target, mesh, radar, aspect, scattering, figures_path, source_pa
         print(
             f"{Path(mesh_path).name}: {band['triangles']} triangles, {band['unknowns']} unknowns, "
             f"mean edge {band['edge_wavelengths']['mean']:.3f} wavelengths at {top:g} GHz; "
-            f"to solve: about {need['megabytes'] / 1000:.1f} GB and, estimated within a factor of 2.5, "
-            f"{max(need['seconds'] / 60, 0.1):.2g} minutes on two cores"
+            f"to solve: about {need['megabytes'] / 1000:.1f} GB, and by estimate {need['seconds']:.0f} to "
+            f"{2.5 * need['seconds']:.0f} s on two cores"
         )
     Path(figures_path).write_text(json.dumps(figures, indent=1) + "\n")

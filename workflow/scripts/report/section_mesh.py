@@ -188,7 +188,7 @@ def quality_table(targets, meshes):
             "CAD off it [λ] (≤ 0.025)": _within(row.hausdorff_from_source_wavelengths, 0, 1 / 40, 4),
             "area [%] (±1)": _change(row.area_before_m2, row.area_after_m2),
             "volume [%] (±1)": _change(row.volume_before_m3, row.volume_after_m3),
-            "mirror [m] (≤ 1e−9)": _within(row.mirror_error_m, 0, 1e-9, 0),
+            "mirror [m] (≤ 1e−9)": _within(row.mirror_error_m, 0, 1e-9, 12),
             "closed": "yes" if row.watertight else "no",
             "rims": f"{row.boundary_edges:,}",
             "junctions": f"{row.junction_edges:,}",
@@ -267,7 +267,7 @@ def _within(value, least, most, digits=2):
     """A number as text, marked if it is out of its bounds; a dash where there is none."""
     if value is None or pd.isna(value):
         return "–"
-    text = f"{value:.{digits}f}" if value == 0 or value >= 10.0**-digits / 2 else f"{value:.0e}".replace("-", "−")
+    text = f"{value:.{digits}f}"
     return text if least <= value <= most else f"{text} ✗"
 
 
