@@ -183,6 +183,6 @@ def test_without_the_kernel_the_key_and_the_command_are_named(tmp_path, monkeypa
         with pytest.raises(
             InputError, match=rf"'targets\.a\.mesh': .*{file}.*pip install.*envs/requirements-step\.lock"
         ):
-            _check_targets({"a": {"mesh": str(tmp_path / file), "role": "known"}})
+            _check_targets({"targets": {"a": {"mesh": str(tmp_path / file), "role": "known"}}})
         with pytest.raises(InputError, match=rf"{file}.*pip install.*envs/requirements-step\.lock"):
             build(tmp_path / file, {}, MESH, RADAR)
