@@ -55,8 +55,8 @@ BROKEN_FILES = {
     "rubbish.off": (b"\x01\x02\x03", "^[^:]*rubbish.off is not a readable OFF mesh: Invalid file.$"),
     "rubbish.obj": (bytes(range(256)) * 4, "."),
     "no_facets.stl": (b"solid nothing\nfacet\nendsolid nothing\n", "."),
-    "no_such_vertex.obj": (b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 7\n", "."),
-    "no_such_vertex.off": (b"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 8\n", "."),
+    "no_such_vertex.obj": (b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 7\n", "uses vertex 7, but there are 3"),
+    "no_such_vertex.off": (b"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 8\n", "uses vertex 8, but there are 3"),
     "nan.obj": (b"v 0 0 0\nv 0.1 nan 0\nv 0 0.1 0\nf 1 2 3\n", r"NaN.*line 2"),
     "nan.off": (b"OFF\n3 1 0\n0 0 0\n1 nan 0\n0 1 0\n3 0 1 2\n", r"NaN.*line 4"),
     "nan.stl": (

@@ -34,6 +34,7 @@ def read_cad(path):
     if states_unit(path):
         return cad_kernel.read_surfaces(path)
     _check_stl_length(path)
+    _check_corners(path)
     meshes = pymeshlab.MeshSet()
     try:
         with contextlib.chdir("."):  # some readers change the working folder and leave it so
@@ -183,3 +184,28 @@ def _check_stl_length(path):
             + (f", its header announces {expected}" if expected else "")
             + ("; it may have been cut short." if short else ".")
         )
+
+
+def _check_corners(path):
+    """Refuse a text file whose faces use vertices that are not there: its reader would write beyond its memory."""
+    form = path.suffix.lower()
+    if form not in (".off", ".obj"):
+        return
+    lines = [words for line in path.read_bytes().splitlines() if (words := line.split(b"#")[0].split())]
+    try:
+        if form == ".obj":
+            many = sum(words[0] == b"v" for words in lines)
+            corners = [int(word.split(b"/")[0]) for words in lines if words[0] == b"f" for word in words[1:]]
+            wrong = [corner for corner in corners if not (0 < corner <= many or -many <= corner < 0)]
+        else:
+            if lines and lines[0][0][-3:] == b"OFF":
+                lines[0] = lines[0][1:]
+                lines = lines if lines[0] else lines[1:]
+            many, faces = int(lines[0][0]), int(lines[0][1])
+            rows = lines[1 + many : 1 + many + faces]
+            corners = [int(word) for words in rows for word in words[1 : 1 + int(words[0])]]
+            wrong = [corner for corner in corners if not 0 <= corner < many]
+    except (ValueError, IndexError):
+        return  # not laid out so; the reader says what it cannot read
+    if wrong:
+        raise InputError(f"{path}: a face uses vertex {wrong[0]}, but there are {many} vertices. Export the file anew.")
