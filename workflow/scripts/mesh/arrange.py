@@ -33,18 +33,17 @@ def arrange(vertices, triangles, close, name):
         triangles, birth = contact.tie(vertices, triangles, birth, close)
         if k == 0:  # what is left between surfaces that part slowly is a wedge, not a contact
             vertices, triangles, birth, flat = contact.overlay(vertices, triangles, birth, close)
-        crossing = crossings(vertices, triangles)
-        if len(crossing) and not flat:
+        crossed = first_crossing(vertices, triangles)
+        if crossed is not None and not flat:
             vertices, triangles, _, parent, _ = cgal.remesh_self_intersections(
                 vertices, triangles.astype(np.int64), stitch_all=True
             )
             birth = birth[parent]
-        if not flat and not len(crossing) and len(triangles) == before:
+        if not flat and crossed is None and len(triangles) == before:
             break
         vertices, triangles, birth, twice = _tidy(vertices, triangles, birth, 2 * close)
         overlapping += twice
     else:
-        crossed = first_crossing(vertices, triangles)
         place = "an unknown place" if crossed is None else topology.place(crossed)
         raise InputError(
             f"{name}: surfaces cross near {place} in a way that cannot be resolved. Unite or separate the parts in the "
