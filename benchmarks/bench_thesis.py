@@ -18,7 +18,6 @@ import pandas as pd
 from common.config import load, read_yaml
 from common.radar import azimuths, bands, elevations
 from mesh.io import read_ply
-from scattering.plan import planned_megabytes
 from scattering.solve import PARTS, solve
 
 POWERS = {"assembly": (2, 1), "factorization": (3, 2), "directions": (2, 2)}  # of unknowns, and of 2^planes below
@@ -42,8 +41,8 @@ def main():
             "band": number,
             "planes": len(config["targets"][target].get("symmetry", [])),
             "unknowns": band["unknowns"],
-            "triangles": band["triangles"],
             "frequencies": band["frequencies"]["count"],
+            "planned_gb": band["solve"]["megabytes"] / 1000,
         }
         for target, path in zip(config["targets"], figures, strict=True)
         for number, band in enumerate(json.loads(Path(path).read_text())["bands"])
@@ -53,12 +52,9 @@ def main():
     largest = table.loc[cost["factorization"].idxmax()]
     frequency = bands(radar, config["mesh"]["bands"])[largest.band][-1]
     symmetry = config["targets"][largest.target].get("symmetry", [])
-    megabytes = planned_megabytes(
-        largest.unknowns, largest.triangles, largest.planes, radar, aspect, config["scattering"]
-    )
     print(
         f"{largest.target} at {frequency / 1e9:g} GHz: {largest.unknowns} unknowns, mirror planes {symmetry}, "
-        f"{len(elevations(aspect)) * len(azimuths(aspect))} directions, planned memory {megabytes / 1000:.1f} GB",
+        f"{len(elevations(aspect)) * len(azimuths(aspect))} directions, planned memory {largest.planned_gb:.1f} GB",
         flush=True,
     )
     start, said = time.perf_counter(), {"at": 0.0}

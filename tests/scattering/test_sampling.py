@@ -44,7 +44,7 @@ def test_excitation_follows_from_the_samples(ellipsoid, symmetry, dtype):
 def test_samples_hold_a_plane_wave(count, bound):
     """Of a point at radius rho, whose excitation has a closed form, in both precisions."""
     rho, phi = count / (2 * np.pi), 0.3
-    number = sampling._samples(K * rho, bound)
+    number = sampling.samples_of_ring(K * rho, bound)
 
     def wave(azimuth):
         az = np.radians(azimuth)
@@ -61,7 +61,7 @@ def test_samples_hold_a_plane_wave(count, bound):
 def test_sampled_sweep_equals_the_direct_one(ellipsoid, symmetry, monkeypatch):
     letters = ["VV", "HH", "HV", "VH"]
     sampled = solve(*ellipsoid, [299792458.0], ELEVATION, AZIMUTH, letters, symmetry).field
-    monkeypatch.setattr(sampling, "_samples", lambda x, tolerance: 1000)
+    monkeypatch.setattr(sampling, "samples_of_ring", lambda x, tolerance: 1000)
     direct = solve(*ellipsoid, [299792458.0], ELEVATION, AZIMUTH, letters, symmetry).field
     assert np.abs(sampled - direct).max() < 1e-5 * np.abs(direct).max()
     assert np.abs(direct[2]).max() > 0.01 * np.abs(direct).max()
@@ -70,7 +70,7 @@ def test_sampled_sweep_equals_the_direct_one(ellipsoid, symmetry, monkeypatch):
 def test_sampled_sweep_of_the_combined_equation_equals_the_direct_one(ellipsoid, monkeypatch):
     settings = {"symmetry": ["xz"], "formulation": "cfie", "polarizations": ["VV", "HV"]}
     sampled = solve(*ellipsoid, [299792458.0], ELEVATION, AZIMUTH, **settings).field
-    monkeypatch.setattr(sampling, "_samples", lambda x, tolerance: 1000)
+    monkeypatch.setattr(sampling, "samples_of_ring", lambda x, tolerance: 1000)
     direct = solve(*ellipsoid, [299792458.0], ELEVATION, AZIMUTH, **settings).field
     assert np.abs(sampled - direct).max() < 1e-5 * np.abs(direct).max()
 

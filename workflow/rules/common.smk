@@ -19,7 +19,6 @@ from common.errors import InputError
 from common.radar import images_are_made
 from report.selection import noise_snrs, noise_target
 from scattering import origin
-from scattering.plan import planned_megabytes
 
 try:
     config = load(config, workflow.configfiles)
@@ -66,9 +65,7 @@ def method(target):
 def solve_megabytes(wildcards, input):
     """The planned memory of a solve, known once the mesh is there."""
     with open(input.figures) as file:
-        mesh = json.load(file)["bands"][int(wildcards.band)]
-    sizes = mesh["unknowns"], mesh["triangles"], len(symmetry(wildcards.target))
-    return planned_megabytes(*sizes, config["radar"], config["aspect"], method(wildcards.target))
+        return json.load(file)["bands"][int(wildcards.band)]["solve"]["megabytes"]
 
 
 def images_shown():

@@ -94,8 +94,8 @@ def remesh_bands(surface, path, target, mesh, radar, aspect=None, scattering=Non
     axes = symmetry.axes(target.get("symmetry", []))
     source = size(vertices, triangles) | {"vertices": len(vertices), "triangles": len(triangles)} | tolerances
     if aspect:
-        expected, length = ideal_unknowns(source["area"], edges[-1]), max(source["box"])
-        check_fit(expected, length, target, len(axes), mesh, radar, aspect, scattering, path)
+        expected = ideal_unknowns(source["area"], edges[-1])
+        check_fit(expected, source["box"], target, len(axes), mesh, radar, aspect, scattering, path)
     meshes, figures = [], []
     for band, edge in zip(bands, edges, strict=True):
         wavelength = sweep.C0 / band[-1]

@@ -3,6 +3,8 @@
 import os
 from pathlib import Path
 
+import numpy as np
+
 from common import radar as sweep
 from common.errors import InputError
 from mesh.read import UNITS, states_unit
@@ -20,17 +22,17 @@ def memory_megabytes():
     return (physical if limit == "max" else min(physical, int(limit))) / 1e6
 
 
-def check_fit(unknowns, length, target, planes, mesh, radar, aspect, scattering, name):
+def check_fit(unknowns, box, target, planes, mesh, radar, aspect, scattering, name):
     """Refuse a target whose top band, with about this many unknowns, would not fit; say what would.
 
-    `length` is the target's largest in metres, `target` its part of the config, `name` its file.
+    `box` are its lengths along x, y and z in metres, `target` its part of the config, `name` its file.
     """
-    memory = memory_megabytes()
-    needed = planned_megabytes(unknowns, unknowns / 1.5, planes, radar, aspect, scattering)
+    memory, radius = memory_megabytes(), _radius(box)
+    needed = planned_megabytes(unknowns, unknowns / 1.5, planes, radius, radar, aspect, scattering)
     if needed <= memory:
         return
     # Unknowns go with the square of the frequency and of the edges in a wavelength.
-    ratio = (unknowns_that_fit(memory, planes, radar, aspect, scattering) / unknowns) ** 0.5
+    ratio = (unknowns_that_fit(memory, planes, radius, radar, aspect, scattering) / unknowns) ** 0.5
     top, density = sweep.frequencies(radar)[-1], mesh["edges_per_wavelength"]
     density *= 0.99 * ratio
     coarser = f", or with 'mesh.edges_per_wavelength: {density:.2g}' (below 8 the field is inexact)"
@@ -38,7 +40,7 @@ def check_fit(unknowns, length, target, planes, mesh, radar, aspect, scattering,
         f"{name} would need about {unknowns:,.0f} unknowns and {needed / 1000:,.1f} GB at {top / 1e9:g} GHz, but this "
         f"machine has {memory / 1000:,.1f} GB. It would fit up to {0.99 * ratio * top / 1e9:.3g} GHz"
         f"{coarser if density >= COARSEST else ''}; a mirror plane in the target's 'symmetry' halves the need. "
-        f"{_measured(length, target, name)}"
+        f"{_measured(max(box), target, name)}"
     )
 
 
@@ -57,8 +59,12 @@ def _measured(length, target, name):
 
 def plan(band, planes, radar, aspect, scattering):
     """What a band's solve will need: memory in MB, time in seconds on the two cores that scattering.plan describes."""
-    count = band["frequencies"]["count"]
+    count, radius = band["frequencies"]["count"], _radius(band["box"])
     return {
-        "megabytes": planned_megabytes(band["unknowns"], band["triangles"], planes, radar, aspect, scattering),
-        "seconds": planned_seconds(band["unknowns"], planes, count, radar, aspect, scattering),
+        "megabytes": planned_megabytes(band["unknowns"], band["triangles"], planes, radius, radar, aspect, scattering),
+        "seconds": planned_seconds(band["unknowns"], planes, radius, count, radar, aspect, scattering),
     }
+
+
+def _radius(box):
+    return float(np.hypot(box[0], box[1]) / 2)

@@ -56,7 +56,7 @@ def sample(surface, wavenumber, elevation, azimuth, dtype):
     given = _fold(surface, azimuth)
     waves, rings, weights, end = [], [], [], 0
     for angle in elevation:
-        count = _samples(wavenumber * radius * np.cos(np.deg2rad(angle)), TOLERANCE[np.dtype(dtype)])
+        count = samples_of_ring(wavenumber * radius * np.cos(np.deg2rad(angle)), TOLERANCE[np.dtype(dtype)])
         spaced = _fold(surface, np.arange(count) * 360 / count)
         fewer = len(spaced[0]) < len(given[0])
         sampled, folds = spaced if fewer else given
@@ -77,8 +77,8 @@ def middle_of(surface):
     return middle
 
 
-def _samples(x, tolerance):
-    """Even number of azimuths that hold an excitation of argument x to `tolerance`."""
+def samples_of_ring(x, tolerance):
+    """Even number of equally spaced azimuths that hold an excitation of argument x = k rho cos(el) to `tolerance`."""
     orders = np.arange(int(x + 20 * np.cbrt(x) + 40))
     beyond = 2 * np.cumsum(np.abs(jv(orders, x))[::-1])[::-1]
     # One order more for the polarization's own cosine and sine, and the highest is shared between +n/2 and -n/2.
