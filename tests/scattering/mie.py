@@ -5,55 +5,70 @@ with exp(+j omega t) and the amplitude E_s = f exp(-j k r) / r.
 """
 
 import numpy as np
+from scipy.spatial import ConvexHull
 from scipy.special import spherical_jn, spherical_yn
 
 
 def backscatter(wavenumber, radius):
     """Amplitude f towards the source, m (complex), phase referred to the centre."""
-    x = wavenumber * radius
+    n, a, b = _coefficients(wavenumber * radius)
+    return np.sum((-1.0) ** n * (2 * n + 1) * (a - b)) * (1j / (2 * wavenumber))
+
+
+def bistatic(wavenumber, radius, angle):
+    """Amplitudes (f_theta, f_phi), m, at `angle` (rad) from the direction in which the incident wave travels.
+
+    angle: (D,). The incident field has unit strength along theta (in the plane of scattering) or phi (across it); the
+    unit vectors are those of spherical coordinates about the direction of travel. Sec. 4.4.4: S_2 and S_1, with
+    f = S / (j k).
+    """
+    n, a, b = _coefficients(wavenumber * radius)
+    cosine, pi, tau = np.cos(angle), [np.zeros(len(angle)), np.ones(len(angle))], [np.zeros(len(angle))]
+    for m in n:
+        tau.append(m * cosine * pi[m] - (m + 1) * pi[m - 1])
+        pi.append(((2 * m + 1) * cosine * pi[m] - (m + 1) * pi[m - 1]) / m)
+    pi, tau = np.array(pi[1 : len(n) + 1]).T, np.array(tau[1:]).T
+    weight = (2 * n + 1) / (n * (n + 1))
+    along, across = tau @ (weight * a) + pi @ (weight * b), pi @ (weight * a) + tau @ (weight * b)
+    return along / (1j * wavenumber), across / (1j * wavenumber)
+
+
+def _coefficients(x):
+    """Orders n and coefficients a_n (electric) and b_n (magnetic) of a sphere of size x = k radius."""
     n = np.arange(1, int(x + 4 * x ** (1 / 3) + 10) + 1)
     j, y = spherical_jn(n, x), spherical_yn(n, x)
     h = j - 1j * y  # outgoing wave for exp(+j omega t)
     dj, dh = spherical_jn(n, x, True), spherical_jn(n, x, True) - 1j * spherical_yn(n, x, True)
-    a = (j + x * dj) / (h + x * dh)  # electric
-    b = j / h  # magnetic
-    return np.sum((-1.0) ** n * (2 * n + 1) * (a - b)) * (1j / (2 * wavenumber))
+    return n, (j + x * dj) / (h + x * dh), j / h
 
 
 def icosphere(radius, edge):
-    """Faceted sphere of the sphere's own volume with edges of `edge` on average: vertices (V, 3), triangles (T, 3)."""
+    """Faceted sphere of the sphere's own volume, as the mean edge length comes nearest to `edge`, in m.
+
+    Returns vertices (V, 3) and triangles (T, 3), outward. Caspar, Klug, Cold Spring Harbor Symp. 27, 1962: a step of
+    (b, c) in a triangular lattice takes an icosahedron's edge, so that there are 20 (b^2 + b c + c^2) triangles.
+    """
+    wanted = (1.2035 * radius / edge) ** 2
+    steps = [(b, c) for b in range(1, int(wanted**0.5) + 3) for c in range(b + 1)]
+    b, c = min(steps, key=lambda step: (abs(step[0] ** 2 + step[0] * step[1] + step[1] ** 2 - wanted), step))
+    i, j = (x.reshape(-1) for x in np.mgrid[-c : b + 1, 0 : b + c + 1])
+    s, t = i * (b + c) + j * c, j * b - i * c
+    inside = (s >= 0) & (t >= 0) & (s + t <= b * b + b * c + c * c)
+    weights = np.stack([b * b + b * c + c * c - s - t, s, t], 1)[inside]
+
     phi = (1 + 5**0.5) / 2
     corners = np.array([[s * a, t * b, 0] for s in (-1, 1) for t in (-1, 1) for a, b in ((1, phi),)])
     corners = np.concatenate([np.roll(corners, k, 1) for k in range(3)])
-    side = np.linalg.norm(corners[:, None] - corners[None], axis=2)
-    near = np.isclose(side, 2.0)
-    faces = [
-        (i, j, k)
-        for i in range(12)
-        for j in range(i + 1, 12)
-        for k in range(j + 1, 12)
-        if near[i, j] and near[j, k] and near[i, k]
-    ]
-    count = max(1, round(1.2 * radius / edge))
-    points, triangles = [], []
-    for face in faces:
-        a, b, c = corners[list(face)]
-        number = {}
-        for i in range(count + 1):
-            for j in range(count + 1 - i):
-                number[i, j] = len(points)
-                points.append(a + (b - a) * i / count + (c - a) * j / count)
-        for i in range(count):
-            for j in range(count - i):
-                triangles.append((number[i, j], number[i + 1, j], number[i, j + 1]))
-                if i + j < count - 1:
-                    triangles.append((number[i + 1, j], number[i + 1, j + 1], number[i, j + 1]))
-    points, triangles = np.array(points), np.array(triangles)
+    points = np.concatenate([weights @ corners[face] for face in _hull(corners)])
     points /= np.linalg.norm(points, axis=1, keepdims=True)
-    _, first, inverse = np.unique(np.round(points, 9), axis=0, return_index=True, return_inverse=True)
-    points, triangles = points[first], inverse.reshape(-1)[triangles]
-    v = points[triangles]
-    signed = np.einsum("ti,ti->t", v[:, 0], np.cross(v[:, 1], v[:, 2]))
-    triangles[signed < 0] = triangles[signed < 0][:, ::-1]
-    volume = np.abs(signed).sum() / 6
+    points = points[np.unique(np.round(points, 9), axis=0, return_index=True)[1]]
+    triangles = _hull(points)
+    volume = np.linalg.det(points[triangles]).sum() / 6
     return points * radius * (4 / 3 * np.pi / volume) ** (1 / 3), triangles
+
+
+def _hull(points):
+    """Outward triangles of the convex hull of points about the origin."""
+    triangles = ConvexHull(points).simplices
+    inward = np.linalg.det(points[triangles]) < 0
+    return np.where(inward[:, None], triangles[:, ::-1], triangles)

@@ -72,17 +72,6 @@ def test_sphere_agrees_with_mie(radius, bound):
     assert solution.residual.max() < 1e-4
 
 
-def test_error_falls_under_refinement():
-    errors = []
-    for edge in (0.2, 0.1, 0.05):
-        vertices, triangles = mie.icosphere(0.3, edge)
-        field = solve(vertices, triangles, [FREQUENCY], [0.0], AZIMUTH, precision="double").field
-        errors.append(np.abs(field / mie.backscatter(2 * np.pi, 0.3) - 1).max())
-    # RWG functions converge at second order in the amplitude; half of that is asked of each halving of the edge.
-    assert errors[1] < errors[0] / 2
-    assert errors[2] < errors[1] / 2
-
-
 @pytest.fixture(scope="module")
 def ellipsoid():
     return octasphere(7, [0.5, 0.35, 0.4])
@@ -133,8 +122,9 @@ def test_plate_at_broadside_agrees_with_physical_optics():
     side = 2.0
     points, triangles = sheet([0, side, 0], [0, 0, side], 20, 20)
     field = solve(points - points.mean(0), triangles, [FREQUENCY], [0.0], [0.0], ["VV", "HH"]).field
-    # Physical optics: RCS = 4 pi A^2 / lambda^2; edges add a few tenths of a decibel at this size.
-    assert np.abs(decibel(field) - decibel(side**2)).max() < 0.5
+    # Physical optics: f = -j A / lambda, RCS = 4 pi A^2 / lambda^2. It leaves out the edges, whose share falls with the
+    # size. Measured: an error of 0.047 of it here (0.33 dB), 0.028 at three wavelengths and 0.019 at four.
+    assert np.abs(field / (-1j * side**2) - 1).max() < 0.06
 
 
 def test_half_plate_with_mirror_plane_equals_whole_one():
@@ -151,21 +141,6 @@ def test_half_plate_with_mirror_plane_equals_whole_one():
     half = solve(vertices, triangles, [FREQUENCY], ELEVATION, AZIMUTH, ["VV", "HH", "HV"], ["xz"])
     assert half.unknowns == whole.unknowns
     assert np.abs(half.field - whole.field).max() < 1e-4 * np.abs(whole.field).max()
-
-
-def test_near_skins_converge():
-    """Two plates lambda/50 apart: the coarse mesh's triangles are five times larger than the gap."""
-    fields = []
-    for count in (8, 16, 24):
-        one = sheet([0.8, 0, 0], [0, 0.8, 0], count, count)
-        two = (one[0] + [0, 0, 0.02], one[1])
-        vertices, triangles = np.concatenate([one[0], two[0]]), np.concatenate([one[1], two[1] + len(one[0])])
-        fields.append(solve(vertices, triangles, [FREQUENCY], [30.0, 80.0], [0.0, 30.0], ["VV"]).field)
-    coarse, middle, fine = fields
-    peak = np.abs(fine).max()
-    errors = np.abs(coarse - fine).max() / peak, np.abs(middle - fine).max() / peak
-    assert errors[0] < 0.05
-    assert errors[1] < errors[0] / 2
 
 
 def test_unsymmetric_mesh_is_refused():
