@@ -173,7 +173,7 @@ def test_a_curve_is_refused(tmp_path, file):
 def test_a_unit_beside_the_files_own_is_refused(tmp_path):
     (tmp_path / "a.step").touch()
     with pytest.raises(InputError, match=r"'targets\.a\.unit': .*a\.step states its own unit"):
-        _check_targets({"a": {"mesh": str(tmp_path / "a.step"), "role": "known", "unit": "mm"}})
+        _check_targets({"targets": {"a": {"mesh": str(tmp_path / "a.step"), "role": "known", "unit": "mm"}}})
 
 
 def test_without_the_kernel_the_key_and_the_command_are_named(tmp_path, monkeypatch):
