@@ -8,6 +8,7 @@ import pytest
 from shapes_made import (
     binary_stl,
     check_solid,
+    cone,
     cube,
     fine_cube,
     moebius,
@@ -217,6 +218,17 @@ def test_needles_become_good_triangles(tmp_path):
     assert topology.areas(*mesh).sum() == pytest.approx(np.pi * 0.15**2, rel=0.01)
     assert band["smallest_angle"]["median"] >= 40 and band["smallest_angle"]["p1"] >= 15
     assert band["unknowns"] <= 1.2 * band["ideal_unknowns"]
+
+
+@pytest.mark.parametrize("shape", [needle_fan(count=20_000), cone(count=20_000)], ids=["disc", "cone"])
+def test_many_needles_around_a_point_are_refused_before_all_are_paired_with_all(tmp_path, shape):
+    """They are 4e8 pairs, of 6 GB; the place is in the disc of 0.15 m or the cone of 0.3 m."""
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    with pytest.raises(InputError, match=rf"too many triangles lie side by side near {PLACE}.*needles") as refusal:
+        made(tmp_path, shape)
+    place = np.array(re.findall(r"-?[\d.e-]+(?=[,)])", re.search(PLACE, str(refusal.value))[0]), dtype=float)
+    assert np.linalg.norm(place) <= 0.3
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 2e6  # KiB
 
 
 def test_degenerate_triangles_are_dropped(tmp_path):

@@ -115,10 +115,39 @@ def test_a_solid_through_itself_keeps_its_outside():
     assert topology.tetrahedra(sound, faces).sum() == pytest.approx(volume, rel=0.01)
 
 
+def test_fine_spheres_that_overlap_are_united_without_being_thinned():
+    """Their edges are a third of the wanted ones; the lens that they share has a volume of closed form."""
+    radius, apart = 0.15, 0.151
+    ball = sphere(radius, 5)
+    sound, faces, repairs, _ = repair(*together(ball, moved(ball, apart, 0, 0)), 0.015, "spheres")
+    assert repairs["thinned_triangles"] == 0 and repairs["united_solids"] == 1
+    assert topology.is_watertight(faces) and arrange.first_crossing(sound, faces) is None
+    lens = np.pi * (4 * radius + apart) * (2 * radius - apart) ** 2 / 12
+    volume = topology.tetrahedra(sound, faces).sum()
+    assert volume == pytest.approx(8 / 3 * np.pi * radius**3 - lens, rel=2e-3)
+
+
 def test_what_does_not_touch_stays_as_it_is():
     vertices, triangles = together(sphere(0.1, 3), moved(sphere(0.1, 3), 0.3, 0, 0))
     sound, faces, counts = arrange.arrange(vertices, triangles, 1e-6, "two")
     assert sound is vertices and faces is triangles and not any(counts.values())
+
+
+def test_sheets_that_part_at_the_touch_tolerance_are_refused_with_what_would_do():
+    """Hinged at x = -0.1 m, 0.01 degrees open: they part by the tolerance, an edge / 4000, 43 mm from there."""
+    angle = np.radians(0.01)
+    turn = np.array([[np.cos(angle), 0, -np.sin(angle)], [0, 1, 0], [np.sin(angle), 0, np.cos(angle)]])
+    vertices, triangles = sheet(4)
+    tilted = (vertices + np.array([SIDE / 2, 0.01, 0])) @ turn.T - [SIDE / 2, 0, 0]
+    with pytest.raises(InputError, match=r"near \(.*\) m .* about 0\.015 mm .* neither apart .* Separate them"):
+        repair(*together(sheet(5), (tilted, triangles)), EDGE, "wedge")
+    apart = tilted + np.array([0, 0, 1e-3])  # m, more than an edge / 40, within which rims are joined
+    sound, faces, _, _ = repair(*together(sheet(5), (apart, triangles)), EDGE, "apart")
+    assert topology.components(faces)[0] == 2
+    assert topology.areas(sound, faces).sum() == pytest.approx(2 * SIDE**2, rel=1e-6)
+    assert topology.areas(*repair(*together(sheet(5), moved(sheet(4), 0, 0.01, 0)), EDGE, "one")[:2]).sum() == (
+        pytest.approx(SIDE**2 + 0.01 * SIDE, rel=1e-6)
+    )
 
 
 def test_near_sheets_stay_two_and_open_boxes_keep_their_inside():
@@ -145,7 +174,7 @@ def test_boxes_that_overlap_are_all_found_once():
     low, other = generator.uniform(0, 1, (2, 900, 3)).round(2)
     high, other_high = low + generator.exponential(0.05, (900, 3)), other + generator.exponential(0.05, (900, 3))
     meet = ((low[:, None] <= other_high) & (high[:, None] >= other)).all(axis=2)
-    pairs = contact.near_boxes(low, high, other, other_high)
+    pairs = contact.near_boxes(low, high, other, other_high, "boxes")
     assert sorted(map(tuple, pairs.tolist())) == list(zip(*(x.tolist() for x in np.nonzero(meet)), strict=True))
 
 

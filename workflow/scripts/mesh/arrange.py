@@ -30,9 +30,9 @@ def arrange(vertices, triangles, close, name):
     overlapping = 0
     for k in range(ROUNDS):
         before, flat = len(triangles), False
-        triangles, birth = contact.tie(vertices, triangles, birth, close)
+        triangles, birth = contact.tie(vertices, triangles, birth, close, name)
         if k == 0:  # what is left between surfaces that part slowly is a wedge, not a contact
-            vertices, triangles, birth, flat = contact.overlay(vertices, triangles, birth, close)
+            vertices, triangles, birth, flat = contact.overlay(vertices, triangles, birth, close, name)
         crossed = first_crossing(vertices, triangles)
         if crossed is not None and not flat:
             vertices, triangles, _, parent, _ = cgal.remesh_self_intersections(
@@ -49,7 +49,13 @@ def arrange(vertices, triangles, close, name):
             f"{name}: surfaces cross near {place} in a way that cannot be resolved. Unite or separate the parts in the "
             "CAD program."
         )
-    triangles = topology.orient(vertices, triangles, name)[0]
+    try:
+        triangles = topology.orient(vertices, triangles, name)[0]
+    except topology.OneSided as fault:  # it had two before surfaces were joined here and there
+        raise InputError(
+            f"{name}: near {topology.place(fault.point)} surfaces part so slowly that, about {2 * close * 1000:.2g} mm "
+            "from each other, they can be told neither apart nor together. Separate them, or draw them as one."
+        ) from None
     shut = hidden(vertices, triangles)
     cut = np.bincount(birth, minlength=len(source)) > 1
     rest = triangles[~shut]

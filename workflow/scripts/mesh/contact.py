@@ -11,18 +11,26 @@ from igl.copyleft import cgal
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from common.errors import InputError
 from mesh import topology
 
 STEEP = np.cos(np.radians(30.0))  # a rim is put onto what its sheet stands on, not onto what it runs along
 FLAT = 1 - 1e-6  # cosine of the angle between normals of one plane
 APART = 0.4  # of the shortest edge at a vertex: nothing moves further
-LEAF, CHUNK = 5_000, 2_000_000  # pairs of boxes compared together, if space can be halved, and at most
+LEAF, CHUNK = 5_000, 1_000_000  # pairs compared together, if space can be halved, and at most
+PAIRS = 10_000_000  # boxes that may overlap; a sound surface has about 13 for each triangle
+ALIKE = 5  # times PAIRS are compared where halving the space parts no boxes
 
 
-def near_boxes(low, high, other_low, other_high):
-    """Pairs (P, 2) of a box and another box that overlap, from their lowest and highest corners (N, 3), (M, 3)."""
+def near_boxes(low, high, other_low, other_high, name):
+    """Pairs (P, 2) of a box and another box that overlap, from their lowest and highest corners (N, 3), (M, 3).
+
+    Raises InputError, naming `name`, where more than PAIRS overlap: time and memory would grow with the square of the
+    boxes, here and in the exact arrangement.
+    """
     everywhere = np.full(3, -np.inf), np.full(3, np.inf)
     cells, found = [(np.arange(len(low)), np.arange(len(other_low)), *everywhere)], [np.zeros((0, 2), int)]
+    many = alike = 0
     while cells:  # halve the space until few boxes are left in a cell
         one, other, start, stop = cells.pop()
         if len(one) == 0 or len(other) == 0:
@@ -38,6 +46,7 @@ def near_boxes(low, high, other_low, other_high):
                 cells.append((one[below], other[other_below], start, np.where(here, middle, stop)))
                 cells.append((one[above], other[other_above], np.where(here, middle, start), stop))
                 continue
+            alike += len(one) * len(other)
         for part in np.array_split(one, 1 + len(one) * len(other) // CHUNK):
             corner = np.maximum(low[part][:, None], other_low[other])
             meet = (corner <= np.minimum(high[part][:, None], other_high[other])).all(axis=2)
@@ -45,15 +54,40 @@ def near_boxes(low, high, other_low, other_high):
             meet &= ((corner >= start) & (corner < stop)).all(axis=2)
             first, second = np.nonzero(meet)
             found.append(np.stack([part[first], other[second]], axis=1))
+            many += len(first)
+            if many > PAIRS or alike > ALIKE * PAIRS:
+                _refuse(np.median((low[one] + high[one]) / 2, axis=0), name)
     return np.concatenate(found)
 
 
-def land(vertices, triangles, tolerance, close):
+def check_hubs(vertices, triangles, name):
+    """Refuse a surface with a vertex that has more triangles than can be paired with each other."""
+    count = np.bincount(triangles.ravel())
+    if count.max() ** 2 > PAIRS:
+        _refuse(vertices[count.argmax()], name)
+
+
+def _refuse(point, name):
+    raise InputError(
+        f"{name}: too many triangles lie side by side near {topology.place(point)} to look for those that cross. "
+        "Export the part there with fewer and rounder triangles: not as thousands of needles around one point, nor "
+        "much finer than the edges of its mesh are to be."
+    )
+
+
+def _in_chunks(keep, pairs):
+    """`keep` (pairs to those of them that it keeps) of many pairs (P, 2), a part at a time to save memory."""
+    return np.concatenate([keep(part) for part in np.array_split(pairs, 1 + len(pairs) // CHUNK)])
+
+
+def land(vertices, triangles, tolerance, close, name):
     """Rim vertices within `tolerance` metres of a triangle that their sheet stands on, put onto it; and how many."""
     unique = topology.edges(triangles)[0]
     rim = topology.rim(triangles)
     corners = vertices[triangles]
-    pair = near_boxes(vertices[rim] - tolerance, vertices[rim] + tolerance, corners.min(axis=1), corners.max(axis=1))
+    pair = near_boxes(
+        vertices[rim] - tolerance, vertices[rim] + tolerance, corners.min(axis=1), corners.max(axis=1), name
+    )
     vertex, triangle = rim[pair[:, 0]], pair[:, 1]
     room = np.full(len(vertices), np.inf)
     length = np.linalg.norm(vertices[unique[:, 0]] - vertices[unique[:, 1]], axis=1)
@@ -79,16 +113,18 @@ def land(vertices, triangles, tolerance, close):
     return vertices, len(done)
 
 
-def tie(vertices, triangles, birth, close):
+def tie(vertices, triangles, birth, close, name):
     """Edges cut at the vertices within `close` metres of them: triangles, and of which source triangle each is a part.
 
     Triangles that are all but a line vanish.
     """
+    size, free = len(vertices), np.zeros(0, dtype=np.int64)
     for _ in range(20):
         unique = topology.edges(triangles)[0]
+        unique = unique[~np.isin(unique @ [size, 1], free)]  # vertices stay, so what had none near it has none now
         used = np.unique(triangles)
         ends = vertices[unique]
-        pair = near_boxes(ends.min(axis=1) - close, ends.max(axis=1) + close, vertices[used], vertices[used])
+        pair = near_boxes(ends.min(axis=1) - close, ends.max(axis=1) + close, vertices[used], vertices[used], name)
         edge, vertex = pair[:, 0], used[pair[:, 1]]
         start, along = ends[edge, 0], ends[edge, 1] - ends[edge, 0]
         length = np.linalg.norm(along, axis=1)
@@ -101,6 +137,7 @@ def tie(vertices, triangles, birth, close):
         if not good.any():
             break
         edge, vertex, reach = edge[good], vertex[good], reach[good]
+        free = np.union1d(free, np.delete(unique, edge, axis=0) @ [size, 1])
         order = np.lexsort((reach, edge))
         chains = {}
         for k in order:
@@ -139,7 +176,7 @@ def cut_sides(triangles, birth, chains):
     )
 
 
-def overlay(vertices, triangles, birth, close):
+def overlay(vertices, triangles, birth, close, name):
     """Parts within `close` metres of one plane that lie on each other cut along each other's edges.
 
     An edge that lies in a triangle, the foot of a sheet, cuts it too. Returns vertices, triangles, birth, and whether
@@ -148,11 +185,11 @@ def overlay(vertices, triangles, birth, close):
     corners = vertices[triangles]
     normal = topology.shape(corners)[0]
     low, high = corners.min(axis=1) - close, corners.max(axis=1) + close
-    lying = _lying(corners, normal, close, near_boxes(low, high, low, high))
+    lying = _in_chunks(lambda pair: _lying(corners, normal, close, pair), near_boxes(low, high, low, high, name))
     unique = topology.edges(triangles)[0]
     ends = vertices[unique]
-    pair = near_boxes(ends.min(axis=1), ends.max(axis=1), low, high)
-    feet = _feet(ends, corners, normal, unique, triangles, close, pair)
+    pair = near_boxes(ends.min(axis=1), ends.max(axis=1), low, high, name)
+    feet = _in_chunks(lambda pair: _feet(ends, corners, normal, unique, triangles, close, pair), pair)
     if len(lying) == 0 and len(feet) == 0:
         return vertices, triangles, birth, False
     count = len(triangles)

@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 from common.errors import InputError
 from mesh import topology
 from mesh.arrange import arrange
-from mesh.contact import land
+from mesh.contact import check_hubs, land
 from mesh.distance import distances
 
 CLOSE = 1e-6  # vertices nearer than this fraction of the target's diagonal are one
@@ -30,8 +30,9 @@ def repair(vertices, triangles, edge, name):
     surface that stands for it; 0 if the source was not thinned). Raises InputError, naming `name`.
     """
     vertices, triangles, counts = _clean(vertices, triangles, name)
+    check_hubs(vertices, triangles, name)
     tolerance, close = WELD * edge, CLOSE * np.linalg.norm(np.ptp(vertices, axis=0))
-    vertices, counts["landed_vertices"] = land(vertices, triangles, tolerance, close)
+    vertices, counts["landed_vertices"] = land(vertices, triangles, tolerance, close, name)
     vertices, triangles, counts["welded_vertices"] = _weld(vertices, triangles, tolerance)
     triangles, counts["split_t_junctions"] = _split_t_junctions(vertices, triangles, tolerance)
     vertices, triangles, counts["closed_holes"] = _close_holes(vertices, triangles, HOLE * edge)

@@ -9,6 +9,14 @@ from common.errors import InputError
 FEATURE_ANGLE = 40.0  # degrees between face normals; sharper edges are features and stay
 
 
+class OneSided(InputError):
+    """A surface has one side only near `point`, (3,) in metres."""
+
+    def __init__(self, point, message):
+        super().__init__(message)
+        self.point = point
+
+
 def edges(triangles):
     """Unique edges (E, 2), ascending vertex pairs, and the edge of each triangle's side, (T, 3).
 
@@ -87,7 +95,7 @@ def orient(vertices, triangles, name):
     """Triangles turned so that neighbours agree and closed surfaces point outward; and how many were turned.
 
     Orientation passes through ordinary edges, not through junctions. Open surfaces keep the side that most of
-    their triangles had. Raises InputError (naming `name`) for a one-sided surface: RWG functions could live on it, but
+    their triangles had. Raises OneSided (naming `name`) for a one-sided surface: RWG functions could live on it, but
     a target that should be one is always a mistake, and no side of it could be called its front.
     """
     index = edges(triangles)[1]
@@ -107,9 +115,10 @@ def orient(vertices, triangles, name):
     wrong = side[0] == side[1]
     if wrong.any():
         point = vertices[triangles[wrong.argmax()]].mean(axis=0)
-        raise InputError(
+        raise OneSided(
+            point,
             f"{name} has a one-sided surface (like a Moebius strip or a doubled face) near {place(point)}; "
-            "it must have two sides."
+            "it must have two sides.",
         )
     graph = coo_array((np.ones(len(one)), (one, other)), shape=(size, size))
     pieces, piece = connected_components(graph, directed=False)
