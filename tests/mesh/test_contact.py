@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from shapes_made import cube, fine_cube, sphere, together, torus
+from shapes_made import cube, fine_cube, lofted, sphere, together, torus
 
 from common.errors import InputError
 from mesh import arrange, contact, symmetry, topology
@@ -102,6 +102,58 @@ def test_a_dent_through_the_bottom_keeps_all_that_waves_reach():
     assert topology.areas(sound, faces).sum() == pytest.approx(topology.areas(vertices, triangles).sum(), rel=1e-6)
     assert repairs["connected_crossings"] == 12 and repairs["hidden_triangles"] == 0
     assert np.bincount(topology.valence(faces))[[1, 2, 3, 4]].tolist() == [0, 96, 0, 6]
+
+
+LONG_ARM, HALF, TOP = 0.24, 0.004, 0.008  # m: two crossed arms of 8 mm by 8 mm, motors from HALF / 2 below to TOP
+MOTOR = 0.006  # m, the radius of a motor of 16 sides
+
+
+def bar(low, high):
+    vertices, triangles = cube()
+    return np.array(low) + (vertices + 0.5) * (np.array(high) - low), triangles
+
+
+def quadcopter(at):
+    """Two arms, turned by 45 degrees about z, and motors at (+-at, +-at), all closed; and the union's volume in m^3."""
+    cos = np.sqrt(0.5)
+    arm, triangles = bar((-LONG_ARM / 2, -HALF, -HALF), (LONG_ARM / 2, HALF, HALF))
+    arms = [(arm @ np.array([[cos, s * cos, 0], [-s * cos, cos, 0], [0, 0, 1]]), triangles) for s in (1, -1)]
+    angle = np.pi / 8 * np.arange(16)
+    motor = lofted(
+        [np.stack([MOTOR * np.cos(angle), MOTOR * np.sin(angle), 0 * angle + z], 1) for z in (-HALF / 2, TOP)]
+    )
+    motors = [moved(motor, x, y, 0) for x in (-at, at) for y in (-at, at)]
+    # Of a motor's section the arm holds what is within HALF of its axis, up to its end.
+    side, across = MOTOR * np.cos(angle[:3]), MOTOR * np.sin(angle[:3])
+    across = np.append(across[:2], HALF)
+    side = np.interp(across, MOTOR * np.sin(angle[:3]), side)
+    held = 2 * np.trapezoid(side + np.minimum(side, LONG_ARM / 2 - np.sqrt(2) * at), across)
+    section = 8 * MOTOR**2 * np.sin(np.pi / 8)
+    volume = 2 * LONG_ARM * (2 * HALF) ** 2 - (2 * HALF) ** 3 + 4 * (section * (TOP + HALF / 2) - held * 1.5 * HALF)
+    return together(*arms, *motors), volume
+
+
+@pytest.mark.parametrize("turned", [False, True])
+@pytest.mark.parametrize("at", [0.075, 0.085])
+def test_a_quadcopter_of_overlapping_solids_becomes_one(tmp_path, at, turned):
+    """The arms' sides lie in one plane and cut each other and the motors at slivers of a few um."""
+    (vertices, triangles), volume = quadcopter(at)
+    edge = 0.00857  # m, a tenth of a wavelength at 3.5 GHz
+    if turned:
+        vertices = vertices @ TURN.T
+    vertices = vertices.astype(np.float32).astype(float)
+    sound, faces, repairs, _ = repair(vertices, triangles, edge, "quadcopter")
+    assert topology.is_watertight(faces) and arrange.first_crossing(sound, faces) is None
+    assert repairs["united_solids"] == 5
+    assert topology.tetrahedra(sound, faces).sum() == pytest.approx(volume, rel=1e-5)
+    again = repair(vertices, triangles, edge, "quadcopter")
+    assert np.array_equal(sound, again[0]) and np.array_equal(faces, again[1])
+    if at == 0.085:
+        write_ply(tmp_path / "shape.ply", vertices, triangles)
+        (mesh,), figures = build(tmp_path / "shape.ply", {}, MESH, RADAR | {"center_frequency": 3.5e9})
+        assert topology.is_watertight(mesh[1]) and arrange.first_crossing(*mesh) is None
+        assert topology.tetrahedra(*mesh).sum() == pytest.approx(volume, rel=0.01)
+        assert figures["bands"][0]["smallest_angle"]["median"] >= 35
 
 
 def test_a_solid_through_itself_keeps_its_outside():

@@ -3,14 +3,13 @@
 import igl
 import numpy as np
 from igl.copyleft import cgal
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from common.errors import InputError
 from mesh import contact, topology
 
-ROUNDS = 6  # rounding the cuts may make surfaces cross anew, by less each time
+ROUNDS = 8  # rounding the cuts may make surfaces cross anew, by less each time
+FINER = 0.1  # of the distance that is closed before a cut: after it; closing it anew would move what was cut anew
 
 
 def arrange(vertices, triangles, close, name):
@@ -27,28 +26,29 @@ def arrange(vertices, triangles, close, name):
     other = (np.bincount(index.ravel(), minlength=len(unique))[index] != 2).any(axis=1)
     solid = (np.bincount(piece, weights=other, minlength=count) == 0)[piece]
     solids = len(np.unique(piece[solid]))
-    overlapping = 0
+    overlapping, near, most, crossed = 0, close, np.inf, "an unknown place"
     for k in range(ROUNDS):
         before, flat = len(triangles), False
-        triangles, birth = contact.tie(vertices, triangles, birth, close, name)
+        triangles, birth = contact.tie(vertices, triangles, birth, near, name)
         if k == 0:  # what is left between surfaces that part slowly is a wedge, not a contact
             vertices, triangles, birth, flat = contact.overlay(vertices, triangles, birth, close, name)
-        crossed = first_crossing(vertices, triangles)
-        if crossed is not None and not flat:
+        pairs = crossings(vertices, triangles) if not flat else []
+        if len(pairs):
+            crossed = topology.place(_point(vertices, triangles, pairs))
+            if len(pairs) > most:  # each cut makes more of them
+                _refuse(crossed, name)
+            most = len(pairs)
             vertices, triangles, _, parent, _ = cgal.remesh_self_intersections(
                 vertices, triangles.astype(np.int64), stitch_all=True
             )
             birth = birth[parent]
-        if not flat and crossed is None and len(triangles) == before:
+        elif not flat and len(triangles) == before:
             break
-        vertices, triangles, birth, twice = _tidy(vertices, triangles, birth, 2 * close)
+        vertices, triangles, birth, twice = _tidy(vertices, triangles, birth, 2 * near)
         overlapping += twice
+        near *= FINER if len(pairs) else 1
     else:
-        place = "an unknown place" if crossed is None else topology.place(crossed)
-        raise InputError(
-            f"{name}: surfaces cross near {place} in a way that cannot be resolved. Unite or separate the parts in the "
-            "CAD program."
-        )
+        _refuse(crossed, name)
     try:
         triangles = topology.orient(vertices, triangles, name)[0]
     except topology.OneSided as fault:  # it had two before surfaces were joined here and there
@@ -79,16 +79,28 @@ def crossings(vertices, triangles):
 def first_crossing(vertices, triangles):
     """A point (3,) in metres near which triangles meet elsewhere than at common corners and edges; None if none do."""
     pairs = crossings(vertices, triangles)
-    return vertices[triangles[pairs[:, 0].min()]].mean(axis=0) if len(pairs) else None
+    return _point(vertices, triangles, pairs) if len(pairs) else None
+
+
+def _point(vertices, triangles, pairs):
+    return vertices[triangles[pairs[:, 0].min()]].mean(axis=0)
+
+
+def _refuse(place, name):
+    raise InputError(
+        f"{name}: surfaces cross near {place} in a way that cannot be resolved. Unite or separate the parts in the CAD "
+        "program."
+    )
 
 
 def _tidy(vertices, triangles, birth, close):
     """Vertices within `close` metres made one, triangles kept once; and how many were there twice."""
     pairs = cKDTree(vertices).query_pairs(close, output_type="ndarray")
-    graph = coo_array((np.ones(len(pairs)), pairs.T), shape=(len(vertices),) * 2)
-    label = connected_components(graph, directed=False)[1]
-    first = np.unique(label, return_index=True)[1]
-    triangles = first[label][triangles].astype(np.int32)
+    first = np.arange(len(vertices))
+    for one, other in pairs[np.lexsort(pairs.T[::-1])].tolist():  # a chain of them may lead far: nothing moves further
+        if first[one] == one and first[other] == other:
+            first[other] = one
+    triangles = first[triangles].astype(np.int32)
     kept = (triangles != np.roll(triangles, 1, axis=1)).all(axis=1)
     triangles, birth = triangles[kept], birth[kept]
     once = np.sort(np.unique(np.sort(triangles, axis=1), axis=0, return_index=True)[1])
