@@ -143,6 +143,8 @@ def tie(vertices, triangles, birth, close, name):
         for k in order:
             chains.setdefault(tuple(unique[edge[k]].tolist()), []).append(int(vertex[k]))
         triangles, birth = cut_sides(triangles, birth, chains)
+        once = np.sort(np.unique(np.sort(triangles, axis=1), axis=0, return_index=True)[1])
+        triangles, birth = triangles[once], birth[once]  # or needles upon each other are cut again and again
     return triangles, birth
 
 
