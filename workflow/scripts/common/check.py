@@ -10,7 +10,7 @@ import yaml
 from common import radar as sweep
 from common.errors import InputError
 from common.radar import images_are_made
-from imaging.formation import wavenumber_grid
+from imaging.formation import pixel_axes
 from imaging.geometry import centres
 from learning.split import split
 from mesh import cad_kernel
@@ -117,7 +117,7 @@ def _check_sweep(config):
         )
     if images_are_made(config):
         angle = np.radians(azimuths[1] - azimuths[0]) * (np.arange(imaging["aperture"]) - imaging["aperture"] // 2)
-        wavenumber_grid(sweep.frequencies(radar), angle, imaging["reformat"])
+        pixel_axes(sweep.frequencies(radar), angle, imaging)
 
 
 def _check_steps(key, angles, limit):

@@ -1,6 +1,8 @@
-"""Image formation as one matrix: resample onto a uniform (kx, ky) grid, window, inverse DFT (thesis section 3.4).
+"""Image formation as one matrix (thesis section 3.4): a windowed sum over the aperture's samples for every pixel.
 
 For one geometry all of it is the same linear map of the aperture's samples, whatever the target, direction or noise.
+Three ways to the sum: `none` takes the samples for a rectangle in (kx, ky), a plain inverse DFT; `polar` resamples them
+onto one by bilinear interpolation; `exact` takes every sample where it is (back-projection).
 """
 
 import numpy as np
@@ -16,6 +18,7 @@ def wavenumber_grid(frequency, angle, reformat):
 
     frequency: Hz. angle: relative azimuth in rad, symmetric about 0.
     `polar`: the rectangle inscribed in the sampled sector (k cos, k sin), its near side at the lowest k.
+    `exact`: the same, for it has the pixels of `polar`.
     `none`: k, and the centre k times the angle, as if the sector were a rectangle.
     InputError if the sector is too wide for its depth to hold a rectangle.
     """
@@ -25,8 +28,8 @@ def wavenumber_grid(frequency, angle, reformat):
     half = angle[-1]
     if half >= np.pi / 2 or k[-1] * np.cos(half) <= k[0]:
         raise InputError(
-            f"config key 'imaging.reformat': polar needs cos(half the aperture) above lowest / highest frequency, but "
-            f"cos({np.degrees(half):.1f} deg) = {np.cos(half):.3f} and {frequency[0]:g} Hz / {frequency[-1]:g} Hz = "
+            f"config key 'imaging.reformat': {reformat} needs cos(half the aperture) above lowest / highest frequency, "
+            f"but cos({np.degrees(half):.1f} deg) = {np.cos(half):.3f} and {frequency[0]:g} Hz / {frequency[-1]:g} Hz = "
             f"{frequency[0] / frequency[-1]:.3f}; take fewer azimuth samples ('imaging.aperture'), or more bandwidth."
         )
     ky_max = k[0] * np.tan(half)
@@ -51,29 +54,50 @@ def bilinear_weights(frequency, angle, kx, ky):
     return weights.reshape(len(kx), -1)
 
 
-def pixel_axes(kx, ky):
-    """Pixel centres (range, crossrange) in m: DFT bins of the grid, pi / (samples x step) apart, 0 at index n // 2."""
-    return tuple((np.arange(len(k)) - len(k) // 2) * np.pi / (len(k) * (k[1] - k[0])) for k in (kx, ky))
+def pixel_axes(frequency, angle, imaging):
+    """Pixel centres (range, crossrange) in m: the DFT bins of the wavenumber grid, 0 at index n // 2.
+
+    As many as there are samples, or `upsample` a side: the same extent, pi / step, in more pixels.
+    InputError if there are more samples than that.
+    """
+    axes = []
+    for k in wavenumber_grid(frequency, angle, imaging["reformat"]):
+        count = len(k) if imaging["upsample"] == "none" else imaging["upsample"]
+        if count < len(k):
+            raise InputError(
+                f"config key 'imaging.upsample': {count} pixels a side are fewer than the {len(k)} samples there; "
+                "take as many or more, or none."
+            )
+        axes.append((np.arange(count) - count // 2) * np.pi / (count * (k[1] - k[0])))
+    return tuple(axes)
 
 
-def imaging_matrix(frequency, angle, imaging):
-    """The map from an aperture's samples to its image, and the image's axes.
+def response(frequency, angle, imaging, down, cross):
+    """The map from an aperture's samples to the image at ranges `down` (D,) and crossranges `cross` (C,), in m.
 
     frequency: (F,) in Hz; angle: (A,) azimuth relative to the centre, in rad; imaging: the config's section.
-    Returns the matrix, complex64 (F * A pixels, F * A samples), both in C order of (range, crossrange) and
-    (frequency, angle), and range (F,), crossrange (A,) in m. The window is divided by its sum: a scatterer of
-    amplitude f at the origin gives a peak of f. The phase is that of thesis eq. 3.14,
-    exp(2j (kx range - ky crossrange)) with the true kx: at its own pixel a scatterer has the phase of its amplitude.
+    Returns complex64 (D * C, F * A), both in C order of (range, crossrange) and (frequency, angle).
+    The window is divided by its sum: a scatterer of amplitude f at the origin gives a peak of f. The phase is that of
+    thesis eq. 3.14, exp(2j (kx range - ky crossrange)) with the true kx: at its own place a scatterer has the phase of
+    its amplitude. `exact` weights its samples with k besides, as they lie less densely in the plane (kx, ky) where k is
+    large (d kx d ky = k dk dphi).
     InputError if the geometry cannot make an image.
     """
+    window = _window(imaging["window"], len(frequency)), _window(imaging["window"], len(angle))
+    if imaging["reformat"] == "exact":
+        k = 2 * np.pi * frequency / C0
+        weight = np.outer(window[0] * k, window[1])
+        to_range = np.exp(2j * np.multiply.outer(down, np.outer(k, np.cos(angle)))) * (weight / weight.sum())
+        to_cross = np.exp(-2j * np.multiply.outer(cross, np.outer(k, np.sin(angle))))
+        matrix = to_range[:, None] * to_cross
+        return matrix.reshape(len(down) * len(cross), -1).astype(np.complex64)
     kx, ky = wavenumber_grid(frequency, angle, imaging["reformat"])
-    down, cross = pixel_axes(kx, ky)
-    to_range = np.exp(2j * np.outer(down, kx)) * _window(imaging["window"], len(kx))
-    to_cross = np.exp(-2j * np.outer(cross, ky)) * _window(imaging["window"], len(ky))
+    to_range = np.exp(2j * np.outer(down, kx)) * window[0]
+    to_cross = np.exp(-2j * np.outer(cross, ky)) * window[1]
     matrix = np.kron(to_range, to_cross)
     if imaging["reformat"] == "polar":
         matrix = matrix @ bilinear_weights(frequency, angle, kx, ky)
-    return matrix.astype(np.complex64), down, cross
+    return matrix.astype(np.complex64)
 
 
 def apertures(field, azimuth, aperture):

@@ -67,7 +67,8 @@ def geometry(frequency, elevation, azimuth, imaging):
     As each sample stands for one step, the bandwidth is frequencies x step and the aperture angle aperture x step:
     extent = samples x resolution (thesis eqs. 3.10, 3.12).
     Cross-range figures are for the centre frequency. `polar` keeps the inscribed rectangle's part of the sector, so its
-    pixels are somewhat larger than these resolutions and its image spans somewhat more than these extents.
+    pixels, and those of `exact`, are somewhat larger than these resolutions and their image spans somewhat more than
+    these extents.
     Lengths in m, angles in degrees; bytes are of one target's clean images, as many again for every realization of
     every SNR. InputError if no image can be made.
     """
@@ -76,7 +77,7 @@ def geometry(frequency, elevation, azimuth, imaging):
     samples = imaging["aperture"]
     wavelength = C0 / ((frequency[0] + frequency[-1]) / 2)
     images = len(elevation) * len(centres(azimuth, samples))
-    pixels = len(frequency) * samples
+    shape = [count if imaging["upsample"] == "none" else imaging["upsample"] for count in (len(frequency), samples)]
     return {
         "range_resolution": float(C0 / (2 * len(frequency) * step)),  # eq. 3.4
         "crossrange_resolution": float(wavelength / (2 * samples * turn)),  # eq. 3.9
@@ -85,10 +86,10 @@ def geometry(frequency, elevation, azimuth, imaging):
         "crossrange_extent_highest_frequency": float(C0 / frequency[-1] / (2 * turn)),
         "aperture_angle": float(np.degrees(samples * turn)),
         "fractional_bandwidth": float((frequency[-1] - frequency[0]) / (C0 / wavelength)),
-        "range_pixels": len(frequency),
-        "crossrange_pixels": samples,
+        "range_pixels": shape[0],
+        "crossrange_pixels": shape[1],
         "images": images,
-        "bytes": images * pixels * BYTES,
+        "bytes": images * shape[0] * shape[1] * BYTES,
     }
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 
 from common.errors import InputError
-from imaging.formation import apertures, form_images, imaging_matrix
+from imaging.formation import apertures, form_images, pixel_axes, response
 from imaging.geometry import centres, describe, geometry, uniform_step, warnings
 from imaging.noise import definition_offset, generator, white_noise
 
@@ -73,7 +73,8 @@ class _Plan:
         self.elevation, self.azimuth = field.elevation.values, centres(self.sweep, imaging["aperture"])
         step = np.radians(uniform_step("azimuth", self.sweep))
         angle = step * (np.arange(imaging["aperture"]) - imaging["aperture"] // 2)
-        self.matrix, self.range, self.crossrange = imaging_matrix(frequency, angle, imaging)
+        self.range, self.crossrange = pixel_axes(frequency, angle, imaging)
+        self.matrix = response(frequency, angle, imaging, self.range, self.crossrange)
         self.shape = (len(self.range), len(self.crossrange))
         figures = geometry(frequency, self.elevation, self.sweep, imaging)
         self.attrs = {
