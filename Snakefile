@@ -26,6 +26,8 @@ localrules:
 
 onstart:
     lock.take()
+    if images_are_made(config):
+        logger.info("\n".join(overview(config, RESULTS)))
 
 
 rule all:

@@ -40,8 +40,10 @@ def test_axes_must_be_even():
 
 def test_warnings(wide):
     figures = geometry(wide.frequency, [0.0], wide.azimuth, wide.imaging)
-    assert warnings(figures, wide.imaging, length=1.0) == []
+    assert warnings(figures, wide.imaging, length=0.8) == []
+    (ghosts,) = warnings(figures, wide.imaging, length=1.0)
+    assert "1.00 m long" in ghosts and "for 0.82 m of cross-range" in ghosts  # c / 7.05 GHz / (2 * 2 pi / 242)
     (fold,) = warnings(figures, wide.imaging, length=1.2)
     assert "crossrange extent is 1.04 m" in fold
-    (blur,) = warnings(figures, wide.imaging | {"reformat": "none"}, length=1.0)
+    (blur,) = warnings(figures, wide.imaging | {"reformat": "none"}, length=0.8)
     assert "0.28 m" in blur

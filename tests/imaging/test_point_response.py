@@ -38,7 +38,7 @@ def test_linear_interpolation_weakens_by_sinc_squared(wide, part):
 def test_a_scatterer_at_the_origin_has_only_its_sidelobes(wide):
     for reformat in ("none", "polar", "exact"):
         found = figures(wide, reformat, 0.0, 0.0)
-        assert found["loss_db"] == pytest.approx(0, abs=0.01) and found["error"] == pytest.approx(0, abs=1e-6)
+        assert found["loss_db"] == pytest.approx(0, abs=0.05) and found["error"] == pytest.approx(0, abs=1e-3)
         assert -43 < found["ghost_db"][0, 0] < -40
 
 

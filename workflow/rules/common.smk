@@ -6,6 +6,7 @@ import re
 import sys
 
 from snakemake.exceptions import WorkflowError
+from snakemake.logging import logger
 
 SCRIPTS = os.path.join(workflow.basedir, "workflow", "scripts")
 sys.path.insert(0, SCRIPTS)
@@ -16,6 +17,7 @@ from common import lock
 from common import radar as sweep
 from common.config import load, section
 from common.errors import InputError
+from common.overview import overview
 from common.radar import images_are_made
 from report.selection import noise_snrs, noise_target
 from scattering import origin
@@ -28,7 +30,7 @@ except InputError as error:
 lock.release_stale()
 
 RESULTS = f"results/{config['name']}"
-BEFORE_JOBS = ("check.py", "config.py", "lock.py")  # run with this file, never in a job
+BEFORE_JOBS = ("check.py", "config.py", "lock.py", "overview.py")  # run with this file, never in a job
 TARGETS = list(config["targets"])
 # A target is a mesh, which is solved, or a field from elsewhere.
 MESHED = [target for target in TARGETS if "mesh" in config["targets"][target]]

@@ -11,7 +11,7 @@ rule report:
         scores=[f"{RESULTS}/learning/{table}.csv" for table in ("scores", "confusion") if RUNS],
         times=[f"{RESULTS}/learning/times/{run}.json" for run in RUNS],
         published=[f"resources/reference/thesis_{table}.csv" for table in ("results", "prediction_times")],
-        code=code("mesh", "report"),
+        code=code("imaging", "mesh", "report"),
     output:
         page=f"{RESULTS}/report/index.html",
         figures=directory(f"{RESULTS}/report/figures"),

@@ -28,9 +28,10 @@ def wavenumber_grid(frequency, angle, reformat):
     half = angle[-1]
     if half >= np.pi / 2 or k[-1] * np.cos(half) <= k[0]:
         raise InputError(
-            f"config key 'imaging.reformat': {reformat} needs cos(half the aperture) above lowest / highest frequency, "
-            f"but cos({np.degrees(half):.1f} deg) = {np.cos(half):.3f} and {frequency[0]:g} Hz / {frequency[-1]:g} Hz = "
-            f"{frequency[0] / frequency[-1]:.3f}; take fewer azimuth samples ('imaging.aperture'), or more bandwidth."
+            f"config key 'imaging.reformat': {reformat} needs cos(half the aperture) above lowest / highest "
+            f"frequency, but cos({np.degrees(half):.1f} deg) = {np.cos(half):.3f} and {frequency[0]:g} Hz / "
+            f"{frequency[-1]:g} Hz = {frequency[0] / frequency[-1]:.3f}; take fewer azimuth samples "
+            "('imaging.aperture'), or more bandwidth."
         )
     ky_max = k[0] * np.tan(half)
     kx_max = np.sqrt(k[-1] ** 2 - ky_max**2)

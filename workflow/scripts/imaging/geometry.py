@@ -103,7 +103,7 @@ def describe(figures):
         ),
         f"crossrange extent at the highest frequency: {figures['crossrange_extent_highest_frequency']:.3f} m",
         f"aperture {figures['aperture_angle']:.2f} degrees, bandwidth {100 * figures['fractional_bandwidth']:.1f} %",
-        f"{figures['images']} images, {figures['bytes'] / 1e6:.1f} MB",
+        f"{figures['images']} images, {figures['bytes'] / 1e6:.3g} MB",
     ]
 
 
@@ -120,6 +120,12 @@ def warnings(figures, imaging, length):
                 f"the target is up to {length:.2f} m long but the unambiguous {axis} extent is {extent:.2f} m:"
                 f" what lies outside folds over. More samples ('{key}') over the same span widen it."
             )
+    sampled = figures["crossrange_extent_highest_frequency"]
+    if sampled < length <= figures["crossrange_extent"]:
+        found.append(
+            f"the target is up to {length:.2f} m long but at the highest frequency the azimuth steps are only fine"
+            f" enough for {sampled:.2f} m of cross-range: its ends leave ghosts. Take more ('aspect.azimuth')."
+        )
     # Over the aperture a scatterer at cross-range c walks c x angle in range; the plain FFT takes it to stand still.
     walk = np.radians(figures["aperture_angle"]) * figures["crossrange_extent"] / 2
     if imaging["reformat"] == "none" and walk > figures["range_resolution"]:

@@ -23,7 +23,10 @@ def point_response(frequency, angle, imaging, down, cross):
     pixels = pixel_axes(frequency, angle, plain)
     step = np.array([axis[1] - axis[0] for axis in pixels])
     extent = step * [len(axis) for axis in pixels]
-    fine = [axis[0] + np.arange(FINE * len(axis)) * size / FINE for axis, size in zip(pixels, step, strict=True)]
+    fine = [
+        ((np.arange(FINE * len(axis)) + 0.5) / FINE - len(axis) / 2) * size
+        for axis, size in zip(pixels, step, strict=True)
+    ]
     rows = response(frequency, angle, plain, *fine)
     k = 2 * np.pi * frequency / C0
     figures = {name: np.empty((len(down), len(cross))) for name in ("loss_db", "ghost_db", "error")}
@@ -42,7 +45,9 @@ def point_response(frequency, angle, imaging, down, cross):
         outside = np.maximum.outer(*around) > MAIN_LOBE
         off = (np.array(place) - [down[i], cross[j]] + extent / 2) % extent - extent / 2
         figures["loss_db"][i, j] = -20 * np.log10(peak)
-        figures["ghost_db"][i, j] = 20 * np.log10(image[outside].max() / peak)
+        figures["ghost_db"][i, j] = 20 * np.log10(
+            image[outside].max(initial=1e-5) / peak
+        )  # small images have no outside
         figures["error"][i, j] = np.abs(off / step).max()
     return figures
 

@@ -1,34 +1,43 @@
-"""Galleries of ISAR images: every target over azimuth, one target over SNR."""
+"""ISAR images: every target over azimuth, one over elevation and SNR, and what image formation does to a scatterer."""
 
 import numpy as np
 import pandas as pd
 
+from common.errors import InputError
 from common.radar import snr_label
+from imaging.point_response import point_response
+from report.draw_images import FLOOR_DB, edges, gallery
 from report.layout import Figure, Section, Table, canvas, style, to_svg
-from report.selection import GALLERY_AZIMUTHS, noise_snrs, noise_target
+from report.selection import GALLERY_AZIMUTHS, GALLERY_ELEVATIONS, evenly, noise_snrs, noise_target
 
-FLOOR_DB = -40
-COLUMNS = 4
+RESPONSES = {"none": "none (plain FFT)", "polar": "polar", "exact": "exact"}
+PLACES = 13  # of scatterers, along each axis of the extent
 
 
 def section(results):
-    noise = results.settings["noise"]
+    noise, shown = results.settings["noise"], noise_target(results.settings["targets"])
     return Section(
         id="images",
         title="Images",
         text=(
             "Every image is divided by its own peak. Range is measured from the target's origin along the line of "
             "sight, negative towards the radar, which looks from the bottom of each image. Cross-range is at right "
-            "angles to it, in the plane of the turn.",
+            "angles to it, in the plane of the turn. The white line is the outline of the target's mesh as it lies in "
+            "the image plane.",
         ),
         figures=(
-            *(azimuth_gallery(name, results.images(name, "clean")) for name in results.targets),
+            *(
+                azimuth_gallery(name, results.images(name, "clean"), results.surfaces.get(name))
+                for name in results.targets
+            ),
+            elevation_gallery(shown, results.images(shown, "clean"), results.surfaces.get(shown)),
             noise_gallery(
-                noise_target(results.settings["targets"]),
+                shown,
                 lambda target, store: results.images(target, store),
                 noise_snrs(noise["snr_db"]),
                 noise["definition"],
             ),
+            response_figure(results.images(shown, "clean"), results.scattering(shown), results.settings["imaging"]),
         ),
         tables=(images_table(results),),
     )
@@ -79,12 +88,7 @@ def images_table(results):
     )
 
 
-def decibels(image):
-    """Magnitude of a peak-normalised complex image in dB, no lower than -100."""
-    return 20 * np.log10(np.maximum(np.abs(image), 1e-5))
-
-
-def azimuth_gallery(target, dataset):
+def azimuth_gallery(target, dataset, surface):
     """Noise-free images of a target at evenly spread azimuths, elevation nearest 0."""
     cut = dataset.image.sel(elevation=0, method="nearest")
     count = cut.sizes["azimuth"]
@@ -92,7 +96,7 @@ def azimuth_gallery(target, dataset):
     picks = np.unique(np.arange(GALLERY_AZIMUTHS) * count // GALLERY_AZIMUTHS)
     cut = cut.isel(azimuth=picks).load()
     panels = [(f"azimuth {float(azimuth):.0f}°", cut.sel(azimuth=azimuth)) for azimuth in cut.azimuth.values]
-    svg, frame = _gallery(panels)
+    svg, frame = gallery(panels, surface)
     frame.insert(0, "target", target)
     return Figure(
         name=f"images_{target}",
@@ -107,6 +111,26 @@ def azimuth_gallery(target, dataset):
     )
 
 
+def elevation_gallery(target, dataset, surface):
+    """Noise-free images of a target at evenly spread elevations, azimuth an eighth of the way."""
+    cut = dataset.image.isel(azimuth=dataset.sizes["azimuth"] // 8)
+    cut = cut.sel(elevation=evenly(cut.elevation.values.tolist(), GALLERY_ELEVATIONS)).load()
+    panels = [(f"elevation {float(angle):.0f}°", cut.sel(elevation=angle)) for angle in cut.elevation.values]
+    svg, frame = gallery(panels, surface)
+    frame.insert(0, "target", target)
+    return Figure(
+        name="images_elevation",
+        svg=svg,
+        data=frame,
+        alt=f"Noise-free ISAR images of {target} at {len(panels)} elevations from {panels[0][0]} to {panels[-1][0]}.",
+        caption=(
+            f"{target}: noise-free images over elevation at azimuth {float(cut.azimuth):.0f}°, 0 to {FLOOR_DB} dB of "
+            "each image's peak. Away from the horizon the image plane is inclined: cross-range shrinks with the cosine "
+            "of the elevation."
+        ),
+    )
+
+
 def noise_gallery(target, read, snrs, definition):
     """One aspect of one target, clean and at several SNRs. `read(target, store)` opens a store of images."""
     clean = read(target, "clean").image.sel(elevation=0, method="nearest")
@@ -116,7 +140,7 @@ def noise_gallery(target, read, snrs, definition):
         noisy = read(target, snr_label(snr)).image.isel(realization=0)
         where = {"elevation": clean.elevation, "azimuth": clean.azimuth}
         panels.append((f"SNR {snr:g} dB", noisy.sel(where, method="nearest").load()))
-    svg, frame = _gallery(panels)
+    svg, frame = gallery(panels)
     frame.insert(0, "target", target)
     return Figure(
         name="images_snr",
@@ -130,59 +154,74 @@ def noise_gallery(target, read, snrs, definition):
     )
 
 
-def _gallery(panels):
-    """Draw titled images (range, crossrange) side by side; return the SVG and the pixels as a table."""
-    first = panels[0][1]
-    distance, cross = first.range.values, first.crossrange.values
-    # One digit, and not at the edge, where it would run into the neighbour's.
-    tick = float(f"{0.8 * _edges(cross)[1]:.0e}")
-    ticks = [-tick, 0, tick]
-    rows = -(-len(panels) // COLUMNS)
-    across = 1.05  # inches
-    height = across * np.ptp(_edges(distance)) / np.ptp(_edges(cross))
+def response_figure(dataset, scattering, imaging):
+    """Peak loss, ghost level and position error of one scatterer over the extent, per way to form images."""
+    turn = np.radians(float(scattering.azimuth[1] - scattering.azimuth[0]))
+    angle = turn * (np.arange(imaging["aperture"]) - imaging["aperture"] // 2)
+    # Half a cell from the edges, where an echo lies on both sides of the image at once.
+    places = (np.arange(PLACES) - PLACES // 2) / PLACES
+    down, cross = (places * dataset.attrs[f"{axis}_extent"] for axis in ("range", "crossrange"))
+    found = {}
+    for way in RESPONSES:
+        try:
+            found[way] = point_response(scattering.frequency.values, angle, imaging | {"reformat": way}, down, cross)
+        except InputError:  # this sweep's sector holds no rectangle
+            continue
+    columns = (
+        ("loss_db", "peak loss [dB]", "viridis_r", 0, 8),
+        ("ghost_db", "strongest ghost [dB]", "magma", -45, 0),
+        ("error", "position error [pixels]", "cividis", 0, 0.5),
+    )
     with style():
-        figure = canvas(1.3 + (across + 0.1) * COLUMNS, 0.5 + rows * (height + 0.3), layout="compressed")
-        grid = figure.subplots(rows, COLUMNS, squeeze=False, sharex=True, sharey=True)
-        for axes in grid.flat[len(panels) :]:
-            axes.set_axis_off()
-        for axes, (title, image) in zip(grid.flat, panels, strict=False):
-            picture = axes.imshow(
-                decibels(image.transpose("range", "crossrange").values),
-                extent=(*_edges(cross), *_edges(distance)),
-                origin="lower",
-                cmap="viridis",
-                vmin=FLOOR_DB,
-                vmax=0,
-                interpolation="nearest",
-            )
-            axes.set_title(title)
-            axes.grid(False)
-            axes.set_xticks(ticks)
-        for axes in grid[:, 0]:
-            axes.set_ylabel("range [m]")
-        for column in range(min(COLUMNS, len(panels))):
-            lowest = max(row for row in range(rows) if row * COLUMNS + column < len(panels))
-            grid[lowest, column].set_xlabel("cross-range [m]")
-            grid[lowest, column].tick_params(labelbottom=True)
-        figure.colorbar(picture, ax=grid, label="|image| [dB]", shrink=0.8, aspect=30, pad=0.02)
+        figure = canvas(6.6, 0.5 + 1.75 * len(found), layout="compressed")
+        grid = figure.subplots(len(found), len(columns), squeeze=False, sharex=True, sharey=True)
+        for row, (way, figures) in zip(grid, found.items(), strict=True):
+            for axes, (name, label, colors, low, high) in zip(row, columns, strict=True):
+                frame = (*edges(cross), *edges(down))
+                picture = axes.imshow(
+                    figures[name],
+                    extent=frame,
+                    origin="lower",
+                    cmap=colors,
+                    vmin=low,
+                    vmax=high,
+                    interpolation="nearest",
+                )
+                axes.grid(False)
+                if axes in grid[-1]:
+                    axes.set_xlabel("cross-range [m]")
+                if axes in grid[0]:
+                    axes.set_title(label)
+                figure.colorbar(picture, ax=axes, shrink=0.85, extend="both" if name == "ghost_db" else "max")
+            row[0].set_ylabel(f"{RESPONSES[way]}\nrange [m]")
         svg = to_svg(figure)
     frame = pd.concat(
         pd.DataFrame(
             {
-                "image": title,
-                "azimuth_deg": float(image.azimuth),
-                "elevation_deg": float(image.elevation),
-                "range_m": np.repeat(distance, len(cross)),
-                "crossrange_m": np.tile(cross, len(distance)),
-                "level_db": decibels(image.transpose("range", "crossrange").values).ravel().round(2),
+                "reformat": way,
+                "range_m": np.repeat(down, len(cross)),
+                "crossrange_m": np.tile(cross, len(down)),
+                "peak_loss_db": figures["loss_db"].ravel(),
+                "ghost_db": figures["ghost_db"].ravel(),
+                "position_error_pixels": figures["error"].ravel(),
             }
         )
-        for title, image in panels
+        for way, figures in found.items()
     )
-    return svg, frame
-
-
-def _edges(centers):
-    """Outer edges of uniform pixels from their centres."""
-    half = (centers[1] - centers[0]) / 2
-    return float(centers[0] - half), float(centers[-1] + half)
+    worst = "; ".join(
+        f"{way}: up to {max(figures['loss_db'].max(), 0):.1f} dB and {figures['error'].max():.2f} pixels"
+        for way, figures in found.items()
+    )
+    return Figure(
+        name="point_response",
+        svg=svg,
+        data=frame.round(4),
+        alt=f"Peak loss, strongest ghost and position error of a point scatterer over the image. {worst}.",
+        caption=(
+            "What becomes of a single scatterer, wherever it stands in the unambiguous extent, for this sweep: by how "
+            "much its peak is too low, the strongest echo outside its main lobe relative to that peak, and how far the "
+            f"peak is off, read between the pixels. Worst loss and error - {worst}. This run uses "
+            f"{imaging['reformat']}. The pixels of polar and exact span more cross-range than the azimuth steps "
+            "make unambiguous: there exact shows what folds over, and polar, which weakens its sides, less of it."
+        ),
+    )

@@ -4,6 +4,7 @@ import numpy as np
 
 ROLES = ("known", "unknown", "other")
 GALLERY_AZIMUTHS = 8  # images of each target
+GALLERY_ELEVATIONS = 8  # images of one target
 GALLERY_SNRS = 7  # noisy images of one target, beside the clean one
 TABLE_SNRS = 7  # columns of the accuracy table
 
