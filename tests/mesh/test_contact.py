@@ -256,3 +256,18 @@ def test_faces_in_a_mirror_plane_are_there_once(tmp_path, name):
         assert {frozenset(corners) for corners in image[mesh[1]].tolist()} == set(faces)
     assert (mesh[0][mesh[1]][:, :, 1] == 0).all(axis=1).sum() > 20 or name == "a fin across"
     assert unknowns(fundamental_domain(*mesh, planes)) == topology.unknowns(mesh[1]) == figures["bands"][0]["unknowns"]
+
+
+def test_closed_solids_stay_closed_or_are_refused(monkeypatch):
+    """As if a cut had lost a triangle: one of the union's that can be seen is taken for hidden."""
+    one = together(cube(SIDE), moved(cube(SIDE), 0.1, 0.07, 0.05))
+    hidden = arrange.hidden
+
+    def one_more(vertices, triangles):
+        shut = hidden(vertices, triangles)
+        shut[np.flatnonzero(~shut)[0]] = True
+        return shut
+
+    monkeypatch.setattr(arrange, "hidden", one_more)
+    with pytest.raises(InputError, match=r"cross near \(.*\) m in a way that cannot be resolved"):
+        arrange.arrange(*one, 1e-6, "two")

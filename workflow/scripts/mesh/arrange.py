@@ -20,7 +20,7 @@ def arrange(vertices, triangles, close, name):
     (pieces that were there twice), `hidden_triangles` (pieces that no wave from outside reaches) and `united_solids`.
     Raises InputError, naming `name`.
     """
-    source, birth = triangles, np.arange(len(triangles))
+    whole, source, birth = vertices, triangles, np.arange(len(triangles))
     count, piece = topology.edge_pieces(triangles)
     unique, index = topology.edges(triangles)
     other = (np.bincount(index.ravel(), minlength=len(unique))[index] != 2).any(axis=1)
@@ -59,6 +59,14 @@ def arrange(vertices, triangles, close, name):
     shut = hidden(vertices, triangles)
     cut = np.bincount(birth, minlength=len(source)) > 1
     rest = triangles[~shut]
+    # A solid must not open; a sheet drawn twice encloses nothing and may become one.
+    thick = np.bincount(piece, topology.tetrahedra(whole, source)) > close * np.bincount(
+        piece, topology.areas(whole, source)
+    )
+    side = topology.edges(rest)[1]
+    torn = (np.bincount(side.ravel())[side] == 1).any(axis=1) & (solid & thick[piece])[birth[~shut]]
+    if torn.any():
+        _refuse(topology.place(vertices[rest[torn][0]].mean(axis=0)), name)
     left = topology.edge_pieces(rest[solid[birth[~shut]]])[0] if solid[birth[~shut]].any() else 0
     counts = {
         "connected_crossings": int(cut.sum()),
