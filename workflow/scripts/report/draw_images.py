@@ -69,8 +69,8 @@ def gallery(panels, surface=None):
             )
             if surface is not None:
                 shadow = outline(*surface, float(image.elevation), float(image.azimuth))
-                axes.contour(*shadow, levels=[0.5], colors="black", linewidths=1.4, alpha=0.5)
-                axes.contour(*shadow, levels=[0.5], colors="white", linewidths=0.7)
+                axes.contour(*shadow, levels=[0.5], colors="black", linewidths=1.8, alpha=0.6)
+                axes.contour(*shadow, levels=[0.5], colors="white", linewidths=0.9)
             axes.set(xlim=edges(cross), ylim=edges(distance))
             axes.set_title(title)
             axes.grid(False)

@@ -181,14 +181,14 @@ def quality_table(targets, meshes):
             "mean edge (≤ 1)": _within(row.edge_mean_m / row.wanted_edge_m, 0, 1),
             "99 % edge (≤ 1.35)": _within(row.edge_p99_m / row.wanted_edge_m, 0, 1.35),
             "longest (≤ 1.6)": _within(row.edge_max_m / row.wanted_edge_m, 0, 1.6),
-            "median angle (≥ 40°)": _within(row.smallest_angle_elsewhere_median_deg, 40, 60, 0),
-            "1 % angle (≥ 15°)": _within(row.smallest_angle_elsewhere_p1_deg, 15, 60, 0),
+            "median angle (≥ 40°)": _within(row.smallest_angle_elsewhere_median_deg, 40, 60, ".0f"),
+            "1 % angle (≥ 15°)": _within(row.smallest_angle_elsewhere_p1_deg, 15, 60, ".0f"),
             "thin": f"{row.thin_triangles:,}",
-            "off CAD [λ] (≤ 0.025)": _within(row.hausdorff_to_source_wavelengths, 0, 1 / 40, 4),
-            "CAD off it [λ] (≤ 0.025)": _within(row.hausdorff_from_source_wavelengths, 0, 1 / 40, 4),
+            "off CAD [λ] (≤ 0.025)": _within(row.hausdorff_to_source_wavelengths, 0, 1 / 40, ".4f"),
+            "CAD off it [λ] (≤ 0.025)": _within(row.hausdorff_from_source_wavelengths, 0, 1 / 40, ".4f"),
             "area [%] (±1)": _change(row.area_before_m2, row.area_after_m2),
             "volume [%] (±1)": _change(row.volume_before_m3, row.volume_after_m3),
-            "mirror [m] (≤ 1e−9)": _within(row.mirror_error_m, 0, 1e-9, 12),
+            "mirror [m] (≤ 1e−9)": _within(row.mirror_error_m, 0, 1e-9, ".1g"),
             "closed": "yes" if row.watertight else "no",
             "rims": f"{row.boundary_edges:,}",
             "junctions": f"{row.junction_edges:,}",
@@ -263,11 +263,11 @@ def source_table(targets, meshes):
     )
 
 
-def _within(value, least, most, digits=2):
+def _within(value, least, most, form=".2f"):
     """A number as text, marked if it is out of its bounds; a dash where there is none."""
     if value is None or pd.isna(value):
         return "–"
-    text = f"{value:.{digits}f}"
+    text = f"{value:{form}}"
     return text if least <= value <= most else f"{text} ✗"
 
 
