@@ -67,7 +67,7 @@ def store(tmp_path):
     sweep.field = point_field(points, amplitudes, sweep.frequency, sweep.elevation, sweep.azimuth)
     sweep.path = write_field(tmp_path / "field.zarr", sweep.field, sweep.frequency, sweep.elevation, sweep.azimuth)
     sweep.mesh = tmp_path / "target.json"
-    sweep.mesh.write_text('{"source": {"box": [0.4, 0.4, 0.4]}}')
+    sweep.mesh.write_text('{"source": {"reach": 0.2}}')
     return sweep
 
 

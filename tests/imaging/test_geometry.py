@@ -5,7 +5,7 @@ import pytest
 
 from common.errors import InputError
 from common.radar import C0
-from imaging.geometry import centres, describe, geometry, uniform_step, warnings
+from imaging.geometry import centres, describe, geometry, megabytes, uniform_step, warnings
 
 
 def test_thesis_experiment(wide):
@@ -19,7 +19,7 @@ def test_thesis_experiment(wide):
     assert figures["bytes"] == 19 * 242 * 27 * 21 * 8
     assert figures["range_extent"] == pytest.approx(27 * figures["range_resolution"])
     assert figures["crossrange_extent"] == pytest.approx(21 * figures["crossrange_resolution"])
-    assert "range: resolution 0.0481 m, unambiguous extent 1.299 m, 27 pixels" in describe(figures)
+    assert "range: resolution 0.0481 m, unambiguous extent 1.299 m, 27 pixels of 0.0495 m" in describe(figures)
 
 
 def test_centres():
@@ -39,11 +39,20 @@ def test_axes_must_be_even():
 
 
 def test_warnings(wide):
-    figures = geometry(wide.frequency, [0.0], wide.azimuth, wide.imaging)
-    assert warnings(figures, wide.imaging, length=0.8) == []
-    (ghosts,) = warnings(figures, wide.imaging, length=1.0)
-    assert "1.00 m long" in ghosts and "for 0.82 m of cross-range" in ghosts  # c / 7.05 GHz / (2 * 2 pi / 242)
-    (fold,) = warnings(figures, wide.imaging, length=1.2)
-    assert "crossrange extent is 1.04 m" in fold
-    (blur,) = warnings(figures, wide.imaging | {"reformat": "none"}, length=0.8)
+    figures = geometry(wide.frequency, np.array([0.0]), wide.azimuth, wide.imaging)
+    assert warnings(figures, wide.imaging, reach=0.4) == []
+    (ghosts,) = warnings(figures, wide.imaging, reach=0.5)
+    assert "reaches 0.50 m" in ghosts and "0.41 m to either side" in ghosts  # c / 7.05 GHz / (4 * 2 pi / 242)
+    (fold,) = warnings(figures, wide.imaging, reach=0.6)
+    assert "crossrange extent is only 0.52 m to either side" in fold
+    (blur,) = warnings(figures, wide.imaging | {"reformat": "none"}, reach=0.4)
     assert "0.28 m" in blur
+    figures = geometry(wide.frequency, np.array([0.0, 90.0]), wide.azimuth, wide.imaging)
+    (steep,) = warnings(figures, wide.imaging, reach=0.4)
+    assert "range only" in steep
+
+
+def test_planned_memory_grows_with_images_and_pixels(wide):
+    figures = geometry(wide.frequency, np.array([0.0]), wide.azimuth, wide.imaging)
+    assert megabytes(figures, 567, 3) - megabytes(figures, 567, 0) > 3 * figures["bytes"] / 1e6
+    assert megabytes(figures, 567, 3) < 600

@@ -43,10 +43,10 @@ def test_the_job_warns_of_a_target_that_folds_over(store, capsys):
     assert "Warning" not in capsys.readouterr().out
     make_clean(store.path, None, store.folder / "clean.zarr", store.imaging)
     assert "no mesh: whether it fits" in capsys.readouterr().out
-    store.mesh.write_text('{"source": {"box": [0.2, 0.6, 0.1]}}')
+    store.mesh.write_text('{"source": {"reach": 0.3}}')
     clean(store)
     (warning,) = (line for line in capsys.readouterr().out.splitlines() if "Warning" in line)
-    assert "0.60 m long but the unambiguous crossrange extent is 0.52 m" in warning
+    assert "reaches 0.30 m from the origin but the unambiguous crossrange extent is only 0.26 m" in warning
 
 
 def test_clean_states_the_offset_of_the_definitions(store):

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from common.radar import C0
-from report import draw_mesh, layout
+from report import draw_images, draw_mesh, layout
 from report.section_learning import _holds
 from report.section_scattering import range_profiles, rcs_dbsm
 from report.selection import evenly, noise_snrs, noise_target, target_order
@@ -84,3 +84,15 @@ def test_colours_stand_out_from_white():
 )
 def test_numbers_read_as_numbers(value, text):
     assert layout.number(value) == text
+
+
+def test_outline_of_a_box_is_its_shadow_and_a_sheet_on_edge_has_one():
+    corners = np.array([[x, y, 0.0] for x in (-0.3, 0.3) for y in (-0.1, 0.1)])
+    plate = np.array([[0, 2, 1], [1, 2, 3]])
+    cross, distance, covered = draw_images.outline(corners, plate, 0.0, 0.0)
+    inside = covered > draw_images.OUTLINE
+    assert np.ptp(distance[inside.any(axis=1)]) == pytest.approx(0.6, rel=0.03)  # along x, towards the radar
+    assert np.ptp(cross[inside.any(axis=0)]) == pytest.approx(0.2, rel=0.06)
+    for turn in (0.0, 30.0, 45.0):  # a vertical sheet in the plane of x and z, seen along its edge from above
+        upright = corners[:, [0, 2, 1]]
+        assert draw_images.outline(upright, plate, 0.0, turn)[2].max() > draw_images.OUTLINE

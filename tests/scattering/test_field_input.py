@@ -2,6 +2,7 @@
 
 import hashlib
 import shutil
+from pathlib import Path
 
 import feko
 import mie
@@ -273,6 +274,12 @@ BAD_STORES = {
     "other axes": (lambda d: d.isel(elevation=0, drop=True), r"not a store with a variable 'field' over polarization"),
     "other name": (lambda d: d.rename(field="rcs"), r"not a store with a variable 'field'"),
     "other unit": (lambda d: d.assign(field=d.field.assign_attrs(units="dBsm")), r"in 'dBsm', not in m"),
+    "magnitudes only": (lambda d: d.assign(field=abs(d.field)), r"field is float32; wanted are complex"),
+    "other unit of angles": (
+        lambda d: d.assign_coords(azimuth=d.azimuth.assign_attrs(units="radians")),
+        r"azimuth is in 'radians', not in degrees",
+    ),
+    "words for numbers": (lambda d: d.assign_coords(elevation=[f"el{n}" for n in range(5)]), r"not a store with"),
     "other signs": (lambda d: d.assign_attrs(convention="exp(-i omega t)"), r"convention is 'exp\(-i omega t\)'"),
 }
 
@@ -283,6 +290,13 @@ def test_bad_store_is_refused(place, given, case):
     with pytest.raises(InputError, match=r"^given\.zarr: .*" + message) as caught:
         place(given(change), "VV")
     assert "\n" not in str(caught.value)
+
+
+def test_store_with_a_spoilt_chunk_is_refused(place, given):
+    chunk = next(path for path in (Path(given()) / "field").iterdir() if path.name[0] != ".")
+    chunk.write_bytes(bytes(chunk.stat().st_size))
+    with pytest.raises(InputError, match=r"^given\.zarr: not a store"):
+        place("given.zarr", "VV")
 
 
 def test_folder_that_is_no_store_is_refused(place, tmp_path):

@@ -19,6 +19,7 @@ from common.config import load, section
 from common.errors import InputError
 from common.overview import overview
 from common.radar import images_are_made
+from imaging.geometry import geometry, megabytes
 from report.selection import noise_snrs, noise_target
 from scattering import origin
 
@@ -68,6 +69,17 @@ def solve_megabytes(wildcards, input):
     """The planned memory of a solve, known once the mesh is there."""
     with open(input.figures) as file:
         return json.load(file)["bands"][int(wildcards.band)]["solve"]["megabytes"]
+
+
+def image_megabytes(copies):
+    """The memory of a job that makes so many copies of a target's images, as a function of wildcards."""
+
+    def planned(wildcards):
+        radar, aspect, imaging = config["radar"], config["aspect"], config["imaging"]
+        figures = geometry(sweep.frequencies(radar), sweep.elevations(aspect), sweep.azimuths(aspect), imaging)
+        return int(megabytes(figures, radar["frequencies"] * imaging["aperture"], copies))
+
+    return planned
 
 
 def images_shown():

@@ -18,7 +18,7 @@ rule image:
         "../../envs/imaging.yaml"
     threads: 1
     resources:
-        mem_mb=1000,
+        mem_mb=image_megabytes(1),
     params:
         settings=section(config, "imaging"),
     message:
@@ -43,7 +43,7 @@ rule noise:
         "../../envs/imaging.yaml"
     threads: 1
     resources:
-        mem_mb=1000,
+        mem_mb=image_megabytes(config["noise"]["realizations"]),
     params:
         settings=section(config, "imaging", "noise.definition", "noise.realizations", "seed"),
     message:

@@ -10,7 +10,7 @@ import yaml
 from common import radar as sweep
 from common.errors import InputError
 from common.radar import images_are_made
-from imaging.formation import pixel_axes
+from imaging.formation import pixel_axes, window
 from imaging.geometry import centres
 from learning.split import split
 from mesh import cad_kernel
@@ -40,6 +40,7 @@ def check(config):
     _check_finite(config)
     _check_sweep(config)
     _check_targets(config)
+    _check_snrs(config)
     _check_experiments(config)
 
 
@@ -57,7 +58,7 @@ def _message(error):
         missing = next(key for key in error.validator_value if key not in error.instance)
         path = f"{path}.{missing}" if path else missing
         return f"config key '{path}' is missing."
-    if error.validator == "oneOf" and len(error.absolute_path) == 2:
+    if error.validator == "oneOf" and len(error.absolute_path) == 2 and error.absolute_path[0] == "targets":
         return _mesh_or_field(path, error.instance)
     if error.validator in ("oneOf", "not"):
         problem = f"{error.instance!r} is not allowed"
@@ -118,6 +119,8 @@ def _check_sweep(config):
     if images_are_made(config):
         angle = np.radians(azimuths[1] - azimuths[0]) * (np.arange(imaging["aperture"]) - imaging["aperture"] // 2)
         pixel_axes(sweep.frequencies(radar), angle, imaging)
+        for count in (radar["frequencies"], imaging["aperture"]):
+            window(imaging["window"], count)
 
 
 def _check_steps(key, angles, limit):
@@ -171,6 +174,16 @@ def _check_field(key, field, config):
             origin.by_transmission(field, config["radar"]["polarizations"])
         except InputError as error:
             raise InputError(f"{key}: {error}") from None
+
+
+def _check_snrs(config):
+    labels = {}
+    for snr in config["noise"]["snr_db"]:
+        if labels.setdefault(sweep.snr_label(snr), snr) != snr:
+            raise InputError(
+                f"config key 'noise.snr_db': {labels[sweep.snr_label(snr)]!r} and {snr!r} dB would both be called "
+                f"{sweep.snr_label(snr)}; take values that differ in six digits."
+            )
 
 
 def _check_experiments(config):

@@ -33,19 +33,21 @@ def overview(config, results):
         f" SNR; at most {len(targets) * stores * figures['bytes'] / 1e9:.3g} GB in all",
     ]
     for name, target in targets.items():
-        length = _length(target, Path(results, "mesh", f"{name}.json"))
-        found += [f"Warning: {name}: {text}" for text in warnings(figures, imaging, length)]
+        reach = _reach(target, Path(results, "mesh", f"{name}.json"))
+        if reach is None:
+            found.append(f"  {name}: whether it fits the unambiguous extent is not known yet.")
+        found += [f"Warning: {name}: {text}" for text in warnings(figures, imaging, reach or 0.0)]
     return found
 
 
-def _length(target, figures):
-    """The target's largest dimension in m, 0 where it is not known before its mesh is made."""
-    if figures.exists():
-        return max(json.loads(figures.read_text())["source"]["box"])
-    if "field" in target or Path(target["mesh"]).suffix.lower() in cad_kernel.FORMATS:  # the latter takes long to read
-        return 0.0
+def _reach(target, figures):
+    """The largest distance of a point of the target from the origin in m; None where nothing says it yet."""
+    if "field" in target:
+        return None
+    if Path(target["mesh"]).suffix.lower() in cad_kernel.FORMATS:  # they take long to read
+        return json.loads(figures.read_text())["source"]["reach"] if figures.exists() else None
     try:
         vertices, triangles = read_cad(target["mesh"])
     except InputError:  # its own job says so
-        return 0.0
-    return float(np.ptp(in_metres(vertices[np.unique(triangles)], target), axis=0).max())
+        return None
+    return float(np.linalg.norm(in_metres(vertices[np.unique(triangles)], target), axis=1).max())

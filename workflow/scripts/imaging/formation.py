@@ -11,6 +11,7 @@ from common.errors import InputError
 from common.radar import C0, closes_circle
 
 WINDOWS = {"hamming": np.hamming, "hann": np.hanning, "blackman": np.blackman, "boxcar": np.ones}
+LEAST_DEPTH = 0.5  # of the bandwidth: a shallower rectangle makes images of far coarser range than the sweep's
 
 
 def wavenumber_grid(frequency, angle, reformat):
@@ -20,22 +21,22 @@ def wavenumber_grid(frequency, angle, reformat):
     `polar`: the rectangle inscribed in the sampled sector (k cos, k sin), its near side at the lowest k.
     `exact`: the same, for it has the pixels of `polar`.
     `none`: k, and the centre k times the angle, as if the sector were a rectangle.
-    InputError if the sector is too wide for its depth to hold a rectangle.
+    InputError if the sector is too wide for its depth to hold a rectangle with half its bandwidth.
     """
     k = 2 * np.pi * frequency / C0
     if reformat == "none":
         return k, (k[0] + k[-1]) / 2 * angle
     half = angle[-1]
-    if half >= np.pi / 2 or k[-1] * np.cos(half) <= k[0]:
-        raise InputError(
-            f"config key 'imaging.reformat': {reformat} needs cos(half the aperture) above lowest / highest "
-            f"frequency, but cos({np.degrees(half):.1f} deg) = {np.cos(half):.3f} and {frequency[0]:g} Hz / "
-            f"{frequency[-1]:g} Hz = {frequency[0] / frequency[-1]:.3f}; take fewer azimuth samples "
-            "('imaging.aperture'), or more bandwidth."
-        )
     ky_max = k[0] * np.tan(half)
-    kx_max = np.sqrt(k[-1] ** 2 - ky_max**2)
-    return np.linspace(k[0], kx_max, len(k)), np.linspace(-ky_max, ky_max, len(angle))
+    deepest = np.sqrt(max(k[-1] ** 2 - ky_max**2, 0.0)) if half < np.pi / 2 else 0.0
+    if deepest - k[0] < LEAST_DEPTH * (k[-1] - k[0]):
+        raise InputError(
+            f"config key 'imaging.reformat': an aperture of {2 * np.degrees(half):.0f} degrees is too wide for "
+            f"{frequency[0]:g} to {frequency[-1]:g} Hz: the rectangle that {reformat} lays into that sector would keep "
+            f"{max(100 * (deepest - k[0]) / (k[-1] - k[0]), 0):.0f} % of the bandwidth, and at least "
+            f"{100 * LEAST_DEPTH:.0f} % is needed; take fewer azimuth samples ('imaging.aperture'), or more bandwidth."
+        )
+    return np.linspace(k[0], deepest, len(k)), np.linspace(-ky_max, ky_max, len(angle))
 
 
 def bilinear_weights(frequency, angle, kx, ky):
@@ -84,17 +85,17 @@ def response(frequency, angle, imaging, down, cross):
     large (d kx d ky = k dk dphi).
     InputError if the geometry cannot make an image.
     """
-    window = _window(imaging["window"], len(frequency)), _window(imaging["window"], len(angle))
+    over_range, over_cross = (window(imaging["window"], len(samples)) for samples in (frequency, angle))
     if imaging["reformat"] == "exact":
         k = 2 * np.pi * frequency / C0
-        weight = np.outer(window[0] * k, window[1])
+        weight = np.outer(over_range * k, over_cross)
         to_range = np.exp(2j * np.multiply.outer(down, np.outer(k, np.cos(angle)))) * (weight / weight.sum())
         to_cross = np.exp(-2j * np.multiply.outer(cross, np.outer(k, np.sin(angle))))
         matrix = to_range[:, None] * to_cross
         return matrix.reshape(len(down) * len(cross), -1).astype(np.complex64)
     kx, ky = wavenumber_grid(frequency, angle, imaging["reformat"])
-    to_range = np.exp(2j * np.outer(down, kx)) * window[0]
-    to_cross = np.exp(-2j * np.outer(cross, ky)) * window[1]
+    to_range = np.exp(2j * np.outer(down, kx)) * over_range
+    to_cross = np.exp(-2j * np.outer(cross, ky)) * over_cross
     matrix = np.kron(to_range, to_cross)
     if imaging["reformat"] == "polar":
         matrix = matrix @ bilinear_weights(frequency, angle, kx, ky)
@@ -133,8 +134,12 @@ def _cells(value, axis):
     return low, position - low
 
 
-def _window(name, length):
+def window(name, length):
+    """Weights of a window over `length` samples, their sum 1. InputError if fewer than two samples count."""
     weights = WINDOWS[name](length)
-    if weights.sum() < 1e-9:
-        raise InputError(f"config key 'imaging.window': {name} is zero at both of two samples; take hamming or boxcar.")
+    if np.count_nonzero(weights > 1e-9) < 2:
+        raise InputError(
+            f"config key 'imaging.window': {name} leaves fewer than two of {length} samples; take hamming or boxcar, "
+            "or more samples ('radar.frequencies', 'imaging.aperture')."
+        )
     return weights / weights.sum()

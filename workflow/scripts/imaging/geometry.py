@@ -21,8 +21,10 @@ import numpy as np
 
 from common.errors import InputError
 from common.radar import C0, closes_circle
+from imaging.formation import pixel_axes
 
 BYTES = 8  # one complex64
+LEAST_COSINE = 0.1  # of an elevation; steeper ones leave no cross-range
 
 
 def project(points, elevation, azimuth):
@@ -77,7 +79,8 @@ def geometry(frequency, elevation, azimuth, imaging):
     samples = imaging["aperture"]
     wavelength = C0 / ((frequency[0] + frequency[-1]) / 2)
     images = len(elevation) * len(centres(azimuth, samples))
-    shape = [count if imaging["upsample"] == "none" else imaging["upsample"] for count in (len(frequency), samples)]
+    pixels = pixel_axes(frequency, turn * (np.arange(samples) - samples // 2), imaging)
+    shape = [len(axis) for axis in pixels]
     return {
         "range_resolution": float(C0 / (2 * len(frequency) * step)),  # eq. 3.4
         "crossrange_resolution": float(wavelength / (2 * samples * turn)),  # eq. 3.9
@@ -88,9 +91,19 @@ def geometry(frequency, elevation, azimuth, imaging):
         "fractional_bandwidth": float((frequency[-1] - frequency[0]) / (C0 / wavelength)),
         "range_pixels": shape[0],
         "crossrange_pixels": shape[1],
+        "range_pixel": float(pixels[0][1] - pixels[0][0]),
+        "crossrange_pixel": float(pixels[1][1] - pixels[1][0]),
+        "least_cosine": float(np.cos(np.radians(np.abs(elevation).max()))),
         "images": images,
         "bytes": images * shape[0] * shape[1] * BYTES,
     }
+
+
+def megabytes(figures, samples, copies):
+    """Memory of a job that makes `copies` of the images of this geometry from apertures of `samples` samples, in MB."""
+    pixels = figures["range_pixels"] * figures["crossrange_pixels"]
+    # Images and what the store makes of them; the matrix, and in double precision before it; the libraries.
+    return 500 + (2.5 * copies * figures["bytes"] + 5 * BYTES * pixels * samples) / 1e6
 
 
 def describe(figures):
@@ -98,7 +111,8 @@ def describe(figures):
     return [
         *(
             f"{axis}: resolution {figures[f'{axis}_resolution']:.4f} m, unambiguous extent "
-            f"{figures[f'{axis}_extent']:.3f} m, {figures[f'{axis}_pixels']} pixels"
+            f"{figures[f'{axis}_extent']:.3f} m, {figures[f'{axis}_pixels']} pixels of "
+            f"{figures[f'{axis}_pixel']:.4f} m"
             for axis in ("range", "crossrange")
         ),
         f"crossrange extent at the highest frequency: {figures['crossrange_extent_highest_frequency']:.3f} m",
@@ -107,24 +121,30 @@ def describe(figures):
     ]
 
 
-def warnings(figures, imaging, length):
+def warnings(figures, imaging, reach):
     """Sentences on what will look wrong in images of this geometry (a result of `geometry`).
 
-    length: the largest dimension of the target in m.
+    reach: the largest distance of a point of the target from the origin, about which images are formed, in m.
     """
     found = []
+    if figures["least_cosine"] < LEAST_COSINE:
+        found.append(
+            f"at the steepest elevation cross-range shrinks to {100 * figures['least_cosine']:.0f} % (the cosine of "
+            "the elevation): turning the target hardly moves the line of sight, and its images show range only."
+        )
     for axis, key in (("range", "radar.frequencies"), ("crossrange", "aspect.azimuth")):
         extent = figures[f"{axis}_extent"]
-        if length > extent:
+        if 2 * reach > extent:
             found.append(
-                f"the target is up to {length:.2f} m long but the unambiguous {axis} extent is {extent:.2f} m:"
-                f" what lies outside folds over. More samples ('{key}') over the same span widen it."
+                f"the target reaches {reach:.2f} m from the origin but the unambiguous {axis} extent is only"
+                f" {extent / 2:.2f} m to either side: what lies outside folds over. More samples ('{key}') over the"
+                " same span widen it."
             )
     sampled = figures["crossrange_extent_highest_frequency"]
-    if sampled < length <= figures["crossrange_extent"]:
+    if sampled < 2 * reach <= figures["crossrange_extent"]:
         found.append(
-            f"the target is up to {length:.2f} m long but at the highest frequency the azimuth steps are only fine"
-            f" enough for {sampled:.2f} m of cross-range: its ends leave ghosts. Take more ('aspect.azimuth')."
+            f"the target reaches {reach:.2f} m from the origin but at the highest frequency the azimuth steps are only"
+            f" fine enough for {sampled / 2:.2f} m to either side: its ends leave ghosts. Take more ('aspect.azimuth')."
         )
     # Over the aperture a scatterer at cross-range c walks c x angle in range; the plain FFT takes it to stand still.
     walk = np.radians(figures["aperture_angle"]) * figures["crossrange_extent"] / 2
@@ -132,6 +152,6 @@ def warnings(figures, imaging, length):
         found.append(
             f"'imaging.reformat: none' blurs: a scatterer at the edge walks {walk:.2f} m in range over the aperture of"
             f" {figures['aperture_angle']:.1f} degrees, and the resolution is {figures['range_resolution']:.2f} m."
-            " Use 'polar'."
+            " Use 'polar' or 'exact'."
         )
     return found

@@ -55,5 +55,6 @@ def point_response(frequency, angle, imaging, down, cross):
 def _vertex(values, top):
     """Position (in steps) and height of the parabola through the highest of periodic values and its neighbours."""
     before, middle, after = values[top - 1], values[top], values[(top + 1) % len(values)]
-    shift = 0.5 * (before - after) / (before - 2 * middle + after)
+    bend = before - 2 * middle + after
+    shift = 0.5 * (before - after) / bend if bend else 0.0
     return top + shift, middle - 0.25 * (before - after) * shift

@@ -22,18 +22,18 @@ def make_clean(field_path, mesh_path, image_path, imaging):
 
     The store has `image` (elevation, azimuth, range, crossrange), complex64, divided by its peak magnitude, and that
     `peak` (elevation, azimuth) in m. imaging: the config's section.
-    mesh_path: the mesh stage's figures, whose box says if the target fits the unambiguous extent; None without a mesh.
-    Images are of the field's first polarization, the first of radar.polarizations.
+    mesh_path: the mesh stage's figures, whose reach says if the target fits the unambiguous extent; None without a
+    mesh. Images are of the field's first polarization, the first of radar.polarizations.
     """
     field = _open(field_path)
     figures = geometry(field.frequency.values, field.elevation.values, field.azimuth.values, imaging)
     print(*describe(figures), sep="\n")
-    length = 0.0
+    reach = 0.0
     if mesh_path is None:
         print("The target has no mesh: whether it fits the unambiguous extent is not known.")
     else:
-        length = max(json.loads(Path(mesh_path).read_text())["source"]["box"])
-    for warning in warnings(figures, imaging, length):
+        reach = json.loads(Path(mesh_path).read_text())["source"]["reach"]
+    for warning in warnings(figures, imaging, reach):
         print(f"Warning: {warning}")
     images, peaks, offsets = [], [], []
     plan = _Plan(field, imaging)

@@ -10,12 +10,13 @@ NARROW = 1 / 3  # wanted edges: a triangle between creases that is less high bel
 
 
 def size(vertices, triangles):
-    """Area in m^2, volume in m^3 (None unless watertight) and lengths of the bounding box in m."""
+    """Area in m^2, volume in m^3 (None unless watertight) and, in m, the bounding box and the reach from the origin."""
     watertight = topology.is_watertight(triangles)
     return {
         "area": float(topology.areas(vertices, triangles).sum()),
         "volume": float(topology.tetrahedra(vertices, triangles).sum()) if watertight else None,
         "box": np.ptp(vertices, axis=0).tolist(),
+        "reach": float(np.linalg.norm(vertices, axis=1).max()),
     }
 
 

@@ -10,6 +10,7 @@ from report.layout import canvas, style, to_svg
 FLOOR_DB = -40
 COLUMNS = 4
 RASTER = 240  # cells of the raster from which an outline is read, along the target's longer side
+OUTLINE = 0.2  # covered, after smoothing
 
 
 def decibels(image):
@@ -20,12 +21,13 @@ def decibels(image):
 def outline(vertices, triangles, elevation, azimuth):
     """The target's shadow in the image plane: crossrange (C,), range (R,) in m, and how much it covers (R, C), 0 to 1.
 
-    vertices in m; elevation and azimuth are the image's, in degrees. Its outline is where half is covered.
+    vertices in m; elevation and azimuth are the image's, in degrees. Its outline is
+    at OUTLINE, which a sheet seen edge-on, one cell wide, reaches too.
     """
     distance, cross = project(vertices, elevation, azimuth)
     corners = np.stack([cross, distance], axis=1)[triangles]
     low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
-    cell = max(high - low) / RASTER
+    cell = max(*(high - low), 1e-6) / RASTER  # at a pole a flat target is a point
     side = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max()
     count = int(np.ceil(2 * side / cell)) + 1  # points closer together than half a cell leave no hole
     one, other = np.divmod(np.arange(count**2), count)
@@ -69,8 +71,8 @@ def gallery(panels, surface=None):
             )
             if surface is not None:
                 shadow = outline(*surface, float(image.elevation), float(image.azimuth))
-                axes.contour(*shadow, levels=[0.5], colors="black", linewidths=1.8, alpha=0.6)
-                axes.contour(*shadow, levels=[0.5], colors="white", linewidths=0.9)
+                axes.contour(*shadow, levels=[OUTLINE], colors="black", linewidths=1.8, alpha=0.6)
+                axes.contour(*shadow, levels=[OUTLINE], colors="white", linewidths=0.9)
             axes.set(xlim=edges(cross), ylim=edges(distance))
             axes.set_title(title)
             axes.grid(False)

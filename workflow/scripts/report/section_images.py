@@ -22,8 +22,8 @@ def section(results):
         text=(
             "Every image is divided by its own peak. Range is measured from the target's origin along the line of "
             "sight, negative towards the radar, which looks from the bottom of each image. Cross-range is at right "
-            "angles to it, in the plane of the turn. The white line is the outline of the target's mesh as it lies in "
-            "the image plane.",
+            "angles to it, in the plane of the turn. A white line is the outline of the target's mesh, where it has "
+            "one, as it lies in the image plane.",
         ),
         figures=(
             *(
@@ -54,6 +54,8 @@ def images_table(results):
                 "target": name,
                 "images": sizes["elevation"] * sizes["azimuth"],
                 "pixels": f"{sizes['range']} × {sizes['crossrange']}",
+                "range_pixel_m": float(dataset.range[1] - dataset.range[0]),
+                "crossrange_pixel_m": float(dataset.crossrange[1] - dataset.crossrange[0]),
                 "aperture_deg": attrs["aperture_angle"],
                 "range_resolution_m": attrs["range_resolution"],
                 "crossrange_resolution_m": attrs["crossrange_resolution"],
@@ -67,6 +69,7 @@ def images_table(results):
             "target": row["target"],
             "images": f"{row['images']:,}",
             "pixels": row["pixels"],
+            "of [m]": f"{row['range_pixel_m']:.3f} × {row['crossrange_pixel_m']:.3f}",
             "aperture [°]": f"{row['aperture_deg']:.1f}",
             "resolution, range × cross-range [m]": (
                 f"{row['range_resolution_m']:.3f} × {row['crossrange_resolution_m']:.3f}"
@@ -95,7 +98,7 @@ def azimuth_gallery(target, dataset, surface):
     # As on a circle: the last azimuth is not the first one again.
     picks = np.unique(np.arange(GALLERY_AZIMUTHS) * count // GALLERY_AZIMUTHS)
     cut = cut.isel(azimuth=picks).load()
-    panels = [(f"azimuth {float(azimuth):.0f}°", cut.sel(azimuth=azimuth)) for azimuth in cut.azimuth.values]
+    panels = [(f"azimuth {float(azimuth):.4g}°", cut.sel(azimuth=azimuth)) for azimuth in cut.azimuth.values]
     svg, frame = gallery(panels, surface)
     frame.insert(0, "target", target)
     return Figure(
@@ -115,7 +118,7 @@ def elevation_gallery(target, dataset, surface):
     """Noise-free images of a target at evenly spread elevations, azimuth an eighth of the way."""
     cut = dataset.image.isel(azimuth=dataset.sizes["azimuth"] // 8)
     cut = cut.sel(elevation=evenly(cut.elevation.values.tolist(), GALLERY_ELEVATIONS)).load()
-    panels = [(f"elevation {float(angle):.0f}°", cut.sel(elevation=angle)) for angle in cut.elevation.values]
+    panels = [(f"elevation {float(angle):.4g}°", cut.sel(elevation=angle)) for angle in cut.elevation.values]
     svg, frame = gallery(panels, surface)
     frame.insert(0, "target", target)
     return Figure(

@@ -1,4 +1,4 @@
-"""The matrices of `factorization` factorized by JAX, where it has found a GPU: whole, by LU with full pivoting.
+"""The matrices of `factorization` factorized by JAX, where it has found a GPU: whole, by LU with partial pivoting.
 
 They are filled on the host as there, and moved to the device's memory at once: (N, N) for each parity, N^2 8 bytes in
 single precision, must fit into it.

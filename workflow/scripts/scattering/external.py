@@ -43,7 +43,8 @@ def _from_store(path, polarizations, wanted):
     try:
         with xr.open_zarr(path) as dataset:
             field = dataset["field"].transpose(*COORDINATES).load()
-    except (KeyError, ValueError, OSError) as error:
+            given = {name: np.asarray(field[name].values, float) for name in wanted}
+    except (KeyError, ValueError, OSError, RuntimeError) as error:
         raise InputError(
             f"{path}: not a store with a variable 'field' over {', '.join(COORDINATES)} ({error})."
         ) from None
@@ -52,15 +53,20 @@ def _from_store(path, polarizations, wanted):
         raise InputError(f"{path}: the store's convention is '{convention}'; wanted is '{CONVENTION}'.")
     if units != "m":
         raise InputError(f"{path}: the field is in '{units}', not in m.")
-    given = [str(name) for name in field.polarization.values]
-    absent = [name for name in polarizations if given.count(name) != 1]
+    if not np.iscomplexobj(field.values):
+        raise InputError(f"{path}: the field is {field.dtype}; wanted are complex scattering amplitudes.")
+    for name, unit in UNITS.items():
+        if field[name].attrs.get("units", unit) != unit:
+            raise InputError(f"{path}: its {name} is in '{field[name].attrs['units']}', not in {unit}.")
+    letters = [str(name) for name in field.polarization.values]
+    absent = [name for name in polarizations if letters.count(name) != 1]
     if absent:
         raise InputError(
             f"{path}: no polarization {', '.join(absent)}, which config key 'radar.polarizations' asks for; "
-            f"there is {', '.join(given)}."
+            f"there is {', '.join(letters)}."
         )
-    places = [_places(path, name, field[name].values, values) for name, values in wanted.items()]
-    return field.values[np.ix_([given.index(name) for name in polarizations], *places)]
+    places = [_places(path, name, given[name], values) for name, values in wanted.items()]
+    return field.values[np.ix_([letters.index(name) for name in polarizations], *places)]
 
 
 def _from_ffe(field, polarizations, wanted):

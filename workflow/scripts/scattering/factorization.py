@@ -2,8 +2,8 @@
 
 A Galerkin EFIE matrix equals its transpose, so half of the storage and half of the work of an LU suffice. The CFIE's
 does not. Pivoting stays within the diagonal blocks, which keeps the structure; the residual is as small as that of LU
-with full pivoting, and every solve measures it. Golub, Van Loan, Matrix Computations, 4th ed., sec. 4.1 (L D L^T) and
-3.2.10 (blocks).
+with partial pivoting, and every solve measures it. Golub, Van Loan, Matrix Computations, 4th ed., sec. 4.1 (L D L^T)
+and 3.2.10 (blocks).
 
 The symmetric matrix keeps real and imaginary part apart: three real products then do for a complex one (Higham, SIAM J.
 Matrix Anal. Appl. 13, 1992: as stable in the norm), a quarter less work. Each block is finished in one go, by products

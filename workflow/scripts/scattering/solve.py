@@ -102,7 +102,8 @@ def solve(
         if not residual[n] <= MAX_RESIDUAL:
             raise InputError(
                 f"at {frequency / 1e9:g} GHz the solution's residual is {residual[n]:.1e}, more than {MAX_RESIDUAL:g}. "
-                "The mesh may overlap itself or hold slivers; 'scattering.precision: double' may help."
+                "The mesh may overlap itself, hold slivers, or be far smaller than the wavelength; "
+                "'scattering.precision: double' may help."
             )
         progress(n, "done", 1.0)
 
@@ -151,10 +152,13 @@ class _System:
 
         received, excited: for each letter a list over parities of (N, K)
         """
-        first = excited[polarizations[0][1]]
+        transmitted = sorted({transmit for _, transmit in polarizations})
         # A handful of columns will do, because these are substituted once more.
-        some = slice(None, None, -(-first[0].shape[1] // PROBED_DIRECTIONS))
-        few = [waves[:, some] for waves in first]
+        some = slice(None, None, -(-excited[transmitted[0]][0].shape[1] // PROBED_DIRECTIONS))
+        few = [
+            np.concatenate([waves[:, some] for waves in parity], axis=1)
+            for parity in zip(*(excited[letter] for letter in transmitted), strict=True)
+        ]
         residual = self._residual(few, self._solve(few))
         if residual <= MAX_RESIDUAL or np.isnan(residual):
             return {
@@ -164,14 +168,14 @@ class _System:
                 ]
                 for receive, transmit in polarizations
             }, residual
-        currents = {letter: self._refined(waves) for letter, waves in excited.items()}
+        currents = {letter: self._refined(excited[letter]) for letter in transmitted}
         return {
             receive + transmit: [
                 [left[:, ring].T @ right[:, ring] for ring in rings]
                 for left, right in zip(received[receive], currents[transmit], strict=True)
             ]
             for receive, transmit in polarizations
-        }, self._residual(first, currents[polarizations[0][1]])
+        }, max(self._residual(excited[letter], currents[letter]) for letter in transmitted)
 
     def _solve(self, right):
         return [matrix.solve(b, self.threads) for matrix, b in zip(self.matrices, right, strict=True)]
