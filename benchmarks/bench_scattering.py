@@ -1,11 +1,12 @@
 """What a solve costs against what the machine can do: `make bench-scattering`.
 
-Spheres at ten edges a wavelength, single precision. Everything in one row is measured in one process, one part after
-the other, so that the ratios hold whatever the machine is doing; keep it quiet all the same. Writes a table (CSV) and a
-plot beside each other and prints the table.
+Spheres at ten edges a wavelength, single precision. Everything in one row is measured in one process of its own, one
+part after the other, so that the ratios hold whatever the machine is doing; keep it quiet all the same. Writes a table
+(CSV) and a plot beside each other and prints the table and the ratios that count.
 """
 
 import argparse
+import multiprocessing
 import os
 import re
 import time
@@ -30,6 +31,10 @@ import matplotlib.pyplot as plt
 
 PLANES = {"none": [], "xz": ["xz"], "xz+yz": ["xz", "yz"]}
 ELEVATION, AZIMUTH = np.arange(-45, 46, 5.0), np.arange(242) * 360 / 242  # 4,598 directions
+SHOWN = (
+    *("planes", "unknowns", "assembly_s", "factorization_s", "directions_s", "scipy_lu_s"),
+    *("peak_mb", "matrix_mb", "residual", "scipy_residual"),
+)
 LARGEST_LU = 16_000  # unknowns up to which the full matrix and its LU are measured too
 
 
@@ -67,7 +72,10 @@ def gemm(size, threads):
 
 
 def measure(count, planes, threads):
-    """One row of the table."""
+    """One row of the table; in a process of its own, for its peak of memory."""
+    threadpoolctl.threadpool_limits(1)
+    if count > 8:
+        measure(8, planes, threads)  # compiles
     vertices, triangles = octasphere(count, 0.1)
     surface = fundamental_domain(vertices, triangles, PLANES[planes])
     bases = [rwg(surface, parity) for parity in surface.parities]
@@ -118,20 +126,53 @@ def measure(count, planes, threads):
     return row
 
 
+def ratios(table):
+    """Per number of unknowns: parts of a solve beside scipy's LU and each other, and what mirror planes save."""
+    none = table[table.planes == "none"].set_index("unknowns")
+    found = {
+        "assembly / LU": (none.near_pairs_s + none.assembly_s) / none.scipy_lu_s if "scipy_lu_s" in none else None,
+        "factorization / LU": none.factorization_s / none.scipy_lu_s if "scipy_lu_s" in none else None,
+        "directions / factorization": (none.excitation_s + none.directions_s) / none.factorization_s,
+        "peak / (matrix + right sides)": none.peak_mb / (none.matrix_mb + none.right_sides_mb),
+    }
+    for planes, rows in table[table.planes != "none"].groupby("planes"):
+        rows = rows.set_index("unknowns")
+        found[f"factorization saved by {planes}"] = none.factorization_s / rows.factorization_s
+        found[f"matrix of {planes}"] = rows.matrix_mb / none.matrix_mb
+    return pd.DataFrame({name: values for name, values in found.items() if values is not None}).round(2)
+
+
+def _text(value):
+    return "" if value is None else value if isinstance(value, str) else f"{value:.4g}"
+
+
 def plot(table, limit, path):
-    figure, axes = plt.subplots(1, 2, figsize=(10, 4), layout="constrained")
-    for planes, rows in table.groupby("planes", sort=False):
-        for part, line in (("assembly_s", "--"), ("factorization_s", "-"), ("directions_s", ":")):
-            axes[0].loglog(rows.unknowns, rows[part], line, marker="o", label=f"{part[:-2]}, planes: {planes}")
-        line = axes[1].loglog(rows.unknowns, rows.matrix_mb, marker="o", label=f"matrix, planes: {planes}")[0]
-        axes[1].loglog(rows.unknowns, rows.peak_mb, ":", color=line.get_color(), label=f"peak, planes: {planes}")
+    parts = {"assembly": ["near_pairs_s", "assembly_s"], "factorization": ["factorization_s"]}
+    parts["directions"] = ["excitation_s", "directions_s"]
+    lines = dict(zip(parts, ("--", "-", ":"), strict=True))
+    figure, axes = plt.subplots(1, 2, figsize=(10, 4.5), layout="constrained")
+    for color, (planes, rows) in zip(("C0", "C1", "C2"), table.groupby("planes", sort=False), strict=False):
+        for part, columns in parts.items():
+            axes[0].plot(rows.unknowns, rows[columns].sum(axis=1), lines[part], color=color, marker="o", markersize=4)
+        axes[1].plot(rows.unknowns, rows.matrix_mb, color=color, marker="o", markersize=4)
+        axes[1].plot(rows.unknowns, rows.peak_mb, ":", color=color)
+        axes[1].plot([], [], color=color, marker="o", markersize=4, label=f"mirror planes: {planes}")
+    if "scipy_lu_s" in table:
+        axes[0].plot(table.unknowns, table.scipy_lu_s, "kx", label="scipy's LU, no mirror planes")
     n = np.array([table.unknowns.min(), table.unknowns.max()], float)
-    axes[0].loglog(n, 4 / 3e9 * n**3 / limit, "k", lw=1, label="4/3 N³ at the speed of products")
+    axes[0].plot(n, 4 / 3e9 * n**3 / limit, "k", lw=1, label="4/3 N³ at the speed of products")
+    for part, line in lines.items():
+        axes[0].plot([], [], line, color="grey", label=part)
+    axes[1].plot([], [], "-", color="grey", label="stored matrix")
+    axes[1].plot([], [], ":", color="grey", label="peak of the process, less what it held before")
     axes[0].set(xlabel="unknowns N", ylabel="time [s]")
     axes[1].set(xlabel="unknowns N", ylabel="memory [MB]")
     for ax in axes:
-        ax.grid(alpha=0.3, which="both")
-        ax.legend(fontsize="x-small")
+        ax.set(xscale="log", yscale="log")
+        ax.set_xticks([2000, 5000, 10_000, 20_000, 30_000], ["2,000", "5,000", "10,000", "20,000", "30,000"])
+        ax.set_xticks([], minor=True)
+        ax.grid(alpha=0.3)
+        ax.legend(fontsize="small")
     figure.savefig(path, dpi=120)
 
 
@@ -148,13 +189,15 @@ def main():
     threadpoolctl.threadpool_limits(1)
     limit = gemm(4096, options.threads)
     print(f"complex64 product, {options.threads} threads: {limit:.0f} Gflop/s")
-    measure(8, "xz", options.threads)  # compiles
+    print(" ".join(f"{name:>16}" for name in SHOWN))
     rows = []
-    for count in options.counts:
-        for planes in options.planes:
-            rows.append(measure(count, planes, options.threads) | {"product_gflops": limit})
-            print(pd.DataFrame(rows[-1:]).round(2).to_string(index=False), flush=True)
+    with multiprocessing.get_context("spawn").Pool(1, maxtasksperchild=1) as pool:
+        for count in options.counts:
+            for planes in options.planes:
+                rows.append(pool.apply(measure, (count, planes, options.threads)) | {"product_gflops": limit})
+                print(" ".join(f"{_text(rows[-1].get(name)):>16}" for name in SHOWN), flush=True)
     table = pd.DataFrame(rows)
+    print(ratios(table).to_string())
     table.to_csv(options.out / "scattering.csv", index=False)
     plot(table, limit, options.out / "scattering.png")
 
