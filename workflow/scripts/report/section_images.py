@@ -61,6 +61,8 @@ def images_table(results):
                 "crossrange_resolution_m": attrs["crossrange_resolution"],
                 "range_extent_m": attrs["range_extent"],
                 "crossrange_extent_m": attrs["crossrange_extent"],
+                "clean_store_mb": dataset.image.nbytes / 1e6,
+                "snr_store_mb": results.settings["noise"]["realizations"] * dataset.image.nbytes / 1e6,
                 "snr_definition_offset_db": attrs["snr_definition_offset_db"],
             }
         )
@@ -75,6 +77,7 @@ def images_table(results):
                 f"{row['range_resolution_m']:.3f} × {row['crossrange_resolution_m']:.3f}"
             ),
             "extent, range × cross-range [m]": f"{row['range_extent_m']:.2f} × {row['crossrange_extent_m']:.2f}",
+            "stores: clean, each SNR [MB]": f"{row['clean_store_mb']:.3g}, {row['snr_store_mb']:.3g}",
             "peak_3db over mean [dB]": f"{row['snr_definition_offset_db']:.2f}",
         }
         for row in rows
@@ -84,9 +87,10 @@ def images_table(results):
         shown=pd.DataFrame(shown),
         data=pd.DataFrame(rows),
         caption=(
-            "Noise-free images of each target. The last column says by how many dB the same noise reads higher as SNR "
-            "when signal power is the mean over samples within 3 dB of the aperture's peak (peak_3db) than when it is "
-            f"the mean over the whole aperture (mean); this run uses {results.settings['noise']['definition']}."
+            "Noise-free images of each target, and the size of their stores. The last column says by how many dB the "
+            "same noise reads higher as SNR when signal power is the mean over samples within 3 dB of the aperture's "
+            "peak (peak_3db) than when it is the mean over the whole aperture (mean); this run uses "
+            f"{results.settings['noise']['definition']}."
         ),
     )
 
