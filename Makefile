@@ -1,6 +1,7 @@
 # make report: the default experiment, from CAD to results/quick/report/index.html
 # make test:   the whole test suite;   make lint: what CI checks besides
 # make bench-scattering: what a solve costs against what the machine can do (run nothing beside it)
+# make bench-learning: prediction times at the reference experiment's size
 # make bench-thesis: one solve at full size (an hour, 24 GB), and the whole reference experiment projected from it
 # make bench-imaging: 1,172,490 images from made-up fields, beside the disk's speed
 # make bench-bempp: the same sphere by bempp-cl, in an environment of its own, and here
@@ -10,7 +11,7 @@ CORES ?= 2
 BIN := .venv/bin
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
-.PHONY: report test lint environment bench-scattering bench-bempp bench-thesis bench-imaging
+.PHONY: report test lint environment bench-learning bench-scattering bench-bempp bench-thesis bench-imaging
 
 report: environment
 	snakemake --cores $(CORES) report
@@ -29,6 +30,9 @@ bench-scattering: environment
 
 bench-imaging: environment
 	PYTHONPATH=workflow/scripts python benchmarks/bench_imaging.py --cores $(CORES)
+
+bench-learning: environment
+	PYTHONPATH=workflow/scripts python benchmarks/bench_learning.py --threads $(CORES)
 
 bench-thesis: environment
 	PYTHONPATH=workflow/scripts python benchmarks/bench_thesis.py --threads $(CORES)

@@ -8,8 +8,8 @@ include: "workflow/rules/common.smk"
 wildcard_constraints:
     target=one_of(TARGETS),
     band="[0-9]+",
-    experiment=one_of(config["learning"]["experiments"]),
-    model="[a-z0-9_]+",
+    run=one_of(map(re.escape, RUNS)),
+    model=one_of(config["learning"]["models"]),
     snr="|".join(map(re.escape, SNRS)),
 
 

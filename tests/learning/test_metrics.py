@@ -5,7 +5,8 @@ import pandas as pd
 import pytest
 from sklearn import metrics as reference
 
-from learning.metrics import confusion, figures, intervals
+from learning.experiments import runs
+from learning.metrics import confusion, figures, interval, intervals, separation, weights
 from learning.scores import score
 
 LABELS = ["dart", "disc", "wing"]
@@ -26,7 +27,7 @@ def test_metrics_agree_with_scikit_learn(never):
         predicted[predicted == never] = 0  # a class that is never predicted has precision 0
     counts = confusion(np.zeros_like(truth), truth, predicted, (1, 3))[0]
     assert (counts == reference.confusion_matrix(truth, predicted)).all()
-    ours = figures(counts, LABELS)
+    ours = figures(counts, LABELS, LABELS)
     precision, recall, _, _ = reference.precision_recall_fscore_support(truth, predicted, zero_division=0)
     expected = {
         "accuracy": reference.accuracy_score(truth, predicted),
@@ -45,16 +46,16 @@ def test_resampled_metrics_are_those_of_repeated_observations():
     counts = confusion(groups, truth, predicted, (10, 3))
     weights = np.array([0, 3, 1, 1, 0, 2, 0, 1, 1, 1])
     rows = np.concatenate([np.flatnonzero(groups == group) for group in np.repeat(np.arange(10), weights)])
-    ours = figures(np.tensordot(weights, counts, axes=1), LABELS)
+    ours = figures(np.tensordot(weights, counts, axes=1), LABELS, LABELS)
     assert abs(ours["f1_macro"] - reference.f1_score(truth[rows], predicted[rows], average="macro")) < 1e-12
 
 
 def test_intervals_are_seeded_and_contain_the_value():
     groups, truth, predicted = outcomes()
     counts = confusion(groups, truth, predicted, (30, 3))
-    first, again, other = (intervals(counts, LABELS, seed) for seed in (0, 0, 1))
+    first, again, other = (intervals(counts, LABELS, LABELS, seed) for seed in (0, 0, 1))
     assert first == again != other
-    for name, value in figures(counts.sum(axis=0), LABELS).items():
+    for name, value in figures(counts.sum(axis=0), LABELS, LABELS).items():
         low, high = first[name]
         assert low < value < high, name
 
@@ -66,11 +67,62 @@ def test_intervals_cover_the_truth_where_images_of_an_azimuth_share_their_fate()
         right = np.random.default_rng(seed).random(60) < 0.7
         counts = np.zeros((60, 3, 3), int)
         counts[:, 0, 0], counts[:, 0, 1] = 20 * right, 20 * ~right
-        low, high = intervals(counts, LABELS, seed)["accuracy"]
+        low, high = intervals(counts, LABELS, LABELS, seed)["accuracy"]
         covered += low <= 0.7 <= high
         widths.append(high - low)
     assert 0.89 <= covered / 200 <= 0.99
     assert np.mean(widths) == pytest.approx(2 * 1.96 * np.sqrt(0.7 * 0.3 / 60), rel=0.1)
+
+
+def scored_images(seed=0, azimuths=12, count=600):
+    """Known scores of known and unknown images, many of them equal: (scores, known, right, azimuth numbers)."""
+    random = np.random.default_rng(seed)
+    known = random.random(count) < 0.6
+    scores = np.round(random.normal(np.where(known, 0.8, 0), 1), 1)
+    return scores, known, random.random(count) < 0.8, random.integers(azimuths, size=count)
+
+
+def separation_by_hand(scores, known, right):
+    """AUROC and FPR by scikit-learn, OSCR by integrating its curve."""
+    below, above, _ = reference.roc_curve(known, scores, drop_intermediate=False)
+    thresholds = np.concatenate([[np.inf], np.unique(scores)[::-1]])
+    correct = [(known & right & (scores >= t)).sum() / known.sum() for t in thresholds]
+    false = [(~known & (scores >= t)).sum() / (~known).sum() for t in thresholds]
+    return {
+        "auroc": reference.roc_auc_score(known, scores),
+        "fpr95": below[np.flatnonzero(above >= 0.95 - 1e-12)[0]],
+        "oscr": np.trapezoid(correct, false),
+    }
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_separation_agrees_with_scikit_learn(seed):
+    scores, known, right, groups = scored_images(seed)
+    ours = separation(scores, known, right, groups, np.ones((1, 12)))
+    for name, value in separation_by_hand(scores, known, right).items():
+        assert abs(ours[name][0] - value) < 1e-12, name
+
+
+def test_resampled_separation_is_that_of_repeated_images():
+    scores, known, right, groups = scored_images()
+    draws = weights(12, 0)[:5]
+    ours = separation(scores, known, right, groups, draws)
+    for row, draw in enumerate(draws):
+        index = np.concatenate([np.flatnonzero(groups == group) for group in np.repeat(np.arange(12), draw)])
+        for name, value in separation_by_hand(scores[index], known[index], right[index]).items():
+            assert abs(ours[name][row] - value) < 1e-12, name
+
+
+def test_separation_needs_both_kinds():
+    scores, _, right, groups = scored_images()
+    for known in (np.ones(600, bool), np.zeros(600, bool)):
+        result = separation(scores, known, right, groups, np.ones((1, 12)))
+        assert all(np.isnan(values).all() for values in result.values())
+
+
+def test_an_interval_covers_95_percent():
+    low, high = interval(np.arange(1001.0))
+    assert (low, high) == pytest.approx((25, 975))
 
 
 def table(elevations=(0.0, 15.0), azimuths=12, seed=0, right=0.8):
@@ -79,6 +131,7 @@ def table(elevations=(0.0, 15.0), azimuths=12, seed=0, right=0.8):
     frame = pd.DataFrame(rows, columns=["target", "elevation", "azimuth", "realization"])
     random = np.random.default_rng(seed)
     frame["truth"] = frame["target"]
+    frame["role"], frame["side"] = "known", "test"
     frame["predicted"] = np.where(random.random(len(frame)) < right, frame["truth"], random.choice(LABELS, len(frame)))
     return frame
 
@@ -90,16 +143,26 @@ COLUMNS = [
     "train_snr_db",
     "test_snr_db",
     "elevation",
+    "score",
+    "threshold",
     "metric",
     "value",
     "low",
     "high",
     "n",
 ]
+TEXT = ("train_snr_db", "score", "threshold")
 EXPERIMENTS = {
     "single": {"train": {"elevation": [0], "snr_db": "clean"}, "models": ["knn"]},
     "multi": {"train": {"elevation": "all", "snr_db": 6}, "models": ["knn"]},
+    "open": {"train": {"elevation": "all", "snr_db": {"each": [6]}}, "models": ["knn"], "open": True},
 }
+RUNS = runs(
+    {
+        "targets": {"kite": {"role": "unknown"}},
+        "learning": {"split": {"scheme": "random"}, "experiments": EXPERIMENTS},
+    }
+)
 
 
 def scored(folder, tables):
@@ -108,8 +171,11 @@ def scored(folder, tables):
         paths.append(folder / f"{name}.csv")
         paths[-1].parent.mkdir(parents=True, exist_ok=True)
         frame.to_csv(paths[-1], index=False)
-    score(paths, EXPERIMENTS, "random", 0, folder / "scores.csv", folder / "confusion.csv")
-    return pd.read_csv(folder / "scores.csv", dtype={"train_snr_db": str}), pd.read_csv(folder / "confusion.csv")
+    score(paths, RUNS, 0, folder / "scores.csv", folder / "confusion.csv")
+    return [
+        pd.read_csv(folder / f"{name}.csv", dtype=dict.fromkeys(TEXT, str)).fillna(dict.fromkeys(TEXT, ""))
+        for name in ("scores", "confusion")
+    ]
 
 
 def test_the_scores_table(tmp_path):
@@ -129,7 +195,7 @@ def test_the_scores_table(tmp_path):
         assert row["n"] == len(part)
         assert row["low"] <= row["value"] <= row["high"]
         cells = confusions[(confusions["experiment"] == "single") & (confusions["elevation"] == subset)]
-        square = cells.pivot(index="truth", columns="predicted", values="count")
+        square = cells.pivot(index="target", columns="predicted", values="count")
         assert (square.to_numpy() == reference.confusion_matrix(part["truth"], part["predicted"])).all()
 
 
@@ -141,7 +207,7 @@ def test_a_run_has_the_same_scores_whatever_else_is_scored(tmp_path):
 
 
 def test_no_experiment_gives_tables_without_rows(tmp_path):
-    score([], {}, "random", 0, tmp_path / "scores.csv", tmp_path / "confusion.csv")
+    score([], {}, 0, tmp_path / "scores.csv", tmp_path / "confusion.csv")
     assert len(pd.read_csv(tmp_path / "scores.csv")) == 0
 
 
@@ -151,3 +217,98 @@ def test_a_hundred_runs_are_scored_in_seconds(tmp_path):
     start = time.perf_counter()
     scored(tmp_path, tables)
     assert time.perf_counter() - start < 30  # about 2 s on an idle core; a loop over resamples takes minutes
+
+
+def open_table(seed=0, azimuths=12):
+    """A prediction table of an open run: two classes, two unknown targets and one of role other, on both sides."""
+    random = np.random.default_rng(seed)
+    roles = {"dart": "known", "disc": "known", "kite": "unknown", "wing": "unknown", "cube": "other"}
+    rows = [
+        (name, role, "validation" if a % 3 == 0 else "test", e, a * 30.0, r)
+        for name, role in roles.items()
+        for e in (0.0, 15.0)
+        for a in range(azimuths)
+        for r in range(4)
+        if role != "other" or a % 3 == 0
+    ]
+    frame = pd.DataFrame(rows, columns=["target", "role", "side", "elevation", "azimuth", "realization"])
+    known = frame["role"] == "known"
+    frame["truth"] = frame["target"].where(known, "other")
+    frame["predicted"] = np.where(known & (random.random(len(frame)) < 0.9), frame["target"], "disc")
+    frame["known_energy"] = random.normal(np.where(known, 1.5, 0), 1)
+    frame["known_flat"] = 0.5
+    return frame
+
+
+def test_the_scores_of_an_open_run(tmp_path):
+    frame = open_table()
+    scores, confusions = scored(tmp_path, {"open_snr_6dB/knn/snr_0dB": frame})
+    assert set(scores["experiment"]) == {"open"} and set(scores["train_snr_db"]) == {"6"}
+    test = frame[(frame["side"] == "test") & (frame["role"] != "other")]
+    known = test[test["role"] == "known"]
+    row = scores.set_index(["score", "threshold", "metric"])
+    # The closed set is the known targets alone.
+    closed = row.loc["", "", "f1_weighted"]
+    assert abs(closed["value"] - reference.f1_score(known["truth"], known["predicted"], average="weighted")) < 1e-12
+    assert closed["n"] == len(known)
+    auroc = row.loc["energy", "", "auroc"]
+    assert abs(auroc["value"] - reference.roc_auc_score(test["role"] == "known", test["known_energy"])) < 1e-12
+    assert auroc["low"] < auroc["value"] < auroc["high"]
+    assert row.loc["flat", "", "auroc"]["value"] == 0.5
+    for protocol in ("thesis", "blind"):
+        threshold = row.loc["energy", protocol, "threshold"]["value"]
+        predicted = np.where(test["known_energy"] >= threshold, test["predicted"], "other")
+        for metric, value in {
+            "accuracy": reference.accuracy_score(test["truth"], predicted),
+            "f1_weighted": reference.f1_score(test["truth"], predicted, average="weighted"),
+            "f1_macro": reference.f1_score(test["truth"], predicted, average="macro"),
+            "recall_other": reference.recall_score(test["truth"] == "other", predicted == "other"),
+            "precision_dart": reference.precision_score(test["truth"] == "dart", predicted == "dart"),
+        }.items():
+            one = row.loc["energy", protocol, metric]
+            assert abs(one["value"] - value) < 1e-12, metric
+            assert one["low"] <= one["value"] <= one["high"] and one["n"] == len(test)
+        cells = confusions[(confusions["score"] == "energy") & (confusions["threshold"] == protocol)]
+        square = cells.pivot(index="target", columns="predicted", values="count")
+        assert (square == pd.crosstab(test["target"].to_numpy(), predicted)).all(axis=None)
+        assert list(square.index) == ["dart", "disc", "kite", "wing"]
+
+
+def test_a_class_other_counts_as_wrong_in_the_closed_set_and_no_more(tmp_path):
+    frame = open_table()
+    known = (frame["role"] == "known") & (frame["side"] == "test")
+    frame.loc[known & (frame["realization"] == 0), "predicted"] = "other"
+    scores, confusions = scored(tmp_path, {"open_snr_6dB/knn/snr_0dB": frame})
+    closed = scores[scores["score"] == ""].set_index("metric")["value"]
+    rows = frame[known]
+    macro = reference.f1_score(rows["truth"], rows["predicted"], average="macro", labels=["dart", "disc"])
+    assert abs(closed["f1_macro"] - macro) < 1e-12
+    assert abs(closed["accuracy"] - reference.accuracy_score(rows["truth"], rows["predicted"])) < 1e-12
+    assert not {"precision_other", "recall_other"} & set(closed.index)
+    counted = confusions[(confusions["score"] == "") & (confusions["predicted"] == "other")]["count"]
+    assert counted.sum() == (rows["predicted"] == "other").sum()
+
+
+def test_a_target_may_be_called_na(tmp_path):
+    frame = table().replace({"dart": "NA", "disc": "nan"})
+    scores, _ = scored(tmp_path, {"multi/knn/snr_0dB": frame})
+    assert {"recall_NA", "recall_nan"} < set(scores["metric"])
+
+
+def test_all_elevations_written_out_are_all(tmp_path):
+    scores, _ = scored(tmp_path, {"single/knn/snr_0dB": table(elevations=(0.0,))})
+    assert set(scores["elevation"]) == {"all"}
+
+
+def test_unknown_targets_of_the_validation_side_decide_under_the_thesis_protocol_only(tmp_path):
+    frame = open_table()
+    garbage = frame.copy()
+    unknown = (frame["role"] == "unknown") & (frame["side"] == "validation")
+    garbage.loc[unknown, "known_energy"] = 50.0
+    before, after = (
+        scored(tmp_path / name, {"open_snr_6dB/knn/snr_0dB": rows})[0].set_index(["score", "threshold", "metric"])
+        for name, rows in (("a", frame), ("b", garbage))
+    )
+    for metric in ("threshold", "f1_weighted"):
+        assert before.loc["energy", "blind", metric].equals(after.loc["energy", "blind", metric])
+    assert before.loc["energy", "thesis", "threshold"]["value"] != after.loc["energy", "thesis", "threshold"]["value"]

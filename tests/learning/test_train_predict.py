@@ -1,5 +1,6 @@
 import hashlib
 import json
+import shutil
 import subprocess
 import sys
 
@@ -10,13 +11,25 @@ import xarray as xr
 
 from common.errors import InputError
 from learning import images, timing
+from learning.classifier import build
+from learning.experiments import LEARNED, runs
 from learning.predict import classify, predict
-from learning.train import build, fit, load, train
+from learning.thresholds import choose
+from learning.train import load, train
 
-SPLIT = {"scheme": "random", "train": 0.7}
+SPLIT = {"scheme": "random", "train": 0.7, "validation": 0.33}
 ELEVATION, AZIMUTHS, RANGE, CROSSRANGE = [-15.0, 0.0, 15.0], 24, 6, 5
 ALL = {"elevation": "all", "snr_db": "clean"}
-SETTINGS = {"lr": {"penalty": 0.1}, "svm": {"C": 930.66, "scale": 2.75}, "knn": {"k": 1}}
+APERTURE = 3
+FCNN = {"width": 24, "epochs": 12, "batch": 8, "learning_rate": 0.01, "openmax_tail": 5, "openmax_alpha": 1}
+SETTINGS = {
+    "lr": {"penalty": 0.1},
+    "svm": {"C": 930.66, "scale": 2.75},
+    "knn": {"k": 1},
+    "matched_filter": {},
+    "fcnn": FCNN,
+}
+ROLES = {"dart": "known", "disc": "known", "cube": "unknown", "wing": "other"}
 
 
 def aspects():
@@ -34,6 +47,15 @@ def scene(name):
     return images
 
 
+def run_of(selection=ALL, name="multi", **more):
+    """A run as the rules hand it to a training."""
+    experiment = {"train": selection, "models": list(SETTINGS), **more}
+    (run,) = runs(
+        {"targets": {"cube": {"role": "unknown"}}, "learning": {"split": SPLIT, "experiments": {name: experiment}}}
+    ).values()
+    return {key: run[key] for key in LEARNED}
+
+
 def write(path, images, azimuth):
     """A store as the imaging stage writes it; images with five dimensions have noise realizations in front."""
     names = ["realization", "elevation", "azimuth", "range", "crossrange"][-images.ndim :]
@@ -41,7 +63,9 @@ def write(path, images, azimuth):
     coordinates |= {"range": np.arange(RANGE) * 0.1, "crossrange": np.arange(CROSSRANGE) * 0.1}
     if images.ndim == 5:
         coordinates["realization"] = np.arange(len(images))
-    xr.Dataset({"image": (names, images.astype(np.complex64))}, coordinates).to_zarr(path, mode="w", zarr_format=2)
+    attrs = {"range_wavenumber": 40.0}
+    dataset = xr.Dataset({"image": (names, images.astype(np.complex64))}, coordinates, attrs)
+    dataset.to_zarr(path, mode="w", zarr_format=2)
 
 
 def noisy(name, snr_db, realizations=2):
@@ -71,9 +95,19 @@ def stores(tmp_path_factory):
     return make
 
 
-def fitted(stores, folder, name="knn", selection=ALL, seed=0, experiment="multi"):
-    train(stores, experiment, name, selection, SETTINGS[name], SPLIT, seed, folder)
+def fitted(stores, folder, name="knn", selection=ALL, seed=0, experiment="multi", settings=None, **more):
+    targets = {images.target_of(store) for store in stores}
+    roles = {target: ROLES[target] for target in targets if target in ROLES} | more.pop("roles", {})
+    run = run_of(selection, experiment, **more)
+    train(stores, roles, run, name, settings or SETTINGS[name], SPLIT, APERTURE, seed, folder)
     return folder
+
+
+def tables_of(stores, folder, tmp_path, is_open=False, roles=ROLES):
+    """The prediction tables of the stores' SNRs, by their labels."""
+    labels = {store.rpartition("/")[2].removesuffix(".zarr") for store in stores}
+    predict(stores, roles, is_open, folder, [tmp_path / f"{label}.csv" for label in labels])
+    return {label: pd.read_csv(tmp_path / f"{label}.csv") for label in labels}
 
 
 def digest(folder):
@@ -108,6 +142,7 @@ def test_the_model_folder(stores, tmp_path):
     fitted(stores("clean"), tmp_path / "knn", selection={"elevation": [0], "snr_db": "clean"})
     config = json.loads((tmp_path / "knn" / "config.json").read_text())
     train_count = int(0.7 * AZIMUTHS)
+    assert config["run"]["elevation"] == [0]
     assert config["classes"] == ["dart", "disc"]
     assert config["observations"] == {"dart": train_count, "disc": train_count}
     assert (config["model"], config["settings"], config["image_shape"]) == ("knn", {"k": 1}, [RANGE, CROSSRANGE])
@@ -115,11 +150,11 @@ def test_the_model_folder(stores, tmp_path):
     assert not (tmp_path / "knn" / "curve.csv").exists()  # nothing is iterated
 
 
-def test_a_training_curve_is_stored(stores, tmp_path, monkeypatch):
-    model = build("knn", {"k": 1}, 0)
-    monkeypatch.setattr(type(model), "curve_", {"epoch": [1, 2], "loss": [0.5, 0.25]})
-    fitted(stores("clean"), tmp_path / "knn")
-    assert pd.read_csv(tmp_path / "knn" / "curve.csv")["loss"].tolist() == [0.5, 0.25]
+def test_a_training_curve_is_stored(stores, tmp_path):
+    fitted(stores("clean"), tmp_path / "fcnn", "fcnn")
+    curve = pd.read_csv(tmp_path / "fcnn" / "curve.csv")
+    assert curve["epoch"].tolist() == list(range(1, 13))
+    assert not curve.isna().any(axis=None) and curve["loss"].iloc[-1] < curve["loss"].iloc[0]
 
 
 @pytest.mark.parametrize("name", SETTINGS)
@@ -149,11 +184,10 @@ def test_no_test_azimuth_was_trained_on(stores, tmp_path):
     """From the stored indices, and from the training images themselves."""
     folder = fitted(stores("snr_0dB"), tmp_path / "knn")
     sides = json.loads((folder / "split.json").read_text())
-    assert not set(sides["train"]["index"]) & set(sides["test"]["index"])
-    assert sorted(sides["train"]["index"] + sides["test"]["index"]) == list(range(AZIMUTHS))
-    predict(stores("snr_0dB"), folder, tmp_path / "table.csv")
-    tested = pd.read_csv(tmp_path / "table.csv")["azimuth"].unique()
-    assert np.allclose(np.sort(tested), aspects()[sides["test"]["index"]])
+    index = [number for side in ("train", "validation", "test") for number in sides[side]["index"]]
+    assert sorted(index) == list(range(AZIMUTHS))
+    table = tables_of(stores("snr_0dB"), folder, tmp_path)["snr_0dB"]
+    assert np.allclose(np.sort(table["azimuth"].unique()), aspects()[sides["test"]["index"]])
     # One training image at distance 0 from a test image would be the image itself.
     unseen = images.read(stores("snr_0dB"), sides["test"]["azimuth"])
     assert load(folder).decision_function(unseen.images).max() < -0.01
@@ -161,37 +195,171 @@ def test_no_test_azimuth_was_trained_on(stores, tmp_path):
     assert (load(folder).decision_function(seen.images).max(axis=1) > -0.01).all()
 
 
-def test_a_class_without_images_is_refused(stores):
-    rows = images.read(stores("clean"), aspects())
-    with pytest.raises(InputError, match="class 'wing' has no training image"):
-        fit(build("knn", {"k": 1}, 0), rows, ["dart", "disc", "wing"])
+def test_in_sector_no_test_image_shares_a_sample_with_a_training_one(stores, tmp_path):
+    folder = fitted(stores("snr_0dB"), tmp_path / "knn", split="sector")
+    sides = json.loads((folder / "split.json").read_text())
+    assert sides["scheme"] == "sector"
+    half = APERTURE // 2
+    samples = {
+        side: {(number + offset) % AZIMUTHS for number in sides[side]["index"] for offset in range(-half, half + 1)}
+        for side in ("train", "validation", "test")
+    }
+    assert not samples["train"] & samples["test"] and not samples["validation"] & samples["test"]
+    table = tables_of(stores("snr_0dB"), folder, tmp_path)["snr_0dB"]
+    assert np.allclose(np.sort(table["azimuth"].unique()), aspects()[sides["test"]["index"]])
+
+
+def test_a_class_without_images_is_refused(stores, tmp_path):
+    with pytest.raises(InputError, match="class 'ghost' has no training image"):
+        fitted(stores("clean"), tmp_path / "knn", roles={"ghost": "known"})
 
 
 def test_the_prediction_table(stores, tmp_path):
     folder = fitted(stores("clean"), tmp_path / "svm", "svm", {"elevation": [0], "snr_db": "clean"})
-    predict(stores("snr_-6dB"), folder, tmp_path / "one.csv")
-    table = pd.read_csv(tmp_path / "one.csv")
+    table = tables_of(stores("snr_-6dB"), folder, tmp_path / "one")["snr_-6dB"]
     keys = ["target", "elevation", "azimuth", "realization"]
-    assert list(table) == [*keys, "truth", "predicted", "score_dart", "score_disc"]
-    assert len(table) == 2 * len(ELEVATION) * (AZIMUTHS - int(0.7 * AZIMUTHS)) * 2
+    assert list(table) == [*keys, "truth", "predicted", "role", "side", "score_dart", "score_disc"]
+    held_out = AZIMUTHS - int(0.7 * AZIMUTHS)
+    held_out -= int(0.33 * held_out)
+    assert len(table) == 2 * len(ELEVATION) * held_out * 2
+    assert set(table["side"]) == {"test"} and set(table["role"]) == {"known"}
     assert not table.duplicated(keys).any()
     assert table[keys].equals(table.sort_values(keys)[keys])
     assert (table["truth"] == table["target"]).all()
     assert set(table["elevation"]) == set(ELEVATION)
     best = table[["score_dart", "score_disc"]].idxmax(axis=1).str.removeprefix("score_")
     assert (table["predicted"] == best).all()
-    predict(stores("snr_-6dB", ("disc", "dart")), folder, tmp_path / "two.csv")
-    assert (tmp_path / "two.csv").read_bytes() == (tmp_path / "one.csv").read_bytes()
+    tables_of(stores("snr_-6dB", ("disc", "dart")), folder, tmp_path / "two")
+    files = [(tmp_path / run / "snr_-6dB.csv").read_bytes() for run in ("one", "two")]
+    assert files[0] == files[1]
+
+
+def test_an_snr_has_the_same_table_whatever_else_is_predicted(stores, tmp_path):
+    folder = fitted(stores("clean"), tmp_path / "knn")
+    tables_of(stores("snr_0dB"), folder, tmp_path / "alone")
+    tables_of(stores("snr_0dB") + stores("snr_30dB"), folder, tmp_path / "both")
+    assert (tmp_path / "alone/snr_0dB.csv").read_bytes() == (tmp_path / "both/snr_0dB.csv").read_bytes()
+
+
+EVERY = ("dart", "disc", "cube", "wing")
+
+
+def test_the_table_of_an_open_run(stores, tmp_path):
+    folder = fitted(stores("clean"), tmp_path / "fcnn", "fcnn", open=True)
+    table = tables_of(stores("snr_30dB", EVERY), folder, tmp_path, is_open=True)["snr_30dB"]
+    known = [name.removeprefix("known_") for name in table if name.startswith("known_")]
+    assert {"softmax", "max_logit", "energy", "openmax", "openmax_shifted", "neighbour", "mahalanobis"} < set(known)
+    assert set(table.loc[table["role"] != "known", "truth"]) == {"other"}
+    sides = json.loads((folder / "split.json").read_text())
+    for role, expected in (("known", 2), ("unknown", 2), ("other", 1)):
+        assert table.loc[table["role"] == role, "side"].nunique() == expected
+    for side in ("test", "validation"):
+        azimuths = np.sort(table.loc[table["side"] == side, "azimuth"].unique())
+        assert np.allclose(azimuths, aspects()[sides[side]["index"]])
+    assert set(table.loc[table["role"] == "other", "side"]) == {"validation"}
+
+
+def test_what_unknown_targets_hold_changes_no_model(stores, tmp_path):
+    """Garbage instead of the unknown targets: the same model byte for byte, and the same predictions of the rest."""
+    folder = fitted(stores("clean"), tmp_path / "fcnn", "fcnn", open=True)
+    before = tables_of(stores("snr_30dB", EVERY), folder, tmp_path / "before", is_open=True)["snr_30dB"]
+    elsewhere = tmp_path / "imaging"
+    for name in ("dart", "disc", "wing"):
+        shutil.copytree(stores("snr_30dB", [name])[0], elsewhere / name / "snr_30dB.zarr")
+        shutil.copytree(stores("clean", [name])[0], elsewhere / name / "clean.zarr")
+    garbage = np.random.default_rng(0).standard_normal((2, len(ELEVATION), AZIMUTHS, RANGE, CROSSRANGE)) * 9
+    write(elsewhere / "cube" / "snr_30dB.zarr", garbage, aspects())
+    known = [str(elsewhere / name / "clean.zarr") for name in ("dart", "disc")]
+    again = fitted(known, tmp_path / "again", "fcnn", open=True)
+    assert digest(again) == digest(folder)
+    spoilt = [str(elsewhere / name / "snr_30dB.zarr") for name in EVERY]
+    after = tables_of(spoilt, again, tmp_path / "after", is_open=True)["snr_30dB"]
+    rest = before["role"] != "unknown"
+    assert before[rest].equals(after[rest])
+    assert not before[~rest].equals(after[~rest])
+    assert choose(before, "known_energy", "blind") == choose(after, "known_energy", "blind")
+    assert choose(before, "known_energy", "thesis") != choose(after, "known_energy", "thesis")
+
+
+def test_a_class_other_is_learned_from_other_targets_and_noise(stores, tmp_path):
+    noise = tmp_path / "imaging" / "pure-noise" / "clean.zarr"
+    random = np.random.default_rng(2)
+    write(noise, random.standard_normal((len(ELEVATION), AZIMUTHS, RANGE, CROSSRANGE, 2)) @ [1, 1j], aspects())
+    learned = [*stores("clean", ("dart", "disc", "wing")), str(noise)]
+    folder = fitted(learned, tmp_path / "fcnn", "fcnn", settings=FCNN | {"kind": "fcnn", "other": True}, open=True)
+    config = json.loads((folder / "config.json").read_text())
+    each = len(ELEVATION) * int(0.7 * AZIMUTHS)
+    assert config["classes"] == ["dart", "disc", "other"]
+    assert config["observations"] == {"dart": each, "disc": each, "other": 2 * each}
+    assert "kind" not in config["settings"] and "other" not in config["settings"]
+    table = tables_of(stores("snr_30dB", EVERY), folder, tmp_path, is_open=True)["snr_30dB"]
+    rows = table.groupby("role")["predicted"]
+    assert (rows.get_group("other") == "other").mean() > 0.9
+    assert (rows.get_group("known") == "other").mean() < 0.1
+    assert "score_other" in table
+
+
+def test_several_snrs_are_learned_at_once_or_one_in_each_batch(stores, tmp_path):
+    both = stores("clean") + stores("snr_0dB")
+    together = fitted(both, tmp_path / "a", "fcnn", {"elevation": "all", "snr_db": ["clean", 0]})
+    drawn = fitted(both, tmp_path / "b", "fcnn", {"elevation": "all", "snr_db": {"random": ["clean", 0]}})
+    counts = [json.loads((folder / "config.json").read_text())["observations"]["dart"] for folder in (together, drawn)]
+    assert counts == [3 * len(ELEVATION) * int(0.7 * AZIMUTHS)] * 2  # one without noise, two realizations
+    assert digest(together)["model.npz"] != digest(drawn)["model.npz"]
+    again = fitted(both[::-1], tmp_path / "c", "fcnn", {"elevation": "all", "snr_db": {"random": [0, "clean"]}})
+    assert digest(again) == digest(drawn)
+    scores = [tables_of(stores("snr_0dB"), folder, tmp_path)["snr_0dB"] for folder in (together, drawn)]
+    assert all((table["truth"] == table["predicted"]).mean() > 0.8 for table in scores)
+
+
+def test_choices_are_made_on_the_validation_azimuths(stores, tmp_path):
+    settings = {"kind": "lr", "penalty": [1e-9, 0.1, 1.0]}
+    folder = fitted(stores("snr_0dB"), tmp_path / "lr_tuned", "lr_tuned", settings=settings)
+    search = pd.read_csv(folder / "search.csv")
+    assert search["penalty"].tolist() == [1e-9, 0.1, 1.0]
+    sides = json.loads((folder / "split.json").read_text())
+    rows, seen = (images.read(stores("snr_0dB"), sides[side]["azimuth"]) for side in ("validation", "train"))
+    for line in search.itertuples():
+        model = build("lr", {"penalty": line.penalty}, 0).fit(seen.images, seen.target)
+        assert line.validation_accuracy == (model.predict(rows.images) == rows.target).mean()
+    chosen = json.loads((folder / "config.json").read_text())["settings"]
+    assert chosen == {"penalty": search["penalty"][search["validation_accuracy"].idxmax()]}
+
+
+def test_the_first_of_equal_choices_is_kept(stores, tmp_path):
+    settings = {"kind": "svm", "C": [900.0, 930.66, 950.0], "scale": 2.75}
+    folder = fitted(stores("clean"), tmp_path / "svms", "svms", settings=settings)
+    assert pd.read_csv(folder / "search.csv")["validation_accuracy"].nunique() == 1
+    assert json.loads((folder / "config.json").read_text())["settings"]["C"] == 900
+
+
+def test_known_scores_that_are_no_numbers_are_refused(stores, tmp_path, monkeypatch):
+    folder = fitted(stores("clean"), tmp_path / "knn", open=True)
+    kind = type(build("knn", {}, 0))
+    plain = kind.evaluate
+    monkeypatch.setattr(
+        kind, "evaluate", lambda self, some: plain(self, some)._replace(known={"odd": np.full(len(some), -np.inf)})
+    )
+    with pytest.raises(InputError, match="model knn of multi: its known score 'odd' is not a finite number"):
+        tables_of(stores("snr_0dB", EVERY), folder, tmp_path, is_open=True)
+
+
+def test_images_are_up_sampled_for_one_run_only(stores, tmp_path):
+    folder = fitted(stores("clean"), tmp_path / "knn", upsample=9)
+    assert json.loads((folder / "config.json").read_text())["image_shape"] == [9, 9]
+    assert len(tables_of(stores("snr_30dB"), folder, tmp_path)["snr_30dB"]) > 0
+    with pytest.raises(InputError, match="6 x 5 pixels, more than the 4"):
+        fitted(stores("clean"), tmp_path / "small", upsample=4)
 
 
 @pytest.mark.parametrize("name", SETTINGS)
 def test_separable_classes_are_told_apart(name, stores, tmp_path):
     names = ("dart", "disc", "cube")
-    folder = fitted(stores("clean", names), tmp_path / name, name)
+    roles = dict.fromkeys(names, "known")
+    folder = fitted(stores("clean", names), tmp_path / name, name, roles=roles)
     accuracy = {}
     for label in ("snr_30dB", "snr_-6dB"):
-        predict(stores(label, names), folder, tmp_path / "table.csv")
-        table = pd.read_csv(tmp_path / "table.csv")
+        table = tables_of(stores(label, names), folder, tmp_path, roles=roles)[label]
         accuracy[label] = (table["truth"] == table["predicted"]).mean()
     assert accuracy["snr_30dB"] == 1
     assert 1 / 3 < accuracy["snr_-6dB"] < 1
@@ -204,8 +372,8 @@ def test_shuffled_labels_give_chance(name, stores):
     right = []
     for seed in range(8):
         labels = np.random.default_rng(seed).permutation(rows.target[seen])
-        predicted, _ = classify(build(name, SETTINGS[name], 0).fit(rows.images[seen], labels), rows.images[~seen])
-        right.append((predicted == rows.target[~seen]).mean())
+        model = build(name, SETTINGS[name], 0).fit(rows.images[seen], labels)
+        right.append((classify(model, rows.images[~seen]).labels == rows.target[~seen]).mean())
     assert abs(np.mean(right) - 0.5) < 0.12
 
 
@@ -215,21 +383,24 @@ def test_batches_do_not_change_predictions(stores, tmp_path, monkeypatch):
     whole = classify(load(folder), rows.images)
     monkeypatch.setattr("learning.predict.BATCH", 50)
     parts = classify(load(folder), rows.images)
-    assert (whole[0] == parts[0]).all()
-    np.testing.assert_allclose(whole[1], parts[1], atol=1e-3)
+    assert (whole.labels == parts.labels).all()
+    np.testing.assert_allclose(whole.scores, parts.scores, atol=1e-3)
+    np.testing.assert_allclose(whole.known["distance"], parts.known["distance"], atol=1e-3)
 
 
 def test_the_times_file(stores, tmp_path, monkeypatch):
     monkeypatch.setattr(timing, "REPEATS", {1: 5, timing.BATCH: 3})
-    folder = fitted(stores("clean"), tmp_path / "knn")
-    timing.measure(stores("clean"), folder, 2, tmp_path / "knn.json")
-    times = json.loads((tmp_path / "knn.json").read_text())
-    assert times["training_observations"] == 2 * len(ELEVATION) * int(0.7 * AZIMUTHS)
-    assert (times["experiment"], times["model"], times["threads"]) == ("multi", "knn", 2)
-    assert times["machine"]["cpu"] and times["machine"]["cores"] >= 1
-    assert (times["single"]["size"], times["batch"]["size"]) == (1, 256)
-    assert (times["single"]["repeats"], times["batch"]["repeats"]) == (5, 3)
-    assert all(0 < times[kind]["milliseconds_per_observation"] < 1000 for kind in ("single", "batch"))
+    folders = [fitted(stores("clean"), tmp_path / name, name) for name in ("knn", "lr")]
+    timing.measure(stores("clean"), folders, 2, tmp_path / "times.json")
+    times = json.loads((tmp_path / "times.json").read_text())
+    assert times["machine"]["cpu"] and times["machine"]["cores"] >= 1 and times["threads"] == 2
+    assert [record["model"] for record in times["models"]] == ["knn", "lr"]
+    for record in times["models"]:
+        assert record["training_observations"] == 2 * len(ELEVATION) * int(0.7 * AZIMUTHS)
+        assert (record["experiment"], record["run"]) == ("multi", "multi")
+        assert (record["single"]["size"], record["batch"]["size"]) == (1, 256)
+        assert (record["single"]["repeats"], record["batch"]["repeats"]) == (5, 3)
+        assert all(0 < record[kind]["milliseconds_per_observation"] < 1000 for kind in ("single", "batch"))
 
 
 def test_a_slow_model_is_timed_fewer_times(monkeypatch):
@@ -245,7 +416,7 @@ def test_predictions_import_nothing_heavy(name, stores, tmp_path):
     folder = fitted(stores("clean"), tmp_path / name, name)
     program = (
         "import sys; from learning.predict import predict; "
-        f"predict({stores('snr_0dB')!r}, {str(folder)!r}, {str(tmp_path / 'table.csv')!r}); "
+        f"predict({stores('snr_0dB')!r}, {ROLES!r}, True, {str(folder)!r}, [{str(tmp_path / 'snr_0dB.csv')!r}]); "
         "print(*sorted({'sklearn', 'jax', 'matplotlib'} & set(sys.modules)), 'end')"
     )
     done = subprocess.run(

@@ -1,5 +1,6 @@
 """A small tree of made-up results in the layout of the other stages, for the report to show."""
 
+import itertools
 import json
 
 import numpy as np
@@ -7,6 +8,8 @@ import pandas as pd
 import xarray as xr
 
 from common import radar as sweep
+from learning.experiments import runs, snr_text
+from learning.scores import COLUMNS, CONFUSION
 from mesh.figures import describe, size
 from mesh.fit import plan
 from mesh.io import write_ply
@@ -26,12 +29,14 @@ SETTINGS = {
     "imaging": {"aperture": 5, "window": "hamming", "reformat": "polar", "upsample": "none"},
     "noise": {"snr_db": [-12, 0, 2.5, 12, 24], "realizations": 2, "definition": "peak_3db"},
     "learning": {
-        "split": {"scheme": "random", "train": 0.7},
-        "models": {"lr": {"penalty": 0.001}, "svm": {"C": 930.66, "scale": 2.75}, "knn": {"k": 1}},
+        "split": {"scheme": "random", "train": 0.7, "validation": 0.33},
+        "models": {"lr": {"penalty": 0.001}, "svm": {"C": 930.66, "scale": 2.75}, "knn": {"k": 1}, "fcnn": {}},
         "experiments": {
             "single_elevation": {"train": {"elevation": [0], "snr_db": "clean"}, "models": ["lr", "svm", "knn"]},
             "multi_elevation": {"train": {"elevation": "all", "snr_db": "clean"}, "models": ["lr", "knn"]},
-            "noisy_training": {"train": {"elevation": [0, 30], "snr_db": 2.5}, "models": ["lr"]},
+            "noisy_training": {"train": {"elevation": [0, 30], "snr_db": {"each": [2.5, 12]}}, "models": ["lr", "svm"]},
+            "fcnn_open": {"train": {"elevation": "all", "snr_db": "clean"}, "models": ["fcnn", "knn"], "open": True},
+            "sector": {"train": {"elevation": "all", "snr_db": "clean"}, "models": ["lr", "knn"], "split": "sector"},
         },
     },
 }
@@ -162,33 +167,49 @@ def _images(folder, settings, elevation, azimuth):
 
 
 def _learning(folder, settings):
-    """Accuracy that rises with SNR; every score with an interval around it."""
-    labels = sorted(name for name, target in settings["targets"].items() if target["role"] == "known")
-    rows, cells = [], []
-    for experiment, what in settings["learning"]["experiments"].items():
-        for place, model in enumerate(what["models"]):
-            for snr in settings["noise"]["snr_db"]:
-                for elevation in ("all",) if what["train"]["elevation"] == "all" else ("all", "trained"):
-                    run = [experiment, model, "random", what["train"]["snr_db"], snr, elevation]
-                    right = 1 - 0.5 / (1 + np.exp((snr + 6 + 3 * place) / 3)) - 0.05 * (elevation == "all")
-                    for metric in ("accuracy", "f1_weighted", "f1_macro"):
-                        rows.append([*run, metric, right, right - 0.03, min(right + 0.03, 1), 400])
-                    for label in labels:
-                        rows.append([*run, f"precision_{label}", right, right - 0.03, min(right + 0.03, 1), 400])
-                        rows.append([*run, f"recall_{label}", right, right - 0.03, min(right + 0.03, 1), 400])
-                        cells += [
-                            [*run, label, other, 200 * (right if other == label else 1 - right)] for other in labels
-                        ]
-            times = {
-                "training_observations": 1234,
-                "single": {"size": 1, "repeats": 200, "milliseconds_per_observation": 0.2 * (place + 1)},
-                "batch": {"size": 256, "repeats": 20, "milliseconds_per_observation": 0.01 * (place + 1)},
-                "machine": {"cpu": "A processor", "cores": 2},
-                "threads": 1,
-            }
-            path = folder / "times" / experiment / f"{model}.json"
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(json.dumps(times))
-    run = ["experiment", "model", "split", "train_snr_db", "test_snr_db", "elevation"]
-    pd.DataFrame(rows, columns=[*run, "metric", "value", "low", "high", "n"]).to_csv(folder / "scores.csv", index=False)
-    pd.DataFrame(cells, columns=[*run, "truth", "predicted", "count"]).to_csv(folder / "confusion.csv", index=False)
+    """Accuracy that rises with SNR; every score with an interval around it; a curve for every network."""
+    roles = {name: target["role"] for name, target in settings["targets"].items()}
+    labels = sorted(name for name, role in roles.items() if role == "known")
+    rows, cells, times = [], [], []
+    for name, run in runs(settings).items():
+        opened = [["softmax", protocol] for protocol in ("thesis", "blind")] if run["open"] else []
+        subsets = ("all",) if run["elevation"] == "all" else ("all", "trained")
+        for (place, model), snr, subset in itertools.product(
+            enumerate(run["models"]), settings["noise"]["snr_db"], subsets
+        ):
+            head = [run["experiment"], model, run["split"], snr_text(run), snr, subset]
+            right = 1 - 0.5 / (1 + np.exp((snr + 6 + 3 * place) / 3)) - 0.05 * (subset == "all")
+            bounds = [right, right - 0.03, min(right + 0.03, 1), 400]
+            for kind in (["", ""], *opened):
+                classes = [*labels, "other"] if kind[0] else labels
+                metrics = ["accuracy", "f1_weighted", "f1_macro"]
+                metrics += [f"{what}_{label}" for label in classes for what in ("precision", "recall")]
+                rows += [[*head, *kind, metric, *bounds] for metric in metrics]
+                targets = [*labels, *(name for name, role in roles.items() if role == "unknown")] if kind[0] else labels
+                for target, predicted in itertools.product(targets, classes):
+                    truth = target if target in labels else "other"
+                    cells.append([*head, *kind, target, predicted, 200 * (right if predicted == truth else 1 - right)])
+            if opened:
+                rows += [[*head, "softmax", "", metric, *bounds] for metric in ("auroc", "fpr95", "oscr")]
+        for place, model in enumerate(run["models"]):
+            times.append(
+                {
+                    "experiment": run["experiment"],
+                    "run": name,
+                    "model": model,
+                    "training_observations": 1234,
+                    "single": {"size": 1, "repeats": 200, "milliseconds_per_observation": 0.2 * (place + 1)},
+                    "batch": {"size": 256, "repeats": 20, "milliseconds_per_observation": 0.01 * (place + 1)},
+                }
+            )
+            if model == "fcnn":
+                path = folder / "models" / name / model
+                path.mkdir(parents=True)
+                curve = {"epoch": [1, 2, 3], "loss": [0.5, 0.1, 0.01], "accuracy": [0.7, 0.9, 1.0]}
+                curve |= {"validation_loss": [0.6, 0.2, 0.02], "validation_accuracy": [0.6, 0.8, 0.9]}
+                pd.DataFrame(curve).to_csv(path / "curve.csv", index=False)
+    folder.mkdir(parents=True, exist_ok=True)
+    machine = {"cpu": "A processor", "cores": 2}
+    (folder / "times.json").write_text(json.dumps({"machine": machine, "threads": 1, "models": times}))
+    pd.DataFrame(rows, columns=COLUMNS).to_csv(folder / "scores.csv", index=False)
+    pd.DataFrame(cells, columns=CONFUSION).to_csv(folder / "confusion.csv", index=False)

@@ -6,7 +6,7 @@ import pytest
 
 from common.radar import C0
 from report import draw_images, draw_mesh, layout
-from report.section_learning import _holds
+from report.draw_learning import holds
 from report.section_scattering import range_profiles, rcs_dbsm
 from report.selection import evenly, noise_snrs, noise_target, target_order
 
@@ -43,7 +43,7 @@ def test_order_of_targets_does_not_depend_on_the_file():
 
 
 @pytest.mark.parametrize(
-    ("ours", "relation", "printed", "holds"),
+    ("ours", "relation", "printed", "expected"),
     [
         (0.9996, ">=", "1.00", True),
         (0.994, ">=", "1.00", False),
@@ -54,8 +54,8 @@ def test_order_of_targets_does_not_depend_on_the_file():
         (0.79814, "=", "0.7981", True),
     ],
 )
-def test_published_statement_counts_to_its_printed_decimals(ours, relation, printed, holds):
-    assert _holds(ours, relation, printed) == holds
+def test_published_statement_counts_to_its_printed_decimals(ours, relation, printed, expected):
+    assert holds(ours, relation, printed) == expected
 
 
 def test_projection_keeps_lengths_and_hands():

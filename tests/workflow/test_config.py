@@ -6,6 +6,8 @@ import pytest
 
 from common.config import ROOT, load, read_yaml, section
 from common.errors import InputError
+from common.overview import overview
+from learning.experiments import runs
 
 
 @pytest.fixture(autouse=True)
@@ -61,6 +63,12 @@ def test_section_does_not_depend_on_order():
     assert repr(section(config, "radar", "aspect")) == repr(section(backwards, "aspect", "radar"))
 
 
+def one_experiment(elevation="all", snr_db="clean", models=("lr",), **more):
+    experiment = {"train": {"elevation": elevation, "snr_db": snr_db}, "models": list(models), **more}
+    return {"learning": {"experiments": {"e": experiment}}}
+
+
+NARROW = {"start": 0, "stop": 60, "step": 3}
 KNOWN = {"mesh": "resources/cad/drone.stl", "role": "known"}
 BAD = {
     "unknown key": ({"radar": {"bandwith": 1e9}}, "radar.bandwith", "did you mean 'bandwidth'"),
@@ -94,20 +102,61 @@ BAD = {
     "polarization": ({"radar": {"polarizations": ["RR"]}}, "radar.polarizations.0", "VV"),
     "seed as text": ({"seed": "abc"}, "seed", "'abc'"),
     "split": ({"learning": {"split": {"train": 1.5}}}, "learning.split.train", "1.5"),
-    "model": (
-        {"learning": {"experiments": {"e": {"train": {"elevation": "all", "snr_db": "clean"}, "models": ["svn"]}}}},
-        "learning.experiments.e.models.0",
-        "svm",
+    "validation": ({"learning": {"split": {"validation": 0}}}, "learning.split.validation", "0"),
+    "scheme": ({"learning": {"split": {"scheme": "sectors"}}}, "learning.split.scheme", "sector (contiguous"),
+    "model": (one_experiment(models=["svn"]), "learning.experiments.e.models", "did you mean 'svm'"),
+    "model without a file": ({"learning": {"models": {"mine": {}}}}, "learning.models.mine", "mine.py"),
+    "kind": ({"learning": {"models": {"mine": {"kind": "fcn"}}}}, "learning.models.mine.kind", "did you mean 'fcnn'"),
+    "hyper-parameter": ({"learning": {"models": {"knn": {"kk": 1}}}}, "learning.models.knn.kk", "did you mean 'k'"),
+    "hyper-parameter of a kind": (
+        {"learning": {"models": {"mine": {"kind": "svm", "C": -1}}}},
+        "learning.models.mine.C",
+        "box constraint",
     ),
-    "training SNR not tested": (
-        {"learning": {"experiments": {"e": {"train": {"elevation": "all", "snr_db": 1}, "models": ["lr"]}}}},
+    "one of several values": (
+        {"learning": {"models": {"lr_tuned": {"penalty": [1, "high"]}}}},
+        "learning.models.lr_tuned.penalty",
+        "'high' is not a number",
+    ),
+    "no values": ({"learning": {"models": {"lr_tuned": {"penalty": []}}}}, "learning.models.lr_tuned.penalty", "empty"),
+    "kind is a list": ({"learning": {"models": {"mine": {"kind": ["lr"]}}}}, "learning.models.mine.kind", "['lr']"),
+    "a key that is a number": ({"learning": {"models": {"knn": {3: 4}}}}, "learning.models.knn", "3 is not text"),
+    "settings are a number": ({"learning": {"models": {"knn": 3}}}, "learning.models.knn", "3"),
+    "training SNR not tested": (one_experiment(snr_db=1), "learning.experiments.e.train.snr_db", "noise.snr_db"),
+    "one of several SNRs": (
+        one_experiment(snr_db={"each": [0, 1]}),
         "learning.experiments.e.train.snr_db",
-        "noise.snr_db",
+        "1 is not in noise.snr_db",
     ),
-    "training elevation not swept": (
-        {"learning": {"experiments": {"e": {"train": {"elevation": [7], "snr_db": "clean"}, "models": ["lr"]}}}},
-        "learning.experiments.e.train.elevation",
-        "7",
+    "how SNRs are used": (one_experiment(snr_db={"any": [0]}), "learning.experiments.e.train.snr_db", "{each: list}"),
+    "no training SNR": (one_experiment(snr_db=[]), "learning.experiments.e.train.snr_db", "[]"),
+    "an SNR a batch for a model without": (
+        one_experiment(snr_db={"random": [0]}),
+        "learning.experiments.e.train.snr_db",
+        "lr is not trained in batches",
+    ),
+    "training elevation not swept": (one_experiment(elevation=[7]), "learning.experiments.e.train.elevation", "7"),
+    "open": (one_experiment(open="yes"), "learning.experiments.e.open", "unknown targets"),
+    "split of an experiment": (one_experiment(split="half"), "learning.experiments.e.split", "sector (contiguous"),
+    "upsample": (one_experiment(upsample=2), "learning.experiments.e.upsample", "pixels a side"),
+    "upsample below the image": (one_experiment(upsample=13), "learning.experiments.e.upsample", "14"),
+    "no room for sectors": (
+        {"aspect": {"azimuth": NARROW}, **one_experiment(split="sector")},
+        "learning.split.train",
+        "10 as a guard",
+    ),
+    "a target named other": ({"targets": {"other": KNOWN}}, "targets.other", "another name"),
+    "runs of one name": (
+        {
+            "learning": {
+                "experiments": {
+                    "e": {"train": {"elevation": "all", "snr_db": {"each": [0]}}, "models": ["lr"]},
+                    "e_snr_0dB": {"train": {"elevation": "all", "snr_db": "clean"}, "models": ["lr"]},
+                }
+            }
+        },
+        "learning.experiments",
+        "give one another name",
     ),
     "not a number": ({"radar": {"bandwidth": float("nan")}}, "radar.bandwidth", "finite"),
     "SNR not a number": ({"noise": {"snr_db": [0, float("nan")]}}, "noise.snr_db.1", "finite"),
@@ -182,6 +231,68 @@ def test_bad_config_is_refused_with_its_key(case):
     assert key in message
     assert hint in message
     assert "\n" not in message
+
+
+def test_a_model_has_the_settings_of_its_kind_where_it_has_none():
+    models = load({"learning": {"models": {"mine": {"kind": "fcnn", "epochs": 9}, "fcnn": {"width": 33}}}})["learning"]
+    mine = models["models"]["mine"]
+    assert (mine["epochs"], mine["width"], mine["kind"]) == (9, 33, "fcnn")
+    assert models["models"]["fcnn"]["epochs"] == 5
+
+
+def test_a_model_of_ones_own_takes_any_settings(tmp_path, monkeypatch):
+    for path in (ROOT / "workflow/scripts/learning/models").glob("*.py"):
+        (tmp_path / path.name).write_text(path.read_text())
+    (tmp_path / "mine.py").write_text((tmp_path / "knn.py").read_text())
+    monkeypatch.setattr("common.check.MODELS", tmp_path)
+    overlay = {"learning": {"models": {"mine": {"depth": 3}}, **one_experiment(models=["mine"])["learning"]}}
+    assert load(overlay)["learning"]["models"]["mine"] == {"depth": 3}
+
+
+@pytest.mark.parametrize(
+    ("text", "hint"),
+    [
+        ("class Model:\n    def fit(self:\n", "mine.py, line 2"),
+        ("class Modell:\n    def fit(self): pass\n    def evaluate(self): pass\n", "no class Model"),
+        ("class Model:\n    def fit(self): pass\n", "methods fit and evaluate"),
+    ],
+)
+def test_a_model_that_cannot_work_is_refused_at_the_start(text, hint, tmp_path, monkeypatch):
+    for path in (ROOT / "workflow/scripts/learning/models").glob("*.py"):
+        (tmp_path / path.name).write_text(path.read_text())
+    (tmp_path / "mine.py").write_text(text)
+    monkeypatch.setattr("common.check.MODELS", tmp_path)
+    with pytest.raises(InputError) as caught:
+        load({"learning": {"models": {"mine": {}}}})
+    assert "learning.models.mine" in str(caught.value) and hint in str(caught.value)
+
+
+def test_whole_numbers_may_have_a_point_and_choices_any_order():
+    models = load({"learning": {"models": {"knn": {"k": 3.0}, "lr_tuned": {"penalty": [10, "1e0", 0.1]}}}})
+    assert repr(models["learning"]["models"]["knn"]) == "{'k': 3}"
+    assert models["learning"]["models"]["lr_tuned"]["penalty"] == [0.1, 1, 10]
+    assert load({"imaging": {"aperture": 9.0}})["imaging"]["aperture"] == 9
+
+
+def test_an_elevation_is_the_sweeps_to_a_ten_thousandth_of_a_degree():
+    third = {"aspect": {"elevation": {"start": 0, "stop": 100 / 3, "step": 100 / 3}}}
+    assert load({**third, **one_experiment(elevation=[33.33333])})
+    with pytest.raises(InputError, match=r"33\.33 degrees is not one"):
+        load({**third, **one_experiment(elevation=[33.33])})
+
+
+def test_a_sweep_without_room_for_sectors_leaves_the_default_ones_out():
+    config = load({"aspect": {"azimuth": NARROW}})
+    assert "sector" not in config["learning"]["experiments"]
+    assert "10 as a guard" in config["learning"]["left_out"]["sector"]
+    assert any("'sector' is left out" in line for line in overview(config, "results/none"))
+    assert "left_out" not in load()["learning"]
+
+
+def test_targets_without_unknown_ones_close_the_default_experiments():
+    config = load({"targets": {"a": KNOWN, "b": KNOWN}})
+    assert not any(run["open"] for run in runs(config).values())
+    assert any("'fcnn_open' is open, but" in line for line in overview(config, "results/none"))
 
 
 def test_loading_leaves_the_overlay_alone():

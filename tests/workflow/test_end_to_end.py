@@ -119,8 +119,8 @@ def test_added_known_target_also_trains_anew(restored):
         "image": 1,
         "noise": 2,
         "train": 2,
-        "timing": 2,
-        "predict": 4,
+        "timing": 1,
+        "predict": 2,
         "scores": 1,
         "report": 1,
     }

@@ -19,7 +19,8 @@ from common.config import load, section
 from common.errors import InputError
 from common.overview import overview
 from common.radar import images_are_made
-from imaging.geometry import geometry, megabytes
+from imaging.geometry import PURE_NOISE, geometry, megabytes
+from learning import experiments
 from report.selection import noise_snrs, noise_target
 from scattering import origin
 
@@ -37,6 +38,12 @@ TARGETS = list(config["targets"])
 MESHED = [target for target in TARGETS if "mesh" in config["targets"][target]]
 GIVEN = [target for target in TARGETS if target not in MESHED]
 BANDS = range(config["mesh"]["bands"])
+# The learning stage's runs by name, in one order whatever the config's.
+RUNS = dict(sorted(experiments.runs(config).items())) if images_are_made(config) else {}
+MODELS = config["learning"]["models"]
+# Run and model, as their folders are called.
+FITTED = sorted(f"{run}/{model}" for run in RUNS for model in RUNS[run]["models"])
+KNOWN = sorted(name for name in TARGETS if config["targets"][name]["role"] == "known")
 SNRS = [sweep.snr_label(snr) for snr in config["noise"]["snr_db"]]
 
 
@@ -91,3 +98,44 @@ def images_shown():
         *expand(f"{RESULTS}/imaging/{{target}}/clean.zarr", target=TARGETS),
         *expand(f"{RESULTS}/imaging/{noise_target(config['targets'])}/{{snr}}.zarr", snr=noisy),
     ]
+
+
+def model_code(model):
+    """The file of a model, models/<kind>.py: its kind is its own name, unless it says another."""
+    return os.path.relpath(os.path.join(SCRIPTS, "learning", "models", f"{MODELS[model].get('kind', model)}.py"))
+
+
+def trained_targets(model):
+    """The targets that a model learns: the known ones, and those of role other for one with such a class."""
+    roles = {"known", "other"} if MODELS[model].get("other", False) else {"known"}
+    return [name for name in TARGETS if config["targets"][name]["role"] in roles]
+
+
+def training_stores(wildcards):
+    labels = [experiments.label(snr) for snr in RUNS[wildcards.run]["snrs"]]
+    stores = expand(
+        f"{RESULTS}/imaging/{{target}}/{{label}}.zarr", target=trained_targets(wildcards.model), label=labels
+    )
+    noise = f"{RESULTS}/imaging/{PURE_NOISE}/clean.zarr"
+    return [*stores, noise] if MODELS[wildcards.model].get("other", False) else stores
+
+
+def tested_targets(run):
+    """The targets that a run is tested on, or chooses thresholds with."""
+    return TARGETS if RUNS[run]["open"] else KNOWN
+
+
+def roles(targets):
+    return {name: config["targets"][name]["role"] for name in sorted(targets)}
+
+
+def megabytes_of(run, model):
+    """The memory that a model needs: its images, and their features in double precision as libraries copy them."""
+    run = RUNS[run]
+    imaging, copies = config["imaging"], config["noise"]["realizations"]
+    sides = [max(run["upsample"], imaging["upsample"], key=lambda n: n if n != "none" else 0)] * 2
+    if sides[0] == "none":
+        sides = [config["radar"]["frequencies"], imaging["aperture"]]
+    directions = len(sweep.elevations(config["aspect"])) * len(sweep.azimuths(config["aspect"]))
+    images = directions * len(trained_targets(model)) * sum(1 if s == "clean" else copies for s in run["snrs"])
+    return int(1000 + images * sides[0] * sides[1] * (8 + 3 * 16) / 1e6)

@@ -1,6 +1,7 @@
 # imaging: a field over frequency and azimuth becomes ISAR images, clean and at every SNR.
 # takes: scattering/<target>.zarr, mesh/<target>.json (of a target that is a mesh)
-# makes: imaging/<target>/clean.zarr, imaging/<target>/snr_<n>dB.zarr
+# makes: imaging/<target>/clean.zarr, imaging/<target>/snr_<n>dB.zarr,
+#        imaging/pure-noise/clean.zarr for models that learn a class 'other'
 
 
 rule image:
@@ -50,3 +51,25 @@ rule noise:
         "imaging {wildcards.target}: form the images at {wildcards.snr}"
     script:
         "../scripts/imaging/job_noise.py"
+
+
+rule pure_noise:
+    input:
+        code=code("imaging"),
+    output:
+        directory(f"{RESULTS}/imaging/{PURE_NOISE}/clean.zarr"),
+    log:
+        f"{RESULTS}/logs/imaging/{PURE_NOISE}/clean.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/imaging/{PURE_NOISE}/clean.tsv"
+    conda:
+        "../../envs/imaging.yaml"
+    threads: 1
+    resources:
+        mem_mb=image_megabytes(1),
+    params:
+        settings=section(config, "aspect", "imaging", "radar", "seed"),
+    message:
+        "imaging: form images of noise alone"
+    script:
+        "../scripts/imaging/job_pure_noise.py"

@@ -1,66 +1,57 @@
-# learning: classifiers of images, one per experiment and model, tested at every SNR.
-# takes: imaging/<target>/clean.zarr, imaging/<target>/snr_<n>dB.zarr of the known targets
-# makes: learning/models/<experiment>/<model>/, learning/predictions/<experiment>/<model>/snr_<n>dB.csv,
-#        learning/times/<experiment>/<model>.json, learning/scores.csv, learning/confusion.csv
-
-EXPERIMENTS = config["learning"]["experiments"] if images_are_made(config) else {}
-RUNS = [f"{experiment}/{model}" for experiment in EXPERIMENTS for model in EXPERIMENTS[experiment]["models"]]
-KNOWN = sorted(name for name, target in config["targets"].items() if target["role"] == "known")
-TRAINING_IMAGES = {
-    experiment: "clean" if settings["train"]["snr_db"] == "clean" else sweep.snr_label(settings["train"]["snr_db"])
-    for experiment, settings in EXPERIMENTS.items()
-}
+# learning: classifiers of images, one for each run and model, tested at every SNR.
+# takes: imaging/<target>/clean.zarr, imaging/<target>/snr_<n>dB.zarr
+# makes: learning/models/<run>/<model>/, learning/predictions/<run>/<model>/snr_<n>dB.csv,
+#        learning/times.json, learning/scores.csv, learning/confusion.csv
+# A run is an experiment; one that trains at each of several SNRs has a run for each, named <experiment>_snr_<n>dB.
 
 
 rule train:
     input:
-        stores=lambda w: expand(f"{RESULTS}/imaging/{{target}}/{TRAINING_IMAGES[w.experiment]}.zarr", target=KNOWN),
+        stores=training_stores,
         code=code("learning"),
-        model_code=f"{os.path.relpath(SCRIPTS)}/learning/models/{{model}}.py",
+        model_code=lambda w: model_code(w.model),
     output:
-        model=directory(f"{RESULTS}/learning/models/{{experiment}}/{{model}}"),
+        model=directory(f"{RESULTS}/learning/models/{{run}}/{{model}}"),
     log:
-        f"{RESULTS}/logs/learning/train/{{experiment}}/{{model}}.log",
+        f"{RESULTS}/logs/learning/train/{{run}}/{{model}}.log",
     benchmark:
-        f"{RESULTS}/benchmarks/learning/train/{{experiment}}/{{model}}.tsv"
+        f"{RESULTS}/benchmarks/learning/train/{{run}}/{{model}}.tsv"
     conda:
         "../../envs/learning.yaml"
     threads: 1
     resources:
-        mem_mb=3000,
+        mem_mb=lambda w: megabytes_of(w.run, w.model),
     params:
-        settings=lambda w: section(
-            config,
-            f"learning.experiments.{w.experiment}.train",
-            f"learning.models.{w.model}",
-            "learning.split",
-            "seed",
-        ),
+        settings=lambda w: section(config, f"learning.models.{w.model}", "learning.split", "imaging.aperture", "seed")
+        | {"roles": roles(trained_targets(w.model)), "run": section(RUNS[w.run], *experiments.LEARNED)},
     message:
-        "train {wildcards.experiment}/{wildcards.model}"
+        "train {wildcards.run}/{wildcards.model}"
     script:
         "../scripts/learning/job_train.py"
 
 
+# All SNRs in one job: one takes less time than a job's start.
 rule predict:
     input:
-        stores=expand(f"{RESULTS}/imaging/{{target}}/{{{{snr}}}}.zarr", target=KNOWN),
+        stores=lambda w: expand(f"{RESULTS}/imaging/{{target}}/{{snr}}.zarr", target=tested_targets(w.run), snr=SNRS),
         model=rules.train.output.model,
         code=code("learning"),
         model_code=rules.train.input.model_code,
     output:
-        table=f"{RESULTS}/learning/predictions/{{experiment}}/{{model}}/{{snr}}.csv",
+        tables=expand(f"{RESULTS}/learning/predictions/{{{{run}}}}/{{{{model}}}}/{{snr}}.csv", snr=SNRS),
     log:
-        f"{RESULTS}/logs/learning/predict/{{experiment}}/{{model}}/{{snr}}.log",
+        f"{RESULTS}/logs/learning/predict/{{run}}/{{model}}.log",
     benchmark:
-        f"{RESULTS}/benchmarks/learning/predict/{{experiment}}/{{model}}/{{snr}}.tsv"
+        f"{RESULTS}/benchmarks/learning/predict/{{run}}/{{model}}.tsv"
     conda:
         "../../envs/learning.yaml"
     threads: 1
     resources:
-        mem_mb=1500,
+        mem_mb=lambda w: megabytes_of(w.run, w.model),
+    params:
+        settings=lambda w: {"open": RUNS[w.run]["open"], "roles": roles(tested_targets(w.run))},
     message:
-        "predict {wildcards.experiment}/{wildcards.model} at {wildcards.snr}"
+        "predict {wildcards.run}/{wildcards.model} at every SNR"
     script:
         "../scripts/learning/job_predict.py"
 
@@ -68,30 +59,30 @@ rule predict:
 rule timing:
     input:
         stores=expand(f"{RESULTS}/imaging/{{target}}/clean.zarr", target=KNOWN),
-        model=rules.train.output.model,
+        models=expand(f"{RESULTS}/learning/models/{{fitted}}", fitted=FITTED),
         code=code("learning"),
-        model_code=rules.train.input.model_code,
+        model_code=sorted({model_code(fitted.split("/")[1]) for fitted in FITTED}),
     output:
-        times=f"{RESULTS}/learning/times/{{experiment}}/{{model}}.json",
+        times=f"{RESULTS}/learning/times.json",
     log:
-        f"{RESULTS}/logs/learning/timing/{{experiment}}/{{model}}.log",
+        f"{RESULTS}/logs/learning/timing.log",
     benchmark:
-        f"{RESULTS}/benchmarks/learning/timing/{{experiment}}/{{model}}.tsv"
+        f"{RESULTS}/benchmarks/learning/timing.tsv"
     conda:
         "../../envs/learning.yaml"
     # All cores, so that nothing else runs at the same time. Without a number (on a cluster) one.
     threads: workflow.resource_settings.cores or 1
     resources:
-        mem_mb=1500,
+        mem_mb=max([megabytes_of(*fitted.split("/")) for fitted in FITTED], default=1000),
     message:
-        "timing {wildcards.experiment}/{wildcards.model}: alone on all cores"
+        "timing of every model: alone on all cores"
     script:
         "../scripts/learning/job_timing.py"
 
 
 rule scores:
     input:
-        predictions=expand(f"{RESULTS}/learning/predictions/{{run}}/{{snr}}.csv", run=RUNS, snr=SNRS),
+        predictions=expand(f"{RESULTS}/learning/predictions/{{fitted}}/{{snr}}.csv", fitted=FITTED, snr=SNRS),
         code=code("learning"),
     output:
         scores=f"{RESULTS}/learning/scores.csv",
@@ -106,7 +97,8 @@ rule scores:
     resources:
         mem_mb=1000,
     params:
-        settings=lambda w: section(config, "learning.experiments", "learning.split.scheme", "seed"),
+        settings=section(config, "seed")
+        | {"runs": {run: section(RUNS[run], *experiments.LEARNED, "open") for run in RUNS}},
     message:
         "scores of all predictions"
     script:

@@ -8,9 +8,10 @@ rule report:
         meshes=expand(f"{RESULTS}/mesh/{{target}}-{{part}}.ply", target=MESHED, part=["source", *BANDS]),
         scattering=expand(f"{RESULTS}/scattering/{{target}}.zarr", target=TARGETS),
         images=images_shown(),
-        scores=[f"{RESULTS}/learning/{table}.csv" for table in ("scores", "confusion") if RUNS],
-        times=[f"{RESULTS}/learning/times/{run}.json" for run in RUNS],
-        published=[f"resources/reference/thesis_{table}.csv" for table in ("results", "prediction_times")],
+        scores=[f"{RESULTS}/learning/{table}.csv" for table in ("scores", "confusion") if FITTED],
+        times=f"{RESULTS}/learning/times.json" if FITTED else [],
+        curves=[f"{RESULTS}/learning/models/{fitted}" for fitted in FITTED],
+        published=[f"resources/reference/thesis_{table}.csv" for table in ("results", "prediction_times", "confusion")],
         code=code("imaging", "mesh", "report"),
     output:
         page=f"{RESULTS}/report/index.html",

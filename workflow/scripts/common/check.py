@@ -1,5 +1,6 @@
 """Check a config, before any work is done: against the schema, and one key against another."""
 
+import ast
 import difflib
 from pathlib import Path
 
@@ -12,11 +13,15 @@ from common.errors import InputError
 from common.radar import images_are_made
 from imaging.formation import pixel_axes, window
 from imaging.geometry import centres
+from learning.classifier import NOT_HYPER, OTHER, build, choices
+from learning.experiments import CLEAN, TOLERANCE, runs
 from learning.split import split
 from mesh import cad_kernel
 from scattering import origin
 
-SCHEMA = Path(__file__).resolve().parents[3] / "config" / "schema.yaml"
+ROOT = Path(__file__).resolve().parents[3]
+SCHEMA = ROOT / "config" / "schema.yaml"
+MODELS = ROOT / "workflow" / "scripts" / "learning" / "models"
 FIELD_FORMATS = (".ffe", ".zarr")
 WHERE = " (paths start at the folder you run snakemake in)"
 MESH_FORMATS = (".stl", ".obj", ".ply", ".off", *cad_kernel.FORMATS)
@@ -26,26 +31,33 @@ TYPES = {
     "string": "text",
     "integer": "a whole number",
     "number": "a number",
+    "boolean": "true or false",
 }
 
 
 def check(config):
     """Raise InputError for the first thing wrong with a full config."""
     schema = yaml.safe_load(SCHEMA.read_text())
-    errors = jsonschema.Draft202012Validator(schema).iter_errors(config)
-    # A misspelt key first: it is the cause of what is missing elsewhere. Then the outermost.
-    error = min(errors, key=lambda e: (e.validator != "additionalProperties", len(e.absolute_path)), default=None)
-    if error is not None:
-        raise InputError(_message(error))
+    _check_schema(config, schema)
     _check_finite(config)
     _check_sweep(config)
     _check_targets(config)
     _check_snrs(config)
+    _check_models(config["learning"], schema)
     _check_experiments(config)
 
 
-def _message(error):
-    path = ".".join(str(part) for part in error.absolute_path)
+def _check_schema(value, schema, path=()):
+    """Raise InputError for the first thing in a value, which stands at `path` in the config, that is not allowed."""
+    errors = jsonschema.Draft202012Validator(schema).iter_errors(value)
+    # A misspelt key first: it is the cause of what is missing elsewhere. Then the outermost.
+    error = min(errors, key=lambda e: (e.validator != "additionalProperties", len(e.absolute_path)), default=None)
+    if error is not None:
+        raise InputError(_message(error, path))
+
+
+def _message(error, above=()):
+    path = ".".join(str(part) for part in (*above, *error.absolute_path))
     where = f"config key '{path}'" if path else "config"
     if error.validator == "additionalProperties":
         known = sorted(error.schema.get("properties", {}))
@@ -117,10 +129,16 @@ def _check_sweep(config):
             f"{len(azimuths)} azimuths ('aspect.azimuth')."
         )
     if images_are_made(config):
-        angle = np.radians(azimuths[1] - azimuths[0]) * (np.arange(imaging["aperture"]) - imaging["aperture"] // 2)
-        pixel_axes(sweep.frequencies(radar), angle, imaging)
+        _pixels(config)
         for count in (radar["frequencies"], imaging["aperture"]):
             window(imaging["window"], count)
+
+
+def _pixels(config):
+    """The pixel axes of the config's images. InputError if they cannot be made."""
+    azimuths, aperture = sweep.azimuths(config["aspect"]), config["imaging"]["aperture"]
+    angle = np.radians(azimuths[1] - azimuths[0]) * (np.arange(aperture) - aperture // 2)
+    return pixel_axes(sweep.frequencies(config["radar"]), angle, config["imaging"])
 
 
 def _check_steps(key, angles, limit):
@@ -140,6 +158,11 @@ def _check_steps(key, angles, limit):
 
 def _check_targets(config):
     for name, target in config["targets"].items():
+        if name == OTHER:
+            raise InputError(
+                f"config key 'targets.{name}': '{OTHER}' is what images of no known class are called; "
+                "take another name."
+            )
         if "field" in target:
             _check_field(f"config key 'targets.{name}.field'", target["field"], config)
             continue
@@ -186,27 +209,93 @@ def _check_snrs(config):
             )
 
 
+def _check_models(learning, schema):
+    """Every model's settings, against the schema of its kind. A list stands for each of its values."""
+    available = sorted(path.stem for path in MODELS.glob("*.py") if not path.stem.startswith("_"))
+    for name, settings in learning["models"].items():
+        key, kind = f"config key 'learning.models.{name}", settings.get("kind", name)
+        if kind not in available:
+            where = f"{key}.kind': there" if "kind" in settings else f"{key}': there"
+            raise InputError(
+                f"{where} is no model '{kind}'{_near(kind, available)} There are: {', '.join(available)}; one of your "
+                f"own is a file {kind}.py in workflow/scripts/learning/models, or say with 'kind' which of them it is."
+            )
+        _check_model_file(MODELS / f"{kind}.py", key)
+        rules = schema["$defs"]["kinds"].get(kind)
+        own = {one: value for one, value in settings.items() if one not in NOT_HYPER}
+        for one, value in own.items():
+            if value == []:
+                raise InputError(f"{key}.{one}': an empty list leaves nothing to choose from.")
+        if rules is not None:
+            rules = {"type": "object", "additionalProperties": False, "$defs": schema["$defs"], **rules}
+            for choice in choices(settings):
+                _check_schema(choice, rules, ("learning", "models", name))
+
+
+def _check_model_file(path, key):
+    """Raise InputError for a model's file that Python cannot read, or without a class Model that can fit and evaluate.
+
+    It is read, not run: that would take longer than all other checks.
+    """
+    try:
+        tree = ast.parse(path.read_text())
+    except SyntaxError as error:
+        raise InputError(f"{key}': {path.name}, line {error.lineno}: {error.msg}.") from None
+    classes = {node.name: node for node in tree.body if isinstance(node, ast.ClassDef)}
+    methods = (
+        {node.name for node in ast.walk(classes["Model"]) if isinstance(node, ast.FunctionDef)}
+        if ("Model" in classes)
+        else set()
+    )
+    if not {"fit", "evaluate"} <= methods:
+        raise InputError(f"{key}': {path.name} has no class Model with methods fit and evaluate.")
+
+
+def _near(name, names):
+    near = difflib.get_close_matches(name, names, n=1)
+    return f"; did you mean '{near[0]}'?" if near else "."
+
+
 def _check_experiments(config):
-    experiments = config["learning"]["experiments"] if images_are_made(config) else {}
-    known = [name for name, target in config["targets"].items() if target["role"] == "known"]
+    learning = config["learning"]
+    experiments = learning["experiments"] if images_are_made(config) else {}
+    roles = [target["role"] for target in config["targets"].values()]
     elevations = sweep.elevations(config["aspect"])
-    if experiments:
-        images = centres(sweep.azimuths(config["aspect"]), config["imaging"]["aperture"])
-        split(images, config["learning"]["split"], config["seed"])
+    found = runs(config) if experiments else {}
     for name, experiment in experiments.items():
         key = f"config key 'learning.experiments.{name}"
-        if len(known) < 2:
+        if roles.count("known") < 2:
             raise InputError(
-                f"{key}' needs at least two targets with role known; there are {len(known)}. "
+                f"{key}' needs at least two targets with role known; there are {roles.count('known')}. "
                 "Write 'learning: {experiments: {}}' to stop after the images."
             )
         train = experiment["train"]
-        if train["snr_db"] != "clean" and train["snr_db"] not in config["noise"]["snr_db"]:
-            raise InputError(f"{key}.train.snr_db': {train['snr_db']} is not in noise.snr_db.")
+        for model in experiment["models"]:
+            if model not in learning["models"]:
+                raise InputError(
+                    f"{key}.models': there is no '{model}' in 'learning.models'{_near(model, learning['models'])} "
+                    f"There are: {', '.join(learning['models'])}."
+                )
+            settings = learning["models"][model]
+            random = isinstance(train["snr_db"], dict) and "random" in train["snr_db"]
+            if random and not build(settings.get("kind", model), {}, 0).in_batches:
+                raise InputError(f"{key}.train.snr_db': {model} is not trained in batches that each could have an SNR.")
         if train["elevation"] != "all":
             for angle in train["elevation"]:
-                if not np.isclose(elevations, angle).any():
+                if np.abs(elevations - angle).min() >= TOLERANCE:
                     raise InputError(
                         f"{key}.train.elevation': {angle} degrees is not one of the sweep's elevations "
                         f"({', '.join(f'{e:g}' for e in elevations)})."
                     )
+    images = centres(sweep.azimuths(config["aspect"]), config["imaging"]["aperture"]) if found else []
+    for run in found.values():
+        key = f"config key 'learning.experiments.{run['experiment']}"
+        for snr in run["snrs"]:
+            if snr != CLEAN and snr not in config["noise"]["snr_db"]:
+                raise InputError(f"{key}.train.snr_db': {snr} is not in noise.snr_db.")
+        sides = [len(axis) for axis in _pixels(config)]
+        if run["upsample"] != "none" and run["upsample"] < max(sides):
+            raise InputError(
+                f"{key}.upsample': {run['upsample']} pixels a side are fewer than the images' {sides[0]} x {sides[1]}."
+            )
+        split(images, learning["split"], config["seed"], config["imaging"]["aperture"], run["split"])

@@ -28,10 +28,14 @@ def load(overlay=None, files=()):
     for path in files:
         read_yaml(path)
     config = _numbers(_merge(read_yaml(BASE), overlay or {}))
-    check(config)
+    _inherit(config)
+    config = _checked(config, overlay or {})
     # More bands than frequencies would leave some empty; the order of SNRs has no meaning.
     config["mesh"]["bands"] = min(config["mesh"]["bands"], config["radar"]["frequencies"])
     config["noise"]["snr_db"] = sorted(config["noise"]["snr_db"])
+    # Nor has the order of choices.
+    for settings in config["learning"]["models"].values():
+        settings |= {key: sorted(value) for key, value in settings.items() if isinstance(value, list)}
     return config
 
 
@@ -77,13 +81,48 @@ def _merge(base, overlay, path=""):
     return merged
 
 
+def _checked(config, overlay):
+    """Check the config; gives it back, with the default experiments by sector taken out if the sweep has no room.
+
+    Nobody asked for those; one that the user's config names is refused instead.
+    """
+    own = overlay.get("learning", {})
+    try:
+        check(config)
+        return config
+    except InputError as error:
+        if not isinstance(own, dict) or "experiments" in own:
+            raise
+        experiments = config["learning"]["experiments"]
+        left_out = {name: str(error) for name, what in experiments.items() if what.get("split") == "sector"}
+        kept = {name: what for name, what in experiments.items() if name not in left_out}
+        reduced = {**config, "learning": {**config["learning"], "experiments": kept}}
+        check(reduced)
+        reduced["learning"]["left_out"] = left_out
+        return reduced
+
+
+def _inherit(config):
+    """Give a model whose `kind` is another model that one's settings where it has none of its own."""
+    models = config["learning"].get("models") if isinstance(config.get("learning"), dict) else None
+    if isinstance(models, dict) and all(isinstance(settings, dict) for settings in models.values()):
+        # Whatever is no name of a model is left to the check.
+        kinds = {name: str(settings.get("kind")) for name, settings in models.items()}
+        config["learning"]["models"] = {
+            name: {**models.get(kinds[name], {}), **settings} for name, settings in models.items()
+        }
+
+
 def _numbers(value):
     if isinstance(value, dict):
         return {key: _numbers(item) for key, item in value.items()}
     if isinstance(value, list):
         return [_numbers(item) for item in value]
     if isinstance(value, str) and EXPONENT.fullmatch(value):
-        return float(value)
+        value = float(value)
+    # 2.0 counts as a whole number, and is one from here on; frequencies in Hz stay what they are.
+    if isinstance(value, float) and value.is_integer() and abs(value) < 1e6:
+        return int(value)
     return value
 
 

@@ -40,6 +40,9 @@ class _Tee:
     def flush(self):
         self.terminal.flush()
 
+    def close(self):
+        """Nothing: it belongs to the job. Loggers that kept the stream close it when Python ends."""
+
     def isatty(self):
         return self.terminal.isatty()
 

@@ -13,7 +13,7 @@ from mesh.read import in_metres, read_cad
 
 
 def overview(config, results):
-    """Lines of text: what images of the config's sweep resolve and take, and warnings for targets that are too long.
+    """Lines of text: what images of the config's sweep resolve and take, and warnings of what may surprise.
 
     results: the folder of the run's results.
     """
@@ -37,6 +37,12 @@ def overview(config, results):
         if reach is None:
             found.append(f"  {name}: whether it fits the unambiguous extent is not known yet.")
         found += [f"Warning: {name}: {text}" for text in warnings(figures, imaging, reach or 0.0)]
+    learning, roles = config["learning"], {target["role"] for target in targets.values()}
+    for name, reason in learning.get("left_out", {}).items():
+        found.append(f"Warning: the default experiment '{name}' is left out. {reason}")
+    for name, experiment in learning["experiments"].items():
+        if experiment.get("open", False) and "unknown" not in roles:
+            found.append(f"Warning: experiment '{name}' is open, but no target has role unknown: it is a closed one.")
     return found
 
 

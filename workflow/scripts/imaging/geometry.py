@@ -24,6 +24,7 @@ from common.radar import C0, closes_circle
 from imaging.formation import pixel_axes
 
 BYTES = 8  # one complex64
+PURE_NOISE = "pure-noise"  # stands where a target's name does; with a dash it cannot be one
 LEAST_COSINE = 0.1  # of an elevation; steeper ones leave no cross-range
 
 

@@ -6,9 +6,10 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+from common import radar as sweep
 from common.errors import InputError
-from imaging.formation import apertures, form_images, pixel_axes, response
-from imaging.geometry import centres, describe, geometry, uniform_step, warnings
+from imaging.formation import apertures, form_images, pixel_axes, response, wavenumber_grid
+from imaging.geometry import PURE_NOISE, centres, describe, geometry, uniform_step, warnings
 from imaging.noise import definition_offset, generator, white_noise
 
 # The figures of `geometry` that stand in every store's attributes.
@@ -64,6 +65,26 @@ def make_noisy(field_path, image_path, imaging, target, snr_db, noise):
     _write(plan.dataset(images, peaks, attrs), image_path)
 
 
+def make_pure_noise(radar, aspect, image_path, imaging, seed):
+    """Form images of receiver noise alone, one for each direction of the sweep, and write them like `make_clean`'s.
+
+    radar, aspect, imaging: sections of the config.
+    """
+    axes = {
+        "frequency": sweep.frequencies(radar),
+        "elevation": sweep.elevations(aspect),
+        "azimuth": sweep.azimuths(aspect),
+    }
+    ones = np.ones([len(values) for values in axes.values()], np.complex64)
+    plan = _Plan(xr.DataArray(ones, axes | {"polarization": radar["polarizations"][0]}, list(axes)), imaging)
+    random = generator(seed, PURE_NOISE, 0, 0)
+    formed = [
+        form_images(white_noise(samples, 0, "mean", random), plan.matrix, plan.shape) for samples in plan.samples()
+    ]
+    images, peaks = map(np.array, zip(*formed, strict=True))
+    _write(plan.dataset(images, peaks, {"seed": seed}), image_path)
+
+
 class _Plan:
     """What all images of one field share: the matrix, the axes, the attributes."""
 
@@ -81,6 +102,8 @@ class _Plan:
             "polarization": str(field.polarization.values),
             **imaging,
             **{key: figures[key] for key in FIGURES},
+            # In rad/m, of the middle of the image's spectrum: about it zeros are added to up-sample the image.
+            "range_wavenumber": float(wavenumber_grid(frequency, angle, imaging["reformat"])[0][len(frequency) // 2]),
         }
 
     def samples(self):

@@ -1,43 +1,66 @@
-"""The face that every model has: `fit`, `predict`, `decision_function`, `save` and `load`."""
+"""The face that every model has: `fit`, `evaluate`, `predict`, `decision_function`, `save` and `load`."""
+
+import importlib
+import itertools
+from typing import NamedTuple
 
 import numpy as np
 
 STATE = "model.npz"
+NOT_HYPER = ("kind", "other")  # settings of a model that are not its own hyper-parameters
+OTHER = "other"  # the label of what is none of the known classes
+
+
+class Outcome(NamedTuple):
+    """What a model says of n images.
+
+    labels: (n,), names of classes. scores: (n, classes), larger = likelier.
+    known: mapping of a score's name to (n,): larger = more like the known classes; below a threshold is rejected.
+    """
+
+    labels: np.ndarray
+    scores: np.ndarray
+    known: dict
 
 
 class Classifier:
     """A classifier of complex images.
 
-    A model is a class `Model` in a file of its own, models/<name>.py; it defines `fit` and `decision_function`.
+    A model is a class `Model` in a file of its own, models/<name>.py; it defines `fit` and `evaluate`.
     What `fit` learns are arrays whose names end with an underscore: those are saved and loaded.
 
     settings: the model's hyper-parameters, `learning.models.<name>` in the config.
     seed: an integer; all randomness of `fit` follows from it.
-    classes_: names of the classes, sorted, shape (classes,).
+    classes_: names of the classes, sorted, shape (classes,); OTHER is among them where such a class was trained.
     curve_: None, or a mapping of column name to values: the training curve.
+    in_batches: whether `fit` goes through the images in batches, and so can draw each at one SNR.
     """
 
     curve_ = None
+    in_batches = False
 
     def __init__(self, settings, seed):
         self.settings, self.seed = settings, seed
 
-    def fit(self, images, labels):
-        """Learn from complex images (observations, range, crossrange) and their class names; gives the model back."""
-        raise NotImplementedError
+    def fit(self, images, labels, validation=None, snrs=None):
+        """Learn from complex images (observations, range, crossrange) and their class names; gives the model back.
 
-    def decision_function(self, images):
-        """Scores, shape (observations, classes), one column per class also for two classes: larger = likelier."""
+        validation: None, or images and labels of the validation azimuths, for the training curve and for stopping.
+        snrs: None, or the SNR's name of each image, shape (observations,): each batch is then drawn from one of them.
+        """
         raise NotImplementedError
 
     def evaluate(self, images):
-        """Predicted labels (observations,) and scores (observations, classes) in one pass over the images."""
-        scores = self.decision_function(images)
-        return self.classes_[scores.argmax(axis=1)], scores
+        """The Outcome of images (observations, range, crossrange), in one pass over them."""
+        raise NotImplementedError
 
     def predict(self, images):
         """Predicted labels, shape (observations,)."""
-        return self.evaluate(images)[0]
+        return self.classes_[self.decision_function(images).argmax(axis=1)]
+
+    def decision_function(self, images):
+        """Scores, shape (observations, classes), one column per class also for two classes: larger = likelier."""
+        return self.evaluate(images).scores
 
     def save(self, folder):
         """Write what was learned to `folder`: plain arrays, no pickle, the same bytes for the same model."""
@@ -50,3 +73,15 @@ class Classifier:
             for name in state.files:
                 setattr(self, name, state[name])
         return self
+
+
+def build(kind, settings, seed):
+    """An unfitted model: class `Model` of models/<kind>.py."""
+    return importlib.import_module(f"learning.models.{kind}").Model(settings, seed)
+
+
+def choices(settings):
+    """All combinations of the settings that are lists: a list of mappings without any list."""
+    hyper = {key: value for key, value in sorted(settings.items()) if key not in NOT_HYPER}
+    values = [value if isinstance(value, list) else [value] for value in hyper.values()]
+    return [dict(zip(hyper, combination, strict=True)) for combination in itertools.product(*values)]

@@ -20,3 +20,23 @@ def squared_distances(x, references, squared_norms):
     distances += np.einsum("ij,ij->i", x, x)[:, None]
     # Rounding can take the distance between equal points below zero.
     return np.maximum(distances, 0, out=distances)
+
+
+def upsample(images, down, carrier, pixels):
+    """Images (n, range, crossrange) on `pixels` a side of the same extent, divided by their new peak magnitude.
+
+    Zero padding of the aperture before the Fourier transform (thesis section 4.4.5), from the image instead of the
+    aperture. down: the ranges (range,) in m, uniform; carrier: the wavenumber in rad/m in the middle of the image's
+    spectrum, about which the zeros are added.
+    """
+    shape, axes = images.shape[1:], (1, 2)
+    step = (down[1] - down[0]) * shape[0] / pixels
+    finer_down = (np.arange(pixels) - pixels // 2) * step
+    base = images * np.exp(-2j * carrier * down).astype(np.complex64)[:, None]
+    spectrum = np.fft.fftshift(np.fft.fft2(np.fft.ifftshift(base, axes), axes=axes), axes)
+    padding = [(pixels // 2 - count // 2, -(-pixels // 2) - -(-count // 2)) for count in shape]
+    spectrum = np.fft.ifftshift(np.pad(spectrum, [(0, 0), *padding]), axes)
+    finer = np.fft.fftshift(np.fft.ifft2(spectrum, axes=axes), axes)
+    finer *= np.exp(2j * carrier * finer_down).astype(np.complex64)[:, None]
+    peak = np.abs(finer).max(axis=axes, keepdims=True)
+    return (finer / np.where(peak > 0, peak, 1)).astype(np.complex64)

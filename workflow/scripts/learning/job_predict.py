@@ -2,4 +2,11 @@ from common.job import job
 from learning.predict import predict
 
 with job(snakemake):
-    predict(snakemake.input.stores, snakemake.input.model, snakemake.output.table)
+    settings = snakemake.params.settings
+    predict(
+        snakemake.input.stores,
+        settings["roles"],
+        settings["open"],
+        snakemake.input.model,
+        snakemake.output.tables,
+    )

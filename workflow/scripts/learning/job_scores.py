@@ -5,8 +5,7 @@ with job(snakemake):
     settings = snakemake.params.settings
     score(
         snakemake.input.predictions,
-        settings["learning.experiments"],
-        settings["learning.split.scheme"],
+        settings["runs"],
         settings["seed"],
         snakemake.output.scores,
         snakemake.output.confusion,

@@ -2,4 +2,4 @@ from common.job import job
 from learning.timing import measure
 
 with job(snakemake):
-    measure(snakemake.input.stores, snakemake.input.model, snakemake.threads, snakemake.output.times)
+    measure(snakemake.input.stores, snakemake.input.models, snakemake.threads, snakemake.output.times)

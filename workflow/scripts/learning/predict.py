@@ -1,39 +1,76 @@
-"""Predictions of one fitted model at one SNR."""
+"""Predictions of one fitted model at every SNR."""
 
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from tqdm import tqdm
 
+from common.errors import InputError
 from learning import images
-from learning.train import load, unseen_azimuths
+from learning.classifier import OTHER, Outcome
+from learning.train import azimuths_of, load, run_of
 
 BATCH = 1024  # images at a time: bounds the memory, and as a constant keeps results the same bit for bit
-SCORE = "score_"
+SCORE, KNOWN = "score_", "known_"
+SIDES = {"known": ("validation", "test"), "unknown": ("validation", "test"), "other": ("validation",)}
 
 
-def predict(stores, folder, output):
-    """Classify the images of the stores at the azimuths that the model in `folder` has not seen; write a table.
+def predict(stores, roles, is_open, folder, outputs):
+    """Classify images at azimuths that the model in `folder` was not trained at; write a table for each SNR.
 
-    Columns of the table: target, elevation, azimuth (degrees), realization, truth, predicted, score_<class>...
-    Rows: all elevations and realizations, sorted by the first four columns.
+    stores: imaging/<target>/<label>.zarr of all SNRs; roles: of the targets; outputs: paths <label>.csv.
+    is_open: False for the test azimuths alone. Else also the validation azimuths, with which thresholds are chosen;
+    targets of role other are classified at these only.
     """
     model = load(folder)
-    observations = images.read(stores, unseen_azimuths(folder))
-    table = pd.DataFrame(observations._asdict() | {"images": None}).drop(columns="images")
-    predicted, scores = classify(model, observations.images)
-    table["truth"] = observations.target
-    table["predicted"] = predicted
-    for name, column in zip(model.classes_, scores.T, strict=True):
-        table[SCORE + name] = column
-    Path(output).parent.mkdir(parents=True, exist_ok=True)
-    # Nine digits keep a single-precision number exactly.
-    table.to_csv(output, index=False, float_format="%.9g")
-    print(f"{len(table)} images, {np.mean(table['truth'] == table['predicted']):.4f} of them right")
+    for output in tqdm(sorted(map(Path, outputs)), unit="SNR", desc="predicting", leave=False):
+        own = [store for store in stores if Path(store).stem == output.stem]
+        table = predict_one(model, own, roles, is_open, folder)
+        output.parent.mkdir(parents=True, exist_ok=True)
+        # Nine digits keep a single-precision number exactly.
+        table.to_csv(output, index=False, float_format="%.9g")
+        known = table[(table["role"] == "known") & (table["side"] == "test")]
+        right = np.mean(known["truth"] == known["predicted"])
+        print(f"{output.stem}: {len(table)} images; of {len(known)} test images of known targets {right:.4f} are right")
+
+
+def predict_one(model, stores, roles, is_open, folder):
+    """The predictions at one SNR, a DataFrame.
+
+    Columns: target, elevation, azimuth (degrees), realization, truth, predicted, role, side, score_<class>..., and if
+    it is open known_<score>... . truth is OTHER for a target that is not known.
+    Rows: all elevations and realizations, sorted by the first four columns.
+    """
+    run, held_out = run_of(folder), azimuths_of(folder, "validation")
+    tables = []
+    for store in sorted(stores, key=images.target_of):
+        role = roles[images.target_of(store)]
+        sides = SIDES[role] if is_open else ("test",)
+        rows = images.read([store], azimuths_of(folder, *sides), pixels=run["upsample"])
+        outcome = classify(model, rows.images)
+        columns = {name: value for name, value in rows._asdict().items() if name != "images"}
+        columns["truth"] = rows.target if role == "known" else OTHER
+        columns |= {"predicted": outcome.labels, "role": role}
+        columns["side"] = np.where(images.among(rows.azimuth, held_out), "validation", "test")
+        columns |= {SCORE + name: column for name, column in zip(model.classes_, outcome.scores.T, strict=True)}
+        for name, column in outcome.known.items():
+            if not np.isfinite(column).all():
+                raise InputError(
+                    f"model {Path(folder).name} of {run['name']}: its known score '{name}' is not a finite number for "
+                    f"{np.count_nonzero(~np.isfinite(column))} images of {store}."
+                )
+        if is_open:
+            columns |= {KNOWN + name: column for name, column in outcome.known.items()}
+        tables.append(pd.DataFrame(columns))
+    return pd.concat(tables, ignore_index=True)
 
 
 def classify(model, images):
-    """Labels (n,) and scores (n, classes) of images (n, range, crossrange), in batches."""
+    """The Outcome of images (n, range, crossrange), in batches."""
     parts = [model.evaluate(images[start : start + BATCH]) for start in range(0, len(images), BATCH)]
-    predicted, scores = zip(*parts, strict=True)
-    return np.concatenate(predicted), np.concatenate(scores)
+    return Outcome(
+        np.concatenate([part.labels for part in parts]),
+        np.concatenate([part.scores for part in parts]),
+        {name: np.concatenate([part.known[name] for part in parts]) for name in parts[0].known},
+    )

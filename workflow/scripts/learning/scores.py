@@ -6,49 +6,95 @@ import numpy as np
 import pandas as pd
 
 from common.radar import snr_of_label
-from learning.images import TOLERANCE
-from learning.metrics import confusion, figures, intervals
+from learning import thresholds
+from learning.classifier import OTHER
+from learning.experiments import snr_text
+from learning.images import among
+from learning.metrics import confusion, figures, interval, intervals, separation, weights
+from learning.predict import KNOWN
 
-RUN = ["experiment", "model", "split", "train_snr_db", "test_snr_db", "elevation"]
+RUN = ["experiment", "model", "split", "train_snr_db", "test_snr_db", "elevation", "score", "threshold"]
 COLUMNS = [*RUN, "metric", "value", "low", "high", "n"]
-CONFUSION = [*RUN, "truth", "predicted", "count"]
+CONFUSION = [*RUN, "target", "predicted", "count"]
+CLOSED = ["", ""]  # score and threshold of a closed set
 
 
-def score(predictions, experiments, scheme, seed, scores, confusions):
-    """Write scores.csv and confusion.csv from prediction tables <experiment>/<model>/snr_<n>dB.csv.
+def score(predictions, runs, seed, scores, confusions):
+    """Write scores.csv and confusion.csv from prediction tables <run>/<model>/snr_<n>dB.csv.
 
-    experiments: `learning.experiments` of the config; scheme: the split's; seed: the config's, for the intervals.
-    Column `elevation`: 'all' counts every image; 'trained' only those at elevations the model was trained at (left
-    out where that is all of them). n is the number of images that a figure rests on.
+    runs: what `experiments.runs` gives; seed: the config's, for the intervals.
+    Column `elevation`: 'all' counts every test image; 'trained' only those at elevations the model was trained at (left
+    out where that is all of them).
+    Columns `score` and `threshold` are empty for the closed set, the known targets alone. An open run has rows besides
+    for every known score: with its name as `score` and no threshold auroc, fpr95 and oscr; with the protocol that chose
+    the threshold as `threshold` the figures of the open set, where truth is the class or OTHER, and the threshold.
+    n is the number of images that a figure rests on.
     """
     rows, cells = [], []
-    for path in sorted(map(Path, predictions), key=lambda p: (p.parts[-3], p.parts[-2], snr_of_label(p.stem))):
-        experiment, model = path.parts[-3:-1]
-        train = experiments[experiment]["train"]
-        for subset, counts, labels in _counts(path, train["elevation"]):
-            run = [experiment, model, scheme, train["snr_db"], snr_of_label(path.stem), subset]
-            total = counts.sum(axis=0)
-            bounds = intervals(counts, labels, seed)
-            for metric, value in figures(total, labels).items():
-                rows.append([*run, metric, value, *bounds[metric], total.sum()])
-            for (truth, predicted), count in np.ndenumerate(total):
-                cells.append([*run, labels[truth], labels[predicted], count])
+    order = sorted(map(Path, predictions), key=lambda path: (path.parts[-3], path.parts[-2], snr_of_label(path.stem)))
+    for path in order:
+        run, model = runs[path.parts[-3]], path.parts[-2]
+        table = pd.read_csv(path, keep_default_na=False)  # a target may be called NA
+        head = [run["experiment"], model, run["split"], snr_text(run), snr_of_label(path.stem)]
+        for subset, part in _subsets(table, run["elevation"]):
+            found = [_closed(part, seed)]
+            if run["open"]:
+                found += _opened(part, seed)
+            for kind, metrics, counts in found:
+                rows += [[*head, subset, *kind, name, *values] for name, values in metrics.items()]
+                cells += [[*head, subset, *kind, *names, count] for names, count in counts.items()]
     pd.DataFrame(rows, columns=COLUMNS).to_csv(scores, index=False)
     pd.DataFrame(cells, columns=CONFUSION).to_csv(confusions, index=False)
-    print(f"{len(predictions)} prediction tables, {len(rows)} scores")
+    print(f"{len(order)} prediction tables, {len(rows)} scores")
 
 
-def _counts(path, trained):
-    """(name of the subset, counts (azimuths, labels, labels), labels) for each subset of elevations."""
-    table = pd.read_csv(path, usecols=["elevation", "azimuth", "truth", "predicted"])
-    labels = np.array(sorted(set(table["truth"].unique()) | set(table["predicted"].unique())))
-    truth, predicted = (
-        pd.Categorical(table[name], categories=labels).codes.astype(int) for name in ("truth", "predicted")
-    )
-    azimuths, groups = np.unique(table["azimuth"], return_inverse=True)
-    shape = (len(azimuths), len(labels))
-    yield "all", confusion(groups, truth, predicted, shape), labels
-    if trained != "all":
-        elevation = table["elevation"].to_numpy()
-        rows = (np.abs(elevation[:, None] - np.asarray(trained, float)) < TOLERANCE).any(axis=1)
-        yield "trained", confusion(groups[rows], truth[rows], predicted[rows], shape), labels
+def _subsets(table, trained):
+    """(name, rows) of each subset of elevations."""
+    yield "all", table
+    rows = trained == "all" or among(table["elevation"], trained)
+    if not np.all(rows):
+        yield "trained", table[rows]
+
+
+def _closed(table, seed):
+    test = table[(table["side"] == "test") & (table["role"] == "known")]
+    return CLOSED, *_judged(test, test["predicted"].to_numpy(), seed)
+
+
+def _opened(table, seed):
+    """What an open run's table gives for each known score, in the form of `_closed`."""
+    test = table[(table["side"] == "test") & table["role"].isin(["known", "unknown"])]
+    known, right = (test["role"] == "known").to_numpy(), (test["truth"] == test["predicted"]).to_numpy()
+    azimuths, groups = np.unique(test["azimuth"], return_inverse=True)
+    draws = np.concatenate([np.ones((1, len(azimuths))), weights(len(azimuths), seed)])
+    found = []
+    for column in [name for name in table if name.startswith(KNOWN)]:
+        name, values = column.removeprefix(KNOWN), test[column].to_numpy(float)
+        metrics = {
+            metric: (drawn[0], *interval(drawn[1:]), len(test))
+            for metric, drawn in separation(values, known, right, groups, draws).items()
+        }
+        found.append(([name, ""], metrics, {}))
+        for protocol in thresholds.ROLES:
+            threshold = thresholds.choose(table, column, protocol)
+            predicted = thresholds.apply(values, test["predicted"], threshold)
+            metrics, counts = _judged(test, predicted, seed)
+            metrics["threshold"] = (threshold, np.nan, np.nan, len(test))
+            found.append(([name, protocol], metrics, counts))
+    return found
+
+
+def _judged(test, predicted, seed):
+    """Figures, each (value, low, high, n), and counts by (target, predicted) of predictions for rows of a table."""
+    labels = sorted({*test["truth"], *predicted} - {OTHER})
+    labels = np.array([*labels, OTHER] if OTHER in {*test["truth"], *predicted} else labels)
+    by_target = pd.crosstab(test["target"].to_numpy(), predicted).reindex(columns=labels, fill_value=0)
+    codes = [pd.Categorical(values, categories=labels).codes.astype(int) for values in (test["truth"], predicted)]
+    azimuths, groups = np.unique(test["azimuth"], return_inverse=True)
+    counts = confusion(groups, *codes, (len(azimuths), len(labels)))
+    total = counts.sum(axis=0)
+    # In the closed set OTHER may be predicted, and is then wrong, but never true.
+    judged = labels if OTHER in set(test["truth"]) else labels[labels != OTHER]
+    bounds = intervals(counts, labels, judged, seed)
+    metrics = {name: (value, *bounds[name], total.sum()) for name, value in figures(total, labels, judged).items()}
+    return metrics, by_target.stack().to_dict()

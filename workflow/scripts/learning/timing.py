@@ -1,4 +1,4 @@
-"""How long one fitted model takes to classify an observation."""
+"""How long each fitted model takes to classify an observation."""
 
 import json
 import os
@@ -10,49 +10,57 @@ import numpy as np
 import threadpoolctl
 
 from learning import images
-from learning.train import CONFIG, load, unseen_azimuths
+from learning.train import CONFIG, azimuths_of, load
 
 BATCH = 256
-WARM_UP = 3  # calls that are not counted
+WARM_UP = {1: 50, BATCH: 5}  # calls that are not counted, by number of images
 REPEATS = {1: 200, BATCH: 20}  # timed calls by number of images
 LIMIT = 20.0  # seconds for one number of images; a slow model gets fewer repeats
 
 
-def measure(stores, folder, threads, output):
-    """Time the model in `folder` on images of the stores that it has not seen; write milliseconds per observation.
+def measure(stores, folders, threads, output):
+    """Time the models in `folders` (models/<run>/<model>) on test images; write milliseconds per observation.
 
-    A call goes from complex images to labels and scores, features included. The figure is the median over calls.
+    A call goes from complex images to labels, features included. The figure is the median over calls. `output` is a
+    JSON file: machine, threads, and a list `models` with a record for each.
     """
-    folder = Path(folder)
-    config = json.loads((folder / CONFIG).read_text())
-    model = load(folder)
-    pool = images.read(stores, unseen_azimuths(folder)).images
-    with threadpoolctl.threadpool_limits(threads):
-        single, batch = (time_batches(model.evaluate, pool, size) for size in (1, BATCH))
-    result = {
-        "experiment": config["experiment"],
-        "model": config["model"],
-        "training_observations": sum(config["observations"].values()),
-        "image_shape": config["image_shape"],
-        "single": single,
-        "batch": batch,
-        "machine": {"cpu": cpu(), "cores": os.cpu_count()},
-        "threads": threads,
-    }
+    records = []
+    for folder in map(Path, folders):
+        config = json.loads((folder / CONFIG).read_text())
+        run, own = config["run"], set(config["classes"])
+        model = load(folder)
+        known = [store for store in stores if images.target_of(store) in own]
+        pool = images.read(known, azimuths_of(folder, "test"), pixels=run["upsample"]).images
+        with threadpoolctl.threadpool_limits(threads):
+            single, batch = (time_batches(model.predict, pool, size) for size in (1, BATCH))
+        records.append(
+            {
+                "experiment": run["experiment"],
+                "run": run["name"],
+                "model": config["model"],
+                "training_observations": sum(config["observations"].values()),
+                "image_shape": config["image_shape"],
+                "single": single,
+                "batch": batch,
+            }
+        )
+        print(
+            f"{run['name']}/{config['model']}: {single['milliseconds_per_observation']:.4f} ms per observation alone, "
+            f"{batch['milliseconds_per_observation']:.4f} ms in batches of {BATCH}"
+        )
+    result = {"machine": {"cpu": cpu(), "cores": os.cpu_count()}, "threads": threads, "models": records}
     Path(output).write_text(json.dumps(result, indent=1) + "\n")
-    for kind in ("single", "batch"):
-        print(f"{kind}: {result[kind]['milliseconds_per_observation']:.4f} ms per observation")
 
 
-def time_batches(evaluate, pool, size):
+def time_batches(predict, pool, size):
     """Median time per observation of calls with `size` images, each call with the next images of the pool."""
     seconds, begin = [], time.perf_counter()
-    for call in range(WARM_UP + REPEATS[size]):
+    for call in range(WARM_UP[size] + REPEATS[size]):
         batch = np.take(pool, np.arange(call * size, (call + 1) * size), axis=0, mode="wrap")
         start = time.perf_counter()
-        evaluate(batch)
+        predict(batch)
         end = time.perf_counter()
-        if call >= WARM_UP:
+        if call >= WARM_UP[size]:
             seconds.append(end - start)
             if end - begin > LIMIT:
                 break

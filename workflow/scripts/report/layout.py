@@ -24,13 +24,21 @@ PALETTE = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK)
 # A model looks the same in every figure: colour, marker, name.
 MODELS = {
     "lr": (BLUE, "o", "LR"),
+    "lr_tuned": (SKY, "o", "LR, tuned"),
     "svm": (VERMILION, "s", "SVM"),
     "knn": (GREEN, "D", "KNN"),
+    "matched_filter": (BLACK, "x", "matched filter"),
+    "fcnn": (PURPLE, "^", "FCNN"),
+    "fcnn_other": (ORANGE, "v", "FCNN, other class"),
 }
 MODEL_NAMES = {
     "lr": "logistic regression (LR)",
     "svm": "support vector machine (SVM)",
     "knn": "nearest neighbour (KNN)",
+    "lr_tuned": "tuned logistic regression",
+    "matched_filter": "the matched filter",
+    "fcnn": "the fully connected network (FCNN)",
+    "fcnn_other": "the FCNN with a class 'other'",
 }
 
 SCALE = 1.55  # CSS pixels per point; true size would be 4/3

@@ -5,7 +5,16 @@ from pathlib import Path
 import jinja2
 from markupsafe import Markup
 
-from report import section_images, section_learning, section_mesh, section_run, section_scattering, section_times
+from report import (
+    section_images,
+    section_learning,
+    section_mesh,
+    section_open,
+    section_run,
+    section_scattering,
+    section_split,
+    section_times,
+)
 from report.results import REFERENCE, Results
 
 HERE = Path(__file__).parent
@@ -26,7 +35,10 @@ def write_report(folder, settings, page, figures, tables, reference=REFERENCE):
     if results.images_are_made:
         sections.append(section_images.section(results))
     if results.learns:
-        sections += [section_learning.section(results), section_times.section(results)]
+        sections.append(section_learning.section(results))
+        if section_learning.open_experiments(results.scores):
+            sections.append(section_open.section(results))
+        sections += [*section_split.section(results), section_times.section(results)]
     sections.append(section_run.section(results))
 
     html = (

@@ -8,6 +8,8 @@ import pandas as pd
 import xarray as xr
 
 from common.radar import images_are_made
+from imaging.geometry import PURE_NOISE
+from learning.experiments import runs
 from mesh.io import read_ply
 from report.selection import target_order
 
@@ -48,37 +50,46 @@ class Results:
 
     @cached_property
     def scores(self):
-        """The scores of all experiments; test_snr_db as a number, elevation and train_snr_db as text."""
-        scores = pd.read_csv(self.folder / "learning" / "scores.csv", dtype={"elevation": str, "train_snr_db": str})
-        scores["test_snr_db"] = pd.to_numeric(scores["test_snr_db"], errors="coerce")
-        return scores
+        """The scores of all runs. score and threshold are empty text in the rows of the closed set."""
+        return self._learning_table("scores")
 
     @cached_property
     def confusion(self):
-        """Counts of predicted against true classes, with the columns of `scores` before them."""
-        return pd.read_csv(self.folder / "learning" / "confusion.csv", dtype={"elevation": str, "train_snr_db": str})
+        """Counts of predicted classes by target, with the columns of `scores` before them."""
+        return self._learning_table("confusion")
+
+    def _learning_table(self, name):
+        text = dict.fromkeys(("elevation", "train_snr_db", "score", "threshold"), str)
+        numbers = {column: [""] for column in ("test_snr_db", "value", "low", "high")}
+        path = self.folder / "learning" / f"{name}.csv"
+        return pd.read_csv(path, dtype=text, keep_default_na=False, na_values=numbers)  # a target may be called NA
+
+    @cached_property
+    def curves(self):
+        """Training curves by (run, model), of the models that have one."""
+        found = {}
+        for run, settings in sorted(runs(self.settings).items()):
+            for model in settings["models"]:
+                path = self.folder / "learning" / "models" / run / model / "curve.csv"
+                if path.exists():
+                    found[run, model] = pd.read_csv(path)
+        return found
 
     @cached_property
     def times(self):
-        """Prediction times, one mapping per experiment and model."""
-        records = []
-        for experiment, settings in sorted(self.settings["learning"]["experiments"].items()):
-            for model in settings["models"]:
-                path = self.folder / "learning" / "times" / experiment / f"{model}.json"
-                times = json.loads(path.read_text())
-                records.append(
-                    {
-                        "experiment": experiment,
-                        "model": model,
-                        "training_observations": times["training_observations"],
-                        "single_ms": times["single"]["milliseconds_per_observation"],
-                        "batch_ms": times["batch"]["milliseconds_per_observation"],
-                        "batch_size": times["batch"]["size"],
-                        "machine": times["machine"]["cpu"],
-                        "threads": times["threads"],
-                    }
-                )
-        return records
+        """Prediction times, one mapping per run and model."""
+        times = json.loads((self.folder / "learning" / "times.json").read_text())
+        return [
+            {
+                **{key: record[key] for key in ("experiment", "run", "model", "training_observations")},
+                "single_ms": record["single"]["milliseconds_per_observation"],
+                "batch_ms": record["batch"]["milliseconds_per_observation"],
+                "batch_size": record["batch"]["size"],
+                "machine": times["machine"]["cpu"],
+                "threads": times["threads"],
+            }
+            for record in times["models"]
+        ]
 
     @cached_property
     def published_scores(self):
@@ -91,16 +102,20 @@ class Results:
         return pd.read_csv(self.reference / "thesis_prediction_times.csv", keep_default_na=False)
 
     @cached_property
+    def published_confusion(self):
+        return pd.read_csv(self.reference / "thesis_confusion.csv")
+
+    @cached_property
     def benchmarks(self):
         """Seconds and peak memory of every job that kept a record: columns step, job, s, max_rss. May be empty."""
         rows, folder = [], self.folder / "benchmarks"
         # The folder may still hold records of targets and experiments that the config no longer names.
-        named = {*self.targets, *self.settings["learning"]["experiments"]}
+        named = {*self.targets, PURE_NOISE, *runs(self.settings)}
         for path in sorted(folder.rglob("*.tsv")):
             step, *job = path.relative_to(folder).with_suffix("").parts
             if step == "learning":
                 step, *job = job
-            if step != "report" and (not job or job[0].partition("-")[0] in named):
+            if step != "report" and (not job or {job[0], job[0].partition("-")[0]} & named):
                 line = pd.read_csv(path, sep="\t", na_values="-").iloc[-1]
                 rows.append({"step": step, "job": "/".join(job), "s": line["s"], "max_rss": line["max_rss"]})
         return pd.DataFrame(rows, columns=["step", "job", "s", "max_rss"])

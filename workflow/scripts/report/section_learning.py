@@ -2,10 +2,24 @@
 
 import itertools
 
-import numpy as np
 import pandas as pd
+from matplotlib.ticker import MaxNLocator
 
-from report.layout import MODELS, Figure, Section, Table, canvas, model_order, model_style, style, to_svg
+from report.draw_learning import (
+    draw_confusion,
+    draw_curves,
+    draw_legend,
+    experiments,
+    first_snr,
+    fitted,
+    heading,
+    holds,
+    interval_text,
+    noise_text,
+    title,
+    training_noise,
+)
+from report.layout import Figure, Section, Table, canvas, model_order, model_style, style, to_svg
 from report.selection import TABLE_SNRS, evenly
 
 METRICS = {"accuracy": "accuracy", "f1_weighted": "weighted F1", "f1_macro": "macro F1"}
@@ -14,13 +28,19 @@ ELEVATIONS = {"all": "all elevations", "trained": "trained elevations"}
 CONDITIONS = {"test at elevation 0": "trained", "test at all elevations": "all", "": "all"}
 RELATIONS = {">=": ("≥", "^"), ">": (">", "^"), "<=": ("≤", "v"), "<": ("<", "v"), "=": ("=", "o")}
 DASHES = {"solid": "-", "dashed": "--", "dotted": ":", "dash-dot": "-."}  # a class each
+DASH_LIST = list(DASHES.values())
 COLUMNS = 3  # experiments side by side in the headline
+MATRICES = 4  # confusion matrices side by side
+WIDE = 3  # more than so many side by side take the whole width of the page
 
 
 def headline(results):
     """Accuracy above weighted F1 against SNR at all elevations, a column per experiment; a single one side by side."""
-    scores = results.scores[results.scores["elevation"] == "all"]
-    names = _experiments(scores)
+    scores = closed(results.scores)
+    # What is tested on unknown targets too has a figure of its own.
+    scores = scores[scores["elevation"] == "all"]
+    names = sorted({*experiments(scores)} - {*open_experiments(results.scores)}) or experiments(scores)
+    scores = scores[scores["experiment"].isin(names)]
     metrics = ["accuracy", "f1_weighted"]
     columns = min(COLUMNS, len(names))
     blocks = -(-len(names) // columns)
@@ -34,12 +54,12 @@ def headline(results):
             block, column = divmod(place, columns)
             axes = grid[2 * block + row, column] if len(names) > 1 else grid[0, row]
             axes.set_axis_on()
-            _curves(axes, scores[(scores["experiment"] == name) & (scores["metric"] == metric)])
-            axes.set(ylabel=METRICS[metric], title=_title(name))
+            draw_curves(axes, scores[(scores["experiment"] == name) & (scores["metric"] == metric)])
+            axes.set(ylabel=METRICS[metric], title=title(name))
             if metric == metrics[-1] or len(names) == 1:
                 axes.set_xlabel("test SNR [dB]")
                 axes.tick_params(labelbottom=True)
-        _legend(figure, grid.flat)
+        draw_legend(figure, grid.flat)
         svg = to_svg(figure)
     shown = scores[scores["metric"].isin(metrics)]
     return Figure(
@@ -55,22 +75,112 @@ def headline(results):
     )
 
 
+def closed(table):
+    """The rows of scores or confusion counts of the closed set."""
+    return table[table["score"] == ""]
+
+
+def open_experiments(scores):
+    """Names of the experiments that are tested on unknown targets too."""
+    return sorted(scores[scores["score"] != ""]["experiment"].unique())
+
+
 def section(results):
-    scores, published = results.scores, results.published_scores
+    scores, published = closed(results.scores), results.published_scores
+    confusion = closed(results.confusion)
     train = results.settings["learning"]["experiments"]
     return Section(
         id="learning",
         title="Learning",
         text=(
             "Each model learns the known targets from its experiment's training images and is tested at every SNR on "
-            "azimuths that it was not trained at. Bands and brackets are 95 % intervals, from resampling whole "
-            "azimuths.",
+            "azimuths that it was not trained at: here on the known targets alone (the closed set). Bands and brackets "
+            "are 95 % intervals, from resampling whole azimuths.",
         ),
         figures=(
-            *(experiment_figure(name, train[name]["train"], scores, published) for name in _experiments(scores)),
-            *(confusion_figure(name, results.confusion) for name in _experiments(scores)),
+            *(_figure(name, train[name]["train"], scores, published) for name in experiments(scores)),
+            *(confusion_figure(name, confusion) for name in experiments(scores) if not _several(name, scores)),
+            *curves_figure(results.curves),
         ),
         tables=(accuracy_table(scores), *published_table(scores, published)),
+    )
+
+
+def _several(name, scores):
+    """Whether an experiment trains models at several SNRs, one at each."""
+    return scores[scores["experiment"] == name]["train_snr_db"].nunique() > 1
+
+
+def _figure(name, train, scores, published):
+    if _several(name, scores):
+        return training_snr_figure(name, train, scores)
+    return experiment_figure(name, train, scores, published)
+
+
+def training_snr_figure(name, train, scores):
+    """One experiment that trains at several SNRs: accuracy against the test SNR, a panel per model, a line for each."""
+    part = scores[(scores["experiment"] == name) & (scores["elevation"] == "all")]
+    accuracy = part[part["metric"] == "accuracy"]
+    models = sorted(accuracy["model"].unique(), key=model_order)
+    with style():
+        figure = canvas(1 + 4.4 * len(models), 3.8)
+        panels = figure.subplots(1, len(models), sharex=True, sharey=True, squeeze=False)[0]
+        for axes, model in zip(panels, models, strict=True):
+            draw_curves(axes, accuracy[accuracy["model"] == model], band=False)
+            axes.set(title=model_style(model)[2], xlabel="test SNR [dB]", ylabel="accuracy")
+        draw_legend(figure, panels)
+        svg = to_svg(figure)
+    return Figure(
+        name=f"learning_{name}",
+        svg=svg,
+        data=part,
+        alt=f"Experiment {title(name)}: accuracy against test SNR for each training SNR and model.",
+        caption=f"{heading(name)}: {_training(train)}, tested at all elevations. {_best_training(accuracy)}",
+        wide=True,
+    )
+
+
+def _best_training(accuracy):
+    """At which training SNR each model does best over all test SNRs, in one sentence."""
+    means = accuracy.groupby(["model", "train_snr_db"])["value"].mean()
+    parts = []
+    for model in sorted(accuracy["model"].unique(), key=model_order):
+        best = means[model].idxmax()
+        parts.append(f"{model_style(model)[2]} trained at {noise_text(best)} ({means[model][best]:.3f})")
+    return f"Best on average over the test SNRs: {', '.join(parts)}."
+
+
+def curves_figure(curves):
+    """Training curves: loss and accuracy over the epochs, a line per run; nothing where no model has epochs."""
+    if not curves:
+        return ()
+    with style():
+        figure = canvas(9, 3.2)
+        panels = figure.subplots(1, 2, sharex=True)
+        for (run, model), curve in curves.items():
+            color, marker, label = model_style(model)
+            kind = DASH_LIST[list(dict.fromkeys(name for name, _ in curves)).index(run) % len(DASH_LIST)]
+            for axes, column in zip(panels, ("loss", "accuracy"), strict=True):
+                axes.plot(curve["epoch"], curve[column], kind, color=color, label=f"{label}, {title(run)}")
+                axes.plot(curve["epoch"], curve[f"validation_{column}"], kind, color=color, marker=marker, lw=0.7)
+        panels[0].xaxis.set_major_locator(MaxNLocator(integer=True))
+        panels[0].set(xlabel="epoch", ylabel="cross-entropy", yscale="log")
+        panels[1].set(xlabel="epoch", ylabel="accuracy")
+        draw_legend(figure, panels)
+        svg = to_svg(figure)
+    tables = [curve.assign(run=run, model=model) for (run, model), curve in curves.items()]
+    return (
+        Figure(
+            name="training_curves",
+            svg=svg,
+            data=pd.concat(tables),
+            alt="Cross-entropy and accuracy of the networks over the epochs of their training.",
+            caption=(
+                "Training of the networks: thick lines are on the training images, thin lines with markers on those at "
+                "the validation azimuths."
+            ),
+            wide=True,
+        ),
     )
 
 
@@ -90,18 +200,18 @@ def experiment_figure(name, train, scores, published):
         figure = canvas(10.8, 3.4)
         panels = figure.subplots(1, len(elevations) + 2, sharex=True, sharey=True)
         for axes, elevation in zip(panels, elevations, strict=False):
-            _curves(axes, accuracy[accuracy["elevation"] == elevation])
+            draw_curves(axes, accuracy[accuracy["elevation"] == elevation])
             for row in published[published["condition"].map(CONDITIONS) == elevation].itertuples():
                 color, marker = model_style(row.model)[0], RELATIONS[row.relation][1]
                 axes.plot(row.snr_db, float(row.value), marker, ms=8, mfc="white", mec=color, mew=1.5, zorder=3)
             axes.set(title=f"tested at {ELEVATIONS[elevation]}", ylabel="accuracy")
         for axes, metric in zip(panels[-2:], ("recall", "precision"), strict=True):
             for target, dash in zip(classes, list(DASHES.values()) * len(classes), strict=False):
-                _curves(axes, whole[whole["metric"] == f"{metric}_{target}"], dash, band=False)
+                draw_curves(axes, whole[whole["metric"] == f"{metric}_{target}"], dash, band=False)
             axes.set(title=_dashes(classes), ylabel=f"{metric} of each class")
         for axes in panels:
             axes.set_xlabel("test SNR [dB]")
-        _legend(figure, panels)
+        draw_legend(figure, panels)
         svg = to_svg(figure)
     markers = (
         " Open markers are statements of the reference thesis: ▲ at least, ▼ at most, ● equal to."
@@ -112,8 +222,8 @@ def experiment_figure(name, train, scores, published):
         name=f"learning_{name}",
         svg=svg,
         data=part,
-        alt=f"Experiment {_title(name)}: accuracy, and recall and precision of {', '.join(classes)}, against test SNR.",
-        caption=f"{_title(name).capitalize()}: {_training(train)}. {_summary(accuracy)}{markers}",
+        alt=f"Experiment {title(name)}: accuracy, and recall and precision of {', '.join(classes)}, against test SNR.",
+        caption=f"{heading(name)}: {_training(train)}. {_summary(accuracy)}{markers}",
         wide=True,
     )
 
@@ -123,40 +233,35 @@ def confusion_figure(name, confusion):
     part = confusion[(confusion["experiment"] == name) & (confusion["elevation"] == "all")]
     snrs = evenly(part["test_snr_db"].unique().tolist(), 3)[-2:]
     part = part[part["test_snr_db"].isin(snrs)]
-    runs = [run for run, _ in _runs(part)]
+    runs = [run for run, _ in fitted(part)]
+    columns = min(MATRICES, len(runs))
+    rows = -(-len(runs) // columns)
     with style():
-        figure = canvas(0.6 + 2.3 * len(runs), 0.4 + 2.1 * len(snrs))
-        grid = figure.subplots(len(snrs), len(runs), squeeze=False)
-        for (row, snr), (column, run) in itertools.product(enumerate(snrs), enumerate(runs)):
+        figure = canvas(0.6 + 2.3 * columns, 0.4 + 2.1 * len(snrs) * rows)
+        grid = figure.subplots(len(snrs) * rows, columns, squeeze=False)
+        for axes in grid.flat:
+            axes.set_axis_off()
+        for (row, snr), (place, run) in itertools.product(enumerate(snrs), enumerate(runs)):
+            row, column = len(snrs) * (place // columns) + row, place % columns
             axes = grid[row, column]
+            axes.set_axis_on()
             cells = part[(part["test_snr_db"] == snr) & (part["model"] == run[0]) & (part["train_snr_db"] == run[1])]
-            _confusion(axes, cells.pivot(index="truth", columns="predicted", values="count").fillna(0))
+            draw_confusion(axes, cells.pivot(index="target", columns="predicted", values="count").fillna(0))
             axes.set_title(f"{model_style(run[0])[2]} at {snr:g} dB")
             axes.set_ylabel("true class" if column == 0 else "")
-            axes.set_xlabel("predicted class" if row == len(snrs) - 1 else "")
+            axes.set_xlabel("predicted class" if row == len(snrs) * rows - 1 else "")
         svg = to_svg(figure)
     return Figure(
         name=f"confusion_{name}",
         svg=svg,
         data=part,
-        alt=f"Confusion matrices of {_title(name)} at test SNRs of {' and '.join(f'{snr:g}' for snr in snrs)} dB.",
+        alt=f"Confusion matrices of {title(name)} at test SNRs of {' and '.join(f'{snr:g}' for snr in snrs)} dB.",
         caption=(
-            f"{_title(name).capitalize()}: test images at all elevations, true class (row) against predicted class; "
+            f"{heading(name)}: test images at all elevations, true class (row) against predicted class; "
             "share of the row and number."
         ),
+        wide=columns > WIDE,
     )
-
-
-def _confusion(axes, counts):
-    """One confusion matrix: colour is the share of the row, text the share and the number of images."""
-    share = counts / counts.sum(axis=1).to_numpy()[:, None]
-    axes.imshow(share, cmap="Blues", vmin=0, vmax=1.15, aspect="auto")
-    axes.grid(False)
-    axes.set_xticks(range(len(counts.columns)), counts.columns)
-    axes.set_yticks(range(len(counts.index)), counts.index, rotation=90, va="center")
-    for (row, column), value in np.ndenumerate(share.to_numpy()):
-        text = f"{100 * value:.1f} %\n{counts.iloc[row, column]:,.0f}"
-        axes.text(column, row, text, ha="center", va="center", color="white" if value > 0.6 else "black")
 
 
 def accuracy_table(scores):
@@ -166,17 +271,17 @@ def accuracy_table(scores):
     shown = []
     groups = rows.groupby(["experiment", "model", "train_snr_db", "elevation"])
     for (experiment, model, train, elevation), curve in sorted(
-        groups, key=lambda group: (group[0][0], model_order(group[0][1]), *group[0][2:])
+        groups, key=lambda group: (group[0][0], model_order(group[0][1]), first_snr(group[0][2]), group[0][3])
     ):
         line = {
-            "experiment": _title(experiment),
+            "experiment": title(experiment),
             "model": model_style(model)[2],
-            "trained at": _noise(train),
+            "trained at": noise_text(train),
             "tested at": ELEVATIONS.get(elevation, elevation),
         }
         curve = curve.set_index("test_snr_db")
         for snr in snrs:
-            line[f"{snr:g} dB"] = _interval(curve.loc[snr]) if snr in curve.index else "–"
+            line[f"{snr:g} dB"] = interval_text(curve.loc[snr]) if snr in curve.index else "–"
         shown.append(line)
     return Table(
         name="accuracy",
@@ -200,17 +305,17 @@ def published_table(scores, published):
         if len(ours) != 1:
             continue
         ours = ours.iloc[0]
-        holds = _holds(ours["value"], line.relation, line.value)
-        rows.append({**line._asdict(), "ours": ours["value"], "low": ours["low"], "high": ours["high"], "holds": holds})
+        kept = holds(ours["value"], line.relation, line.value)
+        rows.append({**line._asdict(), "ours": ours["value"], "low": ours["low"], "high": ours["high"], "holds": kept})
         shown.append(
             {
-                "experiment": _title(line.experiment),
+                "experiment": title(line.experiment),
                 "model": model_style(line.model)[2],
                 "tested at": ELEVATIONS[CONDITIONS[line.condition]],
                 "SNR [dB]": f"{line.snr_db:g}",
                 "reference thesis": f"{RELATIONS[line.relation][0]} {line.value}",
-                "here": _interval(ours),
-                "as published": "yes" if holds else "no",
+                "here": interval_text(ours),
+                "as published": "yes" if kept else "no",
                 "source": line.source,
             }
         )
@@ -230,78 +335,18 @@ def published_table(scores, published):
     )
 
 
-def _holds(ours, relation, value):
-    """Whether our value fulfils a printed statement, to the decimals it was printed with."""
-    rounded, printed = round(ours, len(value.partition(".")[2])), float(value)
-    return {
-        ">=": rounded >= printed,
-        "<=": rounded <= printed,
-        "=": rounded == printed,
-        ">": ours > printed,
-        "<": ours < printed,
-    }[relation]
-
-
 def _training(train):
     """What an experiment trains on, in words."""
-    noise = "without noise" if train["snr_db"] == "clean" else f"at an SNR of {train['snr_db']:g} dB"
+    noise = training_noise(train["snr_db"])
     if train["elevation"] == "all":
         return f"trained {noise}, at all elevations"
     return f"trained {noise}, at elevation {', '.join(f'{angle:g}' for angle in train['elevation'])}°"
-
-
-def _noise(train_snr_db):
-    """The noise in the training images, as it stands in scores.csv, for tables and legends."""
-    return "no noise" if train_snr_db == "clean" else f"{float(train_snr_db):g} dB"
 
 
 def _dashes(classes):
     """Which class has which dashes, for a title."""
     names = list(DASHES) * len(classes)
     return ", ".join(f"{target} {dash}" for target, dash in zip(classes, names, strict=False))
-
-
-def _runs(scores):
-    """The (model, training SNR) of the scores and their rows, in the order of the models."""
-    groups = scores.groupby(["model", "train_snr_db"], sort=True)
-    return sorted(groups, key=lambda group: (model_order(group[0][0]), group[0][1]))
-
-
-def _experiments(scores):
-    return sorted(scores["experiment"].unique())
-
-
-def _title(name):
-    return name.replace("_", " ")
-
-
-def _interval(row):
-    return f"{row['value']:.3f} [{row['low']:.3f}, {row['high']:.3f}]"
-
-
-def _curves(axes, scores, dash="-", band=True):
-    """One line per model (and per training SNR, if there are several) over the test SNR."""
-    several = scores["train_snr_db"].nunique() > 1
-    for (model, train), curve in _runs(scores):
-        color, marker, label = model_style(model)
-        curve = curve.dropna(subset="test_snr_db").sort_values("test_snr_db")
-        label = f"{label}, trained at {_noise(train)}" if several else label
-        axes.plot(curve["test_snr_db"], curve["value"], dash, color=color, marker=marker, label=label)
-        if band:
-            axes.fill_between(curve["test_snr_db"], curve["low"], curve["high"], color=color, alpha=0.18, lw=0)
-
-
-def _legend(figure, axes):
-    """One legend for all axes above them, each entry once, in the order of the models."""
-    entries = {}
-    for one in axes:
-        for handle, label in zip(*one.get_legend_handles_labels(), strict=True):
-            entries.setdefault(label, handle)
-    names = [name for _, _, name in MODELS.values()]
-    labels = sorted(entries, key=lambda label: [not label.startswith(name) for name in names])
-    if labels:
-        handles = [entries[label] for label in labels]
-        figure.legend(handles, labels, loc="outside upper center", ncols=min(len(labels), 6))
 
 
 def _summary(scores):
@@ -312,7 +357,7 @@ def _summary(scores):
     for name, rows in top.groupby("experiment", sort=True):
         best = rows[rows["value"] == rows["value"].max()]
         names = " and ".join(model_style(model)[2] for model in best["model"])
-        where = f" in {_title(name)}" if top["experiment"].nunique() > 1 else ""
+        where = f" in {title(name)}" if top["experiment"].nunique() > 1 else ""
         parts.append(
             f"{names} {'are' if len(best) > 1 else 'is'} the most accurate at "
             f"{best['test_snr_db'].iloc[0]:g} dB{where}, with {best['value'].iloc[0]:.3f}"

@@ -2,10 +2,17 @@
 
 import pandas as pd
 
+from report.draw_learning import title
 from report.layout import MODEL_NAMES, Figure, Section, Table, canvas, model_style, number, style, to_svg
 
 # Under which condition the published times have an experiment's counterpart.
-CONDITIONS = {"single_elevation": "single elevation", "multi_elevation": "19 elevations"}
+CONDITIONS = {
+    "single_elevation": "single elevation",
+    "multi_elevation": "19 elevations",
+    "noisy_training": "no up-sampling",
+    "upsampling": "64-point FFT",
+    "fcnn_closed": "",
+}
 COLUMNS = {"single_ms": "one at a time", "batch_ms": "in batches"}
 
 
@@ -16,7 +23,7 @@ def section(results):
         id="times",
         title="Prediction times",
         text=(
-            f"Milliseconds per image, from the complex image to its class. Here: {machines}, "
+            f"Milliseconds per image, from the complex image to its class, without its known scores. Here: {machines}, "
             f"{_threads(frame)}, in batches of {frame['batch_size'].max()}. The reference thesis: Intel i7-7700HQ, "
             "with other training sets. Only ratios between models compare.",
         ),
@@ -40,7 +47,7 @@ def times_frame(results):
 
 def times_figure(frame):
     """Milliseconds per image on a logarithmic axis: a row per experiment and model."""
-    labels = [f"{model_style(row.model)[2]}, {row.experiment.replace('_', ' ')}" for row in frame.itertuples()]
+    labels = [f"{model_style(row.model)[2]}, {title(row.run)}" for row in frame.itertuples()]
     places = range(len(frame))
     with style():
         figure = canvas(5.4, 1.2 + 0.32 * len(frame))
@@ -78,7 +85,7 @@ def times_figure(frame):
 def times_table(frame):
     shown = pd.DataFrame(
         {
-            "experiment": frame["experiment"].str.replace("_", " "),
+            "run": [title(run) for run in frame["run"]],
             "model": [model_style(model)[2] for model in frame["model"]],
             "training images": [f"{count:,}" for count in frame["training_observations"]],
             **{f"{text} [ms]": [number(value) for value in frame[key]] for key, text in COLUMNS.items()},

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from learning.classifier import Classifier
+from learning.classifier import OTHER, Classifier, Outcome
 from learning.features import real_imaginary, squared_distances
 
 
@@ -11,10 +11,11 @@ class Model(Classifier):
 
     Scores are minus the distance to each class's nearest training image, whatever k: far from all of them means
     unlike anything known. For k = 1 the largest score is the prediction; for larger k the vote decides.
+    Known score: `distance`, minus the distance to the nearest image of a known class.
     references_: (references, features), grouped by class; starts_: (classes,), each class's first row.
     """
 
-    def fit(self, images, labels):
+    def fit(self, images, labels, validation=None, snrs=None):
         x = real_imaginary(images)
         order = np.argsort(labels, kind="stable")
         self.classes_, self.starts_ = np.unique(labels[order], return_index=True)
@@ -22,16 +23,17 @@ class Model(Classifier):
         self.squared_norms_ = np.einsum("ij,ij->i", self.references_, self.references_)
         return self
 
-    def decision_function(self, images):
-        return self.evaluate(images)[1]
+    def predict(self, images):
+        return self.evaluate(images).labels  # the vote's
 
     def evaluate(self, images):
         distances = squared_distances(real_imaginary(images), self.references_, self.squared_norms_)
         scores = -np.sqrt(np.minimum.reduceat(distances, self.starts_, axis=1))
+        known = {"distance": scores[:, self.classes_ != OTHER].max(axis=1)}
         k = min(self.settings["k"], len(self.references_))
         if k == 1:
-            return self.classes_[scores.argmax(axis=1)], scores
+            return Outcome(self.classes_[scores.argmax(axis=1)], scores, known)
         nearest = np.argpartition(distances, k - 1, axis=1)[:, :k]
         owners = np.searchsorted(self.starts_, nearest, side="right") - 1
         votes = (owners[:, :, None] == np.arange(len(self.classes_))).sum(axis=1)
-        return self.classes_[votes.argmax(axis=1)], scores
+        return Outcome(self.classes_[votes.argmax(axis=1)], scores, known)

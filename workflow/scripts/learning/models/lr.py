@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from learning.classifier import Classifier
+from learning import known
+from learning.classifier import Classifier, Outcome
 from learning.features import real_imaginary
 
 
@@ -13,7 +14,7 @@ class Model(Classifier):
     coef_: (features, classes), intercept_: (classes,).
     """
 
-    def fit(self, images, labels):
+    def fit(self, images, labels, validation=None, snrs=None):
         from sklearn.linear_model import LogisticRegression  # predictions do without scikit-learn
 
         x = real_imaginary(images, np.float64)
@@ -27,3 +28,7 @@ class Model(Classifier):
 
     def decision_function(self, images):
         return real_imaginary(images, np.float64) @ self.coef_ + self.intercept_
+
+    def evaluate(self, images):
+        logits = self.decision_function(images)
+        return Outcome(self.classes_[logits.argmax(axis=1)], logits, known.of_logits(logits, self.classes_))

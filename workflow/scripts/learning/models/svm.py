@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from learning.classifier import Classifier
+from learning.classifier import OTHER, Classifier, Outcome
 from learning.features import real_imaginary, squared_distances
 
 
@@ -10,12 +10,13 @@ class Model(Classifier):
     """Soft-margin SVM on real and imaginary parts of the image, kernel exp(-|x - y|^2 / scale^2), one against the rest.
 
     Scores are signed distances to the separating surface in units of the margin: positive on the class's side,
-    near the intercept far from every support vector. They are no probabilities.
+    near the intercept far from every support vector. They are no probabilities. Known score: `margin`, the largest of a
+    known class.
     vectors_: all support vectors (vectors, features), squared_norms_: (vectors,), dual_: (vectors, classes),
     intercept_: (classes,).
     """
 
-    def fit(self, images, labels):
+    def fit(self, images, labels, validation=None, snrs=None):
         from sklearn.svm import SVC  # predictions do without scikit-learn
 
         x = real_imaginary(images, np.float64)
@@ -36,9 +37,11 @@ class Model(Classifier):
         self.squared_norms_ = np.einsum("ij,ij->i", self.vectors_, self.vectors_)
         return self
 
-    def decision_function(self, images):
+    def evaluate(self, images):
         # Dual coefficients reach C in size and cancel, so single precision would not do.
         kernel = squared_distances(real_imaginary(images, np.float64), self.vectors_, self.squared_norms_)
         kernel *= -(self.settings["scale"] ** -2)
         np.exp(kernel, out=kernel)
-        return kernel @ self.dual_ + self.intercept_
+        scores = kernel @ self.dual_ + self.intercept_
+        margin = scores[:, self.classes_ != OTHER].max(axis=1)
+        return Outcome(self.classes_[scores.argmax(axis=1)], scores, {"margin": margin})

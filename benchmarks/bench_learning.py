@@ -1,0 +1,42 @@
+"""Prediction times at the reference experiment's size: 6,460 training images of 27 x 21 pixels (make bench-learning).
+
+The images are noise: a prediction takes as long whatever they show. The support vector machine is left out, as its
+time depends on how many support vectors real images leave.
+"""
+
+import argparse
+
+import numpy as np
+import threadpoolctl
+import yaml
+
+from common.config import BASE
+from learning.classifier import build
+from learning.timing import BATCH, cpu, time_batches
+
+SHAPE, IMAGES = (27, 21), 6460
+PUBLISHED = {"lr": 0.0376, "knn": 48.8, "fcnn": 0.0445}  # ms, the thesis's tables 4.2 and 5.1
+MODELS = ("lr", "knn", "matched_filter", "fcnn")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--threads", type=int, default=2)
+    threads = parser.parse_args().threads
+    random = np.random.default_rng(0)
+    parts = random.standard_normal((IMAGES + 2048, *SHAPE, 2), dtype=np.float32)
+    images = parts.view(np.complex64)[..., 0]
+    labels = np.where(np.arange(IMAGES) % 2, "drone", "missile")
+    settings = yaml.safe_load(BASE.read_text())["learning"]["models"]
+    print(f"{cpu()}, {threads} threads; milliseconds an image")
+    print(f"{'model':16} {'alone':>9} {f'in {BATCH}':>9} {'thesis':>9}")
+    for name in MODELS:
+        model = build(name, settings[name], 0).fit(images[:IMAGES], labels)
+        with threadpoolctl.threadpool_limits(threads):
+            times = [time_batches(model.predict, images[IMAGES:], size) for size in (1, BATCH)]
+        alone, batch = (one["milliseconds_per_observation"] for one in times)
+        print(f"{name:16} {alone:9.4f} {batch:9.4f} {PUBLISHED.get(name, float('nan')):9.4f}")
+
+
+if __name__ == "__main__":
+    main()

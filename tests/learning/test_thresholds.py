@@ -1,0 +1,90 @@
+import numpy as np
+import pandas as pd
+import pytest
+from sklearn.metrics import f1_score
+
+from learning import thresholds
+
+
+def validation(seed=0, count=60):
+    """Validation rows with scores that overlap: two known classes, an unknown target and one of role other."""
+    random = np.random.default_rng(seed)
+    parts = []
+    for name, role, mean in (("a", "known", 1.5), ("b", "known", 1), ("u", "unknown", 0), ("o", "other", -2)):
+        known = role == "known"
+        parts.append(
+            pd.DataFrame(
+                {
+                    "target": name,
+                    "role": role,
+                    "side": "validation",
+                    "truth": name if known else "other",
+                    "predicted": np.where(random.random(count) < 0.9, name if known else "a", "b"),
+                    "known_x": np.round(random.normal(mean, 1, count), 1),  # with equal scores among them
+                }
+            )
+        )
+    table = pd.concat(parts, ignore_index=True)
+    table.loc[random.random(len(table)) < 0.2, "predicted"] = "other"  # some models have such a class
+    return table
+
+
+def weighted_f1(rows, threshold):
+    predicted = thresholds.apply(rows["known_x"], rows["predicted"], threshold)
+    return f1_score(rows["truth"], predicted, average="weighted", zero_division=0)
+
+
+@pytest.mark.parametrize("protocol", thresholds.ROLES)
+@pytest.mark.parametrize("seed", range(5))
+def test_no_threshold_has_a_larger_f1(protocol, seed):
+    table = validation(seed)
+    rows = table[table["role"].isin(thresholds.ROLES[protocol])]
+    chosen = weighted_f1(rows, thresholds.choose(table, "known_x", protocol))
+    values = np.sort(rows["known_x"].unique())
+    every = [values[0] - 1, *((values[1:] + values[:-1]) / 2), values[-1] + 1]
+    assert chosen == pytest.approx(max(weighted_f1(rows, threshold) for threshold in every), abs=1e-12)
+
+
+def test_a_gap_is_cut_in_its_middle():
+    scores, truth = np.array([5.0, 4.0, 1.0, 0.0]), np.array(["a", "b", "other", "other"])
+    assert thresholds.best(scores, truth, np.array(["a", "b", "a", "b"])) == 2.5
+
+
+def test_of_a_plateau_the_middle_is_taken():
+    scores, predicted = np.array([5.0, 4, 3, 2, 1]), np.array(["a", "other", "other", "other", "a"])
+    assert thresholds.best(scores, np.array(["a", "other", "other", "other", "other"]), predicted) == 2.5
+
+
+def test_what_was_predicted_other_stays_other():
+    scores, truth = np.array([3.0, 2.0, 1.0]), np.array(["a", "other", "a"])
+    predicted = np.array(["a", "other", "a"])
+    threshold = thresholds.best(scores, truth, predicted)
+    assert threshold <= 1
+    assert thresholds.apply(scores, predicted, threshold).tolist() == ["a", "other", "a"]
+
+
+def test_the_blind_threshold_does_not_depend_on_unknown_targets():
+    """Their rows may hold anything, on any side: garbage changes nothing."""
+    table = validation()
+    chosen = thresholds.choose(table, "known_x", "blind")
+    unknown = table["role"] == "unknown"
+    garbage = table.assign(known_x=np.where(unknown, np.nan, table["known_x"]))
+    garbage.loc[unknown, ["truth", "predicted"]] = "nonsense"
+    assert thresholds.choose(garbage, "known_x", "blind") == chosen
+    assert thresholds.choose(table[~unknown], "known_x", "blind") == chosen
+    assert thresholds.choose(table, "known_x", "thesis") != chosen
+
+
+@pytest.mark.parametrize("protocol", thresholds.ROLES)
+def test_no_threshold_depends_on_test_images(protocol):
+    table = validation()
+    tests = validation(seed=1).assign(side="test", known_x=100.0)
+    both = pd.concat([table, tests], ignore_index=True)
+    assert thresholds.choose(both, "known_x", protocol) == thresholds.choose(table, "known_x", protocol)
+
+
+def test_with_known_images_alone_95_percent_are_kept():
+    table = validation(count=400)
+    table = table[table["role"] == "known"]
+    threshold = thresholds.choose(table, "known_x", "blind")
+    assert (table["known_x"] >= threshold).mean() == pytest.approx(0.95, abs=0.02)

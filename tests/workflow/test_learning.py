@@ -1,0 +1,280 @@
+"""Experiments of every kind through Snakemake, on fields of point scatterers, and what reruns after an edit."""
+
+import json
+import re
+
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+
+from common.config import read_yaml
+from common.radar import C0, azimuths, elevations, frequencies
+from scattering.store import write_field
+
+LEARN = ("--configfile", "config/learn.yaml")
+CONFIG = """
+name: learn
+targets:
+  dart: {field: fields/dart.zarr, role: known}
+  disc: {field: fields/disc.zarr, role: known}
+  kite: {field: fields/kite.zarr, role: unknown}
+  cube: {field: fields/cube.zarr, role: other}
+radar: {center_frequency: 1.0e+9, bandwidth: 0.4e+9, frequencies: 6}
+aspect: {elevation: {start: 0, stop: 10, step: 10}, azimuth: {count: 40}}
+imaging: {aperture: 5}
+noise: {snr_db: [0, 20], realizations: 2}
+learning:
+  models:
+    lr_tuned: {penalty: [0.01, 1]}
+    fcnn: {width: 32, batch: 8, epochs: 10}
+  experiments:
+    closed:
+      train: {elevation: [0], snr_db: clean}
+      models: [lr_tuned, knn]
+    opened:
+      train: {elevation: all, snr_db: clean}
+      models: [matched_filter, fcnn_other]
+      open: true
+    far:
+      train: {elevation: all, snr_db: clean}
+      models: [matched_filter]
+      split: sector
+    noisy:
+      train: {elevation: all, snr_db: {each: [0, 20]}}
+      models: [lr]
+      upsample: 12
+    mixed:
+      train: {elevation: all, snr_db: {random: [clean, 20]}}
+      models: [fcnn]
+"""
+RUNS = {
+    "closed": ["lr_tuned", "knn"],
+    "opened": ["matched_filter", "fcnn_other"],
+    "far": ["matched_filter"],
+    "noisy_snr_0dB": ["lr"],
+    "noisy_snr_20dB": ["lr"],
+    "mixed": ["fcnn"],
+}
+FITTED = [f"{run}/{model}" for run, models in RUNS.items() for model in models]
+# Point scatterers in metres: every target has its own.
+POINTS = {
+    "dart": [(0.4, 0, 0), (-0.3, 0.1, 0), (-0.3, -0.1, 0)],
+    "disc": [(0.05, 0, 0)],
+    "kite": [(0.2, 0.2, 0), (-0.2, 0.2, 0), (0.2, -0.3, 0)],
+    "cube": [(0.1, 0.1, 0.1), (-0.1, 0.1, -0.1)],
+}
+
+
+@pytest.fixture(scope="module")
+def project(project_of):
+    project = project_of("learn")
+    (project.folder / "fields").mkdir()
+    config = read_yaml(project.folder / project.write("config/learn.yaml", CONFIG))
+    sweep = frequencies(config["radar"]), elevations(config["aspect"]), azimuths(config["aspect"])
+    el, az = np.meshgrid(np.radians(sweep[1]), np.radians(sweep[2]), indexing="ij")
+    direction = np.stack([np.cos(el) * np.cos(az), np.cos(el) * np.sin(az), np.sin(el)], axis=-1)
+    k = 2 * np.pi * sweep[0] / C0
+    for name, points in POINTS.items():
+        nearer = direction @ np.array(points).T
+        field = np.exp(2j * k[:, None, None, None] * nearer).sum(axis=-1).astype(np.complex64)
+        write_field(project.folder / f"fields/{name}.zarr", field[None], ["VV"], *sweep, {"formulation": "points"})
+    finished = project.run("--cores", 2, "report", *LEARN)
+    assert finished.returncode == 0, finished.stdout
+    assert "Traceback" not in finished.stdout  # nor from a library that says goodbye
+    return project
+
+
+@pytest.fixture
+def results(project):
+    return project.folder / "results/learn"
+
+
+@pytest.fixture
+def restored(project):
+    path = project.folder / "config/learn.yaml"
+    text = path.read_text()
+    yield project
+    path.write_text(text)
+
+
+@pytest.fixture(scope="module")
+def scores(project):
+    table = pd.read_csv(project.folder / "results/learn/learning/scores.csv")
+    return table.fillna({"score": "", "threshold": ""})
+
+
+def test_every_run_has_its_models_and_predictions(results):
+    for fitted in FITTED:
+        assert json.loads((results / f"learning/models/{fitted}/config.json").read_text())["model"]
+        for snr in (0, 20):
+            assert len(pd.read_csv(results / f"learning/predictions/{fitted}/snr_{snr}dB.csv"))
+    assert (results / "learning/models/mixed/fcnn/curve.csv").exists()
+    assert len(pd.read_csv(results / "learning/models/closed/lr_tuned/search.csv")) == 2
+    shapes = {
+        run: json.loads((results / f"learning/models/{run}/config.json").read_text())["image_shape"] for run in FITTED
+    }
+    assert shapes["noisy_snr_0dB/lr"] == [12, 12] and shapes["mixed/fcnn"] == [6, 5]
+
+
+def test_the_scores_name_experiment_split_and_training_snr(scores):
+    found = set(map(tuple, scores[["experiment", "model", "split", "train_snr_db"]].drop_duplicates().to_numpy()))
+    assert found == {
+        ("closed", "lr_tuned", "random", "clean"),
+        ("closed", "knn", "random", "clean"),
+        ("opened", "matched_filter", "random", "clean"),
+        ("opened", "fcnn_other", "random", "clean"),
+        ("far", "matched_filter", "sector", "clean"),
+        ("noisy", "lr", "random", "0"),
+        ("noisy", "lr", "random", "20"),
+        ("mixed", "fcnn", "random", "random clean+20"),
+    }
+    assert set(scores.loc[scores["score"] != "", "experiment"]) == {"opened"}
+    assert set(scores["threshold"]) == {"", "thesis", "blind"}
+
+
+def test_models_learn(scores):
+    accuracy = scores.query("metric == 'accuracy' and score == '' and test_snr_db == 20 and elevation == 'all'")
+    accuracy = accuracy.set_index(["experiment", "model"])["value"]
+    assert accuracy["opened", "matched_filter"] > 0.9 and accuracy["mixed", "fcnn"] > 0.8
+    auroc = scores.query("metric == 'auroc' and test_snr_db == 20").set_index(["model", "score"])["value"]
+    assert auroc["matched_filter", "correlation"] > 0.8
+
+
+def test_pure_noise_is_an_image_store_of_its_own(results):
+    noise = xr.open_zarr(results / "imaging/pure-noise/clean.zarr").load()
+    like = xr.open_zarr(results / "imaging/dart/clean.zarr").load()
+    assert noise.image.dims == like.image.dims and noise.image.shape == like.image.shape
+    np.testing.assert_allclose(np.abs(noise.image).max(["range", "crossrange"]), 1, rtol=1e-6)
+    # Neighbouring images of noise have nothing in common, unlike those of a target.
+    flat = noise.image.values.reshape(2, 40, -1)
+    flat = flat / np.linalg.norm(flat, axis=-1, keepdims=True)
+    correlation = np.abs((flat[:, 1:] * flat[:, :-1].conj()).sum(axis=-1))
+    assert correlation.mean() < 0.4
+
+
+def test_the_report_has_every_experiment(results):
+    page = (results / "report/index.html").read_text()
+    for name in ("closed", "opened", "far", "noisy", "mixed"):
+        assert f'id="figure-learning_{name}"' in page
+    assert 'id="figure-open_opened"' in page and 'id="splits"' in page
+
+
+def test_nothing_reruns_by_itself(project):
+    assert project.planned("report", *LEARN) == {}
+
+
+AFTER_TEST = {"scores": 1, "report": 1}
+AFTER = {"timing": 1, "scores": 1, "report": 1}
+EDITS = {
+    "a model": ("models: [lr_tuned, knn]", "models: [lr_tuned, svm, knn]", {"train": 1, "predict": 1, **AFTER}),
+    "an experiment": (
+        "    far:\n",
+        "    more:\n      train: {elevation: all, snr_db: 20}\n      models: [knn]\n    far:\n",
+        {"train": 1, "predict": 1, **AFTER},
+    ),
+    "a training SNR": ("{each: [0, 20]}", "{each: [0, 20, clean]}", {"train": 1, "predict": 1, **AFTER}),
+    "models in another order": ("models: [lr_tuned, knn]", "models: [knn, lr_tuned]", {"report": 1}),
+    "SNRs in another order": ("{random: [clean, 20]}", "{random: [20, clean]}", {"report": 1}),
+    "a hyper-parameter": ("epochs: 10", "epochs: 9", {"train": 2, "predict": 2, **AFTER}),
+    "a choice": ("penalty: [0.01, 1]", "penalty: [0.01, 2]", {"train": 1, "predict": 1, **AFTER}),
+    "choices in another order": ("penalty: [0.01, 1]", "penalty: [1, 0.01]", {}),
+    "another split": ("      split: sector\n", "", {"train": 1, "predict": 1, **AFTER}),
+    "open": (
+        "      split: sector\n",
+        "      split: sector\n      open: true\n",
+        {"predict": 1, "scores": 1, "report": 1},
+    ),
+    "closed": ("      open: true\n", "", AFTER_TEST | {"predict": 2}),
+    "pixels": ("upsample: 12", "upsample: 16", {"train": 2, "predict": 2, **AFTER}),
+    "a comment": ("    far:\n", "    far: # from every side\n", {}),
+    "the default split's share": (
+        "learning:\n",
+        "learning:\n  split: {train: 0.6}\n",
+        {"train": 8, "predict": 8, **AFTER},
+    ),
+    "the seed": (
+        "name: learn\n",
+        "name: learn\nseed: 4\n",
+        {"noise": 8, "pure_noise": 1, "train": 8, "predict": 8, **AFTER},
+    ),
+    "an unknown target": (
+        "  cube:",
+        "  bird: {field: fields/cube.zarr, role: unknown}\n  cube:",
+        {"field": 1, "image": 1, "noise": 2, "predict": 2, "scores": 1, "report": 1},
+    ),
+}
+
+
+@pytest.mark.parametrize("case", EDITS)
+def test_an_edit_reruns_what_it_concerns_and_no_more(restored, case):
+    old, new, expected = EDITS[case]
+    text = (restored.folder / "config/learn.yaml").read_text()
+    assert old in text
+    restored.write("config/learn.yaml", text.replace(old, new, 1))
+    assert restored.planned("report", *LEARN) == expected
+
+
+def test_the_code_of_a_model_reruns_its_own_jobs(project):
+    path = project.folder / "workflow/scripts/learning/models/fcnn.py"
+    text = path.read_text()
+    path.write_text(text + "# A comment.\n")
+    assert project.planned("report", *LEARN) == {"train": 2, "predict": 2, **AFTER}
+    path.write_text(text)
+    assert project.planned("report", *LEARN) == {}
+
+
+def test_a_model_of_ones_own_is_one_file(restored):
+    (restored.folder / "workflow/scripts/learning/models/mine.py").write_text(
+        '''"""The class with the more similar mean magnitude."""
+
+import numpy as np
+
+from learning.classifier import Classifier, Outcome
+
+
+class Model(Classifier):
+    def fit(self, images, labels, validation=None, snrs=None):
+        self.classes_ = np.unique(labels)
+        self.means_ = np.stack([np.abs(images[labels == name]).mean(axis=0) for name in self.classes_])
+        return self
+
+    def evaluate(self, images):
+        scores = -np.stack([((np.abs(images) - mean) ** 2).sum(axis=(1, 2)) for mean in self.means_], axis=1)
+        return Outcome(self.classes_[scores.argmax(axis=1)], scores, {"likeness": scores.max(axis=1)})
+'''
+    )
+    restored.edit(
+        "config/learn.yaml", "models: [matched_filter, fcnn_other]", "models: [matched_filter, fcnn_other, mine]"
+    )
+    restored.edit("config/learn.yaml", "    fcnn: {width", "    mine: {}\n    fcnn: {width")
+    assert restored.planned("report", *LEARN) == {"train": 1, "predict": 1, **AFTER}
+    finished = restored.run("--cores", 2, "report", *LEARN)
+    assert finished.returncode == 0, finished.stdout
+    scores = pd.read_csv(restored.folder / "results/learn/learning/scores.csv")
+    assert (scores.query("model == 'mine' and score == 'likeness' and metric == 'auroc'")["value"] > 0).all()
+
+
+# The last: it makes everything of learning anew.
+def test_one_core_gives_the_same_bytes_as_two(project, results):
+    def content():
+        folder = results / "learning"
+        kept = [path for path in sorted(folder.rglob("*")) if path.is_file() and path.name != "times.json"]
+        return {str(path.relative_to(folder)): path.read_bytes() for path in kept if "snakemake" not in path.name}
+
+    before = content()
+    finished = project.run(
+        "--cores",
+        1,
+        f"{results.relative_to(project.folder)}/learning/scores.csv",
+        "--forcerun",
+        "train",
+        "noise",
+        "pure_noise",
+        *LEARN,
+    )
+    assert finished.returncode == 0, finished.stdout
+    assert len(re.findall(r"^rule train:|train \S+/\S+$", finished.stdout, re.MULTILINE)) >= 8
+    after = content()
+    mine = {name for name in before if "/mine/" in name or name in ("scores.csv", "confusion.csv")}
+    assert {name for name in after if before.get(name) != after[name]} <= mine

@@ -1,0 +1,58 @@
+"""The experiments of a config, one by one: what each run trains on and is tested on."""
+
+from common.errors import InputError
+from common.radar import snr_label
+
+CLEAN = "clean"
+TOLERANCE = 1e-4  # degrees: two angles nearer than this are the same one
+# What of a run decides what its models learn. The rest (its models, whether it is open) may change without a new fit.
+LEARNED = ("elevation", "experiment", "name", "random_snr", "snrs", "split", "upsample")
+
+
+def runs(config):
+    """Every run of a config's experiments: a mapping of its name, which is its folder's, to what it does.
+
+    An experiment is one run, but for `snr_db: {each: [...]}`, which is one for each SNR: <experiment>_<label>.
+    A run is a mapping of its name, experiment (that one's name), models, elevation (a list of degrees, or all), snrs
+    (those of the training images, numbers or 'clean'), random_snr (whether each batch is drawn from one of them), open
+    (whether unknown targets are tested, if there are any), split (random or sector) and upsample (pixels a side, or
+    none).
+    InputError for two runs of one name.
+    """
+    found, learning = {}, config["learning"]
+    unknown = any(target["role"] == "unknown" for target in config["targets"].values())
+    for name, experiment in learning["experiments"].items():
+        snr = experiment["train"]["snr_db"]
+        kind, values = next(iter(snr.items())) if isinstance(snr, dict) else ("all", snr)
+        values = sorted(values, key=lambda snr: (snr != CLEAN, snr)) if isinstance(values, list) else [values]
+        elevation = experiment["train"]["elevation"]
+        shared = {
+            "experiment": name,
+            "models": experiment["models"],
+            "elevation": elevation if elevation == "all" else sorted(elevation),
+            "random_snr": kind == "random",
+            "open": experiment.get("open", False) and unknown,
+            "split": experiment.get("split", learning["split"]["scheme"]),
+            "upsample": experiment.get("upsample", "none"),
+        }
+        each = kind == "each"
+        named = {f"{name}_{label(value)}": [value] for value in values} if each else {name: values}
+        for run, snrs in named.items():
+            if run in found:
+                raise InputError(
+                    f"config key 'learning.experiments.{name}': its run {run} is also one of "
+                    f"'{found[run]['experiment']}'; give one another name."
+                )
+            found[run] = {**shared, "name": run, "snrs": snrs}
+    return found
+
+
+def label(snr):
+    """The name of the store of images at an SNR in dB, or without noise ('clean')."""
+    return CLEAN if snr == CLEAN else snr_label(snr)
+
+
+def snr_text(run):
+    """The SNRs that a run trains at, as they stand in the tables: 'clean', '6', 'clean+6' or 'random clean+6'."""
+    text = "+".join(snr if snr == CLEAN else f"{snr + 0.0:g}" for snr in run["snrs"])
+    return f"random {text}" if run["random_snr"] else text

@@ -1,0 +1,82 @@
+"""How much an image is like the known classes: scores from logits, and from a network's features.
+
+All are larger for what is more like the known classes; an image whose score is below a threshold is rejected.
+"""
+
+import numpy as np
+from scipy.special import logsumexp, softmax
+
+from learning.classifier import OTHER
+from learning.features import squared_distances
+
+NEIGHBOUR = 5  # the distance to this nearest training image is the score
+
+
+def of_logits(logits, classes):
+    """Scores from logits (n, classes) of these classes: a mapping of name to (n,). A class OTHER counts as not known.
+
+    softmax: the largest probability of a known class (Hendrycks and Gimpel 2017).
+    max_logit: the largest logit of a known class (Hendrycks et al. 2022).
+    energy: the logarithm of the sum of exp(logit), minus the free energy at temperature 1 (Liu et al. 2020).
+    """
+    known = classes != OTHER
+    return {
+        "softmax": softmax(logits, axis=1)[:, known].max(axis=1),
+        "max_logit": logits[:, known].max(axis=1),
+        "energy": logsumexp(logits[:, known], axis=1),
+    }
+
+
+def unit(features):
+    """Features (n, d) scaled to length 1; a zero stays zero."""
+    return features / np.maximum(np.linalg.norm(features, axis=1, keepdims=True), 1e-12)
+
+
+def neighbour_score(features, references):
+    """Minus the distance to the NEIGHBOUR-th nearest of references (m, d), all of length 1 (Sun et al. 2022)."""
+    nearest = min(NEIGHBOUR, len(references)) - 1
+    distances = squared_distances(unit(features), references, np.ones(len(references), references.dtype))
+    return -np.sqrt(np.partition(distances, nearest, axis=1)[:, nearest])
+
+
+def fit_gaussians(features, labels, classes):
+    """A Gaussian for each class with a covariance in common, and one for all: a mapping of name to array.
+
+    features: (n, d); labels: (n,). The covariance within the classes is shrunk (Ledoit and Wolf 2004), as there may be
+    fewer images than dimensions; that of all images is the same plus the scatter of the class means, so that the two
+    differ where the classes do and nowhere else. means: (classes, d); whitening: (d, d) with |(x - mean) whitening|^2
+    the Mahalanobis distance; background_mean and background_whitening: the same of all images together.
+    """
+    from sklearn.covariance import LedoitWolf  # predictions do without scikit-learn
+
+    means = np.stack([features[labels == name].mean(axis=0) for name in classes])
+    own = np.searchsorted(classes, labels)
+    within = LedoitWolf(assume_centered=True).fit(features - means[own]).covariance_
+    # Features that never vary would leave nothing to divide by.
+    within += (1e-6 * np.trace(within) / len(within) + 1e-12) * np.eye(len(within))
+    middle = features.mean(axis=0)
+    apart = (means - middle) * np.sqrt(np.bincount(own) / len(own))[:, None]
+    return {
+        "means": means,
+        "whitening": _whitening(within),
+        "background_mean": middle,
+        "background_whitening": _whitening(within + apart.T @ apart),
+    }
+
+
+def _whitening(covariance):
+    """W with W W^T the inverse of a covariance (d, d)."""
+    return np.linalg.inv(np.linalg.cholesky(covariance)).T
+
+
+def mahalanobis_scores(features, gaussians):
+    """Scores from features (n, d) and what `fit_gaussians` gave: a mapping of name to (n,).
+
+    mahalanobis: minus the squared distance to the nearest class (Lee et al. 2018).
+    relative_mahalanobis: the same, less the distance to the Gaussian of all classes (Ren et al. 2021).
+    """
+    white = features @ gaussians["whitening"]
+    means = gaussians["means"] @ gaussians["whitening"]
+    nearest = squared_distances(white, means, np.einsum("ij,ij->i", means, means)).min(axis=1)
+    background = ((features - gaussians["background_mean"]) @ gaussians["background_whitening"]) ** 2
+    return {"mahalanobis": -nearest, "relative_mahalanobis": background.sum(axis=1) - nearest}

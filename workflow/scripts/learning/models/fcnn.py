@@ -1,0 +1,111 @@
+"""Fully connected network with one hidden layer, by JAX and optax."""
+
+import numpy as np
+
+from learning import known, openmax
+from learning.classifier import OTHER, Classifier, Outcome
+from learning.features import real_imaginary
+from learning.training import Batches, Curve
+
+KINDS = ("means", "whitening", "background_mean", "background_whitening")
+
+
+class Model(Classifier):
+    """`width` rectified linear units on real and imaginary parts, then a logit for each class (thesis section 5.2).
+
+    Trained by Adam on the cross-entropy for `epochs` passes over the images in batches of `batch`. Known scores: of the
+    logits (known.of_logits, and OpenMax as published and with shifted logits), and of the hidden layer's outputs
+    (`neighbour`: known.neighbour_score; known.mahalanobis_scores). OpenMax's score is the largest revised probability
+    of a known class: below 1/2 where the unknown's is the largest, which OpenMax itself would reject at any threshold.
+    A class OTHER is no known class: then OpenMax is left out, for it would be a second way to say the same.
+    """
+
+    in_batches = True
+
+    def fit(self, images, labels, validation=None, snrs=None):
+        x = real_imaginary(images)
+        self.classes_, y = np.unique(labels, return_inverse=True)
+        held_out = None
+        if validation is not None:
+            held_out = real_imaginary(validation[0]), np.searchsorted(self.classes_, validation[1])
+        self._train(x, y, held_out, snrs)
+
+        features = self._features(x)
+        own = labels != OTHER
+        self.references_ = known.unit(features[own])
+        gaussians = known.fit_gaussians(
+            features[own].astype(np.float64), labels[own], self.classes_[self.classes_ != OTHER]
+        )
+        for kind in KINDS:
+            setattr(self, f"{kind}_", gaussians[kind])
+        if OTHER not in self.classes_:
+            logits = self._logits(features)
+            self.mean_logits_, self.tails_ = openmax.fit(logits, labels, self.classes_, self.settings["openmax_tail"])
+        return self
+
+    def _train(self, x, y, held_out, snrs):
+        import jax  # predictions do without it
+        import jax.numpy as jnp
+        import optax
+
+        def logits(weights, x):
+            hidden = jax.nn.relu(x @ weights["hidden"] + weights["hidden_offset"])
+            return hidden @ weights["output"] + weights["output_offset"]
+
+        def loss(weights, x, y):
+            return optax.softmax_cross_entropy_with_integer_labels(logits(weights, x), y).mean()
+
+        @jax.jit
+        def step(weights, state, x, y):
+            value, gradient = jax.value_and_grad(loss)(weights, x, y)
+            change, state = optimizer.update(gradient, state)
+            return optax.apply_updates(weights, change), state, value
+
+        random = np.random.default_rng(self.seed)
+        sizes = (x.shape[1], self.settings["width"], len(self.classes_))
+        weights = {}
+        for name, rows, columns in zip(("hidden", "output"), sizes[:-1], sizes[1:], strict=True):
+            bound = np.sqrt(6 / (rows + columns))  # Glorot and Bengio 2010
+            weights[name] = jnp.asarray(random.uniform(-bound, bound, (rows, columns)), jnp.float32)
+            weights[f"{name}_offset"] = jnp.zeros(columns, jnp.float32)
+        optimizer = optax.adam(self.settings["learning_rate"])
+        state = optimizer.init(weights)
+
+        curve = Curve(self.settings["epochs"])
+        batches = Batches(len(x), self.settings["batch"], random, snrs)
+        for _ in range(self.settings["epochs"]):
+            losses = []
+            for rows in batches.epoch():
+                weights, state, value = step(weights, state, x[rows], y[rows])
+                losses.append(value)
+            self._keep(weights)
+            curve.add(np.mean(losses), lambda x: self._logits(self._features(x)), (x, y), held_out)
+        self.curve_ = curve.close()
+
+    def _keep(self, weights):
+        for name, value in weights.items():
+            setattr(self, f"{name}_", np.array(value))
+
+    def _features(self, x):
+        return np.maximum(x @ self.hidden_ + self.hidden_offset_, 0)
+
+    def _logits(self, features):
+        return (features @ self.output_ + self.output_offset_).astype(np.float64)
+
+    def decision_function(self, images):
+        return self._logits(self._features(real_imaginary(images)))
+
+    def evaluate(self, images):
+        features = self._features(real_imaginary(images))
+        logits = self._logits(features)
+        scores = known.of_logits(logits, self.classes_)
+        if OTHER not in self.classes_:
+            for name, shifted in (("openmax", False), ("openmax_shifted", True)):
+                alpha = self.settings["openmax_alpha"]
+                revised = openmax.probabilities(logits, self.mean_logits_, self.tails_, alpha, shifted)
+                scores[name] = revised[:, :-1].max(axis=1)
+        scores["neighbour"] = known.neighbour_score(features, self.references_)
+        scores |= known.mahalanobis_scores(
+            features.astype(np.float64), {kind: getattr(self, f"{kind}_") for kind in KINDS}
+        )
+        return Outcome(self.classes_[logits.argmax(axis=1)], logits, scores)

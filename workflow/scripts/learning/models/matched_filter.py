@@ -1,0 +1,35 @@
+"""Matched filter: a bank of templates, the training images, and the complex correlation with each."""
+
+import numpy as np
+
+from learning.classifier import OTHER, Classifier, Outcome
+
+
+class Model(Classifier):
+    """The class of the training image with the largest normalised complex correlation |t^H x| / (|t| |x|).
+
+    For one known image in white noise this is the optimal detector of it at unknown amplitude and phase (Kay 1998,
+    Fundamentals of Statistical Signal Processing II, section 7.4). White is the noise of the aperture: the window
+    colours it in the image, so the bar is a little low.
+    Scores are the largest correlation with each class, 0 to 1. Known score: `correlation`, the largest of a known
+    class. templates_: (pixels, templates), complex64, conjugate, grouped by class, each of length 1; starts_:
+    (classes,), each class's first.
+    """
+
+    def fit(self, images, labels, validation=None, snrs=None):
+        order = np.argsort(labels, kind="stable")
+        self.classes_, self.starts_ = np.unique(labels[order], return_index=True)
+        self.templates_ = np.ascontiguousarray(_unit(images[order]).conj().T)
+        return self
+
+    def evaluate(self, images):
+        correlations = np.abs(_unit(images) @ self.templates_)
+        scores = np.maximum.reduceat(correlations, self.starts_, axis=1)
+        known = scores[:, self.classes_ != OTHER].max(axis=1)
+        return Outcome(self.classes_[scores.argmax(axis=1)], scores, {"correlation": known})
+
+
+def _unit(images):
+    """Images (n, range, crossrange) as rows of length 1, complex64; a zero image stays zero."""
+    rows = images.reshape(len(images), -1).astype(np.complex64, copy=False)
+    return rows / np.maximum(np.linalg.norm(rows, axis=1, keepdims=True), 1e-12)

@@ -1,0 +1,65 @@
+"""The threshold below which an image is rejected as none of the known classes.
+
+It is chosen on validation images, for each SNR by itself, as a radar knows the level of its noise. Two protocols:
+`thesis` sees images of the unknown targets among them (at azimuths that are not tested); `blind` sees none, only the
+known targets and those of role other.
+"""
+
+import numpy as np
+
+from learning.classifier import OTHER
+from learning.metrics import KEPT
+
+ROLES = {"thesis": ("known", "unknown"), "blind": ("known", "other")}
+
+
+def choose(table, score, protocol):
+    """The threshold of a known score under a protocol, chosen on the validation rows of a prediction table.
+
+    table: columns side, role, truth, predicted and the column `score`. Rows of other roles are not looked at.
+    The threshold with the largest weighted F1 over the classes and OTHER; where there is nothing but known images, the
+    one that keeps 95 % of them.
+    """
+    rows = table[(table["side"] == "validation") & table["role"].isin(ROLES[protocol])]
+    if (rows["role"] == "known").all():
+        return float(np.quantile(rows[score], 1 - KEPT))
+    return best(rows[score].to_numpy(float), rows["truth"].to_numpy(), rows["predicted"].to_numpy())
+
+
+def best(scores, truth, predicted):
+    """The threshold with the largest weighted F1, halfway between two scores; of several such the middle one.
+
+    scores: (n,), below the threshold is OTHER; truth, predicted: labels (n,), where predicted OTHER stays so.
+    """
+    order = np.argsort(-scores, kind="stable")
+    scores, truth, predicted = scores[order], np.asarray(truth)[order], np.asarray(predicted)[order]
+    kept = predicted != OTHER
+    total = np.zeros(len(scores) + 1)  # of F1 times count, for thresholds that keep 0, 1, 2 ... images
+    for name in np.unique(truth[truth != OTHER]):
+        claimed = _running((predicted == name) & kept)
+        right = _running((predicted == name) & (truth == name))
+        count = (truth == name).sum()
+        total += count * 2 * right / (claimed + count)
+    missed = (truth == OTHER).sum()
+    if missed:
+        rejected = len(scores) - _running(kept)
+        right = missed - _running((truth == OTHER) & kept)
+        total += missed * 2 * right / (rejected + missed)
+    # Between equal scores no threshold can pass.
+    possible = np.concatenate([[True], scores[1:] < scores[:-1], [True]])
+    total[~possible] = -1
+    places = np.flatnonzero(total == total.max())
+    place = places[len(places) // 2]
+    edges = np.concatenate([[np.nextafter(scores[0], np.inf)], scores, [scores[-1]]])
+    if place in (0, len(scores)):
+        return float(edges[place])
+    return float((edges[place] + edges[place + 1]) / 2)
+
+
+def _running(flags):
+    return np.concatenate([[0], np.cumsum(flags)])
+
+
+def apply(scores, predicted, threshold):
+    """Labels (n,) with OTHER where the known score is below the threshold, or where OTHER was predicted."""
+    return np.where(np.asarray(scores) >= threshold, predicted, OTHER)

@@ -1,0 +1,216 @@
+"""The open set: unknown targets among the test images, and what each known score and threshold makes of them."""
+
+import itertools
+
+import pandas as pd
+
+from report.draw_learning import draw_confusion, draw_legend, experiments, heading, interval_text, title
+from report.layout import PALETTE, Figure, Section, Table, canvas, model_order, model_style, style, to_svg
+
+PROTOCOLS = ("thesis", "blind")
+COLUMNS = 4  # models side by side
+# Known scores in the order of the page, and what the page calls them.
+NAMES = {
+    "softmax": "softmax",
+    "openmax": "OpenMax",
+    "openmax_shifted": "OpenMax, shifted logits",
+    "max_logit": "maximum logit",
+    "energy": "energy",
+    "neighbour": "5th nearest neighbour",
+    "mahalanobis": "Mahalanobis",
+    "relative_mahalanobis": "relative Mahalanobis",
+    "correlation": "correlation",
+    "distance": "nearest distance",
+    "margin": "margin",
+}
+STYLES = {name: (PALETTE[place % len(PALETTE)], "osD^v<>x+*P"[place]) for place, name in enumerate(NAMES)}
+# The reference thesis's adaptations of its network: the model and known score here that are the same.
+PUBLISHED = {
+    "softmax_threshold": ("fcnn", "softmax"),
+    "openmax": ("fcnn", "openmax"),
+    "other_class": ("fcnn_other", "softmax"),
+}
+SEPARATION = {"auroc": "AUROC", "fpr95": "FPR at 95 % TPR", "oscr": "OSCR"}
+
+
+def section(results):
+    scores = results.scores[(results.scores["score"] != "") & (results.scores["elevation"] == "all")]
+    confusion = results.confusion[(results.confusion["score"] != "") & (results.confusion["elevation"] == "all")]
+    published = results.published_scores[results.published_scores["metric"] == "weighted_f1"]
+    known = _targets(results, "known")
+    return Section(
+        id="open",
+        title="Open set",
+        text=(
+            f"The test images are those of {known} and of {_targets(results, 'unknown')}, which no model has seen. An "
+            "image whose known score is below a threshold is rejected as 'other'. Thresholds are chosen on images at "
+            "the validation azimuths, for each SNR by itself, for the largest weighted F1. Under the thesis protocol "
+            "these hold the unknown targets too, under the blind protocol only the known ones and those of role other"
+            f"{_others(results)}. Scores that put the images in the same order, as softmax, maximum logit and energy "
+            "of a linear model of two classes do, lie on each other. OpenMax's score is its largest probability of a "
+            "known class.",
+        ),
+        figures=(
+            *(open_figure(name, scores) for name in experiments(scores)),
+            *published_confusion(confusion, results.published_confusion, results.targets),
+        ),
+        tables=tuple(open_table(name, scores, published) for name in experiments(scores)),
+    )
+
+
+def _targets(results, role):
+    return " and ".join(name for name in results.targets if results.settings["targets"][name]["role"] == role)
+
+
+def _others(results):
+    return f" ({_targets(results, 'other')})" if _targets(results, "other") else ""
+
+
+def open_figure(name, scores):
+    """Weighted F1 of the open set against the test SNR: a panel per model, a colour per known score."""
+    part = scores[(scores["experiment"] == name) & (scores["metric"] == "f1_weighted")]
+    models = sorted(part["model"].unique(), key=model_order)
+    columns = min(COLUMNS, len(models))
+    blocks = -(-len(models) // columns)
+    rows = blocks * len(PROTOCOLS)
+    with style():
+        figure = canvas(max(1 + 2.6 * columns, 6), 1 + 2.2 * rows)
+        grid = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
+        for axes in grid.flat:
+            axes.set_axis_off()
+        for (place, model), (row, protocol) in itertools.product(enumerate(models), enumerate(PROTOCOLS)):
+            row += len(PROTOCOLS) * (place // columns)
+            axes = grid[row, place % columns]
+            axes.set_axis_on()
+            own = part[(part["model"] == model) & (part["threshold"] == protocol)]
+            for score, train in itertools.product(_order(own["score"].unique()), own["train_snr_db"].unique()):
+                curve = own[(own["score"] == score) & (own["train_snr_db"] == train)].sort_values("test_snr_db")
+                color, marker = _style(score)
+                look = {"color": color, "marker": marker, "lw": 1, "label": score_name(score)}
+                axes.plot(curve["test_snr_db"], curve["value"], **look)
+            axes.set(title=f"{model_style(model)[2]}, {protocol}", ylabel="weighted F1")
+            if row % len(PROTOCOLS) == len(PROTOCOLS) - 1:
+                axes.set_xlabel("test SNR [dB]")
+                axes.tick_params(labelbottom=True)
+        draw_legend(figure, grid.flat)
+        svg = to_svg(figure)
+    top = part[(part["test_snr_db"] == part["test_snr_db"].max()) & (part["threshold"] == "thesis")]
+    best = top.loc[top["value"].idxmax()]
+    return Figure(
+        name=f"open_{name}",
+        svg=svg,
+        data=scores[scores["experiment"] == name],
+        alt=f"Open-set weighted F1 of {title(name)} against test SNR, for each model, known score and threshold.",
+        caption=(
+            f"{heading(name)}: weighted F1 over the classes and 'other', unknown targets among the test "
+            "images, with thresholds of the thesis protocol and of the blind one. Best at "
+            f"{best['test_snr_db']:g} dB under the first: {model_style(best['model'])[2]} with "
+            f"{score_name(best['score'])}, {best['value']:.3f}."
+        ),
+        wide=True,
+    )
+
+
+def published_confusion(confusion, published, targets):
+    """The reference thesis's confusion matrices of its network's adaptations, below ours at the same SNR.
+
+    targets: names in the order of the page. Nothing where nothing here is the same.
+    """
+    snr = published[published["model"].isin(PUBLISHED)]["snr_db"].iloc[0]
+    ours = confusion[
+        (confusion["experiment"] == "fcnn_open")
+        & (confusion["test_snr_db"] == snr)
+        & (confusion["threshold"] == "thesis")
+    ]
+    pairs = {}
+    for adaptation, (model, score) in PUBLISHED.items():
+        cells = ours[(ours["model"] == model) & (ours["score"] == score)]
+        if len(cells):
+            pairs[adaptation] = (
+                cells.pivot(index="target", columns="predicted", values="count").reindex(
+                    [name for name in targets if name in set(cells["target"])]
+                ),
+                published[published["model"] == adaptation].set_index("true")[["drone", "missile", "other"]],
+            )
+    if not pairs:
+        return ()
+    with style():
+        figure = canvas(0.6 + 3 * len(pairs), 7)
+        grid = figure.subplots(2, len(pairs), squeeze=False)
+        for column, (adaptation, matrices) in enumerate(pairs.items()):
+            for row, (matrix, whose) in enumerate(zip(matrices, ("here", "reference thesis"), strict=True)):
+                axes = grid[row, column]
+                draw_confusion(axes, matrix)
+                axes.set_title(f"{title(adaptation)}, {whose}")
+                axes.set(xlabel="predicted class", ylabel="target" if column == 0 else "")
+        svg = to_svg(figure)
+    return (
+        Figure(
+            name="open_confusion",
+            svg=svg,
+            data=ours,
+            alt=f"Confusion matrices of the open set at {snr:g} dB, here and in the reference thesis.",
+            caption=(
+                f"The three adaptations of the network at {snr:g} dB, with thresholds of the thesis protocol: share of "
+                "each target's images and their number. The reference thesis's targets are other models of the same "
+                "kinds, so agreement is expected in kind only."
+            ),
+            wide=True,
+        ),
+    )
+
+
+def open_table(name, scores, published):
+    """Every model and known score of an experiment at the highest SNR: F1 under both protocols, and separation."""
+    part = scores[scores["experiment"] == name]
+    top = part[part["test_snr_db"] == part["test_snr_db"].max()]
+    shown = []
+    order = _order(top["score"].unique())
+    groups = top.groupby(["model", "train_snr_db", "score"])
+    for (model, train, score), rows in sorted(
+        groups, key=lambda group: (model_order(group[0][0]), group[0][1], order.index(group[0][2]))
+    ):
+        rows = rows.set_index(["threshold", "metric"])
+        line = {"model": model_style(model)[2], "trained at": train, "known score": score_name(score)}
+        for protocol in PROTOCOLS:
+            line[f"weighted F1, {protocol}"] = interval_text(rows.loc[protocol, "f1_weighted"])
+        for metric, text in SEPARATION.items():
+            line[text] = f"{rows.loc['', metric]['value']:.3f}"
+        printed = [
+            line.value
+            for line in published[
+                (published["experiment"] == name) & (published["snr_db"] == top["test_snr_db"].max())
+            ].itertuples()
+            if PUBLISHED.get(line.model) == (model, score)
+        ]
+        line["reference thesis, F1"] = printed[0] if printed else "–"
+        shown.append(line)
+    shown = pd.DataFrame(shown)
+    if shown["trained at"].nunique() == 1:
+        shown = shown.drop(columns="trained at")
+    if (shown["reference thesis, F1"] == "–").all():
+        shown = shown.drop(columns="reference thesis, F1")
+    return Table(
+        name=f"open_{name}",
+        shown=shown,
+        data=part,
+        caption=(
+            f"{heading(name)} at {top['test_snr_db'].max():g} dB: weighted F1 with its 95 % interval under "
+            "both protocols. AUROC: the probability that an image of a known target scores higher than one of an "
+            "unknown target; FPR: the share of unknown images kept by the threshold that keeps 95 % of the known "
+            "ones; OSCR: the area under correct classification against false positives. The CSV file holds all SNRs."
+        ),
+    )
+
+
+def _order(scores):
+    """Known scores without repeats in the order of the page, those of a user's own model last."""
+    return sorted(set(scores), key=lambda score: (list(NAMES).index(score) if score in NAMES else len(NAMES), score))
+
+
+def score_name(score):
+    return NAMES.get(score, score.replace("_", " "))
+
+
+def _style(score):
+    return STYLES.get(score, (PALETTE[sum(score.encode()) % len(PALETTE)], "h"))

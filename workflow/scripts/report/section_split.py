@@ -1,0 +1,123 @@
+"""How far the random split flatters: the same models on azimuths far from those that they were trained at."""
+
+import pandas as pd
+
+from report.draw_learning import interval_text, signed
+from report.layout import Section, Table, model_order, model_style
+from report.section_open import score_name
+from report.selection import TABLE_SNRS, evenly
+
+SPLITS = ("random", "sector")
+KEYS = ["training", "model", "train_snr_db", "elevation", "metric", "score", "threshold", "test_snr_db"]
+
+
+def section(results):
+    """The comparison; nothing where no model is tested under both splits with the same training images."""
+    pairs = paired(results.scores, results.settings["learning"]["experiments"])
+    if not len(pairs):
+        return ()
+    accuracy = pairs[(pairs["metric"] == "accuracy") & (pairs["score"] == "") & (pairs["elevation"] == "all")]
+    opened = pairs[
+        (pairs["metric"] == "f1_weighted") & (pairs["threshold"] == "thesis") & (pairs["elevation"] == "all")
+    ]
+    tables = (accuracy_table(accuracy), *([open_table(opened)] if len(opened) else []))
+    return (
+        Section(
+            id="splits",
+            title="How far the random split flatters",
+            text=(
+                "Neighbouring azimuths share most of their aperture. Split at random, test images have near-copies "
+                "among the training images; split by sector, no test image shares a sample with one of them"
+                f"{_images(results, accuracy)}. {plainly(accuracy)}",
+            ),
+            tables=tables,
+        ),
+    )
+
+
+def paired(scores, experiments):
+    """Rows of the same model, training images and metric under both splits, side by side.
+
+    experiments: the config's, which say what each trains on.
+    """
+    training = {}
+    for name, what in experiments.items():
+        elevation = what["train"]["elevation"]
+        training[name] = repr((elevation if elevation == "all" else sorted(elevation), what.get("upsample")))
+    scores = scores.assign(training=scores["experiment"].map(training))
+    sides = []
+    for split in SPLITS:
+        # An experiment tested on the open set has the closed set's rows too: any of several is as good.
+        rows = scores[scores["split"] == split].drop_duplicates(KEYS)
+        sides.append(rows.set_index(KEYS)[["experiment", "value", "low", "high"]])
+    both = sides[0].join(sides[1], how="inner", lsuffix="_random", rsuffix="_sector")
+    return both.reset_index()
+
+
+def _images(results, accuracy):
+    """How many images train on either side, where that differs: the guards between the sectors cost some."""
+    counts = []
+    for split in SPLITS:
+        names = set(accuracy[f"experiment_{split}"])
+        own = [one for one in results.times if one["experiment"] in names and one["model"] in set(accuracy["model"])]
+        counts.append(min((one["training_observations"] for one in own), default=0))
+    if counts[0] == counts[1]:
+        return ""
+    return f" (and {counts[1]:,} images train instead of {counts[0]:,}, as the guards between the sectors cost some)"
+
+
+def plainly(accuracy):
+    """By how much the accuracy of each model differs at the highest SNR, and where most of all, in sentences."""
+    accuracy = accuracy.assign(gain=accuracy["value_random"] - accuracy["value_sector"])
+    top = accuracy[accuracy["test_snr_db"] == accuracy["test_snr_db"].max()]
+    parts = [
+        f"{model_style(row.model)[2]} {signed(row.gain)}"
+        for row in sorted(top.itertuples(), key=lambda row: model_order(row.model))
+    ]
+    most = accuracy.loc[accuracy["gain"].idxmax()]
+    return (
+        f"Accuracy at {top['test_snr_db'].max():g} dB under the random split less that under sector: "
+        f"{'; '.join(parts)}. The random split flatters most {model_style(most['model'])[2]} at "
+        f"{most['test_snr_db']:g} dB, by {most['gain']:.3f}."
+    )
+
+
+def accuracy_table(rows):
+    """Accuracy under both splits at some SNRs: three rows for each model."""
+    snrs = evenly(rows["test_snr_db"].unique().tolist(), TABLE_SNRS)
+    shown = []
+    for model in sorted(rows["model"].unique(), key=model_order):
+        own = rows[rows["model"] == model].set_index("test_snr_db")
+        values = {split: own[f"value_{split}"] for split in SPLITS}
+        values["random − sector"] = values["random"] - values["sector"]
+        for split, series in values.items():
+            form = "{:.3f}".format if split in SPLITS else signed
+            line = {"model": model_style(model)[2], "split": split}
+            shown.append(line | {f"{snr:g} dB": form(series[snr]) for snr in snrs})
+    return Table(
+        name="split_accuracy",
+        shown=pd.DataFrame(shown),
+        data=rows,
+        caption="Accuracy on the known targets at some test SNRs. The CSV file holds all SNRs, and the 95 % intervals.",
+    )
+
+
+def open_table(rows):
+    """Open-set weighted F1 under both splits at the highest SNR, with each model's best known score."""
+    top = rows[rows["test_snr_db"] == rows["test_snr_db"].max()]
+    top = top.loc[top.groupby("model")["value_sector"].idxmax()]
+    shown = []
+    for _, row in sorted(top.iterrows(), key=lambda item: model_order(item[1]["model"])):
+        line = {"model": model_style(row["model"])[2], "known score": score_name(row["score"])}
+        for split in SPLITS:
+            line[split] = interval_text({key: row[f"{key}_{split}"] for key in ("value", "low", "high")})
+        shown.append(line | {"random − sector": signed(row["value_random"] - row["value_sector"])})
+    return Table(
+        name="split_open",
+        shown=pd.DataFrame(shown),
+        data=rows,
+        caption=(
+            f"Open-set weighted F1 at {top['test_snr_db'].max():g} dB with its 95 % interval, thresholds of the thesis "
+            "protocol, for each model with the known score that does best under sector."
+        ),
+    )
