@@ -19,7 +19,7 @@ from common.config import load, section
 from common.errors import InputError
 from common.overview import overview
 from common.radar import images_are_made
-from imaging.geometry import PURE_NOISE, geometry, megabytes
+from imaging.geometry import PURE_NOISE, megabytes, planned
 from learning import experiments
 from report.selection import noise_snrs, noise_target
 from scattering import origin
@@ -81,12 +81,11 @@ def solve_megabytes(wildcards, input):
 def image_megabytes(copies):
     """The memory of a job that makes so many copies of a target's images, as a function of wildcards."""
 
-    def planned(wildcards):
-        radar, aspect, imaging = config["radar"], config["aspect"], config["imaging"]
-        figures = geometry(sweep.frequencies(radar), sweep.elevations(aspect), sweep.azimuths(aspect), imaging)
-        return int(megabytes(figures, radar["frequencies"] * imaging["aperture"], copies))
+    def of_job(wildcards):
+        samples = config["radar"]["frequencies"] * config["imaging"]["aperture"]
+        return int(megabytes(planned(config), samples, copies))
 
-    return planned
+    return of_job
 
 
 def images_shown():
@@ -131,11 +130,9 @@ def roles(targets):
 
 def megabytes_of(run, model):
     """The memory that a model needs: its images, and their features in double precision as libraries copy them."""
-    run = RUNS[run]
-    imaging, copies = config["imaging"], config["noise"]["realizations"]
-    sides = [max(run["upsample"], imaging["upsample"], key=lambda n: n if n != "none" else 0)] * 2
-    if sides[0] == "none":
-        sides = [config["radar"]["frequencies"], imaging["aperture"]]
-    directions = len(sweep.elevations(config["aspect"])) * len(sweep.azimuths(config["aspect"]))
-    images = directions * len(trained_targets(model)) * sum(1 if s == "clean" else copies for s in run["snrs"])
-    return int(1000 + images * sides[0] * sides[1] * (8 + 3 * 16) / 1e6)
+    run, figures, copies = RUNS[run], planned(config), config["noise"]["realizations"]
+    pixels = figures["range_pixels"] * figures["crossrange_pixels"]
+    if run["upsample"] != "none":
+        pixels = run["upsample"] ** 2
+    sets = len(trained_targets(model)) * sum(1 if snr == experiments.CLEAN else copies for snr in run["snrs"])
+    return int(1000 + figures["images"] * sets * pixels * (8 + 3 * 16) / 1e6)

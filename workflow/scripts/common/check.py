@@ -11,8 +11,8 @@ import yaml
 from common import radar as sweep
 from common.errors import InputError
 from common.radar import images_are_made
-from imaging.formation import pixel_axes, window
-from imaging.geometry import centres
+from imaging.formation import window
+from imaging.geometry import centres, planned
 from learning.classifier import NOT_HYPER, OTHER, build, choices
 from learning.experiments import CLEAN, TOLERANCE, runs
 from learning.split import split
@@ -129,16 +129,9 @@ def _check_sweep(config):
             f"{len(azimuths)} azimuths ('aspect.azimuth')."
         )
     if images_are_made(config):
-        _pixels(config)
+        planned(config)
         for count in (radar["frequencies"], imaging["aperture"]):
             window(imaging["window"], count)
-
-
-def _pixels(config):
-    """The pixel axes of the config's images. InputError if they cannot be made."""
-    azimuths, aperture = sweep.azimuths(config["aspect"]), config["imaging"]["aperture"]
-    angle = np.radians(azimuths[1] - azimuths[0]) * (np.arange(aperture) - aperture // 2)
-    return pixel_axes(sweep.frequencies(config["radar"]), angle, config["imaging"])
 
 
 def _check_steps(key, angles, limit):
@@ -276,10 +269,6 @@ def _check_experiments(config):
                     f"{key}.models': there is no '{model}' in 'learning.models'{_near(model, learning['models'])} "
                     f"There are: {', '.join(learning['models'])}."
                 )
-            settings = learning["models"][model]
-            random = isinstance(train["snr_db"], dict) and "random" in train["snr_db"]
-            if random and not build(settings.get("kind", model), {}, 0).in_batches:
-                raise InputError(f"{key}.train.snr_db': {model} is not trained in batches that each could have an SNR.")
         if train["elevation"] != "all":
             for angle in train["elevation"]:
                 if np.abs(elevations - angle).min() >= TOLERANCE:
@@ -287,13 +276,19 @@ def _check_experiments(config):
                         f"{key}.train.elevation': {angle} degrees is not one of the sweep's elevations "
                         f"({', '.join(f'{e:g}' for e in elevations)})."
                     )
-    images = centres(sweep.azimuths(config["aspect"]), config["imaging"]["aperture"]) if found else []
+    if not found:
+        return
+    images = centres(sweep.azimuths(config["aspect"]), config["imaging"]["aperture"])
+    figures = planned(config)
+    sides = figures["range_pixels"], figures["crossrange_pixels"]
     for run in found.values():
         key = f"config key 'learning.experiments.{run['experiment']}"
         for snr in run["snrs"]:
             if snr != CLEAN and snr not in config["noise"]["snr_db"]:
                 raise InputError(f"{key}.train.snr_db': {snr} is not in noise.snr_db.")
-        sides = [len(axis) for axis in _pixels(config)]
+        for model in run["models"] if run["random_snr"] else ():
+            if not build(learning["models"][model].get("kind", model), {}, 0).in_batches:
+                raise InputError(f"{key}.train.snr_db': {model} is not trained in batches that each could have an SNR.")
         if run["upsample"] != "none" and run["upsample"] < max(sides):
             raise InputError(
                 f"{key}.upsample': {run['upsample']} pixels a side are fewer than the images' {sides[0]} x {sides[1]}."

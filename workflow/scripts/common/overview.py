@@ -5,9 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from common import radar as sweep
 from common.errors import InputError
-from imaging.geometry import describe, geometry, warnings
+from imaging.geometry import describe, planned, warnings
 from mesh import cad_kernel
 from mesh.read import in_metres, read_cad
 
@@ -18,12 +17,7 @@ def overview(config, results):
     results: the folder of the run's results.
     """
     imaging, targets = config["imaging"], config["targets"]
-    figures = geometry(
-        sweep.frequencies(config["radar"]),
-        sweep.elevations(config["aspect"]),
-        sweep.azimuths(config["aspect"]),
-        imaging,
-    )
+    figures = planned(config)
     copies = config["noise"]["realizations"]
     stores = 1 + copies * len(config["noise"]["snr_db"])
     found = [

@@ -19,6 +19,7 @@ seen from above with the radar below it, and crossrange is to the right as seen 
 
 import numpy as np
 
+from common import radar as sweep
 from common.errors import InputError
 from common.radar import C0, closes_circle
 from imaging.formation import pixel_axes
@@ -98,6 +99,12 @@ def geometry(frequency, elevation, azimuth, imaging):
         "images": images,
         "bytes": images * shape[0] * shape[1] * BYTES,
     }
+
+
+def planned(config):
+    """`geometry` of the sweep that a config describes."""
+    radar, aspect = config["radar"], config["aspect"]
+    return geometry(sweep.frequencies(radar), sweep.elevations(aspect), sweep.azimuths(aspect), config["imaging"])
 
 
 def megabytes(figures, samples, copies):

@@ -3,6 +3,8 @@
 Confusion counts have shape (..., truth, predicted); all functions work on any number of leading dimensions.
 """
 
+import functools
+
 import numpy as np
 
 RESAMPLES = 1000
@@ -46,6 +48,7 @@ def figures(counts, labels, judged):
     return result
 
 
+@functools.cache
 def weights(azimuths, seed):
     """How often each of so many azimuths is drawn in each bootstrap resample: (resamples, azimuths).
 

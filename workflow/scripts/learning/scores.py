@@ -86,15 +86,15 @@ def _opened(table, seed):
 
 def _judged(test, predicted, seed):
     """Figures, each (value, low, high, n), and counts by (target, predicted) of predictions for rows of a table."""
-    labels = sorted({*test["truth"], *predicted} - {OTHER})
-    labels = np.array([*labels, OTHER] if OTHER in {*test["truth"], *predicted} else labels)
-    by_target = pd.crosstab(test["target"].to_numpy(), predicted).reindex(columns=labels, fill_value=0)
+    labels = np.array(sorted({*test["truth"], *predicted}, key=lambda label: (label == OTHER, label)))
     codes = [pd.Categorical(values, categories=labels).codes.astype(int) for values in (test["truth"], predicted)]
     azimuths, groups = np.unique(test["azimuth"], return_inverse=True)
     counts = confusion(groups, *codes, (len(azimuths), len(labels)))
     total = counts.sum(axis=0)
+    targets, owners = np.unique(test["target"], return_inverse=True)
+    by_target = confusion(owners, *codes, (len(targets), len(labels))).sum(axis=1)
     # In the closed set OTHER may be predicted, and is then wrong, but never true.
     judged = labels if OTHER in set(test["truth"]) else labels[labels != OTHER]
     bounds = intervals(counts, labels, judged, seed)
     metrics = {name: (value, *bounds[name], total.sum()) for name, value in figures(total, labels, judged).items()}
-    return metrics, by_target.stack().to_dict()
+    return metrics, {(targets[i], labels[j]): count for (i, j), count in np.ndenumerate(by_target)}

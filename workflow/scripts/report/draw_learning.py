@@ -91,20 +91,24 @@ def training_noise(snr_db):
     """The training SNRs of an experiment's config, in words."""
     if isinstance(snr_db, dict):
         kind, values = next(iter(snr_db.items()))
-        several = f"{', '.join('no noise' if snr == 'clean' else f'{snr:g} dB' for snr in values)}"
+        several = ", ".join(map(_snr, values))
         if kind == "each":
             return f"at each of several SNRs, a model for each ({several})"
         return f"at an SNR drawn for each batch ({several})"
     if isinstance(snr_db, list):
-        return f"at several SNRs at once ({', '.join('no noise' if s == 'clean' else f'{s:g} dB' for s in snr_db)})"
+        return f"at several SNRs at once ({', '.join(map(_snr, snr_db))})"
     return "without noise" if snr_db == "clean" else f"at an SNR of {snr_db:g} dB"
 
 
 def noise_text(train_snr_db):
     """The noise in the training images, as it stands in scores.csv ('clean+6'), for tables and legends."""
     how, _, values = train_snr_db.rpartition(" ")
-    parts = ["no noise" if snr == "clean" else f"{snr} dB" for snr in values.split("+")]
-    return " ".join([*([how] if how else []), ", ".join(parts)])
+    return " ".join([*([how] if how else []), ", ".join(map(_snr, values.split("+")))])
+
+
+def _snr(snr):
+    """One training SNR, a number or as text, in words."""
+    return "no noise" if snr == "clean" else f"{float(snr):g} dB"
 
 
 def holds(ours, relation, value):

@@ -154,12 +154,13 @@ def curves_figure(curves):
     """Training curves: loss and accuracy over the epochs, a line per run; nothing where no model has epochs."""
     if not curves:
         return ()
+    runs = list(dict.fromkeys(run for run, _ in curves))
     with style():
         figure = canvas(9, 3.2)
         panels = figure.subplots(1, 2, sharex=True)
         for (run, model), curve in curves.items():
             color, marker, label = model_style(model)
-            kind = DASH_LIST[list(dict.fromkeys(name for name, _ in curves)).index(run) % len(DASH_LIST)]
+            kind = DASH_LIST[runs.index(run) % len(DASH_LIST)]
             for axes, column in zip(panels, ("loss", "accuracy"), strict=True):
                 axes.plot(curve["epoch"], curve[column], kind, color=color, label=f"{label}, {title(run)}")
                 axes.plot(curve["epoch"], curve[f"validation_{column}"], kind, color=color, marker=marker, lw=0.7)
@@ -206,7 +207,7 @@ def experiment_figure(name, train, scores, published):
                 axes.plot(row.snr_db, float(row.value), marker, ms=8, mfc="white", mec=color, mew=1.5, zorder=3)
             axes.set(title=f"tested at {ELEVATIONS[elevation]}", ylabel="accuracy")
         for axes, metric in zip(panels[-2:], ("recall", "precision"), strict=True):
-            for target, dash in zip(classes, list(DASHES.values()) * len(classes), strict=False):
+            for target, dash in zip(classes, DASH_LIST * len(classes), strict=False):
                 draw_curves(axes, whole[whole["metric"] == f"{metric}_{target}"], dash, band=False)
             axes.set(title=_dashes(classes), ylabel=f"{metric} of each class")
         for axes in panels:

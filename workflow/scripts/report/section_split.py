@@ -2,6 +2,7 @@
 
 import pandas as pd
 
+from learning.experiments import runs
 from report.draw_learning import interval_text, signed
 from report.layout import Section, Table, model_order, model_style
 from report.section_open import score_name
@@ -13,7 +14,7 @@ KEYS = ["training", "model", "train_snr_db", "elevation", "metric", "score", "th
 
 def section(results):
     """The comparison; nothing where no model is tested under both splits with the same training images."""
-    pairs = paired(results.scores, results.settings["learning"]["experiments"])
+    pairs = paired(results.scores, results.settings)
     if not len(pairs):
         return ()
     accuracy = pairs[(pairs["metric"] == "accuracy") & (pairs["score"] == "") & (pairs["elevation"] == "all")]
@@ -35,15 +36,9 @@ def section(results):
     )
 
 
-def paired(scores, experiments):
-    """Rows of the same model, training images and metric under both splits, side by side.
-
-    experiments: the config's, which say what each trains on.
-    """
-    training = {}
-    for name, what in experiments.items():
-        elevation = what["train"]["elevation"]
-        training[name] = repr((elevation if elevation == "all" else sorted(elevation), what.get("upsample")))
+def paired(scores, settings):
+    """Rows of the same model, training images and metric under both splits, side by side. settings: the config's."""
+    training = {run["experiment"]: repr((run["elevation"], run["upsample"])) for run in runs(settings).values()}
     scores = scores.assign(training=scores["experiment"].map(training))
     sides = []
     for split in SPLITS:
