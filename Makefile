@@ -2,6 +2,7 @@
 # make test:   the whole test suite;   make lint: what CI checks besides
 # make bench-scattering: what a solve costs against what the machine can do (run nothing beside it)
 # make bench-learning: prediction times at the reference experiment's size
+# make bench-capsules: what the capsule network's training and prediction take, with and without XLA's convolution
 # make bench-thesis: one solve at full size (an hour, 24 GB), and the whole reference experiment projected from it
 # make bench-imaging: 1,172,490 images from made-up fields, beside the disk's speed
 # make bench-bempp: the same sphere by bempp-cl, in an environment of its own, and here
@@ -11,7 +12,7 @@ CORES ?= 2
 BIN := .venv/bin
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
-.PHONY: report test lint environment bench-learning bench-scattering bench-bempp bench-thesis bench-imaging
+.PHONY: report test lint environment bench-learning bench-capsules bench-scattering bench-bempp bench-thesis bench-imaging
 
 report: environment
 	snakemake --cores $(CORES) report
@@ -33,6 +34,9 @@ bench-imaging: environment
 
 bench-learning: environment
 	PYTHONPATH=workflow/scripts python benchmarks/bench_learning.py --threads $(CORES)
+
+bench-capsules: environment
+	PYTHONPATH=workflow/scripts python benchmarks/bench_capsules.py --threads $(CORES)
 
 bench-thesis: environment
 	PYTHONPATH=workflow/scripts python benchmarks/bench_thesis.py --threads $(CORES)

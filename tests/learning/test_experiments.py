@@ -3,8 +3,8 @@ import pytest
 
 from common.errors import InputError
 from learning.classifier import choices
+from learning.descent import ANY_SNR, Batches
 from learning.experiments import label, runs, snr_text
-from learning.training import ANY_SNR, Batches
 
 
 def learning(**experiments):

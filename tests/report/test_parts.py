@@ -2,13 +2,14 @@
 
 import matplotlib.colors
 import numpy as np
+import pandas as pd
 import pytest
 
 from common.radar import C0
-from report import draw_images, draw_mesh, layout
-from report.draw_learning import holds
+from report import draw_images, draw_mesh, layout, section_tried
+from report.draw_learning import holds, noise_text
 from report.section_scattering import range_profiles, rcs_dbsm
-from report.selection import evenly, noise_snrs, noise_target, target_order
+from report.selection import decoded_snrs, evenly, noise_snrs, noise_target, target_order
 
 
 @pytest.mark.parametrize("distance", [-0.4, 0.0, 0.55])
@@ -96,3 +97,42 @@ def test_outline_of_a_box_is_its_shadow_and_a_sheet_on_edge_has_one():
     for turn in (0.0, 30.0, 45.0):  # a vertical sheet in the plane of x and z, seen along its edge from above
         upright = corners[:, [0, 2, 1]]
         assert draw_images.outline(upright, plate, 0.0, turn)[2].max() > draw_images.OUTLINE
+
+
+def test_many_training_snrs_are_named_by_their_ends():
+    assert noise_text("clean") == "no noise" and noise_text("clean+6") == "no noise, 6 dB"
+    assert noise_text("random clean+-12+-9+-6+-3+0+3+6") == "random no noise, -12 to 6 dB"
+    assert noise_text("-18+-6+0+6+12+18+24") == "-18 to 24 dB"
+
+
+def test_decoded_snrs_are_those_nearest_3_and_24_db():
+    assert decoded_snrs([-3, 0, 4, 21, 30]) == [4, 21]
+    assert decoded_snrs([10]) == [10]
+
+
+def test_a_gain_counts_where_its_interval_is_above_0_and_the_thesis_is_not_there_yet():
+    curve = pd.DataFrame(
+        {
+            "test_snr_db": [-15, -12, 0, 3, 12, 15],
+            "f1": [0.8, 0.8, 0.9, 0.95, 1.0, 1.0],
+            "gain": [0.3, 0.1, 0.05, -0.01, 0.01, 0.3],
+            "low": [0.2, 0.05, -0.01, -0.02, 0.005, 0.2],
+        }
+    )
+    judged = section_tried.judged(curve)
+    # At 12 dB the thesis's method has 0.99; -15 and 15 dB are outside the range.
+    assert judged["test_snr_db"].tolist() == [-12, 0, 3]
+    assert judged["above"].tolist() == [True, False, False]
+
+
+def test_methods_rank_by_their_mean_over_the_middle_within_each_split():
+    columns = [*section_tried.METHOD, "threshold", "metric", "test_snr_db", "value"]
+    rows = []
+    for split, score, low, high in (("sector", "a", 0.5, 0.9), ("sector", "b", 0.6, 0.6), ("random", "a", 0.2, 1.0)):
+        for snr, value in ((0, low), (12, low), (24, high)):
+            rows.append([split, "one", "m", "clean", score, "thesis", "f1_weighted", snr, value])
+    ranks = section_tried.ranked(pd.DataFrame(rows, columns=columns))
+    assert ranks[["split", "score"]].to_numpy().tolist() == [["random", "a"], ["sector", "b"], ["sector", "a"]]
+    np.testing.assert_allclose(ranks["mean"], [0.2, 0.6, 0.5])
+    assert ranks["gain"].isna().all()
+    assert section_tried.middle([24, 18]) == [18, 24]  # where none lies between -12 and 12 dB

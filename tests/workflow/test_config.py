@@ -133,11 +133,49 @@ BAD = {
     "an SNR a batch for a model without": (
         one_experiment(snr_db={"random": [0]}),
         "learning.experiments.e.train.snr_db",
-        "lr is not trained in batches",
+        "lr does not keep the SNRs",
     ),
     "training elevation not swept": (one_experiment(elevation=[7]), "learning.experiments.e.train.elevation", "7"),
     "open": (one_experiment(open="yes"), "learning.experiments.e.open", "unknown targets"),
     "split of an experiment": (one_experiment(split="half"), "learning.experiments.e.split", "sector (contiguous"),
+    "images too small for a capsule network": (
+        one_experiment(models=["capsule"]),
+        "learning.experiments.e.upsample",
+        "capsule needs 17 pixels a side or more, these images have 11; 32 is usual",
+    ),
+    "nothing to denoise towards": (
+        one_experiment(models=["capsule_denoise"], snr_db={"random": [0, 6]}, upsample=32),
+        "learning.experiments.e.train.snr_db",
+        "{random: [clean, ...]}",
+    ),
+    "a denoising network without noise": (
+        one_experiment(models=["capsule_denoise"], upsample=32),
+        "learning.experiments.e.train.snr_db",
+        "{random: [clean, ...]}",
+    ),
+    "to denoise, or not": (
+        {
+            "learning": {
+                "models": {"capsule": {"denoise": [False, True]}},
+                **one_experiment(models=["capsule"], upsample=32)["learning"],
+            }
+        },
+        "learning.experiments.e.train.snr_db",
+        "{random: [clean, ...]}",
+    ),
+    "routings": ({"learning": {"models": {"capsule": {"routings": 0}}}}, "learning.models.capsule.routings", "routing"),
+    "a misspelt size": (
+        {"learning": {"models": {"capsule": {"widht": 3}}}},
+        "learning.models.capsule.widht",
+        "'width'",
+    ),
+    "complex as a number": (
+        {"learning": {"models": {"capsule": {"complex": 1}}}},
+        "learning.models.capsule.complex",
+        "1 is not true or false",
+    ),
+    "decay": ({"learning": {"models": {"capsule": {"decay": 1.1}}}}, "learning.models.capsule.decay", "learning rate"),
+    "loading": ({"learning": {"models": {"adaptive_filter": {"loading": -1}}}}, "loading", "mean eigenvalue"),
     "upsample": (one_experiment(upsample=2), "learning.experiments.e.upsample", "pixels a side"),
     "upsample below the image": (one_experiment(upsample=13), "learning.experiments.e.upsample", "14"),
     "no room for sectors": (
@@ -287,6 +325,24 @@ def test_a_sweep_without_room_for_sectors_leaves_the_default_ones_out():
     assert "10 as a guard" in config["learning"]["left_out"]["sector"]
     assert any("'sector' is left out" in line for line in overview(config, "results/none"))
     assert "left_out" not in load()["learning"]
+
+
+def test_other_snrs_leave_the_default_experiments_those_of_them_that_they_had():
+    config = load({"noise": {"snr_db": [0, 6, 7.5]}})
+    trained = {name: what["train"]["snr_db"] for name, what in config["learning"]["experiments"].items()}
+    assert trained["noisy_capsule"] == trained["adaptive"] == {"random": ["clean", 0, 6]}
+    assert "left_out" not in config["learning"]
+    # One SNR is no range.
+    assert {"adaptive", "noisy_capsule"} <= set(load({"noise": {"snr_db": [0, 7.5]}})["learning"]["left_out"])
+    # In a config of one's own an SNR that is not there is a mistake.
+    with pytest.raises(InputError, match=r"-3 is not in noise\.snr_db"):
+        load({"noise": {"snr_db": [0, 6]}, **one_experiment(snr_db={"random": ["clean", -3]}, models=["fcnn"])})
+
+
+def test_more_pixels_than_the_default_experiments_ask_for_leave_those_out():
+    config = load({"imaging": {"upsample": 40}})
+    assert "32 pixels a side are fewer" in config["learning"]["left_out"]["capsule_open"]
+    assert {"adaptive", "fcnn_open"} <= set(config["learning"]["experiments"])
 
 
 def test_targets_without_unknown_ones_close_the_default_experiments():

@@ -1,7 +1,10 @@
 """Experiments of every kind through Snakemake, on fields of point scatterers, and what reruns after an edit."""
 
 import json
+import os
 import re
+import signal
+import time
 
 import numpy as np
 import pandas as pd
@@ -28,6 +31,8 @@ learning:
   models:
     lr_tuned: {penalty: [0.01, 1]}
     fcnn: {width: 32, batch: 8, epochs: 10}
+    capsule: {width: 8, capsules: 2, decoder: 16, batch: 8}
+    capsule_denoise: {epochs: 15}
   experiments:
     closed:
       train: {elevation: [0], snr_db: clean}
@@ -47,6 +52,11 @@ learning:
     mixed:
       train: {elevation: all, snr_db: {random: [clean, 20]}}
       models: [fcnn]
+    encoded:
+      train: {elevation: all, snr_db: {random: [clean, 20]}}
+      models: [capsule_denoise, adaptive_filter]
+      open: true
+      upsample: 18
 """
 RUNS = {
     "closed": ["lr_tuned", "knn"],
@@ -55,6 +65,7 @@ RUNS = {
     "noisy_snr_0dB": ["lr"],
     "noisy_snr_20dB": ["lr"],
     "mixed": ["fcnn"],
+    "encoded": ["capsule_denoise", "adaptive_filter"],
 }
 FITTED = [f"{run}/{model}" for run, models in RUNS.items() for model in models]
 # Point scatterers in metres: every target has its own.
@@ -128,8 +139,10 @@ def test_the_scores_name_experiment_split_and_training_snr(scores):
         ("noisy", "lr", "random", "0"),
         ("noisy", "lr", "random", "20"),
         ("mixed", "fcnn", "random", "random clean+20"),
+        ("encoded", "capsule_denoise", "random", "random clean+20"),
+        ("encoded", "adaptive_filter", "random", "random clean+20"),
     }
-    assert set(scores.loc[scores["score"] != "", "experiment"]) == {"opened"}
+    assert set(scores.loc[scores["score"] != "", "experiment"]) == {"opened", "encoded"}
     assert set(scores["threshold"]) == {"", "thesis", "blind"}
 
 
@@ -153,9 +166,20 @@ def test_pure_noise_is_an_image_store_of_its_own(results):
     assert correlation.mean() < 0.4
 
 
+def test_reconstructions_are_stored_beside_the_truth(results):
+    store = xr.open_zarr(results / "learning/reconstructions/encoded/capsule_denoise.zarr").load()
+    assert store.sizes == {"target": 3, "example": 5, "range": 18, "crossrange": 18, "snr": 2}
+    assert store.target.values.tolist() == ["dart", "disc", "kite"] and store.snr.values.tolist() == [0, 20]
+    assert store.predicted.dtype.kind == "U" and set(store.predicted.values.ravel()) <= {"dart", "disc"}
+    # What the network sees at 20 dB is nearly the truth, at 0 dB it is not.
+    error = ((store.seen - store.truth) ** 2).mean(["target", "example", "range", "crossrange"]).values
+    assert error[1] < 0.2 * error[0]
+    assert not (results / "learning/checkpoints").exists()
+
+
 def test_the_report_has_every_experiment(results):
     page = (results / "report/index.html").read_text()
-    for name in ("closed", "opened", "far", "noisy", "mixed"):
+    for name in ("closed", "opened", "far", "noisy", "mixed", "encoded"):
         assert f'id="figure-learning_{name}"' in page
     assert 'id="figure-open_opened"' in page and 'id="splits"' in page
 
@@ -164,6 +188,7 @@ def test_nothing_reruns_by_itself(project):
     assert project.planned("report", *LEARN) == {}
 
 
+UNLIKE = ("times.json", "seconds.csv")  # files that are others in every run
 AFTER_TEST = {"scores": 1, "report": 1}
 AFTER = {"timing": 1, "scores": 1, "report": 1}
 EDITS = {
@@ -191,17 +216,17 @@ EDITS = {
     "the default split's share": (
         "learning:\n",
         "learning:\n  split: {train: 0.6}\n",
-        {"train": 8, "predict": 8, **AFTER},
+        {"train": 10, "predict": 10, "reconstruct": 1, **AFTER},
     ),
     "the seed": (
         "name: learn\n",
         "name: learn\nseed: 4\n",
-        {"noise": 8, "pure_noise": 1, "train": 8, "predict": 8, **AFTER},
+        {"noise": 8, "pure_noise": 1, "train": 10, "predict": 10, "reconstruct": 1, **AFTER},
     ),
     "an unknown target": (
         "  cube:",
         "  bird: {field: fields/cube.zarr, role: unknown}\n  cube:",
-        {"field": 1, "image": 1, "noise": 2, "predict": 2, "scores": 1, "report": 1},
+        {"field": 1, "image": 1, "noise": 2, "predict": 4, "reconstruct": 1, "scores": 1, "report": 1},
     ),
 }
 
@@ -234,7 +259,7 @@ from learning.classifier import Classifier, Outcome
 
 
 class Model(Classifier):
-    def fit(self, images, labels, validation=None, snrs=None):
+    def fit(self, images, labels, validation=None, snrs=None, views=None):
         self.classes_ = np.unique(labels)
         self.means_ = np.stack([np.abs(images[labels == name]).mean(axis=0) for name in self.classes_])
         return self
@@ -255,11 +280,36 @@ class Model(Classifier):
     assert (scores.query("model == 'mine' and score == 'likeness' and metric == 'auroc'")["value"] > 0).all()
 
 
+def test_a_training_that_is_killed_outright_goes_on(project, results):
+    """A checkpoint after every epoch, kill -9 after one, and the same command ends at the same weights.
+
+    The code that is edited for it leaves all of learning stale.
+    """
+    model, descent = results / "learning/models/encoded/capsule_denoise", "workflow/scripts/learning/descent.py"
+    target = model.relative_to(project.folder)
+    text, unbroken = (project.folder / descent).read_text(), (model / "model.npz").read_bytes()
+    project.edit(descent, "BETWEEN = 20.0", "BETWEEN = 0.0")
+    run = project.start("--cores", 2, target, *LEARN, start_new_session=True)
+    while not list((results / "learning/checkpoints/encoded/capsule_denoise").glob("*[0-9a-f].npz")):
+        assert run.poll() is None, "the run ended before it could be killed"
+        time.sleep(0.05)
+    os.killpg(run.pid, signal.SIGKILL)
+    run.communicate()
+    assert not (model / "model.npz").exists()
+    finished = project.run("--cores", 2, target, *LEARN)
+    assert finished.returncode == 0, finished.stdout
+    log = (results / "logs/learning/train/encoded/capsule_denoise.log").read_text()
+    assert re.search(r"goes on after epoch \d+, from results/learn/learning/checkpoints", log)
+    assert (model / "model.npz").read_bytes() == unbroken
+    assert not (results / "learning/checkpoints").exists()
+    (project.folder / descent).write_text(text)
+
+
 # The last: it makes everything of learning anew.
 def test_one_core_gives_the_same_bytes_as_two(project, results):
     def content():
         folder = results / "learning"
-        kept = [path for path in sorted(folder.rglob("*")) if path.is_file() and path.name != "times.json"]
+        kept = [path for path in sorted(folder.rglob("*")) if path.is_file() and path.name not in UNLIKE]
         return {str(path.relative_to(folder)): path.read_bytes() for path in kept if "snakemake" not in path.name}
 
     before = content()

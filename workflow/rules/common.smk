@@ -15,13 +15,14 @@ os.environ.update(PYTHONPATH=SCRIPTS)
 
 from common import lock
 from common import radar as sweep
+from common.check import face, model_path
 from common.config import load, section
 from common.errors import InputError
 from common.overview import overview
 from common.radar import images_are_made
 from imaging.geometry import PURE_NOISE, megabytes, planned
 from learning import experiments
-from report.selection import noise_snrs, noise_target
+from report.selection import decoded_snrs, noise_snrs, noise_target
 from scattering import origin
 
 try:
@@ -44,7 +45,10 @@ MODELS = config["learning"]["models"]
 # Run and model, as their folders are called.
 FITTED = sorted(f"{run}/{model}" for run in RUNS for model in RUNS[run]["models"])
 KNOWN = sorted(name for name in TARGETS if config["targets"][name]["role"] == "known")
+UNKNOWN = sorted(name for name in TARGETS if config["targets"][name]["role"] == "unknown")
 SNRS = [sweep.snr_label(snr) for snr in config["noise"]["snr_db"]]
+# At which SNRs the page shows what models with a decoder make of images.
+DECODED_SNRS = [sweep.snr_label(snr) for snr in decoded_snrs(config["noise"]["snr_db"])]
 
 
 def code(*stages):
@@ -100,8 +104,8 @@ def images_shown():
 
 
 def model_code(model):
-    """The file of a model, models/<kind>.py: its kind is its own name, unless it says another."""
-    return os.path.relpath(os.path.join(SCRIPTS, "learning", "models", f"{MODELS[model].get('kind', model)}.py"))
+    """The file of a model, as an input."""
+    return os.path.relpath(model_path(MODELS, model))
 
 
 def trained_targets(model):
@@ -122,6 +126,15 @@ def training_stores(wildcards):
 def tested_targets(run):
     """The targets that a run is tested on, or chooses thresholds with."""
     return TARGETS if RUNS[run]["open"] else KNOWN
+
+
+def decoders():
+    """The models with a decoder, <run>/<model>, in runs that are tested on unknown targets."""
+    found = []
+    for run, model in (fitted.split("/") for fitted in FITTED):
+        if RUNS[run]["open"] and "reconstruct" in face(model_path(MODELS, model)).methods:
+            found.append(f"{run}/{model}")
+    return found
 
 
 def roles(targets):

@@ -1,7 +1,7 @@
 # learning: classifiers of images, one for each run and model, tested at every SNR.
 # takes: imaging/<target>/clean.zarr, imaging/<target>/snr_<n>dB.zarr
 # makes: learning/models/<run>/<model>/, learning/predictions/<run>/<model>/snr_<n>dB.csv,
-#        learning/times.json, learning/scores.csv, learning/confusion.csv
+#        learning/reconstructions/<run>/<model>.zarr, learning/times.json, learning/scores.csv, learning/confusion.csv
 # A run is an experiment; one that trains at each of several SNRs has a run for each, named <experiment>_snr_<n>dB.
 
 
@@ -54,6 +54,32 @@ rule predict:
         "predict {wildcards.run}/{wildcards.model} at every SNR"
     script:
         "../scripts/learning/job_predict.py"
+
+
+# For the page: some images, and what a model with a decoder makes of them.
+rule reconstruct:
+    input:
+        stores=lambda w: expand(
+            f"{RESULTS}/imaging/{{target}}/{{snr}}.zarr", target=[*KNOWN, *UNKNOWN], snr=["clean", *DECODED_SNRS]
+        ),
+        model=rules.train.output.model,
+        code=code("learning"),
+        model_code=rules.train.input.model_code,
+    output:
+        reconstructions=directory(f"{RESULTS}/learning/reconstructions/{{run}}/{{model}}.zarr"),
+    log:
+        f"{RESULTS}/logs/learning/reconstruct/{{run}}/{{model}}.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/learning/reconstruct/{{run}}/{{model}}.tsv"
+    conda:
+        "../../envs/learning.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+    message:
+        "reconstruct {wildcards.run}/{wildcards.model}: some images and what it makes of them"
+    script:
+        "../scripts/learning/job_reconstruct.py"
 
 
 rule timing:

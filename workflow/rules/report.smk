@@ -11,6 +11,10 @@ rule report:
         scores=[f"{RESULTS}/learning/{table}.csv" for table in ("scores", "confusion") if FITTED],
         times=f"{RESULTS}/learning/times.json" if FITTED else [],
         curves=[f"{RESULTS}/learning/models/{fitted}" for fitted in FITTED],
+        reconstructions=[f"{RESULTS}/learning/reconstructions/{fitted}.zarr" for fitted in decoders()],
+        predictions=expand(
+            f"{RESULTS}/learning/predictions/{{fitted}}/{{snr}}.csv", fitted=decoders(), snr=DECODED_SNRS
+        ),
         published=[f"resources/reference/thesis_{table}.csv" for table in ("results", "prediction_times", "confusion")],
         code=code("imaging", "mesh", "report"),
     output:

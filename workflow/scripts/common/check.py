@@ -3,6 +3,7 @@
 import ast
 import difflib
 from pathlib import Path
+from typing import NamedTuple
 
 import jsonschema
 import numpy as np
@@ -13,7 +14,7 @@ from common.errors import InputError
 from common.radar import images_are_made
 from imaging.formation import window
 from imaging.geometry import centres, planned
-from learning.classifier import NOT_HYPER, OTHER, build, choices
+from learning.classifier import NOT_HYPER, OTHER, choices
 from learning.experiments import CLEAN, TOLERANCE, runs
 from learning.split import split
 from mesh import cad_kernel
@@ -226,22 +227,41 @@ def _check_models(learning, schema):
 
 
 def _check_model_file(path, key):
-    """Raise InputError for a model's file that Python cannot read, or without a class Model that can fit and evaluate.
-
-    It is read, not run: that would take longer than all other checks.
-    """
+    """Raise InputError for a model's file that is not Python, or without a class Model that can fit and evaluate."""
     try:
-        tree = ast.parse(path.read_text())
+        found = face(path)
     except SyntaxError as error:
         raise InputError(f"{key}': {path.name}, line {error.lineno}: {error.msg}.") from None
-    classes = {node.name: node for node in tree.body if isinstance(node, ast.ClassDef)}
-    methods = (
-        {node.name for node in ast.walk(classes["Model"]) if isinstance(node, ast.FunctionDef)}
-        if ("Model" in classes)
-        else set()
-    )
-    if not {"fit", "evaluate"} <= methods:
+    if not {"fit", "evaluate"} <= found.methods:
         raise InputError(f"{key}': {path.name} has no class Model with methods fit and evaluate.")
+
+
+class Face(NamedTuple):
+    """What the file of a model says of it: names of its methods, and attributes of `learning.classifier.Classifier`."""
+
+    methods: set
+    by_snr: bool
+    smallest: int
+
+
+def face(path):
+    """The Face of the class Model in a file. It is read, not run: that would take longer than all other checks."""
+    tree = ast.parse(path.read_text())
+    body = next((node.body for node in tree.body if isinstance(node, ast.ClassDef) and node.name == "Model"), [])
+    stated = {
+        node.targets[0].id: node.value.value
+        for node in body
+        if isinstance(node, ast.Assign)
+        and isinstance(node.targets[0], ast.Name)
+        and isinstance(node.value, ast.Constant)
+    }
+    methods = {node.name for node in body if isinstance(node, ast.FunctionDef)}
+    return Face(methods, stated.get("by_snr", False), stated.get("smallest", 1))
+
+
+def model_path(models, name):
+    """The file of a model, models/<kind>.py: its kind is its own name, unless it says another. models: the config's."""
+    return MODELS / f"{models[name].get('kind', name)}.py"
 
 
 def _near(name, names):
@@ -286,11 +306,25 @@ def _check_experiments(config):
         for snr in run["snrs"]:
             if snr != CLEAN and snr not in config["noise"]["snr_db"]:
                 raise InputError(f"{key}.train.snr_db': {snr} is not in noise.snr_db.")
+        faces = {model: face(model_path(learning["models"], model)) for model in run["models"]}
         for model in run["models"] if run["random_snr"] else ():
-            if not build(learning["models"][model].get("kind", model), {}, 0).in_batches:
-                raise InputError(f"{key}.train.snr_db': {model} is not trained in batches that each could have an SNR.")
+            if not faces[model].by_snr:
+                raise InputError(f"{key}.train.snr_db': {model} does not keep the SNRs of its images apart.")
         if run["upsample"] != "none" and run["upsample"] < max(sides):
             raise InputError(
                 f"{key}.upsample': {run['upsample']} pixels a side are fewer than the images' {sides[0]} x {sides[1]}."
             )
+        pixels = min(sides) if run["upsample"] == "none" else run["upsample"]
+        for model in run["models"]:
+            if pixels < faces[model].smallest:
+                raise InputError(
+                    f"{key}.upsample': {model} needs {faces[model].smallest} pixels a side or more, these images "
+                    f"have {pixels}; 32 is usual."
+                )
+            denoises = True in np.atleast_1d(learning["models"][model].get("denoise", False))
+            if denoises and not (run["random_snr"] and CLEAN in run["snrs"]):
+                raise InputError(
+                    f"{key}.train.snr_db': {model} with 'denoise' learns what an image is without its noise; give it "
+                    "{random: [clean, ...]}."
+                )
         split(images, learning["split"], config["seed"], config["imaging"]["aperture"], run["split"])

@@ -7,6 +7,7 @@ import yaml
 
 from common.check import check
 from common.errors import InputError
+from learning.experiments import CLEAN
 
 ROOT = Path(__file__).resolve().parents[3]
 BASE = ROOT / "config" / "config.yaml"
@@ -82,7 +83,7 @@ def _merge(base, overlay, path=""):
 
 
 def _checked(config, overlay):
-    """Check the config; gives it back, with the default experiments by sector taken out if the sweep has no room.
+    """Check the config; gives it back, without those of the default experiments that its sweep or SNRs do not allow.
 
     Nobody asked for those; one that the user's config names is refused instead.
     """
@@ -93,13 +94,35 @@ def _checked(config, overlay):
     except InputError as error:
         if not isinstance(own, dict) or "experiments" in own:
             raise
-        experiments = config["learning"]["experiments"]
-        left_out = {name: str(error) for name, what in experiments.items() if what.get("split") == "sector"}
-        kept = {name: what for name, what in experiments.items() if name not in left_out}
-        reduced = {**config, "learning": {**config["learning"], "experiments": kept}}
+        left_out, experiments = {}, _spread(config["learning"]["experiments"], config["noise"]["snr_db"])
+        for name in experiments:
+            try:
+                check(_with_experiments(config, {name: experiments[name]}))
+            except InputError as reason:
+                left_out[name] = str(reason)
+        if len(left_out) == len(experiments):
+            raise error from None
+        reduced = _with_experiments(config, {name: experiments[name] for name in experiments if name not in left_out})
         check(reduced)
-        reduced["learning"]["left_out"] = left_out
+        if left_out:
+            reduced["learning"]["left_out"] = left_out
         return reduced
+
+
+def _with_experiments(config, experiments):
+    return {**config, "learning": {**config["learning"], "experiments": experiments}}
+
+
+def _spread(experiments, snr_db):
+    """The default experiments: those over a range of SNRs at those of it that noise.snr_db has, if two or more."""
+    spread = {name: {**what, "train": dict(what["train"])} for name, what in experiments.items()}
+    for experiment in spread.values():
+        wanted = experiment["train"]["snr_db"]
+        if isinstance(wanted, dict) and isinstance(snr_db, list):
+            kept = {kind: [snr for snr in snrs if snr == CLEAN or snr in snr_db] for kind, snrs in wanted.items()}
+            if all(len(set(snrs) - {CLEAN}) > 1 for snrs in kept.values()):
+                experiment["train"]["snr_db"] = kept
+    return spread
 
 
 def _inherit(config):

@@ -33,20 +33,25 @@ class Classifier:
     seed: an integer; all randomness of `fit` follows from it.
     classes_: names of the classes, sorted, shape (classes,); OTHER is among them where such a class was trained.
     curve_: None, or a mapping of column name to values: the training curve.
-    in_batches: whether `fit` goes through the images in batches, and so can draw each at one SNR.
+    by_snr: whether `fit` keeps images of several SNRs apart: it draws each batch at one, or learns from each by itself.
+    smallest: pixels a side that an image must have at least.
+    checkpoints: None, or a folder in which `fit` may keep its state, to go on from it after a kill.
     """
 
     curve_ = None
-    in_batches = False
+    by_snr = False
+    smallest = 1
+    checkpoints = None
 
     def __init__(self, settings, seed):
         self.settings, self.seed = settings, seed
 
-    def fit(self, images, labels, validation=None, snrs=None):
+    def fit(self, images, labels, validation=None, snrs=None, views=None):
         """Learn from complex images (observations, range, crossrange) and their class names; gives the model back.
 
-        validation: None, or images and labels of the validation azimuths, for the training curve and for stopping.
-        snrs: None, or the SNR's name of each image, shape (observations,): each batch is then drawn from one of them.
+        validation: None, or images, labels, snrs and views of the validation azimuths, for the training curve and for
+        stopping. snrs: None, or the SNR's name of each image, shape (observations,), to be kept apart.
+        views: None, or numbers (observations,), the same for all images of one target from one direction.
         """
         raise NotImplementedError
 

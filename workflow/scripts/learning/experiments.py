@@ -1,12 +1,17 @@
 """The experiments of a config, one by one: what each run trains on and is tested on."""
 
+import numpy as np
+
 from common.errors import InputError
-from common.radar import snr_label
+from common.radar import snr_label, snr_of_label
 
 CLEAN = "clean"
 TOLERANCE = 1e-4  # degrees: two angles nearer than this are the same one
 # What of a run decides what its models learn. The rest (its models, whether it is open) may change without a new fit.
 LEARNED = ("elevation", "experiment", "name", "random_snr", "snrs", "split", "upsample")
+
+# The reference thesis's method of the open set: model, training SNR, known score. Others are compared with it.
+REFERENCE = ("capsule", "clean", "zncc")
 
 
 def runs(config):
@@ -50,6 +55,15 @@ def runs(config):
 def label(snr):
     """The name of the store of images at an SNR in dB, or without noise ('clean')."""
     return CLEAN if snr == CLEAN else snr_label(snr)
+
+
+def cleanest(labels):
+    """Of the names of SNRs, as `label` gives them, that with the least noise; any other name counts as the most."""
+    return max(set(labels), key=lambda name: np.inf if name == CLEAN else _level(name))
+
+
+def _level(name):
+    return snr_of_label(name) if name.startswith("snr_") else -np.inf
 
 
 def snr_text(run):

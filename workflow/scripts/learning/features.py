@@ -9,6 +9,16 @@ def real_imaginary(images, dtype=np.float32):
     return np.concatenate([flat.real, flat.imag], axis=1).astype(dtype, copy=False)
 
 
+def magnitudes(images):
+    """Magnitudes of images (n, range, crossrange) as one channel: (n, range, crossrange, 1), float32."""
+    return np.abs(images)[..., None].astype(np.float32, copy=False)
+
+
+def real_imaginary_channels(images):
+    """Real and imaginary parts of images (n, range, crossrange) as two channels: (n, range, crossrange, 2), float32."""
+    return np.stack([images.real, images.imag], axis=-1).astype(np.float32, copy=False)
+
+
 def squared_distances(x, references, squared_norms):
     """Squared Euclidean distances between x (n, features) and references (m, features), shape (n, m).
 

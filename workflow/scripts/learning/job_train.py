@@ -1,7 +1,8 @@
 import os
+from pathlib import Path
 
-# One thread, as the rule says: then the sums in a training have the same bits on every machine. JAX reads it once.
-os.environ["XLA_FLAGS"] = f"{os.environ.get('XLA_FLAGS', '')} --xla_cpu_multi_thread_eigen=false"
+# One thread, as the rule says, and so the same bits on every machine. XLA takes the number of cores from here.
+os.environ["NPROC"] = "1"
 
 from common.job import job
 from learning.train import train
@@ -18,4 +19,6 @@ with job(snakemake):
         settings["imaging.aperture"],
         settings["seed"],
         snakemake.output.model,
+        # Not in the output's folder: Snakemake removes that before a job and after a failed one.
+        Path(snakemake.output.model).parents[2] / "checkpoints" / settings["run"]["name"] / model,
     )

@@ -80,3 +80,36 @@ def mahalanobis_scores(features, gaussians):
     nearest = squared_distances(white, means, np.einsum("ij,ij->i", means, means)).min(axis=1)
     background = ((features - gaussians["background_mean"]) @ gaussians["background_whitening"]) ** 2
     return {"mahalanobis": -nearest, "relative_mahalanobis": background.sum(axis=1) - nearest}
+
+
+def zncc(images, others):
+    """Zero-mean normalised cross-correlation of images with others, both (n, pixels): (n,), 0 where one is constant."""
+    return _correlation(images, others, 0)
+
+
+def noise_zncc(images, others):
+    """The same with the variance that noise gives the pixels' magnitudes taken out of that of the images.
+
+    The noise's power follows from the image: where the faintest quarter of the pixels holds nothing but noise, their
+    magnitudes end at the first quartile of a Rayleigh distribution of that power, whose variance is 1 - pi/4 of it.
+    """
+    power = np.quantile(images, 0.25, axis=1) ** 2 / np.log(4 / 3)
+    return _correlation(images, others, (1 - np.pi / 4) * power)
+
+
+def _correlation(images, others, noise):
+    images, others = (one - one.mean(axis=1, keepdims=True) for one in (images, others))
+    own, other = (images**2).mean(axis=1), (others**2).mean(axis=1)
+    own = np.maximum(own - noise, 0.05 * own)  # an estimate may take nearly all
+    size = np.sqrt(own * other)
+    return np.divide((images * others).mean(axis=1), size, out=np.zeros(len(images), size.dtype), where=size > 0)
+
+
+def complex_of(rows):
+    """Rows (n, 2 pixels) of real and imaginary parts, one after the other, as complex numbers (n, pixels)."""
+    return rows[:, ::2] + 1j * rows[:, 1::2]
+
+
+def coherence(images, others):
+    """|r^H x| / (|r| |x|) of complex images x and others r, both (n, pixels): (n,), 0 where one is zero."""
+    return np.abs((unit(others).conj() * unit(images)).sum(axis=1))

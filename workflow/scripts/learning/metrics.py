@@ -68,10 +68,9 @@ def interval(values):
     return tuple(np.quantile(values, [tail, 1 - tail]))
 
 
-def intervals(counts, labels, judged, seed):
-    """95 % intervals of all `figures` of counts (azimuths, labels, labels): a mapping of name to (low, high)."""
-    resampled = figures(np.tensordot(weights(len(counts), seed), counts, axes=1), labels, judged)
-    return {name: interval(values) for name, values in resampled.items()}
+def resampled(counts, labels, judged, seed):
+    """All `figures` of counts (azimuths, labels, labels) in each resample: a mapping of name to (resamples,)."""
+    return figures(np.tensordot(weights(len(counts), seed), counts, axes=1), labels, judged)
 
 
 def separation(scores, known, right, groups, draws):

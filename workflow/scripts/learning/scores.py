@@ -8,9 +8,9 @@ import pandas as pd
 from common.radar import snr_of_label
 from learning import thresholds
 from learning.classifier import OTHER
-from learning.experiments import snr_text
+from learning.experiments import REFERENCE, snr_text
 from learning.images import among
-from learning.metrics import confusion, figures, interval, intervals, separation, weights
+from learning.metrics import confusion, figures, interval, resampled, separation, weights
 from learning.predict import KNOWN
 
 RUN = ["experiment", "model", "split", "train_snr_db", "test_snr_db", "elevation", "score", "threshold"]
@@ -28,9 +28,12 @@ def score(predictions, runs, seed, scores, confusions):
     Columns `score` and `threshold` are empty for the closed set, the known targets alone. An open run has rows besides
     for every known score: with its name as `score` and no threshold auroc, fpr95 and oscr; with the protocol that chose
     the threshold as `threshold` the figures of the open set, where truth is the class or OTHER, and the threshold.
+    f1_weighted_gain is how much more the weighted F1 is than that of REFERENCE on the same test images with a threshold
+    of the same protocol, its interval from the same resamples; without an open run of REFERENCE there is none, and
+    of several the first by name counts.
     n is the number of images that a figure rests on.
     """
-    rows, cells = [], []
+    rows, cells, drawn = [], [], {}
     order = sorted(map(Path, predictions), key=lambda path: (path.parts[-3], path.parts[-2], snr_of_label(path.stem)))
     for path in order:
         run, model = runs[path.parts[-3]], path.parts[-2]
@@ -40,12 +43,31 @@ def score(predictions, runs, seed, scores, confusions):
             found = [_closed(part, seed)]
             if run["open"]:
                 found += _opened(part, seed)
-            for kind, metrics, counts in found:
+            for kind, metrics, counts, draws in found:
                 rows += [[*head, subset, *kind, name, *values] for name, values in metrics.items()]
                 cells += [[*head, subset, *kind, *names, count] for names, count in counts.items()]
+                if kind[1] and subset == "all":  # runs trained at other elevations have other images there
+                    drawn[*head, subset, *kind] = metrics["f1_weighted"], draws
+    rows += _gains(drawn)
     pd.DataFrame(rows, columns=COLUMNS).to_csv(scores, index=False)
     pd.DataFrame(cells, columns=CONFUSION).to_csv(confusions, index=False)
     print(f"{len(order)} prediction tables, {len(rows)} scores")
+
+
+def _gains(drawn):
+    """Rows f1_weighted_gain, of the figures and draws of weighted F1 by what stands in the columns RUN."""
+    known = {}
+    for key, figure in drawn.items():
+        _, model, split, train, *rest, score, protocol = key
+        if (model, train, score) == REFERENCE:
+            known.setdefault((split, *rest, protocol), figure)
+    rows = []
+    for key, ((value, *_, count), draws) in drawn.items():
+        _, _, split, _, *rest, _, protocol = key
+        (reference, *_), reference_draws = known.get((split, *rest, protocol), ((None,), None))
+        if reference is not None:
+            rows.append([*key, "f1_weighted_gain", value - reference, *interval(draws - reference_draws), count])
+    return rows
 
 
 def _subsets(table, trained):
@@ -74,19 +96,23 @@ def _opened(table, seed):
             metric: (drawn[0], *interval(drawn[1:]), len(test))
             for metric, drawn in separation(values, known, right, groups, draws).items()
         }
-        found.append(([name, ""], metrics, {}))
+        found.append(([name, ""], metrics, {}, None))
         for protocol in thresholds.ROLES:
             threshold = thresholds.choose(table, column, protocol)
             predicted = thresholds.apply(values, test["predicted"], threshold)
-            metrics, counts = _judged(test, predicted, seed)
+            metrics, *others = _judged(test, predicted, seed)
             metrics["threshold"] = (threshold, np.nan, np.nan, len(test))
-            found.append(([name, protocol], metrics, counts))
+            found.append(([name, protocol], metrics, *others))
     return found
 
 
 def _judged(test, predicted, seed):
-    """Figures, each (value, low, high, n), and counts by (target, predicted) of predictions for rows of a table."""
-    labels = np.array(sorted({*test["truth"], *predicted}, key=lambda label: (label == OTHER, label)))
+    """Of predictions for rows of a table: figures, each (value, low, high, n), counts by (target, predicted), and the
+    weighted F1 in each resample.
+    """
+    labels = np.array(
+        sorted({*test["truth"].unique(), *pd.unique(predicted)}, key=lambda label: (label == OTHER, label))
+    )
     codes = [pd.Categorical(values, categories=labels).codes.astype(int) for values in (test["truth"], predicted)]
     azimuths, groups = np.unique(test["azimuth"], return_inverse=True)
     counts = confusion(groups, *codes, (len(azimuths), len(labels)))
@@ -95,6 +121,9 @@ def _judged(test, predicted, seed):
     by_target = confusion(owners, *codes, (len(targets), len(labels))).sum(axis=1)
     # In the closed set OTHER may be predicted, and is then wrong, but never true.
     judged = labels if OTHER in set(test["truth"]) else labels[labels != OTHER]
-    bounds = intervals(counts, labels, judged, seed)
-    metrics = {name: (value, *bounds[name], total.sum()) for name, value in figures(total, labels, judged).items()}
-    return metrics, {(targets[i], labels[j]): count for (i, j), count in np.ndenumerate(by_target)}
+    draws = resampled(counts, labels, judged, seed)
+    metrics = {
+        name: (value, *interval(draws[name]), total.sum()) for name, value in figures(total, labels, judged).items()
+    }
+    cells = {(targets[i], labels[j]): count for (i, j), count in np.ndenumerate(by_target)}
+    return metrics, cells, draws["f1_weighted"]

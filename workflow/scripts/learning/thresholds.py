@@ -18,37 +18,42 @@ def choose(table, score, protocol):
 
     table: columns side, role, truth, predicted and the column `score`. Rows of other roles are not looked at.
     The threshold with the largest weighted F1 over the classes and OTHER; where there is nothing but known images, the
-    one that keeps 95 % of them.
+    one that keeps 95 % of them. Under the blind protocol the images of role other together count as much as the known
+    ones: how many targets of that role a config happens to have says nothing of how many unknown ones will come.
     """
     rows = table[(table["side"] == "validation") & table["role"].isin(ROLES[protocol])]
     if (rows["role"] == "known").all():
         return float(np.quantile(rows[score], 1 - KEPT))
-    return best(rows[score].to_numpy(float), rows["truth"].to_numpy(), rows["predicted"].to_numpy())
+    weight = 1.0
+    if protocol == "blind" and (rows["role"] == "known").any():
+        weight = (rows["role"] == "known").sum() / (rows["role"] != "known").sum()
+    return best(rows[score].to_numpy(float), rows["truth"].to_numpy(), rows["predicted"].to_numpy(), weight)
 
 
-def best(scores, truth, predicted):
+def best(scores, truth, predicted, weight=1.0):
     """The threshold with the largest weighted F1, halfway between two scores; of several such the middle one.
 
     scores: (n,), below the threshold is OTHER; truth, predicted: labels (n,), where predicted OTHER stays so.
+    weight: how many images each image with truth OTHER counts for.
     """
     order = np.argsort(-scores, kind="stable")
     scores, truth, predicted = scores[order], np.asarray(truth)[order], np.asarray(predicted)[order]
-    kept = predicted != OTHER
+    kept, counts = predicted != OTHER, np.where(truth == OTHER, weight, 1.0)
     total = np.zeros(len(scores) + 1)  # of F1 times count, for thresholds that keep 0, 1, 2 ... images
     for name in np.unique(truth[truth != OTHER]):
-        claimed = _running((predicted == name) & kept)
+        claimed = _running(counts * ((predicted == name) & kept))
         right = _running((predicted == name) & (truth == name))
         count = (truth == name).sum()
         total += count * 2 * right / (claimed + count)
-    missed = (truth == OTHER).sum()
+    missed = counts[truth == OTHER].sum()
     if missed:
-        rejected = len(scores) - _running(kept)
-        right = missed - _running((truth == OTHER) & kept)
+        rejected = counts.sum() - _running(counts * kept)
+        right = missed - _running(counts * ((truth == OTHER) & kept))
         total += missed * 2 * right / (rejected + missed)
     # Between equal scores no threshold can pass.
     possible = np.concatenate([[True], scores[1:] < scores[:-1], [True]])
     total[~possible] = -1
-    places = np.flatnonzero(total == total.max())
+    places = np.flatnonzero(total >= total.max() - 1e-9)
     place = places[len(places) // 2]
     edges = np.concatenate([[np.nextafter(scores[0], np.inf)], scores, [scores[-1]]])
     if place in (0, len(scores)):

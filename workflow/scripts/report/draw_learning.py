@@ -5,8 +5,12 @@ from matplotlib import colormaps
 
 from report.layout import MODELS, model_order, model_style
 
-PROPER = {"fcnn": "FCNN", "openmax": "OpenMax", "svm": "SVM", "knn": "KNN", "lr": "LR"}
+PROPER = {"fcnn": "FCNN", "openmax": "OpenMax", "svm": "SVM", "knn": "KNN", "lr": "LR", "mse": "MSE", "zncc": "ZNCC"}
 MARKERS = "os^Dv<>"
+# How a published statement is written, and the marker that stands for it.
+RELATIONS = {">=": ("≥", "^"), ">": (">", "^"), "<=": ("≤", "v"), "<": ("<", "v"), "=": ("=", "o")}
+PUBLISHED_MARKERS = " Open markers are statements of the reference thesis: ▲ at least, ▼ at most, ● equal to."
+SEVERAL = 6  # training SNRs that are named one by one
 LETTER, LINE = 0.075, 0.6  # inches
 
 
@@ -23,6 +27,13 @@ def draw_curves(axes, scores, dash="-", band=True):
         axes.plot(curve["test_snr_db"], curve["value"], dash, color=color, marker=marker, label=label)
         if band:
             axes.fill_between(curve["test_snr_db"], curve["low"], curve["high"], color=color, alpha=0.18, lw=0)
+
+
+def draw_published(axes, rows, color=None):
+    """Published statements as open markers, coloured by their model unless a colour is given."""
+    for row in rows.itertuples():
+        edge, marker = color or model_style(row.model)[0], RELATIONS[row.relation][1]
+        axes.plot(row.snr_db, float(row.value), marker, ms=8, mfc="white", mec=edge, mew=1.5, zorder=3)
 
 
 def draw_legend(figure, axes):
@@ -91,19 +102,28 @@ def training_noise(snr_db):
     """The training SNRs of an experiment's config, in words."""
     if isinstance(snr_db, dict):
         kind, values = next(iter(snr_db.items()))
-        several = ", ".join(map(_snr, values))
+        several = _snrs(values)
         if kind == "each":
             return f"at each of several SNRs, a model for each ({several})"
         return f"at an SNR drawn for each batch ({several})"
     if isinstance(snr_db, list):
-        return f"at several SNRs at once ({', '.join(map(_snr, snr_db))})"
+        return f"at several SNRs at once ({_snrs(snr_db)})"
     return "without noise" if snr_db == "clean" else f"at an SNR of {snr_db:g} dB"
 
 
 def noise_text(train_snr_db):
     """The noise in the training images, as it stands in scores.csv ('clean+6'), for tables and legends."""
     how, _, values = train_snr_db.rpartition(" ")
-    return " ".join([*([how] if how else []), ", ".join(map(_snr, values.split("+")))])
+    return " ".join([*([how] if how else []), _snrs(values.split("+"))])
+
+
+def _snrs(values):
+    """Several training SNRs in words; of many only the ends."""
+    if len(values) <= SEVERAL:
+        return ", ".join(map(_snr, values))
+    numbers = sorted(float(value) for value in values if value != "clean")
+    clean = "no noise, " if len(numbers) < len(values) else ""
+    return f"{clean}{numbers[0]:g} to {numbers[-1]:g} dB"
 
 
 def _snr(snr):

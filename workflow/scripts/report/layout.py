@@ -4,6 +4,7 @@ import base64
 import io
 import re
 from dataclasses import dataclass
+from functools import cached_property
 
 import matplotlib
 import matplotlib.ticker
@@ -20,7 +21,9 @@ BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK = (
     "#3A93C9",
     "#222222",
 )
-PALETTE = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK)
+# For what these are too few: as dark, but less far apart.
+CRIMSON, TEAL, OLIVE, INDIGO, GREY = ("#A6193C", "#00707A", "#7A6A00", "#5B4BB5", "#767676")
+PALETTE = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK, CRIMSON, TEAL, OLIVE, INDIGO, GREY)
 # A model looks the same in every figure: colour, marker, name.
 MODELS = {
     "lr": (BLUE, "o", "LR"),
@@ -30,6 +33,11 @@ MODELS = {
     "matched_filter": (BLACK, "x", "matched filter"),
     "fcnn": (PURPLE, "^", "FCNN"),
     "fcnn_other": (ORANGE, "v", "FCNN, other class"),
+    "capsule": (CRIMSON, "P", "capsule"),
+    "capsule_denoise": (TEAL, "X", "capsule, denoising"),
+    "capsule_other": (OLIVE, "p", "capsule, other class"),
+    "capsule_complex": (INDIGO, "h", "capsule, complex"),
+    "adaptive_filter": (GREY, "+", "adaptive filter"),
 }
 MODEL_NAMES = {
     "lr": "logistic regression (LR)",
@@ -39,6 +47,11 @@ MODEL_NAMES = {
     "matched_filter": "the matched filter",
     "fcnn": "the fully connected network (FCNN)",
     "fcnn_other": "the FCNN with a class 'other'",
+    "capsule": "the capsule network",
+    "capsule_denoise": "the capsule network that takes out noise",
+    "capsule_other": "the capsule network with a class 'other'",
+    "capsule_complex": "the complex capsule network",
+    "adaptive_filter": "the adaptive matched filter",
 }
 
 SCALE = 1.55  # CSS pixels per point; true size would be 4/3
@@ -95,7 +108,7 @@ class Table:
     data: pd.DataFrame
     caption: str
 
-    @property
+    @cached_property
     def text_columns(self):
         """Columns of words, which are set flush left; numbers are set flush right."""
         return [name for name in self.shown if self.shown[name].str.contains(r"^[A-Za-z]").any()]

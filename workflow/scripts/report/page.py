@@ -6,6 +6,7 @@ import jinja2
 from markupsafe import Markup
 
 from report import (
+    section_capsule,
     section_images,
     section_learning,
     section_mesh,
@@ -14,6 +15,7 @@ from report import (
     section_scattering,
     section_split,
     section_times,
+    section_tried,
 )
 from report.results import REFERENCE, Results
 
@@ -37,7 +39,11 @@ def write_report(folder, settings, page, figures, tables, reference=REFERENCE):
     if results.learns:
         sections.append(section_learning.section(results))
         if section_learning.open_experiments(results.scores):
-            sections.append(section_open.section(results))
+            sections += [
+                section_open.section(results),
+                *section_capsule.section(results),
+                section_tried.section(results),
+            ]
         sections += [*section_split.section(results), section_times.section(results)]
     sections.append(section_run.section(results))
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pandas as pd
 import xarray as xr
 
-from common.radar import images_are_made
+from common.radar import images_are_made, snr_label
 from imaging.geometry import PURE_NOISE
 from learning.experiments import runs
 from mesh.io import read_ply
@@ -66,14 +66,39 @@ class Results:
 
     @cached_property
     def curves(self):
-        """Training curves by (run, model), of the models that have one."""
+        """Training curves by (run, model), of the models that have one, with the seconds until each epoch."""
         found = {}
         for run, settings in sorted(runs(self.settings).items()):
             for model in settings["models"]:
                 path = self.folder / "learning" / "models" / run / model / "curve.csv"
                 if path.exists():
                     found[run, model] = pd.read_csv(path)
+                    seconds = path.with_name("seconds.csv")
+                    if seconds.exists():
+                        found[run, model] = found[run, model].merge(pd.read_csv(seconds), on="epoch")
         return found
+
+    @cached_property
+    def decoders(self):
+        """(run, model) of the models that reconstruct images, in runs that are tested on unknown targets."""
+        return [
+            (run, model)
+            for run, settings in sorted(runs(self.settings).items())
+            for model in settings["models"]
+            if settings["open"] and self._reconstructions(run, model).exists()
+        ]
+
+    def _reconstructions(self, run, model):
+        return self.folder / "learning" / "reconstructions" / run / f"{model}.zarr"
+
+    def reconstructions(self, run, model):
+        """Some test images, and what a model makes of them (see learning/reconstructions.py)."""
+        return xr.open_zarr(self._reconstructions(run, model))
+
+    def predictions(self, run, model, snr):
+        """The predictions of a model at one SNR in dB (see learning/predict.py)."""
+        path = self.folder / "learning" / "predictions" / run / model / f"{snr_label(snr)}.csv"
+        return pd.read_csv(path, keep_default_na=False)
 
     @cached_property
     def times(self):

@@ -6,9 +6,12 @@ import pandas as pd
 from matplotlib.ticker import MaxNLocator
 
 from report.draw_learning import (
+    PUBLISHED_MARKERS,
+    RELATIONS,
     draw_confusion,
     draw_curves,
     draw_legend,
+    draw_published,
     experiments,
     first_snr,
     fitted,
@@ -19,17 +22,18 @@ from report.draw_learning import (
     title,
     training_noise,
 )
-from report.layout import Figure, Section, Table, canvas, model_order, model_style, style, to_svg
+from report.layout import Figure, Section, Table, canvas, duration, model_order, model_style, style, to_svg
 from report.selection import TABLE_SNRS, evenly
 
 METRICS = {"accuracy": "accuracy", "f1_weighted": "weighted F1", "f1_macro": "macro F1"}
 ELEVATIONS = {"all": "all elevations", "trained": "trained elevations"}
 # What a published condition is called in scores.csv.
 CONDITIONS = {"test at elevation 0": "trained", "test at all elevations": "all", "": "all"}
-RELATIONS = {">=": ("≥", "^"), ">": (">", "^"), "<=": ("≤", "v"), "<": ("<", "v"), "=": ("=", "o")}
+# What a published metric of the closed set is called there.
+PUBLISHED_METRICS = {"accuracy": "accuracy", "f1": "f1_weighted"}
 DASHES = {"solid": "-", "dashed": "--", "dotted": ":", "dash-dot": "-."}  # a class each
 DASH_LIST = list(DASHES.values())
-COLUMNS = 3  # experiments side by side in the headline
+COLUMNS = 4  # experiments side by side in the headline, at most
 MATRICES = 4  # confusion matrices side by side
 WIDE = 3  # more than so many side by side take the whole width of the page
 
@@ -42,8 +46,8 @@ def headline(results):
     names = sorted({*experiments(scores)} - {*open_experiments(results.scores)}) or experiments(scores)
     scores = scores[scores["experiment"].isin(names)]
     metrics = ["accuracy", "f1_weighted"]
-    columns = min(COLUMNS, len(names))
-    blocks = -(-len(names) // columns)
+    blocks = -(-len(names) // COLUMNS)
+    columns = -(-len(names) // blocks)
     shape = (2 * blocks, columns) if len(names) > 1 else (1, 2)
     with style():
         figure = canvas(10.2 if columns > 2 else 9, 0.5 + 2.3 * shape[0])
@@ -154,18 +158,18 @@ def curves_figure(curves):
     """Training curves: loss and accuracy over the epochs, a line per run; nothing where no model has epochs."""
     if not curves:
         return ()
-    runs = list(dict.fromkeys(run for run, _ in curves))
     with style():
-        figure = canvas(9, 3.2)
+        figure = canvas(9, 3.2 + 0.1 * len(curves))  # with what the legend needs
         panels = figure.subplots(1, 2, sharex=True)
-        for (run, model), curve in curves.items():
+        for place, ((run, model), curve) in enumerate(curves.items()):
             color, marker, label = model_style(model)
-            kind = DASH_LIST[runs.index(run) % len(DASH_LIST)]
+            before = [other for _, other in list(curves)[:place]].count(model)
+            kind = DASH_LIST[before % len(DASH_LIST)]
             for axes, column in zip(panels, ("loss", "accuracy"), strict=True):
                 axes.plot(curve["epoch"], curve[column], kind, color=color, label=f"{label}, {title(run)}")
                 axes.plot(curve["epoch"], curve[f"validation_{column}"], kind, color=color, marker=marker, lw=0.7)
         panels[0].xaxis.set_major_locator(MaxNLocator(integer=True))
-        panels[0].set(xlabel="epoch", ylabel="cross-entropy", yscale="log")
+        panels[0].set(xlabel="epoch", ylabel="loss", yscale="log")
         panels[1].set(xlabel="epoch", ylabel="accuracy")
         draw_legend(figure, panels)
         svg = to_svg(figure)
@@ -175,14 +179,25 @@ def curves_figure(curves):
             name="training_curves",
             svg=svg,
             data=pd.concat(tables),
-            alt="Cross-entropy and accuracy of the networks over the epochs of their training.",
+            alt="Loss and accuracy of the networks over the epochs of their training.",
             caption=(
                 "Training of the networks: thick lines are on the training images, thin lines with markers on those at "
-                "the validation azimuths."
+                "the validation azimuths. The loss is what each descends: cross-entropy, or of a capsule network the "
+                f"margin loss and the error of the reconstruction.{_training_times(curves)}"
             ),
             wide=True,
         ),
     )
+
+
+def _training_times(curves):
+    """How long each training took, in a sentence for the caption."""
+    parts = [
+        f"{model_style(model)[2]} in {title(run)} {duration(curve['seconds'].iloc[-1])}"
+        for (run, model), curve in curves.items()
+        if "seconds" in curve
+    ]
+    return f" Training took: {'; '.join(parts)}." if parts else ""
 
 
 def experiment_figure(name, train, scores, published):
@@ -202,9 +217,7 @@ def experiment_figure(name, train, scores, published):
         panels = figure.subplots(1, len(elevations) + 2, sharex=True, sharey=True)
         for axes, elevation in zip(panels, elevations, strict=False):
             draw_curves(axes, accuracy[accuracy["elevation"] == elevation])
-            for row in published[published["condition"].map(CONDITIONS) == elevation].itertuples():
-                color, marker = model_style(row.model)[0], RELATIONS[row.relation][1]
-                axes.plot(row.snr_db, float(row.value), marker, ms=8, mfc="white", mec=color, mew=1.5, zorder=3)
+            draw_published(axes, published[published["condition"].map(CONDITIONS) == elevation])
             axes.set(title=f"tested at {ELEVATIONS[elevation]}", ylabel="accuracy")
         for axes, metric in zip(panels[-2:], ("recall", "precision"), strict=True):
             for target, dash in zip(classes, DASH_LIST * len(classes), strict=False):
@@ -214,11 +227,7 @@ def experiment_figure(name, train, scores, published):
             axes.set_xlabel("test SNR [dB]")
         draw_legend(figure, panels)
         svg = to_svg(figure)
-    markers = (
-        " Open markers are statements of the reference thesis: ▲ at least, ▼ at most, ● equal to."
-        if len(published)
-        else ""
-    )
+    markers = PUBLISHED_MARKERS if len(published) else ""
     return Figure(
         name=f"learning_{name}",
         svg=svg,
@@ -295,13 +304,13 @@ def accuracy_table(scores):
 def published_table(scores, published):
     """Published statements with our value beside them; nothing where no experiment has a counterpart."""
     rows, shown = [], []
-    accuracy = scores[scores["metric"] == "accuracy"]
-    for line in published[published["metric"] == "accuracy"].itertuples():
-        ours = accuracy[
-            (accuracy["experiment"] == line.experiment)
-            & (accuracy["model"] == line.model)
-            & (accuracy["elevation"] == CONDITIONS.get(line.condition))
-            & (accuracy["test_snr_db"] == line.snr_db)
+    for line in published[published["metric"].isin(PUBLISHED_METRICS)].itertuples():
+        ours = scores[
+            (scores["metric"] == PUBLISHED_METRICS[line.metric])
+            & (scores["experiment"] == line.experiment)
+            & (scores["model"] == line.model)
+            & (scores["elevation"] == CONDITIONS.get(line.condition))
+            & (scores["test_snr_db"] == line.snr_db)
         ]
         if len(ours) != 1:
             continue
@@ -314,6 +323,7 @@ def published_table(scores, published):
                 "model": model_style(line.model)[2],
                 "tested at": ELEVATIONS[CONDITIONS[line.condition]],
                 "SNR [dB]": f"{line.snr_db:g}",
+                "figure": METRICS[PUBLISHED_METRICS[line.metric]],
                 "reference thesis": f"{RELATIONS[line.relation][0]} {line.value}",
                 "here": interval_text(ours),
                 "as published": "yes" if kept else "no",
@@ -328,9 +338,9 @@ def published_table(scores, published):
             shown=pd.DataFrame(shown),
             data=pd.DataFrame(rows).drop(columns="Index"),
             caption=(
-                "Accuracies that the reference thesis states, and the same ones here. Its targets are other models of "
-                "the same kinds, and its frequency may differ from this run's, so agreement is expected in kind only. "
-                "“As published” rounds to the printed decimals."
+                "What the reference thesis states of the closed set, and the same here. Its targets are other models "
+                "of the same kinds, and its frequency may differ from this run's, so agreement is expected in kind "
+                "only. “As published” rounds to the printed decimals."
             ),
         ),
     )

@@ -4,7 +4,7 @@ import itertools
 
 import pandas as pd
 
-from report.draw_learning import draw_confusion, draw_legend, experiments, heading, interval_text, title
+from report.draw_learning import draw_confusion, draw_legend, experiments, heading, interval_text, noise_text, title
 from report.layout import PALETTE, Figure, Section, Table, canvas, model_order, model_style, style, to_svg
 
 PROTOCOLS = ("thesis", "blind")
@@ -22,14 +22,21 @@ NAMES = {
     "correlation": "correlation",
     "distance": "nearest distance",
     "margin": "margin",
+    "mse": "MSE",
+    "zncc": "ZNCC",
+    "noise_zncc": "ZNCC, noise taken out",
+    "length": "capsule length",
+    "mixture": "Gaussian mixture",
+    "coherence": "coherence",
 }
-STYLES = {name: (PALETTE[place % len(PALETTE)], "osD^v<>x+*P"[place]) for place, name in enumerate(NAMES)}
+STYLES = {name: (PALETTE[place % len(PALETTE)], "osD^v<>x+*PXphd8"[place % 16]) for place, name in enumerate(NAMES)}
 # The reference thesis's adaptations of its network: the model and known score here that are the same.
 PUBLISHED = {
     "softmax_threshold": ("fcnn", "softmax"),
     "openmax": ("fcnn", "openmax"),
     "other_class": ("fcnn_other", "softmax"),
 }
+PUBLISHED_CLASSES = ["drone", "missile", "other"]
 SEPARATION = {"auroc": "AUROC", "fpr95": "FPR at 95 % TPR", "oscr": "OSCR"}
 
 
@@ -52,7 +59,13 @@ def section(results):
         ),
         figures=(
             *(open_figure(name, scores) for name in experiments(scores)),
-            *published_confusion(confusion, results.published_confusion, results.targets),
+            *published_confusion(
+                "open_confusion",
+                confusion[confusion["experiment"] == "fcnn_open"],
+                PUBLISHED,
+                results.published_confusion,
+                results.targets,
+            ),
         ),
         tables=tuple(open_table(name, scores, published) for name in experiments(scores)),
     )
@@ -83,9 +96,9 @@ def open_figure(name, scores):
             axes = grid[row, place % columns]
             axes.set_axis_on()
             own = part[(part["model"] == model) & (part["threshold"] == protocol)]
-            for score, train in itertools.product(_order(own["score"].unique()), own["train_snr_db"].unique()):
+            for score, train in itertools.product(known_scores(own["score"].unique()), own["train_snr_db"].unique()):
                 curve = own[(own["score"] == score) & (own["train_snr_db"] == train)].sort_values("test_snr_db")
-                color, marker = _style(score)
+                color, marker = score_style(score)
                 look = {"color": color, "marker": marker, "lw": 1, "label": score_name(score)}
                 axes.plot(curve["test_snr_db"], curve["value"], **look)
             axes.set(title=f"{model_style(model)[2]}, {protocol}", ylabel="weighted F1")
@@ -111,52 +124,69 @@ def open_figure(name, scores):
     )
 
 
-def published_confusion(confusion, published, targets):
-    """The reference thesis's confusion matrices of its network's adaptations, below ours at the same SNR.
+def published_confusion(name, confusion, adaptations, published, targets):
+    """The reference thesis's confusion matrices of its networks on the open set, beside ours at the nearest SNR.
 
-    targets: names in the order of the page. Nothing where nothing here is the same.
+    name: the figure's. confusion: ours, of one experiment; published: the thesis's. adaptations: what it calls them,
+    and the model and known score here that are the same. targets: names in the order of the page.
+    Nothing where nothing here is the same, or where the experiment trains each model several times.
     """
-    snr = published[published["model"].isin(PUBLISHED)]["snr_db"].iloc[0]
-    ours = confusion[
-        (confusion["experiment"] == "fcnn_open")
-        & (confusion["test_snr_db"] == snr)
-        & (confusion["threshold"] == "thesis")
-    ]
+    theirs = published[published["model"].isin(adaptations)]
+    ours = confusion[confusion["threshold"] == "thesis"]
+    aim = theirs["snr_db"].iloc[0] if len(theirs) else ours["test_snr_db"].max()
+    ours = ours[ours["test_snr_db"] == min(ours["test_snr_db"], key=lambda snr: abs(snr - aim), default=aim)]
     pairs = {}
-    for adaptation, (model, score) in PUBLISHED.items():
+    for adaptation, (model, score) in adaptations.items():
         cells = ours[(ours["model"] == model) & (ours["score"] == score)]
-        if len(cells):
+        if cells["train_snr_db"].nunique() == 1:
             pairs[adaptation] = (
                 cells.pivot(index="target", columns="predicted", values="count").reindex(
                     [name for name in targets if name in set(cells["target"])]
                 ),
-                published[published["model"] == adaptation].set_index("true")[["drone", "missile", "other"]],
+                theirs[theirs["model"] == adaptation]
+                .set_index("true")[PUBLISHED_CLASSES]
+                .sort_index(key=lambda names: [targets.index(name) if name in targets else -1 for name in names]),
             )
     if not pairs:
         return ()
+    snr = ours["test_snr_db"].iloc[0]
+    panels = [
+        (f"{heading(adaptation)}, {whose}", matrix)
+        for adaptation, matrices in pairs.items()
+        for matrix, whose in zip(matrices, ("here", "reference thesis"), strict=True)
+        if len(matrix)
+    ]
+    # Below each other where each of ours has a published one.
+    rows = 2 if len(panels) == 2 * len(pairs) else 1
+    columns = len(panels) // rows
     with style():
-        figure = canvas(0.6 + 3 * len(pairs), 7)
-        grid = figure.subplots(2, len(pairs), squeeze=False)
-        for column, (adaptation, matrices) in enumerate(pairs.items()):
-            for row, (matrix, whose) in enumerate(zip(matrices, ("here", "reference thesis"), strict=True)):
-                axes = grid[row, column]
-                draw_confusion(axes, matrix)
-                axes.set_title(f"{title(adaptation)}, {whose}")
-                axes.set(xlabel="predicted class", ylabel="target" if column == 0 else "")
+        figure = canvas(0.6 + 3 * columns, 3.5 * rows)
+        grid = figure.subplots(rows, columns, squeeze=False)
+        for axes, (text, matrix) in zip(grid.T.flat, panels, strict=True):
+            draw_confusion(axes, matrix)
+            axes.set(title=text, xlabel="predicted class")
+        for axes in grid[:, 0]:
+            axes.set_ylabel("target")
         svg = to_svg(figure)
     return (
         Figure(
-            name="open_confusion",
+            name=name,
             svg=svg,
             data=ours,
-            alt=f"Confusion matrices of the open set at {snr:g} dB, here and in the reference thesis.",
+            alt=f"Confusion matrices of {', '.join(map(title, pairs))} at {snr:g} dB, with those that were published.",
             caption=(
-                f"The three adaptations of the network at {snr:g} dB, with thresholds of the thesis protocol: share of "
-                "each target's images and their number. The reference thesis's targets are other models of the same "
-                "kinds, so agreement is expected in kind only."
+                f"{heading(', '.join(map(title, pairs)))} at {snr:g} dB, with thresholds of the thesis protocol: share "
+                f"of each target's images and their number.{_beside(aim) if len(panels) > len(pairs) else ''}"
             ),
-            wide=True,
+            wide=columns > 2,
         ),
+    )
+
+
+def _beside(snr):
+    return (
+        f" Beside ours, those of the reference thesis at {snr:g} dB; its targets are other models of the same kinds, "
+        "so agreement is expected in kind only."
     )
 
 
@@ -165,13 +195,13 @@ def open_table(name, scores, published):
     part = scores[scores["experiment"] == name]
     top = part[part["test_snr_db"] == part["test_snr_db"].max()]
     shown = []
-    order = _order(top["score"].unique())
+    order = known_scores(top["score"].unique())
     groups = top.groupby(["model", "train_snr_db", "score"])
     for (model, train, score), rows in sorted(
         groups, key=lambda group: (model_order(group[0][0]), group[0][1], order.index(group[0][2]))
     ):
         rows = rows.set_index(["threshold", "metric"])
-        line = {"model": model_style(model)[2], "trained at": train, "known score": score_name(score)}
+        line = {"model": model_style(model)[2], "trained at": noise_text(train), "known score": score_name(score)}
         for protocol in PROTOCOLS:
             line[f"weighted F1, {protocol}"] = interval_text(rows.loc[protocol, "f1_weighted"])
         for metric, text in SEPARATION.items():
@@ -203,7 +233,7 @@ def open_table(name, scores, published):
     )
 
 
-def _order(scores):
+def known_scores(scores):
     """Known scores without repeats in the order of the page, those of a user's own model last."""
     return sorted(set(scores), key=lambda score: (list(NAMES).index(score) if score in NAMES else len(NAMES), score))
 
@@ -212,5 +242,6 @@ def score_name(score):
     return NAMES.get(score, score.replace("_", " "))
 
 
-def _style(score):
+def score_style(score):
+    """Colour and marker of a known score."""
     return STYLES.get(score, (PALETTE[sum(score.encode()) % len(PALETTE)], "h"))

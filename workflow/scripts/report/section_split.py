@@ -3,13 +3,14 @@
 import pandas as pd
 
 from learning.experiments import runs
-from report.draw_learning import interval_text, signed
+from report.draw_learning import first_snr, interval_text, noise_text, signed
 from report.layout import Section, Table, model_order, model_style
 from report.section_open import score_name
 from report.selection import TABLE_SNRS, evenly
 
 SPLITS = ("random", "sector")
-KEYS = ["training", "model", "train_snr_db", "elevation", "metric", "score", "threshold", "test_snr_db"]
+TRAINED = ["training", "model", "train_snr_db"]
+KEYS = [*TRAINED, "elevation", "metric", "score", "threshold", "test_snr_db"]
 
 
 def section(results):
@@ -45,8 +46,16 @@ def paired(scores, settings):
         # An experiment tested on the open set has the closed set's rows too: any of several is as good.
         rows = scores[scores["split"] == split].drop_duplicates(KEYS)
         sides.append(rows.set_index(KEYS)[["experiment", "value", "low", "high"]])
-    both = sides[0].join(sides[1], how="inner", lsuffix="_random", rsuffix="_sector")
+    both = sides[0].join(sides[1], how="inner", suffixes=("_random", "_sector"))
     return both.reset_index()
+
+
+def _groups(rows):
+    """The rows of each model and kind of training images, in the order of the page, after what the page calls it."""
+    several = rows.groupby("model")[TRAINED].nunique().max(axis=1) > 1
+    groups = sorted(rows.groupby(TRAINED), key=lambda one: (model_order(one[0][1]), first_snr(one[0][2]), one[0][0]))
+    for (_, model, trained), own in groups:
+        yield f"{model_style(model)[2]}{f', trained at {noise_text(trained)}' if several[model] else ''}", own
 
 
 def _images(results, accuracy):
@@ -65,10 +74,7 @@ def plainly(accuracy):
     """By how much the accuracy of each model differs at the highest SNR, and where most of all, in sentences."""
     accuracy = accuracy.assign(gain=accuracy["value_random"] - accuracy["value_sector"])
     top = accuracy[accuracy["test_snr_db"] == accuracy["test_snr_db"].max()]
-    parts = [
-        f"{model_style(row.model)[2]} {signed(row.gain)}"
-        for row in sorted(top.itertuples(), key=lambda row: model_order(row.model))
-    ]
+    parts = [f"{name} {signed(own['gain'].iloc[0])}" for name, own in _groups(top)]
     most = accuracy.loc[accuracy["gain"].idxmax()]
     return (
         f"Accuracy at {top['test_snr_db'].max():g} dB under the random split less that under sector: "
@@ -81,13 +87,13 @@ def accuracy_table(rows):
     """Accuracy under both splits at some SNRs: three rows for each model."""
     snrs = evenly(rows["test_snr_db"].unique().tolist(), TABLE_SNRS)
     shown = []
-    for model in sorted(rows["model"].unique(), key=model_order):
-        own = rows[rows["model"] == model].set_index("test_snr_db")
+    for name, own in _groups(rows):
+        own = own.set_index("test_snr_db")
         values = {split: own[f"value_{split}"] for split in SPLITS}
         values["random − sector"] = values["random"] - values["sector"]
         for split, series in values.items():
             form = "{:.3f}".format if split in SPLITS else signed
-            line = {"model": model_style(model)[2], "split": split}
+            line = {"model": name, "split": split}
             shown.append(line | {f"{snr:g} dB": form(series[snr]) for snr in snrs})
     return Table(
         name="split_accuracy",
@@ -100,10 +106,10 @@ def accuracy_table(rows):
 def open_table(rows):
     """Open-set weighted F1 under both splits at the highest SNR, with each model's best known score."""
     top = rows[rows["test_snr_db"] == rows["test_snr_db"].max()]
-    top = top.loc[top.groupby("model")["value_sector"].idxmax()]
     shown = []
-    for _, row in sorted(top.iterrows(), key=lambda item: model_order(item[1]["model"])):
-        line = {"model": model_style(row["model"])[2], "known score": score_name(row["score"])}
+    for name, own in _groups(top):
+        row = own.loc[own["value_sector"].idxmax()]
+        line = {"model": name, "known score": score_name(row["score"])}
         for split in SPLITS:
             line[split] = interval_text({key: row[f"{key}_{split}"] for key in ("value", "low", "high")})
         shown.append(line | {"random − sector": signed(row["value_random"] - row["value_sector"])})

@@ -12,6 +12,7 @@ CONDITIONS = {
     "noisy_training": "no up-sampling",
     "upsampling": "64-point FFT",
     "fcnn_closed": "",
+    "capsule_closed": "",
 }
 COLUMNS = {"single_ms": "one at a time", "batch_ms": "in batches"}
 
@@ -65,8 +66,7 @@ def times_figure(frame):
         figure.legend(entries, [*COLUMNS.values(), "reference thesis"], loc="outside upper center", ncols=3)
         axes.set_xscale("log")
         axes.set_yticks(places, labels)
-        axes.invert_yaxis()
-        axes.margins(y=0.12)
+        axes.set_ylim(len(frame) - 0.4, -0.6)
         axes.set_xlabel("time per image [ms]")
         svg = to_svg(figure)
     fastest = frame.loc[frame["batch_ms"].idxmin()]

@@ -5,6 +5,7 @@ import numpy as np
 ROLES = ("known", "unknown", "other")
 GALLERY_AZIMUTHS = 8  # images of each target
 GALLERY_ELEVATIONS = 8  # images of one target
+DECODED_SNRS = (3, 24)  # dB
 GALLERY_SNRS = 7  # noisy images of one target, beside the clean one
 TABLE_SNRS = 7  # columns of the accuracy table
 
@@ -24,6 +25,11 @@ def evenly(values, count):
     values = sorted(values)
     picks = np.unique(np.linspace(0, len(values) - 1, min(count, len(values))).round().astype(int))
     return [values[pick] for pick in picks]
+
+
+def decoded_snrs(snr_db):
+    """The SNRs in dB at which reconstructions and the scores that follow from them are shown: near 24 and near 3 dB."""
+    return sorted({min(snr_db, key=lambda snr: (abs(snr - aim), snr)) for aim in DECODED_SNRS})
 
 
 def noise_snrs(snr_db):

@@ -4,8 +4,8 @@ import numpy as np
 
 from learning import known, openmax
 from learning.classifier import OTHER, Classifier, Outcome
+from learning.descent import Batches, descend
 from learning.features import real_imaginary
-from learning.training import Batches, Curve
 
 KINDS = ("means", "whitening", "background_mean", "background_whitening")
 
@@ -20,9 +20,9 @@ class Model(Classifier):
     A class OTHER is no known class: then OpenMax is left out, for it would be a second way to say the same.
     """
 
-    in_batches = True
+    by_snr = True
 
-    def fit(self, images, labels, validation=None, snrs=None):
+    def fit(self, images, labels, validation=None, snrs=None, views=None):
         x = real_imaginary(images)
         self.classes_, y = np.unique(labels, return_inverse=True)
         held_out = None
@@ -45,46 +45,38 @@ class Model(Classifier):
 
     def _train(self, x, y, held_out, snrs):
         import jax  # predictions do without it
-        import jax.numpy as jnp
         import optax
 
-        def logits(weights, x):
-            hidden = jax.nn.relu(x @ weights["hidden"] + weights["hidden_offset"])
-            return hidden @ weights["output"] + weights["output_offset"]
-
         def loss(weights, x, y):
-            return optax.softmax_cross_entropy_with_integer_labels(logits(weights, x), y).mean()
+            logits = jax.nn.relu(x @ weights["hidden"] + weights["hidden_offset"]) @ weights["output"]
+            logits += weights["output_offset"]
+            costs = optax.softmax_cross_entropy_with_integer_labels(logits, y)
+            return costs.mean(), ((logits.argmax(axis=1) == y).sum(), len(y))
 
-        @jax.jit
-        def step(weights, state, x, y):
-            value, gradient = jax.value_and_grad(loss)(weights, x, y)
-            change, state = optimizer.update(gradient, state)
-            return optax.apply_updates(weights, change), state, value
+        def judge(weights):
+            if held_out is None:
+                return np.nan, np.nan
+            cost, (right, count) = loss(weights, *held_out)
+            return cost, right / count
 
         random = np.random.default_rng(self.seed)
         sizes = (x.shape[1], self.settings["width"], len(self.classes_))
         weights = {}
         for name, rows, columns in zip(("hidden", "output"), sizes[:-1], sizes[1:], strict=True):
             bound = np.sqrt(6 / (rows + columns))  # Glorot and Bengio 2010
-            weights[name] = jnp.asarray(random.uniform(-bound, bound, (rows, columns)), jnp.float32)
-            weights[f"{name}_offset"] = jnp.zeros(columns, jnp.float32)
-        optimizer = optax.adam(self.settings["learning_rate"])
-        state = optimizer.init(weights)
-
-        curve = Curve(self.settings["epochs"])
-        batches = Batches(len(x), self.settings["batch"], random, snrs)
-        for _ in range(self.settings["epochs"]):
-            losses = []
-            for rows in batches.epoch():
-                weights, state, value = step(weights, state, x[rows], y[rows])
-                losses.append(value)
-            self._keep(weights)
-            curve.add(np.mean(losses), lambda x: self._logits(self._features(x)), (x, y), held_out)
-        self.curve_ = curve.close()
-
-    def _keep(self, weights):
-        for name, value in weights.items():
-            setattr(self, f"{name}_", np.array(value))
+            weights[name] = random.uniform(-bound, bound, (rows, columns)).astype(np.float32)
+            weights[f"{name}_offset"] = np.zeros(columns, np.float32)
+        learned, self.curve_ = descend(
+            loss,
+            weights,
+            optax.adam(self.settings["learning_rate"]),
+            Batches(len(x), self.settings["batch"], random, snrs),
+            lambda rows: (x[rows], y[rows]),
+            self.settings["epochs"],
+            judge,
+        )
+        for name, value in learned.items():
+            setattr(self, f"{name}_", value)
 
     def _features(self, x):
         return np.maximum(x @ self.hidden_ + self.hidden_offset_, 0)

@@ -15,7 +15,7 @@ class Model(Classifier):
     references_: (references, features), grouped by class; starts_: (classes,), each class's first row.
     """
 
-    def fit(self, images, labels, validation=None, snrs=None):
+    def fit(self, images, labels, validation=None, snrs=None, views=None):
         x = real_imaginary(images)
         order = np.argsort(labels, kind="stable")
         self.classes_, self.starts_ = np.unique(labels[order], return_index=True)

@@ -14,7 +14,7 @@ class Model(Classifier):
     coef_: (features, classes), intercept_: (classes,).
     """
 
-    def fit(self, images, labels, validation=None, snrs=None):
+    def fit(self, images, labels, validation=None, snrs=None, views=None):
         from sklearn.linear_model import LogisticRegression  # predictions do without scikit-learn
 
         x = real_imaginary(images, np.float64)

@@ -17,7 +17,7 @@ class Model(Classifier):
     (classes,), each class's first.
     """
 
-    def fit(self, images, labels, validation=None, snrs=None):
+    def fit(self, images, labels, validation=None, snrs=None, views=None):
         order = np.argsort(labels, kind="stable")
         self.classes_, self.starts_ = np.unique(labels[order], return_index=True)
         self.templates_ = np.ascontiguousarray(_rows(images[order]).conj().T)

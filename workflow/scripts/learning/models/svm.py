@@ -16,7 +16,7 @@ class Model(Classifier):
     intercept_: (classes,).
     """
 
-    def fit(self, images, labels, validation=None, snrs=None):
+    def fit(self, images, labels, validation=None, snrs=None, views=None):
         from sklearn.svm import SVC  # predictions do without scikit-learn
 
         x = real_imaginary(images, np.float64)

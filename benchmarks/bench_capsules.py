@@ -1,0 +1,101 @@
+"""What the capsule network costs (make bench-capsules): a step of its training with slices and one matrix product for
+each convolution, and with XLA's own; an epoch of the reference experiment; a prediction, alone and in batches.
+
+The images are noise: neither takes longer or shorter for what they show. Run nothing beside it.
+"""
+
+import argparse
+import time
+
+import jax
+import numpy as np
+import optax
+import threadpoolctl
+
+from common.config import load
+from learning import capsules
+from learning.classifier import build
+from learning.timing import BATCH, cpu, time_batches
+
+SIDE, IMAGES, STEP = 32, 6460, 32  # pixels a side, training images of the reference experiment, images of a timed step
+PUBLISHED = 0.6934  # ms, the thesis's table 5.3
+SLICES = capsules.convolve
+
+
+def xla(images, weights, offset, stride):
+    """The same as capsules.convolve, by XLA's convolution."""
+    kernel = weights.reshape(capsules.KERNEL, capsules.KERNEL, images.shape[-1], -1)
+    layout = ("NHWC", "HWIO", "NHWC")
+    return jax.lax.conv_general_dilated(images, kernel, (stride, stride), "VALID", dimension_numbers=layout) + offset
+
+
+def step_of(settings, convolve):
+    """A function that trains one batch of STEP images and gives the seconds."""
+    random = np.random.default_rng(0)
+    sizes = (settings[name] for name in ("width", "capsules", "decoder"))
+    weights = jax.tree.map(jax.numpy.asarray, capsules.start(random, (SIDE, SIDE, 1), 2, *sizes))
+    x = jax.numpy.asarray(random.random((STEP, SIDE, SIDE, 1)), np.float32)
+    y = jax.numpy.asarray(np.eye(2, dtype=np.float32)[random.integers(2, size=STEP)])
+    optimizer = optax.adam(1e-3)
+    state = optimizer.init(weights)
+
+    def loss(weights, x, y):
+        capsules.convolve = convolve
+        vectors = capsules.activations(weights, x, settings["routings"])
+        error = (capsules.reconstruct(weights, vectors, y, True) - x.reshape(STEP, -1)) ** 2
+        return (capsules.margin_loss(vectors, y) + settings["reconstruction"] * error.mean(-1)).mean()
+
+    @jax.jit
+    def step(weights, state, x, y):
+        value, gradient = jax.value_and_grad(loss)(weights, x, y)
+        change, state = optimizer.update(gradient, state)
+        return optax.apply_updates(weights, change), state, value
+
+    def timed():
+        start = time.perf_counter()
+        jax.block_until_ready(step(weights, state, x, y))
+        return time.perf_counter() - start
+
+    timed()  # compiles
+    capsules.convolve = SLICES
+    return timed
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--threads", type=int, default=2)
+    parser.add_argument("--repeats", type=int, default=5)
+    arguments = parser.parse_args()
+    small = load()["learning"]["models"]["capsule"]
+    full = small | {"width": 256, "capsules": 32, "decoder": 512}
+    print(f"{cpu()}, {arguments.threads} threads; images of {SIDE} x {SIDE}; milliseconds an image, medians")
+    titles = ("network", "weights", "train", "XLA", "ratio", "epoch", "alone", f"in {BATCH}")
+    print(" ".join(f"{title:>10}" for title in titles))
+    random = np.random.default_rng(0)
+    parts = random.standard_normal((IMAGES, SIDE, SIDE, 2), dtype=np.float32)
+    images = parts.view(np.complex64)[..., 0]
+    images /= np.abs(images).max(axis=(1, 2), keepdims=True)
+    labels = np.where(np.arange(IMAGES) % 2, "drone", "missile")
+    for name, settings in (("full", full), ("small", small)):
+        steps = [step_of(settings, convolve) for convolve in (SLICES, xla)]
+        seconds = np.median([[step() for step in steps] for _ in range(arguments.repeats)], axis=0)
+        ours, theirs = seconds / STEP * 1e3
+        model = build("capsule", settings | {"epochs": 1, "batch": 114}, 0).fit(images[:256], labels[:256])
+        size = sum(value.size for value in model._weights().values())
+        with threadpoolctl.threadpool_limits(arguments.threads):
+            times = [time_batches(model.predict, images, count) for count in (1, BATCH)]
+        alone, batch = (one["milliseconds_per_observation"] for one in times)
+        row = (
+            name,
+            f"{size:,}",
+            f"{ours:.2f}",
+            f"{theirs:.2f}",
+            f"{theirs / ours:.1f}",
+            f"{ours * IMAGES / 1e3:.0f} s",
+        )
+        print(" ".join(f"{cell:>10}" for cell in (*row, f"{alone:.2f}", f"{batch:.3f}")))
+    print(f"epoch: {IMAGES:,} images, the reference experiment's. The thesis's prediction took {PUBLISHED} ms.")
+
+
+if __name__ == "__main__":
+    main()

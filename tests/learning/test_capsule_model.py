@@ -1,0 +1,246 @@
+"""The capsule network as a model, on small images, and the scores that follow from its reconstructions."""
+
+import numpy as np
+import pytest
+from scipy.stats import rayleigh
+from sklearn.mixture import GaussianMixture
+
+from common.errors import InputError
+from learning import capsules, descent, known
+from learning.classifier import OTHER, build
+from learning.models import capsule
+
+SETTINGS = {
+    "width": 8,
+    "capsules": 2,
+    "routings": 3,
+    "decoder": 16,
+    "epochs": 12,
+    "patience": 12,
+    "batch": 8,
+    "learning_rate": 0.005,
+    "decay": 0.95,
+    "reconstruction": 0.5,
+    "denoise": False,
+    "complex": False,
+}
+PLACES = {"left": (8, 4), "right": (8, 14), "top": (2, 9)}  # where each target's blob is, in pixels
+
+
+def blobs(name, count, seed, noise=0.05):
+    """Complex images 17 x 19 of one blob that wanders by a pixel, its phase at random, peak 1."""
+    random = np.random.default_rng(seed)
+    row, column = (centre + random.integers(-1, 2, count) for centre in PLACES[name])
+    rows, columns = np.arange(17)[:, None], np.arange(19)
+    image = np.exp(-((rows - row[:, None, None]) ** 2 + (columns - column[:, None, None]) ** 2) / 8).astype(complex)
+    image *= np.exp(2j * np.pi * random.random(count))[:, None, None]
+    image += noise * (random.standard_normal(image.shape) + 1j * random.standard_normal(image.shape))
+    return (image / np.abs(image).max(axis=(1, 2), keepdims=True)).astype(np.complex64)
+
+
+def set_of(names, count, seed, noise=0.05):
+    images = np.concatenate([blobs(name, count, seed + place, noise) for place, name in enumerate(names)])
+    return images, np.repeat(names, count)
+
+
+TRAIN, HELD_OUT = set_of(["left", "right"], 60, 0), set_of(["left", "right"], 20, 10)
+
+
+def fit(**settings):
+    return build("capsule", SETTINGS | settings, seed=3).fit(*TRAIN, HELD_OUT)
+
+
+@pytest.fixture(scope="module")
+def model():
+    return fit()
+
+
+def test_it_learns_and_reconstructs(model):
+    assert (model.predict(HELD_OUT[0]) == HELD_OUT[1]).mean() > 0.97
+    seen, made = model.reconstruct(HELD_OUT[0])
+    assert seen.shape == made.shape == HELD_OUT[0].shape
+    np.testing.assert_allclose(seen, np.abs(HELD_OUT[0]), atol=1e-6)
+    outcome = model.evaluate(HELD_OUT[0])
+    np.testing.assert_allclose(outcome.known["mse"], -((seen - made) ** 2).mean(axis=(1, 2)), atol=1e-6)
+    expected = [np.corrcoef(one.ravel(), two.ravel())[0, 1] for one, two in zip(seen, made, strict=True)]
+    np.testing.assert_allclose(outcome.known["zncc"], expected, atol=1e-4)
+    np.testing.assert_allclose(outcome.known["length"], outcome.scores.max(axis=1))
+    assert (outcome.labels == model.classes_[outcome.scores.argmax(axis=1)]).all()
+
+
+def test_what_it_cannot_reconstruct_is_unknown(model):
+    own, strange = (model.evaluate(images).known for images in (HELD_OUT[0], blobs("top", 40, 30)))
+    for score in ("mse", "zncc", "noise_zncc"):
+        assert np.median(own[score]) > np.quantile(strange[score], 0.9)
+
+
+def test_a_loaded_model_is_the_saved_one(model, tmp_path):
+    model.save(tmp_path)
+    other = build("capsule", SETTINGS, seed=0).load(tmp_path)
+    first, second = model.evaluate(HELD_OUT[0]), other.evaluate(HELD_OUT[0])
+    assert (first.scores == second.scores).all()
+    assert all((first.known[name] == second.known[name]).all() for name in first.known)
+
+
+def test_images_in_batches_or_alone_get_the_same_scores(model):
+    together = model.evaluate(HELD_OUT[0][:20])
+    alone = [model.evaluate(HELD_OUT[0][place : place + 1]) for place in range(20)]
+    np.testing.assert_allclose(together.scores, np.concatenate([one.scores for one in alone]), atol=1e-5)
+    for name, values in together.known.items():
+        np.testing.assert_allclose(values, [one.known[name][0] for one in alone], rtol=1e-3, atol=1e-4)
+
+
+def test_the_curve_has_losses_accuracies_and_seconds(model):
+    assert tuple(model.curve_) == descent.COLUMNS and len(model.curve_["loss"]) == SETTINGS["epochs"]
+    assert model.curve_["loss"][-1] < 0.5 * model.curve_["loss"][0]
+
+
+def test_a_killed_fit_goes_on_to_the_same_weights(model, tmp_path, monkeypatch):
+    monkeypatch.setattr(descent, "BETWEEN", 0.0)
+    write = descent.Checkpoint.write
+
+    def dies(self, arrays, notes):
+        write(self, arrays, notes)
+        if len(notes["rows"]) == 5:
+            raise KeyboardInterrupt
+
+    def start():
+        one = build("capsule", SETTINGS, seed=3)
+        one.checkpoints = tmp_path
+        return one
+
+    with monkeypatch.context() as patched, pytest.raises(KeyboardInterrupt):
+        patched.setattr(descent.Checkpoint, "write", dies)
+        start().fit(*TRAIN, HELD_OUT)
+    resumed = start().fit(*TRAIN, HELD_OUT)
+    for name in capsule.WEIGHTS:
+        assert getattr(resumed, f"{name}_").tobytes() == getattr(model, f"{name}_").tobytes()
+    assert resumed.curve_["loss"] == model.curve_["loss"]
+    assert (resumed.evaluate(HELD_OUT[0]).known["mixture"] == model.evaluate(HELD_OUT[0]).known["mixture"]).all()
+
+
+def test_small_images_are_refused():
+    assert capsule.Model.smallest == capsules.SMALLEST
+    images = np.ones((4, 16, 40), np.complex64)
+    with pytest.raises(InputError, match=r"17 pixels a side or more, these have 16 x 40.*upsample: 32"):
+        build("capsule", SETTINGS, 0).fit(images, np.array(["a", "a", "b", "b"]))
+
+
+def noisy_rows():
+    """Each view without noise and twice with much of it: images, labels, snrs, views."""
+    parts = []
+    for label, noise in (("clean", 0.0), ("snr_0dB", 0.3), ("snr_0dB", 0.4)):
+        # The same seed puts the same blob at the same place, whatever the noise.
+        images, labels = set_of(["left", "right"], 40, 0, noise)
+        parts.append((images, labels, np.full(len(images), label), np.arange(len(images))))
+    return [np.concatenate(column) for column in zip(*parts, strict=True)]
+
+
+@pytest.fixture(scope="module")
+def denoising():
+    """Learned over two SNRs, with images of no class among them."""
+    images, labels, snrs, views = noisy_rows()
+    images = np.concatenate([images, blobs("top", 60, 40, 0.3)])
+    labels = np.concatenate([labels, np.full(60, OTHER)])
+    snrs, views = np.concatenate([snrs, np.full(60, "any")]), np.concatenate([views, 1000 + np.arange(60)])
+    model = build("capsule", SETTINGS | {"denoise": True, "epochs": 15}, 1)
+    return model.fit(images, labels, (images, labels, snrs, views), snrs, views)
+
+
+def test_a_denoising_decoder_is_nearer_to_the_truth_than_the_input_is(denoising):
+    truth, noisy = blobs("left", 40, 70, 0.0), blobs("left", 40, 70, 0.3)
+    seen, made = denoising.reconstruct(noisy)
+    error = [((one - np.abs(truth)) ** 2).mean() for one in (seen, made)]
+    assert error[1] < 0.5 * error[0]
+
+
+def test_images_of_no_class_do_not_count_in_the_accuracy(denoising):
+    images, labels, *_ = noisy_rows()
+    right = (denoising.predict(images) == labels).mean()
+    assert max(denoising.curve_["validation_accuracy"]) == pytest.approx(right, abs=0.05) and right > 0.9
+
+
+def test_another_validation_set_starts_anew(tmp_path, monkeypatch):
+    monkeypatch.setattr(descent, "BETWEEN", 0.0)
+    model = build("capsule", SETTINGS | {"epochs": 1}, seed=3)
+    model.checkpoints = tmp_path
+    for count in (20, 19, 20):
+        model.fit(*TRAIN, (HELD_OUT[0][:count], HELD_OUT[1][:count]))
+    assert len(list(tmp_path.glob("*.npz"))) == 2
+
+
+def test_images_of_no_class_have_short_capsules(denoising):
+    assert denoising.classes_.tolist() == ["left", "right"]
+    strange = denoising.evaluate(blobs("top", 40, 50, 0.3)).known["length"]
+    own = denoising.evaluate(HELD_OUT[0]).known["length"]
+    assert np.median(strange) < 0.3 < 0.7 < np.median(own)
+
+
+def test_denoising_aims_at_the_view_without_noise():
+    images, labels, snrs, views = noisy_rows()
+    model = build("capsule", SETTINGS | {"denoise": True}, 1)
+    model.classes_ = np.unique(labels)
+    order = np.random.default_rng(2).permutation(len(images))
+    _, sources, _ = model._prepared(images[order], labels[order], snrs[order], views[order])
+    assert (snrs[order][sources] == "clean").all() and (views[order][sources] == views[order]).all()
+    with pytest.raises(InputError, match="random"):
+        model.fit(images, labels)
+
+
+def test_complex_images_are_judged_whatever_their_phase():
+    model = fit(complex=True, epochs=20)
+    turned = HELD_OUT[0] * np.exp(1j)
+    first, second = model.evaluate(HELD_OUT[0]), model.evaluate(turned.astype(np.complex64))
+    assert (first.labels == HELD_OUT[1]).mean() > 0.9 and (second.labels == HELD_OUT[1]).mean() > 0.9
+    assert set(first.known) == {"mse", "coherence", "length", "mixture"}
+    own, strange = first.known["coherence"], model.evaluate(blobs("top", 40, 30)).known["coherence"]
+    assert np.median(own) > np.quantile(strange, 0.9)
+
+
+def test_turning_a_pair_of_channels_turns_the_phase():
+    x = np.random.default_rng(0).standard_normal((3, 4, 5, 2))
+    (turned,) = capsule._turned((x,), np.array([0.3, -1, 2]))
+    expected = (x[..., 0] + 1j * x[..., 1]) * np.exp(1j * np.array([0.3, -1, 2]))[:, None, None]
+    np.testing.assert_allclose(turned[..., 0] + 1j * turned[..., 1], expected, atol=1e-6)
+
+
+def test_the_mixture_score_is_scikit_learns_density(model):
+    vectors = model._vectors(model._inputs(TRAIN[0]))[TRAIN[1] == "left", 0]
+    count = model.mixture_means_.shape[1]
+    own = GaussianMixture(count, reg_covar=1e-5, random_state=3).fit(vectors).score_samples(vectors)
+    found = model._mixture_score(vectors, np.zeros(len(vectors), int)) - 0.5 * capsules.CLASS * np.log(2 * np.pi)
+    np.testing.assert_allclose(found, own, rtol=1e-3)
+
+
+def test_zncc_is_the_direct_formula():
+    random = np.random.default_rng(0)
+    x, y = random.random((2, 6, 30))
+    expected = [
+        np.mean((one - one.mean()) / one.std() * (two - two.mean()) / two.std()) for one, two in zip(x, y, strict=True)
+    ]
+    np.testing.assert_allclose(known.zncc(x, y), expected, atol=1e-12)
+    np.testing.assert_allclose(known.zncc(3 * x + 1, y), expected, atol=1e-12)
+    assert known.zncc(np.ones((1, 30)), y[:1])[0] == 0
+
+
+def test_the_noise_is_taken_out_of_the_zncc():
+    # A target in few pixels, noise in all of them: the noise-free ZNCC comes back, to a few percent.
+    random = np.random.default_rng(0)
+    truth = np.zeros((200, 1024))
+    truth[:, :200] = 1 + random.random((200, 200))
+    for sigma in (0.1, 0.3):
+        noise = sigma * (random.standard_normal(truth.shape) + 1j * random.standard_normal(truth.shape))
+        image = np.abs(truth + noise)
+        plain, mended = known.zncc(image, truth).mean(), known.noise_zncc(image, truth).mean()
+        assert abs(1 - mended) < 0.5 * abs(1 - plain)
+    # Noise alone: its power follows from the first quartile.
+    alone = rayleigh.rvs(scale=0.2, size=(1, 100_000), random_state=0)
+    power = np.quantile(alone, 0.25) ** 2 / np.log(4 / 3)
+    np.testing.assert_allclose((1 - np.pi / 4) * power, alone.var(), rtol=0.02)
+
+
+def test_coherence_by_hand():
+    x, r = np.array([[1, 1j], [1, 0], [0, 0]]), np.array([[1j, -1], [0, 2], [1, 1]])
+    np.testing.assert_allclose(known.coherence(x, r), [1, 0, 0], atol=1e-12)
+    rows = np.array([[1.0, 2.0, 3.0, 4.0]])
+    assert known.complex_of(rows).tolist() == [[1 + 2j, 3 + 4j]]

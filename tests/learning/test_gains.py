@@ -1,0 +1,71 @@
+"""What a method gains over the reference thesis's, with an interval from the same resamples."""
+
+import itertools
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from learning.experiments import REFERENCE
+from learning.scores import score
+
+MODEL, _, KNOWN_SCORE = REFERENCE
+KEYS = ["experiment", "model", "split", "score", "threshold", "test_snr_db"]
+
+
+def table(seed, quality):
+    """Predictions whose known score tells known from unknown images the better the larger `quality` is."""
+    random, parts = np.random.default_rng(seed), []
+    for role, target in (("known", "a"), ("known", "b"), ("unknown", "u"), ("other", "o")):
+        frame = pd.DataFrame({"azimuth": np.repeat(np.arange(24.0), 5)})
+        frame = frame.assign(target=target, role=role, elevation=0.0, realization=0)
+        frame["truth"] = target if role == "known" else "other"
+        frame["predicted"] = np.where(random.random(len(frame)) < 0.8, frame["truth"], "a")
+        frame.loc[frame["predicted"] == "other", "predicted"] = "b"
+        frame["side"] = np.where(frame["azimuth"] < 8, "validation", "test")
+        frame[f"known_{KNOWN_SCORE}"] = random.normal(quality * (role == "known"), 1)
+        parts.append(frame)
+    return pd.concat(parts, ignore_index=True)
+
+
+@pytest.fixture
+def scores(tmp_path):
+    """Of the thesis's method, another on the same azimuths, and one under another split."""
+    shared = {"elevation": "all", "snrs": ["clean"], "random_snr": False, "open": True, "split": "random"}
+    runs = {
+        "theirs": shared | {"experiment": "theirs"},
+        "ours": shared | {"experiment": "ours"},
+        "far": shared | {"experiment": "far", "split": "sector"},
+    }
+    paths = []
+    for run, model, quality in (("theirs", MODEL, 0.3), ("ours", "mine", 3.0), ("far", "mine", 3.0)):
+        for snr in (0, 20):
+            path = tmp_path / run / model / f"snr_{snr}dB.csv"
+            path.parent.mkdir(parents=True, exist_ok=True)
+            table(len(run) + snr, quality + snr / 20).to_csv(path, index=False)
+            paths.append(path)
+    score(paths, runs, 0, tmp_path / "scores.csv", tmp_path / "confusion.csv")
+    return pd.read_csv(tmp_path / "scores.csv", keep_default_na=False).astype({"value": float, "test_snr_db": float})
+
+
+def test_the_gain_is_the_difference_of_the_weighted_f1(scores):
+    f1 = scores[(scores["metric"] == "f1_weighted") & (scores["threshold"] != "")].set_index(KEYS)["value"]
+    gains = scores[scores["metric"] == "f1_weighted_gain"].set_index(KEYS)["value"]
+    assert len(gains) == 8
+    for where in itertools.product(("thesis", "blind"), (0, 20)):
+        ours = f1["ours", "mine", "random", KNOWN_SCORE, *where]
+        theirs = f1["theirs", MODEL, "random", KNOWN_SCORE, *where]
+        assert gains["ours", "mine", "random", KNOWN_SCORE, *where] == pytest.approx(ours - theirs, abs=1e-12)
+        assert gains["theirs", MODEL, "random", KNOWN_SCORE, *where] == 0
+
+
+def test_the_interval_is_of_the_same_resamples(scores):
+    rows = scores[scores["metric"] == "f1_weighted_gain"].astype({"low": float, "high": float}).set_index("experiment")
+    # The method against itself: every resample is the same, so there is nothing between the two.
+    assert (rows.loc["theirs", ["low", "high"]].to_numpy() == 0).all()
+    ours = rows.loc["ours"]
+    assert (ours["low"] > 0).all() and (ours["low"] < ours["value"]).all() and (ours["value"] < ours["high"]).all()
+
+
+def test_another_split_is_not_compared(scores):
+    assert "far" not in set(scores[scores["metric"] == "f1_weighted_gain"]["experiment"])

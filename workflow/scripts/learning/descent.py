@@ -1,0 +1,155 @@
+"""Training by gradient descent: epochs with a curve, progress, early stopping, and a state that outlives a kill."""
+
+import hashlib
+import json
+import os
+import time
+import zipfile
+from pathlib import Path
+
+import numpy as np
+from tqdm import tqdm
+
+from common.errors import InputError
+
+ANY_SNR = "any"
+BETWEEN = 20.0  # seconds between two writings of a checkpoint, at least
+COLUMNS = ("epoch", "seconds", "loss", "accuracy", "validation_loss", "validation_accuracy")
+
+
+class Batches:
+    """The rows of each batch, in an order that `random` shuffles anew for every epoch.
+
+    count: images; size: images a batch; random: a numpy generator.
+    snrs: None, or the SNR's name of each image (count,), ANY_SNR for one that goes with all: then the images of a batch
+    are all of one SNR, drawn for each batch, and an epoch shows as many images as one SNR has, so that more SNRs do not
+    make it longer.
+    """
+
+    def __init__(self, count, size, random, snrs=None):
+        self.random, self.size = random, size
+        if snrs is None:
+            self.pools = [np.arange(count)]
+        else:
+            names = np.unique(snrs[snrs != ANY_SNR])
+            self.pools = [np.flatnonzero((snrs == name) | (snrs == ANY_SNR)) for name in names]
+
+    @property
+    def count(self):
+        """Batches an epoch."""
+        return -(-max(map(len, self.pools)) // self.size)
+
+    def epoch(self):
+        """One epoch's batches: arrays of row numbers. The last may be smaller."""
+        orders = [self.random.permutation(pool) for pool in self.pools]
+        longest = max(map(len, orders))
+        for start in range(0, longest, self.size):
+            order = orders[self.random.integers(len(orders))] if len(orders) > 1 else orders[0]
+            rows = np.take(order, np.arange(start, min(start + self.size, longest)), mode="wrap")
+            yield rows
+
+
+def descend(loss, weights, optimizer, batches, inputs, epochs, judge, patience=None, checkpoint=None):
+    """Weights after training, a mapping of name to numpy array, and the curve, a mapping of column to values.
+
+    loss: a function of weights and a batch's arrays to the loss, and to how many images are classified rightly of how
+    many that are of a class, in JAX. weights: a mapping of name to array; optimizer: optax's. batches: a `Batches`;
+    inputs: a function of a batch's rows to its arrays. judge: a function of weights to loss and accuracy at the
+    validation azimuths, NaN for both where there are no images.
+    patience: None, or after how many epochs without a smaller validation loss training stops. The weights with the
+    smallest are then the result, else the last ones.
+    checkpoint: None, or a `Checkpoint`: training goes on from what it holds, as if it had never stopped.
+    Raises InputError for a loss that is not a finite number.
+    """
+    import jax  # predictions do without it
+    import optax
+
+    @jax.jit
+    def step(weights, state, *arrays):
+        (value, shares), gradient = jax.value_and_grad(loss, has_aux=True)(weights, *arrays)
+        change, state = optimizer.update(gradient, state, weights)
+        return optax.apply_updates(weights, change), state, (value, *shares)
+
+    weights = jax.tree.map(jax.numpy.asarray, weights)
+    now = {"weights": weights, "state": optimizer.init(weights), "best": weights}
+    notes = {"rows": [], "least": np.inf, "waited": 0, "seconds": 0.0, "random": None}
+    if checkpoint is not None and (found := checkpoint.read()) is not None:
+        leaves, notes = found
+        now = jax.tree.unflatten(jax.tree.structure(now), leaves)
+        batches.random.bit_generator.state = notes["random"]
+        print(f"goes on after epoch {len(notes['rows'])}, from {checkpoint.path}")
+    before, bar = notes["seconds"], tqdm(total=epochs, unit="epoch", desc="training", leave=False)
+    bar.update(len(notes["rows"]))
+    begin = time.perf_counter()
+    while len(notes["rows"]) < epochs and (patience is None or notes["waited"] < patience):
+        found, counts = [], []
+        for rows in batches.epoch():
+            now["weights"], now["state"], pair = step(now["weights"], now["state"], *inputs(rows))
+            found.append(pair)
+            counts.append(len(rows))
+        epoch, (values, right, of_class) = len(notes["rows"]) + 1, np.array(found, float).T
+        trained = np.average(values, weights=counts), right.sum() / max(of_class.sum(), 1)
+        if not np.isfinite(trained[0]):
+            raise InputError(f"training: the loss became {trained[0]} in epoch {epoch}; take a smaller learning rate.")
+        held_out = tuple(map(float, judge(arrays_of(now["weights"]))))
+        notes["seconds"] = before + time.perf_counter() - begin
+        notes["rows"].append([epoch, round(notes["seconds"], 3), *map(float, (*trained, *held_out))])
+        better = patience is None or not held_out[0] >= notes["least"]  # also where there is no validation image
+        notes["waited"] = 0 if better else notes["waited"] + 1
+        if better:
+            notes["least"], now["best"] = held_out[0], now["weights"]
+        bar.set_postfix_str(f"loss {trained[0]:.4g}, validation accuracy {held_out[1]:.4f}")
+        bar.update()
+        if checkpoint is not None:
+            checkpoint.write(jax.tree.leaves(now), notes | {"random": batches.random.bit_generator.state})
+    bar.close()
+    last = dict(zip(COLUMNS, notes["rows"][-1], strict=True))
+    print(
+        f"{last['epoch']} epochs in {notes['seconds']:.1f} s: loss {last['loss']:.4g}, accuracy {last['accuracy']:.4f} "
+        f"on the training images, {last['validation_accuracy']:.4f} at the validation azimuths"
+    )
+    curve = dict(zip(COLUMNS, map(list, zip(*notes["rows"], strict=True)), strict=True))
+    return arrays_of(now["best"]), curve
+
+
+def arrays_of(weights):
+    """Weights as NumPy arrays of their own."""
+    return {name: np.array(value) for name, value in weights.items()}
+
+
+class Checkpoint:
+    """The state of one training, in a file of its own in `folder`, which outlives the job that writes it.
+
+    identity: arrays and plain values that the training follows from: another training, or the same by other code,
+    does not find this one's state.
+    """
+
+    def __init__(self, folder, *identity):
+        digest = hashlib.sha256()
+        for part in identity:
+            if isinstance(part, np.ndarray):
+                digest.update(np.ascontiguousarray(np.atleast_1d(part)).view(np.uint8))
+            else:
+                digest.update(json.dumps(part, sort_keys=True).encode())
+        for module in sorted(Path(__file__).parent.rglob("*.py")):
+            digest.update(module.read_bytes())
+        self.path, self.written = Path(folder) / f"{digest.hexdigest()[:16]}.npz", -np.inf
+
+    def read(self):
+        """The arrays and notes that `write` was last given; None if there is no whole file."""
+        try:
+            with np.load(self.path, allow_pickle=False) as file:
+                notes = json.loads(str(file["notes"]))
+                return [file[f"{place:05d}"] for place in range(len(file.files) - 1)], notes
+        except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+            return None
+
+    def write(self, arrays, notes):
+        """Write arrays and notes (plain values) whole or not at all, BETWEEN seconds after the last time or later."""
+        if time.monotonic() - self.written < BETWEEN:
+            return
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        fresh = self.path.with_suffix(".part.npz")
+        np.savez(fresh, notes=json.dumps(notes), **{f"{place:05d}": array for place, array in enumerate(arrays)})
+        os.replace(fresh, self.path)
+        self.written = time.monotonic()

@@ -1,0 +1,5 @@
+from common.job import job
+from learning.reconstructions import reconstruct
+
+with job(snakemake):
+    reconstruct(snakemake.input.stores, snakemake.input.model, snakemake.output.reconstructions)

@@ -1,0 +1,67 @@
+"""Adaptive matched filter: correlations with templates, in which what all images have in common counts little."""
+
+import numpy as np
+
+from learning.classifier import OTHER, Classifier, Outcome
+from learning.descent import ANY_SNR
+from learning.experiments import cleanest
+from learning.known import unit
+
+
+class Model(Classifier):
+    """The class of the template with the largest adaptive coherence with the image.
+
+    |t^H S^-1 x|^2 / ((t^H S^-1 t) (x^H S^-1 x)) for a template t and an image x (Kraut, Scharf and McWhorter 2001,
+    Adaptive subspace detectors): the matched filter after S has been made white. Here S is the covariance of all
+    training images at one SNR, with `loading` times its mean eigenvalue on the diagonal. It holds what known targets
+    have in common, so that the templates are compared in what tells them apart, and the noise as the window colours it.
+    There is one S for each SNR that was trained at. Which of them an image gets follows from the image itself: the one
+    under which it is likeliest, up to an unknown amplitude (complex angular central Gaussian, Kent 1997).
+    Templates are the training images with the least noise.
+    Scores are the roots of the largest coherence with each class, 0 to 1. Known score: `coherence`, the largest of a
+    known class. templates_: (pixels, templates), complex64, conjugate, grouped by class; starts_: (classes,), each
+    class's first; inverses_: (SNRs, pixels, pixels), the S^-1, and volumes_ (SNRs,) the log det S; sizes_:
+    (SNRs, templates), the roots of t^H S^-1 t.
+    """
+
+    by_snr = True
+
+    def fit(self, images, labels, validation=None, snrs=None, views=None):
+        x = _rows(images)
+        snrs = np.full(len(x), "all") if snrs is None else snrs
+        best = np.flatnonzero((snrs == cleanest(snrs)) | (snrs == ANY_SNR))
+        order = best[np.argsort(labels[best], kind="stable")]
+        self.classes_, self.starts_ = np.unique(labels[order], return_index=True)
+        templates = x[order]
+        self.templates_ = np.ascontiguousarray(templates.conj().T)
+        inverses, volumes, sizes = [], [], []
+        for name in np.unique(snrs[labels != OTHER]):
+            own = x[(snrs == name) & (labels != OTHER)]
+            covariance = (own.T @ own.conj()).astype(np.complex128) / len(own)
+            load = self.settings["loading"] * np.trace(covariance).real / len(covariance)
+            covariance += max(load, 1e-12) * np.eye(len(covariance))
+            inverse = np.linalg.inv(covariance)
+            inverses.append(inverse.astype(np.complex64))
+            volumes.append(np.linalg.slogdet(covariance)[1])
+            sizes.append(np.sqrt(np.einsum("ni,ij,nj->n", templates.conj(), inverse, templates, optimize=True).real))
+        self.inverses_, self.volumes_ = np.array(inverses), np.array(volumes)
+        self.sizes_ = np.maximum(sizes, 1e-12).astype(np.float32)  # a zero template correlates with nothing
+        return self
+
+    def evaluate(self, images):
+        x = _rows(images)
+        white = np.stack([x @ inverse.T for inverse in self.inverses_])
+        powers = np.einsum("sni,ni->sn", white, x.conj()).real
+        # Minus the log-density, but for a constant.
+        costs = self.volumes_[:, None] + x.shape[1] * np.log(np.maximum(powers, 1e-30))
+        own = costs.argmin(axis=0), np.arange(len(x))
+        coherence = np.abs(white[own] @ self.templates_) / self.sizes_[own[0]]
+        coherence /= np.sqrt(np.maximum(powers[own], 1e-30))[:, None]
+        scores = np.maximum.reduceat(coherence, self.starts_, axis=1)
+        known = scores[:, self.classes_ != OTHER].max(axis=1)
+        return Outcome(self.classes_[scores.argmax(axis=1)], scores, {"coherence": known})
+
+
+def _rows(images):
+    """Images (n, range, crossrange) as rows of length 1, complex64; a zero image stays zero."""
+    return unit(images.reshape(len(images), -1).astype(np.complex64, copy=False))

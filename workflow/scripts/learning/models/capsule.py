@@ -1,0 +1,202 @@
+"""Capsule network with a decoder, by JAX and optax: what it cannot reconstruct is none of the known classes."""
+
+import numpy as np
+from scipy.special import logsumexp
+
+from common.errors import InputError
+from learning import capsules, known
+from learning.classifier import OTHER, Classifier, Outcome
+from learning.descent import Batches, Checkpoint, descend
+from learning.experiments import cleanest
+from learning.features import magnitudes, real_imaginary_channels
+
+CHUNK = 16  # images at a time: what a convolution looks at then stays in the processor's cache
+JUDGED = 1024  # validation images that an epoch is judged by, at most
+MIXTURE, EACH = 8, 40  # Gaussians a class at most; images that each needs
+WEIGHTS = [
+    *(f"{layer}{kind}" for layer in ("convolution", "primary") for kind in ("", "_offset")),
+    "votes",
+    *(f"decoder{layer}{kind}" for layer in range(3) for kind in ("", "_offset")),
+]
+
+
+class Model(Classifier):
+    """The reference thesis's network (section 5.4, appendix D) on the magnitude of images, for example 32 x 32.
+
+    width, capsules, decoder: sizes, as `capsules.start` takes them; routings: of the routing by agreement. Trained by
+    Adam at learning_rate x decay^epoch on the margin loss plus `reconstruction` times the mean squared error of the
+    image that the decoder makes of the true class's activation vector, for `epochs`, or until the validation loss has
+    not fallen for `patience` of them; the weights with the smallest are kept.
+    denoise: the decoder's aim is the view's image without noise, not the noisy one that the network sees.
+    complex: real and imaginary parts as two channels in and out, each batch's phases drawn anew, instead of magnitudes.
+    An image labelled OTHER is of no class: all capsules shall be short, and nothing is reconstructed.
+
+    Scores are the lengths of the class capsules. Known scores, from the reconstruction by the predicted class:
+    mse: minus the mean squared error. zncc: the zero-mean normalised cross-correlation, noise_zncc the same with the
+    noise's share, estimated from the image, taken out; of complex images coherence: |r^H x| / (|r| |x|).
+    length: of the predicted class's capsule. mixture: the log-density of its activation vector under a mixture of
+    Gaussians fitted to the class's training images.
+    """
+
+    by_snr = True
+    smallest = 17  # capsules.SMALLEST, as a number that is read and not run
+
+    def fit(self, images, labels, validation=None, snrs=None, views=None):
+        self.classes_ = np.unique(labels[labels != OTHER])
+        x, sources, y = self._prepared(images, labels, snrs, views)
+        held_out = None
+        if validation is not None:
+            pool, aims, truth = self._prepared(*validation)
+            some = np.unique(np.linspace(0, len(pool) - 1, JUDGED).astype(int))
+            held_out = pool[some], pool[aims[some]], truth[some]
+        self._train(x, sources, y, held_out, snrs)
+
+        own = (y.any(axis=1)) & (True if snrs is None else snrs == cleanest(snrs))
+        vectors = self._vectors(x[own])
+        self._fit_mixtures(vectors[y[own] > 0], y[own].argmax(axis=1))
+        return self
+
+    def _prepared(self, images, labels, snrs=None, views=None):
+        """Inputs (n, rows, columns, channels), numbers of those that the decoder aims at, and truth (n, classes)."""
+        x = self._inputs(images)
+        y = (labels[:, None] == self.classes_).astype(np.float32)
+        if not self.settings["denoise"]:
+            return x, np.arange(len(x)), y
+        rows = np.flatnonzero(snrs == "clean") if snrs is not None else []
+        if not len(rows) or views is None:
+            raise InputError("a capsule network with 'denoise' learns at snr_db: {random: [clean, ...]}.")
+        # An image of no class has no view without noise, and nothing is made of it.
+        place = dict(zip(views[rows].tolist(), rows.tolist(), strict=True))
+        return x, np.array([place.get(view, row) for row, view in enumerate(views.tolist())]), y
+
+    def _inputs(self, images):
+        if min(images.shape[1:]) < self.smallest:
+            raise InputError(
+                f"a capsule network needs images of {self.smallest} pixels a side or more, these have "
+                f"{images.shape[1]} x {images.shape[2]}: give its experiment 'upsample: 32'."
+            )
+        return real_imaginary_channels(images) if self.settings["complex"] else magnitudes(images)
+
+    def _train(self, x, sources, y, held_out, snrs):
+        import optax  # predictions do without it
+
+        settings, random = self.settings, np.random.default_rng(self.seed)
+
+        def loss(weights, x, aims, y):
+            vectors = capsules.activations(weights, x, settings["routings"])
+            error = ((self._decode(weights, vectors, y) - aims.reshape(len(x), -1)) ** 2).mean(-1)
+            of_class = y.sum(-1)
+            cost = (capsules.margin_loss(vectors, y) + settings["reconstruction"] * of_class * error).mean()
+            right = (capsules.lengths(vectors).argmax(-1) == y.argmax(-1)) * of_class
+            return cost, (right.sum(), of_class.sum())
+
+        def inputs(rows):
+            one, aim = x[rows], x[sources[rows]]
+            if settings["complex"]:
+                one, aim = _turned((one, aim), random.uniform(0, 2 * np.pi, len(rows)))
+            return one, aim, y[rows]
+
+        def judge(weights):
+            if held_out is None:
+                return np.nan, np.nan
+            chunks = [
+                [array[start : start + CHUNK] for array in held_out] for start in range(0, len(held_out[0]), CHUNK)
+            ]
+            costs, shares = zip(*(loss(weights, *chunk) for chunk in chunks), strict=True)
+            right, of_class = np.sum(shares, axis=0)
+            return np.average(costs, weights=[len(chunk[0]) for chunk in chunks]), right / max(of_class, 1)
+
+        batches = Batches(len(x), settings["batch"], random, snrs)
+        rate = optax.exponential_decay(settings["learning_rate"], batches.count, settings["decay"], staircase=True)
+        checkpoint = None
+        if self.checkpoints is not None:
+            shown = x, sources, y, np.array(snrs, str), *(held_out or ())
+            checkpoint = Checkpoint(self.checkpoints, settings, self.seed, *shown)
+        sizes = settings["width"], settings["capsules"], settings["decoder"]
+        weights = capsules.start(random, x.shape[1:], y.shape[1], *sizes)
+        learned, self.curve_ = descend(
+            loss,
+            weights,
+            optax.adam(rate),
+            batches,
+            inputs,
+            settings["epochs"],
+            judge,
+            settings["patience"],
+            checkpoint,
+        )
+        for name, value in learned.items():
+            setattr(self, f"{name}_", value)
+
+    def _fit_mixtures(self, vectors, y):
+        """A mixture of Gaussians for each class, of activation vectors (n, CLASS) of the classes' numbers y (n,)."""
+        from sklearn.mixture import GaussianMixture  # predictions do without scikit-learn
+
+        count = max(1, min(MIXTURE, np.bincount(y).min() // EACH))
+        # Of a class with one image alone scikit-learn fits no Gaussian.
+        own = [np.repeat(vectors[y == index], 2, axis=0) for index in range(len(self.classes_))]
+        fitted = [GaussianMixture(count, reg_covar=1e-5, random_state=self.seed).fit(one) for one in own]
+        self.mixture_logits_ = np.log([one.weights_ for one in fitted])
+        self.mixture_means_ = np.array([one.means_ for one in fitted])
+        self.mixture_whitening_ = np.array([one.precisions_cholesky_ for one in fitted])
+
+    def _weights(self):
+        return {name: getattr(self, f"{name}_") for name in WEIGHTS}
+
+    def _decode(self, weights, vectors, mask):
+        return capsules.reconstruct(weights, vectors, mask, not self.settings["complex"])
+
+    def _vectors(self, x):
+        """Activation vectors (n, classes, CLASS) of inputs (n, rows, columns, channels)."""
+        weights, routings = self._weights(), self.settings["routings"]
+        parts = [capsules.activations(weights, x[i : i + CHUNK], routings) for i in range(0, len(x), CHUNK)]
+        return np.concatenate(parts)
+
+    def decision_function(self, images):
+        return capsules.lengths(self._vectors(self._inputs(images)))
+
+    def reconstruct(self, images):
+        """What the network sees of images (n, rows, columns), and what it makes of it: magnitudes of the same shape."""
+        x = self._inputs(images)
+        vectors = self._vectors(x)
+        made = self._decode(self._weights(), vectors, _largest(capsules.lengths(vectors))).reshape(x.shape)
+        return [np.sqrt((one**2).sum(axis=-1)) for one in (x, made)]
+
+    def evaluate(self, images):
+        x = self._inputs(images)
+        vectors = self._vectors(x)
+        long = capsules.lengths(vectors)
+        mask = _largest(long)
+        made, seen = self._decode(self._weights(), vectors, mask), x.reshape(len(x), -1)
+        scores = {"mse": -((seen - made) ** 2).mean(axis=1), "length": long.max(axis=1)}
+        if self.settings["complex"]:
+            scores["coherence"] = known.coherence(known.complex_of(seen), known.complex_of(made))
+        else:
+            scores["zncc"], scores["noise_zncc"] = known.zncc(seen, made), known.noise_zncc(seen, made)
+        scores["mixture"] = self._mixture_score(vectors[mask > 0], long.argmax(axis=1))
+        return Outcome(self.classes_[long.argmax(axis=1)], long, scores)
+
+    def _mixture_score(self, vectors, y):
+        """Log-densities (n,), but for a constant, of vectors (n, CLASS) under the mixtures of classes y (n,)."""
+        score = np.zeros(len(vectors))
+        for index in range(len(self.classes_)):
+            means, whitening = self.mixture_means_[index], self.mixture_whitening_[index]
+            white = np.einsum("nkd,kde->nke", vectors[y == index, None].astype(float) - means, whitening)
+            volume = np.log(np.einsum("kdd->kd", whitening)).sum(axis=1)
+            logs = self.mixture_logits_[index] + volume - 0.5 * (white**2).sum(axis=-1)
+            score[y == index] = logsumexp(logs, axis=1)
+        return score
+
+
+def _largest(scores):
+    """1 for the largest score of each row (n, classes), 0 for the others."""
+    return (scores.argmax(axis=1)[:, None] == np.arange(scores.shape[1])).astype(np.float32)
+
+
+def _turned(images, phases):
+    """Images (n, rows, columns, 2) of real and imaginary parts, each turned by its phase (n,) in rad."""
+    cosine, sine = (function(phases).astype(np.float32)[:, None, None] for function in (np.cos, np.sin))
+    return [
+        np.stack([cosine * one[..., 0] - sine * one[..., 1], sine * one[..., 0] + cosine * one[..., 1]], axis=-1)
+        for one in images
+    ]
