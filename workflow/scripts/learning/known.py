@@ -32,6 +32,11 @@ def unit(features):
     return features / np.maximum(np.linalg.norm(features, axis=1, keepdims=True), 1e-12)
 
 
+def unit_rows(images):
+    """Images (n, range, crossrange) as rows of length 1, complex64; a zero image stays zero."""
+    return unit(images.reshape(len(images), -1).astype(np.complex64, copy=False))
+
+
 def neighbour_score(features, references):
     """Minus the distance to the NEIGHBOUR-th nearest of references (m, d), all of length 1 (Sun et al. 2022)."""
     nearest = min(NEIGHBOUR, len(references)) - 1

@@ -117,14 +117,13 @@ def gain_figure(scores, ranks):
             for place, (index, method) in enumerate(picks[picks["split"] == split].iterrows()):
                 label, curve = names[index], _curve(scores, method, protocol)
                 color, marker, snrs = colors[label], markers[label], curve["test_snr_db"]
+                rows = judged(curve)
                 if place == 0:
                     reference = {"color": BLACK, "ls": "--", "label": "the thesis's method: capsule, ZNCC"}
                     upper.plot(snrs, curve["f1"] - curve["gain"], **reference)
-                    rows = judged(curve)
                     counts.append(f"{split}, {protocol} protocol: {_count(rows)} ({label})")
                 upper.plot(snrs, curve["f1"], color=color, marker=marker, label=label)
                 lower.plot(snrs, curve["gain"], color=color, lw=1)
-                rows = judged(curve)
                 lower.plot(rows["test_snr_db"], rows["gain"], color=color, marker=marker, ls="")
                 lower.fill_between(snrs, curve["low"], curve["high"], color=color, alpha=0.18, lw=0)
                 drawn.append(curve.assign(threshold=protocol, **{name: method[name] for name in METHOD}))

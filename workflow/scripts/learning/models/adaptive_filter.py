@@ -5,7 +5,7 @@ import numpy as np
 from learning.classifier import OTHER, Classifier, Outcome
 from learning.descent import ANY_SNR
 from learning.experiments import cleanest
-from learning.known import unit
+from learning.known import unit_rows
 
 
 class Model(Classifier):
@@ -27,7 +27,7 @@ class Model(Classifier):
     by_snr = True
 
     def fit(self, images, labels, validation=None, snrs=None, views=None):
-        x = _rows(images)
+        x = unit_rows(images)
         snrs = np.full(len(x), "all") if snrs is None else snrs
         best = np.flatnonzero((snrs == cleanest(snrs)) | (snrs == ANY_SNR))
         order = best[np.argsort(labels[best], kind="stable")]
@@ -49,7 +49,7 @@ class Model(Classifier):
         return self
 
     def evaluate(self, images):
-        x = _rows(images)
+        x = unit_rows(images)
         white = np.stack([x @ inverse.T for inverse in self.inverses_])
         powers = np.einsum("sni,ni->sn", white, x.conj()).real
         # Minus the log-density, but for a constant.
@@ -60,8 +60,3 @@ class Model(Classifier):
         scores = np.maximum.reduceat(coherence, self.starts_, axis=1)
         known = scores[:, self.classes_ != OTHER].max(axis=1)
         return Outcome(self.classes_[scores.argmax(axis=1)], scores, {"coherence": known})
-
-
-def _rows(images):
-    """Images (n, range, crossrange) as rows of length 1, complex64; a zero image stays zero."""
-    return unit(images.reshape(len(images), -1).astype(np.complex64, copy=False))

@@ -3,7 +3,7 @@
 import numpy as np
 
 from learning.classifier import OTHER, Classifier, Outcome
-from learning.known import unit
+from learning.known import unit_rows
 
 
 class Model(Classifier):
@@ -20,16 +20,11 @@ class Model(Classifier):
     def fit(self, images, labels, validation=None, snrs=None, views=None):
         order = np.argsort(labels, kind="stable")
         self.classes_, self.starts_ = np.unique(labels[order], return_index=True)
-        self.templates_ = np.ascontiguousarray(_rows(images[order]).conj().T)
+        self.templates_ = np.ascontiguousarray(unit_rows(images[order]).conj().T)
         return self
 
     def evaluate(self, images):
-        correlations = np.abs(_rows(images) @ self.templates_)
+        correlations = np.abs(unit_rows(images) @ self.templates_)
         scores = np.maximum.reduceat(correlations, self.starts_, axis=1)
         known = scores[:, self.classes_ != OTHER].max(axis=1)
         return Outcome(self.classes_[scores.argmax(axis=1)], scores, {"correlation": known})
-
-
-def _rows(images):
-    """Images (n, range, crossrange) as rows of length 1, complex64; a zero image stays zero."""
-    return unit(images.reshape(len(images), -1).astype(np.complex64, copy=False))
