@@ -4,6 +4,10 @@
 include: "workflow/rules/common.smk"
 
 
+# What `snakemake --report` writes on its first page.
+report: "workflow/report/workflow.rst"
+
+
 # Only what the config names: any other artefact is one that no rule makes.
 wildcard_constraints:
     target=one_of(TARGETS),

@@ -2,6 +2,7 @@
 
 import itertools
 import json
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -13,7 +14,10 @@ from learning.scores import COLUMNS, CONFUSION
 from mesh.figures import describe, size
 from mesh.fit import plan
 from mesh.io import write_ply
+from report.page import write_report
 from report.selection import decoded_snrs
+
+REFERENCE = Path(__file__).resolve().parents[2] / "resources" / "reference"
 
 SETTINGS = {
     "name": "fake",
@@ -75,6 +79,17 @@ SHAPES = {
     "missile": (0.5, 0.08, 0.08),
     "drone": (0.25, 0.25, 0.06),
 }
+
+
+def write(root, settings):
+    """Made-up results in `root`, and their report; returns its folder."""
+    make(root, settings)
+    return again(root, settings, root / "report")
+
+
+def again(root, settings, report):
+    write_report(root, settings, report / "index.html", report / "figures", report / "tables", REFERENCE)
+    return report
 
 
 def make(folder, settings):

@@ -1,15 +1,22 @@
 """The numbers that the report works out itself: range profiles, selections, what a published statement says."""
 
+import base64
+import re
+from urllib.parse import unquote
+
+import fake
 import matplotlib.colors
 import numpy as np
 import pandas as pd
 import pytest
+import xarray as xr
 
 from common.radar import C0
-from report import draw_images, draw_mesh, layout, section_tried
+from report import draw_images, draw_mesh, layout, section_explore, section_headline, section_tried
 from report.draw_learning import holds, noise_text
+from report.results import Results
 from report.section_scattering import range_profiles, rcs_dbsm
-from report.selection import decoded_snrs, evenly, noise_snrs, noise_target, target_order
+from report.selection import decoded_snrs, evenly, noise_snrs, noise_target, noisy_targets, target_order
 
 
 @pytest.mark.parametrize("distance", [-0.4, 0.0, 0.55])
@@ -136,3 +143,81 @@ def test_methods_rank_by_their_mean_over_the_middle_within_each_split():
     np.testing.assert_allclose(ranks["mean"], [0.2, 0.6, 0.5])
     assert ranks["gain"].isna().all()
     assert section_tried.middle([24, 18]) == [18, 24]  # where none lies between -12 and 12 dB
+
+
+def _curve(model, values, split="random", score="", experiment="one", train="clean"):
+    """Rows of weighted F1 as `section_headline.f1_scores` gives them."""
+    method = {"split": split, "experiment": experiment, "model": model, "train_snr_db": train, "score": score}
+    frame = pd.DataFrame({"test_snr_db": [-20.0, 0.0, 20.0], "value": values, "low": values, "high": values})
+    return frame.assign(**method, threshold="thesis" if score else "")
+
+
+def test_headline_picks_the_best_by_the_middle_snrs_and_the_thesis_s_own():
+    part = pd.concat(
+        [
+            _curve("knn", [0.9, 0.6, 0.9]),  # better only outside of the middle
+            _curve("svm", [0.3, 0.7, 0.8]),
+            _curve("svm", [0.3, 0.5, 0.6], split="sector"),
+            _curve("capsule", [0.3, 0.9, 1.0]),  # the thesis's, however good it is
+            _curve("capsule", [0.3, 0.95, 1.0], train="6"),  # not as the thesis trains it
+        ]
+    )
+    lines = section_headline.curves(part)
+    assert [label for label, _, _ in lines] == [
+        "best here: capsule (random)",
+        "thesis's: capsule (random)",
+    ]
+    assert lines[0][1]["train_snr_db"].unique().tolist() == ["6"]
+    lines = section_headline.curves(part[part["train_snr_db"] == "clean"])
+    assert [label for label, _, _ in lines] == [
+        "best here: SVM (random)",
+        "best here: SVM (sector)",
+        "thesis's: capsule (random)",
+    ]
+    assert lines[1][1]["value"].tolist() == [0.3, 0.5, 0.6]
+
+
+def test_explorer_holds_the_images_of_the_stores(whole):
+    results = Results(whole.parent, fake.SETTINGS)
+    data = section_explore.explorer(results)
+    assert [one["name"] for one in data["targets"]] == ["drone", "missile", "ufo"]
+    assert data["elevations"] == [-30, 0, 30]
+    ufo = data["targets"][2]
+    assert ufo["snrs"] == ["no noise", "24 dB", "12 dB", "2.5 dB", "0 dB", "-12 dB"]
+    levels = np.frombuffer(base64.b64decode(ufo["images"]), np.uint8)
+    levels = levels.reshape(6, 3, len(data["azimuths"]), *data["pixels"])
+    store = xr.open_zarr(whole.parent / "imaging" / "ufo" / "snr_0dB.zarr").image.isel(realization=0)
+    image = store.sel(elevation=30, azimuth=data["azimuths"][5])
+    shown = draw_images.FLOOR_DB * (1 - levels[4, 2, 5] / 255)
+    expected = np.maximum(draw_images.decibels(image.transpose("range", "crossrange").values), draw_images.FLOOR_DB)
+    np.testing.assert_allclose(shown, expected, atol=0.08)
+    mesh = ufo["mesh"]
+    vertices = mesh["scale"] * np.frombuffer(base64.b64decode(mesh["vertices"]), "<i2").reshape(-1, 3)
+    triangles = np.frombuffer(base64.b64decode(mesh["triangles"]), "<u2").reshape(-1, 3)
+    np.testing.assert_allclose(vertices[triangles], results.surfaces["ufo"][0][results.surfaces["ufo"][1]], atol=1e-5)
+
+
+def test_explorer_grows_no_further_than_a_page_bears(whole, monkeypatch):
+    monkeypatch.setattr(section_explore, "MOST_PIXELS", 20_000)
+    data = section_explore.explorer(Results(whole.parent, fake.SETTINGS))
+    assert len(data["azimuths"]) == 4  # no fewer
+    assert sum(len(base64.b64decode(one["images"])) for one in data["targets"]) <= 20_000
+
+
+def test_noisy_images_are_shown_of_what_is_tested():
+    targets = {"b": {"role": "known"}, "a": {"role": "known"}, "u": {"role": "unknown"}, "o": {"role": "other"}}
+    assert noisy_targets(targets, {}) == ["a"]
+    assert noisy_targets(targets, {"closed": {"open": False}}) == ["a", "b"]
+    assert noisy_targets(targets, {"closed": {"open": False}, "open": {"open": True}}) == ["a", "b", "u", "o"]
+
+
+def test_a_path_keeps_its_place_to_a_hundredth_of_a_point():
+    with layout.style():
+        figure = layout.canvas(2, 2)
+        figure.add_subplot().plot([0, 1 / 3, 1], [0, 1 / 7, 1])
+        svg = layout.to_svg(figure)
+    numbers = re.findall(rb"\d+\.\d+", b" ".join(re.findall(rb' d="([^"]*)"', svg)))
+    assert numbers and max(len(number.partition(b".")[2]) for number in numbers) == 2
+    shown = layout.Figure("x", svg, pd.DataFrame(), "", "")
+    assert unquote(shown.uri.partition(",")[2]).encode() == svg
+    assert not set(shown.uri) & set('"<>#\n')

@@ -22,7 +22,7 @@ from common.overview import overview
 from common.radar import images_are_made
 from imaging.geometry import PURE_NOISE, megabytes, planned
 from learning import experiments
-from report.selection import decoded_snrs, noise_snrs, noise_target
+from report.selection import decoded_snrs, noise_snrs, noisy_targets
 from scattering import origin
 
 try:
@@ -93,13 +93,13 @@ def image_megabytes(copies):
 
 
 def images_shown():
-    """The stores of images that the page shows pictures of: all targets without noise, one target at some SNRs."""
+    """The stores of images that the page shows pictures of: all targets without noise, those with some at some SNRs."""
     if not images_are_made(config):
         return []
     noisy = [sweep.snr_label(snr) for snr in noise_snrs(config["noise"]["snr_db"])]
     return [
         *expand(f"{RESULTS}/imaging/{{target}}/clean.zarr", target=TARGETS),
-        *expand(f"{RESULTS}/imaging/{noise_target(config['targets'])}/{{snr}}.zarr", snr=noisy),
+        *expand(f"{RESULTS}/imaging/{{target}}/{{snr}}.zarr", target=noisy_targets(config["targets"], RUNS), snr=noisy),
     ]
 
 

@@ -89,7 +89,12 @@ rule timing:
         code=code("learning"),
         model_code=sorted({model_code(fitted.split("/")[1]) for fitted in FITTED}),
     output:
-        times=f"{RESULTS}/learning/times.json",
+        times=report(
+            f"{RESULTS}/learning/times.json",
+            caption="../report/times.rst",
+            category="Learning",
+            labels={"table": "prediction times"},
+        ),
     log:
         f"{RESULTS}/logs/learning/timing.log",
     benchmark:
@@ -111,8 +116,18 @@ rule scores:
         predictions=expand(f"{RESULTS}/learning/predictions/{{fitted}}/{{snr}}.csv", fitted=FITTED, snr=SNRS),
         code=code("learning"),
     output:
-        scores=f"{RESULTS}/learning/scores.csv",
-        confusion=f"{RESULTS}/learning/confusion.csv",
+        scores=report(
+            f"{RESULTS}/learning/scores.csv",
+            caption="../report/scores.rst",
+            category="Learning",
+            labels={"table": "scores"},
+        ),
+        confusion=report(
+            f"{RESULTS}/learning/confusion.csv",
+            caption="../report/confusion.rst",
+            category="Learning",
+            labels={"table": "confusion"},
+        ),
     log:
         f"{RESULTS}/logs/learning/scores.log",
     benchmark:

@@ -8,7 +8,12 @@ rule mesh:
         cad=lambda w: config["targets"][w.target]["mesh"],
         code=code("mesh") + ["workflow/scripts/scattering/plan.py"],
     output:
-        figures=f"{RESULTS}/mesh/{{target}}.json",
+        figures=report(
+            f"{RESULTS}/mesh/{{target}}.json",
+            caption="../report/mesh.rst",
+            category="Meshes",
+            labels={"target": "{target}"},
+        ),
         source=f"{RESULTS}/mesh/{{target}}-source.ply",
         meshes=[f"{RESULTS}/mesh/{{target}}-{band}.ply" for band in BANDS],
     log:

@@ -18,9 +18,28 @@ rule report:
         published=[f"resources/reference/thesis_{table}.csv" for table in ("results", "prediction_times", "confusion")],
         code=code("imaging", "mesh", "report"),
     output:
-        page=f"{RESULTS}/report/index.html",
-        figures=directory(f"{RESULTS}/report/figures"),
-        tables=directory(f"{RESULTS}/report/tables"),
+        page=report(
+            f"{RESULTS}/report/index.html",
+            caption="../report/page.rst",
+            category="Report",
+            labels={"page": "everything on one page"},
+        ),
+        figures=report(
+            directory(f"{RESULTS}/report/figures"),
+            patterns=["{name}.svg"],
+            caption="../report/figure.rst",
+            category="Report",
+            subcategory="figures",
+            labels={"figure": "{name}"},
+        ),
+        tables=report(
+            directory(f"{RESULTS}/report/tables"),
+            patterns=["{name}.csv"],
+            caption="../report/table.rst",
+            category="Report",
+            subcategory="tables",
+            labels={"table": "{name}"},
+        ),
     log:
         f"{RESULTS}/logs/report.log",
     benchmark:

@@ -9,7 +9,7 @@ from report.layout import canvas, style, to_svg
 
 FLOOR_DB = -40
 COLUMNS = 4
-RASTER = 240  # cells of the raster from which an outline is read, along the target's longer side
+RASTER = 140  # cells of the raster from which an outline is read, along the target's longer side
 OUTLINE = 0.2  # covered, after smoothing
 
 

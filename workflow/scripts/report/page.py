@@ -7,6 +7,8 @@ from markupsafe import Markup
 
 from report import (
     section_capsule,
+    section_explore,
+    section_headline,
     section_images,
     section_learning,
     section_mesh,
@@ -31,8 +33,7 @@ def write_report(folder, settings, page, figures, tables, reference=REFERENCE):
     """
     results = Results(folder, settings, reference)
     thumbnails = [section_mesh.thumbnail(name, results.surfaces[name]) for name in results.meshed]
-    headline = section_learning.headline(results) if results.learns else None
-    overview = section_run.targets_table(results)
+    headline = section_headline.headline(results) if results.learns else None
     sections = [section_mesh.section(results), section_scattering.section(results)]
     if results.images_are_made:
         sections.append(section_images.section(results))
@@ -53,14 +54,15 @@ def write_report(folder, settings, page, figures, tables, reference=REFERENCE):
         .render(
             name=settings["name"],
             facts=section_run.facts(results),
-            thumbnails=thumbnails,
-            overview=overview,
+            targets=section_run.cards(results, thumbnails),
             headline=headline,
+            comparison=section_headline.comparison(results) if results.learns else None,
+            explorer=section_explore.explorer(results) if results.images_are_made else None,
             sections=sections,
         )
     )
     drawn = [*thumbnails, *([headline] if headline else []), *(one for part in sections for one in part.figures)]
-    listed = [overview, *(one for part in sections for one in part.tables)]
+    listed = [one for part in sections for one in part.tables]
     _write_files(drawn, listed, Path(figures), Path(tables))
     # Last: whoever finds the page finds its files too.
     Path(page).parent.mkdir(parents=True, exist_ok=True)
@@ -76,8 +78,9 @@ def _environment():
         undefined=jinja2.StrictUndefined,
     )
     environment.globals["zip"] = zip
-    # Not escaped: it is ours, and quotes are part of CSS.
+    # Not escaped: they are ours, and quotes are part of them.
     environment.globals["stylesheet"] = Markup((HERE / "style.css").read_text())
+    environment.globals["scripts"] = {path.name: Markup(path.read_text()) for path in HERE.glob("*.js")}
     return environment
 
 

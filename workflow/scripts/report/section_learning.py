@@ -33,50 +33,8 @@ CONDITIONS = {"test at elevation 0": "trained", "test at all elevations": "all",
 PUBLISHED_METRICS = {"accuracy": "accuracy", "f1": "f1_weighted"}
 DASHES = {"solid": "-", "dashed": "--", "dotted": ":", "dash-dot": "-."}  # a class each
 DASH_LIST = list(DASHES.values())
-COLUMNS = 4  # experiments side by side in the headline, at most
 MATRICES = 4  # confusion matrices side by side
 WIDE = 3  # more than so many side by side take the whole width of the page
-
-
-def headline(results):
-    """Accuracy above weighted F1 against SNR at all elevations, a column per experiment; a single one side by side."""
-    scores = closed(results.scores)
-    # What is tested on unknown targets too has a figure of its own.
-    scores = scores[scores["elevation"] == "all"]
-    names = sorted({*experiments(scores)} - {*open_experiments(results.scores)}) or experiments(scores)
-    scores = scores[scores["experiment"].isin(names)]
-    metrics = ["accuracy", "f1_weighted"]
-    blocks = -(-len(names) // COLUMNS)
-    columns = -(-len(names) // blocks)
-    shape = (2 * blocks, columns) if len(names) > 1 else (1, 2)
-    with style():
-        figure = canvas(10.2 if columns > 2 else 9, 0.5 + 2.3 * shape[0])
-        grid = figure.subplots(*shape, squeeze=False, sharex=True, sharey=True)
-        for axes in grid.flat:
-            axes.set_axis_off()
-        for (place, name), (row, metric) in itertools.product(enumerate(names), enumerate(metrics)):
-            block, column = divmod(place, columns)
-            axes = grid[2 * block + row, column] if len(names) > 1 else grid[0, row]
-            axes.set_axis_on()
-            draw_curves(axes, scores[(scores["experiment"] == name) & (scores["metric"] == metric)])
-            axes.set(ylabel=METRICS[metric], title=title(name))
-            if metric == metrics[-1] or len(names) == 1:
-                axes.set_xlabel("test SNR [dB]")
-                axes.tick_params(labelbottom=True)
-        draw_legend(figure, grid.flat)
-        svg = to_svg(figure)
-    shown = scores[scores["metric"].isin(metrics)]
-    return Figure(
-        name="headline",
-        svg=svg,
-        data=shown,
-        alt="Accuracy and weighted F1 against test SNR for each experiment and model. " + _summary(shown),
-        caption=(
-            "Accuracy and weighted F1 on test images at all elevations against their SNR; bands are "
-            f"95 % intervals. {_summary(shown)}"
-        ),
-        wide=True,
-    )
 
 
 def closed(table):

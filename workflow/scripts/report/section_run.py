@@ -2,7 +2,9 @@
 
 import platform
 import subprocess
+import tomllib
 from importlib import metadata
+from pathlib import Path
 
 import pandas as pd
 import yaml
@@ -11,7 +13,10 @@ from common import radar as sweep
 from report.layout import Section, Table, duration, number
 from report.section_mesh import extent
 
+ROOT = Path(__file__).parents[3]
+STAGES = ("mesh", "scattering", "imaging")  # whose jobs are called so in benchmarks; all others are learning's
 PACKAGES = ("snakemake", "numpy", "scipy", "jax", "pymeshlab", "scikit-learn", "xarray", "zarr", "matplotlib")
+MAIN = ("jax", "numpy", "snakemake")  # named at the head of the page
 
 
 def facts(results):
@@ -22,7 +27,7 @@ def facts(results):
     elevation, azimuth = sweep.elevations(settings["aspect"]), sweep.azimuths(settings["aspect"])
     band = f"{frequency[0]:g} GHz" if len(frequency) == 1 else f"{frequency[0]:g} to {frequency[-1]:g} GHz"
     pairs = [
-        ("Run", f"{settings['name']}, seed {settings['seed']}"),
+        ("Run", f"{settings['name']}, seed {settings['seed']}; its whole config stands at the end of the page"),
         (
             "Radar",
             f"{band}, {_count(len(frequency), 'frequency', 'frequencies')}, {', '.join(radar['polarizations'])}",
@@ -44,8 +49,30 @@ def facts(results):
             ),
         ]
     if len(results.benchmarks):
-        pairs.append(("Computed in", f"{duration(results.benchmarks['s'].sum())} of jobs"))
+        pairs.append(("Computed in", _times(results.benchmarks)))
+    main = [text for text in _versions() if text.split()[0] in MAIN]
+    pairs.append(("Made with", f"isarflow {version()}, commit {commit()}; {', '.join(main)}"))
     return pairs
+
+
+def _times(benchmarks):
+    """The time of all jobs, and of each stage's, in words."""
+    stages = benchmarks["step"].where(benchmarks["step"].isin(STAGES), "learning")
+    seconds = benchmarks.groupby(stages)["s"].sum()
+    parts = ", ".join(f"{stage} {duration(seconds[stage])}" for stage in (*STAGES, "learning") if stage in seconds)
+    return f"{duration(seconds.sum())} of jobs ({parts})"
+
+
+def cards(results, thumbnails):
+    """(name, its picture or None, lines of text) of every target: role, size and unknowns."""
+    pictures = dict(zip(results.meshed, thumbnails, strict=True))
+    table = targets_table(results).shown.set_index("target")
+    found = []
+    for name, row in zip(table.index, table.itertuples(index=False, name=None), strict=True):
+        role, size, unknowns = row
+        lines = [f"{size} m", f"{unknowns} unknowns"] if name in pictures else ["given by its field"]
+        found.append((name, pictures.get(name), [role, *lines]))
+    return found
 
 
 def targets_table(results):
@@ -76,8 +103,10 @@ def section(results):
     return Section(
         id="made",
         title="How this was made",
-        text=(f"isarflow, commit {commit()}, Python {platform.python_version()}, {_versions()}.",),
-        tables=jobs_table(results.benchmarks),
+        text=(
+            f"isarflow {version()}, commit {commit()}, Python {platform.python_version()}, {', '.join(_versions())}.",
+        ),
+        tables=(targets_table(results), *jobs_table(results.benchmarks)),
         code=yaml.safe_dump(results.settings, sort_keys=True, default_flow_style=None, width=100),
     )
 
@@ -102,6 +131,11 @@ def jobs_table(benchmarks):
     return (Table("jobs", shown, benchmarks, caption),)
 
 
+def version():
+    """isarflow's version."""
+    return tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["version"]
+
+
 def commit():
     """The commit of the code, with '-dirty' where files were changed since; 'unknown' outside a git checkout."""
     try:
@@ -118,7 +152,7 @@ def _versions():
             found.append(f"{package} {metadata.version(package)}")
         except metadata.PackageNotFoundError:
             continue
-    return ", ".join(found)
+    return found
 
 
 def _count(count, one, many):

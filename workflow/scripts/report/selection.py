@@ -20,6 +20,15 @@ def noise_target(targets):
     return target_order(targets)[0]
 
 
+def noisy_targets(targets, runs):
+    """Names of the targets that are shown at several SNRs: those that a run is tested on, and the one above.
+
+    runs: what `learning.experiments.runs` gives.
+    """
+    roles = {role for run in runs.values() for role in (ROLES if run["open"] else ("known",))}
+    return [name for name in target_order(targets) if targets[name]["role"] in roles or name == noise_target(targets)]
+
+
 def evenly(values, count):
     """At most `count` of the sorted values, evenly spread, the first and the last among them."""
     values = sorted(values)
