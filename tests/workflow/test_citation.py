@@ -1,0 +1,17 @@
+"""CITATION.cff, pyproject.toml and LICENSE say the same."""
+
+import tomllib
+
+from common.config import ROOT, read_yaml
+
+
+def test_citation_is_whole_and_agrees_with_the_project():
+    citation = read_yaml(ROOT / "CITATION.cff")
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    assert citation["cff-version"] == "1.2.0"
+    assert {"message", "title", "authors", "abstract"} <= set(citation)  # the first three the format requires
+    assert citation["version"] == project["version"]
+    assert citation["license"] == project["license"] == "GPL-3.0-or-later"
+    assert "GNU GENERAL PUBLIC LICENSE\n                       Version 3" in (ROOT / "LICENSE").read_text()
+    (thesis,) = citation["references"]
+    assert {"type", "title", "authors"} <= set(thesis)  # what the format requires of a reference
