@@ -6,13 +6,15 @@
 # make bench-thesis: one solve at full size (an hour, 24 GB), and the whole reference experiment projected from it
 # make bench-imaging: 1,172,490 images from made-up fields, beside the disk's speed
 # make bench-bempp: the same sphere by bempp-cl, in an environment of its own, and here
+# make validate: the solver and the image formation beside closed forms, as figures (docs/validation.md)
 
 PYTHON ?= python3
 CORES ?= 2
 BIN := .venv/bin
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
-.PHONY: report test lint environment bench-learning bench-capsules bench-scattering bench-bempp bench-thesis bench-imaging
+.PHONY: report test lint environment validate bench-learning bench-capsules bench-scattering bench-bempp bench-thesis \
+	bench-imaging
 
 report: environment
 	snakemake --cores $(CORES) report
@@ -25,6 +27,9 @@ lint: environment
 	ruff format --check .
 	snakefmt --check Snakefile workflow/rules
 	snakemake --lint
+
+validate: environment
+	PYTHONPATH=workflow/scripts:tests/scattering python benchmarks/validate.py --threads $(CORES)
 
 bench-scattering: environment
 	PYTHONPATH=workflow/scripts python benchmarks/bench_scattering.py
