@@ -198,10 +198,10 @@ def test_explorer_holds_the_images_of_the_stores(whole):
 
 
 def test_explorer_grows_no_further_than_a_page_bears(whole, monkeypatch):
-    monkeypatch.setattr(section_explore, "MOST_PIXELS", 20_000)
+    monkeypatch.setattr(section_explore, "MOST_PIXELS", 6_000)
     data = section_explore.explorer(Results(whole.parent, fake.SETTINGS))
     assert len(data["azimuths"]) == 4  # no fewer
-    assert sum(len(base64.b64decode(one["images"])) for one in data["targets"]) <= 20_000
+    assert sum(len(base64.b64decode(one["images"])) for one in data["targets"]) <= 6_000
 
 
 def test_noisy_images_are_shown_of_what_is_tested():
