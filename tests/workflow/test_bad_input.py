@@ -8,6 +8,7 @@ CASES = {
     "missing mesh": ("targets: {a: {mesh: nowhere/a.stl, role: known}}", ["targets.a.mesh", "nowhere/a.stl"]),
     "unknown key": ("radar: {bandwith: 1.0e+9}", ["radar.bandwith", "bandwidth"]),
     "negative bandwidth": ("radar: {bandwidth: -1.5e9}", ["radar.bandwidth"]),
+    "section is a number": ("noise: 5", ["'noise': 5 is not a mapping"]),
     "SNR as text": ("noise: {snr_db: [0, three]}", ["noise.snr_db", "three"]),
 }
 
@@ -28,4 +29,5 @@ def test_message_names_the_key(project, case):
     for text in expected:
         assert text in finished.stdout
     assert "Traceback" not in finished.stdout
+    assert len(finished.stdout.splitlines()) < 6  # nothing that hides the message
     assert not (project.folder / "results").exists()

@@ -86,7 +86,7 @@ BAD = {
     "target name": ({"targets": {"a-b": KNOWN}}, "targets", "a-b"),
     "no targets": ({"targets": {}}, "targets", "{}"),
     "section is a number": ({"radar": 5}, "radar", "5"),
-    "section is empty": ({"radar": None}, "radar", "None"),
+    "section is empty": ({"radar": None}, "radar", "nothing is not a mapping"),
     "even aperture": ({"imaging": {"aperture": 10}}, "imaging.aperture", "odd"),
     "aperture too long": ({"imaging": {"aperture": 201}}, "imaging.aperture", "121"),
     "window": ({"imaging": {"window": "haming"}}, "imaging.window", "hamming"),
@@ -210,6 +210,48 @@ BAD = {
     "SNRs of one name": ({"noise": {"snr_db": [1.0, 1.0000001]}}, "noise.snr_db", "snr_1dB"),
     "nothing left to test": ({"learning": {"split": {"train": 0.001}}}, "learning.split.train", "0 to train"),
     "one class": ({"targets": {"a": KNOWN}}, "learning.experiments", "two targets"),
+    "no mapping": ([1, 2], "config: [1, 2]", "a mapping"),
+    "text alone": ("quick", "config: 'quick'", "a mapping"),
+    "noise is a number": ({"noise": 5}, "noise", "snr_db, realizations, definition"),
+    "key of another section": ({"aperture": 11}, "aperture", "did you mean 'imaging.aperture'?"),
+    "capital letters": ({"noise": {"SNR_dB": [0]}}, "noise.SNR_dB", "did you mean 'snr_db'?"),
+    "misspelt value": ({"imaging": {"window": "hamingg"}}, "imaging.window", "did you mean 'hamming'?"),
+    "how SNRs are used, misspelt": (
+        one_experiment(snr_db={"rnadom": [0, 3]}),
+        "learning.experiments.e.train.snr_db.rnadom",
+        "did you mean 'random'?",
+    ),
+    "kind, misspelt": (
+        {"learning": {"models": {"mine": {"knd": "lr"}}}},
+        "learning.models.mine",
+        "did you mean 'kind' by 'knd'?",
+    ),
+    "a setting of a model without": (
+        {"learning": {"models": {"matched_filter": {"othr": True}}}},
+        "learning.models.matched_filter.othr",
+        "did you mean 'other'?",
+    ),
+    "trillions of angles": (
+        {"aspect": {"elevation": {"start": -90, "stop": 90, "step": 1e-9}}},
+        "aspect.elevation.step",
+        "more than 100000 angles",
+    ),
+    "name of a folder above": ({"name": ".."}, "name", "a letter, then"),
+    "name with a line's end": ({"name": "a\n"}, "name", "a letter, then"),
+    "name of 300 letters": ({"name": 300 * "a"}, "name", "a hundred"),
+    "target name that is a path": ({"targets": {"a/b": KNOWN}}, "targets.a/b", "a letter, then"),
+    "target names alike": ({"targets": {"a": KNOWN, "A": KNOWN}}, "targets.A", "capital letters"),
+    "experiment names alike": (
+        {"learning": {"experiments": {name: one_experiment()["learning"]["experiments"]["e"] for name in "Ee"}}},
+        "learning.experiments.e",
+        "capital letters",
+    ),
+    "all trained": ({"learning": {"split": {"train": 1}}}, "learning.split.train", "1 is not less than 1"),
+    "both kinds of azimuths": (
+        {"aspect": {"azimuth": {"count": 9, "start": 0, "stop": 8, "step": 1}}},
+        "aspect.azimuth",
+        "it has count, start, step, stop",
+    ),
 }
 
 
@@ -227,7 +269,7 @@ BAD_FIELDS = {
     },
     "misspelt": ({"feild": "a.ffe"}, "targets.a.feild", "did you mean 'field'"),
     "number": ({"field": 5}, "targets.a.field", "instead of mesh"),
-    "polarization": ({"field": {"VV": "a.ffe"}}, "targets.a.field", "each incident polarization"),
+    "polarization": ({"field": {"VV": "a.ffe"}}, "targets.a.field.VV", "each incident polarization"),
     "empty list": ({"field": []}, "targets.a.field", "one or more"),
     "missing file": ({"field": "no/such.ffe"}, "targets.a.field", "no file no/such.ffe"),
     "missing store": ({"field": "no/such.zarr"}, "targets.a.field", "no store no/such.zarr"),
@@ -356,20 +398,6 @@ def test_loading_leaves_the_overlay_alone():
     before = copy.deepcopy(overlay)
     assert load(overlay)["mesh"]["bands"] == 3  # never more bands than frequencies
     assert overlay == before
-
-
-def test_key_that_stands_twice_is_refused(tmp_path):
-    file = tmp_path / "twice.yaml"
-    file.write_text("radar: {bandwidth: 1}\nname: a\nradar: {bandwidth: 2}\n")
-    with pytest.raises(InputError, match=r"twice.yaml, line 3: the key 'radar' stands twice"):
-        load({}, [file])
-
-
-def test_bad_syntax_is_refused_with_its_line(tmp_path):
-    file = tmp_path / "bad.yaml"
-    file.write_text("name: a\nradar: [1, 2\n")
-    with pytest.raises(InputError, match=r"bad.yaml, line 3"):
-        read_yaml(file)
 
 
 def test_order_of_snrs_has_no_meaning():

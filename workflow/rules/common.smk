@@ -33,7 +33,7 @@ except InputError as error:
 lock.release_stale()
 
 RESULTS = f"results/{config['name']}"
-BEFORE_JOBS = ("check.py", "config.py", "lock.py", "overview.py")  # run with this file, never in a job
+BEFORE_JOBS = ("check.py", "config.py", "lock.py", "overview.py", "schema.py")  # run with this file, never in a job
 TARGETS = list(config["targets"])
 # A target is a mesh, which is solved, or a field from elsewhere.
 MESHED = [target for target in TARGETS if "mesh" in config["targets"][target]]

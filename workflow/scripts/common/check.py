@@ -1,17 +1,16 @@
 """Check a config, before any work is done: against the schema, and one key against another."""
 
 import ast
-import difflib
+import functools
 from pathlib import Path
 from typing import NamedTuple
 
-import jsonschema
 import numpy as np
-import yaml
 
 from common import radar as sweep
 from common.errors import InputError
 from common.radar import images_are_made
+from common.schema import check_schema, near, schema
 from imaging.formation import window
 from imaging.geometry import centres, planned
 from learning.classifier import NOT_HYPER, OTHER, choices
@@ -21,77 +20,21 @@ from mesh import cad_kernel
 from scattering import origin
 
 ROOT = Path(__file__).resolve().parents[3]
-SCHEMA = ROOT / "config" / "schema.yaml"
 MODELS = ROOT / "workflow" / "scripts" / "learning" / "models"
 FIELD_FORMATS = (".ffe", ".zarr")
 WHERE = " (paths start at the folder you run snakemake in)"
 MESH_FORMATS = (".stl", ".obj", ".ply", ".off", *cad_kernel.FORMATS)
-TYPES = {
-    "object": "a mapping of keys to values",
-    "array": "a list",
-    "string": "text",
-    "integer": "a whole number",
-    "number": "a number",
-    "boolean": "true or false",
-}
+MOST_ANGLES = 100_000
 
 
 def check(config):
-    """Raise InputError for the first thing wrong with a full config."""
-    schema = yaml.safe_load(SCHEMA.read_text())
-    _check_schema(config, schema)
+    """Raise InputError for the first thing wrong with a full config that `check_schema` has nothing against."""
     _check_finite(config)
     _check_sweep(config)
     _check_targets(config)
     _check_snrs(config)
-    _check_models(config["learning"], schema)
+    _check_models(config["learning"])
     _check_experiments(config)
-
-
-def _check_schema(value, schema, path=()):
-    """Raise InputError for the first thing in a value, which stands at `path` in the config, that is not allowed."""
-    errors = jsonschema.Draft202012Validator(schema).iter_errors(value)
-    # A misspelt key first: it is the cause of what is missing elsewhere. Then the outermost.
-    error = min(errors, key=lambda e: (e.validator != "additionalProperties", len(e.absolute_path)), default=None)
-    if error is not None:
-        raise InputError(_message(error, path))
-
-
-def _message(error, above=()):
-    path = ".".join(str(part) for part in (*above, *error.absolute_path))
-    where = f"config key '{path}'" if path else "config"
-    if error.validator == "additionalProperties":
-        known = sorted(error.schema.get("properties", {}))
-        unknown = next(key for key in error.instance if key not in known)
-        path = f"{path}.{unknown}" if path else str(unknown)
-        near = difflib.get_close_matches(str(unknown), known, n=1)
-        hint = f"; did you mean '{near[0]}'?" if near else "."
-        return f"config key '{path}' is unknown{hint} Known keys here: {', '.join(known)}."
-    if error.validator == "required":
-        missing = next(key for key in error.validator_value if key not in error.instance)
-        path = f"{path}.{missing}" if path else missing
-        return f"config key '{path}' is missing."
-    if error.validator == "oneOf" and len(error.absolute_path) == 2 and error.absolute_path[0] == "targets":
-        return _mesh_or_field(path, error.instance)
-    if error.validator in ("oneOf", "not"):
-        problem = f"{error.instance!r} is not allowed"
-    elif error.validator == "type":
-        problem = f"{error.instance!r} is not {TYPES[error.validator_value]}"
-    else:
-        problem = error.message
-    rule = error.schema.get("description", "")
-    return f"{where}: {problem}." + (f" Expected: {rule}." if rule else "")
-
-
-def _mesh_or_field(path, target):
-    """What is wrong with a target that is not exactly one of a mesh and a field."""
-    either = "a target is either a 'mesh' (a CAD file) or a 'field' (.ffe, .zarr)"
-    if "field" not in target:
-        return f"config key '{path}.mesh' is missing: {either}."
-    if "mesh" in target:
-        return f"config key '{path}.field' stands beside 'mesh': {either}."
-    extra = next(key for key in target if key not in ("field", "role"))
-    return f"config key '{path}.{extra}' says something about a mesh, and this target is a 'field'; leave it out."
 
 
 def _check_finite(value, path=""):
@@ -105,9 +48,14 @@ def _check_finite(value, path=""):
 def _check_sweep(config):
     radar, aspect, imaging = config["radar"], config["aspect"], config["imaging"]
     if radar["frequencies"] == 1 and radar["bandwidth"] != 0:
-        raise InputError("config key 'radar.bandwidth' must be 0 when 'radar.frequencies' is 1.")
+        raise InputError(
+            f"config key 'radar.bandwidth': {radar['bandwidth']:g} Hz, but 'radar.frequencies' is 1; then it must be 0."
+        )
     if radar["frequencies"] > 1 and radar["bandwidth"] == 0:
-        raise InputError("config key 'radar.bandwidth' is 0 but 'radar.frequencies' is more than 1.")
+        raise InputError(
+            f"config key 'radar.bandwidth': 0 Hz, but 'radar.frequencies' is {radar['frequencies']}; it must be more "
+            "than 0, or 'radar.frequencies' 1."
+        )
     if radar["bandwidth"] >= 2 * radar["center_frequency"]:
         raise InputError(
             f"config key 'radar.bandwidth': {radar['bandwidth']:g} Hz reaches below 0 Hz; "
@@ -143,6 +91,8 @@ def _check_steps(key, angles, limit):
         raise InputError(
             f"config key '{key}': start {start} to stop {stop} must ascend within -{limit} to {limit} degrees."
         )
+    if (stop - start) / step > MOST_ANGLES:
+        raise InputError(f"config key '{key}.step': {step:g} degrees make more than {MOST_ANGLES} angles.")
     last = sweep.stepped(start, stop, step)[-1]
     if not np.isclose(last, stop):
         raise InputError(
@@ -151,6 +101,7 @@ def _check_steps(key, angles, limit):
 
 
 def _check_targets(config):
+    _check_cases("targets", config["targets"])
     for name, target in config["targets"].items():
         if name == OTHER:
             raise InputError(
@@ -173,6 +124,17 @@ def _check_targets(config):
                     f"config key 'targets.{name}.unit': {mesh} states its own unit, from which it is converted; "
                     "leave 'unit' out. If the file's is wrong, export it anew."
                 )
+
+
+def _check_cases(key, names):
+    """Raise InputError for two names that differ in case alone: some file systems would keep one folder for both."""
+    found = {}
+    for name in names:
+        if found.setdefault(name.lower(), name) != name:
+            raise InputError(
+                f"config key '{key}.{name}' differs from '{found[name.lower()]}' in capital letters alone; "
+                "take another name."
+            )
 
 
 def _check_field(key, field, config):
@@ -203,27 +165,33 @@ def _check_snrs(config):
             )
 
 
-def _check_models(learning, schema):
+def _check_models(learning):
     """Every model's settings, against the schema of its kind. A list stands for each of its values."""
     available = sorted(path.stem for path in MODELS.glob("*.py") if not path.stem.startswith("_"))
     for name, settings in learning["models"].items():
         key, kind = f"config key 'learning.models.{name}", settings.get("kind", name)
         if kind not in available:
-            where = f"{key}.kind': there" if "kind" in settings else f"{key}': there"
+            hint, misspelt = near(kind, available), [one for one in settings if near(one, ["kind"]) != "."]
+            if "kind" in settings:
+                key += ".kind"
+            elif misspelt:
+                hint = f"; did you mean 'kind' by '{misspelt[0]}'?"
             raise InputError(
-                f"{where} is no model '{kind}'{_near(kind, available)} There are: {', '.join(available)}; one of your "
+                f"{key}': there is no model '{kind}'{hint} There are: {', '.join(available)}; one of your "
                 f"own is a file {kind}.py in workflow/scripts/learning/models, or say with 'kind' which of them it is."
             )
         _check_model_file(MODELS / f"{kind}.py", key)
-        rules = schema["$defs"]["kinds"].get(kind)
+        rules = schema()["$defs"]["kinds"].get(kind)
         own = {one: value for one, value in settings.items() if one not in NOT_HYPER}
         for one, value in own.items():
             if value == []:
                 raise InputError(f"{key}.{one}': an empty list leaves nothing to choose from.")
         if rules is not None:
-            rules = {"type": "object", "additionalProperties": False, "$defs": schema["$defs"], **rules}
+            shared = schema()["properties"]["learning"]["properties"]["models"]["additionalProperties"]["properties"]
+            rules = {**rules, "additionalProperties": False, "properties": {**shared, **rules["properties"]}}
+            rules["$defs"] = schema()["$defs"]
             for choice in choices(settings):
-                _check_schema(choice, rules, ("learning", "models", name))
+                check_schema(choice, rules, ("learning", "models", name))
 
 
 def _check_model_file(path, key):
@@ -244,6 +212,7 @@ class Face(NamedTuple):
     smallest: int
 
 
+@functools.cache
 def face(path):
     """The Face of the class Model in a file. It is read, not run: that would take longer than all other checks."""
     tree = ast.parse(path.read_text())
@@ -264,16 +233,12 @@ def model_path(models, name):
     return MODELS / f"{models[name].get('kind', name)}.py"
 
 
-def _near(name, names):
-    near = difflib.get_close_matches(name, names, n=1)
-    return f"; did you mean '{near[0]}'?" if near else "."
-
-
 def _check_experiments(config):
     learning = config["learning"]
     experiments = learning["experiments"] if images_are_made(config) else {}
     roles = [target["role"] for target in config["targets"].values()]
     elevations = sweep.elevations(config["aspect"])
+    _check_cases("learning.experiments", experiments)
     found = runs(config) if experiments else {}
     for name, experiment in experiments.items():
         key = f"config key 'learning.experiments.{name}"
@@ -286,7 +251,7 @@ def _check_experiments(config):
         for model in experiment["models"]:
             if model not in learning["models"]:
                 raise InputError(
-                    f"{key}.models': there is no '{model}' in 'learning.models'{_near(model, learning['models'])} "
+                    f"{key}.models': there is no '{model}' in 'learning.models'{near(model, learning['models'])} "
                     f"There are: {', '.join(learning['models'])}."
                 )
         if train["elevation"] != "all":
@@ -305,7 +270,8 @@ def _check_experiments(config):
         key = f"config key 'learning.experiments.{run['experiment']}"
         for snr in run["snrs"]:
             if snr != CLEAN and snr not in config["noise"]["snr_db"]:
-                raise InputError(f"{key}.train.snr_db': {snr} is not in noise.snr_db.")
+                have = ", ".join(f"{one:g}" for one in sorted(config["noise"]["snr_db"]))
+                raise InputError(f"{key}.train.snr_db': {snr} is not in noise.snr_db ({have}).")
         faces = {model: face(model_path(learning["models"], model)) for model in run["models"]}
         for model in run["models"] if run["random_snr"] else ():
             if not faces[model].by_snr:

@@ -7,6 +7,7 @@ import yaml
 
 from common.check import check
 from common.errors import InputError
+from common.schema import check_schema
 from learning.experiments import CLEAN
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -29,6 +30,7 @@ def load(overlay=None, files=()):
     for path in files:
         read_yaml(path)
     config = _numbers(_merge(read_yaml(BASE), overlay or {}))
+    check_schema(config)
     _inherit(config)
     config = _checked(config, overlay or {})
     # More bands than frequencies would leave some empty; the order of SNRs has no meaning.
@@ -43,22 +45,30 @@ def load(overlay=None, files=()):
 def read_yaml(path):
     """A YAML file as plain types. Raises InputError for bad syntax and for a key that stands twice in a mapping."""
     try:
-        return yaml.load(Path(path).read_text(), _UniqueKeys)
+        return yaml.load(Path(path).read_text(encoding="utf-8"), _UniqueKeys)
     except yaml.MarkedYAMLError as error:
         line = f", line {error.problem_mark.line + 1}" if error.problem_mark else ""
-        raise InputError(f"{path}{line}: {error.problem}.") from None
+        tabs = "; YAML is indented with spaces, not tabs" if "cannot start any token" in error.problem else ""
+        raise InputError(f"{path}{line}: {error.problem}{tabs}.") from None
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path}, byte {error.start + 1}: not a text file in UTF-8.") from None
+    except (yaml.YAMLError, ValueError) as error:
+        raise InputError(f"{path}: {' '.join(str(error).split())}.") from None
 
 
-class _UniqueKeys(yaml.SafeLoader):
+class _UniqueKeys(yaml.CSafeLoader):
     """YAML lets a later key replace an earlier one: a pasted block would silently undo another."""
 
     def construct_mapping(self, node, deep=False):
         seen = set()
         for key, _ in node.value:
-            if key.value in seen:
-                raise yaml.constructor.ConstructorError(
-                    None, None, f"the key '{key.value}' stands twice in one mapping", key.start_mark
-                )
+            problem = None
+            if not isinstance(key, yaml.ScalarNode):
+                problem = "a key must be a word, not a list or a mapping"
+            elif key.value in seen:
+                problem = f"the key '{key.value}' stands twice in one mapping"
+            if problem:
+                raise yaml.constructor.ConstructorError(None, None, problem, key.start_mark)
             seen.add(key.value)
         return super().construct_mapping(node, deep)
 
@@ -87,12 +97,11 @@ def _checked(config, overlay):
 
     Nobody asked for those; one that the user's config names is refused instead.
     """
-    own = overlay.get("learning", {})
     try:
         check(config)
         return config
     except InputError as error:
-        if not isinstance(own, dict) or "experiments" in own:
+        if "experiments" in overlay.get("learning", {}):
             raise
         left_out, experiments = {}, _spread(config["learning"]["experiments"], config["noise"]["snr_db"])
         for name in experiments:
@@ -118,7 +127,7 @@ def _spread(experiments, snr_db):
     spread = {name: {**what, "train": dict(what["train"])} for name, what in experiments.items()}
     for experiment in spread.values():
         wanted = experiment["train"]["snr_db"]
-        if isinstance(wanted, dict) and isinstance(snr_db, list):
+        if isinstance(wanted, dict):
             kept = {kind: [snr for snr in snrs if snr == CLEAN or snr in snr_db] for kind, snrs in wanted.items()}
             if all(len(set(snrs) - {CLEAN}) > 1 for snrs in kept.values()):
                 experiment["train"]["snr_db"] = kept
@@ -127,13 +136,10 @@ def _spread(experiments, snr_db):
 
 def _inherit(config):
     """Give a model whose `kind` is another model that one's settings where it has none of its own."""
-    models = config["learning"].get("models") if isinstance(config.get("learning"), dict) else None
-    if isinstance(models, dict) and all(isinstance(settings, dict) for settings in models.values()):
-        # Whatever is no name of a model is left to the check.
-        kinds = {name: str(settings.get("kind")) for name, settings in models.items()}
-        config["learning"]["models"] = {
-            name: {**models.get(kinds[name], {}), **settings} for name, settings in models.items()
-        }
+    models = config["learning"]["models"]
+    config["learning"]["models"] = {
+        name: {**models.get(settings.get("kind"), {}), **settings} for name, settings in models.items()
+    }
 
 
 def _numbers(value):

@@ -1,0 +1,72 @@
+"""Every key of config/schema.yaml, of a wrong type, misspelt and left out: each is refused by its name."""
+
+import copy
+
+import pytest
+
+from common.check import check
+from common.config import ROOT, load
+from common.errors import InputError
+from common.schema import check_schema, schema
+
+# Of mappings of names that the user gives, one that the default config has.
+NAMED = {"targets": "drone", "models": "knn", "experiments": "fcnn_open"}
+WRONG = ("?!", -1e40, float("nan"), None, [{}])  # right for no key
+
+
+def keys_of(rules, path=()):
+    """Every key of a schema by its path in a config: whether it must be there."""
+    for key, inner in rules.get("properties", {}).items():
+        own = (*path, key)
+        if "$ref" in inner:
+            inner = schema()["$defs"][inner["$ref"].split("/")[-1]]
+        yield own, key in rules.get("required", ())
+        yield from keys_of(inner, own)
+        if isinstance(inner.get("additionalProperties"), dict):
+            yield (*own, NAMED[key]), False
+            yield from keys_of(inner["additionalProperties"], (*own, NAMED[key]))
+
+
+KEYS = dict(keys_of(schema()))
+for kind, rules in schema()["$defs"]["kinds"].items():
+    KEYS |= dict(keys_of(rules, ("learning", "models", kind)))
+
+
+@pytest.fixture(scope="module")
+def full():
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(ROOT)
+        yield load()
+
+
+def refused(config, path, edit):
+    """The message for a full config after `edit` was called with the mapping that holds the key."""
+    config = copy.deepcopy(config)
+    holder = config
+    for key in path[:-1]:
+        holder = holder[key]
+    edit(holder)
+    with pytest.raises(InputError) as caught:
+        check_schema(config)
+        check(config)
+    assert "\n" not in str(caught.value)
+    return str(caught.value)
+
+
+@pytest.mark.parametrize("path", KEYS, ids=".".join)
+def test_every_key_is_held_to_the_schema(path, full):
+    dotted, key = ".".join(path), path[-1]
+    for value in WRONG:
+        message = refused(full, path, lambda holder, value=value: holder.update({key: value}))
+        assert f"'{dotted}" in message, (value, message)
+    if key not in NAMED.values():
+        misspelt = key + key[-1]
+        message = refused(full, path, lambda holder: holder.update({misspelt: holder.pop(key, 1)}))
+        assert f"'{dotted}{key[-1]}' is unknown; did you mean '{key}'?" in message
+    if KEYS[path]:
+        assert f"'{dotted}' is missing" in refused(full, path, lambda holder: holder.pop(key))
+
+
+def test_the_keys_are_those_of_every_section():
+    assert len(KEYS) > 60
+    assert {path[0] for path in KEYS} == set(schema()["properties"])

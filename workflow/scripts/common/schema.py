@@ -1,0 +1,137 @@
+"""What config/schema.yaml says of a config, in messages that a user can act on."""
+
+import difflib
+import functools
+from pathlib import Path
+
+import jsonschema
+import yaml
+
+from common.errors import InputError
+
+SCHEMA = Path(__file__).resolve().parents[3] / "config" / "schema.yaml"
+TYPES = {
+    "object": "a mapping of keys to values",
+    "array": "a list",
+    "string": "text",
+    "integer": "a whole number",
+    "number": "a number",
+    "boolean": "true or false",
+}
+BOUNDS = {
+    "minimum": "is less than {:.10g}",
+    "maximum": "is more than {:.10g}",
+    "exclusiveMinimum": "is not more than {:.10g}",
+    "exclusiveMaximum": "is not less than {:.10g}",
+    "minItems": "has fewer than {} entries",
+    "maxItems": "has more than {} entries",
+    "minProperties": "has fewer than {} keys",
+    "maxProperties": "has more than {} keys",
+}
+
+
+@functools.cache
+def schema():
+    return yaml.load(SCHEMA.read_text(), yaml.CSafeLoader)
+
+
+def check_schema(value, rules=None, path=()):
+    """Raise InputError for the first thing in a value, which stands at `path` in the config, that is not allowed.
+
+    rules: the whole schema, unless others are given.
+    """
+    errors = list(jsonschema.Draft202012Validator(rules or schema()).iter_errors(value))
+    if errors:
+        raise InputError(_message(_first(errors), path))
+
+
+def near(name, names):
+    """'; did you mean ...?' with the name that is nearest, whatever its case, or a full stop."""
+    spelt = {other.lower(): other for other in names}
+    found = difflib.get_close_matches(str(name).lower(), spelt, n=1)
+    return f"; did you mean '{spelt[found[0]]}'?" if found else "."
+
+
+def shown(value):
+    """A value as the user wrote it, near enough."""
+    words = {None: "nothing", True: "true", False: "false"}
+    return words[value] if value is None or isinstance(value, bool) else repr(value)
+
+
+def _first(errors):
+    # A misspelt key first: it is the cause of what is missing elsewhere. Then the outermost.
+    return min(errors, key=lambda e: (e.validator != "additionalProperties", len(e.absolute_path)))
+
+
+def _message(error, above=()):
+    parts = [*above, *error.absolute_path]
+    if "propertyNames" in error.absolute_schema_path:
+        parts.append(error.instance)
+    path = ".".join(map(str, parts))
+    where = f"config key '{path}'" if path else "config"
+    rule = error.schema.get("description", "")
+    if error.validator == "additionalProperties":
+        return _unknown_key(error, path)
+    if error.validator == "required":
+        missing = next(key for key in error.validator_value if key not in error.instance)
+        rule = error.schema.get("properties", {}).get(missing, {}).get("description", "")
+        path = f"{path}.{missing}" if path else missing
+        return f"config key '{path}' is missing." + _expected(rule)
+    if error.validator == "oneOf" and len(parts) == 2 and parts[0] == "targets":
+        return _mesh_or_field(path, error.instance)
+    if error.validator == "oneOf":
+        # Of several forms the one that the value has: what is wrong is within it.
+        inside = [_first(errors) for errors in _branches(error).values() if all(map(_not_of_form, errors))]
+        if len(inside) == 1:
+            return _message(inside[0], above) + _expected(rule)
+    problem = f"{shown(error.instance)} is not allowed"
+    if error.validator == "type":
+        problem = f"{shown(error.instance)} is not {TYPES[error.validator_value]}"
+        rule = rule or (f"keys {', '.join(error.schema['properties'])}" if "properties" in error.schema else "")
+    elif error.validator == "enum":
+        hint = near(error.instance, error.validator_value).removesuffix(".")
+        problem = f"{shown(error.instance)} is not one of {', '.join(error.validator_value)}{hint}"
+    elif error.validator in BOUNDS:
+        problem = f"{shown(error.instance)} {BOUNDS[error.validator].format(error.validator_value)}"
+    elif error.validator not in ("oneOf", "not", "pattern"):
+        problem = error.message
+    return f"{where}: {problem}{'' if problem.endswith('?') else '.'}" + _expected(rule)
+
+
+def _expected(rule):
+    return f" Expected: {rule.rstrip('.')}." if rule else ""
+
+
+def _branches(error):
+    """The errors of each branch of a oneOf, by the branch's number."""
+    found = {}
+    for inner in error.context:
+        found.setdefault(inner.schema_path[0], []).append(inner)
+    return found
+
+
+def _not_of_form(error):
+    """Whether an error of a branch of a oneOf is within the branch's form, and not that the value has another."""
+    return len(error.schema_path) > 2 or error.validator not in ("type", "const", "oneOf")
+
+
+def _unknown_key(error, path):
+    known = sorted(error.schema.get("properties", {}))
+    unknown = next(key for key in error.instance if key not in known)
+    hint = near(unknown, known)
+    elsewhere = [name for name, rules in schema()["properties"].items() if unknown in rules.get("properties", {})]
+    if hint == "." and elsewhere:
+        hint = f"; did you mean '{elsewhere[0]}.{unknown}'?"
+    path = f"{path}.{unknown}" if path else str(unknown)
+    return f"config key '{path}' is unknown{hint} Known keys here: {', '.join(known) or 'none'}."
+
+
+def _mesh_or_field(path, target):
+    """What is wrong with a target that is not exactly one of a mesh and a field."""
+    either = "a target is either a 'mesh' (a CAD file) or a 'field' (.ffe, .zarr)"
+    if "field" not in target:
+        return f"config key '{path}.mesh' is missing: {either}."
+    if "mesh" in target:
+        return f"config key '{path}.field' stands beside 'mesh': {either}."
+    extra = next(key for key in target if key not in ("field", "role"))
+    return f"config key '{path}.{extra}' says something about a mesh, and this target is a 'field'; leave it out."
