@@ -15,9 +15,11 @@ class Terminal(io.StringIO):
         self.isatty = lambda: tty
 
 
-@pytest.mark.parametrize("tty", [True, False])
-def test_progress_bar_becomes_lines_in_the_log(tty, monkeypatch):
+@pytest.mark.parametrize(("tty", "quiet"), [(True, False), (True, True), (False, False)])
+def test_progress_bar_becomes_lines_in_the_log(tty, quiet, monkeypatch):
     monkeypatch.setattr(job, "SECONDS", 0)
+    if quiet:
+        monkeypatch.setenv("ISARFLOW_QUIET", "yes")
     terminal, log = Terminal(tty), io.StringIO()
     stream = job._Tee(terminal, log)
     print("begun", file=stream)
@@ -30,7 +32,7 @@ def test_progress_bar_becomes_lines_in_the_log(tty, monkeypatch):
     assert "2.0000 GHz (2 of 4), factorization 50 %: 40 %" in lines
     assert lines[-1] == "4.0000 GHz (4 of 4), done: 100 %"
     assert not any("\r" in line for line in lines)
-    assert ("\r" in terminal.getvalue()) == tty
+    assert ("\r" in terminal.getvalue()) == (tty and not quiet)
 
 
 def test_log_is_not_flooded(monkeypatch):

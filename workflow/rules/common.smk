@@ -7,11 +7,14 @@ import sys
 
 from snakemake.exceptions import WorkflowError
 from snakemake.logging import logger
+from snakemake.settings.enums import Quietness
 
 SCRIPTS = os.path.join(workflow.basedir, "workflow", "scripts")
 sys.path.insert(0, SCRIPTS)
 # Jobs are processes of their own, here and on a cluster: each parses this file and inherits the path.
 os.environ.update(PYTHONPATH=SCRIPTS)
+if {Quietness.PROGRESS, Quietness.ALL} & set(workflow.output_settings.quiet or ()):
+    os.environ["ISARFLOW_QUIET"] = "yes"  # jobs draw no progress bars
 
 from common import lock
 from common import radar as sweep

@@ -25,7 +25,7 @@ rule train:
         settings=lambda w: section(config, f"learning.models.{w.model}", "learning.split", "imaging.aperture", "seed")
         | {"roles": roles(trained_targets(w.model)), "run": section(RUNS[w.run], *experiments.LEARNED)},
     message:
-        "train {wildcards.run}/{wildcards.model}"
+        "train {wildcards.run}/{wildcards.model} (progress in {log})"
     script:
         "../scripts/learning/job_train.py"
 
@@ -141,6 +141,6 @@ rule scores:
         settings=section(config, "seed")
         | {"runs": {run: section(RUNS[run], *experiments.LEARNED, "open") for run in RUNS}},
     message:
-        "scores of all predictions"
+        "scores of all predictions (progress in {log})"
     script:
         "../scripts/learning/job_scores.py"

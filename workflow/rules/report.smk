@@ -52,6 +52,6 @@ rule report:
     params:
         settings=section(config, *config),
     message:
-        "report: write {output.page}"
+        "report: write {output.page} (progress in {log})"
     script:
         "../scripts/report/job_report.py"

@@ -1,6 +1,7 @@
 """What every job script does around its one function: log file, threads, readable errors."""
 
 import contextlib
+import os
 import sys
 import time
 import traceback
@@ -20,10 +21,11 @@ class _Tee:
 
     def __init__(self, terminal, log):
         self.terminal, self.log, self.last = terminal, log, time.monotonic()
+        self.redraws = terminal.isatty() and "ISARFLOW_QUIET" not in os.environ  # snakemake --quiet
 
     def write(self, text):
         redrawn = "\r" in text or "\x1b" in text
-        if redrawn and self.terminal.isatty():
+        if redrawn and self.redraws:
             self.terminal.write(text)
         if redrawn:
             line = text.replace("\x1b[A", "").strip()
@@ -44,7 +46,7 @@ class _Tee:
         """Nothing: it belongs to the job. Loggers that kept the stream close it when Python ends."""
 
     def isatty(self):
-        return self.terminal.isatty()
+        return self.redraws
 
 
 @contextlib.contextmanager

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from tqdm import tqdm
 
 from common.radar import snr_of_label
 from learning import thresholds
@@ -35,7 +36,7 @@ def score(predictions, runs, seed, scores, confusions):
     """
     rows, cells, drawn = [], [], {}
     order = sorted(map(Path, predictions), key=lambda path: (path.parts[-3], path.parts[-2], snr_of_label(path.stem)))
-    for path in order:
+    for path in tqdm(order, unit="table", desc="scores", leave=False):
         run, model = runs[path.parts[-3]], path.parts[-2]
         table = pd.read_csv(path, keep_default_na=False)  # a target may be called NA
         head = [run["experiment"], model, run["split"], snr_text(run), snr_of_label(path.stem)]

@@ -32,12 +32,15 @@ def write_report(folder, settings, page, figures, tables, reference=REFERENCE):
     package versions that the page names.
     """
     results = Results(folder, settings, reference)
+    print("drawing meshes and scattering")
     thumbnails = [section_mesh.thumbnail(name, results.surfaces[name]) for name in results.meshed]
     headline = section_headline.headline(results) if results.learns else None
     sections = [section_mesh.section(results), section_scattering.section(results)]
     if results.images_are_made:
+        print("drawing images")
         sections.append(section_images.section(results))
     if results.learns:
+        print("drawing what was learned")
         sections.append(section_learning.section(results))
         if section_learning.open_experiments(results.scores):
             sections += [
@@ -63,6 +66,7 @@ def write_report(folder, settings, page, figures, tables, reference=REFERENCE):
     )
     drawn = [*thumbnails, *([headline] if headline else []), *(one for part in sections for one in part.figures)]
     listed = [one for part in sections for one in part.tables]
+    print(f"writing {len(sections)} sections, {len(drawn)} figures and {len(listed)} tables")
     _write_files(drawn, listed, Path(figures), Path(tables))
     # Last: whoever finds the page finds its files too.
     Path(page).parent.mkdir(parents=True, exist_ok=True)

@@ -7,7 +7,6 @@ import sys
 import tempfile
 from pathlib import Path
 
-import jax
 import numpy as np
 import xarray as xr
 from tqdm import tqdm
@@ -15,7 +14,6 @@ from tqdm import tqdm
 from common.errors import InputError
 from common.radar import azimuths, bands, elevations
 from mesh.io import read_ply
-from scattering.solve import solve
 
 CONVENTION = (
     "E_s = field exp(-j k r) / r for a unit incident plane wave, exp(+j omega t), phase referred to the origin; "
@@ -34,6 +32,10 @@ def solve_band(mesh_path, store_path, band, band_count, radar, aspect, scatterin
 
     Raises InputError, with the target's name, if the mesh cannot be solved as the config asks.
     """
+    import jax  # joining bands does without it, and starts in a third of the time
+
+    from scattering.solve import solve
+
     _keep_compiled()
     vertices, triangles = read_ply(mesh_path)
     frequency, elevation, azimuth = bands(radar, band_count)[band], elevations(aspect), azimuths(aspect)
@@ -110,6 +112,8 @@ def versions(*packages):
 
 def _keep_compiled():
     """Let the next job load what this one compiles: two or three seconds of a job's start."""
+    import jax
+
     # Compiled for this machine's processor, so kept on this machine, where nobody else may write.
     folder = Path(tempfile.gettempdir()) / f"isarflow-{os.getuid()}-compiled"
     folder.mkdir(mode=0o700, exist_ok=True)
