@@ -32,7 +32,7 @@ class Project:
         """snakemake with these arguments as a running process, its output in one text stream."""
         command = [sys.executable, "-m", "snakemake", *map(str, arguments)]
         streams = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True}
-        return subprocess.Popen(command, cwd=self.folder, env=ENVIRONMENT, **streams, **options)
+        return subprocess.Popen(command, cwd=self.folder, env=ENVIRONMENT, **(streams | options))
 
     def run(self, *arguments, timeout=900):
         """The same to its end: the finished process, its output in `stdout`."""

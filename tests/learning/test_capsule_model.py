@@ -57,7 +57,7 @@ def model():
 
 def test_it_learns_and_reconstructs(model):
     assert (model.predict(HELD_OUT[0]) == HELD_OUT[1]).mean() > 0.97
-    seen, made = model.reconstruct(HELD_OUT[0])
+    seen, made, predicted = model.reconstruct(HELD_OUT[0])
     assert seen.shape == made.shape == HELD_OUT[0].shape
     np.testing.assert_allclose(seen, np.abs(HELD_OUT[0]), atol=1e-6)
     outcome = model.evaluate(HELD_OUT[0])
@@ -66,6 +66,7 @@ def test_it_learns_and_reconstructs(model):
     np.testing.assert_allclose(outcome.known["zncc"], expected, atol=1e-4)
     np.testing.assert_allclose(outcome.known["length"], outcome.scores.max(axis=1))
     assert (outcome.labels == model.classes_[outcome.scores.argmax(axis=1)]).all()
+    assert (outcome.labels == predicted).all()
 
 
 def test_what_it_cannot_reconstruct_is_unknown(model):
@@ -149,7 +150,7 @@ def denoising():
 
 def test_a_denoising_decoder_is_nearer_to_the_truth_than_the_input_is(denoising):
     truth, noisy = blobs("left", 40, 70, 0.0), blobs("left", 40, 70, 0.3)
-    seen, made = denoising.reconstruct(noisy)
+    seen, made, _ = denoising.reconstruct(noisy)
     error = [((one - np.abs(truth)) ** 2).mean() for one in (seen, made)]
     assert error[1] < 0.5 * error[0]
 

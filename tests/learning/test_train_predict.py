@@ -1,4 +1,3 @@
-import hashlib
 import json
 import shutil
 import subprocess
@@ -8,114 +7,29 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
+from scenes import (
+    APERTURE,
+    AZIMUTHS,
+    CROSSRANGE,
+    ELEVATION,
+    FCNN,
+    RANGE,
+    ROLES,
+    SETTINGS,
+    aspects,
+    digest,
+    fitted,
+    scene,
+    tables_of,
+    write,
+)
 
 from common.errors import InputError
 from learning import images, timing
 from learning.classifier import build
-from learning.experiments import LEARNED, runs
-from learning.predict import classify, predict
+from learning.predict import classify
 from learning.thresholds import choose
-from learning.train import load, train
-
-SPLIT = {"scheme": "random", "train": 0.7, "validation": 0.33}
-ELEVATION, AZIMUTHS, RANGE, CROSSRANGE = [-15.0, 0.0, 15.0], 24, 6, 5
-ALL = {"elevation": "all", "snr_db": "clean"}
-APERTURE = 3
-FCNN = {"width": 24, "epochs": 12, "batch": 8, "learning_rate": 0.01, "openmax_tail": 5, "openmax_alpha": 1}
-SETTINGS = {
-    "lr": {"penalty": 0.1},
-    "svm": {"C": 930.66, "scale": 2.75},
-    "knn": {"k": 1},
-    "matched_filter": {},
-    "fcnn": FCNN,
-}
-ROLES = {"dart": "known", "disc": "known", "cube": "unknown", "wing": "other"}
-
-
-def aspects():
-    return np.arange(AZIMUTHS) * (360 / AZIMUTHS)
-
-
-def scene(name):
-    """A target's images (elevation, azimuth, range, crossrange): its own bright cell, sides that turn with azimuth."""
-    cell = {"dart": (1, 1), "disc": (4, 3), "cube": (2, 4), "wing": (3, 0)}[name]
-    images = np.zeros((len(ELEVATION), AZIMUTHS, RANGE, CROSSRANGE), np.complex64)
-    images[..., *cell] = 1
-    turn = np.exp(1j * np.deg2rad(aspects()))
-    images[..., 0, 2] = 0.3 * turn
-    images[..., 5, 2] = 0.2 * np.deg2rad(np.array(ELEVATION))[:, None] * turn.conj()
-    return images
-
-
-def run_of(selection=ALL, name="multi", **more):
-    """A run as the rules hand it to a training."""
-    experiment = {"train": selection, "models": list(SETTINGS), **more}
-    (run,) = runs(
-        {"targets": {"cube": {"role": "unknown"}}, "learning": {"split": SPLIT, "experiments": {name: experiment}}}
-    ).values()
-    return {key: run[key] for key in LEARNED}
-
-
-def write(path, images, azimuth):
-    """A store as the imaging stage writes it; images with five dimensions have noise realizations in front."""
-    names = ["realization", "elevation", "azimuth", "range", "crossrange"][-images.ndim :]
-    coordinates = {"elevation": ELEVATION, "azimuth": azimuth}
-    coordinates |= {"range": np.arange(RANGE) * 0.1, "crossrange": np.arange(CROSSRANGE) * 0.1}
-    if images.ndim == 5:
-        coordinates["realization"] = np.arange(len(images))
-    attrs = {"range_wavenumber": 40.0}
-    dataset = xr.Dataset({"image": (names, images.astype(np.complex64))}, coordinates, attrs)
-    dataset.to_zarr(path, mode="w", zarr_format=2)
-
-
-def noisy(name, snr_db, realizations=2):
-    """The target's images with white noise whose power is `snr_db` below the brightest cell's."""
-    clean = scene(name)
-    random = np.random.default_rng([7, *name.encode()])
-    parts = random.standard_normal((2, realizations, *clean.shape)) * np.sqrt(10 ** (-snr_db / 10) / 2)
-    return clean + parts[0] + 1j * parts[1]
-
-
-@pytest.fixture(scope="session")
-def stores(tmp_path_factory):
-    """A function of label and target names: the stores of images, made once."""
-    folder = tmp_path_factory.mktemp("results") / "imaging"
-    snrs = {"snr_30dB": 30, "snr_0dB": 0, "snr_-6dB": -6}
-
-    def make(label, targets=("dart", "disc")):
-        paths = []
-        for name in targets:
-            path = folder / name / f"{label}.zarr"
-            if not path.exists():
-                images = scene(name) if label == "clean" else noisy(name, snrs[label])
-                write(path, images / np.abs(images).max(axis=(-2, -1), keepdims=True), aspects())
-            paths.append(str(path))
-        return paths
-
-    return make
-
-
-def fitted(stores, folder, name="knn", selection=ALL, seed=0, experiment="multi", settings=None, **more):
-    targets = {images.target_of(store) for store in stores}
-    roles = {target: ROLES[target] for target in targets if target in ROLES} | more.pop("roles", {})
-    run = run_of(selection, experiment, **more)
-    train(stores, roles, run, name, settings or SETTINGS[name], SPLIT, APERTURE, seed, folder)
-    return folder
-
-
-def tables_of(stores, folder, tmp_path, is_open=False, roles=ROLES):
-    """The prediction tables of the stores' SNRs, by their labels."""
-    labels = {store.rpartition("/")[2].removesuffix(".zarr") for store in stores}
-    predict(stores, roles, is_open, folder, [tmp_path / f"{label}.csv" for label in labels])
-    return {label: pd.read_csv(tmp_path / f"{label}.csv") for label in labels}
-
-
-def digest(folder):
-    return {
-        path.name: hashlib.sha256(path.read_bytes()).hexdigest()
-        for path in folder.iterdir()
-        if path.name != "seconds.csv"
-    }
+from learning.train import load
 
 
 def test_rows_carry_where_they_come_from(stores):

@@ -3,10 +3,6 @@
 import os
 import pty
 import re
-import subprocess
-import sys
-
-from conftest import ENVIRONMENT
 
 CONFIG = """
 name: quiet
@@ -21,8 +17,7 @@ CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f]")
 def on_terminal(project, *arguments):
     """What a terminal shows of a run, its line ends apart."""
     ours, its = pty.openpty()
-    command = [sys.executable, "-m", "snakemake", "--cores", "2", *arguments, "--configfile", "config/quiet.yaml"]
-    process = subprocess.Popen(command, cwd=project.folder, env=ENVIRONMENT, stdout=its, stderr=its)
+    process = project.start("--cores", 2, *arguments, stdout=its, stderr=its)
     os.close(its)
     shown = b""
     try:
@@ -38,7 +33,8 @@ def on_terminal(project, *arguments):
 def test_quiet_runs_and_logs_are_text_alone(project_of):
     project = project_of("quiet")
     project.write("config/quiet.yaml", CONFIG)
-    quiet = on_terminal(project, "results/quiet/scattering/bands/trihedral-0.zarr", "--quiet")
+    solved = "results/quiet/scattering/bands/trihedral-0.zarr"
+    quiet = on_terminal(project, solved, "--quiet", "--configfile", "config/quiet.yaml")
     assert "1 frequencies from 0.5" in quiet and not CONTROL.search(quiet)
     logs = [path for path in (project.folder / "results/quiet/logs").rglob("*") if path.is_file()]
     assert len(logs) == 2

@@ -6,6 +6,8 @@ All but `start` take NumPy arrays as well as JAX's, and give the same kind back:
 
 import numpy as np
 
+from learning.descent import glorot
+
 KERNEL = 9  # pixels a side of both convolutions
 STRIDE = 2  # of the primary capsules' convolution
 PRIMARY, CLASS = 8, 16  # dimensions of a primary capsule, and of a class capsule
@@ -102,8 +104,7 @@ def start(random, shape, classes, width, capsules, decoder):
     """Weights before training: a mapping of name to array, float32. random: a numpy generator.
 
     shape: (rows, columns, channels) of an image; width: filters of the convolution; capsules: channels of primary
-    capsules; decoder: outputs of its first layer, of which the second has twice as many. Each layer's are uniform, as
-    Glorot and Bengio 2010 have it.
+    capsules; decoder: outputs of its first layer, of which the second has twice as many.
     """
     rows, columns, channels = shape
     places = int(np.prod([(size - 2 * (KERNEL - 1) - 1) // STRIDE + 1 for size in (rows, columns)]))
@@ -118,8 +119,7 @@ def start(random, shape, classes, width, capsules, decoder):
     }
     weights = {}
     for name, (size, fans) in sizes.items():
-        bound = np.sqrt(6 / fans)
-        weights[name] = random.uniform(-bound, bound, size).astype(np.float32)
+        weights[name] = glorot(random, size, fans)
         if name != "votes":
             weights[f"{name}_offset"] = np.zeros(size[-1], np.float32)
     return weights

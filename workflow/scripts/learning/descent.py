@@ -49,6 +49,12 @@ class Batches:
             yield rows
 
 
+def glorot(random, shape, fans):
+    """Weights before training, float32, uniform as Glorot and Bengio 2010 have it. fans: inputs and outputs."""
+    bound = np.sqrt(6 / fans)
+    return random.uniform(-bound, bound, shape).astype(np.float32)
+
+
 def descend(loss, weights, optimizer, batches, inputs, epochs, judge, patience=None, checkpoint=None):
     """Weights after training, a mapping of name to numpy array, and the curve, a mapping of column to values.
 

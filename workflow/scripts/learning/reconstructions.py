@@ -22,18 +22,18 @@ def reconstruct(stores, folder, output):
     example), what the network sees and what it reconstructs; predicted (snr, target, example): the class.
     """
     model, run = load(folder), run_of(folder)
-    azimuths = azimuths_of(folder, "test")
     targets = sorted({images.target_of(store) for store in stores})
     labels = sorted({Path(store).stem for store in stores} - {CLEAN}, key=snr_of_label)
+    elevation, azimuth = _examples(stores[0], azimuths_of(folder, "test"))
     found = {}
     for store in map(Path, stores):
-        rows = images.read([store], azimuths, pixels=run["upsample"])
-        # By elevation, then azimuth: coprime steps through both.
-        first = np.flatnonzero(rows.realization == rows.realization.min())
-        some = first[np.linspace(0, len(first) - 1, EXAMPLES + 2).astype(int)[1:-1]]
-        seen, made = model.reconstruct(rows.images[some])
-        found[store.parent.name, store.stem] = seen, made, model.predict(rows.images[some]), rows, some
-    rows, some = found[targets[0], CLEAN][3:]
+        rows = images.read([store], azimuth, elevation, run["upsample"])
+        # All pairs of these angles, and all realizations: of each example the first.
+        some = [
+            np.flatnonzero(images.among(rows.elevation, [e]) & images.among(rows.azimuth, [a]))[0]
+            for e, a in zip(elevation, azimuth, strict=True)
+        ]
+        found[store.parent.name, store.stem] = model.reconstruct(rows.images[some])
     pixels = ("range", "crossrange")
 
     def of_snrs(part):
@@ -49,10 +49,18 @@ def reconstruct(stores, folder, output):
         coords={
             "snr": ("snr", [snr_of_label(label) for label in labels], {"units": "dB", "long_name": "SNR"}),
             "target": ("target", targets, {"units": "", "long_name": "target"}),
-            "elevation": ("example", rows.elevation[some], {"units": "degrees", "long_name": "elevation"}),
-            "azimuth": ("example", rows.azimuth[some], {"units": "degrees", "long_name": "azimuth"}),
+            "elevation": ("example", elevation, {"units": "degrees", "long_name": "elevation"}),
+            "azimuth": ("example", azimuth, {"units": "degrees", "long_name": "azimuth"}),
         },
         attrs={"run": run["name"], "model": Path(folder).name},
     )
     dataset.to_zarr(output, zarr_format=2)
     print(f"{len(targets)} targets, {EXAMPLES} images of each without noise and at {', '.join(labels)}")
+
+
+def _examples(store, azimuths):
+    """Elevations and azimuths of EXAMPLES images, evenly among those of a store at these azimuths."""
+    with xr.open_zarr(store) as dataset:
+        elevation, azimuth = np.meshgrid(dataset.elevation.values, np.sort(azimuths), indexing="ij")
+    some = np.linspace(0, elevation.size - 1, EXAMPLES + 2).astype(int)[1:-1]
+    return elevation.ravel()[some], azimuth.ravel()[some]

@@ -155,19 +155,23 @@ class Model(Classifier):
     def decision_function(self, images):
         return capsules.lengths(self._vectors(self._inputs(images)))
 
-    def reconstruct(self, images):
-        """What the network sees of images (n, rows, columns), and what it makes of it: magnitudes of the same shape."""
-        x = self._inputs(images)
-        vectors = self._vectors(x)
-        made = self._decode(self._weights(), vectors, _largest(capsules.lengths(vectors))).reshape(x.shape)
-        return [np.sqrt((one**2).sum(axis=-1)) for one in (x, made)]
-
-    def evaluate(self, images):
+    def _decoded(self, images):
+        """Inputs, activation vectors, their lengths, 1 for the longest of each image, and what it is decoded to."""
         x = self._inputs(images)
         vectors = self._vectors(x)
         long = capsules.lengths(vectors)
         mask = _largest(long)
-        made, seen = self._decode(self._weights(), vectors, mask), x.reshape(len(x), -1)
+        return x, vectors, long, mask, self._decode(self._weights(), vectors, mask)
+
+    def reconstruct(self, images):
+        """Of images (n, rows, columns): what the network sees, what it makes of it (magnitudes), and their classes."""
+        x, _, long, _, made = self._decoded(images)
+        magnitude = [np.sqrt((one**2).sum(axis=-1)) for one in (x, made.reshape(x.shape))]
+        return *magnitude, self.classes_[long.argmax(axis=1)]
+
+    def evaluate(self, images):
+        x, vectors, long, mask, made = self._decoded(images)
+        seen = x.reshape(len(x), -1)
         scores = {"mse": -((seen - made) ** 2).mean(axis=1), "length": long.max(axis=1)}
         if self.settings["complex"]:
             scores["coherence"] = known.coherence(known.complex_of(seen), known.complex_of(made))

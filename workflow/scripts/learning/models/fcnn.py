@@ -4,7 +4,7 @@ import numpy as np
 
 from learning import known, openmax
 from learning.classifier import OTHER, Classifier, Outcome
-from learning.descent import Batches, descend
+from learning.descent import Batches, descend, glorot
 from learning.features import real_imaginary
 
 KINDS = ("means", "whitening", "background_mean", "background_whitening")
@@ -63,8 +63,7 @@ class Model(Classifier):
         sizes = (x.shape[1], self.settings["width"], len(self.classes_))
         weights = {}
         for name, rows, columns in zip(("hidden", "output"), sizes[:-1], sizes[1:], strict=True):
-            bound = np.sqrt(6 / (rows + columns))  # Glorot and Bengio 2010
-            weights[name] = random.uniform(-bound, bound, (rows, columns)).astype(np.float32)
+            weights[name] = glorot(random, (rows, columns), rows + columns)
             weights[f"{name}_offset"] = np.zeros(columns, np.float32)
         learned, self.curve_ = descend(
             loss,
