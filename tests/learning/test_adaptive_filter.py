@@ -1,10 +1,13 @@
 """The adaptive matched filter against the formula, its limits, and noise of several levels."""
 
+import tracemalloc
+
 import numpy as np
 import pytest
 
+from common.check import MODELS, face
 from learning.classifier import OTHER, build
-from learning.experiments import cleanest
+from learning.experiments import cleanest, megabytes
 
 
 def complex_noise(random, *shape):
@@ -130,3 +133,15 @@ def test_the_cleanest_of_some_snrs():
     assert cleanest(["snr_-3dB", "clean", "snr_24dB"]) == "clean"
     assert cleanest(np.array(["snr_-3dB", "snr_2.5dB", "any"])) == "snr_2.5dB"
     assert cleanest(["any"]) == "any"
+
+
+def test_memory_stays_within_the_plan_where_covariances_are_most_of_it(random):
+    images = complex_noise(random, 40, 32, 32).astype(np.complex64)
+    labels, snrs = np.repeat(["a", "b"], 20), np.tile(["snr_0dB", "snr_6dB"], 20)
+    planned = megabytes(len(images), 32 * 32, covariances=2) - megabytes(0, 0, 0)
+    tracemalloc.start()
+    build("adaptive_filter", {"loading": 1e-4}, 0).fit(images, labels, snrs=snrs)
+    peak = tracemalloc.get_traced_memory()[1] / 1e6
+    tracemalloc.stop()
+    assert planned / 2 < peak < planned
+    assert face(MODELS / "adaptive_filter.py").covariances and not face(MODELS / "knn.py").covariances

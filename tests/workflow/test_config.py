@@ -143,6 +143,11 @@ BAD = {
         "learning.experiments.e.upsample",
         "capsule needs 17 pixels a side or more, these images have 11; 32 is usual",
     ),
+    "images too large for a covariance": (
+        one_experiment(models=["adaptive_filter"], snr_db={"random": [0, 6]}, upsample=128),
+        "learning.experiments.e.upsample",
+        "these images have 16384; 4096 (64 a side) are the most",
+    ),
     "nothing to denoise towards": (
         one_experiment(models=["capsule_denoise"], snr_db={"random": [0, 6]}, upsample=32),
         "learning.experiments.e.train.snr_db",

@@ -145,10 +145,11 @@ def roles(targets):
 
 
 def megabytes_of(run, model):
-    """The memory that a model needs: its images, and their features in double precision as libraries copy them."""
+    """The memory of a job of a model, in MB."""
     run, figures, copies = RUNS[run], planned(config), config["noise"]["realizations"]
     pixels = figures["range_pixels"] * figures["crossrange_pixels"]
     if run["upsample"] != "none":
         pixels = run["upsample"] ** 2
     sets = len(trained_targets(model)) * sum(1 if snr == experiments.CLEAN else copies for snr in run["snrs"])
-    return int(1000 + figures["images"] * sets * pixels * (8 + 3 * 16) / 1e6)
+    covariances = len(run["snrs"]) if face(model_path(MODELS, model)).covariances else 0
+    return int(experiments.megabytes(figures["images"] * sets, pixels, covariances))

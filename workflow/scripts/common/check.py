@@ -25,6 +25,7 @@ FIELD_FORMATS = (".ffe", ".zarr")
 WHERE = " (paths start at the folder you run snakemake in)"
 MESH_FORMATS = (".stl", ".obj", ".ply", ".off", *cad_kernel.FORMATS)
 MOST_ANGLES = 100_000
+MOST_PIXELS = 4096  # of an image, for a model with covariances: one of 64 x 64 pixels takes 270 MB, of 128 x 128 4.3 GB
 
 
 def check(config):
@@ -210,6 +211,7 @@ class Face(NamedTuple):
     methods: set
     by_snr: bool
     smallest: int
+    covariances: bool
 
 
 @functools.cache
@@ -225,7 +227,7 @@ def face(path):
         and isinstance(node.value, ast.Constant)
     }
     methods = {node.name for node in body if isinstance(node, ast.FunctionDef)}
-    return Face(methods, stated.get("by_snr", False), stated.get("smallest", 1))
+    return Face(methods, stated.get("by_snr", False), stated.get("smallest", 1), stated.get("covariances", False))
 
 
 def model_path(models, name):
@@ -286,6 +288,12 @@ def _check_experiments(config):
                 raise InputError(
                     f"{key}.upsample': {model} needs {faces[model].smallest} pixels a side or more, these images "
                     f"have {pixels}; 32 is usual."
+                )
+            count = np.prod(sides) if run["upsample"] == "none" else run["upsample"] ** 2
+            if faces[model].covariances and count > MOST_PIXELS:
+                raise InputError(
+                    f"{key}.upsample': {model} keeps covariances of all pixels, and these images have {count}; "
+                    f"{MOST_PIXELS} (64 a side) are the most it takes."
                 )
             denoises = True in np.atleast_1d(learning["models"][model].get("denoise", False))
             if denoises and not (run["random_snr"] and CLEAN in run["snrs"]):

@@ -35,12 +35,15 @@ class Classifier:
     curve_: None, or a mapping of column name to values: the training curve.
     by_snr: whether `fit` keeps images of several SNRs apart: it draws each batch at one, or learns from each by itself.
     smallest: pixels a side that an image must have at least.
+    covariances: whether `fit` keeps a matrix of pixels by pixels for each SNR: it counts in the memory that is planned,
+    and images of more pixels than check.MOST_PIXELS are refused.
     checkpoints: None, or a folder in which `fit` may keep its state, to go on from it after a kill.
     """
 
     curve_ = None
     by_snr = False
     smallest = 1
+    covariances = False
     checkpoints = None
 
     def __init__(self, settings, seed):

@@ -70,3 +70,13 @@ def snr_text(run):
     """The SNRs that a run trains at, as they stand in the tables: 'clean', '6', 'clean+6' or 'random clean+6'."""
     text = "+".join(snr if snr == CLEAN else f"{snr + 0.0:g}" for snr in run["snrs"])
     return f"random {text}" if run["random_snr"] else text
+
+
+def megabytes(images, pixels, covariances):
+    """Memory of a job of a model, in MB: its images of so many pixels each, and the libraries.
+
+    Features are in double precision as libraries copy them. covariances: at how many SNRs it keeps one, 0 for none; two
+    of each in single precision, and while it learns four of one in double.
+    """
+    matrices = 4 * 16 + 2 * 8 * covariances if covariances else 0
+    return 1000 + (images * pixels * (8 + 3 * 16) + matrices * pixels**2) / 1e6

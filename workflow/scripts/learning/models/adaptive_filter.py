@@ -25,6 +25,7 @@ class Model(Classifier):
     """
 
     by_snr = True
+    covariances = True
 
     def fit(self, images, labels, validation=None, snrs=None, views=None):
         x = unit_rows(images)
