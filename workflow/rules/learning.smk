@@ -101,8 +101,8 @@ rule timing:
         f"{RESULTS}/benchmarks/learning/timing.tsv"
     conda:
         "../../envs/learning.yaml"
-    # All cores, so that nothing else runs at the same time. Without a number (on a cluster) one.
-    threads: workflow.resource_settings.cores or 1
+    # All cores, so that nothing else runs at the same time. On a cluster one: a job there is told of all its node's.
+    threads: 1 if workflow.remote_exec else workflow.resource_settings.cores or 1
     resources:
         mem_mb=max([megabytes_of(*fitted.split("/")) for fitted in FITTED], default=1000),
     message:

@@ -22,6 +22,7 @@ rule solve:
     threads: 16
     resources:
         mem_mb=solve_megabytes,
+        runtime=solve_minutes,
     params:
         settings=lambda w: {
             **section(config, "aspect", "mesh.bands", "radar"),
@@ -46,6 +47,8 @@ rule scattering:
         f"{RESULTS}/benchmarks/scattering/{{target}}.tsv"
     wildcard_constraints:
         target=one_of(MESHED),
+    # A second's work: not worth a place in a cluster's queue.
+    localrule: True
     conda:
         "../../envs/scattering.yaml"
     threads: 1
