@@ -7,6 +7,7 @@ import pytest
 import xarray as xr
 
 from common.radar import C0
+from common.store import write
 
 
 def point_field(points, amplitudes, frequency, elevation, azimuth):
@@ -22,11 +23,12 @@ def write_field(path, field, frequency, elevation, azimuth):
     """A scattering store with VV as given and, to be left alone, HH of ones."""
     field = np.stack([field, np.ones_like(field)]).astype(np.complex64)
     axes = {"frequency": (frequency, "Hz"), "elevation": (elevation, "degrees"), "azimuth": (azimuth, "degrees")}
-    xr.Dataset(
+    dataset = xr.Dataset(
         {"field": (("polarization", *axes), field, {"units": "m", "long_name": "scattering amplitude"})},
         {name: (name, values, {"units": units, "long_name": name}) for name, (values, units) in axes.items()}
         | {"polarization": ("polarization", ["VV", "HH"])},
-    ).to_zarr(path, mode="w", zarr_format=2)
+    )
+    write(dataset, path)
     return path
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from common import store
 from learning import images
 from learning.experiments import LEARNED, runs
 from learning.predict import predict
@@ -59,7 +60,7 @@ def write(path, images, azimuth):
         coordinates["realization"] = np.arange(len(images))
     attrs = {"range_wavenumber": 40.0}
     dataset = xr.Dataset({"image": (names, images.astype(np.complex64))}, coordinates, attrs)
-    dataset.to_zarr(path, mode="w", zarr_format=2)
+    store.write(dataset, path)
 
 
 def noisy(name, snr_db, realizations=2):

@@ -9,6 +9,7 @@ import pandas as pd
 import xarray as xr
 
 from common import radar as sweep
+from common.store import write
 from learning.experiments import runs, snr_text
 from learning.scores import COLUMNS, CONFUSION
 from mesh.figures import describe, size
@@ -169,7 +170,7 @@ def _scattering(path, name, settings, frequency, elevation, azimuth):
     if origin is None:
         residual = [1e-6 * (n + 1) for n in range(len(frequency))]
         attrs = {"formulation": "efie", "unknowns": [792] * len(frequency), "residual": residual}
-    xr.Dataset(
+    dataset = xr.Dataset(
         {
             "field": (axes, field, {"units": "m", "long_name": "scattering amplitude"}),
         },
@@ -180,7 +181,8 @@ def _scattering(path, name, settings, frequency, elevation, azimuth):
             "azimuth": _coordinate("azimuth", azimuth, "degrees"),
         },
         attrs,
-    ).to_zarr(path, zarr_format=2)
+    )
+    write(dataset, path)
 
 
 def _images(folder, settings, elevation, azimuth):
@@ -193,7 +195,7 @@ def _images(folder, settings, elevation, azimuth):
         image = random.normal(size=(*lead, len(elevation), len(azimuth), *pixels, 2)) @ [1, 1j]
         image = (image / np.abs(image).max(axis=(-2, -1), keepdims=True)).astype(np.complex64)
         axes = ("realization",) * len(lead) + ("elevation", "azimuth")
-        xr.Dataset(
+        dataset = xr.Dataset(
             {
                 "image": ((*axes, "range", "crossrange"), image),
                 "peak": (axes, np.ones(image.shape[:-2], np.float32)),
@@ -212,7 +214,8 @@ def _images(folder, settings, elevation, azimuth):
                 "crossrange_extent": 1.0,
                 "snr_definition_offset_db": 2.1,
             },
-        ).to_zarr(folder / f"{store}.zarr", zarr_format=2)
+        )
+        write(dataset, folder / f"{store}.zarr")
 
 
 def _learning(folder, settings):
@@ -307,7 +310,7 @@ def _decoded(folder, run, model, roles, snrs):
         frame.to_csv(store, index=False)
     sizes, pixels = (len(snrs), len(targets), 5), (16, 16)
     axes = ("snr", "target", "example", "range", "crossrange")
-    xr.Dataset(
+    dataset = xr.Dataset(
         {
             "truth": (axes[1:], random.uniform(size=(*sizes[1:], *pixels)).astype(np.float32)),
             "seen": (axes, random.uniform(size=(*sizes, *pixels)).astype(np.float32)),
@@ -321,4 +324,5 @@ def _decoded(folder, run, model, roles, snrs):
             "azimuth": ("example", [15.0, 30.0, 90.0, 180.0, 345.0]),
         },
         {"run": run["name"], "model": model},
-    ).to_zarr(folder / "reconstructions" / run["name"] / f"{model}.zarr", zarr_format=2)
+    )
+    write(dataset, folder / "reconstructions" / run["name"] / f"{model}.zarr")

@@ -7,6 +7,7 @@ import numpy as np
 import xarray as xr
 
 from common import radar as sweep
+from common import store as stores
 from common.errors import InputError
 from imaging.formation import apertures, form_images, pixel_axes, response, wavenumber_grid
 from imaging.geometry import PURE_NOISE, centres, describe, geometry, uniform_step, warnings
@@ -153,7 +154,7 @@ def _coordinate(name, values, units, long_name, comment=None):
 
 def _open(path):
     """The first polarization of a scattering store: `field` (frequency, elevation, azimuth), loaded."""
-    with xr.open_zarr(path) as store:
+    with stores.open_store(path) as store:
         field = store["field"].isel(polarization=0).transpose("frequency", "elevation", "azimuth").load()
     if not np.isfinite(field.values).all():
         raise InputError(f"{path}: the field holds values that are not finite; make it again.")
@@ -164,4 +165,4 @@ def _write(dataset, path):
     # One elevation a chunk: a direction reads fast and the files stay few. Noise does not compress.
     chunks = tuple(({**dataset.image.sizes, "elevation": 1}).values())
     encoding = {"image": {"chunks": chunks, "compressors": None}, "peak": {"chunks": dataset.peak.shape}}
-    dataset.to_zarr(path, mode="w", encoding=encoding, zarr_format=2)
+    stores.write(dataset, path, encoding)

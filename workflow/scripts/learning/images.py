@@ -4,9 +4,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-import xarray as xr
 
 from common.errors import InputError
+from common.store import open_store
 from learning.experiments import TOLERANCE
 from learning.features import upsample
 
@@ -30,7 +30,7 @@ def target_of(store):
 
 def azimuths(store):
     """The azimuths of a store in degrees, shape (azimuths,)."""
-    with xr.open_zarr(store) as dataset:
+    with open_store(store) as dataset:
         return dataset.azimuth.values.astype(float)
 
 
@@ -51,7 +51,7 @@ def join(parts):
 
 
 def _rows(store, azimuth, elevation, pixels):
-    with xr.open_zarr(store) as dataset:
+    with open_store(store) as dataset:
         image = dataset["image"]
         if "realization" not in image.dims:
             image = image.expand_dims(realization=[0])

@@ -6,6 +6,7 @@ import numpy as np
 import xarray as xr
 
 from common.radar import snr_of_label
+from common.store import write
 from learning import images
 from learning.experiments import CLEAN
 from learning.train import azimuths_of, load, run_of
@@ -54,7 +55,7 @@ def reconstruct(stores, folder, output):
         },
         attrs={"run": run["name"], "model": Path(folder).name},
     )
-    dataset.to_zarr(output, zarr_format=2)
+    write(dataset, output)
     print(f"{len(targets)} targets, {EXAMPLES} images of each without noise and at {', '.join(labels)}")
 
 

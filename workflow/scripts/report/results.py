@@ -5,9 +5,9 @@ from functools import cached_property
 from pathlib import Path
 
 import pandas as pd
-import xarray as xr
 
 from common.radar import images_are_made, snr_label
+from common.store import open_store
 from imaging.geometry import PURE_NOISE
 from learning.experiments import runs
 from mesh.io import read_ply
@@ -42,11 +42,11 @@ class Results:
 
     def scattering(self, target):
         """The scattering store of a target, opened lazily."""
-        return xr.open_zarr(self.folder / "scattering" / f"{target}.zarr")
+        return open_store(self.folder / "scattering" / f"{target}.zarr")
 
     def images(self, target, store):
         """A store of a target's images ('clean', 'snr_-6dB'), opened lazily: only the images shown are read."""
-        return xr.open_zarr(self.folder / "imaging" / target / f"{store}.zarr")
+        return open_store(self.folder / "imaging" / target / f"{store}.zarr")
 
     @cached_property
     def scores(self):
@@ -93,7 +93,7 @@ class Results:
 
     def reconstructions(self, run, model):
         """Some test images, and what a model makes of them (see learning/reconstructions.py)."""
-        return xr.open_zarr(self._reconstructions(run, model))
+        return open_store(self._reconstructions(run, model))
 
     def predictions(self, run, model, snr):
         """The predictions of a model at one SNR in dB (see learning/predict.py)."""

@@ -5,6 +5,7 @@ import xarray as xr
 
 from common.errors import InputError
 from common.radar import azimuths, elevations, frequencies
+from common.store import check_given
 from scattering import ffe, origin
 from scattering.store import CONVENTION, COORDINATES, versions, write_field
 
@@ -40,6 +41,7 @@ def write_external(field, store_path, radar, aspect):
 
 def _from_store(path, polarizations, wanted):
     """The wanted samples of a scattering store, shape (polarization, frequency, elevation, azimuth)."""
+    check_given(path)
     try:
         with xr.open_zarr(path) as dataset:
             field = dataset["field"].transpose(*COORDINATES).load()

@@ -13,6 +13,7 @@ from tqdm import tqdm
 
 from common.errors import InputError
 from common.radar import azimuths, bands, elevations
+from common.store import open_store, write
 from mesh.io import read_ply
 
 CONVENTION = (
@@ -97,7 +98,7 @@ def write_field(store_path, field, polarizations, frequency, elevation, azimuth,
 
 def join_bands(band_paths, store_path):
     """Put the bands of a target together along frequency, with the attributes of all."""
-    parts = [xr.load_dataset(path, engine="zarr") for path in band_paths]
+    parts = [open_store(path).load() for path in band_paths]
     dataset = xr.concat(parts, "frequency", combine_attrs="override", data_vars="all")
     for name in ("unknowns", "residual"):
         dataset.attrs[name] = [value for part in parts for value in part.attrs[name]]
@@ -142,4 +143,4 @@ class _Progress:
 def _write(dataset, path):
     # A strip of all directions at one frequency is what a solve makes and what a plot reads.
     chunks = (dataset.sizes["polarization"], dataset.sizes["frequency"], 1, dataset.sizes["azimuth"])
-    dataset.to_zarr(path, mode="w", encoding={"field": {"chunks": chunks}}, zarr_format=2)
+    write(dataset, path, {"field": {"chunks": chunks}})

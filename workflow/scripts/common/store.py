@@ -1,0 +1,64 @@
+"""Stores on disk: zarr folders with a list of their files, written last, by which a reader knows that all is there.
+
+Zarr itself reads a chunk that is missing as zeros, and one that was changed as it is.
+"""
+
+import hashlib
+from pathlib import Path
+
+import xarray as xr
+
+from common.errors import InputError
+
+SUMS = "SHA256SUMS"  # as sha256sum writes it: `sha256sum -c SHA256SUMS` in the store's folder checks it, too
+
+
+def write(dataset, path, encoding=None):
+    """Write a dataset as a store."""
+    dataset.to_zarr(path, mode="w", encoding=encoding, zarr_format=2)
+    sums = {name: _digest(Path(path, name)) for name in _files(path)}
+    Path(path, SUMS).write_text("".join(f"{digest}  {name}\n" for name, digest in sums.items()))
+
+
+def open_store(path):
+    """The dataset of a store, lazily. Raises InputError if any of its files is not what was written."""
+    problem = _problem(path)
+    if problem:
+        raise InputError(f"{path}: {problem}. Delete the store and run the same command: it is made again.")
+    return xr.open_zarr(path)
+
+
+def check_given(path):
+    """Raise InputError if a store that came from elsewhere has a list of its files and they differ from it."""
+    problem = _problem(path) if Path(path, SUMS).exists() else None
+    if problem:
+        raise InputError(f"{path}: {problem}. Copy it anew; if you changed it on purpose, delete its {SUMS}.")
+
+
+def _problem(path):
+    """What is wrong with the files of a store, as text; None if nothing is."""
+    if not Path(path).is_dir():
+        return "there is no such store"
+    if not Path(path, SUMS).is_file():
+        return f"the store is not whole, its {SUMS}, which is written last, is missing"
+    sums = dict(line.split("  ", 1)[::-1] for line in Path(path, SUMS).read_text().splitlines() if "  " in line)
+    there = _files(path)
+    for name in sorted(sums.keys() | set(there)):
+        if name not in there:
+            return f"the store's file {name} is missing"
+        if name not in sums:
+            return f"the file {name} is none that was written into the store"
+        if _digest(Path(path, name)) != sums[name]:
+            return f"the store's file {name} is not what was written"
+    return None
+
+
+def _files(path):
+    """The names of a store's files. Others that are hidden are the workflow engine's or the desktop's."""
+    found = (file.relative_to(path) for file in Path(path).rglob("*") if file.is_file() and file.name != SUMS)
+    return sorted(name.as_posix() for name in found if name.name[0] != "." or name.name.startswith(".z"))
+
+
+def _digest(path):
+    with open(path, "rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
