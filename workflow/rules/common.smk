@@ -17,7 +17,7 @@ os.environ.update(PYTHONPATH=SCRIPTS)
 if {Quietness.PROGRESS, Quietness.ALL} & set(workflow.output_settings.quiet or ()):
     os.environ["ISARFLOW_QUIET"] = "yes"  # jobs draw no progress bars
 
-from common import lock
+from common import lock, room
 from common import radar as sweep
 from common.check import face, model_path
 from common.config import load, section
@@ -31,14 +31,18 @@ from scattering import origin
 
 try:
     config = load(config, workflow.configfiles)
+    RESULTS = f"results/{config['name']}"
+    if workflow.is_main_process:
+        room.check_writable(".", RESULTS)
 except InputError as error:
     raise WorkflowError(str(error)) from None
 
-if workflow.is_main_process:  # a job runs under the lock of the run that sent it
-    lock.release_stale()
+# A job runs under the lock of the run that sent it.
+for line in lock.release_stale() if workflow.is_main_process else []:
+    logger.warning(line)
 
-RESULTS = f"results/{config['name']}"
-BEFORE_JOBS = ("check.py", "config.py", "lock.py", "overview.py", "schema.py")  # run with this file, never in a job
+# Run with this file, never in a job.
+BEFORE_JOBS = ("check.py", "config.py", "lock.py", "overview.py", "room.py", "schema.py")
 # On a cluster a job's memory also holds the two Snakemakes that start it, 190 MB each; in part they share it.
 STARTING = 400  # MB
 TARGETS = list(config["targets"])

@@ -1,6 +1,7 @@
 """What every job script does around its one function: log file, threads, readable errors."""
 
 import contextlib
+import errno
 import os
 import sys
 import time
@@ -11,6 +12,9 @@ import threadpoolctl
 from common.errors import InputError
 
 SECONDS = 30  # between a progress bar's lines in a log
+ROOM = "Make room there and run the same command: it goes on with what is missing."
+ACCESS = "Make it readable and writable for you and run the same command: it goes on with what is missing."
+REFUSED = {errno.ENOSPC: ROOM, errno.EDQUOT: ROOM, errno.EROFS: ACCESS, errno.EACCES: ACCESS, errno.EPERM: ACCESS}
 
 
 class _Tee:
@@ -54,19 +58,38 @@ def job(snakemake):
     """Run the body with its output in `snakemake.log[0]` and BLAS on one thread.
 
     The last bit of a product depends on how many threads BLAS splits it between, and the results must not.
-    An InputError ends the job with its message alone; anything else with a traceback in the log.
+    An InputError, a full disk or a file that may not be written ends the job with one message; anything else with a
+    traceback in the log.
     """
-    with open(snakemake.log[0], "w") as log, threadpoolctl.threadpool_limits(1):
-        out, err = sys.stdout, sys.stderr
-        sys.stdout, sys.stderr = _Tee(out, log), _Tee(err, log)
-        try:
+    out, err, message = sys.stdout, sys.stderr, None
+    try:
+        with open(snakemake.log[0], "w") as log, threadpoolctl.threadpool_limits(1):
+            sys.stdout, sys.stderr = _Tee(out, log), _Tee(err, log)
             yield
-        except InputError as error:
-            # To the log alone: Snakemake shows the log of a job that failed.
-            print(f"Error: {error}", file=log)
-            sys.exit(1)
-        except Exception:
-            traceback.print_exc(file=log)
-            sys.exit(1)
-        finally:
-            sys.stdout, sys.stderr = out, err
+    except InputError as error:
+        message = f"Error: {error}"
+    except Exception as error:
+        message = _refused(error, snakemake.output[0]) or traceback.format_exc()
+    finally:
+        sys.stdout, sys.stderr = out, err
+    if message:
+        _report(message, snakemake.log[0])
+        sys.exit(1)
+
+
+def _refused(error, output):
+    """What to say of an error that comes from a file that the system refused, if it does."""
+    while error is not None:
+        if isinstance(error, OSError) and error.errno in REFUSED:
+            # Whoever writes to an open file is not told its name.
+            return f"Error: {error.filename or output}: {error.strerror}. {REFUSED[error.errno]}"
+        error = error.__cause__ or error.__context__
+
+
+def _report(message, log):
+    """To the log alone: Snakemake shows the log of a job that failed. To the terminal where the log has no room."""
+    try:
+        with open(log, "a") as file:
+            print(message, file=file)
+    except OSError:
+        print(message, file=sys.stderr)

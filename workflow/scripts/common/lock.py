@@ -1,38 +1,50 @@
-"""Snakemake's lock on the working folder, when the run that took it was killed.
+"""Whose Snakemake's lock on the working folder is: a run that was killed, or one at work.
 
 Snakemake leaves its lock behind when it is killed outright, and refuses the next run until somebody says --unlock.
-Each run therefore notes who it is; a lock whose run is gone from this machine is taken away.
+Each run therefore notes beside the lock who it is; locks whose runs are all gone from this machine are taken away.
 """
 
 import json
 import socket
+import time
 from pathlib import Path
 
 import psutil
 
-OWNER = Path(".snakemake") / "owner.json"
 LOCKS = Path(".snakemake") / "locks"
+NOTES = "*.json"  # Snakemake does not read these, and removes them with its locks
 
 
 def take():
-    """Note that this process is the run that holds the lock."""
-    OWNER.write_text(json.dumps(_identity(psutil.Process())))
+    """Note that this process is a run that holds a lock."""
+    LOCKS.mkdir(parents=True, exist_ok=True)
+    note = _identity(psutil.Process())
+    (LOCKS / f"{note['host']}-{note['pid']}.json").write_text(json.dumps(note))
 
 
 def release_stale():
-    """Remove locks of a run that was killed. Locks of a living run, or of another machine's, stay."""
-    if not (OWNER.exists() and LOCKS.is_dir() and any(LOCKS.iterdir())):
-        return
+    """Remove the locks if every run that noted itself here was killed. Else say who the others are: lines of text."""
+    others = []
     try:
-        owner = json.loads(OWNER.read_text())
-    except ValueError:  # killed while it wrote: then --unlock is up to the user
-        return
-    if owner["host"] != socket.gethostname():
-        return
-    if psutil.pid_exists(owner["pid"]) and _identity(psutil.Process(owner["pid"])) == owner:
-        return
-    for lock in LOCKS.iterdir():
-        lock.unlink()
+        notes = [json.loads(path.read_text()) for path in sorted(LOCKS.glob(NOTES))]
+    except (OSError, ValueError):  # that run just ended, or was killed while it wrote: then --unlock is up to the user
+        return others
+    for note in notes:
+        who = f"process {note['pid']} on {note['host']}, since {time.ctime(note['started'])}"
+        if note["host"] != socket.gethostname():
+            others.append(
+                f"Another run took the lock of this folder: {who}. If it no longer runs there, take its lock away "
+                "with --unlock."
+            )
+        elif psutil.pid_exists(note["pid"]) and _identity(psutil.Process(note["pid"])) == note:
+            others.append(
+                f"Another run is at work in this folder: {who}. Before you start one that makes any of the same "
+                f"files, wait until it ends or stop it (kill {note['pid']})."
+            )
+    if notes and not others:
+        for path in LOCKS.iterdir():
+            path.unlink()
+    return others
 
 
 def _identity(process):

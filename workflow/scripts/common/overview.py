@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from common.errors import InputError
+from common.room import shortage
 from imaging.geometry import describe, planned, warnings
 from mesh import cad_kernel
 from mesh.read import in_metres, read_cad
@@ -19,12 +20,13 @@ def overview(config, results):
     imaging, targets = config["imaging"], config["targets"]
     figures = planned(config)
     copies = config["noise"]["realizations"]
-    stores = 1 + copies * len(config["noise"]["snr_db"])
+    most = figures["bytes"] * len(targets) * (1 + copies * len(config["noise"]["snr_db"]))
     found = [
         "Images of every target:",
         *(f"  {line}" for line in describe(figures)),
         f"  stores: {figures['bytes'] / 1e6:.3g} MB without noise, {copies * figures['bytes'] / 1e6:.3g} MB at each"
-        f" SNR; at most {len(targets) * stores * figures['bytes'] / 1e9:.3g} GB in all",
+        f" SNR; at most {most / 1e9:.3g} GB in all",
+        *shortage(results, most),
     ]
     for name, target in targets.items():
         reach = _reach(target, Path(results, "mesh", f"{name}.json"))

@@ -1,0 +1,37 @@
+"""Whether the results' folder takes what a run will write, said before anything runs."""
+
+import logging
+import shutil
+import tempfile
+from pathlib import Path
+
+from common.errors import InputError
+
+
+def check_writable(*folders):
+    """Raise InputError if nothing can be written to one of the folders, or to what it will be made in."""
+    for folder in map(Path, folders):
+        there = next(path for path in (folder, *folder.absolute().parents) if path.exists())
+        try:
+            with tempfile.TemporaryFile(dir=there) as file:
+                file.write(b"anything")
+        except OSError as error:
+            logging.raiseExceptions = False  # Snakemake's own log has no room either; once is enough
+            raise InputError(
+                f"{there.absolute()} cannot be written to: {error.strerror}. What a run makes goes there: make room, "
+                "or let it be written."
+            ) from None
+
+
+def shortage(folder, most):
+    """A line of text if the folder's disk has less room than stores of `most` bytes may still take."""
+    if not Path(folder).is_dir():
+        return []
+    there = sum(path.stat().st_size for path in Path(folder, "imaging").rglob("*") if path.is_file())
+    free = shutil.disk_usage(folder).free
+    if free >= most - there:
+        return []
+    return [
+        f"Warning: {free / 1e9:.3g} GB are free in {folder}, and the stores of images may take "
+        f"{(most - there) / 1e9:.3g} GB more."
+    ]
