@@ -1,4 +1,4 @@
-"""One true run of config/smoke.yaml, from CAD to the report, and what reruns after an edit."""
+"""One true run of config/smoke.yaml, from CAD to the report."""
 
 import json
 
@@ -11,27 +11,9 @@ SMOKE = ("--configfile", "config/smoke.yaml")
 RESULTS = "results/smoke"
 
 
-@pytest.fixture(scope="module")
-def project(project_of):
-    project = project_of("smoke")
-    finished = project.run("--cores", 2, "report", *SMOKE)
-    assert finished.returncode == 0, finished.stdout
-    return project
-
-
 @pytest.fixture
-def results(project):
-    return project.folder / RESULTS
-
-
-@pytest.fixture
-def restored(project):
-    """The project, whose config files are put back after the test."""
-    paths = [project.folder / "config" / name for name in ("smoke.yaml", "config.yaml")]
-    texts = [path.read_text() for path in paths]
-    yield project
-    for path, text in zip(paths, texts, strict=True):
-        path.write_text(text)
+def results(smoke):
+    return smoke.folder / RESULTS
 
 
 def test_every_artefact_of_the_contract_is_there(results):
@@ -87,71 +69,16 @@ def test_models_learn(results):
     assert ((scores.low <= scores.value + 1e-12) & (scores.value <= scores.high + 1e-12)).all()
 
 
-def test_second_run_has_nothing_to_do(project):
-    assert project.planned("report", *SMOKE) == {}
+def test_second_run_has_nothing_to_do(smoke):
+    assert smoke.planned("report", *SMOKE) == {}
 
 
-def test_added_snr_runs_only_its_own_jobs(restored):
-    restored.edit("config/smoke.yaml", "snr_db: [0, 20]", "snr_db: [10, 0, 20]")
-    # An SNR has images of the targets that are tested or shown, an evaluation for each of the two models.
-    assert restored.planned("report", *SMOKE) == {"noise": 2, "predict": 2, "scores": 1, "report": 1}
-
-
-def test_added_unknown_target_runs_only_its_own_chain(restored):
-    restored.edit(
-        "config/smoke.yaml",
-        "  ufo:",
-        "  aircraft: {mesh: resources/cad/aircraft.stl, role: unknown, symmetry: [xz]}\n  ufo:",
-    )
-    assert restored.planned("report", *SMOKE) == {"mesh": 1, "solve": 2, "scattering": 1, "image": 1, "report": 1}
-
-
-def test_added_known_target_also_trains_anew(restored):
-    restored.edit(
-        "config/smoke.yaml",
-        "  ufo:",
-        "  aircraft: {mesh: resources/cad/aircraft.stl, role: known, symmetry: [xz]}\n  ufo:",
-    )
-    assert restored.planned("report", *SMOKE) == {
-        "mesh": 1,
-        "solve": 2,
-        "scattering": 1,
-        "image": 1,
-        "noise": 2,
-        "train": 2,
-        "timing": 1,
-        "predict": 2,
-        "scores": 1,
-        "report": 1,
-    }
-
-
-def test_comments_and_order_rerun_nothing(restored):
-    restored.edit("config/config.yaml", "seed: 0", "seed: 0 # a comment\n# another")
-    restored.edit("config/smoke.yaml", "snr_db: [0, 20], realizations: 2", "realizations: 2, snr_db: [20, 0]")
-    assert restored.planned("report", *SMOKE) == {}
-
-
-def test_comment_in_a_stages_code_reruns_it_and_what_follows(project):
-    for module, expected in (
-        ("report/page.py", {"report"}),
-        ("learning/scores.py", {"train", "predict", "timing", "scores", "report"}),
-        ("common/config.py", set()),
-    ):
-        path = project.folder / "workflow/scripts" / module
-        text = path.read_text()
-        path.write_text(text + "# A comment.\n")
-        assert set(project.planned("report", *SMOKE)) == expected, module
-        path.write_text(text)
-    assert project.planned("report", *SMOKE) == {}
-
-
-def test_artefact_that_no_rule_makes_is_refused(project):
-    finished = project.run("--cores", 1, f"{RESULTS}/scattering/dron.zarr", *SMOKE)
+def test_artefact_that_no_rule_makes_is_refused(smoke):
+    finished = smoke.run("--cores", 1, f"{RESULTS}/scattering/dron.zarr", *SMOKE)
     assert finished.returncode != 0
     assert "dron.zarr" in finished.stdout
     assert "Traceback" not in finished.stdout
 
 
-def test_all_makes_every_store(project):
-    assert project.planned("all", *SMOKE) == {"noise": 2}  # the unknown target's, which no experiment tests yet
+def test_all_makes_every_store(smoke):
+    assert smoke.planned("all", *SMOKE) == {"noise": 2}  # the unknown target's, which no experiment tests yet

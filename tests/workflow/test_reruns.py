@@ -1,0 +1,155 @@
+"""What reruns after an edit: of every section of the config, of the code of every stage, of a target's file."""
+
+import os
+from concurrent.futures import ThreadPoolExecutor
+
+import pytest
+
+TESTED = {"predict": 2, "scores": 1, "report": 1}
+LEARNED = {"train": 2, "timing": 1, **TESTED}
+IMAGED = {"image": 3, "noise": 4, **LEARNED}
+SOLVED = {"solve": 6, "scattering": 3, **IMAGED}
+ALL = {"mesh": 3, **SOLVED}
+ONE_MODEL = {"train": 1, "timing": 1, "predict": 1, "scores": 1, "report": 1}
+ONE_UNKNOWN = {"mesh": 1, "solve": 2, "scattering": 1, "image": 1, "report": 1}
+TARGETS = "targets:\n"
+DRONE = "  drone: {mesh: resources/cad/drone.stl, role: known, symmetry: [xz]}\n"
+MISSILE = "  missile: {mesh: resources/cad/missile.stl, role: known, symmetry: [xz]}\n"
+UFO = "  ufo: {mesh: resources/cad/ufo.stl, role: unknown, symmetry: [xz]}\n"
+AIRCRAFT = "  aircraft: {mesh: resources/cad/aircraft.stl, role: known, symmetry: [xz]}\n"
+MODELS = "learning:\n  models: "
+
+# Edits of config/smoke.yaml: what is replaced by what, and which jobs that makes necessary.
+EDITS = {
+    # Nothing, or only what the page says.
+    "a comment": ("name: smoke", "name: smoke # the smallest\n# of all", {}),
+    "a value that is the default": ("mesh: {bands: 2}", "seed: 0\nmesh: {bands: 2, edges_per_wavelength: 10}", {}),
+    "SNRs in another order": ("snr_db: [0, 20]", "snr_db: [20, 0]", {}),
+    "keys in another order": ("{snr_db: [0, 20], realizations: 2}", "{realizations: 2, snr_db: [0, 20]}", {}),
+    "a number written otherwise": ("center_frequency: 0.9e9", "center_frequency: 900.0e+6", {}),
+    "targets in another order": (TARGETS + DRONE + MISSILE + UFO, TARGETS + UFO + MISSILE + DRONE, {}),
+    "models in another order": ("[lr, knn]", "[knn, lr]", {"report": 1}),
+    "two settings of an unused model swapped": (
+        "learning:\n",
+        MODELS + "{svm: {C: 2.75, scale: 930.66}}\n",
+        {"report": 1},
+    ),
+    # Everything.
+    "name": ("name: smoke", "name: smaller", ALL),
+    "mesh.bands": ("bands: 2", "bands: 1", ALL | {"solve": 3}),
+    "mesh.edges_per_wavelength": ("bands: 2", "bands: 2, edges_per_wavelength: 11", ALL),
+    "radar.center_frequency": ("0.9e9", "0.8e9", ALL),
+    "radar.bandwidth": ("0.4e9", "0.3e9", ALL),
+    "radar.polarizations": ("frequencies: 5", "frequencies: 5, polarizations: [HH]", ALL),
+    "two elevations' signs swapped": ("start: 0, stop: 30", "start: -30, stop: 0", ALL),
+    "aspect.azimuth": ("count: 36", "count: 40", ALL),
+    "scattering.formulation": ("imaging:", "scattering: {formulation: cfie}\nimaging:", ALL),
+    "scattering.precision": ("imaging:", "scattering: {precision: double}\nimaging:", ALL),
+    # From the images on, or from the noise.
+    "imaging.aperture": ("aperture: 5", "aperture: 7", IMAGED),
+    "imaging.window": ("aperture: 5", "aperture: 5, window: hann", IMAGED),
+    "imaging.reformat": ("aperture: 5", "aperture: 5, reformat: exact", IMAGED),
+    "imaging.upsample": ("aperture: 5", "aperture: 5, upsample: 12", IMAGED),
+    "noise.realizations": ("realizations: 2", "realizations: 3", {"noise": 4, **TESTED}),
+    "noise.definition": ("realizations: 2", "realizations: 2, definition: mean", {"noise": 4, **TESTED}),
+    "an SNR more": ("snr_db: [0, 20]", "snr_db: [10, 0, 20]", {"noise": 2, **TESTED}),
+    "an SNR less": ("snr_db: [0, 20]", "snr_db: [20]", TESTED),
+    "another SNR": ("snr_db: [0, 20]", "snr_db: [0, 10]", {"noise": 2, **TESTED}),
+    "seed": ("name: smoke", "name: smoke\nseed: 1", {"noise": 4, **LEARNED}),
+    # Learning.
+    "two shares of the split swapped": ("learning:\n", "learning:\n  split: {train: 0.33, validation: 0.7}\n", LEARNED),
+    "learning.split.scheme": ("learning:\n", "learning:\n  split: {scheme: sector}\n", LEARNED),
+    "a hyper-parameter": ("learning:\n", MODELS + "{knn: {k: 3}}\n", ONE_MODEL),
+    "a model more": ("[lr, knn]", "[lr, knn, svm]", ONE_MODEL),
+    "a model less": ("[lr, knn]", "[lr]", {"timing": 1, "scores": 1, "report": 1}),
+    "an experiment more": (
+        "  experiments:\n",
+        "  experiments:\n    low: {train: {elevation: [0], snr_db: clean}, models: [knn]}\n",
+        ONE_MODEL,
+    ),
+    "an experiment's elevations": ("elevation: all", "elevation: [30]", LEARNED),
+    "an experiment's training SNR": ("snr_db: clean", "snr_db: 20", LEARNED),
+    "an experiment's pixels": ("models: [lr, knn]", "models: [lr, knn]\n      upsample: 12", LEARNED),
+    "an experiment opened": ("models: [lr, knn]", "models: [lr, knn]\n      open: true", {"noise": 2, **TESTED}),
+    # Targets.
+    "two targets' meshes swapped": (
+        DRONE + MISSILE,
+        DRONE.replace("drone.stl", "missile.stl") + MISSILE.replace("missile.stl", "drone.stl"),
+        {"mesh": 2, "solve": 4, "scattering": 2, "image": 2, "noise": 4, **LEARNED},
+    ),
+    "two targets' roles swapped": (
+        MISSILE + UFO,
+        MISSILE.replace("known", "unknown") + UFO.replace("unknown", "known"),
+        {"noise": 2, **LEARNED},
+    ),
+    "a target's symmetry": (UFO, UFO.replace("[xz]", "[xz, yz]"), ONE_UNKNOWN),
+    "a target's unit": (UFO, UFO.replace("role", "unit: cm, role"), ONE_UNKNOWN),
+    "a target's rotation": (UFO, UFO.replace("role", "rotate: [0, 0, 90], role"), ONE_UNKNOWN),
+    "a target's own formulation": (UFO, UFO.replace("role", "formulation: cfie, role"), ONE_UNKNOWN),
+    "an unknown target more": (UFO, UFO + AIRCRAFT.replace("known", "unknown"), ONE_UNKNOWN),
+    "a known target more": (
+        UFO,
+        UFO + AIRCRAFT,
+        {"mesh": 1, "solve": 2, "scattering": 1, "image": 1, "noise": 2, **LEARNED},
+    ),
+    "a target less": (UFO, "", {"report": 1}),
+}
+# Edits of files: a comment more, or a byte.
+FILES = {
+    "workflow/scripts/mesh/tidy.py": ALL,
+    "workflow/scripts/scattering/plan.py": ALL,
+    "workflow/scripts/scattering/basis.py": SOLVED,
+    "workflow/scripts/imaging/noise.py": IMAGED,
+    "workflow/scripts/learning/scores.py": LEARNED,
+    "workflow/scripts/learning/models/knn.py": ONE_MODEL,
+    "workflow/scripts/learning/models/svm.py": {},
+    "workflow/scripts/report/page.py": {"report": 1},
+    "workflow/scripts/common/radar.py": ALL,
+    "workflow/scripts/common/overview.py": {},
+    "workflow/rules/mesh.smk": {},
+    "config/config.yaml": {},
+    "resources/cad/ufo.stl": ONE_UNKNOWN,
+    "resources/cad/make.py": {},
+    "README.md": {},
+}
+
+
+@pytest.fixture(scope="module")
+def plans(smoke):
+    """{edit: jobs that a dry-run announces}, two dry-runs at a time; each edit in a file of its own."""
+    text = (smoke.folder / "config/smoke.yaml").read_text()
+
+    def plan(number, old, new):
+        assert text.count(old) == 1, f"{old!r} stands {text.count(old)} times in config/smoke.yaml"
+        path = smoke.write(f"config/edit_{number}.yaml", text.replace(old, new))
+        return smoke.planned("report", "--configfile", path)
+
+    with ThreadPoolExecutor(2) as pool:
+        found = [pool.submit(plan, n, old, new) for n, (old, new, _) in enumerate(EDITS.values())]
+    return dict(zip(EDITS, found, strict=True))
+
+
+@pytest.mark.parametrize("edit", EDITS)
+def test_an_edit_of_the_config_reruns_what_it_concerns_and_no_more(plans, edit):
+    assert plans[edit].result() == EDITS[edit][2]
+
+
+def planned(project):
+    return project.planned("report", "--configfile", "config/smoke.yaml")
+
+
+@pytest.mark.parametrize("path", FILES)
+def test_an_edit_of_a_file_reruns_what_it_concerns_and_no_more(smoke, path):
+    file = smoke.folder / path
+    content = file.read_bytes() if file.exists() else None
+    file.write_bytes((content or b"") + b"\n# A comment.\n")
+    found = planned(smoke)
+    file.unlink() if content is None else file.write_bytes(content)
+    assert found == FILES[path]
+
+
+# After the edits above: what was put back is as new, but nothing else changed.
+def test_touched_and_restored_files_rerun_nothing(smoke):
+    for path in ("resources/cad/drone.stl", "workflow/scripts/mesh/read.py", "workflow/scripts/common/job.py"):
+        os.utime(smoke.folder / path)
+    assert planned(smoke) == {}
