@@ -1,5 +1,6 @@
 """Running the workflow as a user does, in a copy of the repository."""
 
+import json
 import os
 import re
 import shutil
@@ -14,6 +15,48 @@ ROOT = Path(__file__).resolve().parents[1]
 PARTS = ("Snakefile", "config", "envs", "profiles", "pyproject.toml", "resources", "workflow")
 # The jobs' interpreter is the one that runs the tests.
 ENVIRONMENT = {**os.environ, "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
+
+
+# Runs of snakemake, two at a time, each a fork of a process that has loaded it: JSON in, [status, output] of each out.
+FORKS = """
+import json, os, sys, tempfile
+sys.path.insert(0, "workflow/scripts")
+import common.overview, report.selection, scattering.origin, snakemake.dag, snakemake.workflow
+from snakemake.cli import main
+
+def begin(arguments, output):
+    child = os.fork()
+    if child:
+        return child
+    os.dup2(output.fileno(), 1), os.dup2(output.fileno(), 2)
+    status = 99
+    try:
+        main(arguments)
+    except SystemExit as end:
+        status = int(end.code or 0)
+    finally:
+        sys.stdout.flush(), sys.stderr.flush()
+        os._exit(status)
+
+requests, statuses = json.load(sys.stdin), {}
+outputs = [tempfile.TemporaryFile("w+") for _ in requests]
+children = []
+for request, output in zip(requests, outputs):
+    if len(children) - len(statuses) == 2:
+        statuses.update([os.wait()])
+    children.append(begin(request, output))
+while len(statuses) < len(children):
+    statuses.update([os.wait()])
+for output in outputs:
+    output.seek(0)
+print(json.dumps([[statuses[child], output.read()] for child, output in zip(children, outputs)]))
+"""
+
+
+def _counts(status, output):
+    assert status == 0, output
+    counts = dict(re.findall(r"^(\w+) +(\d+)$", output, re.MULTILINE))
+    return {rule: int(count) for rule, count in counts.items() if rule not in ("all", "total")}
 
 
 class Project:
@@ -43,9 +86,21 @@ class Project:
     def planned(self, *arguments):
         """{rule: number of jobs} that a dry-run announces, the target rule `all` left out."""
         finished = self.run("--dry-run", *arguments)
-        assert finished.returncode == 0, finished.stdout
-        counts = dict(re.findall(r"^(\w+) +(\d+)$", finished.stdout, re.MULTILINE))
-        return {rule: int(count) for rule, count in counts.items() if rule not in ("all", "total")}
+        return _counts(finished.returncode, finished.stdout)
+
+    def all_planned(self, *requests):
+        """`planned` of each request, a list of arguments: faster, as Snakemake is loaded but once."""
+        answer = subprocess.run(
+            [sys.executable, "-c", FORKS],
+            input=json.dumps([["--dry-run", *map(str, request)] for request in requests]),
+            cwd=self.folder,
+            env=ENVIRONMENT,
+            capture_output=True,
+            text=True,
+            timeout=900,
+        )
+        assert answer.returncode == 0, answer.stderr
+        return [_counts(*finished) for finished in json.loads(answer.stdout)]
 
     def write(self, path, text):
         (self.folder / path).write_text(text)

@@ -1,11 +1,15 @@
-"""What a job writes to its log."""
+"""What a job writes to its log, and says when it may write nothing."""
 
+import errno
 import io
+import os
+from types import SimpleNamespace
 
 import pytest
 from tqdm import tqdm
 
-from common import job
+from common import job, room
+from common.errors import InputError
 from scattering.store import _Progress
 
 
@@ -41,3 +45,57 @@ def test_log_is_not_flooded(monkeypatch):
     for _ in tqdm(range(100), file=job._Tee(Terminal(False), log), mininterval=0):
         pass
     assert log.getvalue().count("%") <= 1
+
+
+def fails(log, error):
+    """Run a job that raises this error after a line of output."""
+    with pytest.raises(SystemExit) as end, job.job(SimpleNamespace(log=[str(log)], output=["results/x/a.zarr"])):
+        print("begun")
+        raise error
+    assert end.value.code == 1
+
+
+REFUSALS = {
+    "a full disk": (OSError(errno.ENOSPC, "No space left on device"), "results/x/a.zarr: No space left"),
+    "a read-only disk": (OSError(errno.EROFS, "Read-only file system", "b.csv"), "b.csv: Read-only"),
+    "another's file": (PermissionError(errno.EACCES, "Permission denied", "c.stl"), "c.stl: Permission denied"),
+}
+
+
+@pytest.mark.parametrize("case", REFUSALS)
+def test_what_the_system_refuses_is_one_line(tmp_path, case):
+    error, message = REFUSALS[case]
+    wrapped = RuntimeError("a library's own words")
+    wrapped.__cause__ = error
+    for raised in (error, wrapped):
+        fails(tmp_path / "log", raised)
+        begun, line = (tmp_path / "log").read_text().splitlines()
+        assert begun == "begun" and line.startswith(f"Error: {message}") and "run the same command" in line
+
+
+def test_other_errors_keep_their_traceback(tmp_path):
+    fails(tmp_path / "log", OSError(errno.ENOENT, "No such file or directory", "d"))
+    assert "Traceback" in (tmp_path / "log").read_text()
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="there is no /dev/full")
+def test_a_log_without_room_does_not_hide_the_message(capsys):
+    fails("/dev/full", InputError("the cause"))
+    error = capsys.readouterr().err
+    assert "No space left on device" in error and "Traceback" not in error
+
+
+def test_room_for_the_stores(tmp_path, monkeypatch):
+    room.check_writable(tmp_path, tmp_path / "not/yet")
+    assert not (tmp_path / "not").exists()
+    (tmp_path / "file").touch()
+    with pytest.raises(InputError, match="file cannot be written to: Not a directory"):
+        room.check_writable(tmp_path / "file")
+    monkeypatch.setattr(room.shutil, "disk_usage", lambda folder: SimpleNamespace(free=2_000_000_000))
+    (tmp_path / "imaging").mkdir()
+    assert room.shortage(tmp_path, 2_000_000_000) == [] and len(room.shortage(tmp_path / "not", 3_000_000_000)) == 1
+    with open(tmp_path / "imaging/a", "wb") as file:
+        file.truncate(1_000_000_000)
+    assert room.shortage(tmp_path, 3_000_000_000) == []
+    (line,) = room.shortage(tmp_path, 4_000_000_000)
+    assert line.startswith("Warning: 2 GB are free in ") and line.endswith("may take 3 GB more.")

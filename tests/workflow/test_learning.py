@@ -191,28 +191,15 @@ def test_nothing_reruns_by_itself(project):
 UNLIKE = ("times.json", "seconds.csv")  # files that are others in every run
 AFTER_TEST = {"scores": 1, "report": 1}
 AFTER = {"timing": 1, "scores": 1, "report": 1}
+# Beside the edits of test_reruns.py, those that only many experiments show.
 EDITS = {
-    "a model": ("models: [lr_tuned, knn]", "models: [lr_tuned, svm, knn]", {"train": 1, "predict": 1, **AFTER}),
-    "an experiment": (
-        "    far:\n",
-        "    more:\n      train: {elevation: all, snr_db: 20}\n      models: [knn]\n    far:\n",
-        {"train": 1, "predict": 1, **AFTER},
-    ),
     "a training SNR": ("{each: [0, 20]}", "{each: [0, 20, clean]}", {"train": 1, "predict": 1, **AFTER}),
-    "models in another order": ("models: [lr_tuned, knn]", "models: [knn, lr_tuned]", {"report": 1}),
     "SNRs in another order": ("{random: [clean, 20]}", "{random: [20, clean]}", {"report": 1}),
     "a hyper-parameter": ("epochs: 10", "epochs: 9", {"train": 2, "predict": 2, **AFTER}),
     "a choice": ("penalty: [0.01, 1]", "penalty: [0.01, 2]", {"train": 1, "predict": 1, **AFTER}),
     "choices in another order": ("penalty: [0.01, 1]", "penalty: [1, 0.01]", {}),
     "another split": ("      split: sector\n", "", {"train": 1, "predict": 1, **AFTER}),
-    "open": (
-        "      split: sector\n",
-        "      split: sector\n      open: true\n",
-        {"predict": 1, "scores": 1, "report": 1},
-    ),
     "closed": ("      open: true\n", "", AFTER_TEST | {"predict": 2}),
-    "pixels": ("upsample: 12", "upsample: 16", {"train": 2, "predict": 2, **AFTER}),
-    "a comment": ("    far:\n", "    far: # from every side\n", {}),
     "the default split's share": (
         "learning:\n",
         "learning:\n  split: {train: 0.6}\n",
@@ -244,9 +231,9 @@ def test_the_code_of_a_model_reruns_its_own_jobs(project):
     path = project.folder / "workflow/scripts/learning/models/fcnn.py"
     text = path.read_text()
     path.write_text(text + "# A comment.\n")
-    assert project.planned("report", *LEARN) == {"train": 2, "predict": 2, **AFTER}
+    found = project.planned("report", *LEARN)
     path.write_text(text)
-    assert project.planned("report", *LEARN) == {}
+    assert found == {"train": 2, "predict": 2, **AFTER}
 
 
 def test_a_model_of_ones_own_is_one_file(restored):
@@ -274,57 +261,42 @@ class Model(Classifier):
     )
     restored.edit("config/learn.yaml", "    fcnn: {width", "    mine: {}\n    fcnn: {width")
     assert restored.planned("report", *LEARN) == {"train": 1, "predict": 1, **AFTER}
-    finished = restored.run("--cores", 2, "report", *LEARN)
+    finished = restored.run("--cores", 2, "results/learn/learning/scores.csv", *LEARN)
     assert finished.returncode == 0, finished.stdout
     scores = pd.read_csv(restored.folder / "results/learn/learning/scores.csv")
     assert (scores.query("model == 'mine' and score == 'likeness' and metric == 'auroc'")["value"] > 0).all()
 
 
-def test_a_training_that_is_killed_outright_goes_on(project, results):
-    """A checkpoint after every epoch, kill -9 after one, and the same command ends at the same weights.
+# The last: it makes everything of learning anew.
+def test_after_a_kill_and_on_one_core_the_bytes_are_the_same(project, results):
+    """A checkpoint after every epoch and kill -9 after one; then one core does all, and goes on from the checkpoint.
 
     The code that is edited for it leaves all of learning stale.
     """
-    model, descent = results / "learning/models/encoded/capsule_denoise", "workflow/scripts/learning/descent.py"
-    target = model.relative_to(project.folder)
-    text, unbroken = (project.folder / descent).read_text(), (model / "model.npz").read_bytes()
-    project.edit(descent, "BETWEEN = 20.0", "BETWEEN = 0.0")
-    run = project.start("--cores", 2, target, *LEARN, start_new_session=True)
-    while not list((results / "learning/checkpoints/encoded/capsule_denoise").glob("*[0-9a-f].npz")):
-        assert run.poll() is None, "the run ended before it could be killed"
-        time.sleep(0.05)
-    os.killpg(run.pid, signal.SIGKILL)
-    run.communicate()
-    assert not (model / "model.npz").exists()
-    finished = project.run("--cores", 2, target, *LEARN)
-    assert finished.returncode == 0, finished.stdout
-    log = (results / "logs/learning/train/encoded/capsule_denoise.log").read_text()
-    assert re.search(r"goes on after epoch \d+, from results/learn/learning/checkpoints", log)
-    assert (model / "model.npz").read_bytes() == unbroken
-    assert not (results / "learning/checkpoints").exists()
-    (project.folder / descent).write_text(text)
 
-
-# The last: it makes everything of learning anew.
-def test_one_core_gives_the_same_bytes_as_two(project, results):
     def content():
         folder = results / "learning"
         kept = [path for path in sorted(folder.rglob("*")) if path.is_file() and path.name not in UNLIKE]
         return {str(path.relative_to(folder)): path.read_bytes() for path in kept if "snakemake" not in path.name}
 
-    before = content()
-    finished = project.run(
-        "--cores",
-        1,
-        f"{results.relative_to(project.folder)}/learning/scores.csv",
-        "--forcerun",
-        "train",
-        "noise",
-        "pure_noise",
-        *LEARN,
-    )
+    before, name = content(), "encoded/capsule_denoise"
+    model, descent = results / "learning/models" / name, "workflow/scripts/learning/descent.py"
+    project.edit(descent, "BETWEEN = 20.0", "BETWEEN = 0.0")
+    run = project.start("--cores", 1, model.relative_to(project.folder), *LEARN, start_new_session=True)
+    while not list((results / "learning/checkpoints" / name).glob("*[0-9a-f].npz")):
+        assert run.poll() is None, "the run ended before it could be killed"
+        time.sleep(0.05)
+    os.killpg(run.pid, signal.SIGKILL)
+    run.communicate()
+    assert not (model / "model.npz").exists()
+    scores = f"{results.relative_to(project.folder)}/learning/scores.csv"
+    finished = project.run("--cores", 1, scores, "--forcerun", "noise", "pure_noise", *LEARN)
     assert finished.returncode == 0, finished.stdout
-    assert len(re.findall(r"^rule train:|train \S+/\S+$", finished.stdout, re.MULTILINE)) >= 8
+    log = (results / f"logs/learning/train/{name}.log").read_text()
+    assert re.search(r"goes on after epoch \d+, from results/learn/learning/checkpoints", log)
+    assert not (results / "learning/checkpoints").exists()
+    assert len(re.findall(r"train \S+/\S+$", finished.stdout, re.MULTILINE)) >= 10
     after = content()
+    assert after[f"models/{name}/model.npz"] == before[f"models/{name}/model.npz"]
     mine = {name for name in before if "/mine/" in name or name in ("scores.csv", "confusion.csv")}
     assert {name for name in after if before.get(name) != after[name]} <= mine

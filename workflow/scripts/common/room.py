@@ -10,28 +10,30 @@ from common.errors import InputError
 
 def check_writable(*folders):
     """Raise InputError if nothing can be written to one of the folders, or to what it will be made in."""
-    for folder in map(Path, folders):
-        there = next(path for path in (folder, *folder.absolute().parents) if path.exists())
+    for there in map(_existing, folders):
         try:
             with tempfile.TemporaryFile(dir=there) as file:
                 file.write(b"anything")
         except OSError as error:
             logging.raiseExceptions = False  # Snakemake's own log has no room either; once is enough
             raise InputError(
-                f"{there.absolute()} cannot be written to: {error.strerror}. What a run makes goes there: make room, "
+                f"{there} cannot be written to: {error.strerror}. What a run makes goes there: make room, "
                 "or let it be written."
             ) from None
 
 
 def shortage(folder, most):
-    """A line of text if the folder's disk has less room than stores of `most` bytes may still take."""
-    if not Path(folder).is_dir():
-        return []
+    """A line of text, or none: if the folder's disk has less room than stores of `most` bytes may still take."""
     there = sum(path.stat().st_size for path in Path(folder, "imaging").rglob("*") if path.is_file())
-    free = shutil.disk_usage(folder).free
+    free = shutil.disk_usage(_existing(folder)).free
     if free >= most - there:
         return []
     return [
         f"Warning: {free / 1e9:.3g} GB are free in {folder}, and the stores of images may take "
         f"{(most - there) / 1e9:.3g} GB more."
     ]
+
+
+def _existing(folder):
+    """The folder, or while it is not there the nearest above it."""
+    return next(path for path in (Path(folder).absolute(), *Path(folder).absolute().parents) if path.exists())
