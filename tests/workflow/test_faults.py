@@ -1,16 +1,20 @@
 """What may befall a run: kills, two at once, a spoilt store, a full disk, a folder that may not be written."""
 
 import contextlib
+import json
 import os
 import re
 import shutil
 import signal
 import subprocess
+import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from common import lock
 from common.config import read_yaml
 from common.radar import azimuths, elevations, frequencies
 from scattering.store import write_field
@@ -125,23 +129,48 @@ def test_killed_in_every_stage_and_on_one_core_the_results_are_the_same(unbroken
     assert "cannot be locked" in second.stdout and "Traceback" not in second.stdout
 
 
-def test_a_lock_whose_run_lives_is_kept_beside_one_that_was_killed(tmp_path, monkeypatch):
-    from common import lock
-
+@pytest.fixture
+def locked(tmp_path, monkeypatch):
+    """A working folder with a lock of Snakemake's; a function that notes for it a run, by host and process number."""
     monkeypatch.chdir(tmp_path)
-    lock.take()  # this process
+    lock.take()
+    (own,) = lock.LOCKS.glob("*.json")
+    note = json.loads(own.read_text())
+    own.unlink()
+    (lock.LOCKS / "0.output.lock").touch()
+    return lambda **other: (lock.LOCKS / f"{len(other)}.json").write_text(json.dumps({**note, **other}))
+
+
+def dead():
+    """The number of a process that has ended."""
     gone = subprocess.Popen(["sleep", "0"])
     gone.wait()
-    note = (own := next(lock.LOCKS.glob("*.json"))).read_text()
-    (lock.LOCKS / f"{os.uname().nodename}-{gone.pid}.json").write_text(note.replace(str(os.getpid()), str(gone.pid)))
-    (lock.LOCKS / "0.output.lock").touch()
+    return gone.pid
+
+
+def test_a_lock_is_kept_while_one_of_its_runs_lives(locked):
+    locked()  # this process
+    locked(pid=dead())
     (line,) = lock.release_stale()
     assert f"process {os.getpid()} on" in line and (lock.LOCKS / "0.output.lock").exists()
-    own.unlink()
-    assert lock.release_stale() == [] and not (lock.LOCKS / "0.output.lock").exists()
-    (lock.LOCKS / "far-1.json").write_text('{"host": "far", "pid": 1, "started": 0.0}')
+
+
+def test_a_lock_of_another_machine_is_kept(locked):
+    locked(host="far", pid=1)
     (line,) = lock.release_stale()
-    assert "process 1 on far" in line and "--unlock" in line
+    assert "process 1 on far" in line and "--unlock" in line and (lock.LOCKS / "0.output.lock").exists()
+
+
+def test_a_lock_is_kept_while_a_job_of_the_run_that_was_killed_goes_on(locked):
+    locked(pid=dead())
+    script = Path(".snakemake/scripts/x.job_mesh.py").absolute()
+    script.parent.mkdir()
+    script.write_text("input()")
+    with subprocess.Popen([sys.executable, script], stdin=subprocess.PIPE) as orphan:
+        (line,) = lock.release_stale()
+        assert f"a job of it goes on: process {orphan.pid}." in line and (lock.LOCKS / "0.output.lock").exists()
+        orphan.kill()
+    assert lock.release_stale() == [] and not (lock.LOCKS / "0.output.lock").exists()
 
 
 def test_a_spoilt_store_stops_the_next_job_and_is_made_again(unbroken):

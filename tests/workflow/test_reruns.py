@@ -98,7 +98,6 @@ EDITS = {
 # What a comment more in a file, or a byte, makes necessary.
 FILES = {
     "workflow/scripts/mesh/tidy.py": ALL,
-    "workflow/scripts/scattering/plan.py": ALL,
     "workflow/scripts/scattering/basis.py": SOLVED,
     "workflow/scripts/imaging/noise.py": IMAGED,
     "workflow/scripts/learning/scores.py": LEARNED,

@@ -42,9 +42,22 @@ def release_stale():
                 f"files, wait until it ends or stop it (kill {note['pid']})."
             )
     if notes and not others:
+        others = [
+            f"The run that had the lock of this folder was killed, but a job of it goes on: process {job}. Wait until "
+            f"it ends or stop it (kill {job}), and run the same command."
+            for job in _jobs()
+        ]
+    if notes and not others:
         for path in LOCKS.iterdir():
             path.unlink()
     return others
+
+
+def _jobs():
+    """The numbers of the processes that run a job's script in this folder."""
+    scripts = str(Path(".snakemake/scripts").absolute())
+    running = psutil.process_iter(["cmdline"])
+    return [one.pid for one in running if any(part.startswith(scripts) for part in one.info["cmdline"] or ())]
 
 
 def _identity(process):
