@@ -9,7 +9,7 @@ import pandas as pd
 import xarray as xr
 
 from common import radar as sweep
-from common.store import write
+from common import store as stores
 from learning.experiments import runs, snr_text
 from learning.scores import COLUMNS, CONFUSION
 from mesh.figures import describe, size
@@ -182,7 +182,7 @@ def _scattering(path, name, settings, frequency, elevation, azimuth):
         },
         attrs,
     )
-    write(dataset, path)
+    stores.write(dataset, path)
 
 
 def _images(folder, settings, elevation, azimuth):
@@ -215,7 +215,7 @@ def _images(folder, settings, elevation, azimuth):
                 "snr_definition_offset_db": 2.1,
             },
         )
-        write(dataset, folder / f"{store}.zarr")
+        stores.write(dataset, folder / f"{store}.zarr")
 
 
 def _learning(folder, settings):
@@ -325,4 +325,4 @@ def _decoded(folder, run, model, roles, snrs):
         },
         {"run": run["name"], "model": model},
     )
-    write(dataset, folder / "reconstructions" / run["name"] / f"{model}.zarr")
+    stores.write(dataset, folder / "reconstructions" / run["name"] / f"{model}.zarr")
