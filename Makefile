@@ -20,7 +20,7 @@ report: environment
 	snakemake --cores $(CORES) report
 
 test: environment
-	python -m pytest
+	python -m pytest -n $(CORES) --dist loadfile
 
 lint: environment
 	ruff check .
