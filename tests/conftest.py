@@ -117,3 +117,11 @@ class Project:
 def project_of(tmp_path_factory):
     """Makes copies of the repository: project_of(name)."""
     return lambda name: Project(tmp_path_factory.mktemp(name))
+
+
+def pytest_collection_modifyitems(items):
+    """On several cores: in one process what shares a run or a report, else a file's tests. Whole runs are long: first."""
+    for item in items:
+        shared = next((name for name in ("smoke", "whole") if name in item.fixturenames), item.path.name)
+        item.add_marker(pytest.mark.xdist_group(shared))
+    items.sort(key=lambda item: item.path.parent.name != "workflow")

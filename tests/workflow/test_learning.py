@@ -295,7 +295,7 @@ def test_after_a_kill_and_on_one_core_the_bytes_are_the_same(project, results):
     log = (results / f"logs/learning/train/{name}.log").read_text()
     assert re.search(r"goes on after epoch \d+, from results/learn/learning/checkpoints", log)
     assert not (results / "learning/checkpoints").exists()
-    assert len(re.findall(r"train \S+/\S+$", finished.stdout, re.MULTILINE)) >= 10
+    assert len(re.findall(r"train \S+/\S+ \(progress in", finished.stdout)) >= 10
     after = content()
     assert after[f"models/{name}/model.npz"] == before[f"models/{name}/model.npz"]
     mine = {name for name in before if "/mine/" in name or name in ("scores.csv", "confusion.csv")}
