@@ -119,8 +119,9 @@ def project_of(tmp_path_factory):
     return lambda name: Project(tmp_path_factory.mktemp(name))
 
 
+@pytest.hookimpl(tryfirst=True)  # before xdist reads the groups
 def pytest_collection_modifyitems(items):
-    """On several cores: in one process what shares a run or a report, else a file's tests. Whole runs are long: first."""
+    """On several cores: one process for what shares a run or a report, or a file. Whole runs are long and go first."""
     for item in items:
         shared = next((name for name in ("smoke", "whole") if name in item.fixturenames), item.path.name)
         item.add_marker(pytest.mark.xdist_group(shared))
