@@ -20,7 +20,7 @@ report: environment
 	snakemake --cores $(CORES) report
 
 test: environment
-	python -m pytest -n $(CORES) --dist loadgroup --no-loadscope-reorder
+	python -m pytest -n $(CORES) --dist loadfile --no-loadscope-reorder
 
 lint: environment
 	ruff check .

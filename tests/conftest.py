@@ -119,10 +119,6 @@ def project_of(tmp_path_factory):
     return lambda name: Project(tmp_path_factory.mktemp(name))
 
 
-@pytest.hookimpl(tryfirst=True)  # before xdist reads the groups
 def pytest_collection_modifyitems(items):
-    """On several cores: one process for what shares a run or a report, or a file. Whole runs are long and go first."""
-    for item in items:
-        shared = next((name for name in ("smoke", "whole") if name in item.fixturenames), item.path.name)
-        item.add_marker(pytest.mark.xdist_group(shared))
+    """Whole runs, which are long, first: so that cores that share the tests end at about the same time."""
     items.sort(key=lambda item: item.path.parent.name != "workflow")

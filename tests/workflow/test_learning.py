@@ -191,7 +191,7 @@ def test_nothing_reruns_by_itself(project):
 UNLIKE = ("times.json", "seconds.csv")  # files that are others in every run
 AFTER_TEST = {"scores": 1, "report": 1}
 AFTER = {"timing": 1, "scores": 1, "report": 1}
-# Beside the edits of test_reruns.py, those that only many experiments show.
+# Beside the edits of test_smoke.py, those that only many experiments show.
 EDITS = {
     "a training SNR": ("{each: [0, 20]}", "{each: [0, 20, clean]}", {"train": 1, "predict": 1, **AFTER}),
     "SNRs in another order": ("{random: [clean, 20]}", "{random: [20, clean]}", {"report": 1}),
