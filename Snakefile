@@ -29,9 +29,17 @@ localrules:
 
 
 onstart:
-    lock.take()
+    begin(RESULTS, not workflow.local_exec)
     if images_are_made(config):
         logger.info("\n".join(overview(config, RESULTS)))
+
+
+onsuccess:
+    lock.leave()
+
+
+onerror:
+    lock.leave()
 
 
 rule all:

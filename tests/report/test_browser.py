@@ -1,9 +1,11 @@
 """The report in a browser: nothing is asked of a network, everything is drawn, readable by all, and answers."""
 
+import copy
 import json
 import re
 import shutil
 
+import fake
 import matplotlib
 import numpy as np
 import pytest
@@ -155,6 +157,19 @@ def test_the_viewer_turns_the_mesh_and_keeps_the_snr(page):
     assert "elevation 30°" in page.inner_text("#explore-caption")
 
 
+def test_the_viewer_stays_with_a_target_that_has_no_noisy_images(browser, tmp_path):
+    """As an unknown target where no experiment is tested on it."""
+    settings = copy.deepcopy(fake.SETTINGS)
+    settings["learning"]["experiments"] = {}
+    view = View(browser, fake.write(tmp_path / "fake", settings), 1280)
+    view.page.select_option("[name=snr]", label="0 dB")
+    view.page.select_option("[name=target]", label="ufo")
+    assert view.page.locator("[name=snr] option").all_inner_texts() == ["no noise"]
+    assert view.page.inner_text("#explore-caption").startswith("ufo at azimuth")
+    assert view.said == []
+    view.page.close()
+
+
 def test_experiments_are_switched_on_and_off(page, whole):
     data = json.loads(page.inner_text("#compare-data"))["curves"]
     names = lambda: page.locator("#compare-legend li").all_inner_texts()  # noqa: E731
@@ -163,14 +178,15 @@ def test_experiments_are_switched_on_and_off(page, whole):
         boxes = page.locator(f"input[name={group}]")
         for box in boxes.all():
             box.uncheck()
-    assert names() == ["Nothing is switched on."]
+    assert [name[:15] for name in names()] == ["Nothing to show"]
     page.click("button[data-all=model]")
     page.check("input[value='multi elevation']")
     expected = [one["words"] for one in data if one["set"] == "closed set" and one["experiment"] == "multi elevation"]
     assert names() == expected and len(expected) == 2
     assert page.locator("#compare-plot g.curve").count() == 2
     page.check("input[value='open set, blind protocol']")
-    page.check("input[value='capsule open']")
+    page.uncheck("input[value='multi elevation']")
+    page.check("input[value='noisy capsule']")
     only_best = names()
     page.check("[name=every]")
     assert len(names()) > len(only_best) == 1

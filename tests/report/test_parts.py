@@ -158,6 +158,7 @@ def test_headline_picks_the_best_by_the_middle_snrs_and_the_thesis_s_own():
             _curve("knn", [0.9, 0.6, 0.9]),  # better only outside of the middle
             _curve("svm", [0.3, 0.7, 0.8]),
             _curve("svm", [0.3, 0.5, 0.6], split="sector"),
+            _curve("knn", [0.9, 0.8, 0.9], split="sector"),  # by sector better than all at random
             _curve("capsule", [0.3, 0.9, 1.0]),  # the thesis's, however good it is
             _curve("capsule", [0.3, 0.95, 1.0], train="6"),  # not as the thesis trains it
         ]
@@ -175,6 +176,16 @@ def test_headline_picks_the_best_by_the_middle_snrs_and_the_thesis_s_own():
         "thesis's: capsule (random)",
     ]
     assert lines[1][1]["value"].tolist() == [0.3, 0.5, 0.6]
+
+
+def test_headline_knows_the_thesis_s_method_by_its_score():
+    part = pd.concat(
+        [_curve("capsule", [0.3, 0.5, 0.6], score="zncc"), _curve("capsule", [0.4, 0.9, 1.0], score="mixture")]
+    )
+    assert [label for label, _, _ in section_headline.curves(part)] == [
+        "best here: capsule, Gaussian mixture (random)",
+        "thesis's: capsule, ZNCC (random)",
+    ]
 
 
 def test_explorer_holds_the_images_of_the_stores(whole):
@@ -198,10 +209,28 @@ def test_explorer_holds_the_images_of_the_stores(whole):
 
 
 def test_explorer_grows_no_further_than_a_page_bears(whole, monkeypatch):
-    monkeypatch.setattr(section_explore, "MOST_PIXELS", 6_000)
-    data = section_explore.explorer(Results(whole.parent, fake.SETTINGS))
-    assert len(data["azimuths"]) == 4  # no fewer
-    assert sum(len(base64.b64decode(one["images"])) for one in data["targets"]) <= 6_000
+    monkeypatch.setattr(section_explore, "MOST_TRIANGLES", 10)
+    # 6 stores of 3 targets with 25 pixels: at 4 azimuths or more 3 elevations, or one, at one azimuth what there is.
+    for most, elevations, azimuths in ((12_000, 3, 8), (6_000, 3, 4), (4_000, 1, 8), (900, 1, 2)):
+        monkeypatch.setattr(section_explore, "MOST_PIXELS", most)
+        data = section_explore.explorer(Results(whole.parent, fake.SETTINGS))
+        assert (len(data["elevations"]), len(data["azimuths"])) == (elevations, azimuths)
+        assert sum(len(base64.b64decode(one["images"])) for one in data["targets"]) <= most
+        assert data["azimuths"] == [360 * (k * 24 // azimuths) / 24 for k in range(azimuths)]
+        assert [one["mesh"] for one in data["targets"]] == [None, None, None]
+
+
+def test_compare_opens_on_the_headline_s_curves(whole):
+    results = Results(whole.parent, fake.SETTINGS)
+    found = section_headline.comparison(results)["curves"]
+    opened = [one for one in found if one["set"] == "open set, thesis protocol"]
+    shown = [one["words"] for one in opened if one["shown"]]
+    assert any(words.startswith("capsule, ZNCC: capsule open (random), trained without noise") for words in shown)
+    assert {one["dashed"] for one in found if "(sector)" in one["words"]} == {True}
+    # One known score of each model in each experiment is the best of them.
+    best = [one["words"] for one in opened if one["best"]]
+    assert len({words.partition(": ")[2] + words.split(",")[0] for words in best}) == len(best)
+    assert len(best) < len(opened)
 
 
 def test_noisy_images_are_shown_of_what_is_tested():

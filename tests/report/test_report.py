@@ -88,8 +88,8 @@ def test_page_shows_all_stages(whole):
         assert f"figure-learning_{experiment}" in figures
         # Models trained at several SNRs are too many for matrices.
         assert (f"figure-confusion_{experiment}" in figures) == (experiment != "noisy_training")
-    assert {"figure-headline", "figure-images_snr", "figure-prediction_times", "figure-training_curves"} <= figures
-    assert {"figure-open_fcnn_open", "figure-open_confusion", "figure-best_gain"} <= figures
+    assert {"figure-headline", "figure-gallery_snr", "figure-prediction_times", "figure-training_curves"} <= figures
+    assert {"figure-open_fcnn_open", "figure-published_confusion", "figure-best_gain"} <= figures
     assert "Training took: FCNN in FCNN open 4.5 s." in page.words
     parts = ("f1", "confusion", "histograms", "reconstructions", "reconstructions_capsule_denoise")
     assert {f"figure-capsule_{part}" for part in parts} <= figures
@@ -312,8 +312,8 @@ def test_targets_given_by_their_field_have_no_mesh(tmp_path, few_pictures, given
     for name in given:
         assert f"field of {name} was not solved here; it comes from <{name}>.ffe (SHA-256 0123456789ab…)" in page.words
     figures = {attrs["id"] for attrs in page.attributes("figure")}
-    assert {name for name in figures if name.startswith("figure-mesh_")} == {
-        f"figure-{kind}_{name}" for kind in ("mesh", "mesh_bands") for name in meshed
+    assert {name for name in figures if name.startswith(("figure-mesh_", "figure-bands_"))} == {
+        f"figure-{kind}_{name}" for kind in ("mesh", "bands") for name in meshed
     }
     assert {f"figure-rcs_{name}" for name in settings["targets"]} <= figures
     tables = [pd.read_csv(report / f"tables/{name}.csv").set_index("target") for name in ("targets", "scattering")]

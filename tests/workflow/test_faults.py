@@ -12,10 +12,12 @@ import time
 from pathlib import Path
 
 import numpy as np
+import psutil
 import pytest
 
 from common import lock
 from common.config import read_yaml
+from common.errors import InputError
 from common.radar import azimuths, elevations, frequencies
 from scattering.store import write_field
 
@@ -133,12 +135,13 @@ def test_killed_in_every_stage_and_on_one_core_the_results_are_the_same(unbroken
 def locked(tmp_path, monkeypatch):
     """A working folder with a lock of Snakemake's; a function that notes for it a run, by host and process number."""
     monkeypatch.chdir(tmp_path)
-    lock.take()
-    (own,) = lock.LOCKS.glob("*.json")
+    lock.take("results/tiny", False)
+    (own,) = lock.RUNS.glob("*.json")
     note = json.loads(own.read_text())
     own.unlink()
+    lock.LOCKS.mkdir(parents=True)
     (lock.LOCKS / "0.output.lock").touch()
-    return lambda **other: (lock.LOCKS / f"{len(other)}.json").write_text(json.dumps({**note, **other}))
+    return lambda **other: (lock.RUNS / f"{len(other)}.json").write_text(json.dumps({**note, **other}))
 
 
 def dead():
@@ -153,6 +156,34 @@ def test_a_lock_is_kept_while_one_of_its_runs_lives(locked):
     locked(pid=dead())
     (line,) = lock.release_stale()
     assert f"process {os.getpid()} on" in line and (lock.LOCKS / "0.output.lock").exists()
+
+
+def test_a_lock_of_nobody_who_noted_himself_is_kept(locked):
+    assert lock.release_stale() == [] and (lock.LOCKS / "0.output.lock").exists()
+
+
+def test_a_run_outlives_a_clock_that_is_set(locked, monkeypatch):
+    created = psutil.Process.create_time
+    locked()
+    monkeypatch.setattr(psutil.Process, "create_time", lambda process: created(process) + 2)
+    (line,) = lock.release_stale()
+    assert f"process {os.getpid()} on" in line and (lock.LOCKS / "0.output.lock").exists()
+
+
+def test_the_results_of_a_run_at_work_are_nobody_elses(locked):
+    """Even where its lock is gone: Snakemake takes all locks away when any run in the folder ends."""
+    locked()
+    with pytest.raises(InputError, match=rf"process {os.getpid()} on .* makes results/tiny too"):
+        lock.take("results/tiny", False)
+    lock.take("results/other", False)
+    lock.leave()
+    assert [json.loads(path.read_text())["results"] for path in lock.RUNS.iterdir()] == ["results/tiny"]
+
+
+def test_a_lock_is_kept_while_a_clusters_jobs_may_go_on(locked):
+    locked(pid=dead(), remote=True)
+    (line,) = lock.release_stale()
+    assert "scancel" in line and (lock.LOCKS / "0.output.lock").exists()
 
 
 def test_a_lock_of_another_machine_is_kept(locked):

@@ -74,8 +74,11 @@ def test_what_the_system_refuses_is_one_line(tmp_path, case):
 
 
 def test_other_errors_keep_their_traceback(tmp_path):
-    fails(tmp_path / "log", OSError(errno.ENOENT, "No such file or directory", "d"))
-    assert "Traceback" in (tmp_path / "log").read_text()
+    later = KeyError("a mistake of ours, after a refusal that was dealt with")
+    later.__context__ = PermissionError(errno.EACCES, "Permission denied", "c.stl")
+    for error in (OSError(errno.ENOENT, "No such file or directory", "d"), later):
+        fails(tmp_path / "log", error)
+        assert "Traceback" in (tmp_path / "log").read_text()
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="there is no /dev/full")

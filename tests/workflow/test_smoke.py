@@ -43,6 +43,7 @@ EDITS = {
     # Everything.
     "name": ("name: smoke", "name: smaller", ALL),
     "mesh.bands": ("bands: 2", "bands: 1", ALL | {"solve": 3}),
+    "more mesh.bands": ("bands: 2", "bands: 3", ALL | {"solve": 9}),
     "mesh.edges_per_wavelength": ("bands: 2", "bands: 2, edges_per_wavelength: 11", ALL),
     "radar.center_frequency": ("0.9e9", "0.8e9", ALL),
     "radar.bandwidth": ("0.4e9", "0.3e9", ALL),

@@ -72,6 +72,14 @@ def code(*stages):
     ]
 
 
+def begin(*run):
+    """Note that this run begins (see `lock.take`)."""
+    try:
+        lock.take(*run)
+    except InputError as error:
+        raise WorkflowError(str(error)) from None
+
+
 def one_of(names):
     """A wildcard's constraint to these names; to nothing if there are none."""
     return "|".join(names) or "(?!)"
@@ -90,7 +98,10 @@ def method(target):
 def planned_solve(wildcards, input):
     """The figures of a solve, known once the mesh is there: its `megabytes` and `seconds`."""
     with open(input.figures) as file:
-        return json.load(file)["bands"][int(wildcards.band)]["solve"]
+        bands = json.load(file)["bands"]
+    if int(wildcards.band) >= len(bands):
+        raise FileNotFoundError  # the mesh is yet to be made anew: to Snakemake, as if there were none
+    return bands[int(wildcards.band)]["solve"]
 
 
 def solve_megabytes(wildcards, input):
@@ -168,5 +179,6 @@ def megabytes_of(run, model):
     if run["upsample"] != "none":
         pixels = run["upsample"] ** 2
     sets = len(trained_targets(model)) * sum(1 if snr == experiments.CLEAN else copies for snr in run["snrs"])
+    sets = max(sets, copies)  # a prediction reads the noisy images of a target at a time
     covariances = len(run["snrs"]) if face(model_path(MODELS, model)).covariances else 0
     return int(experiments.megabytes(figures["images"] * sets, pixels, covariances))

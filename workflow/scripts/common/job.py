@@ -83,7 +83,7 @@ def _refused(error, output):
         if isinstance(error, OSError) and error.errno in REFUSED:
             # Whoever writes to an open file is not told its name.
             return f"Error: {error.filename or output}: {error.strerror}. {REFUSED[error.errno]}"
-        error = error.__cause__ or error.__context__
+        error = error.__cause__
 
 
 def _report(message, log):

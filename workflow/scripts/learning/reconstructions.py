@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from common.radar import snr_of_label
-from common.store import write
+from common.store import open_store, write
 from learning import images
 from learning.experiments import CLEAN
 from learning.train import azimuths_of, load, run_of
@@ -61,7 +61,7 @@ def reconstruct(stores, folder, output):
 
 def _examples(store, azimuths):
     """Elevations and azimuths of EXAMPLES images, evenly among those of a store at these azimuths."""
-    with xr.open_zarr(store) as dataset:
+    with open_store(store) as dataset:
         elevation, azimuth = np.meshgrid(dataset.elevation.values, np.sort(azimuths), indexing="ij")
     some = np.linspace(0, elevation.size - 1, EXAMPLES + 2).astype(int)[1:-1]
     return elevation.ravel()[some], azimuth.ravel()[some]

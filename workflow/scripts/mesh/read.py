@@ -82,7 +82,8 @@ def in_metres(vertices, target):
 def check_size(vertices, target, wavelength, name):
     """Refuse a target (vertices in metres) whose size says that its unit is mistaken.
 
-    Without a `unit` the size must be plausible at the centre `wavelength` (metres); a `length` must be right. For files
+    Without a `unit` the size must be plausible at the centre `wavelength` (metres), with one it must not be far too
+    small, unless there is a `length`, which must be right. For files
     that state their unit (STEP, IGES) the `length` stands for the `unit`.
     """
     size = float(np.ptp(vertices, axis=0).max())
@@ -93,6 +94,12 @@ def check_size(vertices, target, wavelength, name):
         raise InputError(
             f"{name} is {text} long, but its 'length' says {target['length']:g} m. Its unit is "
             f"{'stated in the file' if fixed else target.get('unit', 'm')}{likely or '.'}"
+        )
+    if not fixed and "unit" in target and "length" not in target and size / wavelength < SMALLEST / 3:
+        likely = _likely_unit(size, target, USUAL * wavelength, AROUND)
+        raise InputError(
+            f"{name} is {text} long by its 'unit: {target['unit']}'{likely or '; it may be mistaken.'} "
+            "If it is right, state the target's 'length' (m) too."
         )
     meant = "length" if fixed else "unit"
     if meant not in target and not SMALLEST <= size / wavelength <= LARGEST:

@@ -41,7 +41,7 @@
     return data.filter(
       (one) =>
         one.set === set &&
-        (one.best || form.elements.every.checked) &&
+        (one.best || one.shown || form.elements.every.checked) &&
         experiments.includes(one.experiment) &&
         models.includes(one.model),
     );
@@ -97,7 +97,7 @@
       }
       legend.append(item);
     }
-    if (!curves.length) legend.append(Object.assign(document.createElement("li"), { textContent: "Nothing is switched on." }));
+    if (!curves.length) legend.append(Object.assign(document.createElement("li"), { textContent: "Nothing to show: none of the experiments switched on has one of the models switched on." }));
     plot.replaceChildren(svg);
     const top = curves.map((one) => `${one.words} ${one.points.at(-1)[1].toFixed(3)}`).join("; ");
     plot.setAttribute("aria-label", `Weighted F1 against test SNR, ${checked("set")[0]}. At the highest SNR: ${top || "nothing"}.`);

@@ -59,7 +59,7 @@
   function drawMesh(one, az, el) {
     const { context, width, height } = prepared(meshCanvas, 0.8);
     if (!one.mesh) {
-      context.fillText("This target is given by its field: it has no mesh.", 12, 24);
+      context.fillText("No mesh to show: there is none, or it is too fine for this page.", 12, 24);
       return;
     }
     const { points, corners } = one.mesh, eye = seen(points, az, el);
@@ -148,12 +148,12 @@
     pen.scale(fine, fine);
     const shadow = new Path2D();
     for (let k = 0; k < mesh.corners.length; k += 3) {
-      for (let corner = 0; corner < 3; corner++) {
-        const p = 3 * mesh.corners[k + corner];
-        // Cross-range is shortened by the elevation (see imaging/geometry.py).
-        const at = [x(Math.cos(el) * eye[p]), y(-eye[p + 2])];
-        corner ? shadow.lineTo(...at) : shadow.moveTo(...at);
-      }
+      // Cross-range is shortened by the elevation (see imaging/geometry.py).
+      const at = [0, 1, 2].map((corner) => 3 * mesh.corners[k + corner]).map((p) => [x(Math.cos(el) * eye[p]), y(-eye[p + 2])]);
+      const [[ax, ay], [bx, by], [cx, cy]] = at;
+      // All the same way round: near and far sides would cancel.
+      if ((bx - ax) * (cy - ay) < (by - ay) * (cx - ax)) at.reverse();
+      at.forEach((corner, number) => (number ? shadow.lineTo(...corner) : shadow.moveTo(...corner)));
       shadow.closePath();
     }
     pen.beginPath();
@@ -191,7 +191,7 @@
     const noise = store ? `at an SNR of ${one.snrs[store]} (${data.definition}, first realization)` : "without noise";
     caption.textContent = `${one.name} at azimuth ${written(az)}°, elevation ${written(el)}°: as the radar sees it, and its image ${noise}.`;
     meshCanvas.setAttribute("aria-label", `Mesh of ${one.name} as seen from azimuth ${written(az)}°, elevation ${written(el)}°`);
-    imageCanvas.setAttribute("aria-label", `ISAR image of ${one.name} ${noise}`);
+    imageCanvas.setAttribute("aria-label", `ISAR image of ${one.name} at azimuth ${written(az)}°, elevation ${written(el)}° ${noise}`);
   }
 
   form.querySelector(".unscripted").remove();
@@ -201,12 +201,14 @@
   azimuth.value = Math.floor(data.azimuths.length / 8);
   elevation.value = data.elevations.reduce((best, value, k) => (Math.abs(value) < Math.abs(data.elevations[best]) ? k : best), 0);
   options(snr, data.targets[0].snrs);
-  target.addEventListener("change", () => {
-    const kept = snr.selectedOptions[0].text, names = data.targets[target.value].snrs;
-    options(snr, names);
-    snr.value = Math.max(names.indexOf(kept), 0);
+  form.addEventListener("input", (event) => {
+    if (event.target === target) {
+      const kept = snr.selectedOptions[0].text, names = data.targets[target.value].snrs;
+      options(snr, names);
+      snr.value = Math.max(names.indexOf(kept), 0);
+    }
+    draw();
   });
-  form.addEventListener("input", draw);
   addEventListener("resize", draw);
   draw();
 })();

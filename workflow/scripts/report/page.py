@@ -89,6 +89,8 @@ def _environment():
 
 
 def _write_files(drawn, listed, figures, tables):
+    for parts in (drawn, listed):
+        assert len({one.name for one in parts}) == len(parts), "two of one name"
     for folder in (figures, tables):
         folder.mkdir(parents=True, exist_ok=True)
     for figure in drawn:

@@ -14,6 +14,7 @@ from report.selection import evenly, noise_snrs, noisy_targets
 MOST_TRIANGLES = 20_000  # of the mesh that is shown: the page stays quick
 MOST_PIXELS = 3_000_000  # of all images, a byte each
 AZIMUTHS, ELEVATIONS = 24, 7  # at most
+FEWEST_AZIMUTHS = 4
 COLORS = 256  # a byte of level each
 
 
@@ -28,9 +29,12 @@ def explorer(results):
     noisy = noisy_targets(settings["targets"], runs(settings))
     stores = {name: ["clean", *(snr_label(snr) for snr in snrs if name in noisy)] for name in results.targets}
     first = results.images(results.targets[0], "clean")
-    elevations = evenly(first.elevation.values.tolist(), ELEVATIONS)
-    each = sum(map(len, stores.values())) * len(elevations) * first.sizes["range"] * first.sizes["crossrange"]
-    count, all_azimuths = int(np.clip(MOST_PIXELS // each, 4, AZIMUTHS)), first.sizes["azimuth"]
+    each = sum(map(len, stores.values())) * first.sizes["range"] * first.sizes["crossrange"]
+    # Fewer elevations where there would be too few azimuths.
+    some = next((n for n in (ELEVATIONS, 3, 1) if n * FEWEST_AZIMUTHS * each <= MOST_PIXELS), 1)
+    elevations = evenly(first.elevation.values.tolist(), some)
+    count = int(np.clip(MOST_PIXELS // (len(elevations) * each), 1, AZIMUTHS))
+    all_azimuths = first.sizes["azimuth"]
     # As on a circle: the last azimuth is not the first one again.
     picks = np.unique(np.arange(count) * all_azimuths // count)
     return {
@@ -61,13 +65,12 @@ def _levels(store, elevations, picks):
 
 
 def _mesh(results, name):
-    """The finest mesh of a target that is not too fine; none for a target that is given by its field."""
-    if name not in results.meshed:
+    """The finest mesh of a target that is not too fine; None where all are, or the target is given by its field."""
+    bands = reversed(range(results.settings["mesh"]["bands"])) if name in results.meshed else ()
+    meshes = (read_ply(results.folder / "mesh" / f"{name}-{band}.ply") for band in bands)
+    vertices, triangles = next((mesh for mesh in meshes if len(mesh[1]) <= MOST_TRIANGLES), (None, None))
+    if vertices is None:
         return None
-    for band in reversed(range(results.settings["mesh"]["bands"])):
-        vertices, triangles = read_ply(results.folder / "mesh" / f"{name}-{band}.ply")
-        if len(triangles) <= MOST_TRIANGLES:
-            break
     scale = float(np.abs(vertices).max()) / 32767
     wide = len(vertices) > 65535
     return {
@@ -75,7 +78,6 @@ def _mesh(results, name):
         "vertices": _packed(np.round(vertices / scale).astype("<i2")),
         "triangles": _packed(triangles.astype("<u4" if wide else "<u2")),
         "wide": wide,
-        "band": band,
     }
 
 

@@ -6,7 +6,7 @@ from learning.experiments import REFERENCE
 from report.draw_learning import PUBLISHED_MARKERS, draw_published, noise_text, title
 from report.layout import BLUE, VERMILION, Figure, canvas, model_order, model_style, style, to_svg
 from report.section_open import PROTOCOLS, known_scores, score_name
-from report.section_tried import METHOD, middle
+from report.section_tried import METHOD, middle, middle_text
 
 F1 = "f1_weighted"
 # The sets of test images, as the page calls them, and the threshold in scores.csv.
@@ -28,7 +28,8 @@ def of_set(scores, threshold):
 
 def headline(results):
     """The best method of this run and the reference thesis's, in the closed and in the open set."""
-    parts = {name: of_set(f1_scores(results), threshold) for name, threshold in SETS.items()}
+    scores = f1_scores(results)
+    parts = {name: of_set(scores, threshold) for name, threshold in SETS.items()}
     parts = {name: part for name, part in parts.items() if len(part)}
     drawn, said, marked = [], [], False
     with style():
@@ -48,21 +49,27 @@ def headline(results):
             if any(look["color"] == VERMILION for _, _, look in lines):
                 draw_published(axes, published, VERMILION)
                 marked = True
-            axes.set(title=name, xlabel="test SNR [dB]", ylim=(None, 1.03))
+            axes.set(title=name, xlabel="test SNR [dB]")
             # Below the panel: each has curves of its own.
             axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.18), fontsize=8, handlelength=1.8)
             said.append(f"{name.capitalize()}: {_values(lines)}")
         panels[0].set_ylabel("weighted F1")
+        panels[0].set_ylim(top=1.03)  # of all panels
         svg = to_svg(figure)
+    data = pd.concat(drawn)
+    theirs = " and of the reference thesis's, run here on the same images" if marked else ""
+    split = ""
+    if data["split"].nunique() > 1:
+        split = " Random: test azimuths have near copies among those trained at; sector: they have none."
     return Figure(
         name="headline",
         svg=svg,
-        data=pd.concat(drawn),
+        data=data,
         alt=f"Weighted F1 against test SNR. {'; '.join(said)}.",
         caption=(
-            "Weighted F1 of the best method of this run (by its mean over the middle SNRs) and of the reference "
-            "thesis's, run here on the same images, with 95 % intervals. Random: test azimuths have near copies among "
-            f"those trained at; sector: they have none. {'; '.join(said)}.{PUBLISHED_MARKERS if marked else ''}"
+            f"Weighted F1 of the best method of this run{theirs}, with 95 % intervals. Best is which has the largest "
+            f"mean over {middle_text(scores)} on these test images.{split} {'; '.join(said)}."
+            f"{PUBLISHED_MARKERS if marked else ''}"
         ),
         wide=True,
     )
@@ -136,7 +143,9 @@ def comparison(results):
         shown = {tuple(curve[METHOD].iloc[0]) for _, curve, _ in curves(part)}
         order = known_scores(part["score"])
         # Of each model the known score with the largest mean: the others are drawn when asked for.
-        means = part.groupby(METHOD)["value"].mean().unstack("score")
+        means = (
+            part[part["test_snr_db"].isin(middle(part["test_snr_db"]))].groupby(METHOD)["value"].mean().unstack("score")
+        )
         best = means.idxmax(axis=1)
         for method, curve in sorted(
             part.groupby(METHOD), key=lambda one: (one[0][0], one[0][1], model_order(one[0][2]), order.index(one[0][4]))

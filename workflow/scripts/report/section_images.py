@@ -126,7 +126,7 @@ def elevation_gallery(target, dataset, surface):
     svg, frame = gallery(panels, surface)
     frame.insert(0, "target", target)
     return Figure(
-        name="images_elevation",
+        name="gallery_elevation",
         svg=svg,
         data=frame,
         alt=f"Noise-free ISAR images of {target} at {len(panels)} elevations from {panels[0][0]} to {panels[-1][0]}.",
@@ -150,7 +150,7 @@ def noise_gallery(target, read, snrs, definition):
     svg, frame = gallery(panels)
     frame.insert(0, "target", target)
     return Figure(
-        name="images_snr",
+        name="gallery_snr",
         svg=svg,
         data=frame,
         alt=f"One ISAR image of {target} with ever more noise, from none to an SNR of {snrs[0]:g} dB.",

@@ -120,7 +120,7 @@ def comparison(target, source, meshes, figures):
         figure.colorbar(colors, ax=axes["angles"], label="colour above", pad=0.02)
         svg = to_svg(figure)
     return Figure(
-        name=f"mesh_bands_{target}",
+        name=f"bands_{target}",
         svg=svg,
         data=pd.DataFrame(rows),
         alt=f"The CAD surface of {target} beside the meshes of its bands, and histograms of edges and angles.",

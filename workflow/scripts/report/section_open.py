@@ -60,7 +60,7 @@ def section(results):
         figures=(
             *(open_figure(name, scores) for name in experiments(scores)),
             *published_confusion(
-                "open_confusion",
+                "published_confusion",
                 confusion[confusion["experiment"] == "fcnn_open"],
                 PUBLISHED,
                 results.published_confusion,

@@ -10,6 +10,7 @@ import pandas as pd
 import yaml
 
 from common import radar as sweep
+from imaging.geometry import planned
 from report.layout import Section, Table, duration, number
 from report.section_mesh import extent
 
@@ -35,11 +36,12 @@ def facts(results):
         ("Aspect", f"{_angles('elevation', elevation)}; {_angles('azimuth', azimuth)}"),
     ]
     if results.images_are_made:
-        imaging = settings["imaging"]
+        imaging, pixels = settings["imaging"], planned(settings)
         pairs += [
             (
                 "Images",
-                f"{len(frequency)} × {imaging['aperture']} pixels, {imaging['window']} window, {_reformat(imaging)}",
+                f"{pixels['range_pixels']} × {pixels['crossrange_pixels']} pixels, {imaging['window']} window, "
+                f"{_reformat(imaging)}",
             ),
             (
                 "Noise",

@@ -31,7 +31,7 @@ def section(results):
         id="tried",
         title="Everything tried on the open set",
         text=(
-            f"Every model and known score of every open experiment, by its mean weighted F1 over {_middle_text(scores)}"
+            f"Every model and known score of every open experiment, by its mean weighted F1 over {middle_text(scores)}"
             f" under the thesis protocol.{compared if ranks['gain'].notna().any() else ''}",
         ),
         figures=gain_figure(scores, ranks),
@@ -45,7 +45,8 @@ def middle(snrs):
     return [snr for snr in snrs if MIDDLE[0] <= snr <= MIDDLE[1]] or snrs
 
 
-def _middle_text(scores):
+def middle_text(scores):
+    """The same in words."""
     snrs = middle(scores["test_snr_db"])
     return f"{snrs[0]:g} to {snrs[-1]:g} dB" if len(snrs) > 1 else f"{snrs[0]:g} dB"
 
@@ -143,7 +144,7 @@ def gain_figure(scores, ranks):
                 f"difference. The interval of the best one's gain lies above 0 under {'; '.join(counts)}."
             ),
             caption=(
-                f"The methods with the largest mean weighted F1 over {_middle_text(scores)}, by split, and their gain "
+                f"The methods with the largest mean weighted F1 over {middle_text(scores)}, by split, and their gain "
                 "over the reference thesis's method on the same test images, with its 95 % interval from the same "
                 f"resamples. Markers stand at the SNRs of that range at which the thesis's method is below {SOLVED:g}. "
                 f"At these, the interval of the best method's gain lies above 0 under {'; '.join(counts)}."
@@ -200,7 +201,7 @@ def tried_table(scores, ranks):
         data=scores,
         caption=(
             f"Weighted F1 of the open set under the thesis protocol at some SNRs, and its mean over "
-            f"{_middle_text(scores)} under both protocols; gain: the mean of what it is more than the reference "
+            f"{middle_text(scores)} under both protocols; gain: the mean of what it is more than the reference "
             "thesis's method on the same test images. The CSV file holds all SNRs, both protocols and the 95 % "
             "intervals."
         ),
