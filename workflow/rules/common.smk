@@ -15,7 +15,7 @@ sys.path.insert(0, SCRIPTS)
 # Jobs are processes of their own, here and on a cluster: each parses this file and inherits the path.
 os.environ.update(PYTHONPATH=SCRIPTS)
 if {Quietness.PROGRESS, Quietness.ALL} & set(workflow.output_settings.quiet or ()):
-    os.environ["ISARFLOW_QUIET"] = "yes"  # jobs draw no progress bars
+    os.environ.update(ISARFLOW_QUIET="yes")  # jobs draw no progress bars
 
 from common import lock, room
 from common import radar as sweep
