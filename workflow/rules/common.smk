@@ -4,6 +4,7 @@ import json
 import os
 import re
 import sys
+from errno import ENOENT
 from math import ceil
 
 from snakemake.exceptions import WorkflowError
@@ -100,7 +101,8 @@ def planned_solve(wildcards, input):
     with open(input.figures) as file:
         bands = json.load(file)["bands"]
     if int(wildcards.band) >= len(bands):
-        raise FileNotFoundError  # the mesh is yet to be made anew: to Snakemake, as if there were none
+        # The mesh is yet to be made anew: for Snakemake as if there were none.
+        raise FileNotFoundError(ENOENT, "no such band", input.figures)
     return bands[int(wildcards.band)]["solve"]
 
 
