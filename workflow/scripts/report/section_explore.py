@@ -9,7 +9,7 @@ from common.radar import snr_label
 from learning.experiments import runs
 from mesh.io import read_ply
 from report.draw_images import FLOOR_DB, decibels, edges
-from report.selection import evenly, noise_snrs, noisy_targets
+from report.selection import around, evenly, noise_snrs, noisy_targets
 
 MOST_TRIANGLES = 20_000  # of the mesh that is shown: the page stays quick
 MOST_PIXELS = 3_000_000  # of all images, a byte each
@@ -34,9 +34,7 @@ def explorer(results):
     some = next((n for n in (ELEVATIONS, 3, 1) if n * FEWEST_AZIMUTHS * each <= MOST_PIXELS), 1)
     elevations = evenly(first.elevation.values.tolist(), some)
     count = int(np.clip(MOST_PIXELS // (len(elevations) * each), 1, AZIMUTHS))
-    all_azimuths = first.sizes["azimuth"]
-    # As on a circle: the last azimuth is not the first one again.
-    picks = np.unique(np.arange(count) * all_azimuths // count)
+    picks = around(first.sizes["azimuth"], count)
     return {
         "elevations": elevations,
         "azimuths": first.azimuth.values[picks].tolist(),

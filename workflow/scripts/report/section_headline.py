@@ -77,7 +77,7 @@ def headline(results):
 
 def curves(part):
     """What is drawn of one set: (label, rows by SNR, look) of the best method and of the thesis's, by split."""
-    means = part[part["test_snr_db"].isin(middle(part["test_snr_db"]))].groupby(METHOD, as_index=False)["value"].mean()
+    means = _means(part).reset_index()
     means = means.sort_values(["value", *METHOD], ascending=[False, *[True] * len(METHOD)])
     model, train, score = REFERENCE
     theirs = (means["model"] == model) & (means["train_snr_db"] == train) & means["score"].isin(["", score])
@@ -99,6 +99,11 @@ def curves(part):
             label = f"{words}{method_name(row.model, row.score)} ({split})"
             lines.append((label, curve, {"color": color, "ls": dash, "marker": "o" if dash == "-" else ""}))
     return lines
+
+
+def _means(part):
+    """The mean of each method over the middle SNRs."""
+    return part[part["test_snr_db"].isin(middle(part["test_snr_db"]))].groupby(METHOD)["value"].mean()
 
 
 def method_name(model, score):
@@ -143,10 +148,7 @@ def comparison(results):
         shown = {tuple(curve[METHOD].iloc[0]) for _, curve, _ in curves(part)}
         order = known_scores(part["score"])
         # Of each model the known score with the largest mean: the others are drawn when asked for.
-        means = (
-            part[part["test_snr_db"].isin(middle(part["test_snr_db"]))].groupby(METHOD)["value"].mean().unstack("score")
-        )
-        best = means.idxmax(axis=1)
+        best = _means(part).unstack("score").idxmax(axis=1)
         for method, curve in sorted(
             part.groupby(METHOD), key=lambda one: (one[0][0], one[0][1], model_order(one[0][2]), order.index(one[0][4]))
         ):

@@ -8,7 +8,7 @@ from common.radar import snr_label
 from imaging.point_response import point_response
 from report.draw_images import FLOOR_DB, edges, gallery
 from report.layout import Figure, Section, Table, canvas, style, to_svg
-from report.selection import GALLERY_AZIMUTHS, GALLERY_ELEVATIONS, evenly, noise_snrs, noise_target
+from report.selection import GALLERY_AZIMUTHS, GALLERY_ELEVATIONS, around, evenly, noise_snrs, noise_target
 
 RESPONSES = {"none": "none (plain FFT)", "polar": "polar", "exact": "exact"}
 PLACES = 13  # of scatterers, along each axis of the extent
@@ -98,10 +98,7 @@ def images_table(results):
 def azimuth_gallery(target, dataset, surface):
     """Noise-free images of a target at evenly spread azimuths, elevation nearest 0."""
     cut = dataset.image.sel(elevation=0, method="nearest")
-    count = cut.sizes["azimuth"]
-    # As on a circle: the last azimuth is not the first one again.
-    picks = np.unique(np.arange(GALLERY_AZIMUTHS) * count // GALLERY_AZIMUTHS)
-    cut = cut.isel(azimuth=picks).load()
+    cut = cut.isel(azimuth=around(cut.sizes["azimuth"], GALLERY_AZIMUTHS)).load()
     panels = [(f"azimuth {float(azimuth):.4g}°", cut.sel(azimuth=azimuth)) for azimuth in cut.azimuth.values]
     svg, frame = gallery(panels, surface)
     frame.insert(0, "target", target)

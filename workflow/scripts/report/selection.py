@@ -36,6 +36,11 @@ def evenly(values, count):
     return [values[pick] for pick in picks]
 
 
+def around(size, count):
+    """At most `count` of `size` azimuths by number, evenly spread as on a circle: the last is not the first again."""
+    return np.unique(np.arange(count) * size // count)
+
+
 def decoded_snrs(snr_db):
     """The SNRs in dB at which reconstructions and the scores that follow from them are shown: near 24 and near 3 dB."""
     return sorted({min(snr_db, key=lambda snr: (abs(snr - aim), snr)) for aim in DECODED_SNRS})
