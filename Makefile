@@ -57,10 +57,19 @@ bench-bempp: environment .venv-bempp/.installed
 
 environment: $(BIN)/.installed
 
-# The stamp is written last: an interrupted installation is begun anew.
+# The stamp is written last: an interrupted installation is begun anew. It holds the folder's path: the programs of an
+# environment know where they were installed, and one that was moved or copied is made anew.
+HERE := $(shell cat $(BIN)/.installed 2> /dev/null)
+ifneq ($(HERE),$(CURDIR))
+.PHONY: $(BIN)/.installed
+endif
+
 $(BIN)/.installed: envs/requirements.lock
-	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "isarflow needs python 3.11 or later")'
+	@command -v $(PYTHON) > /dev/null || \
+		{ echo "There is no $(PYTHON). On Debian or Ubuntu: apt-get install -y python3-venv; or name one: make PYTHON=..."; exit 1; }
+	@$(PYTHON) envs/check.py
+	@echo "installing the environment into .venv (a minute or two)"
 	rm -rf .venv
 	$(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r envs/requirements.lock
-	touch $@
+	@printf '%s' "$(CURDIR)" > $@

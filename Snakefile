@@ -12,9 +12,9 @@ report: "workflow/report/workflow.rst"
 wildcard_constraints:
     target=one_of(TARGETS),
     band="[0-9]+",
-    run=one_of(map(re.escape, RUNS)),
+    run=one_of(RUNS),
     model=one_of(config["learning"]["models"]),
-    snr="|".join(map(re.escape, SNRS)),
+    snr=one_of(SNRS),
 
 
 include: "workflow/rules/mesh.smk"

@@ -16,8 +16,9 @@ import numpy as np
 import pandas as pd
 import yaml
 
-from common.config import load, read_yaml
+from common.config import load
 from common.radar import C0, azimuths, elevations, frequencies, snr_label
+from common.yaml_file import read_yaml
 from scattering.store import write_field
 
 NAME = "bench_imaging"

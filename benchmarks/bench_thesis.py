@@ -15,8 +15,9 @@ from pathlib import Path
 
 import pandas as pd
 
-from common.config import load, read_yaml
+from common.config import load
 from common.radar import azimuths, bands, elevations
+from common.yaml_file import read_yaml
 from mesh.io import read_ply
 from scattering.solve import PARTS, solve
 

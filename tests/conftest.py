@@ -71,15 +71,15 @@ class Project:
             else:
                 shutil.copy2(source, self.folder / part)
 
-    def start(self, *arguments, **options):
+    def start(self, *arguments, python=sys.executable, **options):
         """snakemake with these arguments as a running process, its output in one text stream."""
-        command = [sys.executable, "-m", "snakemake", *map(str, arguments)]
-        streams = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True}
-        return subprocess.Popen(command, cwd=self.folder, env=ENVIRONMENT, **(streams | options))
+        command = [python, "-m", "snakemake", *map(str, arguments)]
+        streams = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True, "cwd": self.folder}
+        return subprocess.Popen(command, env=ENVIRONMENT, **(streams | options))
 
-    def run(self, *arguments, timeout=900):
+    def run(self, *arguments, timeout=900, **options):
         """The same to its end: the finished process, its output in `stdout`."""
-        process = self.start(*arguments)
+        process = self.start(*arguments, **options)
         output, _ = process.communicate(timeout=timeout)
         return subprocess.CompletedProcess(process.args, process.returncode, output)
 

@@ -29,5 +29,9 @@ def test_message_names_the_key(project, case):
     for text in expected:
         assert text in finished.stdout
     assert "Traceback" not in finished.stdout
-    assert len(finished.stdout.splitlines()) < 6  # nothing that hides the message
+    # One message, which begins with the key, after the line that says which profile is in use.
+    (message,) = [
+        line for line in finished.stdout.splitlines() if not line.startswith("Using workflow specific profile")
+    ]
+    assert message.startswith("config key '")
     assert not (project.folder / "results").exists()

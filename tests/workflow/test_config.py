@@ -4,9 +4,10 @@ import copy
 
 import pytest
 
-from common.config import ROOT, load, read_yaml, section
+from common.config import ROOT, load, section
 from common.errors import InputError
 from common.overview import overview
+from common.yaml_file import read_yaml
 from learning.experiments import runs
 
 
@@ -83,7 +84,16 @@ BAD = {
     "role": ({"targets": {"a": {**KNOWN, "role": "friend"}}}, "targets.a.role", "known"),
     "symmetry": ({"targets": {"a": {**KNOWN, "symmetry": ["xy"]}}}, "targets.a.symmetry", "xz"),
     "formulation": ({"targets": {"a": {**KNOWN, "formulation": "mfie"}}}, "targets.a.formulation", "of this target"),
-    "target name": ({"targets": {"a-b": KNOWN}}, "targets", "a-b"),
+    "target name with a space": ({"targets": {"a b": KNOWN}}, "targets", "a b"),
+    "target name that ends with a dot": ({"targets": {"a.": KNOWN}}, "targets", "a."),
+    "target name that begins with a hyphen": ({"targets": {"-a": KNOWN}}, "targets", "-a"),
+    "name of the images of noise": ({"targets": {"pure-noise": KNOWN}}, "targets.pure-noise", "images of noise alone"),
+    "too many SNRs": (
+        {"noise": {"snr_db": [n / 100 for n in range(10_000)]}},
+        "noise.snr_db",
+        "... has more than 201 entries. Expected: signal-to-noise",
+    ),
+    "target name": ({"targets": {"a/b": KNOWN}}, "targets", "a/b"),
     "no targets": ({"targets": {}}, "targets", "{}"),
     "section is a number": ({"radar": 5}, "radar", "5"),
     "section is empty": ({"radar": None}, "radar", "nothing is not a mapping"),

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from common.config import ROOT, load, read_yaml
+from common.config import ROOT, load
+from common.yaml_file import read_yaml
 from scattering.external import write_external
 
 PAGES = [

@@ -1,10 +1,15 @@
-"""The conda environments install what the lock pins."""
+"""What `make` installs, and what it asks of a machine before; the conda environments install what the lock pins."""
 
+import importlib.util
 import re
+import shutil
+import subprocess
+from types import SimpleNamespace
 
 import pytest
 
-from common.config import ROOT, read_yaml
+from common.config import ROOT
+from common.yaml_file import read_yaml
 
 STAGES = ("mesh", "scattering", "imaging", "learning", "report")
 
@@ -39,3 +44,81 @@ def test_extra_lock_changes_no_version(name):
     main, extra = (set(re.findall(r"^([a-z0-9-]+)==([^ ]+)", lock, re.MULTILINE)) for lock in locks)
     assert extra - main
     assert {package for package, _ in extra - main}.isdisjoint(package for package, _ in main)
+
+
+@pytest.fixture
+def check():
+    spec = importlib.util.spec_from_file_location("check", ROOT / "envs/check.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_machine_that_runs_the_tests_will_do(check, tmp_path):
+    assert check.problems(str(tmp_path)) == ([], [])
+
+
+def _no(*_):
+    raise OSError("cannot open shared object file")
+
+
+@pytest.mark.parametrize(
+    ("place", "value", "problem", "package"),
+    [
+        ("check.ctypes.CDLL", _no, "libGL.so.1 is not there", "libgl1"),
+        ("check.importlib.util.find_spec", lambda name: None if name == "ensurepip" else 1, "no venv module", "-venv"),
+        ("check.sys.version_info", (3, 10, 4), "needs python 3.11 or later, and this is 3.10", None),
+        ("check.shutil.disk_usage", lambda _: SimpleNamespace(free=1e9), "1 GB are free here", None),
+    ],
+)
+def test_what_a_machine_lacks_is_said_before_anything_is_installed(
+    check, place, value, problem, package, tmp_path, monkeypatch
+):
+    module, name = place.removeprefix("check.").rsplit(".", 1)
+    there = check
+    for part in module.split("."):
+        there = getattr(there, part)
+    with monkeypatch.context() as patch:  # pytest itself needs what is taken away
+        patch.setattr(there, name, value)
+        wrong, packages = check.problems(str(tmp_path))
+    assert len(wrong) == 1 and problem in wrong[0]
+    assert len(packages) == (package is not None) and all(name.endswith(package) for name in packages)
+
+
+def test_path_with_a_colon_is_refused(check, tmp_path):
+    (tmp_path / "a:b").mkdir()
+    (wrong,), _ = check.problems(str(tmp_path / "a:b"))
+    assert "has a ':' in it" in wrong
+
+
+@pytest.mark.skipif(shutil.which("make") is None, reason="there is no make")
+def test_environment_that_was_moved_is_made_anew(tmp_path):
+    folder = tmp_path / "my project"
+    (folder / "envs").mkdir(parents=True)
+    (folder / ".venv/bin").mkdir(parents=True)
+    for path in ("Makefile", "envs/requirements.lock"):
+        shutil.copy(ROOT / path, folder / path)
+
+    def steps():
+        return subprocess.run(
+            ["make", "-n", "environment"], cwd=folder, capture_output=True, text=True, check=True
+        ).stdout
+
+    assert "pip install" in steps()
+    (folder / ".venv/bin/.installed").write_text(str(folder))
+    assert "Nothing to be done" in steps()
+    moved = folder.rename(tmp_path / "elsewhere")
+    folder = moved
+    assert "rm -rf .venv" in steps() and "pip install" in steps()
+
+
+@pytest.mark.skipif(shutil.which("make") is None, reason="there is no make")
+def test_make_says_that_there_is_no_such_python(tmp_path):
+    shutil.copy(ROOT / "Makefile", tmp_path)
+    (tmp_path / "envs").mkdir()
+    (tmp_path / "envs/requirements.lock").touch()
+    finished = subprocess.run(
+        ["make", "environment", "PYTHON=python3.99"], cwd=tmp_path, capture_output=True, text=True
+    )
+    assert finished.returncode != 0 and "There is no python3.99." in finished.stdout
+    assert not (tmp_path / ".venv").exists()

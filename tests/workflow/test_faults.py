@@ -16,18 +16,19 @@ import psutil
 import pytest
 
 from common import lock
-from common.config import read_yaml
 from common.errors import InputError
 from common.radar import azimuths, elevations, frequencies
+from common.yaml_file import read_yaml
 from scattering.store import write_field
 
 TINY = ("--configfile", "config/tiny.yaml")
-RESULTS = "results/tiny"
-# The smallest run through every stage: one target is meshed and solved, the other's field is given.
+RESULTS = "results/tiny-2.0"
+# The smallest run through every stage: one target is meshed and solved, the other's field is given. Names have hyphens
+# and dots in them, as people give them.
 CONFIG = """
-name: tiny
+name: tiny-2.0
 targets:
-  trihedral: {mesh: resources/cad/trihedral.stl, role: known, symmetry: [xz]}
+  corner-1: {mesh: resources/cad/trihedral.stl, role: known, symmetry: [xz]}
   points: {field: fields/points.zarr, role: known}
 mesh: {bands: 1}
 radar: {center_frequency: 0.7e+9, bandwidth: 0.2e+9, frequencies: 3}
@@ -99,14 +100,14 @@ def test_killed_in_every_stage_and_on_one_core_the_results_are_the_same(unbroken
     project = made(project_of, "killed")
     command = ("--cores", 1, "report", *TINY)
     for stage in (
-        "mesh/trihedral",
-        "scattering/trihedral-0",
-        "imaging/trihedral/snr_20dB",
+        "mesh/corner-1",
+        "scattering/bands/corner-1-0",
+        "imaging/corner-1/snr_20dB",
         "learning/predict/e/lr",
         "report",
     ):
         run = caught(project, f"{stage}.log", *command)
-        if stage == "mesh/trihedral":
+        if stage == "mesh/corner-1":
             os.killpg(run.pid, signal.SIGSTOP)  # or it may have gone on when the second one has started
             second = project.run(*command)
         os.killpg(run.pid, signal.SIGKILL)
@@ -118,7 +119,7 @@ def test_killed_in_every_stage_and_on_one_core_the_results_are_the_same(unbroken
     found, expected = content(project), unbroken[1]
     assert sorted(found) == sorted(expected)
     assert [name for name in found if found[name] != expected[name]] == []
-    kinds = ("scattering/trihedral.zarr", "imaging/points/snr_20dB.zarr", "learning/models/e/lr", "report/figures")
+    kinds = ("scattering/corner-1.zarr", "imaging/points/snr_20dB.zarr", "learning/models/e/lr", "report/figures")
     assert all(any(name.startswith(kind) for name in found) for kind in kinds)
 
     # What the run that started beside the first one was told.

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from common.config import read_yaml
 from common.radar import azimuths, elevations, frequencies
+from common.yaml_file import read_yaml
 
 TINY = ("--configfile", "config/tiny.yaml")
 CONFIG = """

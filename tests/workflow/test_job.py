@@ -3,12 +3,16 @@
 import errno
 import io
 import os
+import subprocess
+import sys
+import time
 from types import SimpleNamespace
 
 import pytest
 from tqdm import tqdm
 
 from common import job, room
+from common.config import ROOT
 from common.errors import InputError
 from scattering.store import _Progress
 
@@ -79,6 +83,41 @@ def test_other_errors_keep_their_traceback(tmp_path):
     for error in (OSError(errno.ENOENT, "No such file or directory", "d"), later):
         fails(tmp_path / "log", error)
         assert "Traceback" in (tmp_path / "log").read_text()
+
+
+JOB = """
+import os, signal, sys
+from types import SimpleNamespace
+from common.job import job
+with job(SimpleNamespace(log=[sys.argv[1]], output=["a.zarr"])):
+    print("begun")
+    {last}
+"""
+
+
+@pytest.mark.parametrize(
+    ("last", "killed"),
+    [
+        ("os.kill(os.getpid(), signal.SIGKILL)", True),
+        ("os.kill(os.getpid(), signal.SIGTERM)", True),
+        ("os.abort()", True),
+        ("pass", False),
+        ("raise KeyboardInterrupt", False),
+        ("sys.exit(3)", False),
+    ],
+)
+def test_log_says_that_a_job_was_killed(tmp_path, last, killed):
+    log = tmp_path / "log"
+    environment = {**os.environ, "PYTHONPATH": str(ROOT / "workflow/scripts")}
+    code = JOB.format(last=last)
+    finished = subprocess.run([sys.executable, "-c", code, log], env=environment, capture_output=True)
+    assert (finished.returncode != 0) == (last != "pass")
+    expected = ["begun", job.KILLED] if killed else ["begun"]
+    # The one who watches writes a moment after the end; what it must not write it would have a second for.
+    end = time.monotonic() + (30 if killed else 1)
+    while time.monotonic() < end and (log.read_text().splitlines() != expected or not killed):
+        time.sleep(0.05)
+    assert log.read_text().splitlines() == expected
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="there is no /dev/full")

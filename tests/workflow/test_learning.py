@@ -11,8 +11,8 @@ import pandas as pd
 import pytest
 import xarray as xr
 
-from common.config import read_yaml
 from common.radar import C0, azimuths, elevations, frequencies
+from common.yaml_file import read_yaml
 from scattering.store import write_field
 
 LEARN = ("--configfile", "config/learn.yaml")

@@ -1,8 +1,10 @@
 """One true run of config/smoke.yaml, from CAD to the report: what comes out of it, and what reruns after an edit."""
 
 import contextlib
+import copy
 import json
 import os
+import shutil
 
 import numpy as np
 import pandas as pd
@@ -252,3 +254,25 @@ def test_touched_and_restored_files_rerun_nothing(smoke):
     for path in ("resources/cad/drone.stl", "workflow/scripts/mesh/read.py", "config/config.yaml"):
         os.utime(smoke.folder / path)
     assert smoke.planned("report", *SMOKE) == {}
+
+
+def test_what_troubleshooting_says_of_copies(smoke, tmp_path):
+    """`cp -a` of a finished run is one; `cp -r` is none until --touch says so."""
+    for name, how in (("kept", shutil.copy2), ("lost", shutil.copy)):
+        copied = copy.copy(smoke)
+        copied.folder = shutil.copytree(smoke.folder, tmp_path / name, copy_function=how)
+        if name == "lost":
+            assert copied.planned("report", *SMOKE) != {}
+            finished = copied.run("--cores", 1, "report", "--touch", *SMOKE)
+            assert finished.returncode == 0, finished.stdout
+        assert copied.planned("report", *SMOKE) == {}
+
+
+def test_what_troubleshooting_says_of_a_deleted_file(smoke, results, tmp_path):
+    store = results / "scattering/drone.zarr"
+    store.rename(tmp_path / "drone.zarr")
+    try:
+        assert smoke.planned("report", *SMOKE) == {}
+        assert smoke.planned(f"{RESULTS}/scattering/drone.zarr", *SMOKE) == {"scattering": 1}
+    finally:
+        (tmp_path / "drone.zarr").rename(store)

@@ -2,34 +2,107 @@
 
 import pytest
 
-from common.config import load, read_yaml
+from common.config import load
 from common.errors import InputError
+from common.yaml_file import read_yaml
 
 
 def test_key_that_stands_twice_is_refused(tmp_path):
     file = tmp_path / "twice.yaml"
     file.write_text("radar: {bandwidth: 1}\nname: a\nradar: {bandwidth: 2}\n")
-    with pytest.raises(InputError, match=r"twice.yaml, line 3: the key 'radar' stands twice"):
+    with pytest.raises(InputError, match=r"twice.yaml, line 3, column 1: the key 'radar' stands twice"):
         load({}, [file])
 
 
-@pytest.mark.parametrize(
-    ("text", "hint"),
-    [
-        (b"name: a\nradar: [1, 2\n", "bad.yaml, line 3"),
-        (b"radar:\n\tbandwidth: 1\n", "line 2: found character that cannot start any token; YAML is indented with"),
-        (b"name: a: b\n", "bad.yaml, line 1"),
-        (b"name: caf\xe9\n", "bad.yaml, byte 10: not a text file in UTF-8"),
-        (b"name: a\n[a, b]: 1\n", "line 2: a key must be a word"),
-        (b"seed: 2020-13-45\n", "bad.yaml: month"),
-        (b"name: a\n---\nname: b\n", "bad.yaml, line 2"),
-        (b"name: a\0\n", "bad.yaml: unacceptable character"),
-    ],
-)
-def test_bad_syntax_is_refused_with_its_place(text, hint, tmp_path):
+SLIPS = {
+    "a bracket left open": (
+        b"name: a\nradar: [1, 2\n",
+        "line 3, column 1: the bracket '[' that opens in line 2, column 8 ",
+    ),
+    "a brace left open": (
+        b"name: {a\n",
+        "line 2, column 1: the brace '{' that opens in line 1, column 7 is not closed",
+    ),
+    "no comma": (b"t: {mesh: a.stl role: b}\n", "line 1, column 21: the brace '{' that opens in line 1, column 4 "),
+    "two commas": (b"a: [1,,2]\n", "line 1, column 7: a value is missing before ','"),
+    "one brace too many": (b"a: {b: 1}}\n", "line 1, column 10: no key is expected here"),
+    "tabs that indent": (b"radar:\n\tbandwidth: 1\n", "line 2, column 1: a tab stands where the line is indented"),
+    "a tab among spaces": (b"radar: \n  a: 1\n\tb: 2\n", "line 3, column 1: a tab stands among the spaces"),
+    "two colons": (b"name: a: b\n", "line 1, column 8: a ':' stands where no key can"),
+    "no space after the colon": (b"name:a\nseed: 1\n", "line 2, column 5: a ':' stands where no key can; is a space"),
+    "no colon": (b"name: a\nseed\n", "line 2, column 1 has no ':' after it"),
+    "crooked lines": (b"a:\n  b: 1\n c: 2\n", "line 3, column 2: no key is expected here; it is not indented"),
+    "not an item": (b"a:\n - b\n c: 1\n", "line 3, column 2: this line is no '- item'"),
+    "Latin-1": (
+        b"seed: 1\nname: caf\xe9\n",
+        "line 2, column 10: a character that is not UTF-8 (byte 0xe9, in Latin-1 '\u00e9')",
+    ),
+    "UTF-16": ("name: a".encode("utf-16"), "line 1, column 1: a character that is not UTF-8"),
+    "a list for a key": (b"name: a\n[a, b]: 1\n", "line 2, column 1: a key must be a word"),
+    "two of a key": (b"name: a\nname: b\n", "line 2, column 1: the key 'name' stands twice"),
+    "two of a key in JSON": (b'{"name": "a",\n"name": "b"}', "line 2, column 1: the key 'name' stands twice"),
+    "no such day": (b"seed: 2020-13-45\n", ": month"),
+    "two documents": (b"name: a\n---\nname: b\n", "line 2, column 1: a second document begins"),
+    "an end in the middle": (b"name: a\n...\nname: b\n", "line 3, column 1: text follows the end"),
+    "a zero byte": (b"name: a\0\n", "unacceptable character"),
+    "an alias to itself": (
+        b"radar: &a\n  b: *a\n",
+        "line 1, column 8: what the anchor '&' names here holds an alias '*' to itself",
+    ),
+    "an alias to nothing": (b"name: *b\n", "line 1, column 7: the alias '*' has no anchor"),
+    "aliases that explode": (
+        b"".join(b"a%d: &a%d [%s]\n" % (n, n, b",".join([b"*a%d" % (n - 1)] * 10) if n else b"1") for n in range(9)),
+        "its aliases stand for more than 100,000 values",
+    ),
+    "brackets without end": (b"a: " + b"[" * 3000 + b"]" * 3000, "stand in one another more than a thousand deep"),
+    "an open quote": (b"name: 'a\nseed: 1\n", "column 1: the quote that opens in line 1, column 7 is never closed"),
+    "a Windows path": (b'mesh: "C:\\Users\\x.stl"\n', "line 1, column 12: a backslash in double quotes"),
+    "another escape": (b'mesh: "C:\\cad\\x.stl"\n', "line 1, column 10: a backslash in double quotes"),
+    "an at sign": (b"name: @x\n", "line 1, column 7: no value can begin with '@'"),
+    "a star": (b"name: *\n", "line 1, column 8: a '*' or '&' begins an alias"),
+    "text after a bar": (b"name: |x\n", "line 1, column 8: '|' and '>' begin text on the next line"),
+    "a tag": (b"a: !!python/object:os.system x\n", "line 1, column 4: a tag"),
+    "a merge of nothing": (b"a: {<<: 5}\n", "line 1, column 9: '<<' takes in a mapping"),
+    "nothing": (b"", " is empty"),
+    "comments alone": (b"# name: a\n", " is empty"),
+    "a list": (b"- a\n", " holds a list"),
+    "a word": (b"hello\n", " holds 'hello' alone"),
+}
+
+
+@pytest.mark.parametrize("slip", SLIPS)
+def test_slip_is_refused_with_its_place_in_our_words(slip, tmp_path):
+    text, hint = SLIPS[slip]
     file = tmp_path / "bad.yaml"
     file.write_bytes(text)
     with pytest.raises(InputError) as caught:
         read_yaml(file)
-    assert hint in str(caught.value)
-    assert "\n" not in str(caught.value)
+    message = str(caught.value)
+    assert message.startswith(str(file)) and hint in message
+    assert "\n" not in message and message.endswith(".") and "expected '" not in message
+
+
+def test_json_is_read_tabs_and_all(tmp_path):
+    file = tmp_path / "mine.json"
+    file.write_text('{\n\t"name": "mine",\n\t"noise": {"snr_db": [1, 2.5]}\n}')
+    assert read_yaml(file) == {"name": "mine", "noise": {"snr_db": [1, 2.5]}}
+
+
+def test_missing_file_and_folder(tmp_path):
+    for path, problem in (("a.yaml", "there is no such config file"), (".", "Is a directory"), ("b.yaml/c", "no such")):
+        with pytest.raises(InputError, match=problem):
+            read_yaml(tmp_path / path)
+    with pytest.raises(InputError, match="If 'report' is what to make, it stands before --configfile"):
+        read_yaml("report")
+
+
+@pytest.mark.parametrize("option", ["--configfile", "--configfiles"])
+def test_snakemake_says_it_before_it_reads_the_files_itself(option, project_of):
+    """Its own words for the same: a traceback, or that the file is 'not valid JSON or YAML', without a place."""
+    project = project_of("slip")
+    project.write("config/good.yaml", "name: good\n")
+    project.write("config/bad.yaml", "name: bad\nradar: &a {b: *a}\n")
+    finished = project.run("--cores", 1, "--dry-run", "report", option, "config/good.yaml", "config/bad.yaml")
+    assert finished.returncode == 1
+    (line,) = [line for line in finished.stdout.splitlines() if not line.startswith("Using workflow specific profile")]
+    assert line.startswith("config/bad.yaml: line 2, column 8: what the anchor")

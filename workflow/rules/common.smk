@@ -13,6 +13,9 @@ from snakemake.settings.enums import Quietness
 
 SCRIPTS = os.path.join(workflow.basedir, "workflow", "scripts")
 sys.path.insert(0, SCRIPTS)
+# Snakemake writes its interpreter's path into shell commands as it stands: spaces in it are escaped here.
+if "\\" not in sys.executable:
+    sys.executable = re.sub(r"([^\w@%+=:,./-])", r"\\\1", sys.executable)
 # Jobs are processes of their own, here and on a cluster: each parses this file and inherits the path.
 os.environ.update(PYTHONPATH=SCRIPTS)
 if {Quietness.PROGRESS, Quietness.ALL} & set(workflow.output_settings.quiet or ()):
@@ -36,14 +39,15 @@ try:
     if workflow.is_main_process:
         room.check_writable(".", RESULTS)
 except InputError as error:
-    raise WorkflowError(str(error)) from None
+    # Not as an exception of Snakemake's, which would begin with a line of this file.
+    sys.exit(str(error))
 
 # A job runs under the lock of the run that sent it.
 for line in lock.release_stale() if workflow.is_main_process else []:
     logger.warning(line)
 
 # Run with this file, never in a job.
-BEFORE_JOBS = ("check.py", "config.py", "lock.py", "overview.py", "room.py", "schema.py")
+BEFORE_JOBS = ("check.py", "config.py", "lock.py", "overview.py", "room.py", "schema.py", "yaml_file.py")
 # On a cluster a job's memory also holds the two Snakemakes that start it, 190 MB each; in part they share it.
 STARTING = 400  # MB
 TARGETS = list(config["targets"])
@@ -63,10 +67,15 @@ SNRS = [sweep.snr_label(snr) for snr in config["noise"]["snr_db"]]
 DECODED_SNRS = [sweep.snr_label(snr) for snr in decoded_snrs(config["noise"]["snr_db"])]
 
 
+def in_repository(*parts):
+    """The path of a file of the repository, from the folder that Snakemake runs in."""
+    return os.path.relpath(os.path.join(workflow.basedir, *parts))
+
+
 def code(*stages):
     """The modules of these stages and the common ones. As inputs they rerun a job when their content changes."""
     return [
-        os.path.relpath(os.path.join(SCRIPTS, stage, module))
+        in_repository("workflow", "scripts", stage, module)
         for stage in sorted({"common", *stages})
         for module in sorted(os.listdir(os.path.join(SCRIPTS, stage)))
         if module.endswith((".py", ".html", ".css", ".js")) and module not in BEFORE_JOBS
@@ -83,7 +92,7 @@ def begin(*run):
 
 def one_of(names):
     """A wildcard's constraint to these names; to nothing if there are none."""
-    return "|".join(names) or "(?!)"
+    return "|".join(map(re.escape, names)) or "(?!)"
 
 
 def symmetry(target):

@@ -6,7 +6,7 @@
 rule mesh:
     input:
         cad=lambda w: config["targets"][w.target]["mesh"],
-        code=code("mesh") + ["workflow/scripts/scattering/plan.py"],
+        code=code("mesh") + [in_repository("workflow/scripts/scattering/plan.py")],
     output:
         figures=report(
             f"{RESULTS}/mesh/{{target}}.json",

@@ -15,7 +15,10 @@ rule report:
         predictions=expand(
             f"{RESULTS}/learning/predictions/{{fitted}}/{{snr}}.csv", fitted=decoders(), snr=DECODED_SNRS
         ),
-        published=[f"resources/reference/thesis_{table}.csv" for table in ("results", "prediction_times", "confusion")],
+        published=[
+            in_repository(f"resources/reference/thesis_{table}.csv")
+            for table in ("results", "prediction_times", "confusion")
+        ],
         code=code("imaging", "mesh", "report"),
     output:
         # Not in Snakemake's own report: browsers do not open so large a page from within another.

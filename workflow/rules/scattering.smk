@@ -12,9 +12,9 @@ rule solve:
     output:
         directory(f"{RESULTS}/scattering/bands/{{target}}-{{band}}.zarr"),
     log:
-        f"{RESULTS}/logs/scattering/{{target}}-{{band}}.log",
+        f"{RESULTS}/logs/scattering/bands/{{target}}-{{band}}.log",
     benchmark:
-        f"{RESULTS}/benchmarks/scattering/{{target}}-{{band}}.tsv"
+        f"{RESULTS}/benchmarks/scattering/bands/{{target}}-{{band}}.tsv"
     wildcard_constraints:
         target=one_of(MESHED),
     conda:

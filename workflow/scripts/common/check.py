@@ -12,7 +12,7 @@ from common.errors import InputError
 from common.radar import images_are_made
 from common.schema import check_schema, near, schema
 from imaging.formation import window
-from imaging.geometry import centres, planned
+from imaging.geometry import PURE_NOISE, centres, planned
 from learning.classifier import NOT_HYPER, OTHER, choices
 from learning.experiments import CLEAN, TOLERANCE, runs
 from learning.split import split
@@ -22,7 +22,7 @@ from scattering import origin
 ROOT = Path(__file__).resolve().parents[3]
 MODELS = ROOT / "workflow" / "scripts" / "learning" / "models"
 FIELD_FORMATS = (".ffe", ".zarr")
-WHERE = " (paths start at the folder you run snakemake in)"
+WHERE = " (paths start at the folder you run snakemake in, or at the repository's)"
 MESH_FORMATS = (".stl", ".obj", ".ply", ".off", *cad_kernel.FORMATS)
 MOST_ANGLES = 100_000
 MOST_PIXELS = 4096  # of an image, for a model with covariances: one of 64 x 64 pixels takes 270 MB, of 128 x 128 4.3 GB
@@ -108,6 +108,10 @@ def _check_targets(config):
             raise InputError(
                 f"config key 'targets.{name}': '{OTHER}' is what images of no known class are called; "
                 "take another name."
+            )
+        if name == PURE_NOISE:
+            raise InputError(
+                f"config key 'targets.{name}': images of noise alone are kept under this name; take another one."
             )
         if "field" in target:
             _check_field(f"config key 'targets.{name}.field'", target["field"], config)

@@ -1,13 +1,13 @@
 """Load a config and lay overlays over it, before any work is done."""
 
+import os
 import re
 from pathlib import Path
-
-import yaml
 
 from common.check import check
 from common.errors import InputError
 from common.schema import check_schema
+from common.yaml_file import read_yaml
 from learning.experiments import CLEAN
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -31,6 +31,8 @@ def load(overlay=None, files=()):
         read_yaml(path)
     config = _numbers(_merge(read_yaml(BASE), overlay or {}))
     check_schema(config)
+    for target in config["targets"].values():
+        target |= {key: _found(target[key]) for key in ("mesh", "field") if key in target}
     _inherit(config)
     config = _checked(config, overlay or {})
     # More bands than frequencies would leave some empty; the order of SNRs has no meaning.
@@ -42,43 +44,21 @@ def load(overlay=None, files=()):
     return config
 
 
-def read_yaml(path):
-    """A YAML file as plain types. Raises InputError for bad syntax and for a key that stands twice in a mapping."""
-    try:
-        return yaml.load(Path(path).read_text(encoding="utf-8"), _UniqueKeys)
-    except yaml.MarkedYAMLError as error:
-        line = f", line {error.problem_mark.line + 1}" if error.problem_mark else ""
-        tabs = "; YAML is indented with spaces, not tabs" if "cannot start any token" in error.problem else ""
-        raise InputError(f"{path}{line}: {error.problem}{tabs}.") from None
-    except UnicodeDecodeError as error:
-        raise InputError(f"{path}, byte {error.start + 1}: not a text file in UTF-8.") from None
-    except (yaml.YAMLError, ValueError) as error:
-        raise InputError(f"{path}: {' '.join(str(error).split())}.") from None
-
-
-class _UniqueKeys(yaml.CSafeLoader):
-    """YAML lets a later key replace an earlier one: a pasted block would silently undo another."""
-
-    def construct_mapping(self, node, deep=False):
-        seen = set()
-        for key, _ in node.value:
-            problem = None
-            if not isinstance(key, yaml.ScalarNode):
-                problem = "a key must be a word, not a list or a mapping"
-            elif key.value in seen:
-                problem = f"the key '{key.value}' stands twice in one mapping"
-            if problem:
-                raise yaml.constructor.ConstructorError(None, None, problem, key.start_mark)
-            seen.add(key.value)
-        return super().construct_mapping(node, deep)
-
-
 def section(config, *keys):
     """The named parts of the config as one plain mapping with sorted keys, for a rule's params.
 
     Keys may be dotted. Snakemake compares params by their text, so the order in the file must not matter.
     """
     return {key: _sorted(_get(config, key)) for key in sorted(keys)}
+
+
+def _found(path):
+    """Where a path of the config leads (or each of several): from the working folder, or else from the repository."""
+    if isinstance(path, dict):
+        return {key: _found(one) for key, one in path.items()}
+    if isinstance(path, list):
+        return [_found(one) for one in path]
+    return path if Path(path).exists() or not (ROOT / path).exists() else os.path.relpath(ROOT / path)
 
 
 def _merge(base, overlay, path=""):

@@ -3,6 +3,7 @@
 import contextlib
 import errno
 import os
+import subprocess
 import sys
 import time
 import traceback
@@ -14,6 +15,19 @@ from common.errors import InputError
 SECONDS = 30  # between a progress bar's lines in a log
 ROOM = "Make room there and run the same command: it goes on with what is missing."
 ACCESS = "Make it readable and writable for you and run the same command: it goes on with what is missing."
+# A process of its own, which outlives the job: it reads until the job ends, and a job that ended without a word was
+# killed. Run without site packages (-I -S), it starts in a hundredth of a second.
+WATCH = """
+import sys
+if not sys.stdin.buffer.read():
+    with open(sys.argv[1], "a") as log:
+        print(sys.argv[2], file=log)
+"""
+KILLED = (
+    "Error: this job was killed (a signal ended it before it could say anything). The usual reason is that the machine "
+    "ran out of memory: close what else uses it, or run one job at a time (--cores 1). The same command goes on from "
+    "here; docs/troubleshooting.md has more."
+)
 REFUSED = {errno.ENOSPC: ROOM, errno.EDQUOT: ROOM, errno.EROFS: ACCESS, errno.EACCES: ACCESS, errno.EPERM: ACCESS}
 
 
@@ -59,11 +73,11 @@ def job(snakemake):
 
     The last bit of a product depends on how many threads BLAS splits it between, and the results must not.
     An InputError, a full disk or a file that may not be written ends the job with one message; anything else with a
-    traceback in the log.
+    traceback in the log. A job that is killed can say nothing: the log then says it for the job.
     """
     out, err, message = sys.stdout, sys.stderr, None
     try:
-        with open(snakemake.log[0], "w") as log, threadpoolctl.threadpool_limits(1):
+        with open(snakemake.log[0], "w") as log, _watched(snakemake.log[0]), threadpoolctl.threadpool_limits(1):
             sys.stdout, sys.stderr = _Tee(out, log), _Tee(err, log)
             yield
     except InputError as error:
@@ -75,6 +89,20 @@ def job(snakemake):
     if message:
         _report(message, snakemake.log[0])
         sys.exit(1)
+
+
+@contextlib.contextmanager
+def _watched(log):
+    """Run the body while another process waits to write KILLED into the log, should this one end within the body."""
+    watch = subprocess.Popen(
+        [sys.executable, "-I", "-S", "-c", WATCH, log, KILLED],
+        stdin=subprocess.PIPE,
+        start_new_session=True,  # not killed along with the job's group
+    )
+    try:
+        yield
+    finally:
+        watch.communicate(b"ended")
 
 
 def _refused(error, output):

@@ -10,6 +10,7 @@ import yaml
 from common.errors import InputError
 
 SCHEMA = Path(__file__).resolve().parents[3] / "config" / "schema.yaml"
+LONGEST = 100  # characters of a value that a message shows
 TYPES = {
     "object": "a mapping of keys to values",
     "array": "a list",
@@ -55,7 +56,8 @@ def near(name, names):
 def shown(value):
     """A value as the user wrote it, near enough."""
     words = {None: "nothing", True: "true", False: "false"}
-    return words[value] if value is None or isinstance(value, bool) else repr(value)
+    text = words[value] if value is None or isinstance(value, bool) else repr(value)
+    return text if len(text) <= LONGEST else f"{text[:LONGEST]}..."
 
 
 def _first(errors):

@@ -13,7 +13,7 @@ from learning.experiments import runs
 from mesh.io import read_ply
 from report.selection import target_order
 
-REFERENCE = Path("resources/reference")
+REFERENCE = Path(__file__).parents[3] / "resources" / "reference"
 
 
 class Results:
@@ -140,7 +140,9 @@ class Results:
             step, *job = path.relative_to(folder).with_suffix("").parts
             if step == "learning":
                 step, *job = job
-            if step != "report" and (not job or {job[0], job[0].partition("-")[0]} & named):
+            # Solves stand in a folder of their own, <target>-<band>: a target's name may hold hyphens, too.
+            whose = job[1].rpartition("-")[0] if job[:1] == ["bands"] else "".join(job[:1])
+            if step != "report" and (not job or whose in named):
                 line = pd.read_csv(path, sep="\t", na_values="-").iloc[-1]
                 rows.append({"step": step, "job": "/".join(job), "s": line["s"], "max_rss": line["max_rss"]})
         return pd.DataFrame(rows, columns=["step", "job", "s", "max_rss"])

@@ -141,7 +141,9 @@ def version():
 def commit():
     """The commit of the code, with '-dirty' where files were changed since; 'unknown' outside a git checkout."""
     try:
-        run = subprocess.run(["git", "describe", "--always", "--dirty"], capture_output=True, text=True, check=True)
+        run = subprocess.run(
+            ["git", "describe", "--always", "--dirty"], cwd=ROOT, capture_output=True, text=True, check=True
+        )
     except (OSError, subprocess.CalledProcessError):
         return "unknown"
     return run.stdout.strip()

@@ -1,0 +1,180 @@
+"""Read a config file, and say of one that is not YAML where it is wrong, and what is wrong, in words of its own."""
+
+import json
+from argparse import ArgumentParser
+from pathlib import Path
+
+import yaml
+
+from common.errors import InputError
+
+MOST_VALUES = 100_000  # of a file with all its aliases written out
+
+# What libyaml says of a slip, and what the user did. {char}: the character there; {opened}: where the thing begins that
+# it was reading. The first one that stands in libyaml's words counts.
+SLIPS = (
+    (
+        "a tab character that violates indentation",
+        "a tab stands among the spaces that indent; indent with spaces alone",
+    ),
+    ("expected ',' or '}'", "the brace '{{' that opens in {opened} is not closed before this, or a comma is missing"),
+    ("expected ',' or ']'", "the bracket '[' that opens in {opened} is not closed before this, or a comma is missing"),
+    ("expected node content", "a value is missing before {char}"),
+    ("found another document", "a second document begins with '---'; a config is one"),
+    ("expected <document start>", "text follows the end of the document ('...'); a config is one document"),
+    ("found undefined alias", "the alias '*' has no anchor '&' of its name before it; put text with a * in quotes"),
+    ("found unexpected end of stream", "the quote that opens in {opened} is never closed"),
+    ("escape c", "a backslash in double quotes begins an escape; write paths in single quotes or with /"),
+    ("hexdecimal", "a backslash in double quotes begins an escape; write paths in single quotes or with /"),
+    (
+        "mapping values are not allowed",
+        "a ':' stands where no key can; is a space missing after the ':' of the line above,"
+        " is this line indented too far, or is it text, which needs quotes",
+    ),
+    ("expected alphabetic or numeric", "a '*' or '&' begins an alias or an anchor; put text with it in quotes"),
+    ("expected '-' indicator", "this line is no '- item' of the list that begins in {opened}"),
+    ("could not find expected ':'", "the key that begins in {opened} has no ':' after it"),
+    ("expected comment or line break", "'|' and '>' begin text on the next line; put text with them in quotes"),
+    (
+        "expected key",
+        "no key is expected here; it is not indented like the lines of its mapping, which begins in {opened},"
+        " or a bracket closes that was not opened",
+    ),
+    (
+        "could not determine a constructor",
+        "a tag ('!...' or '=') means nothing in a config; put text with it in quotes",
+    ),
+    ("for merging", "'<<' takes in a mapping ('<<: *name'), and this is none"),
+)
+TOO_DEEP = "its brackets, or its aliases, stand in one another more than a thousand deep"
+
+
+def check_config_files(arguments):
+    """Exit with one message if a file of --configfile, among a command line's arguments, cannot be read.
+
+    Snakemake reads these files before the Snakefile, and has other words for what is wrong with them, or a traceback.
+    """
+    parser = ArgumentParser(add_help=False, allow_abbrev=False)
+    parser.add_argument("--configfile", "--configfiles", nargs="+", default=[], dest="files", action="extend")
+    try:
+        for path in parser.parse_known_args(arguments)[0].files:
+            read_yaml(path)
+    except InputError as error:
+        raise SystemExit(str(error)) from None
+
+
+def read_yaml(path):
+    """A config file, YAML or JSON, as a mapping of plain types.
+
+    Raises InputError, with the file, line and column, for a file that is missing or no mapping, for bad syntax, and for
+    a key that stands twice in a mapping.
+    """
+    text = _text(Path(path))
+    try:
+        found = json.loads(text, object_pairs_hook=_unique) if text.lstrip()[:1] == "{" else None
+    except ValueError:
+        found = None  # YAML's braces, or JSON that is wrong, of which YAML says where
+    try:
+        found = _plain(text) if found is None else found
+    except yaml.MarkedYAMLError as error:
+        raise InputError(f"{path}, {_place(error.problem_mark)}: {_slip(error, text)}.") from None
+    except RecursionError:
+        raise InputError(f"{path}: {TOO_DEEP}.") from None
+    except (yaml.YAMLError, ValueError) as error:
+        raise InputError(f"{path}: {' '.join(str(error).split())}.") from None
+    if not isinstance(found, dict):
+        kind = "is empty" if found is None else "holds a list" if isinstance(found, list) else f"holds {found!r} alone"
+        raise InputError(f"{path} {kind}; a config is keys with values, as in 'name: mine'.")
+    return found
+
+
+def _text(path):
+    try:
+        data = path.read_bytes()
+    except FileNotFoundError:
+        hint = "" if path.suffix else f" If '{path}' is what to make, it stands before --configfile."
+        raise InputError(f"{path}: there is no such config file (in {Path.cwd()}).{hint}") from None
+    except OSError as error:
+        raise InputError(f"{path}: not a config file that can be read: {error.strerror}.") from None
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        before = data[: error.start].decode("utf-8-sig").split("\n")
+        raise InputError(
+            f"{path}, line {len(before)}, column {len(before[-1]) + 1}: a character that is not UTF-8 "
+            f"(byte 0x{data[error.start]:02x}, in Latin-1 {chr(data[error.start])!r}); save the file as UTF-8."
+        ) from None
+
+
+def _plain(text):
+    loader = _UniqueKeys(text)
+    try:
+        tree = loader.get_single_node()
+        if tree is None:
+            return None
+        _count(tree, {}, set())
+        return loader.construct_document(tree)
+    finally:
+        loader.dispose()
+
+
+def _count(node, sizes, above):
+    """The number of values of a node, its aliases written out. Raises for one that holds itself, and for too many."""
+    if node in above:
+        raise yaml.YAMLError(
+            f"{_place(node.start_mark)}: what the anchor '&' names here holds an alias '*' to itself, without end"
+        )
+    if node not in sizes:
+        above.add(node)
+        inner = ()
+        if isinstance(node, yaml.SequenceNode):
+            inner = node.value
+        elif isinstance(node, yaml.MappingNode):
+            inner = [part for pair in node.value for part in pair]
+        sizes[node] = 1 + sum(_count(part, sizes, above) for part in inner)
+        above.discard(node)
+    if sizes[node] > MOST_VALUES:
+        raise yaml.YAMLError(f"its aliases stand for more than {MOST_VALUES:,} values")
+    return sizes[node]
+
+
+class _UniqueKeys(yaml.CSafeLoader):
+    """YAML lets a later key replace an earlier one: a pasted block would silently undo another."""
+
+    def construct_mapping(self, node, deep=False):
+        seen = set()
+        for key, _ in node.value:
+            problem = None
+            if not isinstance(key, yaml.ScalarNode):
+                problem = "a key must be a word, not a list or a mapping"
+            elif key.value in seen:
+                problem = f"the key '{key.value}' stands twice in one mapping"
+            if problem:
+                raise yaml.constructor.ConstructorError(None, None, problem, key.start_mark)
+            seen.add(key.value)
+        return super().construct_mapping(node, deep)
+
+
+def _unique(pairs):
+    if len(dict(pairs)) < len(pairs):
+        raise ValueError  # YAML says which key, and where
+    return dict(pairs)
+
+
+def _place(mark):
+    return f"line {mark.line + 1}, column {mark.column + 1}"
+
+
+def _slip(error, text):
+    """What is wrong, for the user, by what libyaml says."""
+    lines = text.split("\n")
+    mark = error.problem_mark
+    char = lines[mark.line][mark.column : mark.column + 1] if mark.line < len(lines) else ""
+    if "cannot start any token" in error.problem:
+        if char == "\t":
+            return "a tab stands where the line is indented; indent with spaces alone"
+        return f"no value can begin with {char!r}; put the text in quotes"
+    opened = _place(error.context_mark or mark)
+    said = f"{error.context or ''}; {error.problem}"
+    words = next((words for slip, words in SLIPS if slip in said), None)
+    return words.format(char=repr(char) if char.strip() else "this", opened=opened) if words else error.problem
