@@ -180,6 +180,9 @@ REFUSED = {
     "face.off": (off([["a", 1, 2]]), "line 11: '3 a 1 2' does not give a face"),
     "cut.off": (off(T)[:-40], "."),
     "binary.off": (b"OFF BINARY\n" + bytes(100), "binary"),
+    "huge_number.obj": (b"v 0 0 0\nf 1 1 99999999999999999999999\n", "in line 2"),
+    "list_of_x.ply": (ply(T, "<").replace(b"float x", b"list uchar float x"), "."),
+    "nan_corner.ply": (ply([[0, 1, 2]], "", lists=("int", "float")).replace(b"3 0 1 2", b"3 0 1 nan"), "NaN"),
     "two_corners.stl": (TEXT.replace(b"   vertex", b"   vortex", 1), "line 8: 'endfacet': a facet must have three"),
 }
 
@@ -191,3 +194,11 @@ def test_what_cannot_be_read_is_refused_with_the_line(tmp_path, name):
     with pytest.raises(InputError, match=message) as refusal:
         read_cad(tmp_path / name)
     assert name in str(refusal.value)
+
+
+def test_a_target_too_far_from_the_origin_is_refused(tmp_path):
+    """Its volume would have no digits left: it seemed to change by 700 %."""
+    (tmp_path / "far.off").write_bytes(off(T, vertices=V + 1e6))
+    radar = {"center_frequency": 1.0e9, "bandwidth": 0.0, "frequencies": 1}
+    with pytest.raises(InputError, match=r"far\.off is 0\.2 m long but 1e\+06 m from the origin.*Move it"):
+        build(tmp_path / "far.off", {}, {"edges_per_wavelength": 15, "bands": 1}, radar)

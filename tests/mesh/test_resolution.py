@@ -1,4 +1,4 @@
-"""Targets far smaller than a wavelength, or too large for the machine: refused before they are meshed, with a remedy."""
+"""Targets far smaller than a wavelength, or too large for the machine: refused before meshing, with a remedy."""
 
 import re
 
@@ -54,11 +54,9 @@ def test_every_band_needs_ten_edges(tmp_path):
 
 
 def test_a_density_beyond_what_the_config_allows_is_no_advice(tmp_path):
+    path, target = plate(tmp_path / "plate.ply", 1e-3), {"unit": "m", "length": 1e-3}
     with pytest.raises(InputError, match="raise the frequency"):
-        build(
-            plate(tmp_path / "plate.ply", 1e-3), {"unit": "m", "length": 1e-3}, {"edges_per_wavelength": 10, "bands": 1},
-            RADAR, ASPECT, SCATTERING,
-        )  # fmt: skip
+        build(path, target, {"edges_per_wavelength": 10, "bands": 1}, RADAR, ASPECT, SCATTERING)
 
 
 def test_the_advised_density_gives_the_field_of_a_small_plate(tmp_path):
@@ -76,6 +74,7 @@ def config_of(path, density):
         {
             "targets": {"large": {"mesh": str(path), "role": "known", "length": 0.9}},
             "mesh": {"edges_per_wavelength": density, "bands": 1},
+            "radar": {"center_frequency": 0.6e9, "bandwidth": 0, "frequencies": 1},
             "learning": {"experiments": {}},
         }
     )

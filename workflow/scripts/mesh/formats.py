@@ -132,7 +132,7 @@ def read_obj(data):
             except ValueError:
                 raise InputError(f"{_quoted(at, line)} does not name a face's vertices by their numbers.") from None
             many = len(points) // 3
-            wrong = [corner for corner in face if corner == 0 or corner < -many]
+            wrong = [corner for corner in face if corner == 0 or not -many <= corner < 2**31]
             if wrong:
                 raise InputError(
                     f"a face uses vertex {wrong[0]} in {_quoted(at, line)}, but there are {many} vertices."
@@ -205,10 +205,12 @@ def read_ply(data):
     except (ValueError, IndexError, struct.error):
         raise InputError("its numbers do not go with its header; it may have been cut short.") from None
     points = values.get("vertex", {})
-    if not {"x", "y", "z"} <= set(points):
+    if not {"x", "y", "z"} <= set(points) or any(isinstance(points[axis], tuple) for axis in "xyz"):
         raise InputError("it has no vertices with x, y and z.")
     faces = values.get("face", {})
     sizes, corners = next((faces[key] for key in ("vertex_indices", "vertex_index") if key in faces), ([], []))
+    if not np.isfinite(np.asarray(corners, float)).all():
+        raise InputError("its faces use vertices whose numbers are NaN or infinite.")
     strips = [strip for sizes_of, ends in values.get("tristrips", {}).values() for strip in _strips(sizes_of, ends)]
     return Surface(
         np.stack([np.asarray(points[axis], float) for axis in "xyz"], axis=1),

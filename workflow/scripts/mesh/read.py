@@ -13,6 +13,7 @@ UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}  # metres
 # of moments, shorter ones have no shape for the radar: a unit mistaken is a factor of 10, 25.4 or 1000.
 SMALLEST, LARGEST = 1 / 50, 100
 USUAL, AROUND = 4, 10  # wavelengths, and the factor around it within which a target's size is likely
+FARTHEST = 1e4  # of its size, from the origin: beyond, volumes lose their digits
 LENGTH_TOLERANCE = 0.02  # of a target's `length`
 READERS = {".stl": read_stl, ".obj": read_obj, ".ply": read_ply, ".off": read_off}
 
@@ -98,6 +99,12 @@ def check_size(vertices, target, wavelength, name):
     that state their unit (STEP, IGES) the `length` stands for the `unit`.
     """
     size = float(np.ptp(vertices, axis=0).max())
+    far = float(np.abs(vertices).max())
+    if far > FARTHEST * size > 0:
+        raise InputError(
+            f"{name} is {size:.4g} m long but {far:.4g} m from the origin, which is too far for its numbers to "
+            "describe it. Move it to the origin, which the radar's angles and phase refer to."
+        )
     text = f"{size:.4g} m ({size / wavelength:.4g} wavelengths at the centre frequency)"
     fixed = states_unit(name)
     if "length" in target and abs(size - target["length"]) > LENGTH_TOLERANCE * target["length"]:
