@@ -29,9 +29,15 @@ localrules:
 
 
 onstart:
+    # On a cluster other machines solve.
+    lines = expected(refuse=workflow.local_exec)
     begin(RESULTS, not workflow.local_exec)
-    if images_are_made(config):
-        logger.info("\n".join(overview(config, RESULTS)))
+    logger.info("\n".join(lines))
+
+
+# A dry-run has no onstart, and while this file is read Snakemake does not tell yet which run this is.
+if workflow.is_main_process and {"-n", "--dry-run", "--dryrun"}.intersection(sys.argv):
+    logger.info("\n".join(expected(refuse=False)))
 
 
 onsuccess:

@@ -90,6 +90,24 @@ def begin(*run):
         raise WorkflowError(str(error)) from None
 
 
+def expected(refuse):
+    """What is said before anything runs (see `overview`)."""
+    try:
+        return overview(config, RESULTS, refuse)
+    except InputError as error:
+        raise WorkflowError(str(error)) from None
+
+
+def watched(path):
+    """A file that the user chose, as an input; none if Snakemake would take braces in its path for wildcards."""
+    return [] if "{" in path else path
+
+
+def unwatched_digest(path):
+    """For the params, the checksum of a file that is no input, so that its job runs again when the file changes."""
+    return "" if watched(path) else origin.digest(path)
+
+
 def one_of(names):
     """A wildcard's constraint to these names; to nothing if there are none."""
     return "|".join(map(re.escape, names)) or "(?!)"

@@ -5,7 +5,7 @@
 
 rule mesh:
     input:
-        cad=lambda w: config["targets"][w.target]["mesh"],
+        cad=lambda w: watched(config["targets"][w.target]["mesh"]),
         code=code("mesh") + [in_repository("workflow/scripts/scattering/plan.py")],
     output:
         figures=report(
@@ -28,6 +28,8 @@ rule mesh:
     resources:
         mem_mb=4000,
     params:
+        cad=lambda w: config["targets"][w.target]["mesh"],
+        digest=lambda w: unwatched_digest(config["targets"][w.target]["mesh"]),
         # The sweep and the method say what the solve will need, which is checked before the mesh is made.
         settings=lambda w: {
             **section(config, "aspect", "radar"),
@@ -39,6 +41,6 @@ rule mesh:
             ),
         },
     message:
-        "mesh {wildcards.target}: clean and remesh {input.cad}"
+        "mesh {wildcards.target}: clean and remesh {params.cad}"
     script:
         "../scripts/mesh/job_mesh.py"

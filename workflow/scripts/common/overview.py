@@ -6,17 +6,67 @@ from pathlib import Path
 import numpy as np
 
 from common.errors import InputError
+from common.radar import images_are_made
 from common.room import shortage
 from imaging.geometry import describe, planned, warnings
-from mesh import cad_kernel
+from mesh import cad_kernel, fit, symmetry, topology
 from mesh.read import in_metres, read_cad
 
 
-def overview(config, results):
-    """Lines of text: what images of the config's sweep resolve and take, and warnings of what may surprise.
+def overview(config, results, refuse=False):
+    """Lines of text: what solves will need, what images resolve and take, and warnings of what may surprise.
 
-    results: the folder of the run's results.
+    results: the folder of the run's results. With `refuse` a target that this machine has no memory for raises
+    InputError; else it is one of the warnings, for another machine may solve it.
     """
+    sizes = {name: _size(target, Path(results, "mesh", f"{name}.json")) for name, target in config["targets"].items()}
+    found = _solves(config, sizes, results, refuse)
+    return found + (_images(config, sizes, results) if images_are_made(config) else [])
+
+
+def _solves(config, sizes, results, refuse):
+    found, seconds = [], 0.0
+    mesh, radar, aspect = config["mesh"], config["radar"], config["aspect"]
+    for name, target in config["targets"].items():
+        if "field" in target:
+            continue
+        if sizes[name] is None:
+            found.append(f"  {name}: not known yet.")
+            continue
+        scattering = config["scattering"] | {key: target[key] for key in ("formulation",) if key in target}
+        area, box, planes = sizes[name]["area"], sizes[name]["box"], len(symmetry.axes(target.get("symmetry", [])))
+        bands = fit.expected_solves(area, box, planes, mesh, radar, aspect, scattering)
+        time = sum(band["seconds"] for band in bands)
+        seconds += time
+        most = bands[-1]
+        found.append(
+            f"  {name}: up to {most['unknowns']:,.0f} unknowns, {most['megabytes'] / 1000:.1f} GB, {_span(time)}"
+        )
+        if Path(results, "scattering", f"{name}.zarr").exists():
+            continue
+        label = f"target '{name}' ({target['mesh']})"
+        try:
+            fit.check_fit(most["unknowns"], box, target, planes, mesh, radar, aspect, scattering, label, fit.SURE_SHARE)
+        except InputError as error:
+            if refuse:
+                raise
+            found.append(f"Warning: {error}")
+        try:
+            fit.check_resolution(box, mesh, radar, label)
+        except InputError as error:  # its mesh job refuses it; the run may want others
+            found.append(f"Warning: {error}")
+    if not found:
+        return []
+    return ["Solves, by estimate from the CAD files' areas, on two cores:", *found, f"  in all: {_span(seconds)}"]
+
+
+def _span(seconds):
+    """A solve's planned time as text: machines were seen to take up to 2.5 times the plan."""
+    unit, text = next((u for u in ((3600, "h"), (60, "min")) if seconds >= 2 * u[0]), (1, "s"))
+    return f"{seconds / unit:,.0f} to {2.5 * seconds / unit:,.0f} {text}"
+
+
+def _images(config, sizes, results):
     imaging, targets = config["imaging"], config["targets"]
     figures = planned(config)
     copies = config["noise"]["realizations"]
@@ -28,8 +78,8 @@ def overview(config, results):
         f" SNR; at most {most / 1e9:.3g} GB in all",
         *shortage(results, most),
     ]
-    for name, target in targets.items():
-        reach = _reach(target, Path(results, "mesh", f"{name}.json"))
+    for name in targets:
+        reach = sizes[name] and sizes[name]["reach"]
         if reach is None:
             found.append(f"  {name}: whether it fits the unambiguous extent is not known yet.")
         found += [f"Warning: {name}: {text}" for text in warnings(figures, imaging, reach or 0.0)]
@@ -42,14 +92,20 @@ def overview(config, results):
     return found
 
 
-def _reach(target, figures):
-    """The largest distance of a point of the target from the origin in m; None where nothing says it yet."""
+def _size(target, figures):
+    """Area in m^2, box and reach from the origin in m of a target's CAD file; None where nothing says them yet."""
     if "field" in target:
         return None
     if Path(target["mesh"]).suffix.lower() in cad_kernel.FORMATS:  # they take long to read
-        return json.loads(figures.read_text())["source"]["reach"] if figures.exists() else None
+        return json.loads(figures.read_text())["source"] if figures.exists() else None
     try:
         vertices, triangles = read_cad(target["mesh"])
     except InputError:  # its own job says so
         return None
-    return float(np.linalg.norm(in_metres(vertices[np.unique(triangles)], target), axis=1).max())
+    vertices = in_metres(vertices, target)
+    used = vertices[np.unique(triangles)]
+    return {
+        "area": float(topology.areas(vertices, triangles).sum()),
+        "box": np.ptp(used, axis=0).tolist(),
+        "reach": float(np.linalg.norm(used, axis=1).max()),
+    }

@@ -11,7 +11,7 @@ from mesh import symmetry, topology
 from mesh.arrange import first_crossing
 from mesh.distance import thickness
 from mesh.figures import describe, ideal_unknowns, size
-from mesh.fit import check_fit, plan
+from mesh.fit import FINEST, check_fit, check_resolution, plan, wanted_edges
 from mesh.io import write_ply
 from mesh.read import check_size, in_metres, read_cad
 from mesh.remesh import remesh, restore_volume
@@ -23,20 +23,22 @@ ASYMMETRY = 1 / 100  # wavelengths at the top frequency between a target and its
 WRONG = 1 / 20  # wavelengths between mesh and source: more is another target
 CHANGED = 0.05  # of its area or volume: likewise
 GOAL = 1 / 40, 0.01  # wavelengths, and share of area or volume: what a mesh should keep to
-FINEST = 50  # edges in a wavelength, the most that the config allows
 THINNER = 1 / 2  # wanted edges: a source with much smaller triangles is thinned to these before it is remeshed
 
 
-def load(path, target, radar, edge):
-    """The target as a sound surface in metres for meshes of at least `edge` metres.
+def load(path, target, mesh, radar, to_solve=False):
+    """The target as a sound surface in metres for meshes of all bands.
 
     Returns vertices, triangles, repairs made, and their tolerances with the size of what was read, `raw`. `target` may
     hold unit, length, rotate and symmetry. Raises InputError if the file is no use, its size implausible, or less
-    symmetric than it says.
+    symmetric than it says; a target that is `to_solve` also if it has too few edges across it.
     """
     vertices, triangles = read_cad(path)
-    vertices = in_metres(vertices, target)
-    check_size(vertices[np.unique(triangles)], target, sweep.C0 / radar["center_frequency"], path)
+    vertices, edge = in_metres(vertices, target), wanted_edges(mesh, radar)[-1]
+    used = vertices[np.unique(triangles)]
+    check_size(used, target, sweep.C0 / radar["center_frequency"], path)
+    if to_solve:
+        check_resolution(np.ptp(used, axis=0), mesh, radar, path)
     raw = {"triangles": len(triangles)} | size(*topology.compact(vertices, triangles))
     vertices, triangles, repairs, tolerances = repair(vertices, triangles, edge, path)
     for axis in symmetry.axes(target.get("symmetry", [])):
@@ -75,16 +77,11 @@ def build(path, target, mesh, radar, aspect=None, scattering=None):
     """Meshes [(vertices, triangles), ...], lowest band first, figures as a mapping, and the repaired source.
 
     `target`, `mesh`, `radar`, `aspect` and `scattering` are those parts of the config. With the last two the figures
-    hold what each band's solve will need, and a target that does not fit into this machine's memory is refused before
-    remeshing.
+    hold what each band's solve will need, and a target with too few edges across it, or that does not fit into this
+    machine's memory, is refused before remeshing.
     """
-    surface = load(path, target, radar, wanted_edges(mesh, radar)[-1])
+    surface = load(path, target, mesh, radar, to_solve=aspect is not None)
     return remesh_bands(surface, path, target, mesh, radar, aspect, scattering)
-
-
-def wanted_edges(mesh, radar):
-    """The mean edge in metres that each band's mesh is to have, lowest band first."""
-    return [sweep.C0 / band[-1] / mesh["edges_per_wavelength"] for band in sweep.bands(radar, mesh["bands"])]
 
 
 def remesh_bands(surface, path, target, mesh, radar, aspect=None, scattering=None):
@@ -184,7 +181,7 @@ def _advice(place, source, edge, band):
 
 def write(path, target, mesh, radar, aspect, scattering, figures_path, source_path, mesh_paths):
     """Build the meshes of a target and write them with their figures and the repaired source."""
-    surface = load(path, target, radar, wanted_edges(mesh, radar)[-1])
+    surface = load(path, target, mesh, radar, to_solve=True)
     write_ply(source_path, *surface[:2])
     meshes, figures = remesh_bands(surface, path, target, mesh, radar, aspect, scattering)
     done = [f"{count} {key.replace('_', ' ')}" for key, count in figures["repairs"].items() if count]

@@ -1,18 +1,25 @@
-"""Whether the solve of a mesh fits into this machine's memory, before the mesh is made."""
+"""Whether a target has enough edges and its solve fits into this machine's memory, before its mesh is made."""
 
 import os
+from math import ceil, floor
 from pathlib import Path
 
 import numpy as np
 
 from common import radar as sweep
 from common.errors import InputError
+from mesh.figures import ideal_unknowns
 from mesh.read import UNITS, states_unit
 from scattering.plan import planned_megabytes, planned_seconds, unknowns_that_fit
 
 CONTAINER_LIMIT = Path("/sys/fs/cgroup/memory.max")  # there in a container with a limit of its own
 
-COARSEST = 5  # edges in a wavelength, the least that the config allows
+COARSEST, FINEST = 5, 2000  # edges in a wavelength, the least and the most that the config allows
+ACROSS = 10  # mean edges in a target's largest extent; a plate with five of them was seen to be 2 dB wrong
+SINGLE = 300  # edges in a wavelength; with 500 a plate was not solved in single precision, with 302 it was to 4e-4
+# Of a CAD file's area at least this much is taken to remain when its solids are united: faces that are drawn twice, or
+# as touching walls of two solids, have twice the area of their surface. Parts deep inside others may hide more.
+SURE_SHARE = 0.5
 
 
 def memory_megabytes():
@@ -22,26 +29,64 @@ def memory_megabytes():
     return (physical if limit == "max" else min(physical, int(limit))) / 1e6
 
 
-def check_fit(unknowns, box, target, planes, mesh, radar, aspect, scattering, name):
+def wanted_edges(mesh, radar):
+    """The mean edge in metres that each band's mesh is to have, lowest band first."""
+    return [sweep.C0 / band[-1] / mesh["edges_per_wavelength"] for band in sweep.bands(radar, mesh["bands"])]
+
+
+def check_resolution(box, mesh, radar, name):
+    """Refuse a target of lengths `box` along x, y and z (metres) with too few edges across it in one of the bands."""
+    length, edge = float(max(box)), wanted_edges(mesh, radar)[0]  # the lowest band has the longest edges
+    if length >= ACROSS * edge:
+        return
+    density, frequency = mesh["edges_per_wavelength"], sweep.bands(radar, mesh["bands"])[0][-1]
+    # a little more than just enough, in round numbers
+    finer = max(ceil(1.001 * ACROSS * edge / length * density), ceil(density))
+    advice = (
+        f"'mesh.edges_per_wavelength: {finer}' would do (now {density:g})"
+        + (" with 'scattering.precision: double'" if finer > SINGLE else "")
+        if finer <= FINEST
+        else f"even the {FINEST} that 'mesh.edges_per_wavelength' may be are too few: raise the frequency"
+    )
+    raise InputError(
+        f"{name} is {length:.4g} m long, {length * frequency / sweep.C0:.3g} wavelengths at {frequency / 1e9:g} GHz: "
+        f"edges of {edge * 1000:.3g} mm fit only {length / edge:.2g} times into it, and {ACROSS} are the least that "
+        f"give a field to rely on; {advice}. If it should be larger, see its 'unit'."
+    )
+
+
+def check_fit(unknowns, box, target, planes, mesh, radar, aspect, scattering, name, sure=1.0):
     """Refuse a target whose top band, with about this many unknowns, would not fit; say what would.
 
-    `box` are its lengths along x, y and z in metres, `target` its part of the config, `name` its file.
+    `box` are its lengths along x, y and z in metres, `target` its part of the config, `name` its file. Where the
+    unknowns may be fewer, `sure` is the share of them that is certain: only if that would not fit is it refused.
     """
     memory, radius = memory_megabytes(), _radius(box)
-    needed = planned_megabytes(unknowns, unknowns / 1.5, planes, radius, radar, aspect, scattering)
-    if needed <= memory:
+    if planned_megabytes(sure * unknowns, sure * unknowns / 1.5, planes, radius, radar, aspect, scattering) <= memory:
         return
+    needed = planned_megabytes(unknowns, unknowns / 1.5, planes, radius, radar, aspect, scattering)
     # Unknowns go with the square of the frequency and of the edges in a wavelength.
     ratio = (unknowns_that_fit(memory, planes, radius, radar, aspect, scattering) / unknowns) ** 0.5
     top, density = sweep.frequencies(radar)[-1], mesh["edges_per_wavelength"]
-    density *= 0.99 * ratio
-    coarser = f", or with 'mesh.edges_per_wavelength: {density:.2g}' (below 8 the field is inexact)"
+    density = floor(10 * 0.99 * ratio * density) / 10
+    inexact = " (below 8 the field is inexact)" if density < 8 else ""
+    coarser = f", or with 'mesh.edges_per_wavelength: {density:g}'{inexact}"
     raise InputError(
         f"{name} would need about {unknowns:,.0f} unknowns and {needed / 1000:,.1f} GB at {top / 1e9:g} GHz, but this "
         f"machine has {memory / 1000:,.1f} GB. It would fit up to {0.99 * ratio * top / 1e9:.3g} GHz"
         f"{coarser if density >= COARSEST else ''}; a mirror plane in the target's 'symmetry' halves the need. "
         f"{_measured(max(box), target, name)}"
     )
+
+
+def expected_solves(area, box, planes, mesh, radar, aspect, scattering):
+    """What each band's solve of a surface of `area` m^2 will need, lowest band first: unknowns, megabytes, seconds."""
+    solves = []
+    for band, edge in zip(sweep.bands(radar, mesh["bands"]), wanted_edges(mesh, radar), strict=True):
+        unknowns = ideal_unknowns(area, edge)
+        figures = {"frequencies": {"count": len(band)}, "unknowns": unknowns, "triangles": unknowns / 1.5, "box": box}
+        solves.append({"unknowns": unknowns} | plan(figures, planes, radar, aspect, scattering))
+    return solves
 
 
 def _measured(length, target, name):

@@ -4,7 +4,7 @@ from mesh.build import write
 with job(snakemake):
     settings = snakemake.params.settings
     write(
-        snakemake.input.cad,
+        snakemake.params.cad,
         settings["target"],
         settings["mesh"],
         settings["radar"],

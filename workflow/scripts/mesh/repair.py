@@ -74,7 +74,11 @@ def _loaded(vertices, triangles):
 
 def _clean(vertices, triangles, name):
     """Vertices all but equal merged; triangles without area or there twice dropped, unused vertices too."""
-    meshes = _loaded(vertices, triangles)
+    # Corners that are one vertex, already or once close vertices are one, make a triangle without area.
+    distinct = triangles[(triangles != np.roll(triangles, 1, axis=1)).all(axis=1)]
+    if len(distinct) == 0:
+        raise _without_area(vertices, triangles, name)
+    meshes = _loaded(vertices, distinct)
     mesh = meshes.current_mesh()
     close = pymeshlab.PureValue(CLOSE * np.linalg.norm(np.ptp(vertices[np.unique(triangles)], axis=0)))
     steps = {
@@ -90,11 +94,17 @@ def _clean(vertices, triangles, name):
         step()
         counts[key] = before - count()
         if count() == 0:
-            raise InputError(
-                f"{name}: all of its {len(triangles)} triangles are without area, near "
-                f"{topology.place(vertices[triangles[0, 0]])}."
-            )
+            raise _without_area(vertices, triangles, name)
+    kept = mesh.face_number() + counts["duplicate_triangles"]
+    counts["degenerate_triangles"] = len(triangles) - kept  # the library drops some while it merges
     return mesh.vertex_matrix(), mesh.face_matrix(), counts
+
+
+def _without_area(vertices, triangles, name):
+    return InputError(
+        f"{name}: all of its {len(triangles)} triangles are without area, near "
+        f"{topology.place(vertices[triangles[0, 0]])}."
+    )
 
 
 def _rims(triangles):

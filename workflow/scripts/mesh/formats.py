@@ -1,0 +1,363 @@
+"""STL, OBJ, PLY and OFF files as they stand: vertices, and faces with any number of corners.
+
+Every reader takes a file's bytes and gives `Surface`; none drops, merges or mends anything but the corners that STL
+files repeat. Readers raise InputError without the file's name, which `mesh.read` adds.
+"""
+
+import io
+import re
+import struct
+from array import array
+from typing import NamedTuple
+
+import numpy as np
+
+from common.errors import InputError
+
+STL_RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+PLY_TYPES = {
+    **{"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4"},
+    **{"int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4"},
+    **{"float": "f4", "double": "f8", "float32": "f4", "float64": "f8"},
+}
+PLY_ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
+BOM = b"\xef\xbb\xbf"  # some editors put it in front of text
+
+
+class Surface(NamedTuple):
+    """What a file holds."""
+
+    vertices: np.ndarray  # (V, 3) float64, in the file's unit
+    sizes: np.ndarray  # (F,) corners of each face
+    corners: np.ndarray  # (sum of sizes,) vertices of the faces, one after the other
+    lines: object = None  # (V,) the line of each vertex, in text files that have one
+
+
+def _lines(data):
+    """Numbers, from 1, and contents of a text's lines, whatever ends them."""
+    data = data.removeprefix(BOM).replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    return enumerate(io.BytesIO(data), 1)
+
+
+def _quoted(number, line):
+    return f"line {number}: {line.decode('latin-1').strip()[:80]!r}"
+
+
+def _point(words, number, line):
+    """The first three of these words as numbers."""
+    try:
+        x, y, z = map(float, words[:3])
+    except ValueError:
+        raise InputError(f"{_quoted(number, line)} does not give three numbers x, y, z.") from None
+    return x, y, z
+
+
+def _surface(points, sizes, corners, lines=None):
+    return Surface(
+        np.frombuffer(points, float).reshape(-1, 3),
+        np.array(sizes, dtype=np.int64),
+        np.array(corners, dtype=np.int64),
+        None if lines is None else np.array(lines),
+    )
+
+
+def read_stl(data):
+    """A binary STL, whatever its header says, or a text STL of one or more solids."""
+    announced = 84 + 50 * int.from_bytes(data[80:84], "little") if len(data) >= 84 else None
+    text = data.removeprefix(BOM).lstrip()[:5].lower() == b"solid"
+    if len(data) == announced:
+        points = np.frombuffer(data, STL_RECORD, offset=84)["corners"].astype(float).reshape(-1, 3)
+    elif text and (b"facet" in data[:4096].lower() or b"\0" not in data[:4096]):
+        points = _stl_text(data)
+    else:
+        short = announced and len(data) < announced
+        raise InputError(
+            f"it is not an STL file: it has {len(data)} bytes"
+            + (f", its header announces {announced}" if announced else "")
+            + ("; it may have been cut short." if short else ".")
+        )
+    vertices, index = _merged(points)
+    return Surface(vertices, np.full(len(index) // 3, 3), index)
+
+
+def _stl_text(data):
+    """The corners (3 T, 3) of all facets in a text STL."""
+    if b"endsolid" not in data[-4096:].lower():
+        raise InputError("it does not end with 'endsolid', as a text STL does; it may have been cut short.")
+    points, begun, inside = array("d"), 0, False
+    for number, line in _lines(data):
+        word = line[:64].lower().split(None, 1)[:1]
+        if word == [b"vertex"]:
+            points.extend(_point(line.split()[1:], number, line))
+        elif word in ([b"facet"], [b"endfacet"]):
+            if inside != (word == [b"endfacet"]) or len(points) != begun + 9 * inside:
+                raise InputError(f"{_quoted(number, line)}: a facet must have three vertices, between facet, endfacet.")
+            begun, inside = len(points), not inside
+    if inside or len(points) != begun:
+        raise InputError("its last facet does not end; it may have been cut short.")
+    return np.frombuffer(points, float).reshape(-1, 3)
+
+
+def _merged(points):
+    """Points (N, 3) without repeats, in the order in which they first occur, and which of these each one is, (N,)."""
+    points = points + 0.0  # no minus before a zero
+    order = np.lexsort(points.T)
+    fresh = np.ones(len(points), dtype=bool)
+    fresh[1:] = (points[order[1:]] != points[order[:-1]]).any(axis=1)
+    first = order[fresh]  # the sort is stable
+    place = np.argsort(np.argsort(first))
+    index = np.empty(len(points), dtype=np.int64)
+    index[order] = place[np.cumsum(fresh) - 1]
+    return points[np.sort(first)], index
+
+
+def read_obj(data):
+    """All faces of an OBJ file, whatever objects, groups and materials they belong to."""
+    points, sizes, corners, lines = array("d"), array("q"), array("q"), array("q")
+    joined, begun = b"", 0
+    for number, line in _lines(data):
+        if line.rstrip().endswith(b"\\"):
+            joined, begun = joined + line.rstrip()[:-1] + b" ", begun or number
+            continue
+        words, at = (joined + line).split(b"#", 1)[0].split(), begun or number
+        joined, begun = b"", 0
+        if not words:
+            continue
+        if words[0] == b"v":
+            points.extend(_point(words[1:], at, line))
+            lines.append(at)
+        elif words[0] in (b"f", b"fo"):
+            try:
+                face = [int(word.split(b"/", 1)[0]) for word in words[1:]]
+            except ValueError:
+                raise InputError(f"{_quoted(at, line)} does not name a face's vertices by their numbers.") from None
+            many = len(points) // 3
+            wrong = [corner for corner in face if corner == 0 or not -many <= corner < 2**31]
+            if wrong:
+                raise InputError(
+                    f"a face uses vertex {wrong[0]} in {_quoted(at, line)}, but there are {many} vertices."
+                )
+            sizes.append(len(face))
+            corners.extend(corner - 1 if corner > 0 else many + corner for corner in face)
+    return _surface(points, sizes, corners, lines)
+
+
+def read_off(data):
+    """A text OFF file; colours, normals and texture of its vertices and faces are passed over."""
+    rows = ((number, line, line.split(b"#", 1)[0].split()) for number, line in _lines(data))
+    rows = ((number, line, words) for number, line, words in rows if words)
+    end = InputError("it ends before its last face; it may have been cut short.")
+    number, line, words = next(rows, (1, b"", [b""]))
+    header = re.fullmatch(rb"(?:ST|C|N)*(4?n?)OFF", words[0])
+    if header and (header[1] or words[1:] == [b"BINARY"]):
+        raise InputError(
+            f"{_quoted(number, line)}: OFF files in binary or with other than three dimensions are not read."
+        )
+    if header:
+        words = words[1:]
+        if not words:
+            number, line, words = next(rows, (number, b"", []))
+    try:
+        many, faces = int(words[0]), int(words[1])
+    except (ValueError, IndexError):
+        raise InputError("it is not a readable OFF mesh: Invalid file.") from None
+    points, sizes, corners, lines = array("d"), array("q"), array("q"), array("q")
+    for _ in range(many):
+        number, line, words = next(rows, (0, b"", None))
+        if words is None:
+            raise end
+        points.extend(_point(words, number, line))
+        lines.append(number)
+    for _ in range(faces):
+        number, line, words = next(rows, (0, b"", None))
+        if words is None:
+            raise end
+        try:
+            size, *face = map(int, words[: 1 + int(words[0])])
+        except ValueError:
+            size, face = -1, []
+        if size != len(face):
+            raise InputError(
+                f"{_quoted(number, line)} does not give a face: its number of corners, and their vertices."
+            )
+        sizes.append(size)
+        corners.extend(face)
+    return _surface(points, sizes, corners, lines)
+
+
+def read_ply(data):
+    """A PLY file in text or either binary order: its faces, and its strips of triangles."""
+    end = re.search(rb"(?m)^end_header[ \t]*(\r\n|\n|\r)", data)
+    if not data.removeprefix(BOM).startswith(b"ply") or not end:
+        raise InputError("it is not a readable PLY mesh: Header not found.")
+    header = data[: end.start()].decode("latin-1").split("\n" if b"\n" in data[: end.start()] else "\r")
+    form, elements = _ply_header([line.split() for line in header])
+    body, values = data[end.end() :], {}
+    try:
+        if form == "ascii":
+            numbers, start = np.array(body.split() or [b"0"]).astype(float), 0
+            for name, count, fields in elements:
+                values[name], start = _ply_text(numbers, start, count, fields)
+        else:
+            start = 0
+            for name, count, fields in elements:
+                values[name], start = _ply_binary(body, start, count, fields, PLY_ORDERS[form])
+    except (ValueError, IndexError, struct.error):
+        raise InputError("its numbers do not go with its header; it may have been cut short.") from None
+    points = values.get("vertex", {})
+    if not {"x", "y", "z"} <= set(points) or any(isinstance(points[axis], tuple) for axis in "xyz"):
+        raise InputError("it has no vertices with x, y and z.")
+    faces = values.get("face", {})
+    sizes, corners = next((faces[key] for key in ("vertex_indices", "vertex_index") if key in faces), ([], []))
+    if not np.isfinite(np.asarray(corners, float)).all():
+        raise InputError("its faces use vertices whose numbers are NaN or infinite.")
+    strips = [strip for sizes_of, ends in values.get("tristrips", {}).values() for strip in _strips(sizes_of, ends)]
+    return Surface(
+        np.stack([np.asarray(points[axis], float) for axis in "xyz"], axis=1),
+        np.concatenate([np.asarray(sizes, np.int64), np.full(len(strips), 3)]),
+        np.concatenate([np.asarray(corners, np.int64), np.array(strips, np.int64).ravel()]),
+    )
+
+
+def _ply_header(lines):
+    """The format, and the elements [(name, count, [(name, type or (type of length, type))])], of split header lines."""
+    form, elements = None, []
+    for words in lines:
+        try:
+            if words[:1] == ["format"]:
+                form = words[1]
+            elif words[:1] == ["element"]:
+                elements.append((words[1], int(words[2]), []))
+            elif words[:2] == ["property", "list"]:
+                elements[-1][2].append((words[4], (PLY_TYPES[words[2]], PLY_TYPES[words[3]])))
+            elif words[:1] == ["property"]:
+                elements[-1][2].append((words[2], PLY_TYPES[words[1]]))
+        except (KeyError, IndexError, ValueError):
+            raise InputError(f"its header has '{' '.join(words)}', which no PLY file should have.") from None
+    if form not in PLY_ORDERS:
+        raise InputError(f"its header says 'format {form}'; it must be one of {', '.join(PLY_ORDERS)}.")
+    return form, elements
+
+
+def _ply_text(numbers, start, count, fields):
+    """An element's values by property from where it starts in the file's numbers (N,), and where it ends.
+
+    Of a list the values are a pair: the lengths, and the entries one after the other.
+    """
+    found = {name: ([], []) if isinstance(kind, tuple) else [] for name, kind in fields}
+    if not any(isinstance(kind, tuple) for _, kind in fields):
+        end = start + count * len(fields)
+        rows = numbers[start:end].reshape(count, len(fields))
+        return {name: rows[:, k] for k, (name, _) in enumerate(fields)}, end
+    numbers = numbers[start:].tolist()
+    at = 0
+    for _ in range(count):
+        for name, kind in fields:
+            if isinstance(kind, tuple):
+                size = int(numbers[at])
+                entries = numbers[at + 1 : at + 1 + size]
+                if len(entries) != size:
+                    raise ValueError
+                found[name][0].append(size)
+                found[name][1].extend(entries)
+                at += 1 + size
+            else:
+                found[name].append(numbers[at])
+                at += 1
+    return found, start + at
+
+
+def _ply_binary(body, start, count, fields, order):
+    """The same from where an element starts in the bytes after the header."""
+    if count == 0:
+        return {name: ([], []) if isinstance(kind, tuple) else [] for name, kind in fields}, start
+    # Nearly always all lists of an element are as long as its first.
+    record, at = [], start
+    for name, kind in fields:
+        if isinstance(kind, tuple):
+            size = int(np.frombuffer(body, order + kind[0], 1, at)[0])
+            record += [(f"{name}:", order + kind[0]), (name, order + kind[1], (size,))]
+        else:
+            record.append((name, order + kind))
+        at = start + np.dtype(record).itemsize
+    record = np.dtype(record)
+    end = start + count * record.itemsize
+    if end <= len(body):
+        rows = np.frombuffer(body, record, count, start)
+        lists = {name for name, kind in fields if isinstance(kind, tuple)}
+        if all((rows[f"{name}:"] == rows[name].shape[1]).all() for name in lists):
+            values = {
+                name: (rows[f"{name}:"], rows[name].ravel()) if name in lists else rows[name] for name, _ in fields
+            }
+            return values, end
+    found = {name: ([], []) if isinstance(kind, tuple) else [] for name, kind in fields}
+    codes = {"i1": "b", "u1": "B", "i2": "h", "u2": "H", "i4": "i", "u4": "I", "f4": "f", "f8": "d"}
+    width = {kind: int(kind[1]) for kind in codes}
+    for _ in range(count):
+        for name, kind in fields:
+            if isinstance(kind, tuple):
+                (size,) = struct.unpack_from(order + codes[kind[0]], body, start)
+                start += width[kind[0]]
+                found[name][0].append(int(size))
+                found[name][1].extend(struct.unpack_from(f"{order}{int(size)}{codes[kind[1]]}", body, start))
+                start += int(size) * width[kind[1]]
+            else:
+                found[name] += struct.unpack_from(order + codes[kind], body, start)
+                start += width[kind]
+    return found, start
+
+
+def _strips(sizes, entries):
+    """The triangles of strips of vertices, in which -1 begins a new strip and every other triangle is turned."""
+    entries, start = [int(entry) for entry in entries], 0
+    for size in map(int, sizes):
+        run = []
+        for vertex in entries[start : start + size]:
+            run = [] if vertex < 0 else [*run, vertex]
+            if len(run) >= 3:
+                yield run[-3:] if len(run) % 2 else [run[-2], run[-3], run[-1]]
+        start += size
+
+
+def triangulated(vertices, sizes, corners):
+    """Triangles (T, 3) of faces: fans of the convex ones, ears cut off the others. Vertices (V, 3) must be finite."""
+    start = np.cumsum(sizes) - sizes
+    found, number = [np.empty((0, 3), dtype=np.int64)], [np.empty(0, dtype=np.int64)]
+    for size in np.unique(sizes[sizes >= 3]):
+        which = np.flatnonzero(sizes == size)
+        faces = corners[start[which, None] + np.arange(size)]
+        fans = np.stack([np.repeat(faces[:, :1], size - 2, 1), faces[:, 1:-1], faces[:, 2:]], axis=2)
+        if size > 3:
+            a, b, c = vertices[fans].transpose(2, 0, 1, 3)
+            area = np.cross(b - a, c - a)  # (F, size - 2, 3)
+            total = area.sum(axis=1, keepdims=True)
+            convex = ((area * total).sum(axis=2) > 1e-9 * (total**2).sum(axis=2)).all(axis=1)
+            for k in np.flatnonzero(~convex):
+                fans[k] = _ears(vertices, faces[k], total[k, 0])
+        found.append(fans.reshape(-1, 3))
+        number.append(np.repeat(which, size - 2))
+    return np.concatenate(found)[np.argsort(np.concatenate(number), kind="stable")]  # in the file's order
+
+
+def _ears(vertices, face, normal):
+    """The triangles of a polygon (N,): of three neighbours that no other corner lies between, the least needle-like."""
+    left, made = list(face), []
+    while len(left) > 3:
+        best = None
+        points = vertices[left]
+        before, after = np.roll(points, 1, axis=0), np.roll(points, -1, axis=0)
+        cross = np.cross(points - before, after - points) @ normal
+        span = ((after - before) ** 2).sum(axis=1) + np.finfo(float).tiny
+        for k in np.argsort(-cross / span, kind="stable"):
+            a, b, c = before[k], points[k], after[k]
+            inside = np.ones(len(left), dtype=bool)
+            for start, stop in ((a, b), (b, c), (c, a)):
+                inside &= np.cross(stop - start, points - start) @ normal >= 0
+            inside[[k - 1, k, (k + 1) % len(left)]] = False
+            if cross[k] > 0 and not inside.any():
+                best = int(k)
+                break
+        best = int(np.argmax(cross)) if best is None else best  # a polygon that crosses itself has no ear left
+        made.append((left[best - 1], left[best], left[(best + 1) % len(left)]))
+        del left[best]
+    return np.array([*made, left])
