@@ -144,6 +144,7 @@ COLUMNS = [
     "experiment",
     "model",
     "split",
+    "training",
     "train_snr_db",
     "test_snr_db",
     "elevation",
@@ -155,7 +156,7 @@ COLUMNS = [
     "high",
     "n",
 ]
-TEXT = ("train_snr_db", "score", "threshold")
+TEXT = ("training", "score", "threshold")
 EXPERIMENTS = {
     "single": {"train": {"elevation": [0], "snr_db": "clean"}, "models": ["knn"]},
     "multi": {"train": {"elevation": "all", "snr_db": 6}, "models": ["knn"]},
@@ -186,11 +187,13 @@ def test_the_scores_table(tmp_path):
     frame = table()
     scores, confusions = scored(tmp_path, {"single/knn/snr_-6dB": frame, "multi/knn/snr_2.5dB": frame})
     assert list(scores) == COLUMNS
-    assert len(scores) == 3 * 9 and not scores.isna().any(axis=None)
-    assert set(zip(scores["experiment"], scores["train_snr_db"], scores["test_snr_db"], strict=True)) == {
+    assert len(scores) == 3 * 9 and not scores.drop(columns="train_snr_db").isna().any(axis=None)
+    assert set(zip(scores["experiment"], scores["training"], scores["test_snr_db"], strict=True)) == {
         ("single", "clean", -6.0),
-        ("multi", "6", 2.5),
+        ("multi", "6 dB", 2.5),
     }
+    numbers = scores.groupby("experiment")["train_snr_db"]  # plain numbers, as pandas reads them
+    assert numbers.get_group("single").isna().all() and (numbers.get_group("multi") == 6).all()
     assert set(scores.query("experiment == 'multi'")["elevation"]) == {"all"}
     for subset, part in (("all", frame), ("trained", frame[frame["elevation"] == 0])):
         single = scores[(scores["experiment"] == "single") & (scores["elevation"] == subset)]
@@ -247,7 +250,7 @@ def open_table(seed=0, azimuths=12):
 def test_the_scores_of_an_open_run(tmp_path):
     frame = open_table()
     scores, confusions = scored(tmp_path, {"open_snr_6dB/knn/snr_0dB": frame})
-    assert set(scores["experiment"]) == {"open"} and set(scores["train_snr_db"]) == {"6"}
+    assert set(scores["experiment"]) == {"open"} and set(scores["train_snr_db"]) == {6}
     test = frame[(frame["side"] == "test") & (frame["role"] != "other")]
     known = test[test["role"] == "known"]
     row = scores.set_index(["score", "threshold", "metric"])

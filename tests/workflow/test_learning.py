@@ -129,18 +129,18 @@ def test_every_run_has_its_models_and_predictions(results):
 
 
 def test_the_scores_name_experiment_split_and_training_snr(scores):
-    found = set(map(tuple, scores[["experiment", "model", "split", "train_snr_db"]].drop_duplicates().to_numpy()))
+    found = set(map(tuple, scores[["experiment", "model", "split", "training"]].drop_duplicates().to_numpy()))
     assert found == {
         ("closed", "lr_tuned", "random", "clean"),
         ("closed", "knn", "random", "clean"),
         ("opened", "matched_filter", "random", "clean"),
         ("opened", "fcnn_other", "random", "clean"),
         ("far", "matched_filter", "sector", "clean"),
-        ("noisy", "lr", "random", "0"),
-        ("noisy", "lr", "random", "20"),
-        ("mixed", "fcnn", "random", "random clean+20"),
-        ("encoded", "capsule_denoise", "random", "random clean+20"),
-        ("encoded", "adaptive_filter", "random", "random clean+20"),
+        ("noisy", "lr", "random", "0 dB"),
+        ("noisy", "lr", "random", "20 dB"),
+        ("mixed", "fcnn", "random", "random: clean, 20 dB"),
+        ("encoded", "capsule_denoise", "random", "random: clean, 20 dB"),
+        ("encoded", "adaptive_filter", "random", "random: clean, 20 dB"),
     }
     assert set(scores.loc[scores["score"] != "", "experiment"]) == {"opened", "encoded"}
     assert set(scores["threshold"]) == {"", "thesis", "blind"}

@@ -9,12 +9,12 @@ from tqdm import tqdm
 from common.radar import snr_of_label
 from learning import thresholds
 from learning.classifier import OTHER
-from learning.experiments import REFERENCE, snr_text
+from learning.experiments import REFERENCE, train_snr_db, training
 from learning.images import among
 from learning.metrics import confusion, figures, interval, resampled, separation, weights
 from learning.predict import KNOWN
 
-RUN = ["experiment", "model", "split", "train_snr_db", "test_snr_db", "elevation", "score", "threshold"]
+RUN = ["experiment", "model", "split", "training", "train_snr_db", "test_snr_db", "elevation", "score", "threshold"]
 COLUMNS = [*RUN, "metric", "value", "low", "high", "n"]
 CONFUSION = [*RUN, "target", "predicted", "count"]
 CLOSED = ["", ""]  # score and threshold of a closed set
@@ -24,6 +24,8 @@ def score(predictions, runs, seed, scores, confusions):
     """Write scores.csv and confusion.csv from prediction tables <run>/<model>/snr_<n>dB.csv.
 
     runs: what `experiments.runs` gives; seed: the config's, for the intervals.
+    Column `training` says in words what SNRs a run trained at and tells an experiment's runs apart; `train_snr_db` is a
+    number, empty for training without noise and at several SNRs.
     Column `elevation`: 'all' counts every test image; 'trained' only those at elevations the model was trained at (left
     out where that is all of them).
     Columns `score` and `threshold` are empty for the closed set, the known targets alone. An open run has rows besides
@@ -39,7 +41,7 @@ def score(predictions, runs, seed, scores, confusions):
     for path in tqdm(order, unit="table", desc="scores", leave=False):
         run, model = runs[path.parts[-3]], path.parts[-2]
         table = pd.read_csv(path, keep_default_na=False)  # a target may be called NA
-        head = [run["experiment"], model, run["split"], snr_text(run), snr_of_label(path.stem)]
+        head = [run["experiment"], model, run["split"], training(run), train_snr_db(run), snr_of_label(path.stem)]
         for subset, part in _subsets(table, run["elevation"]):
             found = [_closed(part, seed)]
             if run["open"]:
@@ -59,12 +61,12 @@ def _gains(drawn):
     """Rows f1_weighted_gain, of the figures and draws of weighted F1 by what stands in the columns RUN."""
     known = {}
     for key, figure in drawn.items():
-        _, model, split, train, *rest, score, protocol = key
-        if (model, train, score) == REFERENCE:
+        _, model, split, trained, _, *rest, score, protocol = key
+        if (model, trained, score) == REFERENCE:
             known.setdefault((split, *rest, protocol), figure)
     rows = []
     for key, ((value, *_, count), draws) in drawn.items():
-        _, _, split, _, *rest, _, protocol = key
+        _, _, split, _, _, *rest, _, protocol = key
         (reference, *_), reference_draws = known.get((split, *rest, protocol), ((None,), None))
         if reference is not None:
             rows.append([*key, "f1_weighted_gain", value - reference, *interval(draws - reference_draws), count])

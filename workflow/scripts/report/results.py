@@ -59,8 +59,8 @@ class Results:
         return self._learning_table("confusion")
 
     def _learning_table(self, name):
-        text = dict.fromkeys(("elevation", "train_snr_db", "score", "threshold"), str)
-        numbers = {column: [""] for column in ("test_snr_db", "value", "low", "high")}
+        text = dict.fromkeys(("elevation", "training", "score", "threshold"), str)
+        numbers = {column: [""] for column in ("train_snr_db", "test_snr_db", "value", "low", "high")}
         path = self.folder / "learning" / f"{name}.csv"
         return pd.read_csv(path, dtype=text, keep_default_na=False, na_values=numbers)  # a target may be called NA
 
