@@ -11,7 +11,7 @@ import xarray as xr
 from common import radar as sweep
 from common import store as stores
 from learning.experiments import runs, train_snr_db, training
-from learning.scores import COLUMNS, CONFUSION
+from learning.scores import COLUMNS, CONFUSION, VALIDATION
 from mesh.figures import describe, size
 from mesh.fit import plan
 from mesh.io import write_ply
@@ -274,6 +274,8 @@ def _learning(folder, settings):
     (folder / "times.json").write_text(json.dumps({"machine": machine, "threads": 1, "models": times}))
     scores = pd.DataFrame(rows, columns=COLUMNS)
     pd.concat([scores, _gains(scores)]).to_csv(folder / "scores.csv", index=False)
+    compared = (scores["metric"] == "f1_weighted") | ((scores["metric"] == "accuracy") & (scores["score"] == ""))
+    scores[compared][VALIDATION].to_csv(folder / "validation.csv", index=False)
     pd.DataFrame(cells, columns=CONFUSION).to_csv(folder / "confusion.csv", index=False)
 
 
