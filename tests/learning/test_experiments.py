@@ -4,7 +4,7 @@ import pytest
 from common.errors import InputError
 from learning.classifier import choices
 from learning.descent import ANY_SNR, Batches
-from learning.experiments import label, runs, snr_text
+from learning.experiments import label, runs, snrs_in_words, train_snr_db, training
 
 
 def learning(**experiments):
@@ -27,6 +27,7 @@ def test_an_experiment_is_a_run():
         "snrs": ["clean"],
         "random_snr": False,
         "open": False,
+        "lacks_unknown": False,
         "split": "random",
         "upsample": "none",
     }
@@ -45,15 +46,41 @@ def test_several_snrs_at_once_are_one_run_in_one_order():
     found = runs(learning(a=one([6, -3, "clean"]), b=one({"random": [6, 0]})))
     assert found["a"]["snrs"] == ["clean", -3, 6] and found["b"]["snrs"] == [0, 6]
     assert not found["a"]["random_snr"] and found["b"]["random_snr"]
-    assert (snr_text(found["a"]), snr_text(found["b"])) == ("clean+-3+6", "random 0+6")
     assert [label(snr) for snr in found["a"]["snrs"]] == ["clean", "snr_-3dB", "snr_6dB"]
+
+
+def test_a_training_in_words_and_as_a_number():
+    def said(snr_db):
+        return [(training(run), train_snr_db(run)) for run in runs(learning(a=one(snr_db))).values()]
+
+    assert said(-6) == [("-6 dB", -6.0)] and said([2.5]) == [("2.5 dB", 2.5)]
+    assert said({"each": [-0.0, 3]}) == [("0 dB", 0.0), ("3 dB", 3.0)]
+    many = ["clean", *range(-24, 25, 3)]
+    for snr_db, words in {
+        "clean": "clean",
+        ("clean", 6): "all: clean, 6 dB",
+        tuple(many): "all: clean, -24 to 24 dB by 3",
+    }.items():
+        ((found, number),) = said(list(snr_db) if isinstance(snr_db, tuple) else snr_db)
+        assert found == words and np.isnan(number)
+    assert said({"random": many})[0][0] == "random: clean, -24 to 24 dB by 3"
+    assert said({"random": [6]}) == [("random: 6 dB", 6.0)]  # not the same as a training at 6 dB
+
+
+def test_equal_steps_are_a_range_and_no_snr_is_lost():
+    assert snrs_in_words([24, 18, 12, 6, 0, -6, -18]) == "-18 dB, -6 to 24 dB by 6"
+    assert snrs_in_words([0, 0.1, 0.2, 0.3, 10, 20, 40]) == "0 to 0.3 dB by 0.1, 10 dB, 20 dB, 40 dB"
+    assert snrs_in_words([0, 1, 2, 4, 6]) == "0 to 2 dB by 1, 4 dB, 6 dB"
+    some = range(-2, 5)
+    every = [list(np.flatnonzero(flags) - 2) for flags in np.ndindex(*[2] * len(some))]
+    assert len({snrs_in_words(snrs) for snrs in every}) == len(every)
 
 
 def test_without_unknown_targets_no_run_is_open():
     config = learning(a=one("clean", open=True))
-    assert runs(config)["a"]["open"]
+    assert runs(config)["a"]["open"] and not runs(config)["a"]["lacks_unknown"]
     del config["targets"]["u"]
-    assert not runs(config)["a"]["open"]
+    assert not runs(config)["a"]["open"] and runs(config)["a"]["lacks_unknown"]
 
 
 def test_two_runs_of_one_name_are_refused():

@@ -10,8 +10,8 @@ import xarray as xr
 
 from common import radar as sweep
 from common import store as stores
-from learning.experiments import runs, snr_text
-from learning.scores import COLUMNS, CONFUSION
+from learning.experiments import runs, train_snr_db, training
+from learning.scores import COLUMNS, CONFUSION, VALIDATION
 from mesh.figures import describe, size
 from mesh.fit import plan
 from mesh.io import write_ply
@@ -228,7 +228,7 @@ def _learning(folder, settings):
         for (place, model), snr, subset in itertools.product(
             enumerate(run["models"]), settings["noise"]["snr_db"], subsets
         ):
-            head = [run["experiment"], model, run["split"], snr_text(run), snr, subset]
+            head = [run["experiment"], model, run["split"], training(run), train_snr_db(run), snr, subset]
             right = 1 - 0.5 / (1 + np.exp((snr + 6 + 3 * place) / 3)) - 0.01 * (subset == "all")
             bounds = [right, right - 0.03, min(right + 0.03, 1), 400]
             known = SCORES.get(model, ["softmax"]) if run["open"] else ()
@@ -274,6 +274,8 @@ def _learning(folder, settings):
     (folder / "times.json").write_text(json.dumps({"machine": machine, "threads": 1, "models": times}))
     scores = pd.DataFrame(rows, columns=COLUMNS)
     pd.concat([scores, _gains(scores)]).to_csv(folder / "scores.csv", index=False)
+    compared = (scores["metric"] == "f1_weighted") | ((scores["metric"] == "accuracy") & (scores["score"] == ""))
+    scores[compared][VALIDATION].to_csv(folder / "validation.csv", index=False)
     pd.DataFrame(cells, columns=CONFUSION).to_csv(folder / "confusion.csv", index=False)
 
 
@@ -286,7 +288,7 @@ def _gains(scores):
     """What every open row is better than the thesis's method, with an interval that now and then is all above 0."""
     opened = scores[(scores["metric"] == "f1_weighted") & (scores["threshold"] != "")]
     same = ["split", "test_snr_db", "elevation", "threshold"]
-    own = (opened["model"] == "capsule") & (opened["train_snr_db"] == "clean") & (opened["score"] == "zncc")
+    own = (opened["model"] == "capsule") & (opened["training"] == "clean") & (opened["score"] == "zncc")
     both = opened.merge(opened[own][[*same, "value"]], on=same, suffixes=("", "_reference"))
     gain = both["value"] - both["value_reference"]
     both = both.assign(metric="f1_weighted_gain", value=gain, low=gain - 0.02, high=gain + 0.02)

@@ -13,7 +13,7 @@ import xarray as xr
 
 from common.radar import C0
 from report import draw_images, draw_mesh, layout, section_explore, section_headline, section_tried
-from report.draw_learning import holds, noise_text
+from report.draw_learning import holds
 from report.results import Results
 from report.section_scattering import range_profiles, rcs_dbsm
 from report.selection import decoded_snrs, evenly, noise_snrs, noise_target, noisy_targets, target_order
@@ -106,12 +106,6 @@ def test_outline_of_a_box_is_its_shadow_and_a_sheet_on_edge_has_one():
         assert draw_images.outline(upright, plate, 0.0, turn)[2].max() > draw_images.OUTLINE
 
 
-def test_many_training_snrs_are_named_by_their_ends():
-    assert noise_text("clean") == "no noise" and noise_text("clean+6") == "no noise, 6 dB"
-    assert noise_text("random clean+-12+-9+-6+-3+0+3+6") == "random no noise, -12 to 6 dB"
-    assert noise_text("-18+-6+0+6+12+18+24") == "-18 to 24 dB"
-
-
 def test_decoded_snrs_are_those_nearest_3_and_24_db():
     assert decoded_snrs([-3, 0, 4, 21, 30]) == [4, 21]
     assert decoded_snrs([10]) == [10]
@@ -145,9 +139,9 @@ def test_methods_rank_by_their_mean_over_the_middle_within_each_split():
     assert section_tried.middle([24, 18]) == [18, 24]  # where none lies between -12 and 12 dB
 
 
-def _curve(model, values, split="random", score="", experiment="one", train="clean"):
+def _curve(model, values, split="random", score="", experiment="one", training="clean"):
     """Rows of weighted F1 as `section_headline.f1_scores` gives them."""
-    method = {"split": split, "experiment": experiment, "model": model, "train_snr_db": train, "score": score}
+    method = {"split": split, "experiment": experiment, "model": model, "training": training, "score": score}
     frame = pd.DataFrame({"test_snr_db": [-20.0, 0.0, 20.0], "value": values, "low": values, "high": values})
     return frame.assign(**method, threshold="thesis" if score else "")
 
@@ -160,7 +154,7 @@ def test_headline_picks_the_best_by_the_middle_snrs_and_the_thesis_s_own():
             _curve("svm", [0.3, 0.5, 0.6], split="sector"),
             _curve("knn", [0.9, 0.8, 0.9], split="sector"),  # by sector better than all at random
             _curve("capsule", [0.3, 0.9, 1.0]),  # the thesis's, however good it is
-            _curve("capsule", [0.3, 0.95, 1.0], train="6"),  # not as the thesis trains it
+            _curve("capsule", [0.3, 0.95, 1.0], training="6 dB"),  # not as the thesis trains it
         ]
     )
     lines = section_headline.curves(part)
@@ -168,8 +162,8 @@ def test_headline_picks_the_best_by_the_middle_snrs_and_the_thesis_s_own():
         "best here: capsule (random)",
         "thesis's: capsule (random)",
     ]
-    assert lines[0][1]["train_snr_db"].unique().tolist() == ["6"]
-    lines = section_headline.curves(part[part["train_snr_db"] == "clean"])
+    assert lines[0][1]["training"].unique().tolist() == ["6 dB"]
+    lines = section_headline.curves(part[part["training"] == "clean"])
     assert [label for label, _, _ in lines] == [
         "best here: SVM (random)",
         "best here: SVM (sector)",

@@ -166,7 +166,7 @@ def test_gains_are_counted_where_the_thesis_leaves_any(whole):
 def test_everything_tried_is_listed_the_best_first(whole):
     scores = pd.read_csv(whole.parent / "learning" / "scores.csv", keep_default_na=False)
     opened = scores.query("threshold == 'thesis' and elevation == 'all' and metric == 'f1_weighted'")
-    method = ["split", "experiment", "model", "train_snr_db", "score"]
+    method = ["split", "experiment", "model", "training", "score"]
     means = opened.query("test_snr_db >= -12 and test_snr_db <= 12").groupby(method)["value"].mean()
     rows = table_rows(whole / "index.html", "table-tried")
     head, *body = rows

@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
+from test_docs import blocks
 
 from common.radar import C0, azimuths, elevations, frequencies
 from common.yaml_file import read_yaml
@@ -129,21 +130,31 @@ def test_every_run_has_its_models_and_predictions(results):
 
 
 def test_the_scores_name_experiment_split_and_training_snr(scores):
-    found = set(map(tuple, scores[["experiment", "model", "split", "train_snr_db"]].drop_duplicates().to_numpy()))
+    found = set(map(tuple, scores[["experiment", "model", "split", "training"]].drop_duplicates().to_numpy()))
     assert found == {
         ("closed", "lr_tuned", "random", "clean"),
         ("closed", "knn", "random", "clean"),
         ("opened", "matched_filter", "random", "clean"),
         ("opened", "fcnn_other", "random", "clean"),
         ("far", "matched_filter", "sector", "clean"),
-        ("noisy", "lr", "random", "0"),
-        ("noisy", "lr", "random", "20"),
-        ("mixed", "fcnn", "random", "random clean+20"),
-        ("encoded", "capsule_denoise", "random", "random clean+20"),
-        ("encoded", "adaptive_filter", "random", "random clean+20"),
+        ("noisy", "lr", "random", "0 dB"),
+        ("noisy", "lr", "random", "20 dB"),
+        ("mixed", "fcnn", "random", "random: clean, 20 dB"),
+        ("encoded", "capsule_denoise", "random", "random: clean, 20 dB"),
+        ("encoded", "adaptive_filter", "random", "random: clean, 20 dB"),
     }
     assert set(scores.loc[scores["score"] != "", "experiment"]) == {"opened", "encoded"}
     assert set(scores["threshold"]) == {"", "thesis", "blind"}
+
+
+def test_every_run_is_judged_on_validation_images(project, scores):
+    found = pd.read_csv(project.folder / "results/learn/learning/validation.csv").fillna({"score": "", "threshold": ""})
+    method = ["experiment", "model", "split", "training", "test_snr_db", "elevation", "score", "threshold"]
+    judged = scores[(scores["metric"] == "f1_weighted") & ((scores["score"] == "") | (scores["threshold"] != ""))]
+    assert set(map(tuple, found.query("metric == 'f1_weighted'")[method].to_numpy())) == set(
+        map(tuple, judged[method].to_numpy())
+    )
+    assert set(found["metric"]) == {"accuracy", "f1_weighted"} and found["value"].between(0, 1).all()
 
 
 def test_models_learn(scores):
@@ -189,6 +200,7 @@ def test_nothing_reruns_by_itself(project):
 
 
 UNLIKE = ("times.json", "seconds.csv")  # files that are others in every run
+TABLES = ("scores.csv", "confusion.csv", "validation.csv")
 AFTER_TEST = {"scores": 1, "report": 1}
 AFTER = {"timing": 1, "scores": 1, "report": 1}
 # Beside the edits of test_smoke.py, those that only many experiments show.
@@ -256,15 +268,21 @@ class Model(Classifier):
         return Outcome(self.classes_[scores.argmax(axis=1)], scores, {"likeness": scores.max(axis=1)})
 '''
     )
+    (forest,) = [code for code in blocks("adding-a-model.md", "python") if "RandomForest" in code]
+    (restored.folder / "workflow/scripts/learning/models/forest.py").write_text(forest)
     restored.edit(
-        "config/learn.yaml", "models: [matched_filter, fcnn_other]", "models: [matched_filter, fcnn_other, mine]"
+        "config/learn.yaml",
+        "models: [matched_filter, fcnn_other]",
+        "models: [matched_filter, fcnn_other, mine, forest]",
     )
-    restored.edit("config/learn.yaml", "    fcnn: {width", "    mine: {}\n    fcnn: {width")
-    assert restored.planned("report", *LEARN) == {"train": 1, "predict": 1, **AFTER}
+    restored.edit("config/learn.yaml", "    fcnn: {width", "    mine: {}\n    forest: {trees: 20}\n    fcnn: {width")
+    assert restored.planned("report", *LEARN) == {"train": 2, "predict": 2, **AFTER}
     finished = restored.run("--cores", 2, "results/learn/learning/scores.csv", *LEARN)
     assert finished.returncode == 0, finished.stdout
     scores = pd.read_csv(restored.folder / "results/learn/learning/scores.csv")
-    assert (scores.query("model == 'mine' and score == 'likeness' and metric == 'auroc'")["value"] > 0).all()
+    aurocs = scores[scores["metric"] == "auroc"].set_index(["model", "score"])["value"]
+    for own in (("mine", "likeness"), ("forest", "vote")):
+        assert (aurocs.loc[[own]] > 0).all()
 
 
 # The last: it makes everything of learning anew.
@@ -298,5 +316,5 @@ def test_after_a_kill_and_on_one_core_the_bytes_are_the_same(project, results):
     assert len(re.findall(r"train \S+/\S+ \(progress in", finished.stdout)) >= 10
     after = content()
     assert after[f"models/{name}/model.npz"] == before[f"models/{name}/model.npz"]
-    mine = {name for name in before if "/mine/" in name or name in ("scores.csv", "confusion.csv")}
+    mine = {name for name in before if "/mine/" in name or "/forest/" in name or name in TABLES}
     assert {name for name in after if before.get(name) != after[name]} <= mine

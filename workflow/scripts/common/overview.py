@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from common.config import BASE, read_yaml
 from common.errors import InputError
 from common.radar import images_are_made
 from common.room import shortage
@@ -83,13 +84,36 @@ def _images(config, sizes, results):
         if reach is None:
             found.append(f"  {name}: whether it fits the unambiguous extent is not known yet.")
         found += [f"Warning: {name}: {text}" for text in warnings(figures, imaging, reach or 0.0)]
-    learning, roles = config["learning"], {target["role"] for target in targets.values()}
+    return found + [f"Warning: {text}" for text in _unused(config)]
+
+
+def _unused(config):
+    """What of the learning stage a config asks for and does not get, or has and does not use: lines of text."""
+    learning, experiments = config["learning"], config["learning"]["experiments"]
     for name, reason in learning.get("left_out", {}).items():
-        found.append(f"Warning: the default experiment '{name}' is left out. {reason}")
-    for name, experiment in learning["experiments"].items():
-        if experiment.get("open", False) and "unknown" not in roles:
-            found.append(f"Warning: experiment '{name}' is open, but no target has role unknown: it is a closed one.")
-    return found
+        yield f"the default experiment '{name}' is left out. {reason}"
+    with_role = {
+        role: [name for name, target in config["targets"].items() if target["role"] == role]
+        for role in ("unknown", "other")
+    }
+    opened = [name for name, experiment in experiments.items() if experiment.get("open", False)]
+    for name in () if with_role["unknown"] else opened:
+        yield f"experiment '{name}' is open, but no target has role unknown: it is a closed one."
+    if not experiments:
+        return
+    named = {model for experiment in experiments.values() for model in experiment["models"]}
+    learners = sorted(model for model in named if learning["models"][model].get("other", False))
+    if with_role["unknown"] and not opened:
+        names = ", ".join(with_role["unknown"])
+        yield f"no experiment has 'open: true': nothing is tested on the targets of role unknown ({names})."
+    if with_role["other"] and not learners and not (opened and with_role["unknown"]):
+        names = ", ".join(with_role["other"])
+        yield f"no experiment is open and none of their models has 'other: true': role other ({names}) is not used."
+    if learners and not with_role["other"]:
+        yield f"no target has role other: {', '.join(learners)} learns the class 'other' from pure noise alone."
+    kinds = {learning["models"][model].get("kind", model) for model in named}
+    for name in sorted(learning["models"].keys() - read_yaml(BASE)["learning"]["models"].keys() - named - kinds):
+        yield f"the model '{name}' of 'learning.models' is named in no experiment: it is not trained."
 
 
 def _size(target, figures):

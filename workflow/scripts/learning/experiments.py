@@ -20,8 +20,8 @@ def runs(config):
     An experiment is one run, but for `snr_db: {each: [...]}`, which is one for each SNR: <experiment>_<label>.
     A run is a mapping of its name, experiment (that one's name), models, elevation (a list of degrees, or all), snrs
     (those of the training images, numbers or 'clean'), random_snr (whether each batch is drawn from one of them), open
-    (whether unknown targets are tested, if there are any), split (random or sector) and upsample (pixels a side, or
-    none).
+    (whether unknown targets are tested), lacks_unknown (whether they should be and there are none), split (random or
+    sector) and upsample (pixels a side, or none).
     InputError for two runs of one name.
     """
     found, learning = {}, config["learning"]
@@ -37,6 +37,7 @@ def runs(config):
             "elevation": elevation if elevation == "all" else sorted(elevation),
             "random_snr": kind == "random",
             "open": experiment.get("open", False) and unknown,
+            "lacks_unknown": experiment.get("open", False) and not unknown,
             "split": experiment.get("split", learning["split"]["scheme"]),
             "upsample": experiment.get("upsample", "none"),
         }
@@ -66,10 +67,38 @@ def _level(name):
     return snr_of_label(name) if name.startswith("snr_") else -np.inf
 
 
-def snr_text(run):
-    """The SNRs that a run trains at, as they stand in the tables: 'clean', '6', 'clean+6' or 'random clean+6'."""
-    text = "+".join(snr if snr == CLEAN else f"{snr + 0.0:g}" for snr in run["snrs"])
-    return f"random {text}" if run["random_snr"] else text
+def training(run):
+    """The SNRs that a run trains at, in words that tell the runs of an experiment apart.
+
+    'clean' or '6 dB'; of several at once 'all: clean, -24 to 24 dB by 3', or 'random: ...' where each batch has one.
+    """
+    words = snrs_in_words(run["snrs"])
+    if run["random_snr"]:
+        return f"random: {words}"
+    return f"all: {words}" if len(run["snrs"]) > 1 else words
+
+
+def train_snr_db(run):
+    """The one SNR in dB that a run trains at; NaN for images without noise, and for several SNRs."""
+    one = len(run["snrs"]) == 1 and run["snrs"] != [CLEAN]
+    return float(run["snrs"][0]) if one else np.nan
+
+
+def snrs_in_words(snrs):
+    """SNRs in dB, or 'clean', in words: three and more in equal steps as a range, '-24 to 24 dB by 3'."""
+    rest = sorted(snr + 0.0 for snr in snrs if snr != CLEAN)  # + 0.0: no minus before a zero
+    words = [CLEAN] if CLEAN in snrs else []
+    while rest:
+        steps = np.diff(rest)
+        # How many of the steps from the first SNR on are equal.
+        equal = int(np.argmin(np.append(np.isclose(steps, steps[:1]), False)))
+        if equal > 1:
+            words.append(f"{rest[0]:g} to {rest[equal]:g} dB by {steps[0]:g}")
+            rest = rest[equal + 1 :]
+        else:
+            words.append(f"{rest[0]:g} dB")
+            rest = rest[1:]
+    return ", ".join(words)
 
 
 def megabytes(images, pixels, covariances):

@@ -1,4 +1,4 @@
-"""One tidy table of scores, and one of confusion counts, from all predictions."""
+"""Tidy tables of scores, of confusion counts and of what was reached on validation images, from all predictions."""
 
 from pathlib import Path
 
@@ -9,21 +9,24 @@ from tqdm import tqdm
 from common.radar import snr_of_label
 from learning import thresholds
 from learning.classifier import OTHER
-from learning.experiments import REFERENCE, snr_text
+from learning.experiments import REFERENCE, train_snr_db, training
 from learning.images import among
-from learning.metrics import confusion, figures, interval, resampled, separation, weights
+from learning.metrics import confusion, figures, figures_of, interval, resampled, separation, weights
 from learning.predict import KNOWN
 
-RUN = ["experiment", "model", "split", "train_snr_db", "test_snr_db", "elevation", "score", "threshold"]
+RUN = ["experiment", "model", "split", "training", "train_snr_db", "test_snr_db", "elevation", "score", "threshold"]
 COLUMNS = [*RUN, "metric", "value", "low", "high", "n"]
 CONFUSION = [*RUN, "target", "predicted", "count"]
+VALIDATION = [*RUN, "metric", "value", "n"]
 CLOSED = ["", ""]  # score and threshold of a closed set
 
 
-def score(predictions, runs, seed, scores, confusions):
-    """Write scores.csv and confusion.csv from prediction tables <run>/<model>/snr_<n>dB.csv.
+def score(predictions, runs, seed, scores, confusions, validation):
+    """Write scores.csv, confusion.csv and validation.csv from prediction tables <run>/<model>/snr_<n>dB.csv.
 
     runs: what `experiments.runs` gives; seed: the config's, for the intervals.
+    Column `training` says in words what SNRs a run trained at and tells an experiment's runs apart; `train_snr_db` is a
+    number, empty for training without noise and at several SNRs.
     Column `elevation`: 'all' counts every test image; 'trained' only those at elevations the model was trained at (left
     out where that is all of them).
     Columns `score` and `threshold` are empty for the closed set, the known targets alone. An open run has rows besides
@@ -32,15 +35,18 @@ def score(predictions, runs, seed, scores, confusions):
     f1_weighted_gain is how much more the weighted F1 is than that of REFERENCE on the same test images with a threshold
     of the same protocol, its interval from the same resamples; without an open run of REFERENCE there is none, and
     of several the first by name counts.
+    validation.csv is for comparing methods: of the closed set accuracy and weighted F1 at the validation azimuths, and
+    of each known score and protocol the weighted F1 that the threshold reaches on the images it was chosen with.
     n is the number of images that a figure rests on.
     """
-    rows, cells, drawn = [], [], {}
+    rows, cells, reached, drawn = [], [], [], {}
     order = sorted(map(Path, predictions), key=lambda path: (path.parts[-3], path.parts[-2], snr_of_label(path.stem)))
     for path in tqdm(order, unit="table", desc="scores", leave=False):
         run, model = runs[path.parts[-3]], path.parts[-2]
         table = pd.read_csv(path, keep_default_na=False)  # a target may be called NA
-        head = [run["experiment"], model, run["split"], snr_text(run), snr_of_label(path.stem)]
+        head = [run["experiment"], model, run["split"], training(run), train_snr_db(run), snr_of_label(path.stem)]
         for subset, part in _subsets(table, run["elevation"]):
+            reached += [[*head, subset, *line] for line in _validated(part, run["open"])]
             found = [_closed(part, seed)]
             if run["open"]:
                 found += _opened(part, seed)
@@ -52,19 +58,24 @@ def score(predictions, runs, seed, scores, confusions):
     rows += _gains(drawn)
     pd.DataFrame(rows, columns=COLUMNS).to_csv(scores, index=False)
     pd.DataFrame(cells, columns=CONFUSION).to_csv(confusions, index=False)
+    pd.DataFrame(reached, columns=VALIDATION).to_csv(validation, index=False)
     print(f"{len(order)} prediction tables, {len(rows)} scores")
+    for name in sorted({run["experiment"] for run in runs.values() if run["lacks_unknown"]}):
+        print(
+            f"Warning: experiment '{name}' is open, but no target has role unknown: these are scores of a closed set."
+        )
 
 
 def _gains(drawn):
     """Rows f1_weighted_gain, of the figures and draws of weighted F1 by what stands in the columns RUN."""
     known = {}
     for key, figure in drawn.items():
-        _, model, split, train, *rest, score, protocol = key
-        if (model, train, score) == REFERENCE:
+        _, model, split, trained, _, *rest, score, protocol = key
+        if (model, trained, score) == REFERENCE:
             known.setdefault((split, *rest, protocol), figure)
     rows = []
     for key, ((value, *_, count), draws) in drawn.items():
-        _, _, split, _, *rest, _, protocol = key
+        _, _, split, _, _, *rest, _, protocol = key
         (reference, *_), reference_draws = known.get((split, *rest, protocol), ((None,), None))
         if reference is not None:
             rows.append([*key, "f1_weighted_gain", value - reference, *interval(draws - reference_draws), count])
@@ -79,6 +90,23 @@ def _subsets(table, trained):
         yield "trained", table[rows]
 
 
+def _validated(table, is_open):
+    """The rows of validation.csv for a table, from the column `score` on."""
+    rows = table[(table["side"] == "validation") & (table["role"] == "known")]
+    closed = figures_of(rows["truth"], rows["predicted"])
+    found = [[*CLOSED, metric, closed[metric], len(rows)] for metric in ("accuracy", "f1_weighted")]
+    for column in _known_scores(table) if is_open else ():
+        for protocol in thresholds.ROLES:
+            threshold = thresholds.choose(table, column, protocol)
+            f1, count = thresholds.reached(table, column, protocol, threshold)
+            found.append([column.removeprefix(KNOWN), protocol, "f1_weighted", f1, count])
+    return found
+
+
+def _known_scores(table):
+    return [name for name in table if name.startswith(KNOWN)]
+
+
 def _closed(table, seed):
     test = table[(table["side"] == "test") & (table["role"] == "known")]
     return CLOSED, *_judged(test, test["predicted"].to_numpy(), seed)
@@ -91,7 +119,7 @@ def _opened(table, seed):
     azimuths, groups = np.unique(test["azimuth"], return_inverse=True)
     draws = np.concatenate([np.ones((1, len(azimuths))), weights(len(azimuths), seed)])
     found = []
-    for column in [name for name in table if name.startswith(KNOWN)]:
+    for column in _known_scores(table):
         name, values = column.removeprefix(KNOWN), test[column].to_numpy(float)
         metrics = {
             metric: (drawn[0], *interval(drawn[1:]), len(test))

@@ -3,6 +3,7 @@
 import numpy as np
 from matplotlib import colormaps
 
+from learning.experiments import snrs_in_words
 from report.layout import MODELS, model_order, model_style
 
 PROPER = {"fcnn": "FCNN", "openmax": "OpenMax", "svm": "SVM", "knn": "KNN", "lr": "LR", "mse": "MSE", "zncc": "ZNCC"}
@@ -10,20 +11,19 @@ MARKERS = "os^Dv<>"
 # How a published statement is written, and the marker that stands for it.
 RELATIONS = {">=": ("≥", "^"), ">": (">", "^"), "<=": ("≤", "v"), "<": ("<", "v"), "=": ("=", "o")}
 PUBLISHED_MARKERS = " Open markers are statements of the reference thesis: ▲ at least, ▼ at most, ● equal to."
-SEVERAL = 6  # training SNRs that are named one by one
 LETTER, LINE = 0.075, 0.6  # inches
 
 
 def draw_curves(axes, scores, dash="-", band=True):
-    """One line per model over the test SNR, coloured by the model; or by the training SNR, if there are several."""
-    trained = sorted(scores["train_snr_db"].unique(), key=first_snr)
+    """One line per model over the test SNR, coloured by the model; or by the training, if there are several."""
+    trained = scores.sort_values(["train_snr_db", "training"])["training"].unique().tolist()
     for (model, train), curve in fitted(scores):
         color, marker, label = model_style(model)
         curve = curve.dropna(subset="test_snr_db").sort_values("test_snr_db")
         if len(trained) > 1:
             place = trained.index(train)
             color, marker = colormaps["viridis"](0.9 * place / (len(trained) - 1)), MARKERS[place % len(MARKERS)]
-            label = f"trained at {noise_text(train)}"
+            label = f"training SNR: {train}"
         axes.plot(curve["test_snr_db"], curve["value"], dash, color=color, marker=marker, label=label)
         if band:
             axes.fill_between(curve["test_snr_db"], curve["low"], curve["high"], color=color, alpha=0.18, lw=0)
@@ -63,16 +63,16 @@ def draw_confusion(axes, counts):
         axes.text(column, row, text, ha="center", va="center", color="white" if value > 0.6 else "black")
 
 
-def first_snr(train_snr_db):
-    """Sorting key of training SNRs as they stand in scores.csv: without noise last, then by the first one."""
-    first = train_snr_db.rpartition(" ")[2].split("+")[0]
-    return np.inf if first == "clean" else float(first)
+def training_order(rows):
+    """Sorting key of rows of scores.csv of one training: by its one SNR, without noise and several SNRs last."""
+    snr, words = rows[["train_snr_db", "training"]].iloc[0]
+    return (np.inf if np.isnan(snr) else snr, words)
 
 
 def fitted(scores):
-    """The (model, training SNR) of the scores and their rows, in the order of the models."""
-    groups = scores.groupby(["model", "train_snr_db"], sort=True)
-    return sorted(groups, key=lambda group: (model_order(group[0][0]), first_snr(group[0][1])))
+    """The (model, training) of the scores and their rows, in the order of the models."""
+    groups = scores.groupby(["model", "training"], sort=True)
+    return sorted(groups, key=lambda group: (model_order(group[0][0]), training_order(group[1])))
 
 
 def experiments(scores):
@@ -102,33 +102,13 @@ def training_noise(snr_db):
     """The training SNRs of an experiment's config, in words."""
     if isinstance(snr_db, dict):
         kind, values = next(iter(snr_db.items()))
-        several = _snrs(values)
+        several = snrs_in_words(values)
         if kind == "each":
             return f"at each of several SNRs, a model for each ({several})"
         return f"at an SNR drawn for each batch ({several})"
     if isinstance(snr_db, list):
-        return f"at several SNRs at once ({_snrs(snr_db)})"
+        return f"at several SNRs at once ({snrs_in_words(snr_db)})"
     return "without noise" if snr_db == "clean" else f"at an SNR of {snr_db:g} dB"
-
-
-def noise_text(train_snr_db):
-    """The noise in the training images, as it stands in scores.csv ('clean+6'), for tables and legends."""
-    how, _, values = train_snr_db.rpartition(" ")
-    return " ".join([*([how] if how else []), _snrs(values.split("+"))])
-
-
-def _snrs(values):
-    """Several training SNRs in words; of many only the ends."""
-    if len(values) <= SEVERAL:
-        return ", ".join(map(_snr, values))
-    numbers = sorted(float(value) for value in values if value != "clean")
-    clean = "no noise, " if len(numbers) < len(values) else ""
-    return f"{clean}{numbers[0]:g} to {numbers[-1]:g} dB"
-
-
-def _snr(snr):
-    """One training SNR, a number or as text, in words."""
-    return "no noise" if snr == "clean" else f"{float(snr):g} dB"
 
 
 def holds(ours, relation, value):

@@ -58,9 +58,14 @@ class Results:
         """Counts of predicted classes by target, with the columns of `scores` before them."""
         return self._learning_table("confusion")
 
+    @cached_property
+    def validation(self):
+        """Accuracy and weighted F1 on validation images, to choose the best by; rows as in `scores`, no intervals."""
+        return self._learning_table("validation")
+
     def _learning_table(self, name):
-        text = dict.fromkeys(("elevation", "train_snr_db", "score", "threshold"), str)
-        numbers = {column: [""] for column in ("test_snr_db", "value", "low", "high")}
+        text = dict.fromkeys(("elevation", "training", "score", "threshold"), str)
+        numbers = {column: [""] for column in ("train_snr_db", "test_snr_db", "value", "low", "high")}
         path = self.folder / "learning" / f"{name}.csv"
         return pd.read_csv(path, dtype=text, keep_default_na=False, na_values=numbers)  # a target may be called NA
 

@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import pandas as pd
 
-from learning.experiments import CLEAN, runs, snr_text
+from learning.experiments import CLEAN, runs, training
 from report.draw_learning import PUBLISHED_MARKERS, draw_legend, draw_published, heading, title
 from report.layout import (
     BLUE,
@@ -100,9 +100,7 @@ def section(results):
 def of_run(table, run, model):
     """The rows of scores or confusion counts of one run of a model. run: what `experiments.runs` gives."""
     return table[
-        (table["experiment"] == run["experiment"])
-        & (table["train_snr_db"] == snr_text(run))
-        & (table["model"] == model)
+        (table["experiment"] == run["experiment"]) & (table["training"] == training(run)) & (table["model"] == model)
     ]
 
 

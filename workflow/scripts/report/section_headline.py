@@ -2,8 +2,8 @@
 
 import pandas as pd
 
-from learning.experiments import REFERENCE
-from report.draw_learning import PUBLISHED_MARKERS, draw_published, noise_text, title
+from learning.experiments import CLEAN, REFERENCE
+from report.draw_learning import PUBLISHED_MARKERS, draw_published, title
 from report.layout import BLUE, VERMILION, Figure, canvas, model_order, model_style, style, to_svg
 from report.section_open import PROTOCOLS, known_scores, score_name
 from report.section_tried import METHOD, middle, middle_text
@@ -80,7 +80,7 @@ def curves(part):
     means = _means(part).reset_index()
     means = means.sort_values(["value", *METHOD], ascending=[False, *[True] * len(METHOD)])
     model, train, score = REFERENCE
-    theirs = (means["model"] == model) & (means["train_snr_db"] == train) & means["score"].isin(["", score])
+    theirs = (means["model"] == model) & (means["training"] == train) & means["score"].isin(["", score])
     splits = sorted(set(means["split"]))
     best = means[~theirs & (means["split"] == splits[0])].head(1)
     lines = []
@@ -89,7 +89,7 @@ def curves(part):
         *((row, "thesis's: ", VERMILION) for row in means[theirs & (means["split"] == splits[0])].head(1).itertuples()),
     ):
         same = means[
-            (means["model"] == row.model) & (means["train_snr_db"] == row.train_snr_db) & (means["score"] == row.score)
+            (means["model"] == row.model) & (means["training"] == row.training) & (means["score"] == row.score)
         ]
         for split, dash in zip(splits, ("-", "--"), strict=False):
             method = same[same["split"] == split].head(1)
@@ -125,13 +125,6 @@ def _values(lines):
     return ", ".join(found)
 
 
-def _trained(train):
-    if train == "clean":
-        return "trained without noise"
-    drawn = train.startswith("random ")
-    return f"trained at {'an SNR drawn from ' if drawn else ''}{noise_text(train.removeprefix('random '))}"
-
-
 def comparison(results):
     """All curves of weighted F1 for the page's own plot: a mapping that is written into it as JSON.
 
@@ -153,12 +146,13 @@ def comparison(results):
             part.groupby(METHOD), key=lambda one: (one[0][0], one[0][1], model_order(one[0][2]), order.index(one[0][4]))
         ):
             split, experiment, model, train, score = method
+            trained = "trained without noise" if train == CLEAN else f"training SNR: {train}"
             found.append(
                 {
                     "set": name,
                     "experiment": title(experiment),
                     "model": model_style(model)[2],
-                    "words": f"{method_name(model, score)}: {title(experiment)} ({split}), {_trained(train)}",
+                    "words": f"{method_name(model, score)}: {title(experiment)} ({split}), {trained}",
                     "color": model_style(model)[0],
                     "dashed": split != "random",
                     "shown": method in shown,

@@ -13,14 +13,13 @@ from report.draw_learning import (
     draw_legend,
     draw_published,
     experiments,
-    first_snr,
     fitted,
     heading,
     holds,
     interval_text,
-    noise_text,
     title,
     training_noise,
+    training_order,
 )
 from report.layout import Figure, Section, Table, canvas, duration, model_order, model_style, style, to_svg
 from report.selection import TABLE_SNRS, evenly
@@ -70,7 +69,7 @@ def section(results):
 
 def _several(name, scores):
     """Whether an experiment trains models at several SNRs, one at each."""
-    return scores[scores["experiment"] == name]["train_snr_db"].nunique() > 1
+    return scores[scores["experiment"] == name]["training"].nunique() > 1
 
 
 def _figure(name, train, scores, published):
@@ -104,11 +103,11 @@ def training_snr_figure(name, train, scores):
 
 def _best_training(accuracy):
     """At which training SNR each model does best over all test SNRs, in one sentence."""
-    means = accuracy.groupby(["model", "train_snr_db"])["value"].mean()
+    means = accuracy.groupby(["model", "training"])["value"].mean()
     parts = []
     for model in sorted(accuracy["model"].unique(), key=model_order):
         best = means[model].idxmax()
-        parts.append(f"{model_style(model)[2]} trained at {noise_text(best)} ({means[model][best]:.3f})")
+        parts.append(f"{model_style(model)[2]} with training SNR {best} ({means[model][best]:.3f})")
     return f"Best on average over the test SNRs: {', '.join(parts)}."
 
 
@@ -213,7 +212,7 @@ def confusion_figure(name, confusion):
             row, column = len(snrs) * (place // columns) + row, place % columns
             axes = grid[row, column]
             axes.set_axis_on()
-            cells = part[(part["test_snr_db"] == snr) & (part["model"] == run[0]) & (part["train_snr_db"] == run[1])]
+            cells = part[(part["test_snr_db"] == snr) & (part["model"] == run[0]) & (part["training"] == run[1])]
             draw_confusion(axes, cells.pivot(index="target", columns="predicted", values="count").fillna(0))
             axes.set_title(f"{model_style(run[0])[2]} at {snr:g} dB")
             axes.set_ylabel("true class" if column == 0 else "")
@@ -237,14 +236,14 @@ def accuracy_table(scores):
     rows = scores[scores["metric"] == "accuracy"]
     snrs = evenly(rows["test_snr_db"].dropna().unique().tolist(), TABLE_SNRS)
     shown = []
-    groups = rows.groupby(["experiment", "model", "train_snr_db", "elevation"])
+    groups = rows.groupby(["experiment", "model", "training", "elevation"])
     for (experiment, model, train, elevation), curve in sorted(
-        groups, key=lambda group: (group[0][0], model_order(group[0][1]), first_snr(group[0][2]), group[0][3])
+        groups, key=lambda group: (group[0][0], model_order(group[0][1]), training_order(group[1]), group[0][3])
     ):
         line = {
             "experiment": title(experiment),
             "model": model_style(model)[2],
-            "trained at": noise_text(train),
+            "training SNR": train,
             "tested at": ELEVATIONS.get(elevation, elevation),
         }
         curve = curve.set_index("test_snr_db")

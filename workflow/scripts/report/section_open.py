@@ -4,7 +4,7 @@ import itertools
 
 import pandas as pd
 
-from report.draw_learning import draw_confusion, draw_legend, experiments, heading, interval_text, noise_text, title
+from report.draw_learning import draw_confusion, draw_legend, experiments, heading, interval_text, title, training_order
 from report.layout import PALETTE, Figure, Section, Table, canvas, model_order, model_style, style, to_svg
 
 PROTOCOLS = ("thesis", "blind")
@@ -96,8 +96,8 @@ def open_figure(name, scores):
             axes = grid[row, place % columns]
             axes.set_axis_on()
             own = part[(part["model"] == model) & (part["threshold"] == protocol)]
-            for score, train in itertools.product(known_scores(own["score"].unique()), own["train_snr_db"].unique()):
-                curve = own[(own["score"] == score) & (own["train_snr_db"] == train)].sort_values("test_snr_db")
+            for score, train in itertools.product(known_scores(own["score"].unique()), own["training"].unique()):
+                curve = own[(own["score"] == score) & (own["training"] == train)].sort_values("test_snr_db")
                 color, marker = score_style(score)
                 look = {"color": color, "marker": marker, "lw": 1, "label": score_name(score)}
                 axes.plot(curve["test_snr_db"], curve["value"], **look)
@@ -138,7 +138,7 @@ def published_confusion(name, confusion, adaptations, published, targets):
     pairs = {}
     for adaptation, (model, score) in adaptations.items():
         cells = ours[(ours["model"] == model) & (ours["score"] == score)]
-        if cells["train_snr_db"].nunique() == 1:
+        if cells["training"].nunique() == 1:
             pairs[adaptation] = (
                 cells.pivot(index="target", columns="predicted", values="count").reindex(
                     [name for name in targets if name in set(cells["target"])]
@@ -196,12 +196,12 @@ def open_table(name, scores, published):
     top = part[part["test_snr_db"] == part["test_snr_db"].max()]
     shown = []
     order = known_scores(top["score"].unique())
-    groups = top.groupby(["model", "train_snr_db", "score"])
+    groups = top.groupby(["model", "training", "score"])
     for (model, train, score), rows in sorted(
-        groups, key=lambda group: (model_order(group[0][0]), group[0][1], order.index(group[0][2]))
+        groups, key=lambda group: (model_order(group[0][0]), training_order(group[1]), order.index(group[0][2]))
     ):
         rows = rows.set_index(["threshold", "metric"])
-        line = {"model": model_style(model)[2], "trained at": noise_text(train), "known score": score_name(score)}
+        line = {"model": model_style(model)[2], "training SNR": train, "known score": score_name(score)}
         for protocol in PROTOCOLS:
             line[f"weighted F1, {protocol}"] = interval_text(rows.loc[protocol, "f1_weighted"])
         for metric, text in SEPARATION.items():
@@ -216,8 +216,8 @@ def open_table(name, scores, published):
         line["reference thesis, F1"] = printed[0] if printed else "–"
         shown.append(line)
     shown = pd.DataFrame(shown)
-    if shown["trained at"].nunique() == 1:
-        shown = shown.drop(columns="trained at")
+    if shown["training SNR"].nunique() == 1:
+        shown = shown.drop(columns="training SNR")
     if (shown["reference thesis, F1"] == "–").all():
         shown = shown.drop(columns="reference thesis, F1")
     return Table(

@@ -3,14 +3,14 @@
 import pandas as pd
 
 from learning.experiments import runs
-from report.draw_learning import first_snr, interval_text, noise_text, signed
+from report.draw_learning import interval_text, signed, training_order
 from report.layout import Section, Table, model_order, model_style
 from report.section_open import score_name
 from report.selection import TABLE_SNRS, evenly
 
 SPLITS = ("random", "sector")
-TRAINED = ["training", "model", "train_snr_db"]
-KEYS = [*TRAINED, "elevation", "metric", "score", "threshold", "test_snr_db"]
+TRAINED = ["images", "model", "training"]
+KEYS = [*TRAINED, "train_snr_db", "elevation", "metric", "score", "threshold", "test_snr_db"]
 
 
 def section(results):
@@ -39,23 +39,22 @@ def section(results):
 
 def paired(scores, settings):
     """Rows of the same model, training images and metric under both splits, side by side. settings: the config's."""
-    training = {run["experiment"]: repr((run["elevation"], run["upsample"])) for run in runs(settings).values()}
-    scores = scores.assign(training=scores["experiment"].map(training))
+    images = {run["experiment"]: repr((run["elevation"], run["upsample"])) for run in runs(settings).values()}
+    scores = scores.assign(images=scores["experiment"].map(images))
     sides = []
     for split in SPLITS:
         # An experiment tested on the open set has the closed set's rows too: any of several is as good.
         rows = scores[scores["split"] == split].drop_duplicates(KEYS)
-        sides.append(rows.set_index(KEYS)[["experiment", "value", "low", "high"]])
-    both = sides[0].join(sides[1], how="inner", suffixes=("_random", "_sector"))
-    return both.reset_index()
+        sides.append(rows[[*KEYS, "experiment", "value", "low", "high"]])
+    return sides[0].merge(sides[1], on=KEYS, suffixes=[f"_{split}" for split in SPLITS])
 
 
 def _groups(rows):
     """The rows of each model and kind of training images, in the order of the page, after what the page calls it."""
     several = rows.groupby("model")[TRAINED].nunique().max(axis=1) > 1
-    groups = sorted(rows.groupby(TRAINED), key=lambda one: (model_order(one[0][1]), first_snr(one[0][2]), one[0][0]))
+    groups = sorted(rows.groupby(TRAINED), key=lambda one: (model_order(one[0][1]), training_order(one[1]), one[0][0]))
     for (_, model, trained), own in groups:
-        yield f"{model_style(model)[2]}{f', trained at {noise_text(trained)}' if several[model] else ''}", own
+        yield f"{model_style(model)[2]}{f', training SNR {trained}' if several[model] else ''}", own
 
 
 def _images(results, accuracy):

@@ -6,11 +6,11 @@ import numpy as np
 import pandas as pd
 
 from learning.experiments import REFERENCE
-from report.draw_learning import draw_legend, noise_text, signed, title
+from report.draw_learning import draw_legend, signed, title
 from report.layout import BLACK, PALETTE, Figure, Section, Table, canvas, model_style, style, to_svg
 from report.section_open import PROTOCOLS, score_name
 
-METHOD = ["split", "experiment", "model", "train_snr_db", "score"]
+METHOD = ["split", "experiment", "model", "training", "score"]
 MIDDLE = (-12, 12)  # dB: the SNRs by which methods are ranked
 SOLVED = 0.98  # weighted F1 of the thesis's method from which on there is nothing to gain
 BEST = 3  # methods drawn for each split
@@ -72,8 +72,8 @@ def ranked(scores):
 
 def best(ranks):
     """The rows of the best methods of each split, but the thesis's own; of one in several experiments the best one."""
-    own = _are(ranks, ["model", "train_snr_db", "score"], REFERENCE)
-    found = ranks[~own & ranks["gain"].notna()].drop_duplicates(["split", "model", "train_snr_db", "score"])
+    own = _are(ranks, ["model", "training", "score"], REFERENCE)
+    found = ranks[~own & ranks["gain"].notna()].drop_duplicates(["split", "model", "training", "score"])
     return found.groupby("split", sort=True).head(BEST)
 
 
@@ -162,10 +162,10 @@ def _count(rows):
 
 def _labels(picks):
     """A name for each of the rows of `ranked`: the model, the known score, and what it was trained at if need be."""
-    several = picks.groupby("model")["train_snr_db"].nunique() > 1
+    several = picks.groupby("model")["training"].nunique() > 1
     names = {}
     for index, row in picks.iterrows():
-        trained = f", trained at {noise_text(row['train_snr_db'])}" if several[row["model"]] else ""
+        trained = f", training SNR {row['training']}" if several[row["model"]] else ""
         names[index] = f"{model_style(row['model'])[2]}, {score_name(row['score'])}{trained}"
     return names
 
@@ -184,7 +184,7 @@ def tried_table(scores, ranks):
             "split": row["split"],
             "experiment": title(row["experiment"]),
             "model": model_style(row["model"])[2],
-            "trained at": noise_text(row["train_snr_db"]),
+            "training SNR": row["training"],
             "known score": score_name(row["score"]),
         }
         line |= {f"{snr:g} dB": f"{f1[*method, snr]:.3f}" for snr in near}
