@@ -19,6 +19,7 @@ from common.config import load
 from common.radar import azimuths, bands, elevations
 from common.yaml_file import read_yaml
 from mesh.io import read_ply
+from scattering import needs
 from scattering.solve import PARTS, solve
 
 POWERS = {"assembly": (2, 1), "factorization": (3, 2), "directions": (2, 2)}  # of unknowns, and of 2^planes below
@@ -36,6 +37,11 @@ def main():
     command = ["snakemake", "--cores", str(options.threads), *figures, "--configfile", options.config]
     subprocess.run(command, check=True)
     radar, aspect = config["radar"], config["aspect"]
+
+    def plan(target, band):
+        planes = len(config["targets"][target].get("symmetry", []))
+        return needs.need(band, planes, radar, aspect, needs.method(config, target))
+
     rows = [
         {
             "target": target,
@@ -43,7 +49,7 @@ def main():
             "planes": len(config["targets"][target].get("symmetry", [])),
             "unknowns": band["unknowns"],
             "frequencies": band["frequencies"]["count"],
-            "planned_gb": band["solve"]["megabytes"] / 1000,
+            "planned_gb": plan(target, band)["megabytes"] / 1000,
         }
         for target, path in zip(config["targets"], figures, strict=True)
         for number, band in enumerate(json.loads(Path(path).read_text())["bands"])

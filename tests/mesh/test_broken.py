@@ -27,7 +27,6 @@ from mesh.io import write_ply
 
 RADAR = {"center_frequency": 1.0e9, "bandwidth": 0.0, "frequencies": 1, "polarizations": ["VV"]}
 MESH = {"edges_per_wavelength": 10, "bands": 1}
-ASPECT = {"elevation": {"start": 0, "stop": 0, "step": 1}, "azimuth": {"count": 36}}
 EDGE = 0.0299792458  # m
 PLACE = r"\(-?[\d.e-]+, -?[\d.e-]+, -?[\d.e-]+\) m"
 
@@ -282,29 +281,6 @@ def test_length_is_checked(tmp_path):
     assert figures["source"]["box"] == pytest.approx([0.2] * 3)
     with pytest.raises(InputError, match=r"0\.2 m .* long, but its 'length' says 0\.21 m"):
         made(tmp_path, cube(0.2), {"length": 0.21})
-
-
-# Memory
-
-
-def test_target_that_does_not_fit_is_refused_before_remeshing(tmp_path, monkeypatch):
-    monkeypatch.setattr("mesh.fit.memory_megabytes", lambda: 20_000.0)
-    path = save(tmp_path / "cube.ply", *cube(2.0))
-    monkeypatch.setattr("mesh.build.remesh", None)
-    with pytest.raises(InputError, match=r"would fit up to 0\.\d+ GHz, or with 'mesh.edges_per_wavelength: [\d.]+'"):
-        build(path, {}, MESH, RADAR, ASPECT, {"formulation": "efie", "precision": "single"})
-    # Only a unit that makes the target smaller can be the right one, and only if none is certain.
-    sizes = (
-        r"It is 2 m long, if its numbers are m; did you mean 'unit: cm' \(0.02 m\) or 'unit: mm' \(0.002 m\) or .*in"
-    )
-    with pytest.raises(InputError, match=sizes):
-        build(path, {}, MESH, RADAR, ASPECT, {"formulation": "efie", "precision": "single"})
-    with pytest.raises(InputError, match=r"It is 2 m long\.$"):
-        build(path, {"length": 2.0}, MESH, RADAR, ASPECT, {"formulation": "efie", "precision": "single"})
-    # A density that the config refuses is no advice.
-    monkeypatch.setattr("mesh.fit.memory_megabytes", lambda: 2000.0)
-    with pytest.raises(InputError, match=r"would fit up to 0\.\d+ GHz; a mirror plane"):
-        build(path, {}, MESH, RADAR, ASPECT, {"formulation": "efie", "precision": "single"})
 
 
 def test_mesh_of_another_target_is_refused(tmp_path, monkeypatch):

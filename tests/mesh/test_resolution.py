@@ -28,7 +28,7 @@ def plate(path, side):
 
 def meshed(path, density, radar=RADAR, bands=1):
     mesh = {"edges_per_wavelength": density, "bands": bands}
-    return build(path, {"unit": "m"}, mesh, radar, ASPECT, SCATTERING)
+    return build(path, {"unit": "m"}, mesh, radar, to_solve=True)
 
 
 @pytest.mark.parametrize(("side", "density"), [(1 / 15, 151), (1 / 50, 501)])
@@ -56,7 +56,7 @@ def test_every_band_needs_ten_edges(tmp_path):
 def test_a_density_beyond_what_the_config_allows_is_no_advice(tmp_path):
     path, target = plate(tmp_path / "plate.ply", 1e-3), {"unit": "m", "length": 1e-3}
     with pytest.raises(InputError, match="raise the frequency"):
-        build(path, target, {"edges_per_wavelength": 10, "bands": 1}, RADAR, ASPECT, SCATTERING)
+        build(path, target, {"edges_per_wavelength": 10, "bands": 1}, RADAR, to_solve=True)
 
 
 def test_the_advised_density_gives_the_field_of_a_small_plate(tmp_path):
@@ -81,7 +81,7 @@ def config_of(path, density):
 
 
 def test_solves_are_foretold_and_refused_where_they_cannot_fit(tmp_path, monkeypatch):
-    monkeypatch.setattr("mesh.fit.memory_megabytes", lambda: 16_000.0)
+    monkeypatch.setattr("scattering.needs.memory_megabytes", lambda: 16_000.0)
     path = save(tmp_path / "cube.ply", *cube(0.9))
     with pytest.raises(InputError, match=r"target 'large' .*'mesh\.edges_per_wavelength: [\d.]+'") as refusal:
         overview(config_of(path, 50), tmp_path, refuse=True)

@@ -16,7 +16,6 @@ from scattering.basis import fundamental_domain, unknowns
 
 RADAR = {"center_frequency": 1.0e9, "bandwidth": 0.0, "frequencies": 1, "polarizations": ["VV"]}
 MESH = {"edges_per_wavelength": 10, "bands": 1}
-ASPECT = {"elevation": {"start": 0, "stop": 0, "step": 1}, "azimuth": {"count": 36}}
 PLANES = [[], ["xz"], ["yz"], ["xz", "yz"]]
 
 
@@ -137,12 +136,11 @@ def test_ply_keeps_every_bit(tmp_path):
 
 def test_written_files_agree(tmp_path):
     path = save(tmp_path / "cube.obj", *cube(0.2))
-    method = {"formulation": "efie", "precision": "single"}
-    write(path, {}, MESH, RADAR, ASPECT, method, tmp_path / "cube.json", tmp_path / "s.ply", [tmp_path / "cube-0.ply"])
+    mesh = MESH | {"edges_per_wavelength": 16}
+    write(path, {}, mesh, RADAR, tmp_path / "cube.json", tmp_path / "s.ply", [tmp_path / "cube-0.ply"])
     described = json.loads((tmp_path / "cube.json").read_text())
     vertices, triangles = read_ply(tmp_path / "cube-0.ply")
     (band,) = described["bands"]
     assert (band["vertices"], band["triangles"]) == (len(vertices), len(triangles))
-    assert band["solve"]["megabytes"] > 800 and band["solve"]["seconds"] > 0
     assert described["source"]["box"] == pytest.approx([0.2] * 3)
     assert set(described["repairs"]) >= {"merged_vertices", "turned_triangles"}

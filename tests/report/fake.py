@@ -13,7 +13,6 @@ from common import store as stores
 from learning.experiments import runs, train_snr_db, training
 from learning.scores import COLUMNS, CONFUSION, VALIDATION
 from mesh.figures import describe, size
-from mesh.fit import plan
 from mesh.io import write_ply
 from report.page import write_report
 from report.selection import decoded_snrs
@@ -138,13 +137,12 @@ def _mesh(folder, name, settings):
     folder.mkdir(parents=True, exist_ok=True)
     surface = ellipsoid(SHAPES[name])
     write_ply(folder / f"{name}-source.ply", *surface)
-    bands, planes = [], len(settings["targets"][name].get("symmetry", []))
+    bands = []
     for number, band in enumerate(sweep.bands(settings["radar"], settings["mesh"]["bands"])):
         write_ply(folder / f"{name}-{number}.ply", *surface)
         wavelength = sweep.C0 / band[-1]
         frequencies = {"first": float(band[0]), "last": float(band[-1]), "count": len(band)}
         figures = {"frequencies": frequencies} | describe(surface, surface, wavelength, wavelength / 10)
-        figures["solve"] = plan(figures, planes, settings["radar"], settings["aspect"], settings["scattering"])
         bands.append(figures)
     source = size(*surface) | {"vertices": len(surface[0]), "triangles": len(surface[1]), "thinned_by": 0.0}
     source["raw"] = size(*surface) | {"triangles": len(surface[1]) + 2}

@@ -16,7 +16,7 @@ from imaging.store import make_clean, make_noisy
 from mesh.io import write_ply
 from scattering import origin
 from scattering.external import write_external
-from scattering.store import solve_band
+from scattering.band import solve_band
 
 RADAR = {"center_frequency": 1.0e9, "bandwidth": 0.3e9, "frequencies": 4, "polarizations": ["VV"]}
 # Neither the elevations nor the azimuths lie on round numbers, and the sweep crosses azimuth 0.

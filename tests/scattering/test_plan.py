@@ -1,8 +1,13 @@
 """What a solve is planned to need: memory, time, and what would fit."""
 
+import numpy as np
 import pytest
 
 from common.config import load
+from common.errors import InputError
+from mesh.io import write_ply
+from scattering import needs
+from scattering.band import solve_band
 from scattering.plan import planned_megabytes, planned_seconds, unknowns_that_fit
 
 RADAR = {"center_frequency": 2.775e9, "bandwidth": 1.5e9, "frequencies": 14, "polarizations": ["VV"]}
@@ -55,3 +60,40 @@ def test_the_combined_equation_needs_twice_the_memory_and_factorization():
     assert cfie / efie == pytest.approx(2, rel=0.1)
     efie, cfie = (planned_seconds(200_000, 1, RADIUS, 1, RADAR, ASPECT, method) for method in (SINGLE, COMBINED))
     assert cfie / efie == pytest.approx(2, rel=0.1)
+
+
+def test_what_does_not_fit_is_refused_with_what_would(monkeypatch):
+    """A cube of 2 m with edges of 3 cm."""
+    radar = {"center_frequency": 1.0e9, "bandwidth": 0.0, "frequencies": 1, "polarizations": ["VV"]}
+    aspect = {"elevation": {"start": 0, "stop": 0, "step": 1}, "azimuth": {"count": 36}}
+    mesh, box = {"edges_per_wavelength": 10, "bands": 1}, [2.0, 2.0, 2.0]
+    (solve,) = needs.expected(24.0, box, 0, mesh, radar, aspect, SINGLE)
+
+    def check(target, memory):
+        monkeypatch.setattr(needs, "memory_megabytes", lambda: memory)
+        needs.check_fit(solve["unknowns"], box, target, 0, mesh, radar, aspect, SINGLE, "cube.ply")
+
+    check({}, solve["megabytes"])
+    with pytest.raises(InputError, match=r"would fit up to 0\.\d+ GHz, or with 'mesh.edges_per_wavelength: [\d.]+'"):
+        check({}, 20_000.0)
+    # Only a unit that makes the target smaller can be the right one, and only if none is certain.
+    sizes = (
+        r"It is 2 m long, if its numbers are m; did you mean 'unit: cm' \(0.02 m\) or 'unit: mm' \(0.002 m\) or .*in"
+    )
+    with pytest.raises(InputError, match=sizes):
+        check({}, 20_000.0)
+    with pytest.raises(InputError, match=r"It is 2 m long\.$"):
+        check({"length": 2.0}, 20_000.0)
+    # A density that the config refuses is no advice.
+    with pytest.raises(InputError, match=r"would fit up to 0\.\d+ GHz; a mirror plane"):
+        check({}, 2000.0)
+
+
+def test_solve_that_does_not_fit_is_refused_before_it_begins(tmp_path, monkeypatch):
+    corners = np.array([[0, 0, 0], [0.3, 0, 0], [0, 0.3, 0], [0.3, 0.3, 0.0]])
+    write_ply(tmp_path / "a.ply", corners, np.array([[0, 1, 2], [1, 3, 2]]))
+    monkeypatch.setattr(needs, "memory_megabytes", lambda: 600.0)
+    arguments = tmp_path / "a.ply", tmp_path / "a.zarr", 0, 1, RADAR, ASPECT, SINGLE, [], 1, "sheet"
+    with pytest.raises(InputError, match=r"'targets\.sheet': .* 1 unknowns and 0\.8 GB .* has 0\.6 GB"):
+        solve_band(*arguments)
+    assert not (tmp_path / "a.zarr").exists()

@@ -14,7 +14,7 @@ from tqdm import tqdm
 from common import job, room
 from common.config import ROOT
 from common.errors import InputError
-from scattering.store import _Progress
+from scattering.band import _Progress
 
 
 class Terminal(io.StringIO):

@@ -23,4 +23,5 @@ def test_rule_has_a_log_and_all_else(rule):
     for directive in ("output", "log", "benchmark", "conda", "threads", "resources", "message", "script"):
         assert re.search(rf"^    {directive}:", RULES[rule], re.MULTILINE), f"rule {rule} has no {directive}"
     assert re.search(r"^        mem_mb=", RULES[rule], re.MULTILINE), f"rule {rule} has no mem_mb"
-    assert "code=code(" in RULES[rule], f"rule {rule} does not count its stage's code among its inputs"
+    (script,) = re.findall(r'^        "\.\./scripts/(\S+)"$', RULES[rule], re.MULTILINE)
+    assert f'code=code("{script}")' in RULES[rule], f"rule {rule} does not count its script among its inputs"

@@ -12,6 +12,10 @@ import pandas as pd
 import pytest
 import slurm
 
+from common.config import load
+from common.yaml_file import read_yaml
+from scattering import needs
+
 pytestmark = pytest.mark.skipif(bool(slurm.missing()), reason=slurm.missing())
 RESULTS = "results/smoke"
 SMOKE = ("report", "--configfile", "config/smoke.yaml")
@@ -81,10 +85,12 @@ def test_smoke_config_runs_in_jobs_of_slurm(smoke):
 
 def test_jobs_ask_for_what_their_rules_say(smoke):
     project, _, jobs = smoke
+    config = load(read_yaml(project.folder / "config/smoke.yaml"))
     for job in jobs["solve"]:
         _, target, band = job["Comment"].rsplit("_", 2)
-        figures = json.loads((project.folder / RESULTS / f"mesh/{target}.json").read_text())
-        assert job["MinMemoryNode"] == f"{400 + figures['bands'][int(band)]['solve']['megabytes']}M"
+        figures = json.loads((project.folder / RESULTS / f"mesh/{target}.json").read_text())["bands"][int(band)]
+        need = needs.need(figures, 1, config["radar"], config["aspect"], config["scattering"])
+        assert job["MinMemoryNode"] == f"{400 + need['megabytes']}M"
     asked = {rule: {(job["CPUs/Task"], job["TimeLimit"]) for job in found} for rule, found in jobs.items()}
     assert asked["solve"] == {("2", "00:10:00")}
     assert asked["train"] == {("1", "12:00:00")}

@@ -24,6 +24,7 @@ if {Quietness.PROGRESS, Quietness.ALL} & set(workflow.output_settings.quiet or (
 from common import lock, room
 from common import radar as sweep
 from common.check import face, model_path
+from common.closure import closure
 from common.config import load, section
 from common.errors import InputError
 from common.overview import overview
@@ -31,7 +32,7 @@ from common.radar import images_are_made
 from imaging.geometry import PURE_NOISE, megabytes, planned
 from learning import experiments
 from report.selection import decoded_snrs, noise_snrs, noisy_targets
-from scattering import origin
+from scattering import needs, origin
 
 try:
     config = load(config, workflow.configfiles)
@@ -46,8 +47,6 @@ except InputError as error:
 for line in lock.release_stale() if workflow.is_main_process else []:
     logger.warning(line)
 
-# Run with this file, never in a job.
-BEFORE_JOBS = ("check.py", "config.py", "lock.py", "overview.py", "room.py", "schema.py", "yaml_file.py")
 # On a cluster a job's memory also holds the two Snakemakes that start it, 190 MB each; in part they share it.
 STARTING = 400  # MB
 TARGETS = list(config["targets"])
@@ -72,14 +71,20 @@ def in_repository(*parts):
     return os.path.relpath(os.path.join(workflow.basedir, *parts))
 
 
-def code(*stages):
-    """The modules of these stages and the common ones. As inputs they rerun a job when their content changes."""
-    return [
-        in_repository("workflow", "scripts", stage, module)
-        for stage in sorted({"common", *stages})
-        for module in sorted(os.listdir(os.path.join(SCRIPTS, stage)))
-        if module.endswith((".py", ".html", ".css", ".js")) and module not in BEFORE_JOBS
-    ]
+def code(*scripts):
+    """The files below workflow/scripts that a job's results come from, by the scripts that it runs.
+
+    These are the scripts and every module that they import, directly or not. As inputs they rerun a job when their
+    content changes.
+    """
+    return sorted({in_repository("workflow", "scripts", file) for script in scripts for file in closure(script)})
+
+
+def page_files():
+    """What the page is put together from besides modules: its templates, style and scripts."""
+    folder = os.path.join(SCRIPTS, "report")
+    names = sorted(name for name in os.listdir(folder) if name.endswith((".html", ".css", ".js")))
+    return [in_repository("workflow", "scripts", "report", name) for name in names]
 
 
 def begin(*run):
@@ -118,19 +123,21 @@ def symmetry(target):
 
 
 def method(target):
-    """How a target is solved: the scattering settings, with its own formulation where it has one."""
-    own = {"formulation"}.intersection(config["targets"][target])
-    return section({**config["scattering"], **section(config["targets"][target], *own)}, *config["scattering"])
+    """How a target is solved, for params."""
+    settings = needs.method(config, target)
+    return section(settings, *settings)
 
 
 def planned_solve(wildcards, input):
-    """The figures of a solve, known once the mesh is there: its `megabytes` and `seconds`."""
+    """What a solve needs, known once the mesh is there: its `megabytes` and `seconds`."""
     with open(input.figures) as file:
         bands = json.load(file)["bands"]
     if int(wildcards.band) >= len(bands):
         # The mesh is yet to be made anew: for Snakemake as if there were none.
         raise FileNotFoundError(ENOENT, "no such band", input.figures)
-    return bands[int(wildcards.band)]["solve"]
+    planes, target = len(symmetry(wildcards.target)), wildcards.target
+    band = bands[int(wildcards.band)]
+    return needs.need(band, planes, config["radar"], config["aspect"], needs.method(config, target))
 
 
 def solve_megabytes(wildcards, input):
@@ -163,9 +170,9 @@ def images_shown():
     ]
 
 
-def model_code(model):
-    """The file of a model, as an input."""
-    return os.path.relpath(model_path(MODELS, model))
+def model_code(*models):
+    """The files that these models of the config are made of: their own, which jobs load by name, and what they import."""
+    return code(*(os.path.relpath(model_path(MODELS, model), SCRIPTS) for model in models))
 
 
 def trained_targets(model):

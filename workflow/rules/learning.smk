@@ -9,7 +9,7 @@
 rule train:
     input:
         stores=training_stores,
-        code=code("learning"),
+        code=code("learning/job_train.py"),
         model_code=lambda w: model_code(w.model),
     output:
         model=directory(f"{RESULTS}/learning/models/{{run}}/{{model}}"),
@@ -36,7 +36,7 @@ rule predict:
     input:
         stores=lambda w: expand(f"{RESULTS}/imaging/{{target}}/{{snr}}.zarr", target=tested_targets(w.run), snr=SNRS),
         model=rules.train.output.model,
-        code=code("learning"),
+        code=code("learning/job_predict.py"),
         model_code=rules.train.input.model_code,
     output:
         tables=expand(f"{RESULTS}/learning/predictions/{{{{run}}}}/{{{{model}}}}/{{snr}}.csv", snr=SNRS),
@@ -64,7 +64,7 @@ rule reconstruct:
             f"{RESULTS}/imaging/{{target}}/{{snr}}.zarr", target=[*KNOWN, *UNKNOWN], snr=["clean", *DECODED_SNRS]
         ),
         model=rules.train.output.model,
-        code=code("learning"),
+        code=code("learning/job_reconstruct.py"),
         model_code=rules.train.input.model_code,
     output:
         reconstructions=directory(f"{RESULTS}/learning/reconstructions/{{run}}/{{model}}.zarr"),
@@ -87,8 +87,8 @@ rule timing:
     input:
         stores=expand(f"{RESULTS}/imaging/{{target}}/clean.zarr", target=KNOWN),
         models=expand(f"{RESULTS}/learning/models/{{fitted}}", fitted=FITTED),
-        code=code("learning"),
-        model_code=sorted({model_code(fitted.split("/")[1]) for fitted in FITTED}),
+        code=code("learning/job_timing.py"),
+        model_code=model_code(*{fitted.split("/")[1] for fitted in FITTED}),
     output:
         times=report(
             f"{RESULTS}/learning/times.json",
@@ -115,7 +115,7 @@ rule timing:
 rule scores:
     input:
         predictions=expand(f"{RESULTS}/learning/predictions/{{fitted}}/{{snr}}.csv", fitted=FITTED, snr=SNRS),
-        code=code("learning"),
+        code=code("learning/job_scores.py"),
     output:
         scores=report(
             f"{RESULTS}/learning/scores.csv",

@@ -6,7 +6,7 @@
 rule mesh:
     input:
         cad=lambda w: watched(config["targets"][w.target]["mesh"]),
-        code=code("mesh") + [in_repository("workflow/scripts/scattering/plan.py")],
+        code=code("mesh/job_mesh.py"),
     output:
         figures=report(
             f"{RESULTS}/mesh/{{target}}.json",
@@ -30,10 +30,8 @@ rule mesh:
     params:
         cad=lambda w: config["targets"][w.target]["mesh"],
         digest=lambda w: unwatched_digest(config["targets"][w.target]["mesh"]),
-        # The sweep and the method say what the solve will need, which is checked before the mesh is made.
         settings=lambda w: {
-            **section(config, "aspect", "radar"),
-            "scattering": method(w.target),
+            "radar": section(config["radar"], "bandwidth", "center_frequency", "frequencies"),
             "mesh": section(config["mesh"], "bands", "edges_per_wavelength"),
             "target": section(
                 config["targets"][w.target],

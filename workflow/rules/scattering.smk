@@ -8,7 +8,7 @@ rule solve:
     input:
         mesh=f"{RESULTS}/mesh/{{target}}-{{band}}.ply",
         figures=f"{RESULTS}/mesh/{{target}}.json",
-        code=code("scattering"),
+        code=code("scattering/job_solve.py"),
     output:
         directory(f"{RESULTS}/scattering/bands/{{target}}-{{band}}.zarr"),
     log:
@@ -38,7 +38,7 @@ rule solve:
 rule scattering:
     input:
         bands=[f"{RESULTS}/scattering/bands/{{target}}-{band}.zarr" for band in BANDS],
-        code=code("scattering"),
+        code=code("scattering/job_scattering.py"),
     output:
         directory(f"{RESULTS}/scattering/{{target}}.zarr"),
     log:
@@ -63,7 +63,7 @@ rule scattering:
 rule field:
     input:
         files=lambda w: origin.files(config["targets"][w.target]["field"]),
-        code=code("scattering"),
+        code=code("scattering/job_field.py"),
     output:
         directory(f"{RESULTS}/scattering/{{target}}.zarr"),
     log:

@@ -10,8 +10,10 @@ from common.errors import InputError
 from common.radar import images_are_made
 from common.room import shortage
 from imaging.geometry import describe, planned, warnings
-from mesh import cad_kernel, fit, symmetry, topology
+from mesh import cad_kernel, symmetry, topology
 from mesh.read import in_metres, read_cad
+from mesh.resolution import check_resolution
+from scattering import needs
 
 
 def overview(config, results, refuse=False):
@@ -34,9 +36,9 @@ def _solves(config, sizes, results, refuse):
         if sizes[name] is None:
             found.append(f"  {name}: not known yet.")
             continue
-        scattering = config["scattering"] | {key: target[key] for key in ("formulation",) if key in target}
+        scattering = needs.method(config, name)
         area, box, planes = sizes[name]["area"], sizes[name]["box"], len(symmetry.axes(target.get("symmetry", [])))
-        bands = fit.expected_solves(area, box, planes, mesh, radar, aspect, scattering)
+        bands = needs.expected(area, box, planes, mesh, radar, aspect, scattering)
         time = sum(band["seconds"] for band in bands)
         seconds += time
         most = bands[-1]
@@ -47,13 +49,15 @@ def _solves(config, sizes, results, refuse):
             continue
         label = f"target '{name}' ({target['mesh']})"
         try:
-            fit.check_fit(most["unknowns"], box, target, planes, mesh, radar, aspect, scattering, label, fit.SURE_SHARE)
+            needs.check_fit(
+                most["unknowns"], box, target, planes, mesh, radar, aspect, scattering, label, needs.SURE_SHARE
+            )
         except InputError as error:
             if refuse:
                 raise
             found.append(f"Warning: {error}")
         try:
-            fit.check_resolution(box, mesh, radar, label)
+            check_resolution(box, mesh, radar, label)
         except InputError as error:  # its mesh job refuses it; the run may want others
             found.append(f"Warning: {error}")
     if not found:

@@ -10,12 +10,12 @@ from common.errors import InputError
 from mesh import symmetry, topology
 from mesh.arrange import first_crossing
 from mesh.distance import thickness
-from mesh.figures import describe, ideal_unknowns, size
-from mesh.fit import FINEST, check_fit, check_resolution, plan, wanted_edges
+from mesh.figures import describe, size
 from mesh.io import write_ply
 from mesh.read import check_size, in_metres, read_cad
 from mesh.remesh import remesh, restore_volume
 from mesh.repair import CLOSE, repair, thin
+from mesh.resolution import FINEST, check_resolution, wanted_edges
 from mesh.tidy import split_long_edges
 
 DEVIATION = 1 / 100  # wavelengths that a remeshing step may move the surface; the goal for the whole is 1/40
@@ -73,36 +73,28 @@ def band_mesh(vertices, triangles, edge, deviation, axes, name, thin_parts=False
     return vertices, triangles
 
 
-def build(path, target, mesh, radar, aspect=None, scattering=None):
-    """Meshes [(vertices, triangles), ...], lowest band first, figures as a mapping, and the repaired source.
+def build(path, target, mesh, radar, to_solve=False):
+    """Meshes [(vertices, triangles), ...], lowest band first, and figures as a mapping.
 
-    `target`, `mesh`, `radar`, `aspect` and `scattering` are those parts of the config. With the last two the figures
-    hold what each band's solve will need, and a target with too few edges across it, or that does not fit into this
-    machine's memory, is refused before remeshing.
+    `target`, `mesh` and `radar` are those parts of the config. A target that is `to_solve` is refused before remeshing
+    if it has too few edges across it.
     """
-    surface = load(path, target, mesh, radar, to_solve=aspect is not None)
-    return remesh_bands(surface, path, target, mesh, radar, aspect, scattering)
+    return remesh_bands(load(path, target, mesh, radar, to_solve), path, target, mesh, radar)
 
 
-def remesh_bands(surface, path, target, mesh, radar, aspect=None, scattering=None):
+def remesh_bands(surface, path, target, mesh, radar):
     """`build` for a surface, with its repairs and tolerances, that `load` returned."""
     vertices, triangles, repairs, tolerances = surface
     bands, edges = sweep.bands(radar, mesh["bands"]), wanted_edges(mesh, radar)
     axes = symmetry.axes(target.get("symmetry", []))
     source = size(vertices, triangles) | {"vertices": len(vertices), "triangles": len(triangles)} | tolerances
-    if aspect:
-        expected = ideal_unknowns(source["area"], edges[-1])
-        check_fit(expected, source["box"], target, len(axes), mesh, radar, aspect, scattering, path)
     meshes, figures = [], []
     for band, edge in zip(bands, edges, strict=True):
         wavelength = sweep.C0 / band[-1]
         frequencies = {"first": float(band[0]), "last": float(band[-1]), "count": len(band)}
         made, described = _keeping_parts((vertices, triangles), edge, wavelength, axes, tolerances["thinned_by"], path)
-        described = {"frequencies": frequencies} | described
-        if aspect:
-            described["solve"] = plan(described, len(axes), radar, aspect, scattering)
         meshes.append(made)
-        figures.append(described)
+        figures.append({"frequencies": frequencies} | described)
     symmetric = list(target.get("symmetry", []))
     return meshes, {"source": source, "symmetry": symmetric, "repairs": repairs, "bands": figures}
 
@@ -179,20 +171,17 @@ def _advice(place, source, edge, band):
     )
 
 
-def write(path, target, mesh, radar, aspect, scattering, figures_path, source_path, mesh_paths):
+def write(path, target, mesh, radar, figures_path, source_path, mesh_paths):
     """Build the meshes of a target and write them with their figures and the repaired source."""
     surface = load(path, target, mesh, radar, to_solve=True)
     write_ply(source_path, *surface[:2])
-    meshes, figures = remesh_bands(surface, path, target, mesh, radar, aspect, scattering)
+    meshes, figures = remesh_bands(surface, path, target, mesh, radar)
     done = [f"{count} {key.replace('_', ' ')}" for key, count in figures["repairs"].items() if count]
     print(f"repairs: {', '.join(done) or 'none'}")
     for made, mesh_path, band in zip(meshes, mesh_paths, figures["bands"], strict=True):
         write_ply(mesh_path, *made)
-        top, need = band["frequencies"]["last"] / 1e9, band["solve"]
         print(
             f"{Path(mesh_path).name}: {band['triangles']} triangles, {band['unknowns']} unknowns, "
-            f"mean edge {band['edge_wavelengths']['mean']:.3f} wavelengths at {top:g} GHz; "
-            f"to solve: about {need['megabytes'] / 1000:.1f} GB, and by estimate {need['seconds']:.0f} to "
-            f"{2.5 * need['seconds']:.0f} s on two cores"
+            f"mean edge {band['edge_wavelengths']['mean']:.3f} wavelengths at {band['frequencies']['last'] / 1e9:g} GHz"
         )
     Path(figures_path).write_text(json.dumps(figures, indent=1) + "\n")

@@ -8,8 +8,6 @@ with job(snakemake):
         settings["target"],
         settings["mesh"],
         settings["radar"],
-        settings["aspect"],
-        settings["scattering"],
         snakemake.output.figures,
         snakemake.output.source,
         snakemake.output.meshes,

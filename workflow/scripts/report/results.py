@@ -12,6 +12,7 @@ from imaging.geometry import PURE_NOISE
 from learning.experiments import runs
 from mesh.io import read_ply
 from report.selection import target_order
+from scattering import needs
 
 REFERENCE = Path(__file__).parents[3] / "resources" / "reference"
 
@@ -31,8 +32,13 @@ class Results:
 
     @cached_property
     def meshes(self):
-        """Figures of the meshes, by target that has some."""
-        return {name: json.loads((self.folder / "mesh" / f"{name}.json").read_text()) for name in self.meshed}
+        """Figures of the meshes and, in each band, what its `solve` was planned to need, by target that has some."""
+        meshes = {name: json.loads((self.folder / "mesh" / f"{name}.json").read_text()) for name in self.meshed}
+        for name, figures in meshes.items():
+            planes, how = len(self.settings["targets"][name].get("symmetry", [])), needs.method(self.settings, name)
+            for band in figures["bands"]:
+                band["solve"] = needs.need(band, planes, self.settings["radar"], self.settings["aspect"], how)
+        return meshes
 
     @cached_property
     def surfaces(self):

@@ -1,5 +1,5 @@
 from common.job import job
-from scattering.store import solve_band
+from scattering.band import solve_band
 
 with job(snakemake):
     settings = snakemake.params.settings

@@ -1,0 +1,39 @@
+"""Which files a script's result comes from: its own, and all modules that it imports, directly or not."""
+
+import ast
+import functools
+from pathlib import Path
+
+SCRIPTS = Path(__file__).resolve().parents[1]
+
+
+@functools.cache
+def closure(script):
+    """Sorted paths below SCRIPTS of a Python file and of the modules there that it imports, at whatever depth.
+
+    The files are read, not run. A module that is imported by a name made at run time is not seen: who does that names
+    its file beside the script (as `learning.classifier.build` does for models).
+    """
+    found, new = set(), {Path(script)}
+    while new:
+        found |= new
+        new = {module for file in new for module in _imported(file)} - found
+    return sorted(path.as_posix() for path in found)
+
+
+@functools.cache
+def _imported(file):
+    """The files of the modules that a file imports, and of the packages that they are in."""
+    names = set()
+    for node in ast.walk(ast.parse((SCRIPTS / file).read_bytes(), file)):
+        if isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            # What is imported from a package may be a module of it.
+            names |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
+    files = set()
+    for name in names:
+        parts = name.split(".")
+        files |= {Path(*parts[:depth], "__init__.py") for depth in range(1, len(parts) + 1)}
+        files.add(Path(*parts).with_suffix(".py"))
+    return {path for path in files if (SCRIPTS / path).is_file()}
