@@ -95,6 +95,28 @@ def test_page_shows_all_stages(whole):
     assert {f"figure-capsule_{part}" for part in parts} <= figures
 
 
+def test_warnings_of_the_run_stand_near_the_top(whole):
+    html = (whole / "index.html").read_text()
+    box = html[html.index('<div class="warnings"') : html.index('<div class="overview">')]
+    assert box.index("<summary>") < box.index("<ul>")
+    # The made-up missile's half axis is 0.5 m; at 24 azimuths and 1 GHz cross-range is unambiguous over 0.57 m.
+    half = 0.299792458 / (2 * 2 * np.pi / 24) / 2
+    assert "<strong>missile</strong>: the target reaches 0.50 m from the origin" in box and f"only {half:.2f} m" in box
+
+
+def test_a_page_names_the_experiments_left_out_and_those_without_unknown_targets(tmp_path, few_pictures):
+    settings = copy.deepcopy(fake.SETTINGS)
+    settings["targets"]["ufo"]["role"] = "other"
+    settings["aspect"]["azimuth"]["count"] = 240
+    experiments = settings["learning"]["experiments"]
+    settings["learning"]["experiments"] = {name: experiments[name] for name in ("fcnn_open", "multi_elevation")}
+    settings["learning"]["left_out"] = {"capsule_open": "Too few pixels."}
+    page = check_whole(fake.write(tmp_path / "fake", settings))
+    assert "2 warnings on this run: capsule_open, fcnn_open" in page.words
+    assert "the default experiment 'capsule_open' is left out. Too few pixels." in page.words
+    assert "experiment 'fcnn_open' is open, but no target has role unknown" in page.words
+
+
 def test_the_open_set_stands_beside_what_was_published(whole):
     page = Page(whole / "index.html")
     scores = pd.read_csv(whole.parent / "learning" / "scores.csv")

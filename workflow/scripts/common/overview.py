@@ -7,9 +7,10 @@ import numpy as np
 
 from common.errors import InputError
 from common.room import shortage
-from imaging.geometry import describe, planned, warnings
+from imaging.geometry import describe, planned
 from mesh import cad_kernel
 from mesh.read import in_metres, read_cad
+from report.caveats import warnings
 
 
 def overview(config, results):
@@ -17,7 +18,7 @@ def overview(config, results):
 
     results: the folder of the run's results.
     """
-    imaging, targets = config["imaging"], config["targets"]
+    targets = config["targets"]
     figures = planned(config)
     copies = config["noise"]["realizations"]
     most = figures["bytes"] * len(targets) * (1 + copies * len(config["noise"]["snr_db"]))
@@ -28,17 +29,12 @@ def overview(config, results):
         f" SNR; at most {most / 1e9:.3g} GB in all",
         *shortage(results, most),
     ]
-    for name, target in targets.items():
-        reach = _reach(target, Path(results, "mesh", f"{name}.json"))
+    reaches = {name: _reach(target, Path(results, "mesh", f"{name}.json")) for name, target in targets.items()}
+    for name, reach in reaches.items():
         if reach is None:
             found.append(f"  {name}: whether it fits the unambiguous extent is not known yet.")
-        found += [f"Warning: {name}: {text}" for text in warnings(figures, imaging, reach or 0.0)]
-    learning, roles = config["learning"], {target["role"] for target in targets.values()}
-    for name, reason in learning.get("left_out", {}).items():
-        found.append(f"Warning: the default experiment '{name}' is left out. {reason}")
-    for name, experiment in learning["experiments"].items():
-        if experiment.get("open", False) and "unknown" not in roles:
-            found.append(f"Warning: experiment '{name}' is open, but no target has role unknown: it is a closed one.")
+    for name, text in warnings(config, reaches):
+        found.append(f"Warning: {name}: {text}" if name in targets else f"Warning: {text}")
     return found
 
 

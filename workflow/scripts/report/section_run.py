@@ -11,6 +11,7 @@ import yaml
 
 from common import radar as sweep
 from imaging.geometry import planned
+from report.caveats import warnings
 from report.layout import Section, Table, duration, number
 from report.section_mesh import extent
 
@@ -55,6 +56,13 @@ def facts(results):
     main = [text for text in _versions() if text.split()[0] in MAIN]
     pairs.append(("Made with", f"isarflow {version()}, commit {commit()}; {', '.join(main)}"))
     return pairs
+
+
+def warned(results):
+    """The warnings of the run, (what it is about, sentence): those said before it started, and of the meshes' sizes."""
+    if not results.images_are_made:
+        return []
+    return warnings(results.settings, {name: mesh["source"]["reach"] for name, mesh in results.meshes.items()})
 
 
 def _times(benchmarks):
