@@ -11,6 +11,8 @@ import yaml
 
 from common import radar as sweep
 from imaging.geometry import planned
+from learning.experiments import runs
+from report import thesis
 from report.caveats import warnings
 from report.layout import Section, Table, duration, number
 from report.section_mesh import extent
@@ -51,11 +53,21 @@ def facts(results):
                 f"{_count(noise['realizations'], 'realization', 'realizations')}",
             ),
         ]
+    networks = [] if not results.learns else _networks(settings)
+    if networks:
+        pairs.append(("Capsule network", "; ".join(networks)))
     if len(results.benchmarks):
         pairs.append(("Computed in", _times(results.benchmarks)))
     main = [text for text in _versions() if text.split()[0] in MAIN]
     pairs.append(("Made with", f"isarflow {version()}, commit {commit()}; {', '.join(main)}"))
     return pairs
+
+
+def _networks(settings):
+    """How the run's capsule networks differ from the thesis's, each difference once."""
+    models = dict.fromkeys(model for run in runs(settings).values() for model in run["models"])
+    found = [thesis.difference(model, settings) for model in models if thesis.kind(model, settings) == "capsule"]
+    return [text for text in dict.fromkeys(found) if text]
 
 
 def warned(results):
