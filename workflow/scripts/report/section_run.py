@@ -53,9 +53,8 @@ def facts(results):
                 f"{_count(noise['realizations'], 'realization', 'realizations')}",
             ),
         ]
-    networks = [] if not results.learns else _networks(settings)
-    if networks:
-        pairs.append(("Capsule network", "; ".join(networks)))
+    if results.learns and networks(settings):
+        pairs.append(("Capsule network", "; ".join(networks(settings))))
     if len(results.benchmarks):
         pairs.append(("Computed in", _times(results.benchmarks)))
     main = [text for text in _versions() if text.split()[0] in MAIN]
@@ -63,7 +62,7 @@ def facts(results):
     return pairs
 
 
-def _networks(settings):
+def networks(settings):
     """How the run's capsule networks differ from the thesis's, each difference once."""
     models = dict.fromkeys(model for run in runs(settings).values() for model in run["models"])
     found = [thesis.difference(model, settings) for model in models if thesis.kind(model, settings) == "capsule"]

@@ -1,4 +1,4 @@
-"""How far a run is from the reference thesis's: sizes of its networks, definition of SNR, frequency; and its figures."""
+"""What the reference thesis did and how far a run is from it: sizes of networks, definition of SNR, frequency."""
 
 import pandas as pd
 
@@ -36,7 +36,8 @@ def network(model, settings):
     name = name if "capsule network" in name else f"the capsule network {name}"
     if full_size(model, settings):
         return name.replace("the capsule network", "the thesis's capsule network") if model == REFERENCE[0] else name
-    return f"{name.replace('capsule network', f'{_compared(model, settings)} capsule network')} ({size(model, settings)})"
+    name = name.replace("capsule network", f"{_compared(model, settings)} capsule network")
+    return f"{name} ({size(model, settings)})"
 
 
 def size(model, settings):
@@ -98,23 +99,28 @@ def statements(results, roles):
     return moved(results.published_scores, offset(results, roles))
 
 
-def marked(shift, drawn, network=False):
+def marked(shifts, drawn, network=False):
     """A sentence for a caption on published markers: what they are and by how much they were moved.
 
-    shift: what `offset` gives; drawn: whether there are any; network: whether they are of the capsule network.
+    shifts: what `offset` gives, by the set of test images, or '' where the figure has only one. drawn: whether there
+    are any; network: whether they are of the capsule network.
     """
-    if shift is None:
+    if None in shifts.values():
         return (
             " Published figures are left out: their SNR is defined otherwise, and these images do not say by how much."
         )
     if not drawn:
         return ""
     whose = FULL_SIZE if network else f"thesis, {CENTER_FREQUENCY / 1e9:g} GHz"
-    return f" Open markers: {whose} ({MARKERS}){moved_by(shift)}."
+    return f" Open markers: {whose} ({MARKERS}){moved_by(shifts)}."
 
 
-def moved_by(shift):
-    """How far published SNRs were moved, in words that follow others; empty for none."""
-    if not shift:
+def moved_by(shifts):
+    """How far published SNRs were moved, in words that follow others; empty for none. shifts: as of `marked`."""
+    if not any(shifts.values()):
         return ""
-    return f", moved by {shift:+.1f} dB, since its SNR counts the mean power and this run's that near the peak"
+    parts = [f"{shift:+.1f} dB{f' ({name})' if name else ''}" for name, shift in shifts.items()]
+    return (
+        f", moved by {' and '.join(parts)}: their SNR counts an aperture's mean power, this run's that within 3 dB of "
+        "its peak"
+    )
