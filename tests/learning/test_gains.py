@@ -44,7 +44,7 @@ def scores(tmp_path):
             path.parent.mkdir(parents=True, exist_ok=True)
             table(len(run) + snr, quality + snr / 20).to_csv(path, index=False)
             paths.append(path)
-    score(paths, runs, 0, tmp_path / "scores.csv", tmp_path / "confusion.csv")
+    score(paths, runs, 0, tmp_path / "scores.csv", tmp_path / "confusion.csv", tmp_path / "validation.csv")
     return pd.read_csv(tmp_path / "scores.csv", keep_default_na=False).astype({"value": float, "test_snr_db": float})
 
 

@@ -175,12 +175,15 @@ def scored(folder, tables):
     for name, frame in tables.items():
         paths.append(folder / f"{name}.csv")
         paths[-1].parent.mkdir(parents=True, exist_ok=True)
+        if set(frame["side"]) == {"test"}:  # no split leaves the validation without an image
+            frame = pd.concat([frame, frame.assign(side="validation")])
         frame.to_csv(paths[-1], index=False)
-    score(paths, RUNS, 0, folder / "scores.csv", folder / "confusion.csv")
-    return [
-        pd.read_csv(folder / f"{name}.csv", dtype=dict.fromkeys(TEXT, str)).fillna(dict.fromkeys(TEXT, ""))
-        for name in ("scores", "confusion")
-    ]
+    score(paths, RUNS, 0, folder / "scores.csv", folder / "confusion.csv", folder / "validation.csv")
+    return [read(folder / f"{name}.csv") for name in ("scores", "confusion")]
+
+
+def read(path):
+    return pd.read_csv(path, dtype=dict.fromkeys(TEXT, str)).fillna(dict.fromkeys(TEXT, ""))
 
 
 def test_the_scores_table(tmp_path):
@@ -214,8 +217,8 @@ def test_a_run_has_the_same_scores_whatever_else_is_scored(tmp_path):
 
 
 def test_no_experiment_gives_tables_without_rows(tmp_path):
-    score([], {}, 0, tmp_path / "scores.csv", tmp_path / "confusion.csv")
-    assert len(pd.read_csv(tmp_path / "scores.csv")) == 0
+    score([], {}, 0, *(tmp_path / f"{name}.csv" for name in ("scores", "confusion", "validation")))
+    assert len(pd.read_csv(tmp_path / "scores.csv")) == len(pd.read_csv(tmp_path / "validation.csv")) == 0
 
 
 def test_a_hundred_runs_are_scored_in_seconds(tmp_path):
@@ -319,3 +322,34 @@ def test_unknown_targets_of_the_validation_side_decide_under_the_thesis_protocol
     for metric in ("threshold", "f1_weighted"):
         assert before.loc["energy", "blind", metric].equals(after.loc["energy", "blind", metric])
     assert before.loc["energy", "thesis", "threshold"]["value"] != after.loc["energy", "thesis", "threshold"]["value"]
+
+
+def test_the_validation_table_of_closed_runs(tmp_path):
+    test, held_out = table(), table(seed=5, right=0.5).assign(side="validation")
+    scored(tmp_path, {"single/knn/snr_0dB": pd.concat([test, held_out]), "open_snr_6dB/knn/snr_0dB": open_table()})
+    found = read(tmp_path / "validation.csv")
+    assert list(found) == [name for name in COLUMNS if name not in ("low", "high")]
+    closed = found[found["experiment"] == "single"].set_index(["elevation", "metric"])
+    assert len(closed) == 4
+    for subset, rows in (("all", held_out), ("trained", held_out[held_out["elevation"] == 0])):
+        for metric, value in {
+            "accuracy": reference.accuracy_score(rows["truth"], rows["predicted"]),
+            "f1_weighted": reference.f1_score(rows["truth"], rows["predicted"], average="weighted"),
+        }.items():
+            assert abs(closed.loc[(subset, metric), "value"] - value) < 1e-12
+            assert closed.loc[(subset, metric), "n"] == len(rows)
+    # The known scores are judged with the thresholds, under both protocols; that without any threshold is not.
+    opened = found[(found["experiment"] == "open") & (found["score"] != "")]
+    assert set(zip(opened["score"], opened["threshold"], opened["metric"], strict=True)) == {
+        (score, protocol, "f1_weighted") for score in ("energy", "flat") for protocol in ("thesis", "blind")
+    }
+
+
+def test_what_is_compared_on_validation_images_does_not_know_the_test_images(tmp_path):
+    frame = open_table()
+    garbage = frame.copy()
+    garbage.loc[frame["side"] == "test", ["known_energy", "predicted"]] = [9.0, "dart"]
+    for name, rows in (("a", frame), ("b", garbage)):
+        scored(tmp_path / name, {"open_snr_6dB/knn/snr_0dB": rows})
+    files = [tmp_path / name / "validation.csv" for name in ("a", "b")]
+    assert files[0].read_bytes() == files[1].read_bytes()

@@ -46,6 +46,10 @@ def test_no_threshold_has_a_larger_f1(protocol, seed):
     values = np.sort(rows["known_x"].unique())
     every = [values[0] - 1, *((values[1:] + values[:-1]) / 2), values[-1] + 1]
     assert chosen == pytest.approx(max(weighted_f1(rows, threshold, protocol) for threshold in every), abs=1e-12)
+    # The same is said of the threshold, from the validation rows alone.
+    more = pd.concat([table, table.assign(side="test", predicted="b")])
+    said = thresholds.reached(more, "known_x", protocol, thresholds.choose(more, "known_x", protocol))
+    assert said == (pytest.approx(chosen, abs=1e-12), len(rows))
 
 
 def test_the_blind_threshold_does_not_depend_on_how_many_images_are_of_role_other():

@@ -107,7 +107,8 @@ def test_no_test_azimuth_was_trained_on(stores, tmp_path):
     index = [number for side in ("train", "validation", "test") for number in sides[side]["index"]]
     assert sorted(index) == list(range(AZIMUTHS))
     table = tables_of(stores("snr_0dB"), folder, tmp_path)["snr_0dB"]
-    assert np.allclose(np.sort(table["azimuth"].unique()), aspects()[sides["test"]["index"]])
+    tested = table.loc[table["side"] == "test", "azimuth"]
+    assert np.allclose(np.sort(tested.unique()), aspects()[sides["test"]["index"]])
     # One training image at distance 0 from a test image would be the image itself.
     unseen = images.read(stores("snr_0dB"), sides["test"]["azimuth"])
     assert load(folder).decision_function(unseen.images).max() < -0.01
@@ -126,7 +127,8 @@ def test_in_sector_no_test_image_shares_a_sample_with_a_training_one(stores, tmp
     }
     assert not samples["train"] & samples["test"] and not samples["validation"] & samples["test"]
     table = tables_of(stores("snr_0dB"), folder, tmp_path)["snr_0dB"]
-    assert np.allclose(np.sort(table["azimuth"].unique()), aspects()[sides["test"]["index"]])
+    tested = table.loc[table["side"] == "test", "azimuth"]
+    assert np.allclose(np.sort(tested.unique()), aspects()[sides["test"]["index"]])
 
 
 def test_a_class_without_images_is_refused(stores, tmp_path):
@@ -140,9 +142,16 @@ def test_the_prediction_table(stores, tmp_path):
     keys = ["target", "elevation", "azimuth", "realization"]
     assert list(table) == [*keys, "truth", "predicted", "role", "side", "score_dart", "score_disc"]
     held_out = AZIMUTHS - int(0.7 * AZIMUTHS)
-    held_out -= int(0.33 * held_out)
+    validation = int(0.33 * held_out)
     assert len(table) == 2 * len(ELEVATION) * held_out * 2
-    assert set(table["side"]) == {"test"} and set(table["role"]) == {"known"}
+    assert table["side"].value_counts().to_dict() == {
+        "test": 2 * len(ELEVATION) * (held_out - validation) * 2,
+        "validation": 2 * len(ELEVATION) * validation * 2,
+    }
+    split = json.loads((folder / "split.json").read_text())
+    for side, rows in table.groupby("side"):
+        assert np.allclose(np.sort(rows["azimuth"].unique()), aspects()[split[side]["index"]])
+    assert set(table["role"]) == {"known"}
     assert not table.duplicated(keys).any()
     assert table[keys].equals(table.sort_values(keys)[keys])
     assert (table["truth"] == table["target"]).all()

@@ -11,7 +11,7 @@ import xarray as xr
 from common import radar as sweep
 from common import store as stores
 from learning.experiments import runs, train_snr_db, training
-from learning.scores import COLUMNS, CONFUSION
+from learning.scores import COLUMNS, CONFUSION, VALIDATION
 from mesh.figures import describe, size
 from mesh.fit import plan
 from mesh.io import write_ply
@@ -281,6 +281,8 @@ def _learning(folder, settings):
     held_out = scores.assign(value=scores["value"] - 0.2 * worse)
     held_out.to_csv(folder / "validation.csv", index=False)
     pd.concat([scores, _gains(scores)]).to_csv(folder / "scores.csv", index=False)
+    compared = (scores["metric"] == "f1_weighted") | ((scores["metric"] == "accuracy") & (scores["score"] == ""))
+    scores[compared][VALIDATION].to_csv(folder / "validation.csv", index=False)
     pd.DataFrame(cells, columns=CONFUSION).to_csv(folder / "confusion.csv", index=False)
 
 

@@ -146,6 +146,16 @@ def test_the_scores_name_experiment_split_and_training_snr(scores):
     assert set(scores["threshold"]) == {"", "thesis", "blind"}
 
 
+def test_every_run_is_judged_on_validation_images(project, scores):
+    found = pd.read_csv(project.folder / "results/learn/learning/validation.csv").fillna({"score": "", "threshold": ""})
+    method = ["experiment", "model", "split", "training", "test_snr_db", "elevation", "score", "threshold"]
+    judged = scores[(scores["metric"] == "f1_weighted") & ((scores["score"] == "") | (scores["threshold"] != ""))]
+    assert set(map(tuple, found.query("metric == 'f1_weighted'")[method].to_numpy())) == set(
+        map(tuple, judged[method].to_numpy())
+    )
+    assert set(found["metric"]) == {"accuracy", "f1_weighted"} and found["value"].between(0, 1).all()
+
+
 def test_models_learn(scores):
     accuracy = scores.query("metric == 'accuracy' and score == '' and test_snr_db == 20 and elevation == 'all'")
     accuracy = accuracy.set_index(["experiment", "model"])["value"]
@@ -189,6 +199,7 @@ def test_nothing_reruns_by_itself(project):
 
 
 UNLIKE = ("times.json", "seconds.csv")  # files that are others in every run
+TABLES = ("scores.csv", "confusion.csv", "validation.csv")
 AFTER_TEST = {"scores": 1, "report": 1}
 AFTER = {"timing": 1, "scores": 1, "report": 1}
 # Beside the edits of test_smoke.py, those that only many experiments show.
@@ -298,5 +309,5 @@ def test_after_a_kill_and_on_one_core_the_bytes_are_the_same(project, results):
     assert len(re.findall(r"train \S+/\S+ \(progress in", finished.stdout)) >= 10
     after = content()
     assert after[f"models/{name}/model.npz"] == before[f"models/{name}/model.npz"]
-    mine = {name for name in before if "/mine/" in name or name in ("scores.csv", "confusion.csv")}
+    mine = {name for name in before if "/mine/" in name or name in TABLES}
     assert {name for name in after if before.get(name) != after[name]} <= mine

@@ -1,7 +1,8 @@
 # learning: classifiers of images, one for each run and model, tested at every SNR.
 # takes: imaging/<target>/clean.zarr, imaging/<target>/snr_<n>dB.zarr
 # makes: learning/models/<run>/<model>/, learning/predictions/<run>/<model>/snr_<n>dB.csv,
-#        learning/reconstructions/<run>/<model>.zarr, learning/times.json, learning/scores.csv, learning/confusion.csv
+#        learning/reconstructions/<run>/<model>.zarr, learning/times.json, learning/scores.csv, learning/confusion.csv,
+#        learning/validation.csv
 # A run is an experiment; one that trains at each of several SNRs has a run for each, named <experiment>_snr_<n>dB.
 
 
@@ -127,6 +128,12 @@ rule scores:
             caption="../report/confusion.rst",
             category="Learning",
             labels={"table": "confusion"},
+        ),
+        validation=report(
+            f"{RESULTS}/learning/validation.csv",
+            caption="../report/validation.rst",
+            category="Learning",
+            labels={"table": "validation"},
         ),
     log:
         f"{RESULTS}/logs/learning/scores.log",

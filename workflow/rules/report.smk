@@ -8,7 +8,7 @@ rule report:
         meshes=expand(f"{RESULTS}/mesh/{{target}}-{{part}}.ply", target=MESHED, part=["source", *BANDS]),
         scattering=expand(f"{RESULTS}/scattering/{{target}}.zarr", target=TARGETS),
         images=images_shown(),
-        scores=[f"{RESULTS}/learning/{table}.csv" for table in ("scores", "confusion") if FITTED],
+        scores=[f"{RESULTS}/learning/{table}.csv" for table in ("scores", "confusion", "validation") if FITTED],
         times=f"{RESULTS}/learning/times.json" if FITTED else [],
         curves=[f"{RESULTS}/learning/models/{fitted}" for fitted in FITTED],
         reconstructions=[f"{RESULTS}/learning/reconstructions/{fitted}.zarr" for fitted in decoders()],

@@ -9,4 +9,5 @@ with job(snakemake):
         settings["seed"],
         snakemake.output.scores,
         snakemake.output.confusion,
+        snakemake.output.validation,
     )

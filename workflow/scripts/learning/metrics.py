@@ -48,6 +48,14 @@ def figures(counts, labels, judged):
     return result
 
 
+def figures_of(truth, predicted, weight=1.0):
+    """The `figures` of labels (n,), each image counting as many times as `weight`, (n,) or one number, says."""
+    labels, codes = np.unique([*truth, *predicted], return_inverse=True)
+    counts = np.zeros((len(labels), len(labels)))
+    np.add.at(counts, tuple(codes.reshape(2, -1)), weight)
+    return figures(counts, labels, labels)
+
+
 @functools.cache
 def weights(azimuths, seed):
     """How often each of so many azimuths is drawn in each bootstrap resample: (resamples, azimuths).

@@ -20,8 +20,8 @@ def predict(stores, roles, is_open, folder, outputs):
     """Classify images at azimuths that the model in `folder` was not trained at; write a table for each SNR.
 
     stores: imaging/<target>/<label>.zarr of all SNRs; roles: of the targets; outputs: paths <label>.csv.
-    is_open: False for the test azimuths alone. Else also the validation azimuths, with which thresholds are chosen;
-    targets of role other are classified at these only.
+    is_open: whether the table has known scores, too. Targets of role other are classified at the validation azimuths
+    only, with which thresholds are chosen.
     """
     model = load(folder)
     for output in tqdm(sorted(map(Path, outputs)), unit="SNR", desc="predicting", leave=False):
@@ -40,13 +40,16 @@ def predict_one(model, stores, roles, is_open, folder):
 
     Columns: target, elevation, azimuth (degrees), realization, truth, predicted, role, side, score_<class>..., and if
     it is open known_<score>... . truth is OTHER for a target that is not known.
-    Rows: all elevations and realizations, sorted by the first four columns.
+    Rows: validation and test azimuths, all elevations and realizations, sorted by the first four columns.
     """
     run, held_out = run_of(folder), azimuths_of(folder, "validation")
-    tables = []
+    tables, parts = [], []
     for store in sorted(stores, key=images.target_of):
         role = roles[images.target_of(store)]
-        sides = SIDES[role] if is_open else ("test",)
+        # The last bits of a score depend on what else is in its batch. A closed run's test images are batches of their
+        # own, an open run's stand among the validation images.
+        parts += [(store, role, sides) for sides in ([SIDES[role]] if is_open else [[side] for side in SIDES[role]])]
+    for store, role, sides in parts:
         rows = images.read([store], azimuths_of(folder, *sides), pixels=run["upsample"])
         outcome = classify(model, rows.images)
         columns = {name: value for name, value in rows._asdict().items() if name != "images"}
@@ -63,7 +66,7 @@ def predict_one(model, stores, roles, is_open, folder):
         if is_open:
             columns |= {KNOWN + name: column for name, column in outcome.known.items()}
         tables.append(pd.DataFrame(columns))
-    return pd.concat(tables, ignore_index=True)
+    return pd.concat(tables).sort_values(["target", "elevation", "azimuth", "realization"], ignore_index=True)
 
 
 def classify(model, images):

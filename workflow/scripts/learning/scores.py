@@ -1,4 +1,4 @@
-"""One tidy table of scores, and one of confusion counts, from all predictions."""
+"""Tidy tables of scores, of confusion counts and of what was reached on validation images, from all predictions."""
 
 from pathlib import Path
 
@@ -11,17 +11,18 @@ from learning import thresholds
 from learning.classifier import OTHER
 from learning.experiments import REFERENCE, train_snr_db, training
 from learning.images import among
-from learning.metrics import confusion, figures, interval, resampled, separation, weights
+from learning.metrics import confusion, figures, figures_of, interval, resampled, separation, weights
 from learning.predict import KNOWN
 
 RUN = ["experiment", "model", "split", "training", "train_snr_db", "test_snr_db", "elevation", "score", "threshold"]
 COLUMNS = [*RUN, "metric", "value", "low", "high", "n"]
 CONFUSION = [*RUN, "target", "predicted", "count"]
+VALIDATION = [*RUN, "metric", "value", "n"]
 CLOSED = ["", ""]  # score and threshold of a closed set
 
 
-def score(predictions, runs, seed, scores, confusions):
-    """Write scores.csv and confusion.csv from prediction tables <run>/<model>/snr_<n>dB.csv.
+def score(predictions, runs, seed, scores, confusions, validation):
+    """Write scores.csv, confusion.csv and validation.csv from prediction tables <run>/<model>/snr_<n>dB.csv.
 
     runs: what `experiments.runs` gives; seed: the config's, for the intervals.
     Column `training` says in words what SNRs a run trained at and tells an experiment's runs apart; `train_snr_db` is a
@@ -34,15 +35,18 @@ def score(predictions, runs, seed, scores, confusions):
     f1_weighted_gain is how much more the weighted F1 is than that of REFERENCE on the same test images with a threshold
     of the same protocol, its interval from the same resamples; without an open run of REFERENCE there is none, and
     of several the first by name counts.
+    validation.csv is for comparing methods: of the closed set accuracy and weighted F1 at the validation azimuths, and
+    of each known score and protocol the weighted F1 that the threshold reaches on the images it was chosen with.
     n is the number of images that a figure rests on.
     """
-    rows, cells, drawn = [], [], {}
+    rows, cells, reached, drawn = [], [], [], {}
     order = sorted(map(Path, predictions), key=lambda path: (path.parts[-3], path.parts[-2], snr_of_label(path.stem)))
     for path in tqdm(order, unit="table", desc="scores", leave=False):
         run, model = runs[path.parts[-3]], path.parts[-2]
         table = pd.read_csv(path, keep_default_na=False)  # a target may be called NA
         head = [run["experiment"], model, run["split"], training(run), train_snr_db(run), snr_of_label(path.stem)]
         for subset, part in _subsets(table, run["elevation"]):
+            reached += [[*head, subset, *line] for line in _validated(part, run["open"])]
             found = [_closed(part, seed)]
             if run["open"]:
                 found += _opened(part, seed)
@@ -54,6 +58,7 @@ def score(predictions, runs, seed, scores, confusions):
     rows += _gains(drawn)
     pd.DataFrame(rows, columns=COLUMNS).to_csv(scores, index=False)
     pd.DataFrame(cells, columns=CONFUSION).to_csv(confusions, index=False)
+    pd.DataFrame(reached, columns=VALIDATION).to_csv(validation, index=False)
     print(f"{len(order)} prediction tables, {len(rows)} scores")
 
 
@@ -81,6 +86,23 @@ def _subsets(table, trained):
         yield "trained", table[rows]
 
 
+def _validated(table, is_open):
+    """The rows of validation.csv for a table, from the column `score` on."""
+    rows = table[(table["side"] == "validation") & (table["role"] == "known")]
+    closed = figures_of(rows["truth"], rows["predicted"])
+    found = [[*CLOSED, metric, closed[metric], len(rows)] for metric in ("accuracy", "f1_weighted")]
+    for column in _known_scores(table) if is_open else ():
+        for protocol in thresholds.ROLES:
+            threshold = thresholds.choose(table, column, protocol)
+            f1, count = thresholds.reached(table, column, protocol, threshold)
+            found.append([column.removeprefix(KNOWN), protocol, "f1_weighted", f1, count])
+    return found
+
+
+def _known_scores(table):
+    return [name for name in table if name.startswith(KNOWN)]
+
+
 def _closed(table, seed):
     test = table[(table["side"] == "test") & (table["role"] == "known")]
     return CLOSED, *_judged(test, test["predicted"].to_numpy(), seed)
@@ -93,7 +115,7 @@ def _opened(table, seed):
     azimuths, groups = np.unique(test["azimuth"], return_inverse=True)
     draws = np.concatenate([np.ones((1, len(azimuths))), weights(len(azimuths), seed)])
     found = []
-    for column in [name for name in table if name.startswith(KNOWN)]:
+    for column in _known_scores(table):
         name, values = column.removeprefix(KNOWN), test[column].to_numpy(float)
         metrics = {
             metric: (drawn[0], *interval(drawn[1:]), len(test))

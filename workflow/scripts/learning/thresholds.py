@@ -8,7 +8,7 @@ known targets and those of role other.
 import numpy as np
 
 from learning.classifier import OTHER
-from learning.metrics import KEPT
+from learning.metrics import KEPT, figures_of
 
 ROLES = {"thesis": ("known", "unknown"), "blind": ("known", "other")}
 
@@ -21,13 +21,29 @@ def choose(table, score, protocol):
     one that keeps 95 % of them. Under the blind protocol the images of role other together count as much as the known
     ones: how many targets of that role a config happens to have says nothing of how many unknown ones will come.
     """
-    rows = table[(table["side"] == "validation") & table["role"].isin(ROLES[protocol])]
+    rows, weight = _validation(table, protocol)
     if (rows["role"] == "known").all():
         return float(np.quantile(rows[score], 1 - KEPT))
-    weight = 1.0
-    if protocol == "blind" and (rows["role"] == "known").any():
-        weight = (rows["role"] == "known").sum() / (rows["role"] != "known").sum()
     return best(rows[score].to_numpy(float), rows["truth"].to_numpy(), rows["predicted"].to_numpy(), weight)
+
+
+def reached(table, score, protocol, threshold):
+    """What `choose` makes as large as it can: the weighted F1 of a threshold on the validation rows of a table.
+
+    Gives it and the number of these rows.
+    """
+    rows, weight = _validation(table, protocol)
+    predicted = apply(rows[score], rows["predicted"], threshold)
+    found = figures_of(rows["truth"], predicted, np.where(rows["truth"] == OTHER, weight, 1.0))
+    return found["f1_weighted"], len(rows)
+
+
+def _validation(table, protocol):
+    """The validation rows that a protocol sees, and for how many each of those with truth OTHER counts."""
+    rows = table[(table["side"] == "validation") & table["role"].isin(ROLES[protocol])]
+    known = (rows["role"] == "known").sum()
+    weight = known / (len(rows) - known) if protocol == "blind" and 0 < known < len(rows) else 1.0
+    return rows, weight
 
 
 def best(scores, truth, predicted, weight=1.0):

@@ -63,6 +63,11 @@ class Results:
         """Counts of predicted classes by target, with the columns of `scores` before them."""
         return self._learning_table("confusion")
 
+    @cached_property
+    def validation(self):
+        """Accuracy and weighted F1 on validation images, to choose the best by; rows as in `scores`, no intervals."""
+        return self._learning_table("validation")
+
     def _learning_table(self, name):
         text = dict.fromkeys(("elevation", "training", "score", "threshold"), str)
         numbers = {column: [""] for column in ("train_snr_db", "test_snr_db", "value", "low", "high")}
