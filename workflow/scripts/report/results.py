@@ -54,11 +54,6 @@ class Results:
         return self._learning_table("scores")
 
     @cached_property
-    def validation(self):
-        """Scores on the validation images, with the columns of `scores`: what is called best is chosen by these."""
-        return self._learning_table("validation")
-
-    @cached_property
     def confusion(self):
         """Counts of predicted classes by target, with the columns of `scores` before them."""
         return self._learning_table("confusion")
