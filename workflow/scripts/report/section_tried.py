@@ -226,7 +226,7 @@ def tried_table(scores, ranks):
             f"Weighted F1 of the open set with {lead} thresholds at some SNRs, and its mean over {middle_text(scores)} "
             f"with {lead} and with {other} thresholds, all on the test images; validation mean: the same mean on the "
             "validation images, by which the rows are in order; gain: the mean of what it is more than that of the "
-            "thesis's method as it stands above, on the same test images. The CSV file holds all SNRs, both protocols "
-            "and the 95 % intervals."
+            "network named above, on the same test images. The CSV file holds all SNRs, both protocols and the 95 % "
+            "intervals."
         ),
     )

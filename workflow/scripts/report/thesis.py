@@ -31,7 +31,7 @@ def full_size(model, settings):
 def network(model, settings):
     """A model in words for prose; a capsule network that is not of the thesis's size with its own."""
     name = MODEL_NAMES.get(model, title(model))
-    if kind(model, settings) != "capsule":
+    if kind(model, settings) != "capsule" or model not in settings["learning"]["models"]:
         return name
     name = name if "capsule network" in name else f"the capsule network {name}"
     if full_size(model, settings):
