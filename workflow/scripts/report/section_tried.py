@@ -141,8 +141,8 @@ def gain_figure(scores, ranks, reference, rejected):
                 color, marker, snrs = colors[label], markers[label], curve["test_snr_db"]
                 rows = judged(curve)
                 if place == 0:
-                    reference = {"color": BLACK, "ls": "--", "label": f"{reference}, ZNCC"}
-                    upper.plot(snrs, curve["f1"] - curve["gain"], **reference)
+                    label_of_theirs = f"{reference.removeprefix('the ')}, ZNCC"
+                    upper.plot(snrs, curve["f1"] - curve["gain"], color=BLACK, ls="--", label=label_of_theirs)
                     counts.append(f"{split_text(split)}, {protocol} thresholds: {_count(rows)} ({label})")
                     draw_rejecting(upper, [rejected[split]])
                 upper.plot(snrs, curve["f1"], color=color, marker=marker, label=label)
