@@ -31,7 +31,14 @@ def table(seed, quality):
 @pytest.fixture
 def scores(tmp_path):
     """Of the thesis's method, another on the same azimuths, and one under another split."""
-    shared = {"elevation": "all", "snrs": ["clean"], "random_snr": False, "open": True, "split": "random"}
+    shared = {
+        "elevation": "all",
+        "snrs": ["clean"],
+        "random_snr": False,
+        "open": True,
+        "lacks_unknown": False,
+        "split": "random",
+    }
     runs = {
         "theirs": shared | {"experiment": "theirs"},
         "ours": shared | {"experiment": "ours"},

@@ -353,3 +353,10 @@ def test_what_is_compared_on_validation_images_does_not_know_the_test_images(tmp
         scored(tmp_path / name, {"open_snr_6dB/knn/snr_0dB": rows})
     files = [tmp_path / name / "validation.csv" for name in ("a", "b")]
     assert files[0].read_bytes() == files[1].read_bytes()
+
+
+def test_an_open_run_without_unknown_targets_says_that_it_is_closed(tmp_path, capsys):
+    runs_of = {name: run | {"open": False, "lacks_unknown": run["open"]} for name, run in RUNS.items()}
+    score([], runs_of, 0, *(tmp_path / f"{name}.csv" for name in ("scores", "confusion", "validation")))
+    lines = [line for line in capsys.readouterr().out.splitlines() if "Warning" in line]
+    assert len(lines) == 1 and "'open' is open, but no target has role unknown" in lines[0]

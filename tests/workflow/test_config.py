@@ -407,3 +407,58 @@ def test_loading_leaves_the_overlay_alone():
 
 def test_order_of_snrs_has_no_meaning():
     assert load({"noise": {"snr_db": [5, -5]}}) == load({"noise": {"snr_db": [-5, 5]}})
+
+
+MESH = "resources/cad/drone.stl"
+KNOWN_TWO = {name: {"mesh": MESH, "role": "known"} for name in ("a", "b")}
+EXPERIMENT = {"train": {"elevation": "all", "snr_db": "clean"}}
+# Targets' roles beside two known ones, experiments, models; and what is said of them, beside the images.
+UNUSED = {
+    "nothing": (("unknown", "other"), {"e": {"models": ["knn"], "open": True}}, {}, []),
+    "open without unknown targets": (
+        (),
+        {"e": {"models": ["knn"], "open": True}, "f": {"models": ["lr"], "open": True}, "g": {"models": ["lr"]}},
+        {},
+        ["experiment 'e' is open", "experiment 'f' is open"],
+    ),
+    "unknown targets and nothing open": (
+        ("unknown",),
+        {"e": {"models": ["knn"]}},
+        {},
+        ["no experiment has 'open: true'"],
+    ),
+    "role other for nothing": (("other",), {"e": {"models": ["knn"]}}, {}, ["role other (t0) is not used"]),
+    "role other for a class": (("other",), {"e": {"models": ["fcnn_other"]}}, {}, []),
+    "a class other from noise": (
+        (),
+        {"e": {"models": ["fcnn_other"]}},
+        {},
+        ["fcnn_other learns the class 'other' from"],
+    ),
+    "a model in no experiment": ((), {"e": {"models": ["knn"]}}, {"wide": {"kind": "fcnn"}}, ["the model 'wide'"]),
+    "settings of a model that others inherit": (
+        (),
+        {"e": {"models": ["wide"]}},
+        {"wide": {"kind": "fcnn", "width": 9}, "fcnn": {"epochs": 2}},
+        [],
+    ),
+    "no experiments": (("unknown", "other"), {}, {}, []),
+}
+
+
+@pytest.mark.parametrize("case", UNUSED)
+def test_what_learning_does_not_use_is_said_once(case):
+    others, experiments, models, said = UNUSED[case]
+    targets = KNOWN_TWO | {f"t{place}": {"mesh": MESH, "role": role} for place, role in enumerate(others)}
+    config = load(
+        {
+            "name": "unused",
+            "targets": {**targets},
+            "learning": {
+                "models": models,
+                "experiments": {name: EXPERIMENT | one for name, one in experiments.items()},
+            },
+        }
+    )
+    lines = [line for line in overview(config, "results/none") if "Warning" in line and "extent" not in line]
+    assert len(lines) == len(said) and all(text in line for text, line in zip(said, lines, strict=True)), lines

@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
+from test_docs import blocks
 
 from common.config import read_yaml
 from common.radar import C0, azimuths, elevations, frequencies
@@ -267,15 +268,21 @@ class Model(Classifier):
         return Outcome(self.classes_[scores.argmax(axis=1)], scores, {"likeness": scores.max(axis=1)})
 '''
     )
+    (forest,) = [code for code in blocks("adding-a-model.md", "python") if "RandomForest" in code]
+    (restored.folder / "workflow/scripts/learning/models/forest.py").write_text(forest)
     restored.edit(
-        "config/learn.yaml", "models: [matched_filter, fcnn_other]", "models: [matched_filter, fcnn_other, mine]"
+        "config/learn.yaml",
+        "models: [matched_filter, fcnn_other]",
+        "models: [matched_filter, fcnn_other, mine, forest]",
     )
-    restored.edit("config/learn.yaml", "    fcnn: {width", "    mine: {}\n    fcnn: {width")
-    assert restored.planned("report", *LEARN) == {"train": 1, "predict": 1, **AFTER}
+    restored.edit("config/learn.yaml", "    fcnn: {width", "    mine: {}\n    forest: {trees: 20}\n    fcnn: {width")
+    assert restored.planned("report", *LEARN) == {"train": 2, "predict": 2, **AFTER}
     finished = restored.run("--cores", 2, "results/learn/learning/scores.csv", *LEARN)
     assert finished.returncode == 0, finished.stdout
     scores = pd.read_csv(restored.folder / "results/learn/learning/scores.csv")
-    assert (scores.query("model == 'mine' and score == 'likeness' and metric == 'auroc'")["value"] > 0).all()
+    aurocs = scores[scores["metric"] == "auroc"].set_index(["model", "score"])["value"]
+    for own in (("mine", "likeness"), ("forest", "vote")):
+        assert (aurocs.loc[[own]] > 0).all()
 
 
 # The last: it makes everything of learning anew.
@@ -309,5 +316,5 @@ def test_after_a_kill_and_on_one_core_the_bytes_are_the_same(project, results):
     assert len(re.findall(r"train \S+/\S+ \(progress in", finished.stdout)) >= 10
     after = content()
     assert after[f"models/{name}/model.npz"] == before[f"models/{name}/model.npz"]
-    mine = {name for name in before if "/mine/" in name or name in TABLES}
+    mine = {name for name in before if "/mine/" in name or "/forest/" in name or name in TABLES}
     assert {name for name in after if before.get(name) != after[name]} <= mine

@@ -146,7 +146,7 @@ rule scores:
         mem_mb=1000,
     params:
         settings=section(config, "seed")
-        | {"runs": {run: section(RUNS[run], *experiments.LEARNED, "open") for run in RUNS}},
+        | {"runs": {run: section(RUNS[run], *experiments.LEARNED, "open", "lacks_unknown") for run in RUNS}},
     message:
         "scores of all predictions (progress in {log})"
     script:

@@ -220,11 +220,11 @@ def face(path):
     tree = ast.parse(path.read_text())
     body = next((node.body for node in tree.body if isinstance(node, ast.ClassDef) and node.name == "Model"), [])
     stated = {
-        node.targets[0].id: node.value.value
+        name.id: node.value.value
         for node in body
-        if isinstance(node, ast.Assign)
-        and isinstance(node.targets[0], ast.Name)
-        and isinstance(node.value, ast.Constant)
+        if isinstance(node, ast.Assign | ast.AnnAssign) and isinstance(node.value, ast.Constant)
+        for name in (node.targets if isinstance(node, ast.Assign) else [node.target])
+        if isinstance(name, ast.Name)
     }
     methods = {node.name for node in body if isinstance(node, ast.FunctionDef)}
     return Face(methods, stated.get("by_snr", False), stated.get("smallest", 1), stated.get("covariances", False))

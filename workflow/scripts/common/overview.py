@@ -5,12 +5,13 @@ from pathlib import Path
 
 import numpy as np
 
+from common.config import BASE, read_yaml
 from common.errors import InputError
 from common.room import shortage
 from imaging.geometry import describe, planned
 from mesh import cad_kernel
 from mesh.read import in_metres, read_cad
-from report.caveats import warnings
+from report.caveats import LEARNING, warnings
 
 
 def overview(config, results):
@@ -33,9 +34,17 @@ def overview(config, results):
     for name, reach in reaches.items():
         if reach is None:
             found.append(f"  {name}: whether it fits the unambiguous extent is not known yet.")
-    for name, text in warnings(config, reaches):
-        found.append(f"Warning: {name}: {text}" if name in targets else f"Warning: {text}")
-    return found
+    found += [f"Warning: {text if name == LEARNING else f'{name}: {text}'}" for name, text in warnings(config, reaches)]
+    return found + [f"Warning: {text}" for text in _untrained(config["learning"])]
+
+
+def _untrained(learning):
+    """Models of one's own that no experiment names: lines of text."""
+    named = {model for experiment in learning["experiments"].values() for model in experiment["models"]}
+    kinds = {learning["models"][model].get("kind", model) for model in named}
+    defaults = read_yaml(BASE)["learning"]["models"].keys()
+    for name in sorted(learning["models"].keys() - defaults - named - kinds) if named else ():
+        yield f"the model '{name}' of 'learning.models' is named in no experiment: it is not trained."
 
 
 def _reach(target, figures):

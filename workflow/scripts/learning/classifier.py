@@ -6,6 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from common.errors import InputError
+
 STATE = "model.npz"
 NOT_HYPER = ("kind", "other")  # settings of a model that are not its own hyper-parameters
 OTHER = "other"  # the label of what is none of the known classes
@@ -71,9 +73,27 @@ class Classifier:
         return self.evaluate(images).scores
 
     def save(self, folder):
-        """Write what was learned to `folder`: plain arrays, no pickle, the same bytes for the same model."""
-        state = {name: value for name, value in vars(self).items() if name.endswith("_") and name != "curve_"}
-        np.savez(folder / STATE, **{name: state[name] for name in sorted(state)})
+        """Write what was learned to `folder`: plain arrays, no pickle, the same bytes for the same model.
+
+        Raises InputError, before anything is written, for an attribute that is no array and cannot be made one.
+        """
+        names = sorted(name for name in vars(self) if name.endswith("_") and name != "curve_")
+        np.savez(folder / STATE, **{name: self._array(name) for name in names})
+
+    def _array(self, name):
+        value = getattr(self, name)
+        try:
+            array = np.asarray(value)
+        except (TypeError, ValueError):  # lists of several lengths, or what refuses to be one
+            array = np.asarray(None)
+        if array.dtype.hasobject:
+            file = _file(type(self).__module__.rpartition(".")[2])
+            raise InputError(
+                f"{file}: '{name}' is a {type(value).__name__}, and what a model keeps in attributes whose names end "
+                "with an underscore must be plain arrays of numbers or text. Keep the arrays that it is made of, or "
+                "give it another name and write methods save and load of the model's own (docs/adding-a-model.md)."
+            )
+        return array
 
     def load(self, folder):
         """Read what `save` wrote; gives the model back."""
@@ -84,8 +104,36 @@ class Classifier:
 
 
 def build(kind, settings, seed):
-    """An unfitted model: class `Model` of models/<kind>.py."""
-    return importlib.import_module(f"learning.models.{kind}").Model(settings, seed)
+    """An unfitted model: class `Model` of models/<kind>.py.
+
+    Raises InputError where the file imports what is not installed, where its Model is no Classifier, and when the model
+    asks for a setting that is not there.
+    """
+    try:
+        found = importlib.import_module(f"learning.models.{kind}").Model
+    except ImportError as error:
+        raise InputError(f"{_file(kind)} cannot be imported: {error}.") from None
+    if not issubclass(found, Classifier):
+        raise InputError(f"{_file(kind)}: its class Model must be one of learning.classifier.Classifier.")
+    return found(_Settings(kind, settings), seed)
+
+
+def _file(kind):
+    return f"workflow/scripts/learning/models/{kind}.py"
+
+
+class _Settings(dict):
+    """The settings of a model of some kind; one that is missing is named."""
+
+    def __init__(self, kind, settings):
+        super().__init__(settings)
+        self.kind = kind
+
+    def __missing__(self, key):
+        raise InputError(
+            f"{_file(self.kind)} asks for the setting '{key}', which the model does not have; add it to the model's "
+            "entry in 'learning.models' of the config."
+        )
 
 
 def choices(settings):

@@ -20,8 +20,8 @@ def runs(config):
     An experiment is one run, but for `snr_db: {each: [...]}`, which is one for each SNR: <experiment>_<label>.
     A run is a mapping of its name, experiment (that one's name), models, elevation (a list of degrees, or all), snrs
     (those of the training images, numbers or 'clean'), random_snr (whether each batch is drawn from one of them), open
-    (whether unknown targets are tested, if there are any), split (random or sector) and upsample (pixels a side, or
-    none).
+    (whether unknown targets are tested), lacks_unknown (whether they should be and there are none), split (random or
+    sector) and upsample (pixels a side, or none).
     InputError for two runs of one name.
     """
     found, learning = {}, config["learning"]
@@ -37,6 +37,7 @@ def runs(config):
             "elevation": elevation if elevation == "all" else sorted(elevation),
             "random_snr": kind == "random",
             "open": experiment.get("open", False) and unknown,
+            "lacks_unknown": experiment.get("open", False) and not unknown,
             "split": experiment.get("split", learning["split"]["scheme"]),
             "upsample": experiment.get("upsample", "none"),
         }

@@ -9,7 +9,8 @@ from tqdm import tqdm
 from common.errors import InputError
 from learning import images
 from learning.classifier import OTHER, Outcome
-from learning.train import azimuths_of, load, run_of
+from learning.train import azimuths_of, kind_of, load, run_of
+from learning.trial import check_outcome, describe
 
 BATCH = 1024  # images at a time: bounds the memory, and as a constant keeps results the same bit for bit
 SCORE, KNOWN = "score_", "known_"
@@ -43,6 +44,7 @@ def predict_one(model, stores, roles, is_open, folder):
     Rows: validation and test azimuths, all elevations and realizations, sorted by the first four columns.
     """
     run, held_out = run_of(folder), azimuths_of(folder, "validation")
+    who = describe(Path(folder).name, run["name"], kind_of(folder))
     tables, parts = [], []
     for store in sorted(stores, key=images.target_of):
         role = roles[images.target_of(store)]
@@ -52,17 +54,17 @@ def predict_one(model, stores, roles, is_open, folder):
     for store, role, sides in parts:
         rows = images.read([store], azimuths_of(folder, *sides), pixels=run["upsample"])
         outcome = classify(model, rows.images)
+        check_outcome(outcome, len(rows.images), model.classes_, who, f" of {store}")
+        if is_open and not outcome.known:
+            raise InputError(
+                f"{who}: its evaluate gives no known score, and without one nothing can be rejected. Give it one, or "
+                f"take the model out of open experiments ('{run['experiment']}')."
+            )
         columns = {name: value for name, value in rows._asdict().items() if name != "images"}
         columns["truth"] = rows.target if role == "known" else OTHER
         columns |= {"predicted": outcome.labels, "role": role}
         columns["side"] = np.where(images.among(rows.azimuth, held_out), "validation", "test")
         columns |= {SCORE + name: column for name, column in zip(model.classes_, outcome.scores.T, strict=True)}
-        for name, column in outcome.known.items():
-            if not np.isfinite(column).all():
-                raise InputError(
-                    f"model {Path(folder).name} of {run['name']}: its known score '{name}' is not a finite number for "
-                    f"{np.count_nonzero(~np.isfinite(column))} images of {store}."
-                )
         if is_open:
             columns |= {KNOWN + name: column for name, column in outcome.known.items()}
         tables.append(pd.DataFrame(columns))

@@ -60,6 +60,10 @@ def score(predictions, runs, seed, scores, confusions, validation):
     pd.DataFrame(cells, columns=CONFUSION).to_csv(confusions, index=False)
     pd.DataFrame(reached, columns=VALIDATION).to_csv(validation, index=False)
     print(f"{len(order)} prediction tables, {len(rows)} scores")
+    for name in sorted({run["experiment"] for run in runs.values() if run["lacks_unknown"]}):
+        print(
+            f"Warning: experiment '{name}' is open, but no target has role unknown: these are scores of a closed set."
+        )
 
 
 def _gains(drawn):

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from common.errors import InputError
-from learning import images
+from learning import images, trial
 from learning.classifier import OTHER, build, choices
 from learning.descent import ANY_SNR
 from learning.split import split
@@ -39,6 +39,11 @@ def run_of(folder):
     return json.loads((Path(folder) / CONFIG).read_text())["run"]
 
 
+def kind_of(folder):
+    """The kind of the model in this folder: the name of its file."""
+    return json.loads((Path(folder) / CONFIG).read_text())["kind"]
+
+
 def azimuths_of(folder, *sides):
     """The azimuths in degrees of some sides ('test', 'validation', 'train') of the model's split, ascending."""
     division = json.loads((Path(folder) / SPLIT).read_text())
@@ -55,7 +60,7 @@ def train(stores, roles, run, name, settings, division, aperture, seed, folder, 
     checkpoints: a folder in which a long training keeps its state, to go on after a kill; it is removed in the end.
     Writes model.npz (what was learned), config.json, split.json (indices and azimuths in degrees of each side) and,
     for a model that has one, curve.csv and the seconds until each epoch, seconds.csv; for one with choices search.csv.
-    Raises InputError for a class without any image.
+    Raises InputError for a class without any image, and for a model that is not what `classifier.py` asks for.
     """
     kind, combinations = settings.get("kind", name), choices(settings)
     azimuth = images.azimuths(sorted(stores)[0])
@@ -69,12 +74,15 @@ def train(stores, roles, run, name, settings, division, aperture, seed, folder, 
     # Every model has its own random numbers, whatever else the config holds.
     own_seed = int(np.random.SeedSequence([seed, *f"{run['name']}/{name}".encode()]).generate_state(1)[0])
 
+    who = trial.describe(name, run["name"], kind)
     model, chosen, most, found = None, None, -1.0, []
     for choice in combinations:
         candidate = build(kind, choice, own_seed)
+        trial.check_face(candidate, who)
         candidate.checkpoints = checkpoints
         known = learned if run["random_snr"] else learned._replace(snrs=None)
         candidate.fit(known.images, labels, held_out, known.snrs, known.views)
+        trial.check_fitted(candidate, labels, held_out.images, who)
         judged = np.isin(held_out.labels, candidate.classes_)  # a capsule network has no class OTHER
         right = float(np.mean(candidate.predict(held_out.images[judged]) == held_out.labels[judged]))
         found.append({**choice, "validation_accuracy": right})
@@ -84,6 +92,7 @@ def train(stores, roles, run, name, settings, division, aperture, seed, folder, 
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     model.save(folder)
+    trial.check_restored(model, lambda: build(kind, chosen, own_seed).load(folder), held_out.images, who)
     if model.curve_ is not None:
         curve = pd.DataFrame(model.curve_)
         if "seconds" in curve:  # apart, as they are others every time

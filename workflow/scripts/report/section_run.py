@@ -70,10 +70,14 @@ def networks(settings):
 
 
 def warned(results):
-    """The warnings of the run, (what it is about, sentence): those said before it started, and of the meshes' sizes."""
+    """The warnings of the run, (what it is about, sentence), each sentence once: as said before it started."""
     if not results.images_are_made:
         return []
-    return warnings(results.settings, {name: mesh["source"]["reach"] for name, mesh in results.meshes.items()})
+    about = {}
+    reaches = {name: mesh["source"]["reach"] for name, mesh in results.meshes.items()}
+    for name, text in warnings(results.settings, reaches):
+        about.setdefault(text, []).append(name)
+    return [(", ".join(names), text) for text, names in about.items()]
 
 
 def _times(benchmarks):

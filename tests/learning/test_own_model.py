@@ -1,0 +1,170 @@
+"""Models of a user's own that are not what classifier.py asks for: one message at the training, and no traceback."""
+
+import re
+import shutil
+import sys
+import types
+
+import pytest
+from scenes import ROLES, digest, fitted, tables_of
+
+from common.config import ROOT
+from common.errors import InputError
+
+PLAIN = """
+
+import numpy as np
+
+from learning.classifier import Classifier, Outcome
+
+
+class Model(Classifier):
+    def fit(self, images, labels, validation=None, snrs=None, views=None):
+        self.classes_ = np.unique(labels)
+        self.means_ = np.stack([np.abs(images[labels == name]).mean(axis=0) for name in self.classes_])
+        return self
+
+    def evaluate(self, images):
+        scores = -np.stack([((np.abs(images) - mean) ** 2).sum(axis=(1, 2)) for mean in self.means_], axis=1)
+        return Outcome(self.classes_[scores.argmax(axis=1)], scores, {"likeness": scores.max(axis=1)})
+"""
+LEARNED = "        return self\n"
+MEANS = "self.means_"
+GIVEN = 'Outcome(self.classes_[scores.argmax(axis=1)], scores, {"likeness": scores.max(axis=1)})'
+KNOWN = '{"likeness": scores.max(axis=1)}'
+LABELS = "self.classes_[scores.argmax(axis=1)]"
+
+
+@pytest.fixture
+def own(monkeypatch, stores, tmp_path):
+    """A function that trains the model of a text, as models/mine.py, and gives its folder."""
+
+    def trained(code, **more):
+        module = types.ModuleType("learning.models.mine")
+        monkeypatch.setitem(sys.modules, module.__name__, module)
+        exec(compile(code, "mine.py", "exec"), module.__dict__)
+        return fitted(stores("clean"), tmp_path / "mine", "mine", settings={"kind": "mine", "power": 1}, **more)
+
+    return trained
+
+
+def test_a_plain_model_is_taken(own, stores, tmp_path):
+    table = tables_of(stores("snr_30dB", sorted(ROLES)), own(PLAIN), tmp_path, is_open=True)["snr_30dB"]
+    assert "known_likeness" in table
+
+
+# What is written instead of a part of the model above, and what the message says.
+WRONG = {
+    "a library's object": (
+        LEARNED,
+        "        self.machine_ = object()\n" + LEARNED,
+        "'machine_' is a object.*plain arr",
+    ),
+    "a list of several lengths": (LEARNED, "        self.odd_ = [[1], [2, 3]]\n" + LEARNED, "'odd_' is a list"),
+    "a mapping": (LEARNED, "        self.table_ = {'a': 1}\n" + LEARNED, "'table_' is a dict.*methods save and load"),
+    "nothing": (LEARNED, "        self.none_ = None\n" + LEARNED, "'none_' is a NoneType"),
+    "an attribute that is not saved": (
+        MEANS,
+        "self.means",
+        "model mine of multi: after it was saved and loaded.*means",
+    ),
+    "a setting that is not there": (LEARNED, "        self.settings['depth']\n" + LEARNED, "the setting 'depth'"),
+    "a fit of two arguments": (", validation=None, snrs=None, views=None", "", "fit cannot be called"),
+    "no classes": (LEARNED, "        self.classes_ = None\n" + LEARNED, "classes_ must be a numpy array.*nothing"),
+    "classes as a list": ("np.unique(labels)", "np.unique(labels).tolist()", "classes_ must be a numpy array.*a list"),
+    "numbers of classes": (
+        LEARNED,
+        "        self.classes_ = np.arange(2)\n" + LEARNED,
+        "classes it was trained with, dart, disc.*0, 1",
+    ),
+    "a class too many": (
+        LEARNED,
+        "        self.classes_ = np.array(['dart', 'disc', 'ufo'])\n" + LEARNED,
+        "they are dart, disc, ufo",
+    ),
+    "labels alone": (f"return {GIVEN}", f"return {LABELS}", "must return an Outcome.*of shape"),
+    "labels of another name": (
+        LABELS,
+        "np.full(len(scores), 'ufo')",
+        "the label 'ufo', and its classes_ are dart, disc",
+    ),
+    "too few labels": (LABELS, LABELS + "[:1]", r"the labels .* 8 images .* of shape \(8,\); .* of shape \(1,\)"),
+    "scores of one class": (f"{LABELS}, scores,", f"{LABELS}, scores.max(axis=1),", r"scores .*\(8, 2\); .*\(8,\)"),
+    "complex scores": (f"{LABELS}, scores,", f"{LABELS}, scores + 0j,", "scores .*real numbers.*complex64"),
+    "scores that are no numbers": (
+        f"{LABELS}, scores,",
+        f"{LABELS}, scores * np.nan,",
+        "scores are not a finite number",
+    ),
+    "known scores without a name": (KNOWN, "scores.max(axis=1)", "known of the Outcome .* a mapping"),
+    "a known score a class": (KNOWN, '{"likeness": scores}', r"known score 'likeness' .* of shape \(8,\)"),
+    "a known score that is no number": (KNOWN, '{"likeness": scores[:, 0] * np.inf}', "'likeness' is not a finite"),
+    "a known score with a number for a name": (KNOWN, "{3: scores[:, 0]}", "name must be text, not 3"),
+    "a curve without its columns": (LEARNED, "        self.curve_ = {'loss': [1]}\n" + LEARNED, "curve_ .*epoch, loss"),
+    "no Classifier": ("(Classifier)", "", "must be one of learning.classifier.Classifier"),
+}
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_what_a_model_lacks_is_said_at_its_training(own, case, tmp_path):
+    old, new, said = WRONG[case]
+    assert old in PLAIN
+    with pytest.raises(InputError, match=said) as error:
+        own(PLAIN.replace(old, new))
+    assert "models/mine.py" in str(error.value) and "\n" not in str(error.value)
+    assert not (tmp_path / "mine" / "config.json").exists()
+
+
+def test_nothing_is_written_of_a_model_that_cannot_be_saved(own, tmp_path):
+    with pytest.raises(InputError):
+        own(PLAIN.replace(LEARNED, "        self.machine_ = object()\n" + LEARNED))
+    assert not list((tmp_path / "mine").glob("*"))
+
+
+def test_what_is_not_installed_is_named(stores, tmp_path, monkeypatch):
+    folder = tmp_path / "models"
+    folder.mkdir()
+    (folder / "torchy.py").write_text("import no_such_library\n")
+    import learning.models
+
+    monkeypatch.setattr(learning.models, "__path__", [str(folder)])
+    with pytest.raises(InputError, match=r"models/torchy.py cannot be imported: No module named 'no_such_library'"):
+        fitted(stores("clean"), tmp_path / "torchy", "torchy", settings={"depth": 1})
+
+
+def test_an_open_run_needs_a_known_score(own, stores, tmp_path):
+    folder = own(PLAIN.replace(KNOWN, "{}"))
+    some = stores("snr_30dB", sorted(ROLES))
+    assert len(tables_of(some, folder, tmp_path))  # a closed run does without
+    with pytest.raises(InputError, match=r"gives no known score.*'multi'"):
+        tables_of(some, folder, tmp_path, is_open=True)
+
+
+def test_scores_that_are_no_numbers_at_some_snr_alone_are_refused_there(own, stores, tmp_path):
+    folder = own(
+        PLAIN.replace(f"{LABELS}, scores,", f"{LABELS}, np.where(np.abs(images).mean() < 0.1, scores, np.nan),")
+    )
+    with pytest.raises(InputError, match=r"scores are not a finite number for \d+ of \d+ images of .*snr_0dB"):
+        tables_of(stores("snr_0dB"), folder, tmp_path)
+
+
+def test_a_model_whose_arrays_lie_in_another_order_when_loaded_is_taken(own):
+    own(PLAIN.replace(LEARNED, "        self.means_ = np.repeat(self.means_, 2, axis=2)[:, :, ::2]\n" + LEARNED))
+
+
+def test_the_forest_of_the_docs_is_kept_by_methods_of_its_own(own, stores, tmp_path):
+    page = (ROOT / "docs" / "adding-a-model.md").read_text()
+    (code,) = re.findall(r"```python\n([^`]*RandomForest.*?)```", page, re.DOTALL)
+    code = code.replace('settings["trees"]', 'settings["power"] * 20')
+    table = tables_of(stores("snr_30dB"), own(code), tmp_path)["snr_30dB"]
+    assert (table["truth"] == table["predicted"]).mean() > 0.9
+    assert set(digest(tmp_path / "mine")) >= {"forest.joblib", "model.npz"}
+    first = digest(tmp_path / "mine")
+    shutil.rmtree(tmp_path / "mine")
+    assert digest(own(code)) == first  # the same config, the same bytes
+    with pytest.raises(InputError, match=r"after it was saved and loaded.*not loaded: forest"):
+        own(code.replace("def load", "def _load"))
+
+
+def test_integers_and_text_are_kept_too(own):
+    own(PLAIN.replace(LEARNED, "        self.count_, self.word_ = 3, 'three'\n" + LEARNED))

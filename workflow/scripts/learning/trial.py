@@ -1,0 +1,130 @@
+"""Whether a fitted model is what `classifier.py` asks for, tried on a few images right after its training.
+
+So a model of a user's own is refused there, with one message, and not by a later job that takes it for granted.
+"""
+
+import inspect
+from collections.abc import Mapping
+
+import numpy as np
+
+from common.errors import InputError
+from learning.classifier import OTHER, Outcome
+
+FEW = 8  # images of a trial
+ARGUMENTS = ("images", "labels", "validation", "snrs", "views")
+CURVE = ("epoch", "loss", "accuracy", "validation_loss", "validation_accuracy")  # what the report draws
+
+
+def describe(model, run, kind):
+    """How a message names a model: its file, its own name and the run's."""
+    return f"workflow/scripts/learning/models/{kind}.py, model {model} of {run}"
+
+
+def check_face(model, who):
+    """Raise InputError for a model whose `fit` does not take what `train` gives it. who: as `describe` names it."""
+    try:
+        inspect.signature(model.fit).bind(*ARGUMENTS)
+    except TypeError as error:
+        raise InputError(
+            f"{who}: its fit cannot be called ({error}); write fit(self, images, labels, validation=None, snrs=None, "
+            "views=None)."
+        ) from None
+
+
+def check_fitted(model, labels, images, who):
+    """Raise InputError for a fitted model with other classes than its labels, a wrong curve or a wrong Outcome.
+
+    labels: those that it was trained with; images: some that it was not, (n, range, crossrange).
+    """
+    classes = getattr(model, "classes_", None)
+    if not isinstance(classes, np.ndarray) or classes.ndim != 1:
+        raise InputError(
+            f"{who}: after fit its classes_ must be a numpy array of the classes' names, as np.unique(labels) gives "
+            f"it; it is {_shown(classes)}."
+        )
+    trained, own = set(np.unique(labels).tolist()), classes.tolist()
+    if len(set(own)) < len(own) or not trained - {OTHER} <= set(own) <= trained:
+        raise InputError(
+            f"{who}: after fit its classes_ must be the classes it was trained with, {', '.join(sorted(trained))}, "
+            f"each once; they are {', '.join(map(str, own)) or 'none'}."
+        )
+    if model.curve_ is not None:
+        lengths = {len(values) for values in model.curve_.values()} if isinstance(model.curve_, Mapping) else ()
+        if len(lengths) != 1 or not set(CURVE) <= set(model.curve_):
+            raise InputError(
+                f"{who}: its curve_ must be a mapping with columns {', '.join(CURVE)}, each with a value an epoch."
+            )
+    for count in {1, min(FEW, len(images))}:
+        check_outcome(model.evaluate(images[:count]), count, classes, who)
+
+
+def check_outcome(outcome, count, classes, who, where=""):
+    """Raise InputError for what is no Outcome of so many images. where: said after their number."""
+    if not isinstance(outcome, Outcome):
+        raise InputError(f"{who}: its evaluate must return an Outcome(labels, scores, known), not {_shown(outcome)}.")
+    _check_shape("labels", outcome.labels, (count,), who)
+    _check_shape("scores", outcome.scores, (count, len(classes)), who)
+    strange = sorted({str(label) for label in outcome.labels} - set(classes.tolist()))
+    if strange:
+        have = ", ".join(classes.tolist())
+        raise InputError(f"{who}: its evaluate gives the label '{strange[0]}', and its classes_ are {have}.")
+    if not isinstance(outcome.known, Mapping):
+        raise InputError(
+            f"{who}: known of the Outcome that its evaluate returns must be a mapping of the known scores' names to "
+            f"their values, not {_shown(outcome.known)}; without any it is {{}}."
+        )
+    for name, values in outcome.known.items():
+        if not isinstance(name, str) or not name:
+            raise InputError(f"{who}: a known score's name must be text, not {name!r}.")
+        _check_shape(f"known score '{name}'", values, (count,), who)
+    for what, values, bad in (
+        ("scores are", outcome.scores, np.isnan),
+        *((f"known score '{name}' is", values, lambda x: ~np.isfinite(x)) for name, values in outcome.known.items()),
+    ):
+        wrong = np.count_nonzero(bad(values).reshape(count, -1).any(axis=1))
+        if wrong:
+            raise InputError(f"{who}: its {what} not a finite number for {wrong} of {count} images{where}.")
+
+
+def _check_shape(what, values, shape, who):
+    numbers = what == "labels" or getattr(values, "dtype", np.dtype(object)).kind in "fiub"
+    if np.shape(values) != shape or not isinstance(values, np.ndarray) or not numbers:
+        kind = "names" if what == "labels" else "real numbers"
+        raise InputError(
+            f"{who}: the {what} that its evaluate gives for {shape[0]} images must be a numpy array of {kind} of shape "
+            f"{shape}; it is {_shown(values)}."
+        )
+
+
+def check_restored(model, restored, images, who):
+    """Raise InputError where a model that was loaded says anything else of some images than the one that was saved.
+
+    restored: a function without arguments that loads it.
+    """
+    images, loaded, why = images[:FEW], None, None
+    before = model.evaluate(images)
+    try:
+        loaded = restored()
+        after = loaded.evaluate(images)
+        # Not to the last bit: arrays may lie in another order in memory.
+        if (after.labels != before.labels).any() or not np.allclose(after.scores, before.scores, 1e-3):
+            why = "it takes the same images for something else"
+    except Exception as error:  # of whatever kind: it worked before it was saved
+        why = f"it ends with {type(error).__name__}: {error}"
+    if why:
+        names = sorted(vars(model).keys() - vars(loaded).keys() - {"curve_", "checkpoints"}) if loaded else ()
+        lost = f" (not loaded: {', '.join(names)})" if names else ""
+        raise InputError(
+            f"{who}: after it was saved and loaded, {why}. What fit learns must be arrays whose names end with an "
+            f"underscore{lost}, or the model needs methods save and load of its own (docs/adding-a-model.md)."
+        )
+
+
+def _shown(value):
+    """What a value is, in a few words."""
+    if value is None:
+        return "nothing"
+    if isinstance(value, np.ndarray):
+        return f"one of {value.dtype} of shape {value.shape}"
+    return f"a {type(value).__name__}"
