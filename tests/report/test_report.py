@@ -113,7 +113,7 @@ def test_a_page_names_the_experiments_left_out_and_those_without_unknown_targets
     settings["learning"]["experiments"] = {name: experiments[name] for name in ("fcnn_open", "multi_elevation")}
     settings["learning"]["left_out"] = {"capsule_open": "Too few pixels."}
     page = check_whole(fake.write(tmp_path / "fake", settings))
-    assert "2 warnings on this run: learning" in page.words
+    assert "3 warnings on this run: learning" in page.words
     assert "the default experiment 'capsule_open' is left out. Too few pixels." in page.words
     assert "experiment 'fcnn_open' is open, but no target has role unknown" in page.words
 
