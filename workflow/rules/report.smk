@@ -19,7 +19,11 @@ rule report:
             in_repository(f"resources/reference/thesis_{table}.csv")
             for table in ("results", "prediction_times", "confusion")
         ],
-        code=code("imaging", "mesh", "report"),
+        code=code("imaging", "mesh", "report")
+        + [
+            in_repository(f"workflow/scripts/learning/{module}.py")
+            for module in ("capsules", "classifier", "experiments", "metrics")
+        ],
     output:
         # Not in Snakemake's own report: browsers do not open so large a page from within another.
         page=f"{RESULTS}/report/index.html",
