@@ -39,9 +39,9 @@ SETTINGS = {
             "lr": {"penalty": 0.001},
             "svm": {"C": 930.66, "scale": 2.75},
             "knn": {"k": 1},
-            "fcnn": {},
-            "capsule": {},
-            "capsule_denoise": {"kind": "capsule"},
+            "fcnn": {"width": 756},
+            "capsule": {"width": 16, "capsules": 2},
+            "capsule_denoise": {"kind": "capsule", "width": 16, "capsules": 2},
         },
         "experiments": {
             "single_elevation": {"train": {"elevation": [0], "snr_db": "clean"}, "models": ["lr", "svm", "knn"]},
@@ -53,6 +53,11 @@ SETTINGS = {
                 "train": {"elevation": "all", "snr_db": "clean"},
                 "models": ["capsule"],
                 "open": True,
+                "upsample": 16,
+            },
+            "capsule_closed": {
+                "train": {"elevation": "all", "snr_db": "clean"},
+                "models": ["capsule"],
                 "upsample": 16,
             },
             "noisy_capsule": {
@@ -71,6 +76,8 @@ SCORES = {
     "own": ("my_error", "fit"),
 }
 DECODERS = tuple(SCORES)
+WORSE_HELD_OUT = ("knn",)
+IMAGES = 200  # test images of each target that are counted
 TESTED = 40  # test images of each target in the predictions
 # Half axes in m.
 SHAPES = {
@@ -239,7 +246,8 @@ def _learning(folder, settings):
                 targets = [*labels, *(name for name, role in roles.items() if role == "unknown")] if kind[0] else labels
                 for target, predicted in itertools.product(targets, classes):
                     truth = target if target in labels else "other"
-                    cells.append([*head, *kind, target, predicted, 200 * (right if predicted == truth else 1 - right)])
+                    share = right if predicted == truth else (1 - right) / (len(classes) - 1)
+                    cells.append([*head, *kind, target, predicted, IMAGES * share])
             rows += [[*head, score, "", metric, *bounds] for score in known for metric in ("auroc", "fpr95", "oscr")]
             rows += [[*head, *kind, "threshold", _threshold(kind[0], snr), np.nan, np.nan, 400] for kind in opened]
         for place, model in enumerate(run["models"]):
@@ -273,7 +281,10 @@ def _learning(folder, settings):
     scores = pd.DataFrame(rows, columns=COLUMNS)
     pd.concat([scores, _gains(scores)]).to_csv(folder / "scores.csv", index=False)
     compared = (scores["metric"] == "f1_weighted") | ((scores["metric"] == "accuracy") & (scores["score"] == ""))
-    scores[compared][VALIDATION].to_csv(folder / "validation.csv", index=False)
+    # On the validation images some models do worse on known targets than others that they beat on the test images.
+    worse = scores["model"].isin(WORSE_HELD_OUT) & (scores["score"] == "")
+    held_out = scores.assign(value=scores["value"] - 0.2 * worse)
+    held_out[compared][VALIDATION].to_csv(folder / "validation.csv", index=False)
     pd.DataFrame(cells, columns=CONFUSION).to_csv(folder / "confusion.csv", index=False)
 
 

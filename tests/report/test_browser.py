@@ -184,7 +184,7 @@ def test_experiments_are_switched_on_and_off(page, whole):
     expected = [one["words"] for one in data if one["set"] == "closed set" and one["experiment"] == "multi elevation"]
     assert names() == expected and len(expected) == 2
     assert page.locator("#compare-plot g.curve").count() == 2
-    page.check("input[value='open set, blind protocol']")
+    page.check("input[value='open set, thesis thresholds']")
     page.uncheck("input[value='multi elevation']")
     page.check("input[value='noisy capsule']")
     only_best = names()

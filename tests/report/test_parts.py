@@ -1,6 +1,7 @@
 """The numbers that the report works out itself: range profiles, selections, what a published statement says."""
 
 import base64
+import copy
 import re
 from urllib.parse import unquote
 
@@ -12,7 +13,16 @@ import pytest
 import xarray as xr
 
 from common.radar import C0
-from report import draw_images, draw_mesh, layout, section_explore, section_headline, section_tried
+from report import (
+    draw_images,
+    draw_mesh,
+    layout,
+    section_explore,
+    section_headline,
+    section_open,
+    section_tried,
+    thesis,
+)
 from report.draw_learning import holds
 from report.results import Results
 from report.section_scattering import range_profiles, rcs_dbsm
@@ -126,60 +136,151 @@ def test_a_gain_counts_where_its_interval_is_above_0_and_the_thesis_is_not_there
     assert judged["above"].tolist() == [True, False, False]
 
 
-def test_methods_rank_by_their_mean_over_the_middle_within_each_split():
+def test_methods_rank_by_their_mean_on_validation_images_over_the_middle_within_each_split():
     columns = [*section_tried.METHOD, "threshold", "metric", "test_snr_db", "value"]
-    rows = []
-    for split, score, low, high in (("sector", "a", 0.5, 0.9), ("sector", "b", 0.6, 0.6), ("random", "a", 0.2, 1.0)):
+    tested, held_out = [], []
+    for split, score, low, high, reached in (
+        ("random", "a", 0.2, 1.0, 0.1),
+        ("sector", "a", 0.5, 0.9, 0.8),  # worse on the test images, better on the validation images
+        ("sector", "b", 0.6, 0.6, 0.7),
+    ):
+        method = [split, "one", "m", "clean", score]
         for snr, value in ((0, low), (12, low), (24, high)):
-            rows.append([split, "one", "m", "clean", score, "thesis", "f1_weighted", snr, value])
-    ranks = section_tried.ranked(pd.DataFrame(rows, columns=columns))
-    assert ranks[["split", "score"]].to_numpy().tolist() == [["random", "a"], ["sector", "b"], ["sector", "a"]]
-    np.testing.assert_allclose(ranks["mean"], [0.2, 0.6, 0.5])
-    assert ranks["gain"].isna().all()
+            tested += [[*method, protocol, "f1_weighted", snr, value] for protocol in ("blind", "thesis")]
+            # What is outside of the middle, or another protocol's, does not count.
+            held_out.append([*method, "blind", "f1_weighted", snr, reached if snr < 24 else 1 - reached])
+            held_out.append([*method, "thesis", "f1_weighted", snr, 1 - reached])
+    ranks = section_tried.ranked(*(pd.DataFrame(rows, columns=columns) for rows in (tested, held_out)))
+    assert ranks[["split", "score"]].to_numpy().tolist() == [["sector", "a"], ["sector", "b"], ["random", "a"]]
+    np.testing.assert_allclose(ranks["mean_blind"], [0.5, 0.6, 0.2])
+    np.testing.assert_allclose(ranks["validation"], [0.8, 0.7, 0.1])
+    assert ranks["gain_blind"].isna().all()
     assert section_tried.middle([24, 18]) == [18, 24]  # where none lies between -12 and 12 dB
 
 
-def _curve(model, values, split="random", score="", experiment="one", training="clean"):
-    """Rows of weighted F1 as `section_headline.f1_scores` gives them."""
-    method = {"split": split, "experiment": experiment, "model": model, "training": training, "score": score}
+def _curve(model, values, split="sector", score="", experiment="one", train="clean"):
+    """Rows of weighted F1 as `section_headline.f1_rows` gives them."""
+    method = {"split": split, "experiment": experiment, "model": model, "training": train, "score": score}
     frame = pd.DataFrame({"test_snr_db": [-20.0, 0.0, 20.0], "value": values, "low": values, "high": values})
-    return frame.assign(**method, threshold="thesis" if score else "")
+    return frame.assign(**method, threshold="blind" if score else "")
 
 
-def test_headline_picks_the_best_by_the_middle_snrs_and_the_thesis_s_own():
-    part = pd.concat(
+def test_headline_picks_the_best_by_the_middle_snrs_of_the_validation_images_and_the_thesis_s_own():
+    held_out = pd.concat(
         [
             _curve("knn", [0.9, 0.6, 0.9]),  # better only outside of the middle
             _curve("svm", [0.3, 0.7, 0.8]),
-            _curve("svm", [0.3, 0.5, 0.6], split="sector"),
-            _curve("knn", [0.9, 0.8, 0.9], split="sector"),  # by sector better than all at random
+            _curve("svm", [0.3, 0.5, 0.6], split="random"),
+            _curve("knn", [0.9, 0.8, 0.9], split="random"),  # at random better than all by sector
             _curve("capsule", [0.3, 0.9, 1.0]),  # the thesis's, however good it is
-            _curve("capsule", [0.3, 0.95, 1.0], training="6 dB"),  # not as the thesis trains it
+            _curve("capsule", [0.3, 0.95, 1.0], train="6 dB"),  # not as the thesis trains it
         ]
     )
-    lines = section_headline.curves(part)
-    assert [label for label, _, _ in lines] == [
-        "best here: capsule (random)",
-        "thesis's: capsule (random)",
-    ]
+    # On the test images all is the other way round: nothing is chosen by them.
+    part = held_out.assign(value=1 - held_out["value"])
+    lines = section_headline.curves(part, held_out, "the network (tiny)")
+    assert [label for label, _, _ in lines] == ["best: capsule (sector)", "the network (tiny) (sector)"]
     assert lines[0][1]["training"].unique().tolist() == ["6 dB"]
-    lines = section_headline.curves(part[part["training"] == "clean"])
+    clean = part["training"] == "clean"
+    lines = section_headline.curves(part[clean], held_out[clean], "the network (tiny)")
     assert [label for label, _, _ in lines] == [
-        "best here: SVM (random)",
-        "best here: SVM (sector)",
-        "thesis's: capsule (random)",
+        "best: SVM (sector)",
+        "best: SVM (random)",
+        "the network (tiny) (sector)",
     ]
-    assert lines[1][1]["value"].tolist() == [0.3, 0.5, 0.6]
+    assert lines[1][1]["value"].tolist() == pytest.approx([0.7, 0.5, 0.4])
+    assert [look["ls"] for _, _, look in lines] == ["-", "--", "-"]
 
 
 def test_headline_knows_the_thesis_s_method_by_its_score():
     part = pd.concat(
         [_curve("capsule", [0.3, 0.5, 0.6], score="zncc"), _curve("capsule", [0.4, 0.9, 1.0], score="mixture")]
     )
-    assert [label for label, _, _ in section_headline.curves(part)] == [
-        "best here: capsule, Gaussian mixture (random)",
-        "thesis's: capsule, ZNCC (random)",
+    assert [label for label, _, _ in section_headline.curves(part, part)] == [
+        "best: capsule, Gaussian mixture (sector)",
+        "the capsule network, ZNCC (sector)",
     ]
+
+
+def test_rejecting_everything_by_hand():
+    roles = dict(zip("abcd", ("known", "known", "unknown", "unknown"), strict=True))
+    targets = {name: {"role": role} for name, role in roles.items()}
+    # Half of the images are unknown: precision 1/2, recall 1, F1 2/3 for a half of the weight.
+    assert section_open.rejecting_f1(pd.Series(dict.fromkeys("abcd", 70)), targets) == pytest.approx(1 / 3)
+    # One unknown target of three: 1/3 of the weight, with precision 1/3: F1 1/2.
+    assert section_open.rejecting_f1(pd.Series(dict.fromkeys("abc", 70)), targets) == pytest.approx(1 / 6)
+
+
+def _networks(**sizes):
+    """Settings with a capsule network of these sizes, one that inherits it, and a fully connected network."""
+    settings = copy.deepcopy(fake.SETTINGS)
+    own = settings["learning"]["models"]
+    own["capsule"] |= sizes
+    own["capsule_denoise"] |= sizes
+    own["mine"] = {"kind": "capsule", "width": 16, "capsules": 2}
+    return settings
+
+
+def test_a_capsule_network_is_the_thesis_s_only_at_its_size():
+    small, full = _networks(), _networks(width=256, capsules=32)
+    assert thesis.network("capsule", small) == "the reduced capsule network (16 filters, 2 capsule channels)"
+    assert thesis.network("capsule", full) == "the thesis's capsule network"
+    assert thesis.network("mine", full) == "the reduced capsule network mine (16 filters, 2 capsule channels)"
+    assert thesis.network("capsule_denoise", full) == "the capsule network that takes out noise"
+    assert [thesis.full_size(model, small) for model in ("capsule", "mine", "fcnn", "knn")] == [
+        False,
+        False,
+        True,
+        True,
+    ]
+    assert thesis.full_size("capsule", full) and not thesis.full_size("capsule", _networks(width=256))
+    # Of 1 and 2 in 32 x 32 pixels: 82 weights of the convolution, 81 x 16 + 16 of the primary capsules, 8 x 8 places
+    # of 2 capsules with 8 x 32 votes; of 256 and 32 the same with 256 and 32.
+    large = 81 * 256 + 256 + 81 * 256 * 256 + 256 + 64 * 32 * 8 * 32
+    tiny = 82 + 81 * 16 + 16 + 64 * 2 * 8 * 32
+    assert thesis.ratio("capsule", _networks(width=1)) == pytest.approx(large / tiny)
+    assert "the thesis's has 256 and 32, 107 times the weights" in thesis.difference("capsule", small)
+    assert thesis.difference("capsule", full) == ""
+
+
+class _Images:
+    """What `thesis.offset` reads of the results: the offset that each target's images have measured."""
+
+    def __init__(self, definition, offsets):
+        roles = dict(zip("abu", ("known", "known", "unknown"), strict=True))
+        self.targets = list(roles)
+        self.settings = {
+            "noise": {"definition": definition},
+            "targets": {name: {"role": role} for name, role in roles.items()},
+        }
+        self.offsets, self.published_scores = offsets, pd.DataFrame({"snr_db": [6.0], "value": ["0.90"]})
+
+    def images(self, target, store):
+        assert store == "clean"
+        return xr.Dataset(attrs=self.offsets.get(target, {}))
+
+
+def test_published_snrs_are_moved_by_the_measured_offset_of_the_targets_that_count():
+    measured = {name: {"snr_definition_offset_db": value} for name, value in zip("abu", (2.0, 3.0, 4.0), strict=True)}
+    results = _Images("peak_3db", measured)
+    assert thesis.offset(results, ("known",)) == 2.5 and thesis.offset(results, ("known", "unknown")) == 3.0
+    moved = thesis.statements(results, ("known", "unknown"))
+    assert moved["snr_db"].tolist() == [9.0] and moved["printed_snr_db"].tolist() == [6.0]
+    assert "moved by +3.0 dB" in thesis.marked({"": 3.0}, True)
+    assert "thesis, full-size network, 5.55 GHz" in thesis.marked({"": 3.0}, True, network=True)
+    # The same definition as the thesis's needs no move.
+    same = _Images("mean", {})
+    assert thesis.statements(same, ("known",))["snr_db"].tolist() == [6.0] and "moved" not in thesis.marked(
+        {"": 0.0}, 1
+    )
+
+
+@pytest.mark.parametrize("missing", [{}, {"snr_definition_offset_db": float("nan")}])
+def test_published_figures_are_left_out_where_no_offset_was_measured(missing):
+    results = _Images("peak_3db", {"a": {"snr_definition_offset_db": 2.0}, "b": missing})
+    assert thesis.offset(results, ("known",)) is None
+    assert len(thesis.statements(results, ("known",))) == 0
+    assert thesis.marked({"": None}, False).startswith(" Published figures are left out")
 
 
 def test_explorer_holds_the_images_of_the_stores(whole):
@@ -217,10 +318,14 @@ def test_explorer_grows_no_further_than_a_page_bears(whole, monkeypatch):
 def test_compare_opens_on_the_headline_s_curves(whole):
     results = Results(whole.parent, fake.SETTINGS)
     found = section_headline.comparison(results)["curves"]
-    opened = [one for one in found if one["set"] == "open set, thesis protocol"]
+    opened = [one for one in found if one["set"] == "open set, blind thresholds"]
     shown = [one["words"] for one in opened if one["shown"]]
     assert any(words.startswith("capsule, ZNCC: capsule open (random), trained without noise") for words in shown)
-    assert {one["dashed"] for one in found if "(sector)" in one["words"]} == {True}
+    assert {one["dashed"] for one in found if "(sector)" in one["words"]} == {False}
+    assert {one["dashed"] for one in found if "(random)" in one["words"]} == {True}
+    # One of three targets is unknown.
+    lines = section_headline.comparison(results)["rejecting"]
+    assert lines == {f"open set, {name} thresholds": [0.1667] for name in ("blind", "thesis")}
     # One known score of each model in each experiment is the best of them.
     best = [one["words"] for one in opened if one["best"]]
     assert len({words.partition(": ")[2] + words.split(",")[0] for words in best}) == len(best)

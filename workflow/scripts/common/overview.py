@@ -9,10 +9,11 @@ from common.config import BASE, read_yaml
 from common.errors import InputError
 from common.radar import images_are_made
 from common.room import shortage
-from imaging.geometry import describe, planned, warnings
+from imaging.geometry import describe, planned
 from mesh import cad_kernel, symmetry, topology
 from mesh.read import in_metres, read_cad
 from mesh.resolution import check_resolution
+from report.caveats import LEARNING, warnings
 from scattering import needs
 
 
@@ -72,7 +73,7 @@ def _span(seconds):
 
 
 def _images(config, sizes, results):
-    imaging, targets = config["imaging"], config["targets"]
+    targets = config["targets"]
     figures = planned(config)
     copies = config["noise"]["realizations"]
     most = figures["bytes"] * len(targets) * (1 + copies * len(config["noise"]["snr_db"]))
@@ -83,40 +84,20 @@ def _images(config, sizes, results):
         f" SNR; at most {most / 1e9:.3g} GB in all",
         *shortage(results, most),
     ]
-    for name in targets:
-        reach = sizes[name] and sizes[name]["reach"]
+    reaches = {name: size and size["reach"] for name, size in sizes.items()}
+    for name, reach in reaches.items():
         if reach is None:
             found.append(f"  {name}: whether it fits the unambiguous extent is not known yet.")
-        found += [f"Warning: {name}: {text}" for text in warnings(figures, imaging, reach or 0.0)]
-    return found + [f"Warning: {text}" for text in _unused(config)]
+    found += [f"Warning: {text if name == LEARNING else f'{name}: {text}'}" for name, text in warnings(config, reaches)]
+    return found + [f"Warning: {text}" for text in _untrained(config["learning"])]
 
 
-def _unused(config):
-    """What of the learning stage a config asks for and does not get, or has and does not use: lines of text."""
-    learning, experiments = config["learning"], config["learning"]["experiments"]
-    for name, reason in learning.get("left_out", {}).items():
-        yield f"the default experiment '{name}' is left out. {reason}"
-    with_role = {
-        role: [name for name, target in config["targets"].items() if target["role"] == role]
-        for role in ("unknown", "other")
-    }
-    opened = [name for name, experiment in experiments.items() if experiment.get("open", False)]
-    for name in () if with_role["unknown"] else opened:
-        yield f"experiment '{name}' is open, but no target has role unknown: it is a closed one."
-    if not experiments:
-        return
-    named = {model for experiment in experiments.values() for model in experiment["models"]}
-    learners = sorted(model for model in named if learning["models"][model].get("other", False))
-    if with_role["unknown"] and not opened:
-        names = ", ".join(with_role["unknown"])
-        yield f"no experiment has 'open: true': nothing is tested on the targets of role unknown ({names})."
-    if with_role["other"] and not learners and not (opened and with_role["unknown"]):
-        names = ", ".join(with_role["other"])
-        yield f"no experiment is open and none of their models has 'other: true': role other ({names}) is not used."
-    if learners and not with_role["other"]:
-        yield f"no target has role other: {', '.join(learners)} learns the class 'other' from pure noise alone."
+def _untrained(learning):
+    """Models of one's own that no experiment names: lines of text."""
+    named = {model for experiment in learning["experiments"].values() for model in experiment["models"]}
     kinds = {learning["models"][model].get("kind", model) for model in named}
-    for name in sorted(learning["models"].keys() - read_yaml(BASE)["learning"]["models"].keys() - named - kinds):
+    defaults = read_yaml(BASE)["learning"]["models"].keys()
+    for name in sorted(learning["models"].keys() - defaults - named - kinds) if named else ():
         yield f"the model '{name}' of 'learning.models' is named in no experiment: it is not trained."
 
 

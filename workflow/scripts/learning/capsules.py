@@ -4,6 +4,9 @@ Sabour, Frosst and Hinton 2017, Dynamic routing between capsules; sizes as in th
 All but `start` take NumPy arrays as well as JAX's, and give the same kind back: JAX trains, NumPy predicts.
 """
 
+import math
+from typing import NamedTuple
+
 import numpy as np
 
 from learning.descent import glorot
@@ -100,26 +103,43 @@ def margin_loss(vectors, truth):
     return (present + absent).sum(-1)
 
 
+def layers(shape, classes, width, capsules, decoder):
+    """The layers by name, each a `Layer`; arguments as of `start`."""
+    rows, columns, channels = shape
+    places = int(np.prod([(size - 2 * (KERNEL - 1) - 1) // STRIDE + 1 for size in (rows, columns)]))
+    pixels = rows * columns * channels
+    return {
+        "convolution": Layer((KERNEL**2 * channels, width), KERNEL**2 * (channels + width)),
+        "primary": Layer((KERNEL**2 * width, capsules * PRIMARY), KERNEL**2 * (width + capsules * PRIMARY)),
+        "votes": Layer((places * capsules, PRIMARY, classes * CLASS), places * capsules * PRIMARY + CLASS, False),
+        "decoder0": Layer((classes * CLASS, decoder), classes * CLASS + decoder),
+        "decoder1": Layer((decoder, 2 * decoder), 3 * decoder),
+        "decoder2": Layer((2 * decoder, pixels), 2 * decoder + pixels),
+    }
+
+
+class Layer(NamedTuple):
+    """One layer's shape of weights, the sum of its inputs and outputs, and whether its outputs have an offset."""
+
+    shape: tuple
+    fans: int
+    has_offset: bool = True
+
+    @property
+    def count(self):
+        """Its weights and offsets."""
+        return math.prod(self.shape) + self.has_offset * self.shape[-1]
+
+
 def start(random, shape, classes, width, capsules, decoder):
     """Weights before training: a mapping of name to array, float32. random: a numpy generator.
 
     shape: (rows, columns, channels) of an image; width: filters of the convolution; capsules: channels of primary
     capsules; decoder: outputs of its first layer, of which the second has twice as many.
     """
-    rows, columns, channels = shape
-    places = int(np.prod([(size - 2 * (KERNEL - 1) - 1) // STRIDE + 1 for size in (rows, columns)]))
-    pixels = rows * columns * channels
-    sizes = {
-        "convolution": ((KERNEL**2 * channels, width), KERNEL**2 * (channels + width)),
-        "primary": ((KERNEL**2 * width, capsules * PRIMARY), KERNEL**2 * (width + capsules * PRIMARY)),
-        "votes": ((places * capsules, PRIMARY, classes * CLASS), places * capsules * PRIMARY + CLASS),
-        "decoder0": ((classes * CLASS, decoder), classes * CLASS + decoder),
-        "decoder1": ((decoder, 2 * decoder), 3 * decoder),
-        "decoder2": ((2 * decoder, pixels), 2 * decoder + pixels),
-    }
     weights = {}
-    for name, (size, fans) in sizes.items():
-        weights[name] = glorot(random, size, fans)
-        if name != "votes":
-            weights[f"{name}_offset"] = np.zeros(size[-1], np.float32)
+    for name, layer in layers(shape, classes, width, capsules, decoder).items():
+        weights[name] = glorot(random, layer.shape, layer.fans)
+        if layer.has_offset:
+            weights[f"{name}_offset"] = np.zeros(layer.shape[-1], np.float32)
     return weights

@@ -1,6 +1,6 @@
 // The plot of weighted F1 whose experiments can be switched on and off. Its data stand in the page as JSON.
 (() => {
-  const data = JSON.parse(document.getElementById("compare-data").textContent).curves;
+  const { curves: data, rejecting } = JSON.parse(document.getElementById("compare-data").textContent);
   const form = document.getElementById("compare-form");
   const plot = document.getElementById("compare-plot");
   const legend = document.getElementById("compare-legend");
@@ -52,7 +52,8 @@
     const points = (curves.length ? curves : data).flatMap((one) => one.points);
     let [first, last] = [Math.min(...points.map((p) => p[0])), Math.max(...points.map((p) => p[0]))];
     if (first === last) [first, last] = [first - 1, last + 1];
-    const low = Math.floor(10 * Math.min(...points.map((p) => p[2]))) / 10;
+    const rejected = rejecting[checked("set")[0]] || [];
+    const low = Math.floor(10 * Math.min(...points.map((p) => p[2]), ...rejected)) / 10;
     const x = (snr) => LEFT + ((snr - first) / (last - first)) * (width - LEFT - RIGHT);
     const y = (value) => TOP + ((1 - value) / (1 - low || 1)) * (HEIGHT - TOP - BOTTOM);
     const svg = element("svg", { viewBox: `0 0 ${width} ${HEIGHT}`, width, height: HEIGHT, "aria-hidden": "true" });
@@ -69,6 +70,11 @@
     svg.append(element("text", { x: (LEFT + width - RIGHT) / 2, y: HEIGHT - 6, "text-anchor": "middle" }, "test SNR [dB]"));
     const turned = { x: 14, y: middle, "text-anchor": "middle", transform: `rotate(-90 14 ${middle})` };
     svg.append(element("text", turned, "weighted F1"));
+    for (const value of rejected) {
+      svg.append(element("line", { x1: LEFT, x2: width - RIGHT, y1: y(value), y2: y(value), class: "rejecting" }));
+      const text = `everything rejected: ${value.toFixed(3)}`;
+      svg.append(element("text", { x: width - RIGHT, y: y(value) - 5, "text-anchor": "end" }, text));
+    }
     legend.replaceChildren();
     for (const one of curves) {
       const group = element("g", { class: "curve", "data-words": one.words });
@@ -106,7 +112,7 @@
   form.querySelector(".unscripted").remove();
   const sets = unique(data.map((one) => one.set));
   const shown = data.filter((one) => one.shown);
-  const start = sets.includes("open set, thesis protocol") ? "open set, thesis protocol" : sets[0];
+  const start = sets[0];
   choices("set", "radio", sets, (value) => value === start);
   for (const name of ["experiment", "model"]) {
     const first = unique(shown.filter((one) => one.set === start).map((one) => one[name]));

@@ -4,13 +4,15 @@ import numpy as np
 from matplotlib import colormaps
 
 from learning.experiments import snrs_in_words
-from report.layout import MODELS, model_order, model_style
+from report.layout import GREY, MODELS, model_order, model_style
 
 PROPER = {"fcnn": "FCNN", "openmax": "OpenMax", "svm": "SVM", "knn": "KNN", "lr": "LR", "mse": "MSE", "zncc": "ZNCC"}
 MARKERS = "os^Dv<>"
 # How a published statement is written, and the marker that stands for it.
 RELATIONS = {">=": ("≥", "^"), ">": (">", "^"), "<=": ("≤", "v"), "<": ("<", "v"), "=": ("=", "o")}
-PUBLISHED_MARKERS = " Open markers are statements of the reference thesis: ▲ at least, ▼ at most, ● equal to."
+SPLITS = ("sector", "random")  # the harder first
+SPLIT_TEXT = {"sector": "split by sector", "random": "split at random"}
+REJECTING = {"color": GREY, "ls": ":", "lw": 1.6, "label": "everything rejected"}
 LETTER, LINE = 0.075, 0.6  # inches
 
 
@@ -34,6 +36,17 @@ def draw_published(axes, rows, color=None):
     for row in rows.itertuples():
         edge, marker = color or model_style(row.model)[0], RELATIONS[row.relation][1]
         axes.plot(row.snr_db, float(row.value), marker, ms=8, mfc="white", mec=edge, mew=1.5, zorder=3)
+
+
+def draw_rejecting(axes, values):
+    """The weighted F1 of rejecting every image of the open set: a line for each of the values."""
+    for value in sorted({round(value, 4) for value in values}):
+        axes.axhline(value, **REJECTING)
+
+
+def split_text(split):
+    """A split in words."""
+    return SPLIT_TEXT.get(split, split)
 
 
 def draw_legend(figure, axes):
@@ -76,7 +89,9 @@ def fitted(scores):
 
 
 def experiments(scores):
-    return sorted(scores["experiment"].unique())
+    """The experiments' names, those split by sector first."""
+    found = scores[["split", "experiment"]].drop_duplicates().itertuples(index=False, name=None)
+    return [name for _, name in sorted(found, key=lambda one: (SPLITS.index(one[0]), one[1]))]
 
 
 def title(name):

@@ -57,6 +57,8 @@ def write_report(folder, settings, page, figures, tables, reference=REFERENCE):
         .render(
             name=settings["name"],
             facts=section_run.facts(results),
+            networks=section_run.networks(settings) if results.learns else [],
+            warnings=section_run.warned(results),
             targets=section_run.cards(results, thumbnails),
             headline=headline,
             comparison=section_headline.comparison(results) if results.learns else None,

@@ -6,10 +6,18 @@ import numpy as np
 import pandas as pd
 
 from learning.experiments import CLEAN, runs, training
-from report.draw_learning import PUBLISHED_MARKERS, draw_legend, draw_published, heading, title
+from report import thesis
+from report.draw_learning import (
+    SPLITS,
+    draw_legend,
+    draw_published,
+    draw_rejecting,
+    heading,
+    split_text,
+    title,
+)
 from report.layout import (
     BLUE,
-    MODEL_NAMES,
     VERMILION,
     Figure,
     Section,
@@ -20,7 +28,15 @@ from report.layout import (
     style,
     to_svg,
 )
-from report.section_open import known_scores, published_confusion, score_name, score_style
+from report.section_open import (
+    COUNTED,
+    PROTOCOLS,
+    known_scores,
+    published_confusion,
+    rejecting,
+    score_name,
+    score_style,
+)
 from report.selection import decoded_snrs
 
 SCORES = ("mse", "zncc")  # the reference thesis's, of an image and its reconstruction
@@ -35,18 +51,20 @@ def section(results):
     if not results.decoders:
         return ()
     every, snrs = runs(results.settings), decoded_snrs(results.settings["noise"]["snr_db"])
-    # The reference thesis's first: its network, at random azimuths, trained without noise.
+    # The reference thesis's network, trained without noise, first.
     order = sorted(
         results.decoders,
         key=lambda one: (
             model_order(one[1]),
-            every[one[0]]["split"] != "random",
+            SPLITS.index(every[one[0]]["split"]),
             every[one[0]]["snrs"] != [CLEAN],
             one[0],
         ),
     )
     run, model = order[0]
-    kind = results.settings["learning"]["models"][model].get("kind", model)
+    # The thesis's matrices are of its split.
+    beside = next((name for name, one in order if one == model and every[name]["split"] == "random"), run)
+    kind, network = thesis.kind(model, results.settings), thesis.network(model, results.settings)
     scores = results.scores[results.scores["elevation"] == "all"]
     own = of_run(scores, every[run], model)
     shown = scores_shown(own)
@@ -60,28 +78,27 @@ def section(results):
                 "A network with a decoder reconstructs each image from the class that it takes it for. What it cannot "
                 "reconstruct is none of the known classes: the known score compares the image with its reconstruction, "
                 "by minus the mean squared error (MSE) or by the zero-mean normalised cross-correlation (ZNCC). The "
-                f"first figures are of {MODEL_NAMES.get(model, title(model))} in {title(run)}. Numbers of all models "
-                "and known scores stand with the open set.",
+                f"first figures are of {network} in {title(run)}, {split_text(every[run]['split'])}. Numbers of all "
+                "models and known scores stand with the open set.",
             ),
             figures=(
                 f1_figure(
+                    results,
                     [every[name] for name, one in order if one == model],
                     [other for other in every.values() if model in other["models"] and not other["open"]],
                     model,
                     shown,
-                    scores,
-                    results.published_scores,
                 ),
                 *published_confusion(
                     "capsule_confusion",
-                    of_run(results.confusion[results.confusion["elevation"] == "all"], every[run], model),
+                    of_run(results.confusion[results.confusion["elevation"] == "all"], every[beside], model),
                     {f"{model}_{score}": (model, score) for score in shown},
-                    results.published_confusion,
+                    thesis.moved(results.published_confusion, thesis.offset(results, COUNTED[True])),
                     results.targets,
                 ),
                 *([histogram_figure(tables, shown, own)] if shown else []),
                 reconstruction_figure(
-                    "capsule_reconstructions", results.reconstructions(run, model), results.targets, EXAMPLES
+                    "capsule_reconstructions", results.reconstructions(run, model), results.targets, EXAMPLES, network
                 ),
                 *(
                     reconstruction_figure(
@@ -89,6 +106,7 @@ def section(results):
                         results.reconstructions(others[other], other),
                         results.targets,
                         OTHERS_EXAMPLES,
+                        thesis.network(other, results.settings),
                     )
                     for other in sorted(others, key=model_order)
                 ),
@@ -110,23 +128,27 @@ def scores_shown(scores):
     return [score for score in SCORES if score in found] or found[:2]
 
 
-def f1_figure(opened, closed, model, shown, scores, published):
-    """Weighted F1 against the test SNR, closed set and open set by known score: a panel for each open run.
+def f1_figure(results, opened, closed, model, shown):
+    """Weighted F1 against the test SNR, closed set and open set by known score: a column for each open run, a row for
+    each protocol of thresholds.
 
     opened, closed: the model's runs, as `experiments.runs` gives them; the closed set of one of the latter is drawn too
-    where it learns from the same images. shown: known scores; published: the thesis's statements.
+    where it learns from the same images. shown: known scores.
     """
-    scores = scores[scores["metric"] == "f1_weighted"]
+    scores = results.scores[(results.scores["elevation"] == "all") & (results.scores["metric"] == "f1_weighted")]
+    published = {opens: thesis.statements(results, COUNTED[opens]) for opens in (False, True)}
+    rejected, network = rejecting(results), thesis.network(model, results.settings)
     drawn, marked = [], False
     with style():
-        figure = canvas(max(1 + 3.6 * len(opened), 5.6), 3.6)
-        panels = figure.subplots(1, len(opened), sharex=True, sharey=True, squeeze=False)[0]
-        for axes, run in zip(panels, opened, strict=True):
+        figure = canvas(max(1 + 3.6 * len(opened), 5.6), 6.0)
+        grid = figure.subplots(len(PROTOCOLS), len(opened), sharex=True, sharey=True, squeeze=False)
+        for (row, protocol), (column, run) in itertools.product(enumerate(PROTOCOLS), enumerate(opened)):
+            axes = grid[row, column]
             own = of_run(scores, run, model)
             color = model_style(model)[0]
             curves = [("closed set", own[own["score"] == ""], color, "o", (model, "f1"))]
             for score in shown:
-                curve = own[(own["score"] == score) & (own["threshold"] == "thesis")]
+                curve = own[(own["score"] == score) & (own["threshold"] == protocol)]
                 printed = (f"{model}_{score}", "weighted_f1")
                 curves.append((f"open set, {score_name(score)}", curve, *score_style(score), printed))
             for other in closed:
@@ -134,33 +156,42 @@ def f1_figure(opened, closed, model, shown, scores, published):
                     curve = of_run(scores, other, model)
                     label = f"closed set, {title(other['name'])}"
                     curves.append((label, curve[curve["score"] == ""], color, ".", None))
+            draw_rejecting(axes, [rejected[run["split"]]])
             for label, curve, color, marker, printed in curves:
                 curve = curve.sort_values("test_snr_db")
                 look = {"color": color, "marker": marker, "ls": "-" if printed else ":"}
                 axes.plot(curve["test_snr_db"], curve["value"], **look, label=label)
                 axes.fill_between(curve["test_snr_db"], curve["low"], curve["high"], color=color, alpha=0.18, lw=0)
-                if printed and run["split"] == "random":  # as the reference thesis's
-                    rows = published[(published["model"] == printed[0]) & (published["metric"] == printed[1])]
+                if printed and run["split"] == "random" and protocol == "thesis":  # as the reference thesis's
+                    table = published[printed[1] != "f1"]
+                    rows = table[(table["model"] == printed[0]) & (table["metric"] == printed[1])]
                     draw_published(axes, rows, color)
                     marked = marked or len(rows) > 0
                 drawn.append(curve.assign(run=run["name"], curve=label))
-            axes.set(title=f"{title(run['name'])} ({run['split']})", xlabel="test SNR [dB]")
-        panels[0].set_ylabel("weighted F1")
-        draw_legend(figure, panels)
+            axes.set(title=f"{split_text(run['split'])}, {protocol} thresholds\n{title(run['name'])}")
+        for axes in grid[-1]:
+            axes.set_xlabel("test SNR [dB]")
+        for axes in grid[:, 0]:
+            axes.set_ylabel("weighted F1")
+        draw_legend(figure, grid.flat)
         svg = to_svg(figure)
-    data, first = pd.concat(drawn), opened[0]["name"]
-    top = data[(data["run"] == first) & (data["test_snr_db"] == data["test_snr_db"].max())]
+    data, first = pd.concat(drawn), opened[0]
+    data = data.drop_duplicates()  # the closed set stands in both rows
+    top = data[(data["run"] == first["name"]) & (data["test_snr_db"] == data["test_snr_db"].max())]
+    top = top[top["threshold"].isin(["", PROTOCOLS[0]])]
     values = "; ".join(f"{row.curve} {row.value:.3f}" for row in top.itertuples())
+    shifts = {name: thesis.offset(results, COUNTED[name == "open set"]) for name in ("closed set", "open set")}
+    thesis_s = thesis.kind(model, results.settings) == "capsule"
     return Figure(
         name="capsule_f1",
         svg=svg,
         data=data,
-        alt=f"Weighted F1 of {model_style(model)[2]} against test SNR, in the closed set and in the open set.",
+        alt=f"Weighted F1 of {network} against test SNR, in the closed set and in the open set.",
         caption=(
-            f"Weighted F1 of {MODEL_NAMES.get(model, title(model))} with 95 % intervals: the known targets alone, and "
-            "with unknown ones, by known score, thresholds of the thesis protocol. "
-            f"{heading(first)} at {data['test_snr_db'].max():g} dB: {values}."
-            f"{PUBLISHED_MARKERS if marked else ''}"
+            f"Weighted F1 of {network} with 95 % intervals: the known targets alone, and with unknown ones, by known "
+            f"score, with {PROTOCOLS[0]} and with {PROTOCOLS[1]} thresholds. {heading(first['name'])}, "
+            f"{split_text(first['split'])}, {PROTOCOLS[0]} thresholds, at {data['test_snr_db'].max():g} dB: {values}."
+            f"{thesis.marked(shifts, marked, network=True) if thesis_s else ''}"
         ),
         wide=len(opened) > 1,
     )
@@ -196,7 +227,10 @@ def histogram_figure(tables, shown, scores):
             edges = np.linspace(every.min(), every.max() if every.max() > every.min() else every.min() + 1, BINS + 1)
             axes, width = grid[row, column], np.diff(edges)
             here = scores[(scores["score"] == score) & (scores["test_snr_db"] == snr)].set_index("threshold")
-            threshold = plain(score, here[here["metric"] == "threshold"].loc["thesis", "value"])
+            lines_at = {
+                protocol: plain(score, here[here["metric"] == "threshold"].loc[protocol, "value"])
+                for protocol in PROTOCOLS
+            }
             for role, counts in histogram(tables[snr], score, edges).items():
                 density = counts / max(counts.sum(), 1) / width
                 axes.stairs(density, edges, fill=True, alpha=0.45, color=colors[role], label=f"{role} targets")
@@ -211,11 +245,12 @@ def histogram_figure(tables, shown, scores):
                             "to": edges[1:],
                             "images": counts,
                             "density": density,
-                            "threshold": threshold,
+                            **{f"threshold_{protocol}": value for protocol, value in lines_at.items()},
                         }
                     )
                 )
-            axes.axvline(threshold, color="black", ls="--", lw=1.2, label="threshold, thesis protocol")
+            for (protocol, value), dash in zip(lines_at.items(), ("--", ":"), strict=True):
+                axes.axvline(value, color="black", ls=dash, lw=1.2, label=f"{protocol} threshold")
             axes.set_title(f"{score_name(score)} at {snr:g} dB")
             axes.set_ylabel("density" if column == 0 else "")
             if row == len(snrs) - 1:
@@ -224,7 +259,9 @@ def histogram_figure(tables, shown, scores):
         draw_legend(figure, grid.flat)
         svg = to_svg(figure)
     names = " and ".join(map(score_name, shown))
-    taken = "left of the line by the MSE, right of it by any other score" if "mse" in shown else "right of the line"
+    taken = (
+        "left of a threshold by the MSE, right of it by any other score" if "mse" in shown else "right of a threshold"
+    )
     return Figure(
         name="capsule_histograms",
         svg=svg,
@@ -239,10 +276,11 @@ def histogram_figure(tables, shown, scores):
     )
 
 
-def reconstruction_figure(name, dataset, targets, count):
+def reconstruction_figure(name, dataset, targets, count, network):
     """Test images and what a model makes of them: a row per image; truth, then seen and made at each SNR.
 
-    dataset: of learning/reconstructions.py; targets: names in the order of the page; count: images of each target.
+    dataset: of learning/reconstructions.py; targets: names in the order of the page; count: images of each
+    target; network: the model in words.
     """
     order = [target for target in targets if target in dataset.target.values]
     dataset = dataset.sel(target=order).isel(example=slice(count)).load()
@@ -275,7 +313,7 @@ def reconstruction_figure(name, dataset, targets, count):
             grid[row, first].set_ylabel(f"{target}\n{where}", fontsize=7)
         figure.colorbar(picture, ax=grid, label="|image| of its peak", shrink=0.5, aspect=40, pad=0.01)
         svg = to_svg(figure)
-    label = f"{MODEL_NAMES.get(dataset.attrs['model'], title(dataset.attrs['model']))} in {title(dataset.attrs['run'])}"
+    label = f"{network} in {title(dataset.attrs['run'])}"
     levels = " and ".join(f"{snr:g}" for snr in snrs)
     frame = dataset.to_dataframe(dim_order=["target", "example", "snr", "range", "crossrange"]).reset_index()
     return Figure(

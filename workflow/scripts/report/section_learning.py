@@ -2,11 +2,12 @@
 
 import itertools
 
+import numpy as np
 import pandas as pd
 from matplotlib.ticker import MaxNLocator
 
+from report import thesis
 from report.draw_learning import (
-    PUBLISHED_MARKERS,
     RELATIONS,
     draw_confusion,
     draw_curves,
@@ -17,6 +18,7 @@ from report.draw_learning import (
     heading,
     holds,
     interval_text,
+    split_text,
     title,
     training_noise,
     training_order,
@@ -47,7 +49,8 @@ def open_experiments(scores):
 
 
 def section(results):
-    scores, published = closed(results.scores), results.published_scores
+    scores, validation = closed(results.scores), closed(results.validation)
+    shift, published = thesis.offset(results, ("known",)), thesis.statements(results, ("known",))
     confusion = closed(results.confusion)
     train = results.settings["learning"]["experiments"]
     return Section(
@@ -56,14 +59,20 @@ def section(results):
         text=(
             "Each model learns the known targets from its experiment's training images and is tested at every SNR on "
             "azimuths that it was not trained at: here on the known targets alone (the closed set). Bands and brackets "
-            "are 95 % intervals, from resampling whole azimuths.",
+            "are 95 % intervals, from resampling whole azimuths. Split by sector, these azimuths are far from those "
+            "trained at; split at random, they have near copies among them.",
         ),
         figures=(
-            *(_figure(name, train[name]["train"], scores, published) for name in experiments(scores)),
+            *(
+                training_snr_figure(name, train[name]["train"], scores, validation)
+                if _several(name, scores)
+                else experiment_figure(name, train[name]["train"], scores, validation, published, shift)
+                for name in experiments(scores)
+            ),
             *(confusion_figure(name, confusion) for name in experiments(scores) if not _several(name, scores)),
             *curves_figure(results.curves),
         ),
-        tables=(accuracy_table(scores), *published_table(scores, published)),
+        tables=(accuracy_table(scores), *published_table(scores, published, results.settings)),
     )
 
 
@@ -72,13 +81,7 @@ def _several(name, scores):
     return scores[scores["experiment"] == name]["training"].nunique() > 1
 
 
-def _figure(name, train, scores, published):
-    if _several(name, scores):
-        return training_snr_figure(name, train, scores)
-    return experiment_figure(name, train, scores, published)
-
-
-def training_snr_figure(name, train, scores):
+def training_snr_figure(name, train, scores, validation):
     """One experiment that trains at several SNRs: accuracy against the test SNR, a panel per model, a line for each."""
     part = scores[(scores["experiment"] == name) & (scores["elevation"] == "all")]
     accuracy = part[part["metric"] == "accuracy"]
@@ -96,19 +99,29 @@ def training_snr_figure(name, train, scores):
         svg=svg,
         data=part,
         alt=f"Experiment {title(name)}: accuracy against test SNR for each training SNR and model.",
-        caption=f"{heading(name)}: {_training(train)}, tested at all elevations. {_best_training(accuracy)}",
+        caption=(
+            f"{heading(name)}, {split_text(part['split'].iloc[0])}: {_training(train)}, tested at all elevations. "
+            f"{_best_training(accuracy, _accuracy(validation, name))}"
+        ),
         wide=True,
     )
 
 
-def _best_training(accuracy):
-    """At which training SNR each model does best over all test SNRs, in one sentence."""
-    means = accuracy.groupby(["model", "training"])["value"].mean()
+def _accuracy(scores, name):
+    """The rows of one experiment's accuracy at all elevations and SNRs."""
+    rows = (scores["experiment"] == name) & (scores["metric"] == "accuracy") & (scores["elevation"] == "all")
+    return scores[rows & scores["test_snr_db"].notna()]
+
+
+def _best_training(accuracy, validation):
+    """At which training SNR each model does best on the validation images over all SNRs, in one sentence."""
+    means, held_out = (rows.groupby(["model", "training"])["value"].mean() for rows in (accuracy, validation))
     parts = []
     for model in sorted(accuracy["model"].unique(), key=model_order):
-        best = means[model].idxmax()
+        best = held_out[model].idxmax()
         parts.append(f"{model_style(model)[2]} with training SNR {best} ({means[model][best]:.3f})")
-    return f"Best on average over the test SNRs: {', '.join(parts)}."
+    parts = ", ".join(parts)
+    return f"Best on average over the SNRs on the validation images, with its accuracy on the test images: {parts}."
 
 
 def curves_figure(curves):
@@ -157,10 +170,11 @@ def _training_times(curves):
     return f" Training took: {'; '.join(parts)}." if parts else ""
 
 
-def experiment_figure(name, train, scores, published):
+def experiment_figure(name, train, scores, validation, published, shift):
     """One experiment: accuracy with the published statements as markers, then recall and precision of each class.
 
-    train: that part of the experiment's config; scores, published: of all experiments.
+    train: that part of the experiment's config; scores, validation, published: of all experiments, on the test images,
+    on the validation images, and by `thesis.statements`, moved by `shift` dB.
     """
     part = scores[scores["experiment"] == name]
     classes = [metric.removeprefix("recall_") for metric in part["metric"].unique() if metric.startswith("recall_")]
@@ -184,13 +198,16 @@ def experiment_figure(name, train, scores, published):
             axes.set_xlabel("test SNR [dB]")
         draw_legend(figure, panels)
         svg = to_svg(figure)
-    markers = PUBLISHED_MARKERS if len(published) else ""
     return Figure(
         name=f"learning_{name}",
         svg=svg,
         data=part,
         alt=f"Experiment {title(name)}: accuracy, and recall and precision of {', '.join(classes)}, against test SNR.",
-        caption=f"{heading(name)}: {_training(train)}. {_summary(accuracy)}{markers}",
+        caption=(
+            f"{heading(name)}, {split_text(part['split'].iloc[0])}: {_training(train)}. "
+            f"{_summary(_accuracy(scores, name), _accuracy(validation, name))}"
+            f"{thesis.marked({'': shift}, len(published))}"
+        ),
         wide=True,
     )
 
@@ -224,8 +241,8 @@ def confusion_figure(name, confusion):
         data=part,
         alt=f"Confusion matrices of {title(name)} at test SNRs of {' and '.join(f'{snr:g}' for snr in snrs)} dB.",
         caption=(
-            f"{heading(name)}: test images at all elevations, true class (row) against predicted class; "
-            "share of the row and number."
+            f"{heading(name)}, {split_text(part['split'].iloc[0])}: test images at all elevations, true class (row) "
+            "against predicted class; share of the row and number."
         ),
         wide=columns > WIDE,
     )
@@ -236,11 +253,14 @@ def accuracy_table(scores):
     rows = scores[scores["metric"] == "accuracy"]
     snrs = evenly(rows["test_snr_db"].dropna().unique().tolist(), TABLE_SNRS)
     shown = []
+    order = experiments(rows)
     groups = rows.groupby(["experiment", "model", "training", "elevation"])
     for (experiment, model, train, elevation), curve in sorted(
-        groups, key=lambda group: (group[0][0], model_order(group[0][1]), training_order(group[1]), group[0][3])
+        groups,
+        key=lambda group: (order.index(group[0][0]), model_order(group[0][1]), training_order(group[1]), group[0][3]),
     ):
         line = {
+            "split": curve["split"].iloc[0],
             "experiment": title(experiment),
             "model": model_style(model)[2],
             "training SNR": train,
@@ -258,8 +278,11 @@ def accuracy_table(scores):
     )
 
 
-def published_table(scores, published):
-    """Published statements with our value beside them; nothing where no experiment has a counterpart."""
+def published_table(scores, published, settings):
+    """Published statements with our value at the same noise beside them; nothing where no experiment has a counterpart.
+
+    published: by `thesis.statements`. Between two test SNRs our value is interpolated; beyond the last it is that one.
+    """
     rows, shown = [], []
     for line in published[published["metric"].isin(PUBLISHED_METRICS)].itertuples():
         ours = scores[
@@ -267,21 +290,31 @@ def published_table(scores, published):
             & (scores["experiment"] == line.experiment)
             & (scores["model"] == line.model)
             & (scores["elevation"] == CONDITIONS.get(line.condition))
-            & (scores["test_snr_db"] == line.snr_db)
-        ]
-        if len(ours) != 1:
+        ].sort_values("test_snr_db")
+        snrs = ours["test_snr_db"]
+        if not len(ours) or not snrs.is_unique or not snrs.min() <= line.printed_snr_db <= snrs.max():
             continue
-        ours = ours.iloc[0]
+        at = min(line.snr_db, snrs.max())
+        ours = {name: float(np.interp(at, snrs, ours[name])) for name in ("value", "low", "high")}
         kept = holds(ours["value"], line.relation, line.value)
-        rows.append({**line._asdict(), "ours": ours["value"], "low": ours["low"], "high": ours["high"], "holds": kept})
+        table = {
+            **line._asdict(),
+            "here_at_snr_db": at,
+            "ours": ours["value"],
+            "low": ours["low"],
+            "high": ours["high"],
+        }
+        rows.append({**table, "holds": kept})
+        reduced = "" if thesis.full_size(line.model, settings) else " (here reduced)"
         shown.append(
             {
                 "experiment": title(line.experiment),
-                "model": model_style(line.model)[2],
+                "model": f"{model_style(line.model)[2]}{reduced}",
                 "tested at": ELEVATIONS[CONDITIONS[line.condition]],
-                "SNR [dB]": f"{line.snr_db:g}",
+                "its SNR [dB]": f"{line.printed_snr_db:g}",
                 "figure": METRICS[PUBLISHED_METRICS[line.metric]],
-                "reference thesis": f"{RELATIONS[line.relation][0]} {line.value}",
+                f"thesis, {thesis.CENTER_FREQUENCY / 1e9:g} GHz": f"{RELATIONS[line.relation][0]} {line.value}",
+                "SNR here [dB]": f"{at:.3g}",
                 "here": interval_text(ours),
                 "as published": "yes" if kept else "no",
                 "source": line.source,
@@ -295,9 +328,11 @@ def published_table(scores, published):
             shown=pd.DataFrame(shown),
             data=pd.DataFrame(rows).drop(columns="Index"),
             caption=(
-                "What the reference thesis states of the closed set, and the same here. Its targets are other models "
-                "of the same kinds, and its frequency may differ from this run's, so agreement is expected in kind "
-                "only. “As published” rounds to the printed decimals."
+                "What the reference thesis states of the closed set, split at random, and the same here. Its networks "
+                "are full-size ones, its targets other models of the same kinds, and its frequency may differ from "
+                "this run's, so agreement is expected in kind only. Values here are at the same noise, which has "
+                "another SNR where the definitions differ: interpolated between test SNRs, or at the highest. “As "
+                "published” rounds to the printed decimals."
             ),
         ),
     )
@@ -317,17 +352,14 @@ def _dashes(classes):
     return ", ".join(f"{target} {dash}" for target, dash in zip(classes, names, strict=False))
 
 
-def _summary(scores):
-    """The best model at the highest SNR and all elevations, in one sentence for captions."""
-    accuracy = scores[(scores["metric"] == "accuracy") & (scores["elevation"] == "all") & scores["test_snr_db"].notna()]
-    top = accuracy[accuracy["test_snr_db"] == accuracy["test_snr_db"].max()]
-    parts = []
-    for name, rows in top.groupby("experiment", sort=True):
-        best = rows[rows["value"] == rows["value"].max()]
-        names = " and ".join(model_style(model)[2] for model in best["model"])
-        where = f" in {title(name)}" if top["experiment"].nunique() > 1 else ""
-        parts.append(
-            f"{names} {'are' if len(best) > 1 else 'is'} the most accurate at "
-            f"{best['test_snr_db'].iloc[0]:g} dB{where}, with {best['value'].iloc[0]:.3f}"
-        )
-    return "; ".join(parts) + "."
+def _summary(accuracy, validation):
+    """Which model is best on the validation images at the highest SNR, and its accuracy on the test images."""
+    snr = accuracy["test_snr_db"].max()
+    held_out = validation[validation["test_snr_db"] == snr].set_index("model")["value"]
+    values = accuracy[accuracy["test_snr_db"] == snr].set_index("model")["value"]
+    best = sorted(held_out.index[held_out == held_out.max()], key=model_order)
+    if len(best) == len(held_out) > 1:
+        parts = ", ".join(f"{model_style(model)[2]} {values[model]:.3f}" for model in best)
+        return f"All are alike on the validation images at {snr:g} dB; on the test images: {parts}."
+    parts = " and ".join(f"{model_style(model)[2]} ({values[model]:.3f} on the test images)" for model in best)
+    return f"Most accurate on the validation images at {snr:g} dB: {parts}."

@@ -11,6 +11,9 @@ import yaml
 
 from common import radar as sweep
 from imaging.geometry import planned
+from learning.experiments import runs
+from report import thesis
+from report.caveats import warnings
 from report.layout import Section, Table, duration, number
 from report.section_mesh import extent
 
@@ -50,11 +53,31 @@ def facts(results):
                 f"{_count(noise['realizations'], 'realization', 'realizations')}",
             ),
         ]
+    if results.learns and networks(settings):
+        pairs.append(("Capsule network", "; ".join(networks(settings))))
     if len(results.benchmarks):
         pairs.append(("Computed in", _times(results.benchmarks)))
     main = [text for text in _versions() if text.split()[0] in MAIN]
     pairs.append(("Made with", f"isarflow {version()}, commit {commit()}; {', '.join(main)}"))
     return pairs
+
+
+def networks(settings):
+    """How the run's capsule networks differ from the thesis's, each difference once."""
+    models = dict.fromkeys(model for run in runs(settings).values() for model in run["models"])
+    found = [thesis.difference(model, settings) for model in models if thesis.kind(model, settings) == "capsule"]
+    return [text for text in dict.fromkeys(found) if text]
+
+
+def warned(results):
+    """The warnings of the run, (what it is about, sentence), each sentence once: as said before it started."""
+    if not results.images_are_made:
+        return []
+    about = {}
+    reaches = {name: mesh["source"]["reach"] for name, mesh in results.meshes.items()}
+    for name, text in warnings(results.settings, reaches):
+        about.setdefault(text, []).append(name)
+    return [(", ".join(names), text) for text, names in about.items()]
 
 
 def _times(benchmarks):

@@ -2,8 +2,9 @@
 
 import pandas as pd
 
+from report import thesis
 from report.draw_learning import title
-from report.layout import MODEL_NAMES, Figure, Section, Table, canvas, model_style, number, style, to_svg
+from report.layout import Figure, Section, Table, canvas, model_order, model_style, number, style, to_svg
 
 # Under which condition the published times have an experiment's counterpart.
 CONDITIONS = {
@@ -26,15 +27,18 @@ def section(results):
         text=(
             f"Milliseconds per image, from the complex image to its class, without its known scores. Here: {machines}, "
             f"{_threads(frame)}, in batches of {frame['batch_size'].max()}. The reference thesis: Intel i7-7700HQ, "
-            "with other training sets. Only ratios between models compare.",
+            f"with other training sets. Only ratios between models compare.{_left_out(results)}",
         ),
-        figures=(times_figure(frame),),
+        figures=(times_figure(frame, results.settings),),
         tables=(times_table(frame),),
     )
 
 
 def times_frame(results):
-    """One row per experiment and model: our milliseconds, and the published ones where there is a counterpart."""
+    """One row per experiment and model: our milliseconds, and the published ones where there is a counterpart.
+
+    A network that is not of the thesis's size has none.
+    """
     published = results.published_times.rename(
         columns={
             "milliseconds_per_observation": "published_ms",
@@ -42,11 +46,25 @@ def times_frame(results):
         }
     ).drop(columns="source")
     ours = pd.DataFrame(results.times)
-    ours["condition"] = ours["experiment"].map(CONDITIONS)
+    full = ours["model"].map(lambda model: thesis.full_size(model, results.settings))
+    ours["condition"] = ours["experiment"].map(CONDITIONS).where(full)
     return ours.merge(published, how="left", on=["model", "condition"]).drop(columns="condition")
 
 
-def times_figure(frame):
+def _left_out(results):
+    """Which models stand without the published time of their like, in a sentence."""
+    settings, published = results.settings, set(results.published_times["model"])
+    reduced = [
+        thesis.network(model, settings)
+        for model in sorted({one["model"] for one in results.times}, key=model_order)
+        if model in published and not thesis.full_size(model, settings)
+    ]
+    if not reduced:
+        return ""
+    return f" No published time stands beside {' and '.join(reduced)}: the thesis's is of the full-size network."
+
+
+def times_figure(frame, settings):
     """Milliseconds per image on a logarithmic axis: a row per experiment and model."""
     labels = [f"{model_style(row.model)[2]}, {title(row.run)}" for row in frame.itertuples()]
     places = range(len(frame))
@@ -77,7 +95,7 @@ def times_figure(frame):
         alt="Prediction time per image of each model, one at a time, in batches, and as published.",
         caption=(
             "Prediction time per image. The fastest in batches is "
-            f"{MODEL_NAMES.get(fastest['model'], fastest['model'])} with {number(fastest['batch_ms'], 2)} ms."
+            f"{thesis.network(fastest['model'], settings)} with {number(fastest['batch_ms'], 2)} ms."
         ),
     )
 

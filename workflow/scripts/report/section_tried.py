@@ -6,9 +6,10 @@ import numpy as np
 import pandas as pd
 
 from learning.experiments import REFERENCE
-from report.draw_learning import draw_legend, signed, title
+from report import thesis
+from report.draw_learning import SPLITS, draw_legend, draw_rejecting, signed, split_text, title
 from report.layout import BLACK, PALETTE, Figure, Section, Table, canvas, model_style, style, to_svg
-from report.section_open import PROTOCOLS, score_name
+from report.section_open import PROTOCOLS, rejecting, score_name
 
 METHOD = ["split", "experiment", "model", "training", "score"]
 MIDDLE = (-12, 12)  # dB: the SNRs by which methods are ranked
@@ -19,22 +20,22 @@ F1, GAIN = "f1_weighted", "f1_weighted_gain"
 
 
 def section(results):
-    scores = results.scores
-    scores = scores[
-        (scores["elevation"] == "all") & scores["threshold"].isin(PROTOCOLS) & scores["metric"].isin([F1, GAIN])
-    ]
-    ranks = ranked(scores)
-    compared = (
-        " Gains are against the reference thesis's method: its capsule network, trained without noise, with ZNCC."
+    scores, validation = (
+        table[(table["elevation"] == "all") & table["threshold"].isin(PROTOCOLS) & table["metric"].isin([F1, GAIN])]
+        for table in (results.scores, results.validation)
     )
+    ranks, reference = ranked(scores, validation), thesis.network(REFERENCE[0], results.settings)
+    gains = ranks[f"gain_{PROTOCOLS[0]}"].notna().any()
+    compared = f" Gains are against {reference}, trained without noise, with ZNCC."
     return Section(
         id="tried",
         title="Everything tried on the open set",
         text=(
-            f"Every model and known score of every open experiment, by its mean weighted F1 over {middle_text(scores)}"
-            f" under the thesis protocol.{compared if ranks['gain'].notna().any() else ''}",
+            "Every model and known score of every open experiment, split by sector first, in the order of its mean "
+            f"weighted F1 over {middle_text(scores)} on the validation images with blind thresholds. All figures are "
+            f"of the test images.{compared if gains else ''}",
         ),
-        figures=gain_figure(scores, ranks),
+        figures=gain_figure(scores, ranks, reference, rejecting(results)),
         tables=(tried_table(scores, ranks),),
     )
 
@@ -51,30 +52,47 @@ def middle_text(scores):
     return f"{snrs[0]:g} to {snrs[-1]:g} dB" if len(snrs) > 1 else f"{snrs[0]:g} dB"
 
 
-def ranked(scores):
-    """One row per method, the best first within each split: columns METHOD, mean, mean_blind, gain, gain_blind.
+def validation_means(validation):
+    """The mean weighted F1 of each method over the middle SNRs on the validation images, the best first.
 
-    Means over the middle SNRs of weighted F1 and of its gain, without suffix under the thesis protocol. gain is NaN
+    validation: rows of weighted F1 of one set (see `section_headline.of_set`). Columns METHOD and value; split by
+    sector first.
+    """
+    rows = validation[validation["test_snr_db"].isin(middle(validation["test_snr_db"]))]
+    means = rows.groupby(METHOD)["value"].mean().reset_index()
+    return means.sort_values(
+        ["split", "value", *METHOD[1:]],
+        ascending=[True, False, *[True] * len(METHOD[1:])],
+        key=lambda column: column.map(SPLITS.index) if column.name == "split" else column,
+    )
+
+
+def ranked(scores, validation):
+    """One row per method, the best first within each split: columns METHOD, validation, mean_<p>, gain_<p>.
+
+    Means over the middle SNRs of weighted F1 and of its gain on the test images under each protocol <p>; validation is
+    that of weighted F1 on the validation images under the first of them, which decides what is best. gain_<p> is NaN
     where the thesis's method is not among them.
     """
     rows = scores[scores["test_snr_db"].isin(middle(scores["test_snr_db"]))]
     means = rows.groupby([*METHOD, "metric", "threshold"])["value"].mean().unstack(["metric", "threshold"])
     names = {
-        (F1, "thesis"): "mean",
-        (F1, "blind"): "mean_blind",
-        (GAIN, "thesis"): "gain",
-        (GAIN, "blind"): "gain_blind",
+        (metric, protocol): f"{name}_{protocol}"
+        for metric, name in ((F1, "mean"), (GAIN, "gain"))
+        for protocol in PROTOCOLS
     }
     table = means.reindex(columns=list(names))
     table.columns = list(names.values())
-    return table.reset_index().sort_values(["split", "mean", *METHOD[1:]], ascending=[True, False, *[True] * 4])
+    lead = validation[(validation["metric"] == F1) & (validation["threshold"] == PROTOCOLS[0])]
+    order = validation_means(lead).rename(columns={"value": "validation"})
+    return order.merge(table.reset_index(), on=METHOD, validate="one_to_one")
 
 
 def best(ranks):
     """The rows of the best methods of each split, but the thesis's own; of one in several experiments the best one."""
     own = _are(ranks, ["model", "training", "score"], REFERENCE)
-    found = ranks[~own & ranks["gain"].notna()].drop_duplicates(["split", "model", "training", "score"])
-    return found.groupby("split", sort=True).head(BEST)
+    found = ranks[~own & ranks[f"gain_{PROTOCOLS[0]}"].notna()]
+    return found.drop_duplicates(["split", "model", "training", "score"]).groupby("split").head(BEST)
 
 
 def _are(table, columns, values):
@@ -100,8 +118,11 @@ def _curve(scores, method, protocol):
     return gain.assign(f1=own[own["metric"] == F1]["value"]).reset_index()
 
 
-def gain_figure(scores, ranks):
-    """Weighted F1 of the best methods and of the thesis's, and their difference: a column per split and protocol."""
+def gain_figure(scores, ranks, reference, rejected):
+    """Weighted F1 of the best methods and of the thesis's, and their difference: a column per split and protocol.
+
+    reference: the thesis's method in words; rejected: the weighted F1 of rejecting everything, by split.
+    """
     picks = best(ranks)
     if not len(picks):
         return ()
@@ -120,15 +141,16 @@ def gain_figure(scores, ranks):
                 color, marker, snrs = colors[label], markers[label], curve["test_snr_db"]
                 rows = judged(curve)
                 if place == 0:
-                    reference = {"color": BLACK, "ls": "--", "label": "the thesis's method: capsule, ZNCC"}
-                    upper.plot(snrs, curve["f1"] - curve["gain"], **reference)
-                    counts.append(f"{split}, {protocol} protocol: {_count(rows)} ({label})")
+                    label_of_theirs = f"{reference.removeprefix('the ')}, ZNCC"
+                    upper.plot(snrs, curve["f1"] - curve["gain"], color=BLACK, ls="--", label=label_of_theirs)
+                    counts.append(f"{split_text(split)}, {protocol} thresholds: {_count(rows)} ({label})")
+                    draw_rejecting(upper, [rejected[split]])
                 upper.plot(snrs, curve["f1"], color=color, marker=marker, label=label)
                 lower.plot(snrs, curve["gain"], color=color, lw=1)
                 lower.plot(rows["test_snr_db"], rows["gain"], color=color, marker=marker, ls="")
                 lower.fill_between(snrs, curve["low"], curve["high"], color=color, alpha=0.18, lw=0)
                 drawn.append(curve.assign(threshold=protocol, **{name: method[name] for name in METHOD}))
-            upper.set_title(f"{split}, {protocol}")
+            upper.set_title(f"{split_text(split)},\n{protocol} thresholds")
             lower.set_xlabel("test SNR [dB]")
         grid[0, 0].set_ylabel("weighted F1")
         grid[1, 0].set_ylabel("gain in weighted F1")
@@ -140,14 +162,15 @@ def gain_figure(scores, ranks):
             svg=svg,
             data=pd.concat(drawn),
             alt=(
-                "Open-set weighted F1 of the best methods and of the reference thesis's against test SNR, and their "
+                f"Open-set weighted F1 of the best methods and of {reference} against test SNR, and their "
                 f"difference. The interval of the best one's gain lies above 0 under {'; '.join(counts)}."
             ),
             caption=(
-                f"The methods with the largest mean weighted F1 over {middle_text(scores)}, by split, and their gain "
-                "over the reference thesis's method on the same test images, with its 95 % interval from the same "
-                f"resamples. Markers stand at the SNRs of that range at which the thesis's method is below {SOLVED:g}. "
-                f"At these, the interval of the best method's gain lies above 0 under {'; '.join(counts)}."
+                f"The {BEST} methods of each split with the largest mean weighted F1 over {middle_text(scores)} on the "
+                f"validation images with {PROTOCOLS[0]} thresholds, here on the test images, and their gain over "
+                f"{reference} on the same images, with its 95 % interval from the same resamples. Markers stand at the "
+                f"SNRs of that range at which the latter is below {SOLVED:g}. At these, the interval of the best "
+                f"method's gain lies above 0 under {'; '.join(counts)}."
             ),
             wide=True,
         ),
@@ -172,9 +195,8 @@ def _labels(picks):
 
 def tried_table(scores, ranks):
     """Every method, the best first within each split."""
-    f1 = scores[(scores["metric"] == F1) & (scores["threshold"] == "thesis")].set_index([*METHOD, "test_snr_db"])[
-        "value"
-    ]
+    lead, other = PROTOCOLS
+    f1 = scores[(scores["metric"] == F1) & (scores["threshold"] == lead)].set_index([*METHOD, "test_snr_db"])["value"]
     snrs = sorted(set(scores["test_snr_db"]))
     near = sorted({min(snrs, key=lambda snr: abs(snr - aim)) for aim in SHOWN_SNRS})
     shown = []
@@ -186,23 +208,25 @@ def tried_table(scores, ranks):
             "model": model_style(row["model"])[2],
             "training SNR": row["training"],
             "known score": score_name(row["score"]),
+            "validation mean": f"{row['validation']:.3f}",
         }
         line |= {f"{snr:g} dB": f"{f1[*method, snr]:.3f}" for snr in near}
-        line |= {"mean": f"{row['mean']:.3f}", "mean, blind": f"{row['mean_blind']:.3f}"}
-        for name, text in (("gain", "gain"), ("gain_blind", "gain, blind")):
+        line |= {"mean": f"{row[f'mean_{lead}']:.3f}", f"mean, {other}": f"{row[f'mean_{other}']:.3f}"}
+        for name, text in ((f"gain_{lead}", "gain"), (f"gain_{other}", f"gain, {other}")):
             line[text] = signed(row[name]) if pd.notna(row[name]) else "–"
         shown.append(line)
     shown = pd.DataFrame(shown)
-    if not ranks["gain"].notna().any():
-        shown = shown.drop(columns=["gain", "gain, blind"])
+    if not ranks[f"gain_{lead}"].notna().any():
+        shown = shown.drop(columns=["gain", f"gain, {other}"])
     return Table(
         name="tried",
         shown=shown,
         data=scores,
         caption=(
-            f"Weighted F1 of the open set under the thesis protocol at some SNRs, and its mean over "
-            f"{middle_text(scores)} under both protocols; gain: the mean of what it is more than the reference "
-            "thesis's method on the same test images. The CSV file holds all SNRs, both protocols and the 95 % "
+            f"Weighted F1 of the open set with {lead} thresholds at some SNRs, and its mean over {middle_text(scores)} "
+            f"with {lead} and with {other} thresholds, all on the test images; validation mean: the same mean on the "
+            "validation images, by which the rows are in order; gain: the mean of what it is more than that of the "
+            "network named above, on the same test images. The CSV file holds all SNRs, both protocols and the 95 % "
             "intervals."
         ),
     )

@@ -1,0 +1,44 @@
+"""What may surprise in a run: warnings that follow from its config and the sizes of its targets."""
+
+from imaging import geometry
+
+LEARNING = "learning"  # what a warning is about that is about no target
+
+
+def warnings(config, reaches):
+    """(target, or LEARNING, and sentence) of everything that may surprise: images that fold over, what is not used.
+
+    config: its sections. reaches: the largest distance of a point of each target from the origin in m; None where
+    nothing says it.
+    """
+    figures = geometry.planned(config)
+    found = []
+    for name in config["targets"]:
+        found += [(name, text) for text in geometry.warnings(figures, config["imaging"], reaches.get(name) or 0.0)]
+    return found + [(LEARNING, text) for text in _unused(config)]
+
+
+def _unused(config):
+    """What of the learning stage a config asks for and does not get, or has and does not use: lines of text."""
+    learning, experiments = config["learning"], config["learning"]["experiments"]
+    for name, reason in learning.get("left_out", {}).items():
+        yield f"the default experiment '{name}' is left out. {reason}"
+    with_role = {
+        role: [name for name, target in config["targets"].items() if target["role"] == role]
+        for role in ("unknown", "other")
+    }
+    opened = [name for name, experiment in experiments.items() if experiment.get("open", False)]
+    for name in () if with_role["unknown"] else opened:
+        yield f"experiment '{name}' is open, but no target has role unknown: it is a closed one."
+    if not experiments:
+        return
+    named = {model for experiment in experiments.values() for model in experiment["models"]}
+    learners = sorted(model for model in named if learning["models"][model].get("other", False))
+    if with_role["unknown"] and not opened:
+        names = ", ".join(with_role["unknown"])
+        yield f"no experiment has 'open: true': nothing is tested on the targets of role unknown ({names})."
+    if with_role["other"] and not learners and not (opened and with_role["unknown"]):
+        names = ", ".join(with_role["other"])
+        yield f"no experiment is open and none of their models has 'other: true': role other ({names}) is not used."
+    if learners and not with_role["other"]:
+        yield f"no target has role other: {', '.join(learners)} learns the class 'other' from pure noise alone."

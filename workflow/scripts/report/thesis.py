@@ -1,0 +1,126 @@
+"""What the reference thesis did and how far a run is from it: sizes of networks, definition of SNR, frequency."""
+
+import pandas as pd
+
+from learning import capsules
+from learning.experiments import REFERENCE
+from report.draw_learning import title
+from report.layout import MODEL_NAMES
+
+# The thesis's sizes, by kind of model (its chapter 5). Other kinds have none.
+SIZES = {"fcnn": {"width": 756}, "capsule": {"width": 256, "capsules": 32}}
+DECODER = 512  # units of its capsule network's first decoder layer
+PIXELS = 32  # a side, of the images that its capsule network sees
+CENTER_FREQUENCY = 5.55e9  # Hz
+DEFINITION = "mean"  # of SNR, in the listing that made its figures
+MARKERS = "▲ at least, ▼ at most, ● equal to"
+FULL_SIZE = "thesis, full-size network, 5.55 GHz"
+
+
+def kind(model, settings):
+    """The kind of a model: the name of its file. settings: the config's sections."""
+    return settings["learning"]["models"].get(model, {}).get("kind", model)
+
+
+def full_size(model, settings):
+    """Whether a model has the thesis's sizes; one of a kind that has no sizes always has."""
+    own = settings["learning"]["models"].get(model, {})
+    return all(own.get(name) == size for name, size in SIZES.get(kind(model, settings), {}).items())
+
+
+def network(model, settings):
+    """A model in words for prose; a capsule network that is not of the thesis's size with its own."""
+    name = MODEL_NAMES.get(model, title(model))
+    if kind(model, settings) != "capsule" or model not in settings["learning"]["models"]:
+        return name
+    name = name if "capsule network" in name else f"the capsule network {name}"
+    if full_size(model, settings):
+        return name.replace("the capsule network", "the thesis's capsule network") if model == REFERENCE[0] else name
+    name = name.replace("capsule network", f"{_compared(model, settings)} capsule network")
+    return f"{name} ({size(model, settings)})"
+
+
+def size(model, settings):
+    """The size of a capsule network in words."""
+    own = settings["learning"]["models"][model]
+    return f"{own['width']} filters, {own['capsules']} capsule channels"
+
+
+def ratio(model, settings):
+    """How many times the weights of a capsule network the thesis's has, both without their decoders."""
+    own = settings["learning"]["models"][model]
+    return _weights(*SIZES["capsule"].values()) / _weights(own["width"], own["capsules"])
+
+
+def difference(model, settings):
+    """In words how a capsule network differs from the thesis's; empty where it does not."""
+    if full_size(model, settings):
+        return ""
+    times = ratio(model, settings)
+    own_frequency = settings["radar"]["center_frequency"]
+    frequency = "" if own_frequency == CENTER_FREQUENCY else f", at {CENTER_FREQUENCY / 1e9:g} GHz"
+    return (
+        f"{_compared(model, settings)}: {size(model, settings)}; the thesis's has {SIZES['capsule']['width']} and "
+        f"{SIZES['capsule']['capsules']}, {f'{times:.0f}' if times >= 10 else f'{times:.2g}'} times the weights before "
+        f"the decoder{frequency}"
+    )
+
+
+def _compared(model, settings):
+    return "reduced" if ratio(model, settings) > 1 else "resized"
+
+
+def _weights(width, channels):
+    """Weights and offsets of a capsule network of two classes before its decoder."""
+    layers = capsules.layers((PIXELS, PIXELS, 1), 2, width, channels, DECODER)
+    return sum(layer.count for name, layer in layers.items() if not name.startswith("decoder"))
+
+
+def offset(results, roles):
+    """By how many dB the thesis's SNRs are larger by this run's definition: the mean over the targets of these roles.
+
+    0 where both define it alike; None where the images do not say it.
+    """
+    if results.settings["noise"]["definition"] == DEFINITION:
+        return 0.0
+    names = [name for name in results.targets if results.settings["targets"][name]["role"] in roles]
+    found = [results.images(name, "clean").attrs.get("snr_definition_offset_db") for name in names]
+    return float(sum(found) / len(found)) if found and not any(map(pd.isna, found)) else None
+
+
+def moved(published, shift):
+    """Published figures with `snr_db` by this run's definition and `printed_snr_db` as printed; none for shift None."""
+    table = published.assign(printed_snr_db=published["snr_db"], snr_db=published["snr_db"] + (shift or 0.0))
+    return table if shift is not None else table.iloc[:0]
+
+
+def statements(results, roles):
+    """The published scores, moved onto the SNR axis of this run for scores that count targets of these roles."""
+    return moved(results.published_scores, offset(results, roles))
+
+
+def marked(shifts, drawn, network=False):
+    """A sentence for a caption on published markers: what they are and by how much they were moved.
+
+    shifts: what `offset` gives, by the set of test images, or '' where the figure has only one. drawn: whether there
+    are any; network: whether they are of the capsule network.
+    """
+    if None in shifts.values():
+        return (
+            " Published figures are left out: their SNR is defined otherwise, and these images do not say by how much."
+        )
+    if not drawn:
+        return ""
+    whose = FULL_SIZE if network else f"thesis, {CENTER_FREQUENCY / 1e9:g} GHz"
+    return f" Open markers: {whose} ({MARKERS}){moved_by(shifts)}."
+
+
+def moved_by(shifts):
+    """How far published SNRs were moved, in words that follow others; empty for none. shifts: as of `marked`."""
+    if not any(shifts.values()):
+        return ""
+    parts = [f"{shift:+.1f} dB{f' ({name})' if name else ''}" for name, shift in shifts.items()]
+    return (
+        f", moved by {' and '.join(parts)}: their SNR counts an aperture's mean power, this run's that within 3 dB of "
+        "its peak"
+    )
