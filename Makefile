@@ -27,6 +27,7 @@ lint: environment
 	ruff format --check .
 	snakefmt --check Snakefile workflow/rules
 	snakemake --lint
+	PYTHONPATH=workflow/scripts lint-imports
 
 validate: environment
 	PYTHONPATH=workflow/scripts:tests/scattering python benchmarks/validate.py --threads $(CORES)

@@ -11,8 +11,8 @@ import jax
 import numpy as np
 import optax
 import threadpoolctl
+from setup.config import load
 
-from common.config import load
 from learning import capsules
 from learning.classifier import build
 from learning.timing import BATCH, cpu, time_batches

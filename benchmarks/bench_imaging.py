@@ -15,10 +15,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import yaml
+from core.sweep import C0, azimuths, elevations, frequencies, snr_label
+from setup.config import load
+from setup.yaml_file import read_yaml
 
-from common.config import load
-from common.radar import C0, azimuths, elevations, frequencies, snr_label
-from common.yaml_file import read_yaml
 from scattering.store import write_field
 
 NAME = "bench_imaging"

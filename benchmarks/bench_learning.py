@@ -9,8 +9,8 @@ import argparse
 import numpy as np
 import threadpoolctl
 import yaml
+from setup.config import BASE
 
-from common.config import BASE
 from learning.classifier import build
 from learning.timing import BATCH, cpu, time_batches
 

@@ -14,10 +14,10 @@ import time
 from pathlib import Path
 
 import pandas as pd
+from core.sweep import azimuths, bands, elevations
+from setup.config import load
+from setup.yaml_file import read_yaml
 
-from common.config import load
-from common.radar import azimuths, bands, elevations
-from common.yaml_file import read_yaml
 from mesh.io import read_ply
 from scattering import needs
 from scattering.solve import PARTS, solve

@@ -5,9 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import xarray as xr
-
-from common.radar import C0
-from common.store import write
+from core.store import write
+from core.sweep import C0
 
 
 def point_field(points, amplitudes, frequency, elevation, azimuth):

@@ -4,8 +4,8 @@ import tracemalloc
 
 import numpy as np
 import pytest
+from setup.check import MODELS, face
 
-from common.check import MODELS, face
 from learning.classifier import OTHER, build
 from learning.experiments import cleanest, megabytes
 

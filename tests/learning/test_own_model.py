@@ -6,10 +6,9 @@ import sys
 import types
 
 import pytest
+from core.errors import InputError
 from scenes import ROLES, digest, fitted, tables_of
-
-from common.config import ROOT
-from common.errors import InputError
+from setup.config import ROOT
 
 PLAIN = """
 

@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
+from core.errors import InputError
 from scenes import (
     APERTURE,
     AZIMUTHS,
@@ -24,7 +25,6 @@ from scenes import (
     write,
 )
 
-from common.errors import InputError
 from learning import images, timing
 from learning.classifier import build
 from learning.predict import classify

@@ -4,12 +4,12 @@ import re
 
 import numpy as np
 import pytest
+from core.errors import InputError
+from core.sweep import C0
+from setup.config import load
+from setup.overview import overview
 from shapes_made import cube, save
 
-from common.config import load
-from common.errors import InputError
-from common.overview import overview
-from common.radar import C0
 from mesh.build import build
 from mesh.io import write_ply
 from mesh.repair import repair

@@ -5,10 +5,10 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from core.errors import InputError
+from setup.check import _check_targets
 from shapes_made import check_solid
 
-from common.check import _check_targets
-from common.errors import InputError
 from mesh import cad_kernel, topology
 from mesh.build import build
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from setup.config import load
 
-from common.config import load
 from mesh import topology
 from mesh.build import build
 from mesh.read import read_cad

@@ -1,8 +1,7 @@
 """The far-field files that FEKO would write of small scatterers, in closed form."""
 
 import numpy as np
-
-from common.radar import C0
+from core.sweep import C0
 
 COLUMNS = ("Theta", "Phi", "Re(Etheta)", "Im(Etheta)", "Re(Ephi)", "Im(Ephi)", "RCS(Theta)", "RCS(Phi)", "RCS(Total)")
 POINTS = np.array([[0.3, -0.1, 0.2], [-0.25, 0.05, -0.1]])  # m

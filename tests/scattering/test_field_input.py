@@ -9,14 +9,14 @@ import mie
 import numpy as np
 import pytest
 import xarray as xr
+from core.errors import InputError
+from core.sweep import azimuths, elevations, frequencies
 
-from common.errors import InputError
-from common.radar import azimuths, elevations, frequencies
 from imaging.store import make_clean, make_noisy
 from mesh.io import write_ply
 from scattering import origin
-from scattering.external import write_external
 from scattering.band import solve_band
+from scattering.external import write_external
 
 RADAR = {"center_frequency": 1.0e9, "bandwidth": 0.3e9, "frequencies": 4, "polarizations": ["VV"]}
 # Neither the elevations nor the azimuths lie on round numbers, and the sweep crosses azimuth 0.

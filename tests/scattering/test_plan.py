@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from core.errors import InputError
+from setup.config import load
 
-from common.config import load
-from common.errors import InputError
 from mesh.io import write_ply
 from scattering import needs
 from scattering.band import solve_band

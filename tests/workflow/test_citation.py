@@ -2,8 +2,8 @@
 
 import tomllib
 
-from common.config import ROOT
-from common.yaml_file import read_yaml
+from setup.config import ROOT
+from setup.yaml_file import read_yaml
 
 
 def test_citation_is_whole_and_agrees_with_the_project():

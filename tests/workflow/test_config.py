@@ -3,11 +3,11 @@
 import copy
 
 import pytest
+from core.errors import InputError
+from setup.config import ROOT, load, section
+from setup.overview import overview
+from setup.yaml_file import read_yaml
 
-from common.config import ROOT, load, section
-from common.errors import InputError
-from common.overview import overview
-from common.yaml_file import read_yaml
 from learning.experiments import runs
 
 
@@ -339,7 +339,7 @@ def test_a_model_of_ones_own_takes_any_settings(tmp_path, monkeypatch):
     for path in (ROOT / "workflow/scripts/learning/models").glob("*.py"):
         (tmp_path / path.name).write_text(path.read_text())
     (tmp_path / "mine.py").write_text((tmp_path / "knn.py").read_text())
-    monkeypatch.setattr("common.check.MODELS", tmp_path)
+    monkeypatch.setattr("setup.check.MODELS", tmp_path)
     overlay = {"learning": {"models": {"mine": {"depth": 3}}, **one_experiment(models=["mine"])["learning"]}}
     assert load(overlay)["learning"]["models"]["mine"] == {"depth": 3}
 
@@ -356,7 +356,7 @@ def test_a_model_that_cannot_work_is_refused_at_the_start(text, hint, tmp_path, 
     for path in (ROOT / "workflow/scripts/learning/models").glob("*.py"):
         (tmp_path / path.name).write_text(path.read_text())
     (tmp_path / "mine.py").write_text(text)
-    monkeypatch.setattr("common.check.MODELS", tmp_path)
+    monkeypatch.setattr("setup.check.MODELS", tmp_path)
     with pytest.raises(InputError) as caught:
         load({"learning": {"models": {"mine": {}}}})
     assert "learning.models.mine" in str(caught.value) and hint in str(caught.value)

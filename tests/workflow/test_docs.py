@@ -5,9 +5,9 @@ import re
 import numpy as np
 import pytest
 import xarray as xr
+from setup.config import ROOT, load
+from setup.yaml_file import read_yaml
 
-from common.config import ROOT, load
-from common.yaml_file import read_yaml
 from scattering.external import write_external
 
 PAGES = [

@@ -7,9 +7,8 @@ import subprocess
 from types import SimpleNamespace
 
 import pytest
-
-from common.config import ROOT
-from common.yaml_file import read_yaml
+from setup.config import ROOT
+from setup.yaml_file import read_yaml
 
 STAGES = ("mesh", "scattering", "imaging", "learning", "report")
 

@@ -14,11 +14,11 @@ from pathlib import Path
 import numpy as np
 import psutil
 import pytest
+from core.errors import InputError
+from core.sweep import azimuths, elevations, frequencies
+from setup import lock
+from setup.yaml_file import read_yaml
 
-from common import lock
-from common.errors import InputError
-from common.radar import azimuths, elevations, frequencies
-from common.yaml_file import read_yaml
 from scattering.store import write_field
 
 TINY = ("--configfile", "config/tiny.yaml")

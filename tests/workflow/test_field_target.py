@@ -7,9 +7,8 @@ import feko
 import numpy as np
 import pytest
 import xarray as xr
-
-from common.radar import azimuths, elevations, frequencies
-from common.yaml_file import read_yaml
+from core.sweep import azimuths, elevations, frequencies
+from setup.yaml_file import read_yaml
 
 TINY = ("--configfile", "config/tiny.yaml")
 CONFIG = """

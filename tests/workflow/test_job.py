@@ -9,11 +9,12 @@ import time
 from types import SimpleNamespace
 
 import pytest
+from core import job
+from core.errors import InputError
+from setup import disk
+from setup.config import ROOT
 from tqdm import tqdm
 
-from common import job, room
-from common.config import ROOT
-from common.errors import InputError
 from scattering.band import _Progress
 
 
@@ -88,7 +89,7 @@ def test_other_errors_keep_their_traceback(tmp_path):
 JOB = """
 import os, signal, sys
 from types import SimpleNamespace
-from common.job import job
+from core.job import job
 with job(SimpleNamespace(log=[sys.argv[1]], output=["a.zarr"])):
     print("begun")
     {last}
@@ -128,16 +129,16 @@ def test_a_log_without_room_does_not_hide_the_message(capsys):
 
 
 def test_room_for_the_stores(tmp_path, monkeypatch):
-    room.check_writable(tmp_path, tmp_path / "not/yet")
+    disk.check_writable(tmp_path, tmp_path / "not/yet")
     assert not (tmp_path / "not").exists()
     (tmp_path / "file").touch()
     with pytest.raises(InputError, match="file cannot be written to: Not a directory"):
-        room.check_writable(tmp_path / "file")
-    monkeypatch.setattr(room.shutil, "disk_usage", lambda folder: SimpleNamespace(free=2_000_000_000))
+        disk.check_writable(tmp_path / "file")
+    monkeypatch.setattr(disk.shutil, "disk_usage", lambda folder: SimpleNamespace(free=2_000_000_000))
     (tmp_path / "imaging").mkdir()
-    assert room.shortage(tmp_path, 2_000_000_000) == [] and len(room.shortage(tmp_path / "not", 3_000_000_000)) == 1
+    assert disk.shortage(tmp_path, 2_000_000_000) == [] and len(disk.shortage(tmp_path / "not", 3_000_000_000)) == 1
     with open(tmp_path / "imaging/a", "wb") as file:
         file.truncate(1_000_000_000)
-    assert room.shortage(tmp_path, 3_000_000_000) == []
-    (line,) = room.shortage(tmp_path, 4_000_000_000)
+    assert disk.shortage(tmp_path, 3_000_000_000) == []
+    (line,) = disk.shortage(tmp_path, 4_000_000_000)
     assert line.startswith("Warning: 2 GB are free in ") and line.endswith("may take 3 GB more.")

@@ -10,10 +10,10 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
+from core.sweep import C0, azimuths, elevations, frequencies
+from setup.yaml_file import read_yaml
 from test_docs import blocks
 
-from common.radar import C0, azimuths, elevations, frequencies
-from common.yaml_file import read_yaml
 from scattering.store import write_field
 
 LEARN = ("--configfile", "config/learn.yaml")

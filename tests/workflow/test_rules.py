@@ -3,8 +3,7 @@
 import re
 
 import pytest
-
-from common.config import ROOT
+from setup.config import ROOT
 
 RULES = {
     name: body

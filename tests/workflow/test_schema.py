@@ -3,11 +3,10 @@
 import copy
 
 import pytest
-
-from common.check import check
-from common.config import ROOT, load
-from common.errors import InputError
-from common.schema import check_schema, schema
+from core.errors import InputError
+from setup.check import check
+from setup.config import ROOT, load
+from setup.schema import check_schema, schema
 
 # Of mappings of names that the user gives, one that the default config has.
 NAMED = {"targets": "drone", "models": "knn", "experiments": "fcnn_open"}

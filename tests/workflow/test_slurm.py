@@ -11,9 +11,9 @@ from pathlib import Path
 import pandas as pd
 import pytest
 import slurm
+from setup.config import load
+from setup.yaml_file import read_yaml
 
-from common.config import load
-from common.yaml_file import read_yaml
 from scattering import needs
 
 pytestmark = pytest.mark.skipif(bool(slurm.missing()), reason=slurm.missing())

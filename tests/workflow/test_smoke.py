@@ -121,12 +121,12 @@ FILES = {
     "workflow/scripts/learning/capsules.py": {},
     "workflow/scripts/report/style.css": {"report": 1},
     "workflow/scripts/report/page.py": {"report": 1},
-    "workflow/scripts/common/radar.py": ALL,
+    "workflow/scripts/core/sweep.py": ALL,
     "resources/cad/ufo.stl": ONE_UNKNOWN,
 }
 NO_RESULT_OF = (
     "workflow/scripts/learning/models/svm.py",
-    "workflow/scripts/common/overview.py",
+    "workflow/scripts/setup/overview.py",
     "workflow/rules/mesh.smk",
     "config/config.yaml",
     "config/smoke.yaml",

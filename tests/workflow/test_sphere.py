@@ -3,8 +3,7 @@
 import mie
 import numpy as np
 import xarray as xr
-
-from common.radar import C0
+from core.sweep import C0
 
 RADIUS, FREQUENCY = 0.15, 1.0e9
 CONFIG = f"""

@@ -1,10 +1,9 @@
 """Config files that YAML readers pass over in silence, or choke on."""
 
 import pytest
-
-from common.config import load
-from common.errors import InputError
-from common.yaml_file import read_yaml
+from core.errors import InputError
+from setup.config import load
+from setup.yaml_file import read_yaml
 
 
 def test_key_that_stands_twice_is_refused(tmp_path):

@@ -21,14 +21,14 @@ os.environ.update(PYTHONPATH=SCRIPTS)
 if {Quietness.PROGRESS, Quietness.ALL} & set(workflow.output_settings.quiet or ()):
     os.environ.update(ISARFLOW_QUIET="yes")  # jobs draw no progress bars
 
-from common import lock, room
-from common import radar as sweep
-from common.check import face, model_path
-from common.closure import closure
-from common.config import load, section
-from common.errors import InputError
-from common.overview import overview
-from common.radar import images_are_made
+from setup import disk, lock
+from core import sweep
+from setup.check import face, model_path
+from setup.closure import closure
+from setup.config import load, section
+from core.errors import InputError
+from setup.overview import overview
+from core.sweep import images_are_made
 from imaging.geometry import PURE_NOISE, megabytes, planned
 from learning import experiments
 from report.selection import decoded_snrs, noise_snrs, noisy_targets
@@ -38,7 +38,7 @@ try:
     config = load(config, workflow.configfiles)
     RESULTS = f"results/{config['name']}"
     if workflow.is_main_process:
-        room.check_writable(".", RESULTS)
+        disk.check_writable(".", RESULTS)
 except InputError as error:
     # Not as an exception of Snakemake's, which would begin with a line of this file.
     sys.exit(str(error))

@@ -6,9 +6,8 @@ onto one by bilinear interpolation; `exact` takes every sample where it is (back
 """
 
 import numpy as np
-
-from common.errors import InputError
-from common.radar import C0, closes_circle
+from core.errors import InputError
+from core.sweep import C0, closes_circle
 
 WINDOWS = {"hamming": np.hamming, "hann": np.hanning, "blackman": np.blackman, "boxcar": np.ones}
 LEAST_DEPTH = 0.5  # of the bandwidth: a shallower rectangle makes images of far coarser range than the sweep's

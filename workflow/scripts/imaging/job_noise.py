@@ -1,5 +1,6 @@
-from common.job import job
-from common.radar import snr_of_label
+from core.job import job
+from core.sweep import snr_of_label
+
 from imaging.store import make_noisy
 
 with job(snakemake):

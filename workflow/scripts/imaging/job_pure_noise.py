@@ -1,4 +1,5 @@
-from common.job import job
+from core.job import job
+
 from imaging.store import make_pure_noise
 
 with job(snakemake):

@@ -5,8 +5,7 @@ import itertools
 from typing import NamedTuple
 
 import numpy as np
-
-from common.errors import InputError
+from core.errors import InputError
 
 STATE = "model.npz"
 NOT_HYPER = ("kind", "other")  # settings of a model that are not its own hyper-parameters

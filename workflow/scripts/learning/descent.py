@@ -8,9 +8,8 @@ import zipfile
 from pathlib import Path
 
 import numpy as np
+from core.errors import InputError
 from tqdm import tqdm
-
-from common.errors import InputError
 
 ANY_SNR = "any"
 BETWEEN = 20.0  # seconds between two writings of a checkpoint, at least

@@ -1,9 +1,8 @@
 """The experiments of a config, one by one: what each run trains on and is tested on."""
 
 import numpy as np
-
-from common.errors import InputError
-from common.radar import snr_label, snr_of_label
+from core.errors import InputError
+from core.sweep import snr_label, snr_of_label
 
 CLEAN = "clean"
 TOLERANCE = 1e-4  # degrees: two angles nearer than this are the same one

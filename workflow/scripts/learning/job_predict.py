@@ -1,4 +1,5 @@
-from common.job import job
+from core.job import job
+
 from learning.predict import predict
 
 with job(snakemake):

@@ -4,7 +4,8 @@ from pathlib import Path
 # One thread, as the rule says, and so the same bits on every machine. XLA takes the number of cores from here.
 os.environ["NPROC"] = "1"
 
-from common.job import job
+from core.job import job
+
 from learning.train import train
 
 with job(snakemake):

@@ -1,9 +1,8 @@
 """Division of the viewing azimuths between training, validation and test."""
 
 import numpy as np
-
-from common.errors import InputError
-from common.radar import closes_circle
+from core.errors import InputError
+from core.sweep import closes_circle
 
 SIDES = ("train", "validation", "test")
 

@@ -4,8 +4,7 @@ import importlib.util
 from pathlib import Path
 
 import numpy as np
-
-from common.errors import InputError
+from core.errors import InputError
 
 FORMATS = (".step", ".stp", ".iges", ".igs")
 INSTALL = ".venv/bin/pip install --require-hashes -r envs/requirements-step.lock"

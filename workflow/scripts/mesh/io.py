@@ -3,8 +3,7 @@
 from pathlib import Path
 
 import numpy as np
-
-from common.errors import InputError
+from core.errors import InputError
 
 HEADER = (
     "ply\nformat binary_little_endian 1.0\ncomment isarflow mesh, metres\n"

@@ -1,4 +1,5 @@
-from common.job import job
+from core.job import job
+
 from mesh.build import write
 
 with job(snakemake):

@@ -2,8 +2,8 @@
 
 from math import ceil
 
-from common import radar as sweep
-from common.errors import InputError
+from core import sweep
+from core.errors import InputError
 
 COARSEST, FINEST = 5, 2000  # edges in a wavelength, the least and the most that the config allows
 ACROSS = 10  # mean edges in a target's largest extent; a plate with five of them was seen to be 2 dB wrong

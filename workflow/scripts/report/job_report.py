@@ -1,6 +1,7 @@
 from pathlib import Path
 
-from common.job import job
+from core.job import job
+
 from report.page import write_report
 
 with job(snakemake):

@@ -11,8 +11,7 @@ import re
 from typing import NamedTuple
 
 import numpy as np
-
-from common.errors import InputError
+from core.errors import InputError
 
 COLUMNS = ("Theta", "Phi", "Re(Etheta)", "Im(Etheta)", "Re(Ephi)", "Im(Ephi)", "RCS(Total)")
 ANGLE = 1e-4  # degrees within which two directions are the same

@@ -1,4 +1,5 @@
-from common.job import job
+from core.job import job
+
 from scattering.external import write_external
 
 with job(snakemake):

@@ -1,4 +1,5 @@
-from common.job import job
+from core.job import job
+
 from scattering.store import join_bands
 
 with job(snakemake):

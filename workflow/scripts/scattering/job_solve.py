@@ -1,4 +1,5 @@
-from common.job import job
+from core.job import job
+
 from scattering.band import solve_band
 
 with job(snakemake):

@@ -3,7 +3,7 @@
 import hashlib
 from pathlib import Path
 
-from common.errors import InputError
+from core.errors import InputError
 
 
 def paths(field):

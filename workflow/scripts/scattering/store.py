@@ -4,8 +4,7 @@ import importlib.metadata
 import platform
 
 import xarray as xr
-
-from common.store import open_store, write
+from core.store import open_store, write
 
 CONVENTION = (
     "E_s = field exp(-j k r) / r for a unit incident plane wave, exp(+j omega t), phase referred to the origin; "

@@ -1,9 +1,9 @@
 """Capsule network with a decoder, by JAX and optax: what it cannot reconstruct is none of the known classes."""
 
 import numpy as np
+from core.errors import InputError
 from scipy.special import logsumexp
 
-from common.errors import InputError
 from learning import capsules, known
 from learning.classifier import OTHER, Classifier, Outcome
 from learning.descent import Batches, Checkpoint, descend

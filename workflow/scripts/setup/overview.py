@@ -4,17 +4,17 @@ import json
 from pathlib import Path
 
 import numpy as np
+from core.errors import InputError
+from core.sweep import images_are_made
 
-from common.config import BASE, read_yaml
-from common.errors import InputError
-from common.radar import images_are_made
-from common.room import shortage
 from imaging.geometry import describe, planned
 from mesh import cad_kernel, symmetry, topology
 from mesh.read import in_metres, read_cad
 from mesh.resolution import check_resolution
 from report.caveats import LEARNING, warnings
 from scattering import needs
+from setup.config import BASE, read_yaml
+from setup.disk import shortage
 
 
 def overview(config, results, refuse=False):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from common.errors import InputError
+from core.errors import InputError
 
 C0 = 299_792_458.0  # speed of light in vacuum, m/s (exact)
 

@@ -4,11 +4,12 @@ import os
 import re
 from pathlib import Path
 
-from common.check import check
-from common.errors import InputError
-from common.schema import check_schema
-from common.yaml_file import read_yaml
+from core.errors import InputError
+
 from learning.experiments import CLEAN
+from setup.check import check
+from setup.schema import check_schema
+from setup.yaml_file import read_yaml
 
 ROOT = Path(__file__).resolve().parents[3]
 BASE = ROOT / "config" / "config.yaml"

@@ -11,8 +11,7 @@ import time
 from pathlib import Path
 
 import psutil
-
-from common.errors import InputError
+from core.errors import InputError
 
 LOCKS = Path(".snakemake") / "locks"
 RUNS = Path(".snakemake") / "runs"

@@ -6,11 +6,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from core import sweep
+from core.errors import InputError
+from core.sweep import images_are_made
 
-from common import radar as sweep
-from common.errors import InputError
-from common.radar import images_are_made
-from common.schema import check_schema, near, schema
 from imaging.formation import window
 from imaging.geometry import PURE_NOISE, centres, planned
 from learning.classifier import NOT_HYPER, OTHER, choices
@@ -18,6 +17,7 @@ from learning.experiments import CLEAN, TOLERANCE, runs
 from learning.split import split
 from mesh import cad_kernel
 from scattering import origin
+from setup.schema import check_schema, near, schema
 
 ROOT = Path(__file__).resolve().parents[3]
 MODELS = ROOT / "workflow" / "scripts" / "learning" / "models"

@@ -10,7 +10,7 @@ import traceback
 
 import threadpoolctl
 
-from common.errors import InputError
+from core.errors import InputError
 
 SECONDS = 30  # between a progress bar's lines in a log
 ROOM = "Make room there and run the same command: it goes on with what is missing."

@@ -5,7 +5,7 @@ import shutil
 import tempfile
 from pathlib import Path
 
-from common.errors import InputError
+from core.errors import InputError
 
 
 def check_writable(*folders):
