@@ -11,11 +11,11 @@ import jax
 import numpy as np
 import optax
 import threadpoolctl
-from setup.config import load
 
 from learning import capsules
 from learning.classifier import build
 from learning.timing import BATCH, cpu, time_batches
+from setup.config import load
 
 SIDE, IMAGES, STEP = 32, 6460, 32  # pixels a side, training images of the reference experiment, images of a timed step
 PUBLISHED = 0.6934  # ms, the thesis's table 5.3

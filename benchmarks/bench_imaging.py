@@ -15,11 +15,11 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import yaml
+
 from core.sweep import C0, azimuths, elevations, frequencies, snr_label
+from scattering.store import write_field
 from setup.config import load
 from setup.yaml_file import read_yaml
-
-from scattering.store import write_field
 
 NAME = "bench_imaging"
 FOLDER = Path("results", NAME)

@@ -14,13 +14,13 @@ import time
 from pathlib import Path
 
 import pandas as pd
-from core.sweep import azimuths, bands, elevations
-from setup.config import load
-from setup.yaml_file import read_yaml
 
+from core.sweep import azimuths, bands, elevations
 from mesh.io import read_ply
 from scattering import needs
 from scattering.solve import PARTS, solve
+from setup.config import load
+from setup.yaml_file import read_yaml
 
 POWERS = {"assembly": (2, 1), "factorization": (3, 2), "directions": (2, 2)}  # of unknowns, and of 2^planes below
 

@@ -17,9 +17,9 @@ import mie
 import numpy as np
 import pandas as pd
 import threadpoolctl
-from core.sweep import C0
 from test_truth import ANGLES, pattern
 
+from core.sweep import C0
 from imaging.formation import pixel_axes, response
 from imaging.point_response import point_response
 from scattering import magnetic, nearfield

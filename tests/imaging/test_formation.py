@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+
 from core.errors import InputError
 from core.sweep import C0
-
 from imaging import formation
 from imaging.geometry import project
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+
 from core.errors import InputError
 from core.sweep import snr_label, snr_of_label
-
 from imaging.noise import definition_offset, generator, signal_power, white_noise
 
 

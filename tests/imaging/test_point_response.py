@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from core.sweep import C0
 
+from core.sweep import C0
 from imaging.point_response import point_response
 
 EXTENT = np.array([C0 / (2 * 3e9 / 26), C0 / 5.55e9 / (2 * 2 * np.pi / 242)])  # m, eqs. 3.11, 3.13

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 import xarray as xr
-from core.errors import InputError
 
+from core.errors import InputError
 from imaging.formation import apertures
 from imaging.noise import definition_offset
 from imaging.store import make_clean, make_noisy

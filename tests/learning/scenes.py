@@ -5,8 +5,8 @@ import hashlib
 import numpy as np
 import pandas as pd
 import xarray as xr
-from core import store
 
+from core import store
 from learning import images
 from learning.experiments import LEARNED, runs
 from learning.predict import predict

@@ -4,10 +4,10 @@ import tracemalloc
 
 import numpy as np
 import pytest
-from setup.check import MODELS, face
 
 from learning.classifier import OTHER, build
 from learning.experiments import cleanest, megabytes
+from setup.check import MODELS, face
 
 
 def complex_noise(random, *shape):

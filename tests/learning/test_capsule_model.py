@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from core.errors import InputError
 from scipy.stats import rayleigh
 from sklearn.mixture import GaussianMixture
 
+from core.errors import InputError
 from learning import capsules, descent, known
 from learning.classifier import OTHER, build
 from learning.models import capsule

@@ -3,8 +3,8 @@
 import numpy as np
 import optax
 import pytest
-from core.errors import InputError
 
+from core.errors import InputError
 from learning import descent
 from learning.descent import COLUMNS, Batches, Checkpoint, descend
 

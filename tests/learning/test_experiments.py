@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
-from core.errors import InputError
 
+from core.errors import InputError
 from learning.classifier import choices
 from learning.descent import ANY_SNR, Batches
 from learning.experiments import label, runs, snrs_in_words, train_snr_db, training

@@ -1,12 +1,12 @@
 import numpy as np
 import pytest
-from core.errors import InputError
 from scipy.special import softmax
 from sklearn.linear_model import LogisticRegression
 from sklearn.multiclass import OneVsRestClassifier
 from sklearn.neighbors import KNeighborsClassifier
 from sklearn.svm import SVC
 
+from core.errors import InputError
 from learning import openmax
 from learning.classifier import build
 from learning.features import real_imaginary, squared_distances

@@ -6,8 +6,9 @@ import sys
 import types
 
 import pytest
-from core.errors import InputError
 from scenes import ROLES, digest, fitted, tables_of
+
+from core.errors import InputError
 from setup.config import ROOT
 
 PLAIN = """

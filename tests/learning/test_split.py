@@ -2,8 +2,8 @@ import itertools
 
 import numpy as np
 import pytest
-from core.errors import InputError
 
+from core.errors import InputError
 from learning.split import SIDES, split
 
 SETTINGS = {"scheme": "random", "train": 0.7, "validation": 0.33}

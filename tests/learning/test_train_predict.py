@@ -7,7 +7,6 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
-from core.errors import InputError
 from scenes import (
     APERTURE,
     AZIMUTHS,
@@ -25,6 +24,7 @@ from scenes import (
     write,
 )
 
+from core.errors import InputError
 from learning import images, timing
 from learning.classifier import build
 from learning.predict import classify

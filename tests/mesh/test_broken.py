@@ -5,7 +5,6 @@ import resource
 
 import numpy as np
 import pytest
-from core.errors import InputError
 from shapes_made import (
     binary_stl,
     check_solid,
@@ -21,6 +20,7 @@ from shapes_made import (
     torus,
 )
 
+from core.errors import InputError
 from mesh import topology
 from mesh.build import build
 from mesh.io import write_ply

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from core.errors import InputError
 from shapes_made import cube, fine_cube, lofted, sphere, together, torus
 
+from core.errors import InputError
 from mesh import arrange, contact, symmetry, topology
 from mesh.build import build
 from mesh.io import write_ply

@@ -4,9 +4,9 @@ import struct
 
 import numpy as np
 import pytest
-from core.errors import InputError
 from shapes_made import binary_stl, cube
 
+from core.errors import InputError
 from mesh import topology
 from mesh.build import build
 from mesh.read import read_cad

@@ -4,16 +4,16 @@ import re
 
 import numpy as np
 import pytest
-from core.errors import InputError
-from core.sweep import C0
-from setup.config import load
-from setup.overview import overview
 from shapes_made import cube, save
 
+from core.errors import InputError
+from core.sweep import C0
 from mesh.build import build
 from mesh.io import write_ply
 from mesh.repair import repair
 from scattering.solve import solve
+from setup.config import load
+from setup.overview import overview
 
 RADAR = {"center_frequency": C0, "bandwidth": 0.0, "frequencies": 1, "polarizations": ["VV"]}  # wavelength 1 m
 ASPECT = {"elevation": {"start": 0, "stop": 0, "step": 1}, "azimuth": {"count": 8}}

@@ -4,9 +4,9 @@ import json
 
 import numpy as np
 import pytest
-from core.errors import InputError
 from shapes_made import cube, save, sphere
 
+from core.errors import InputError
 from mesh import read, symmetry, topology
 from mesh.build import build, write
 from mesh.distance import hausdorff

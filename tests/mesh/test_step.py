@@ -5,12 +5,12 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from core.errors import InputError
-from setup.check import _check_targets
 from shapes_made import check_solid
 
+from core.errors import InputError
 from mesh import cad_kernel, topology
 from mesh.build import build
+from setup.check import _check_targets
 
 RADAR = {"center_frequency": 1.0e9, "bandwidth": 0.0, "frequencies": 1, "polarizations": ["VV"]}
 MESH = {"edges_per_wavelength": 10, "bands": 1}

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from setup.config import load
 
 from mesh import topology
 from mesh.build import build
 from mesh.read import read_cad
+from setup.config import load
 
 CONFIG = load()
 CLOSED = ("drone", "missile", "aircraft", "ufo")

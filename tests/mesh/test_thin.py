@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from core.errors import InputError
 from shapes_made import cone, cube, lofted, save, together
 
+from core.errors import InputError
 from mesh import topology
 from mesh.build import build
 

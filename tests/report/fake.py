@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import xarray as xr
+
 from core import store as stores
 from core import sweep
-
 from learning.experiments import runs, train_snr_db, training
 from learning.scores import COLUMNS, CONFUSION, VALIDATION
 from mesh.figures import describe, size

@@ -11,8 +11,8 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
-from core.sweep import C0
 
+from core.sweep import C0
 from report import (
     draw_images,
     draw_mesh,

@@ -1,6 +1,7 @@
 """The far-field files that FEKO would write of small scatterers, in closed form."""
 
 import numpy as np
+
 from core.sweep import C0
 
 COLUMNS = ("Theta", "Phi", "Re(Etheta)", "Im(Etheta)", "Re(Ephi)", "Im(Ephi)", "RCS(Theta)", "RCS(Phi)", "RCS(Total)")

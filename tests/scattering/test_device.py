@@ -3,11 +3,11 @@
 import jax
 import numpy as np
 import pytest
-from core.errors import InputError
 from test_magnetic import general, outward
 from test_matrix import filled, symmetric
 from test_solve import AZIMUTH, ELEVATION, FREQUENCY, octasphere
 
+from core.errors import InputError
 from scattering import solve as solver
 from scattering.device import GeneralOnDevice, SymmetricOnDevice
 

@@ -9,9 +9,9 @@ import mie
 import numpy as np
 import pytest
 import xarray as xr
+
 from core.errors import InputError
 from core.sweep import azimuths, elevations, frequencies
-
 from imaging.store import make_clean, make_noisy
 from mesh.io import write_ply
 from scattering import origin

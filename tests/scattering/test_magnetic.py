@@ -4,11 +4,11 @@ import jax.numpy as jnp
 import mie
 import numpy as np
 import pytest
-from core.errors import InputError
 from scipy.integrate import dblquad
 from test_matrix import K
 from test_solve import AZIMUTH, ELEVATION, FREQUENCY, decibel, octasphere, sheet
 
+from core.errors import InputError
 from scattering import magnetic, nearfield
 from scattering.assembly import assemble
 from scattering.basis import fundamental_domain, rwg

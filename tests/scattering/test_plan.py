@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from core.errors import InputError
-from setup.config import load
 
+from core.errors import InputError
 from mesh.io import write_ply
 from scattering import needs
 from scattering.band import solve_band
 from scattering.plan import planned_megabytes, planned_seconds, unknowns_that_fit
+from setup.config import load
 
 RADAR = {"center_frequency": 2.775e9, "bandwidth": 1.5e9, "frequencies": 14, "polarizations": ["VV"]}
 ASPECT = {"elevation": {"start": -45, "stop": 45, "step": 15}, "azimuth": {"count": 121}}

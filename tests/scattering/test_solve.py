@@ -3,9 +3,9 @@
 import mie
 import numpy as np
 import pytest
+
 from core.errors import InputError
 from core.sweep import C0
-
 from scattering.basis import fundamental_domain, rwg, unknowns
 from scattering.solve import MAX_RESIDUAL, solve
 

@@ -3,12 +3,13 @@
 import copy
 
 import pytest
+
 from core.errors import InputError
+from learning.experiments import runs
 from setup.config import ROOT, load, section
+from setup.kinds import MODELS
 from setup.overview import overview
 from setup.yaml_file import read_yaml
-
-from learning.experiments import runs
 
 
 @pytest.fixture(autouse=True)
@@ -338,8 +339,8 @@ def test_a_model_has_the_settings_of_its_kind_where_it_has_none():
 def test_a_model_of_ones_own_takes_any_settings(tmp_path, monkeypatch):
     for path in (ROOT / "workflow/scripts/learning/models").glob("*.py"):
         (tmp_path / path.name).write_text(path.read_text())
-    (tmp_path / "mine.py").write_text((tmp_path / "knn.py").read_text())
-    monkeypatch.setattr("setup.check.MODELS", tmp_path)
+    (tmp_path / "mine.py").write_text((tmp_path / "knn.py").read_text().replace("SETTINGS", "NOTES"))
+    monkeypatch.setattr("setup.check.MODELS", MODELS._replace(folder=str(tmp_path)))
     overlay = {"learning": {"models": {"mine": {"depth": 3}}, **one_experiment(models=["mine"])["learning"]}}
     assert load(overlay)["learning"]["models"]["mine"] == {"depth": 3}
 
@@ -356,7 +357,7 @@ def test_a_model_that_cannot_work_is_refused_at_the_start(text, hint, tmp_path, 
     for path in (ROOT / "workflow/scripts/learning/models").glob("*.py"):
         (tmp_path / path.name).write_text(path.read_text())
     (tmp_path / "mine.py").write_text(text)
-    monkeypatch.setattr("setup.check.MODELS", tmp_path)
+    monkeypatch.setattr("setup.check.MODELS", MODELS._replace(folder=str(tmp_path)))
     with pytest.raises(InputError) as caught:
         load({"learning": {"models": {"mine": {}}}})
     assert "learning.models.mine" in str(caught.value) and hint in str(caught.value)

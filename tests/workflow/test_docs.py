@@ -5,10 +5,10 @@ import re
 import numpy as np
 import pytest
 import xarray as xr
-from setup.config import ROOT, load
-from setup.yaml_file import read_yaml
 
 from scattering.external import write_external
+from setup.config import ROOT, load
+from setup.yaml_file import read_yaml
 
 PAGES = [
     *sorted((ROOT / "docs").glob("*.md")),

@@ -7,6 +7,7 @@ import subprocess
 from types import SimpleNamespace
 
 import pytest
+
 from setup.config import ROOT
 from setup.yaml_file import read_yaml
 

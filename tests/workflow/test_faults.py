@@ -14,12 +14,12 @@ from pathlib import Path
 import numpy as np
 import psutil
 import pytest
+
 from core.errors import InputError
 from core.sweep import azimuths, elevations, frequencies
+from scattering.store import write_field
 from setup import lock
 from setup.yaml_file import read_yaml
-
-from scattering.store import write_field
 
 TINY = ("--configfile", "config/tiny.yaml")
 RESULTS = "results/tiny-2.0"

@@ -7,6 +7,7 @@ import feko
 import numpy as np
 import pytest
 import xarray as xr
+
 from core.sweep import azimuths, elevations, frequencies
 from setup.yaml_file import read_yaml
 

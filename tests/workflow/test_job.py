@@ -9,13 +9,13 @@ import time
 from types import SimpleNamespace
 
 import pytest
-from core import job
-from core.errors import InputError
-from setup import disk
-from setup.config import ROOT
 from tqdm import tqdm
 
+from core import job
+from core.errors import InputError
 from scattering.band import _Progress
+from setup import disk
+from setup.config import ROOT
 
 
 class Terminal(io.StringIO):

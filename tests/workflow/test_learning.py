@@ -10,11 +10,11 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
-from core.sweep import C0, azimuths, elevations, frequencies
-from setup.yaml_file import read_yaml
 from test_docs import blocks
 
+from core.sweep import C0, azimuths, elevations, frequencies
 from scattering.store import write_field
+from setup.yaml_file import read_yaml
 
 LEARN = ("--configfile", "config/learn.yaml")
 CONFIG = """

@@ -3,6 +3,7 @@
 import re
 
 import pytest
+
 from setup.config import ROOT
 
 RULES = {

@@ -3,9 +3,11 @@
 import copy
 
 import pytest
+
 from core.errors import InputError
 from setup.check import check
 from setup.config import ROOT, load
+from setup.kinds import MODELS, available, kind
 from setup.schema import check_schema, schema
 
 # Of mappings of names that the user gives, one that the default config has.
@@ -27,8 +29,8 @@ def keys_of(rules, path=()):
 
 
 KEYS = dict(keys_of(schema()))
-for kind, rules in schema()["$defs"]["kinds"].items():
-    KEYS |= dict(keys_of(rules, ("learning", "models", kind)))
+for name in available(MODELS):
+    KEYS |= {("learning", "models", name, key): True for key in kind(MODELS, name).settings}
 
 
 @pytest.fixture(scope="module")

@@ -11,10 +11,10 @@ from pathlib import Path
 import pandas as pd
 import pytest
 import slurm
-from setup.config import load
-from setup.yaml_file import read_yaml
 
 from scattering import needs
+from setup.config import load
+from setup.yaml_file import read_yaml
 
 pytestmark = pytest.mark.skipif(bool(slurm.missing()), reason=slurm.missing())
 RESULTS = "results/smoke"

@@ -3,6 +3,7 @@
 import mie
 import numpy as np
 import xarray as xr
+
 from core.sweep import C0
 
 RADIUS, FREQUENCY = 0.15, 1.0e9

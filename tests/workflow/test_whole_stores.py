@@ -6,9 +6,9 @@ import subprocess
 import numpy as np
 import pytest
 import xarray as xr
+
 from core.errors import InputError
 from core.store import SUMS, open_store, write
-
 from imaging.store import make_clean, make_noisy, make_pure_noise
 from learning import images
 from report.results import Results

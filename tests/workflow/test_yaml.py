@@ -1,6 +1,7 @@
 """Config files that YAML readers pass over in silence, or choke on."""
 
 import pytest
+
 from core.errors import InputError
 from setup.config import load
 from setup.yaml_file import read_yaml

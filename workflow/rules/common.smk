@@ -23,7 +23,7 @@ if {Quietness.PROGRESS, Quietness.ALL} & set(workflow.output_settings.quiet or (
 
 from setup import disk, lock
 from core import sweep
-from setup.check import face, model_path
+from setup.check import model_kind
 from setup.closure import closure
 from setup.config import load, section
 from core.errors import InputError
@@ -172,7 +172,7 @@ def images_shown():
 
 def model_code(*models):
     """The files that these models of the config are made of: their own, which jobs load by name, and what they import."""
-    return code(*(os.path.relpath(model_path(MODELS, model), SCRIPTS) for model in models))
+    return code(*(model_kind(MODELS, model).file for model in models))
 
 
 def trained_targets(model):
@@ -199,7 +199,7 @@ def decoders():
     """The models with a decoder, <run>/<model>, in runs that are tested on unknown targets."""
     found = []
     for run, model in (fitted.split("/") for fitted in FITTED):
-        if RUNS[run]["open"] and "reconstruct" in face(model_path(MODELS, model)).methods:
+        if RUNS[run]["open"] and "reconstruct" in model_kind(MODELS, model).methods:
             found.append(f"{run}/{model}")
     return found
 
@@ -216,5 +216,5 @@ def megabytes_of(run, model):
         pixels = run["upsample"] ** 2
     sets = len(trained_targets(model)) * sum(1 if snr == experiments.CLEAN else copies for snr in run["snrs"])
     sets = max(sets, copies)  # a prediction reads the noisy images of a target at a time
-    covariances = len(run["snrs"]) if face(model_path(MODELS, model)).covariances else 0
+    covariances = len(run["snrs"]) if model_kind(MODELS, model).stated.get("covariances", False) else 0
     return int(experiments.megabytes(figures["images"] * sets, pixels, covariances))

@@ -6,6 +6,7 @@ onto one by bilinear interpolation; `exact` takes every sample where it is (back
 """
 
 import numpy as np
+
 from core.errors import InputError
 from core.sweep import C0, closes_circle
 

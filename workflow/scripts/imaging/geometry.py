@@ -18,10 +18,10 @@ seen from above with the radar below it, and crossrange is to the right as seen 
 """
 
 import numpy as np
+
 from core import sweep
 from core.errors import InputError
 from core.sweep import C0, closes_circle
-
 from imaging.formation import pixel_axes
 
 BYTES = 8  # one complex64

@@ -1,6 +1,5 @@
 from core.job import job
 from core.sweep import snr_of_label
-
 from imaging.store import make_noisy
 
 with job(snakemake):

@@ -1,5 +1,4 @@
 from core.job import job
-
 from imaging.store import make_pure_noise
 
 with job(snakemake):

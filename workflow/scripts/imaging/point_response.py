@@ -1,8 +1,8 @@
 """What one scatterer becomes in an image, wherever it stands: the figures of merit of a way to form images."""
 
 import numpy as np
-from core.sweep import C0
 
+from core.sweep import C0
 from imaging.formation import pixel_axes, response
 
 FINE = 4  # points a pixel, on which peaks are looked for

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
+
 from core import store as stores
 from core import sweep
 from core.errors import InputError
-
 from imaging.formation import apertures, form_images, pixel_axes, response, wavenumber_grid
 from imaging.geometry import PURE_NOISE, centres, describe, geometry, uniform_step, warnings
 from imaging.noise import definition_offset, generator, white_noise

@@ -5,6 +5,7 @@ import itertools
 from typing import NamedTuple
 
 import numpy as np
+
 from core.errors import InputError
 
 STATE = "model.npz"

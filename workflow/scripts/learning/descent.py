@@ -8,8 +8,9 @@ import zipfile
 from pathlib import Path
 
 import numpy as np
-from core.errors import InputError
 from tqdm import tqdm
+
+from core.errors import InputError
 
 ANY_SNR = "any"
 BETWEEN = 20.0  # seconds between two writings of a checkpoint, at least

@@ -1,6 +1,7 @@
 """The experiments of a config, one by one: what each run trains on and is tested on."""
 
 import numpy as np
+
 from core.errors import InputError
 from core.sweep import snr_label, snr_of_label
 

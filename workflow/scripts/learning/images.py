@@ -4,9 +4,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+
 from core.errors import InputError
 from core.store import open_store
-
 from learning.experiments import TOLERANCE
 from learning.features import upsample
 

@@ -1,5 +1,4 @@
 from core.job import job
-
 from learning.predict import predict
 
 with job(snakemake):

@@ -1,5 +1,4 @@
 from core.job import job
-
 from learning.reconstructions import reconstruct
 
 with job(snakemake):

@@ -1,5 +1,4 @@
 from core.job import job
-
 from learning.scores import score
 
 with job(snakemake):

@@ -1,5 +1,4 @@
 from core.job import job
-
 from learning.timing import measure
 
 with job(snakemake):

@@ -5,7 +5,6 @@ from pathlib import Path
 os.environ["NPROC"] = "1"
 
 from core.job import job
-
 from learning.train import train
 
 with job(snakemake):

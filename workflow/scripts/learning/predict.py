@@ -4,9 +4,9 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from core.errors import InputError
 from tqdm import tqdm
 
+from core.errors import InputError
 from learning import images
 from learning.classifier import OTHER, Outcome
 from learning.train import azimuths_of, kind_of, load, run_of

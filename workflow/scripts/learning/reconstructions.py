@@ -4,9 +4,9 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
+
 from core.store import open_store, write
 from core.sweep import snr_of_label
-
 from learning import images
 from learning.experiments import CLEAN
 from learning.train import azimuths_of, load, run_of

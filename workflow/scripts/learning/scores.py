@@ -4,9 +4,9 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from core.sweep import snr_of_label
 from tqdm import tqdm
 
+from core.sweep import snr_of_label
 from learning import thresholds
 from learning.classifier import OTHER
 from learning.experiments import REFERENCE, train_snr_db, training

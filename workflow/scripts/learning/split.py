@@ -1,6 +1,7 @@
 """Division of the viewing azimuths between training, validation and test."""
 
 import numpy as np
+
 from core.errors import InputError
 from core.sweep import closes_circle
 

@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
-from core.errors import InputError
 
+from core.errors import InputError
 from learning import images, trial
 from learning.classifier import OTHER, build, choices
 from learning.descent import ANY_SNR

@@ -7,8 +7,8 @@ import inspect
 from collections.abc import Mapping
 
 import numpy as np
-from core.errors import InputError
 
+from core.errors import InputError
 from learning.classifier import OTHER, Outcome
 
 FEW = 8  # images of a trial

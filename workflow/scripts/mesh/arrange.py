@@ -2,10 +2,10 @@
 
 import igl
 import numpy as np
-from core.errors import InputError
 from igl.copyleft import cgal
 from scipy.spatial import cKDTree
 
+from core.errors import InputError
 from mesh import contact, topology
 
 ROUNDS = 8  # rounding the cuts may make surfaces cross anew, by less each time

@@ -4,9 +4,9 @@ import json
 from pathlib import Path
 
 import numpy as np
+
 from core import sweep
 from core.errors import InputError
-
 from mesh import symmetry, topology
 from mesh.arrange import first_crossing
 from mesh.distance import thickness

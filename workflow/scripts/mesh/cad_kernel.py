@@ -4,6 +4,7 @@ import importlib.util
 from pathlib import Path
 
 import numpy as np
+
 from core.errors import InputError
 
 FORMATS = (".step", ".stp", ".iges", ".igs")

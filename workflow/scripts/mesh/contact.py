@@ -7,11 +7,11 @@ far from the one that it lies on.
 import itertools
 
 import numpy as np
-from core.errors import InputError
 from igl.copyleft import cgal
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from core.errors import InputError
 from mesh import topology
 
 STEEP = np.cos(np.radians(30.0))  # a rim is put onto what its sheet stands on, not onto what it runs along

@@ -11,6 +11,7 @@ from array import array
 from typing import NamedTuple
 
 import numpy as np
+
 from core.errors import InputError
 
 STL_RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])

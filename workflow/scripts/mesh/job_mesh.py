@@ -1,5 +1,4 @@
 from core.job import job
-
 from mesh.build import write
 
 with job(snakemake):

@@ -3,8 +3,8 @@
 from pathlib import Path
 
 import numpy as np
-from core.errors import InputError
 
+from core.errors import InputError
 from mesh import cad_kernel
 from mesh.formats import read_obj, read_off, read_ply, read_stl, triangulated
 

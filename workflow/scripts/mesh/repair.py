@@ -4,11 +4,11 @@ import itertools
 
 import numpy as np
 import pymeshlab
-from core.errors import InputError
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from core.errors import InputError
 from mesh import topology
 from mesh.arrange import arrange
 from mesh.contact import check_hubs, land

@@ -1,9 +1,10 @@
 """Edges of a triangle mesh, and what follows from them: unknowns, components, orientation."""
 
 import numpy as np
-from core.errors import InputError
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
+
+from core.errors import InputError
 
 FEATURE_ANGLE = 40.0  # degrees between face normals; sharper edges are features and stay
 

@@ -1,7 +1,6 @@
 from pathlib import Path
 
 from core.job import job
-
 from report.page import write_report
 
 with job(snakemake):

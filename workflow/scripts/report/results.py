@@ -5,9 +5,9 @@ from functools import cached_property
 from pathlib import Path
 
 import pandas as pd
+
 from core.store import open_store
 from core.sweep import images_are_made, snr_label
-
 from imaging.geometry import PURE_NOISE
 from learning.experiments import runs
 from mesh.io import read_ply

@@ -3,9 +3,9 @@
 import base64
 
 import numpy as np
-from core.sweep import snr_label
 from matplotlib import colormaps
 
+from core.sweep import snr_label
 from learning.experiments import runs
 from mesh.io import read_ply
 from report.draw_images import FLOOR_DB, decibels, edges

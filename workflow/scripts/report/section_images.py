@@ -2,9 +2,9 @@
 
 import numpy as np
 import pandas as pd
+
 from core.errors import InputError
 from core.sweep import snr_label
-
 from imaging.point_response import point_response
 from report.draw_images import FLOOR_DB, edges, gallery
 from report.layout import Figure, Section, Table, canvas, style, to_svg

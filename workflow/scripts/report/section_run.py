@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pandas as pd
 import yaml
-from core import sweep
 
+from core import sweep
 from imaging.geometry import planned
 from learning.experiments import runs
 from report import thesis

@@ -3,8 +3,8 @@
 import matplotlib
 import numpy as np
 import pandas as pd
-from core.sweep import C0
 
+from core.sweep import C0
 from report.layout import Figure, Section, Table, canvas, circle_ticks, number, style, to_svg
 from report.selection import evenly
 

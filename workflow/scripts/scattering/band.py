@@ -7,10 +7,10 @@ from pathlib import Path
 
 import jax
 import numpy as np
-from core.errors import InputError
-from core.sweep import azimuths, bands, elevations
 from tqdm import tqdm
 
+from core.errors import InputError
+from core.sweep import azimuths, bands, elevations
 from mesh import topology
 from mesh.io import read_ply
 from scattering import needs

@@ -21,6 +21,7 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
+
 from core.errors import InputError
 
 PATCH = 330  # triangles of a patch: with its neighbours it fills a tile of the matrix (see `assembly`)

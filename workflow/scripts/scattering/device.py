@@ -10,8 +10,8 @@ import jax
 import jax.numpy as jnp
 import jax.scipy.linalg
 import numpy as np
-from core.errors import InputError
 
+from core.errors import InputError
 from scattering.factorization import GeneralMatrix, SymmetricMatrix
 
 

@@ -2,10 +2,10 @@
 
 import numpy as np
 import xarray as xr
+
 from core.errors import InputError
 from core.store import check_given
 from core.sweep import azimuths, elevations, frequencies
-
 from scattering import ffe, origin
 from scattering.store import CONVENTION, COORDINATES, versions, write_field
 

@@ -11,6 +11,7 @@ import re
 from typing import NamedTuple
 
 import numpy as np
+
 from core.errors import InputError
 
 COLUMNS = ("Theta", "Phi", "Re(Etheta)", "Im(Etheta)", "Re(Ephi)", "Im(Ephi)", "RCS(Total)")

@@ -1,5 +1,4 @@
 from core.job import job
-
 from scattering.external import write_external
 
 with job(snakemake):

@@ -1,5 +1,4 @@
 from core.job import job
-
 from scattering.store import join_bands
 
 with job(snakemake):

@@ -1,5 +1,4 @@
 from core.job import job
-
 from scattering.band import solve_band
 
 with job(snakemake):

@@ -21,9 +21,9 @@ from functools import partial
 import jax
 import jax.numpy as jnp
 import numpy as np
-from core.errors import InputError
 from scipy import sparse
 
+from core.errors import InputError
 from scattering.kernel import by_points, cosine, distances, inverse, sine
 from scattering.nearfield import FINE, area_of, by_chunks
 from scattering.quadrature import cross, dot, points_of, static_gradient, weighted_sum

@@ -5,9 +5,9 @@ from math import floor
 from pathlib import Path
 
 import numpy as np
+
 from core import sweep
 from core.errors import InputError
-
 from mesh.figures import ideal_unknowns
 from mesh.read import UNITS, states_unit
 from mesh.resolution import COARSEST, wanted_edges

@@ -10,8 +10,8 @@ cores divide them, a GPU takes a tenth or less.
 from math import cos, radians, sqrt
 
 import numpy as np
-from core.sweep import C0, azimuths, elevations, frequencies
 
+from core.sweep import C0, azimuths, elevations, frequencies
 from scattering.sampling import TOLERANCE, samples_of_ring
 
 FLOPS = 1.6e11  # real operations a second in single precision, counted as (4/3) N^3

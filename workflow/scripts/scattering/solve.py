@@ -6,9 +6,9 @@ from functools import partial
 
 import jax
 import numpy as np
+
 from core.errors import InputError
 from core.sweep import C0
-
 from scattering import magnetic, nearfield
 from scattering.assembly import assemble
 from scattering.basis import fundamental_domain, rwg

@@ -4,6 +4,7 @@ import importlib.metadata
 import platform
 
 import xarray as xr
+
 from core.store import open_store, write
 
 CONVENTION = (

@@ -1,15 +1,12 @@
 """Check a config, before any work is done: against the schema, and one key against another."""
 
-import ast
-import functools
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
+
 from core import sweep
 from core.errors import InputError
 from core.sweep import images_are_made
-
 from imaging.formation import window
 from imaging.geometry import PURE_NOISE, centres, planned
 from learning.classifier import NOT_HYPER, OTHER, choices
@@ -17,10 +14,10 @@ from learning.experiments import CLEAN, TOLERANCE, runs
 from learning.split import split
 from mesh import cad_kernel
 from scattering import origin
+from setup.kinds import MODELS, check_kind, kind
 from setup.schema import check_schema, near, schema
 
 ROOT = Path(__file__).resolve().parents[3]
-MODELS = ROOT / "workflow" / "scripts" / "learning" / "models"
 FIELD_FORMATS = (".ffe", ".zarr")
 WHERE = " (paths start at the folder you run snakemake in, or at the repository's)"
 MESH_FORMATS = (".stl", ".obj", ".ply", ".off", *cad_kernel.FORMATS)
@@ -171,72 +168,35 @@ def _check_snrs(config):
 
 
 def _check_models(learning):
-    """Every model's settings, against the schema of its kind. A list stands for each of its values."""
-    available = sorted(path.stem for path in MODELS.glob("*.py") if not path.stem.startswith("_"))
+    """Every model's settings, against those that its kind says it has. A list stands for each of its values."""
+    shared = schema()["properties"]["learning"]["properties"]["models"]["additionalProperties"]["properties"]
     for name, settings in learning["models"].items():
-        key, kind = f"config key 'learning.models.{name}", settings.get("kind", name)
-        if kind not in available:
-            hint, misspelt = near(kind, available), [one for one in settings if near(one, ["kind"]) != "."]
-            if "kind" in settings:
-                key += ".kind"
-            elif misspelt:
-                hint = f"; did you mean 'kind' by '{misspelt[0]}'?"
-            raise InputError(
-                f"{key}': there is no model '{kind}'{hint} There are: {', '.join(available)}; one of your "
-                f"own is a file {kind}.py in workflow/scripts/learning/models, or say with 'kind' which of them it is."
-            )
-        _check_model_file(MODELS / f"{kind}.py", key)
-        rules = schema()["$defs"]["kinds"].get(kind)
-        own = {one: value for one, value in settings.items() if one not in NOT_HYPER}
-        for one, value in own.items():
-            if value == []:
+        key, which = f"config key 'learning.models.{name}", settings.get("kind", name)
+        misspelt = [] if "kind" in settings else [one for one in settings if near(one, ["kind"]) != "."]
+        check_kind(
+            MODELS,
+            which,
+            f"{key}{'.kind' if 'kind' in settings else ''}'",
+            f"; did you mean 'kind' by '{misspelt[0]}'?" if misspelt else None,
+        )
+        for one, value in settings.items():
+            if one not in NOT_HYPER and value == []:
                 raise InputError(f"{key}.{one}': an empty list leaves nothing to choose from.")
-        if rules is not None:
-            shared = schema()["properties"]["learning"]["properties"]["models"]["additionalProperties"]["properties"]
-            rules = {**rules, "additionalProperties": False, "properties": {**shared, **rules["properties"]}}
-            rules["$defs"] = schema()["$defs"]
+        own = kind(MODELS, which).settings
+        if own is not None:
+            rules = {
+                "additionalProperties": False,
+                "required": list(own),
+                "properties": shared | own,
+                "$defs": schema()["$defs"],
+            }
             for choice in choices(settings):
                 check_schema(choice, rules, ("learning", "models", name))
 
 
-def _check_model_file(path, key):
-    """Raise InputError for a model's file that is not Python, or without a class Model that can fit and evaluate."""
-    try:
-        found = face(path)
-    except SyntaxError as error:
-        raise InputError(f"{key}': {path.name}, line {error.lineno}: {error.msg}.") from None
-    if not {"fit", "evaluate"} <= found.methods:
-        raise InputError(f"{key}': {path.name} has no class Model with methods fit and evaluate.")
-
-
-class Face(NamedTuple):
-    """What the file of a model says of it: names of its methods, and attributes of `learning.classifier.Classifier`."""
-
-    methods: set
-    by_snr: bool
-    smallest: int
-    covariances: bool
-
-
-@functools.cache
-def face(path):
-    """The Face of the class Model in a file. It is read, not run: that would take longer than all other checks."""
-    tree = ast.parse(path.read_text())
-    body = next((node.body for node in tree.body if isinstance(node, ast.ClassDef) and node.name == "Model"), [])
-    stated = {
-        name.id: node.value.value
-        for node in body
-        if isinstance(node, ast.Assign | ast.AnnAssign) and isinstance(node.value, ast.Constant)
-        for name in (node.targets if isinstance(node, ast.Assign) else [node.target])
-        if isinstance(name, ast.Name)
-    }
-    methods = {node.name for node in body if isinstance(node, ast.FunctionDef)}
-    return Face(methods, stated.get("by_snr", False), stated.get("smallest", 1), stated.get("covariances", False))
-
-
-def model_path(models, name):
-    """The file of a model, models/<kind>.py: its kind is its own name, unless it says another. models: the config's."""
-    return MODELS / f"{models[name].get('kind', name)}.py"
+def model_kind(models, name):
+    """The Kind of a model of the config: that of its own name, unless it says another."""
+    return kind(MODELS, models[name].get("kind", name))
 
 
 def _check_experiments(config):
@@ -278,9 +238,9 @@ def _check_experiments(config):
             if snr != CLEAN and snr not in config["noise"]["snr_db"]:
                 have = ", ".join(f"{one:g}" for one in sorted(config["noise"]["snr_db"]))
                 raise InputError(f"{key}.train.snr_db': {snr} is not in noise.snr_db ({have}).")
-        faces = {model: face(model_path(learning["models"], model)) for model in run["models"]}
+        stated = {model: model_kind(learning["models"], model).stated for model in run["models"]}
         for model in run["models"] if run["random_snr"] else ():
-            if not faces[model].by_snr:
+            if not stated[model].get("by_snr", False):
                 raise InputError(f"{key}.train.snr_db': {model} does not keep the SNRs of its images apart.")
         if run["upsample"] != "none" and run["upsample"] < max(sides):
             raise InputError(
@@ -288,13 +248,14 @@ def _check_experiments(config):
             )
         pixels = min(sides) if run["upsample"] == "none" else run["upsample"]
         for model in run["models"]:
-            if pixels < faces[model].smallest:
+            smallest = stated[model].get("smallest", 1)
+            if pixels < smallest:
                 raise InputError(
-                    f"{key}.upsample': {model} needs {faces[model].smallest} pixels a side or more, these images "
+                    f"{key}.upsample': {model} needs {smallest} pixels a side or more, these images "
                     f"have {pixels}; 32 is usual."
                 )
             count = np.prod(sides) if run["upsample"] == "none" else run["upsample"] ** 2
-            if faces[model].covariances and count > MOST_PIXELS:
+            if stated[model].get("covariances", False) and count > MOST_PIXELS:
                 raise InputError(
                     f"{key}.upsample': {model} keeps covariances of all pixels, and these images have {count}; "
                     f"{MOST_PIXELS} (64 a side) are the most it takes."

@@ -5,7 +5,6 @@ import re
 from pathlib import Path
 
 from core.errors import InputError
-
 from learning.experiments import CLEAN
 from setup.check import check
 from setup.schema import check_schema

@@ -11,6 +11,7 @@ import time
 from pathlib import Path
 
 import psutil
+
 from core.errors import InputError
 
 LOCKS = Path(".snakemake") / "locks"

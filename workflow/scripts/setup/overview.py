@@ -4,9 +4,9 @@ import json
 from pathlib import Path
 
 import numpy as np
+
 from core.errors import InputError
 from core.sweep import images_are_made
-
 from imaging.geometry import describe, planned
 from mesh import cad_kernel, symmetry, topology
 from mesh.read import in_metres, read_cad

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import jsonschema
 import yaml
+
 from core.errors import InputError
 
 SCHEMA = Path(__file__).resolve().parents[3] / "config" / "schema.yaml"

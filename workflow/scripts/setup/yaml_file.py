@@ -5,6 +5,7 @@ from argparse import ArgumentParser
 from pathlib import Path
 
 import yaml
+
 from core.errors import InputError
 
 MOST_VALUES = 100_000  # of a file with all its aliases written out

@@ -24,6 +24,13 @@ class Model(Classifier):
     (SNRs, templates), the roots of t^H S^-1 t.
     """
 
+    SETTINGS = {
+        "loading": {
+            "type": "number",
+            "exclusiveMinimum": 0,
+            "description": "diagonal loading of the covariance, in units of its mean eigenvalue",
+        },
+    }
     by_snr = True
     covariances = True
 

@@ -1,9 +1,9 @@
 """Capsule network with a decoder, by JAX and optax: what it cannot reconstruct is none of the known classes."""
 
 import numpy as np
-from core.errors import InputError
 from scipy.special import logsumexp
 
+from core.errors import InputError
 from learning import capsules, known
 from learning.classifier import OTHER, Classifier, Outcome
 from learning.descent import Batches, Checkpoint, descend
@@ -38,6 +38,49 @@ class Model(Classifier):
     Gaussians fitted to the class's training images.
     """
 
+    SETTINGS = {
+        "width": {"type": "integer", "minimum": 1, "description": "filters of the first convolution"},
+        "capsules": {
+            "type": "integer",
+            "minimum": 1,
+            "description": "channels of primary capsules (8 dimensions each)",
+        },
+        "routings": {
+            "type": "integer",
+            "minimum": 1,
+            "maximum": 20,
+            "description": "iterations of the routing by agreement",
+        },
+        "decoder": {
+            "type": "integer",
+            "minimum": 1,
+            "description": "outputs of the decoder's first layer; the second has twice as many",
+        },
+        "epochs": {"type": "integer", "minimum": 1, "description": "passes over the training images, at most"},
+        "patience": {
+            "type": "integer",
+            "minimum": 1,
+            "description": "epochs without a smaller validation loss after which training stops",
+        },
+        "batch": {"type": "integer", "minimum": 1, "description": "images a batch"},
+        "learning_rate": {"type": "number", "exclusiveMinimum": 0, "description": "Adam's in the first epoch"},
+        "decay": {
+            "type": "number",
+            "exclusiveMinimum": 0,
+            "maximum": 1,
+            "description": "factor of the learning rate from one epoch to the next",
+        },
+        "reconstruction": {
+            "type": "number",
+            "minimum": 0,
+            "description": "weight of the reconstruction's mean squared error",
+        },
+        "denoise": {"type": "boolean", "description": "true: the decoder's aim is the image without noise"},
+        "complex": {
+            "type": "boolean",
+            "description": "true: real and imaginary parts in and out, instead of magnitudes",
+        },
+    }
     by_snr = True
     smallest = 17  # capsules.SMALLEST, as a number that is read and not run
 

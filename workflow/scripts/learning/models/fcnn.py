@@ -20,6 +20,18 @@ class Model(Classifier):
     A class OTHER is no known class: then OpenMax is left out, for it would be a second way to say the same.
     """
 
+    SETTINGS = {
+        "width": {"type": "integer", "minimum": 1, "description": "units of the hidden layer"},
+        "epochs": {"type": "integer", "minimum": 1, "description": "passes over the training images"},
+        "batch": {"type": "integer", "minimum": 1, "description": "images a batch"},
+        "learning_rate": {"type": "number", "exclusiveMinimum": 0, "description": "Adam's"},
+        "openmax_tail": {
+            "type": "integer",
+            "minimum": 2,
+            "description": "largest distances that a Weibull distribution is fitted to",
+        },
+        "openmax_alpha": {"type": "integer", "minimum": 1, "description": "largest logits that OpenMax revises"},
+    }
     by_snr = True
 
     def fit(self, images, labels, validation=None, snrs=None, views=None):

@@ -15,6 +15,10 @@ class Model(Classifier):
     references_: (references, features), grouped by class; starts_: (classes,), each class's first row.
     """
 
+    SETTINGS = {
+        "k": {"type": "integer", "minimum": 1, "description": "number of neighbours"},
+    }
+
     def fit(self, images, labels, validation=None, snrs=None, views=None):
         x = real_imaginary(images)
         order = np.argsort(labels, kind="stable")

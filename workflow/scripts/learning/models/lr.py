@@ -14,6 +14,10 @@ class Model(Classifier):
     coef_: (features, classes), intercept_: (classes,).
     """
 
+    SETTINGS = {
+        "penalty": {"type": "number", "exclusiveMinimum": 0, "description": "lambda of the penalty w'w / (2 lambda)"},
+    }
+
     def fit(self, images, labels, validation=None, snrs=None, views=None):
         from sklearn.linear_model import LogisticRegression  # predictions do without scikit-learn
 

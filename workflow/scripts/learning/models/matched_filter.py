@@ -17,6 +17,8 @@ class Model(Classifier):
     (classes,), each class's first.
     """
 
+    SETTINGS = {}
+
     def fit(self, images, labels, validation=None, snrs=None, views=None):
         order = np.argsort(labels, kind="stable")
         self.classes_, self.starts_ = np.unique(labels[order], return_index=True)

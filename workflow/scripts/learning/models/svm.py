@@ -16,6 +16,11 @@ class Model(Classifier):
     intercept_: (classes,).
     """
 
+    SETTINGS = {
+        "C": {"type": "number", "exclusiveMinimum": 0, "description": "box constraint"},
+        "scale": {"type": "number", "exclusiveMinimum": 0, "description": "s of the kernel exp(-|x - y|^2 / s^2)"},
+    }
+
     def fit(self, images, labels, validation=None, snrs=None, views=None):
         from sklearn.svm import SVC  # predictions do without scikit-learn
 

@@ -1,0 +1,82 @@
+"""The kinds of models, imagers and solvers: a file each, which says of itself what it can do and what settings it has.
+
+The files are read, not run: importing them would take longer than all other checks together.
+"""
+
+import ast
+import functools
+from typing import NamedTuple
+
+from core.errors import InputError
+from setup.closure import SCRIPTS
+from setup.schema import near
+
+
+class Seam(NamedTuple):
+    """Where kinds of one sort lie (below workflow/scripts), and the class and methods that each file defines."""
+
+    folder: str
+    class_name: str
+    methods: frozenset
+
+
+class Kind(NamedTuple):
+    """What a file says of itself: the names of its class's methods, and the attributes that it states as literals.
+
+    An attribute SETTINGS is a mapping of a setting's name to its JSON schema (type, bounds, description); without one
+    any settings are taken.
+    """
+
+    file: str  # below workflow/scripts
+    methods: frozenset
+    stated: dict
+
+    @property
+    def settings(self):
+        return self.stated.get("SETTINGS")
+
+
+MODELS = Seam("learning/models", "Model", frozenset({"fit", "evaluate"}))
+
+
+def available(seam):
+    """The names of all kinds of a seam, sorted."""
+    return sorted(path.stem for path in (SCRIPTS / seam.folder).glob("*.py") if not path.stem.startswith("_"))
+
+
+def check_kind(seam, name, key, hint=None):
+    """Raise InputError if there is no such kind, or its file has not the class and methods of its seam.
+
+    key: what the message begins with; hint: what it says instead of the nearest name.
+    """
+    names, sort = available(seam), seam.class_name.lower()
+    if name not in names:
+        raise InputError(
+            f"{key}: there is no {sort} '{name}'{hint or near(name, names)} There are: {', '.join(names)}; one of your "
+            f"own is a file {name}.py in workflow/scripts/{seam.folder}."
+        )
+    try:
+        found = kind(seam, name)
+    except SyntaxError as error:
+        raise InputError(f"{key}: {name}.py, line {error.lineno}: {error.msg}.") from None
+    if not seam.methods <= found.methods:
+        wanted = " and ".join(sorted(seam.methods, reverse=True))
+        raise InputError(f"{key}: {name}.py has no class {seam.class_name} with methods {wanted}.")
+
+
+@functools.cache
+def kind(seam, name):
+    """The Kind of this name. Raises SyntaxError for a file that is not Python."""
+    file = f"{seam.folder}/{name}.py"
+    tree = ast.parse((SCRIPTS / file).read_bytes(), file)
+    classes = [node.body for node in tree.body if isinstance(node, ast.ClassDef) and node.name == seam.class_name]
+    body = next(iter(classes), [])
+    stated = {}
+    for node in body:
+        if isinstance(node, ast.Assign | ast.AnnAssign) and node.value is not None:
+            for target in node.targets if isinstance(node, ast.Assign) else [node.target]:
+                try:
+                    stated[target.id] = ast.literal_eval(node.value)
+                except (AttributeError, ValueError):
+                    continue
+    return Kind(file, frozenset(node.name for node in body if isinstance(node, ast.FunctionDef)), stated)
