@@ -41,7 +41,7 @@ def dented():
     return vertices, triangles
 
 
-# Shape, area in m^2, valence of the line where surfaces meet (0: none is left), its length in m, and repairs counted.
+# Shape, area in m^2, triangles at each edge of the line where surfaces meet (0: none is left), its length in m, and repairs counted.
 LONG, WIDE = 1.6 * SIDE, (1.6 * SIDE) ** 2
 CASES = {
     "X along edges": (together(sheet(), upright()), 0.08, 4, SIDE, {"connected_crossings": 4}),
@@ -69,7 +69,7 @@ CASES = {
 @pytest.mark.parametrize("turned", [False, True])
 @pytest.mark.parametrize("name", CASES)
 def test_union_has_its_closed_form_area_and_junctions(tmp_path, name, turned):
-    (vertices, triangles), area, valence, length, counts = CASES[name]
+    (vertices, triangles), area, meeting, length, counts = CASES[name]
     if turned:  # and rounded as a CAD file rounds it: nothing lies in one plane exactly
         vertices = (vertices @ TURN.T).astype(np.float32).astype(float)
     sound, faces, repairs, _ = repair(vertices, triangles, EDGE, name)
@@ -83,9 +83,9 @@ def test_union_has_its_closed_form_area_and_junctions(tmp_path, name, turned):
     (mesh,), figures = build(path, {}, MESH, RADAR)
     (band,) = figures["bands"]
     assert len(arrange.crossings(*mesh)) == 0
-    edges, many = topology.edges(mesh[1])[0], topology.valence(mesh[1])
+    edges, many = topology.edges(mesh[1])[0], topology.triangles_at_edges(mesh[1])
     assert topology.areas(*mesh).sum() == pytest.approx(area, rel=1e-5)
-    assert set(many[many > 2]) == ({valence} if valence else set())
+    assert set(many[many > 2]) == ({meeting} if meeting else set())
     ends = mesh[0][edges[many > 2]]
     assert np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1).sum() == pytest.approx(length, rel=0.01)
     assert band["unknowns"] == (many - 1).sum() == pytest.approx(band["ideal_unknowns"], rel=0.2)
@@ -101,7 +101,7 @@ def test_a_dent_through_the_bottom_keeps_all_that_waves_reach():
     sound, faces, repairs, _ = repair(vertices, triangles, EDGE, "dent")
     assert topology.areas(sound, faces).sum() == pytest.approx(topology.areas(vertices, triangles).sum(), rel=1e-6)
     assert repairs["connected_crossings"] == 12 and repairs["hidden_triangles"] == 0
-    assert np.bincount(topology.valence(faces))[[1, 2, 3, 4]].tolist() == [0, 96, 0, 6]
+    assert np.bincount(topology.triangles_at_edges(faces))[[1, 2, 3, 4]].tolist() == [0, 96, 0, 6]
 
 
 LONG_ARM, HALF, TOP = 0.24, 0.004, 0.008  # m: two crossed arms of 8 mm by 8 mm, motors from HALF / 2 below to TOP

@@ -129,7 +129,7 @@ def _check(mesh, band, source, edge, name):
         place = band["hausdorff_place"]
         fault = f"cannot follow its surface, which they miss by {apart * 1000:.3g} mm"
     elif not _keeps(band, WRONG, np.inf):
-        torn = topology.edges(mesh[1])[0][topology.valence(mesh[1]) != 2]
+        torn = topology.edges(mesh[1])[0][topology.triangles_at_edges(mesh[1]) != 2]
         place = mesh[0][torn[0] if len(torn) else mesh[1][0]].mean(axis=0)
         fault = "tear it open"
     elif (crossed := first_crossing(*mesh)) is not None:

@@ -59,7 +59,7 @@ def describe(mesh, source, wavelength, edge, thinned_by=0.0, axes=()):
     before, after = size(*source), size(*mesh)
     lengths = {"mean": length.mean(), "max": length.max(), "p99": np.percentile(length, 99)}
     (to_source, _), (from_source, _) = apart = hausdorff(mesh, source, edge / 2)
-    valence, thin = topology.valence(triangles), in_thin_features(vertices, triangles, edge)
+    at_edges, thin = topology.triangles_at_edges(triangles), in_thin_features(vertices, triangles, edge)
     return {
         "wavelength": wavelength,
         "wanted_edge": edge,
@@ -74,8 +74,8 @@ def describe(mesh, source, wavelength, edge, thinned_by=0.0, axes=()):
         "smallest_angle_elsewhere": _spread(angle[~thin]),
         "watertight": topology.is_watertight(triangles),
         "components": topology.components(triangles)[0],
-        "boundary_edges": int((valence == 1).sum()),
-        "junction_edges": int((valence > 2).sum()),
+        "boundary_edges": int((at_edges == 1).sum()),
+        "junction_edges": int((at_edges > 2).sum()),
         "area": {"before": before["area"], "after": after["area"]},
         "volume": {"before": before["volume"], "after": after["volume"]},
         "box": after["box"],

@@ -64,7 +64,7 @@ def _features(vertices, triangles):
 
 def _remesh_patch(vertices, triangles, edge, deviation):
     """One patch, its rim as it was but for rounding, which is undone: triangles that are not selected hold it fast."""
-    owner, side = np.nonzero(topology.valence(triangles)[topology.edges(triangles)[1]] == 1)
+    owner, side = np.nonzero(topology.triangles_at_edges(triangles)[topology.edges(triangles)[1]] == 1)
     start, stop = triangles[owner, side], triangles[owner, (side + 1) % 3]
     length = np.linalg.norm(vertices[stop] - vertices[start], axis=1, keepdims=True)
     upright = length * topology.shape(vertices[triangles])[0][owner]  # so that the rim is a crease, too
@@ -92,7 +92,7 @@ def _remesh_patch(vertices, triangles, edge, deviation):
 
 def _lines(vertices, triangles):
     """The boundary edges of a patch, and all of its edges, each a set of pairs of points."""
-    ends, count = topology.edges(triangles)[0], topology.valence(triangles)
+    ends, count = topology.edges(triangles)[0], topology.triangles_at_edges(triangles)
     pairs = [frozenset(map(tuple, pair)) for pair in vertices[ends].tolist()]
     return {pair for pair, many in zip(pairs, count, strict=True) if many == 1}, set(pairs)
 

@@ -30,7 +30,7 @@ def edges(triangles):
     return np.stack(np.divmod(pair, size), axis=1), index.reshape(-1, 3)
 
 
-def valence(triangles):
+def triangles_at_edges(triangles):
     """How many triangles meet at each edge, (E,): 1 = boundary, 2 = ordinary, 3 and more = junction."""
     return np.bincount(edges(triangles)[1].ravel())
 
@@ -54,7 +54,7 @@ def features(vertices, triangles):
 
 def unknowns(triangles):
     """Number of RWG functions: an edge shared by n triangles carries n - 1."""
-    return int((valence(triangles) - 1).sum())
+    return int((triangles_at_edges(triangles) - 1).sum())
 
 
 def is_watertight(triangles):
