@@ -41,7 +41,8 @@ def dented():
     return vertices, triangles
 
 
-# Shape, area in m^2, triangles at each edge of the line where surfaces meet (0: none is left), its length in m, and repairs counted.
+# Shape, area in m^2, triangles at each edge of the line where surfaces meet (0: none is left), its length in m, and
+# repairs counted.
 LONG, WIDE = 1.6 * SIDE, (1.6 * SIDE) ** 2
 CASES = {
     "X along edges": (together(sheet(), upright()), 0.08, 4, SIDE, {"connected_crossings": 4}),
