@@ -17,6 +17,8 @@ def problems(folder):
     """What is wrong, a list of texts, and the Debian packages that mend what they can."""
     wrong, packages = [], []
     version = ".".join(map(str, sys.version_info[:2]))
+    if set("{}") & set(folder):
+        wrong.append(f"Snakemake takes braces in a path for wildcards: {folder}. Move it.")
     if os.pathsep in folder:
         wrong.append(
             f"This folder's path has a '{os.pathsep}' in it, which separates folders in PATH: {folder}. Move it."

@@ -271,6 +271,11 @@ def test_mistaken_unit_is_refused_unless_it_is_stated(tmp_path, factor, unit):
         build(save(tmp_path / "cube.ply", cube(0.9)[0] * factor, triangles), {"length": 0.9}, MESH, RADAR)
 
 
+def test_needle_of_which_nothing_is_left_is_refused(tmp_path):
+    with pytest.raises(InputError, match="nothing is left of it: its triangles are too narrow"):
+        made(tmp_path, (np.array([[-0.2, 0, 0], [0.2, 0, 0], [0, 1e-7, 0]]), np.array([[0, 1, 2]])))
+
+
 def test_speck_is_refused(tmp_path):
     with pytest.raises(InputError, match="too short"):
         made(tmp_path, cube(1e-4))

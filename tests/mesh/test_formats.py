@@ -168,7 +168,26 @@ def test_a_polygon_with_a_dent_keeps_it(tmp_path, first):
     assert topology.shape(vertices[triangles])[0] == pytest.approx(np.tile([0, 0, 1], (4, 1)))
 
 
+def test_a_face_with_a_hole_keeps_it(tmp_path):
+    """A square in a square, with a bridge between that the outline goes along twice."""
+    square = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
+    outline = obj([(0, 1, 2, 3, 0, 4, 7, 6, 5, 4)], vertices=np.concatenate([square, square / 2]))
+    (tmp_path / "hole.obj").write_bytes(b"".join(outline))
+    vertices, triangles = read_cad(tmp_path / "hole.obj")
+    assert topology.areas(vertices, triangles).sum() == pytest.approx(3)
+    assert (np.abs(vertices[triangles].mean(axis=1)[:, :2]).max(axis=1) > 0.5).all()
+
+
 REFUSED = {
+    "page.stl": (b"<!DOCTYPE html><html>" + bytes(100), "not an STL file, but a web page"),
+    "pointer.stl": (
+        b"version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 9\n" + bytes(50),
+        "pointer of Git",
+    ),
+    "archive.stl": (b"PK\x03\x04" + bytes(100), "a zip archive"),
+    "really_obj.stl": (b"".join(obj(T)), "an OBJ file; name it so"),
+    "point.obj": (b"v 1 2 3\n" * 3 + b"f 1 2 3\n", "all corners of its triangles are at one place"),
+    "huge.obj": (b"v 0 0 0\nv 1e300 0 0\nv 0 1 0\nf 1 2 3\n", "coordinates of 1e.300"),
     "nan.ply": (ply(T, ">", "double", vertices=np.concatenate([V[:1], [[0, NAN, 0]], V[2:]])), "vertex 1, at .*nan"),
     "cut.ply": (ply(T, ">", "double")[:-5], "cut short"),
     "kind.ply": (ply(T, "").replace(b"float x", b"half x"), "'property half x'"),

@@ -1,6 +1,7 @@
 """What the config may say, and what a user reads when it says something else."""
 
 import copy
+import datetime
 
 import pytest
 
@@ -77,7 +78,7 @@ BAD = {
     "unknown section": ({"nosie": {}}, "nosie", "did you mean 'noise'"),
     "negative bandwidth": ({"radar": {"bandwidth": -1}}, "radar.bandwidth", "-1"),
     "SNR as text": ({"noise": {"snr_db": [0, "six"]}}, "noise.snr_db.1", "'six'"),
-    "SNR twice": ({"noise": {"snr_db": [0, 3, 3.0]}}, "noise.snr_db", "non-unique"),
+    "SNR twice": ({"noise": {"snr_db": [0, 3, 3.0]}}, "noise.snr_db", "3 stands twice in the list"),
     "no SNR": ({"noise": {"snr_db": []}}, "noise.snr_db", "[]"),
     "missing mesh": ({"targets": {"a": {"mesh": "no/such.stl", "role": "known"}}}, "targets.a.mesh", "no/such.stl"),
     "not a mesh": ({"targets": {"a": {"mesh": "README.md", "role": "known"}}}, "targets.a.mesh", ".stl"),
@@ -85,6 +86,15 @@ BAD = {
     "role": ({"targets": {"a": {**KNOWN, "role": "friend"}}}, "targets.a.role", "known"),
     "symmetry": ({"targets": {"a": {**KNOWN, "symmetry": ["xy"]}}}, "targets.a.symmetry", "xz"),
     "formulation": ({"targets": {"a": {**KNOWN, "formulation": "mfie"}}}, "targets.a.formulation", "of this target"),
+    "name that is a date": ({"name": datetime.date(2024, 1, 1)}, "'name'", "2024-01-01 (to YAML a date; in quotes"),
+    "name that is true": (
+        {"targets": {True: KNOWN}},
+        "targets.True",
+        "true is not text to YAML; put the name in quotes",
+    ),
+    "an SNR twice": ({"noise": {"snr_db": [0, 6, 0]}}, "noise.snr_db", "0 stands twice in the list"),
+    "dotted key": ({"radar.bandwidth": 1e9}, "radar.bandwidth", "did you mean 'radar: {bandwidth: ...}'?"),
+    "decimal comma": ({"radar": {"center_frequency": 2, "5e9": None}}, "radar.5e9", "a decimal point"),
     "target name with a space": ({"targets": {"a b": KNOWN}}, "targets", "a b"),
     "target name that ends with a dot": ({"targets": {"a.": KNOWN}}, "targets", "a."),
     "target name that begins with a hyphen": ({"targets": {"-a": KNOWN}}, "targets", "-a"),

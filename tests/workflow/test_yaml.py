@@ -1,10 +1,12 @@
 """Config files that YAML readers pass over in silence, or choke on."""
 
+import os
+
 import pytest
 
 from core.errors import InputError
 from setup.config import load
-from setup.yaml_file import read_yaml
+from setup.yaml_file import check_command_line, read_yaml
 
 
 def test_key_that_stands_twice_is_refused(tmp_path):
@@ -37,14 +39,20 @@ SLIPS = {
         b"seed: 1\nname: caf\xe9\n",
         "line 2, column 10: a character that is not UTF-8 (byte 0xe9, in Latin-1 '\u00e9')",
     ),
-    "UTF-16": ("name: a".encode("utf-16"), "line 1, column 1: a character that is not UTF-8"),
+    "UTF-16": ("name: a".encode("utf-16"), "byte 4: a zero byte, as in UTF-16"),
     "a list for a key": (b"name: a\n[a, b]: 1\n", "line 2, column 1: a key must be a word"),
     "two of a key": (b"name: a\nname: b\n", "line 2, column 1: the key 'name' stands twice"),
     "two of a key in JSON": (b'{"name": "a",\n"name": "b"}', "line 2, column 1: the key 'name' stands twice"),
     "no such day": (b"seed: 2020-13-45\n", ": month"),
     "two documents": (b"name: a\n---\nname: b\n", "line 2, column 1: a second document begins"),
     "an end in the middle": (b"name: a\n...\nname: b\n", "line 3, column 1: text follows the end"),
-    "a zero byte": (b"name: a\0\n", "unacceptable character"),
+    "a zero byte": (b"name: a\0\n", "byte 8: a zero byte, as in UTF-16"),
+    "JSON without end": (
+        b'{"a": ' + b"[" * 3000 + b"]" * 3000 + b"}",
+        "more than a thousand deep",
+    ),
+    "a bracket at the end": (b"a: [[1", "the bracket '[' that opens in line 1, column 5 is not closed"),
+    "a brace and nothing": (b"name: {", "a value is missing before this, or a bracket is not closed"),
     "an alias to itself": (
         b"radar: &a\n  b: *a\n",
         "line 1, column 8: what the anchor '&' names here holds an alias '*' to itself",
@@ -94,6 +102,40 @@ def test_missing_file_and_folder(tmp_path):
             read_yaml(tmp_path / path)
     with pytest.raises(InputError, match="If 'report' is what to make, it stands before --configfile"):
         read_yaml("report")
+
+
+def test_pipe_is_refused(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(InputError, match="reads a config more than once"):
+        read_yaml(tmp_path / "pipe")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--config", "radar.bandwidth=1e8"], "as 'radar={bandwidth: ...}'."),
+        (["--config", "seed"], "write key=value"),
+        (["--config", "name=a", "=3"], "--config =3: write key=value"),
+        (["-C", "noise={snr_db:", "[1,2]}"], "put the whole in quotes"),
+    ],
+)
+def test_settings_of_the_command_line_are_held_to_their_form(arguments, message):
+    with pytest.raises(SystemExit) as end:
+        check_command_line(["report", *arguments], "/home/me/isarflow")
+    assert message in str(end.value)
+
+
+def test_settings_of_the_command_line_that_are_right():
+    check_command_line(["--config", "name=b", "noise={snr_db: [1, 2]}", "--cores", "2"], "/home/me/isarflow")
+    with pytest.raises(SystemExit, match="Snakemake takes braces in a path for wildcards"):
+        check_command_line([], "/home/me/{isarflow}")
+
+
+def test_numbers_within_mappings_of_the_command_line(project_of):
+    """Snakemake gives what stands within them as text."""
+    project = project_of("settings")
+    settings = ("--config", "name=b", "noise={snr_db: [1, 2.5]}", "learning={experiments: {}}")
+    assert project.planned("results/b/imaging/ufo/snr_2.5dB.zarr", *settings)["noise"] == 1
 
 
 @pytest.mark.parametrize("option", ["--configfile", "--configfiles"])

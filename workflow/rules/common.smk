@@ -25,7 +25,7 @@ from setup import disk, lock
 from core import sweep
 from setup.check import model_kind
 from setup.closure import closure
-from setup.config import load, section
+from setup.config import load, plain, section
 from core.errors import InputError
 from setup.overview import overview
 from core.sweep import images_are_made
@@ -35,6 +35,10 @@ from report.selection import decoded_snrs, noise_snrs, noisy_targets
 from scattering import needs, origin
 
 try:
+    # Snakemake leaves what stands within mappings of --config as text.
+    config |= {
+        key: plain(config[key]) for key in workflow.config_settings.config if isinstance(config[key], dict | list)
+    }
     config = load(config, workflow.configfiles)
     RESULTS = f"results/{config['name']}"
     if workflow.is_main_process:

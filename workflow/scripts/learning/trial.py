@@ -50,8 +50,8 @@ def check_fitted(model, labels, images, who):
             f"each once; they are {', '.join(map(str, own)) or 'none'}."
         )
     if model.curve_ is not None:
-        lengths = {len(values) for values in model.curve_.values()} if isinstance(model.curve_, Mapping) else ()
-        if len(lengths) != 1 or not set(CURVE) <= set(model.curve_):
+        shapes = {np.shape(values) for values in model.curve_.values()} if isinstance(model.curve_, Mapping) else set()
+        if {len(shape) for shape in shapes} != {1} or len(shapes) > 1 or not set(CURVE) <= set(model.curve_):
             raise InputError(
                 f"{who}: its curve_ must be a mapping with columns {', '.join(CURVE)}, each with a value an epoch."
             )

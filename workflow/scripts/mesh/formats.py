@@ -21,6 +21,17 @@ PLY_TYPES = {
     **{"float": "f4", "double": "f8", "float32": "f4", "float64": "f8"},
 }
 PLY_ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
+# What is saved under the name of an STL file, by how it begins.
+OTHERS = (
+    (b"<!doctype", "a web page"),
+    (b"<html", "a web page"),
+    (b"version https://git-lfs", "a pointer of Git LFS; fetch the file itself (git lfs pull)"),
+    (b"pk\x03\x04", "a zip archive; unpack it"),
+    (b"v ", "an OBJ file; name it so"),
+    (b"ply", "a PLY file; name it so"),
+    (b"off", "an OFF file; name it so"),
+    (b"iso-10303", "a STEP file; name it so"),
+)
 BOM = b"\xef\xbb\xbf"  # some editors put it in front of text
 
 
@@ -70,6 +81,9 @@ def read_stl(data):
     elif text and (b"facet" in data[:4096].lower() or b"\0" not in data[:4096]):
         points = _stl_text(data)
     else:
+        other = next((name for start, name in OTHERS if data.lstrip()[: len(start)].lower() == start), None)
+        if other:
+            raise InputError(f"it is not an STL file, but {other}.")
         short = announced and len(data) < announced
         raise InputError(
             f"it is not an STL file: it has {len(data)} bytes"
@@ -353,7 +367,8 @@ def _ears(vertices, face, normal):
             inside = np.ones(len(left), dtype=bool)
             for start, stop in ((a, b), (b, c), (c, a)):
                 inside &= np.cross(stop - start, points - start) @ normal >= 0
-            inside[[k - 1, k, (k + 1) % len(left)]] = False
+            # A face with a hole goes along a bridge to it and back: its corners there stand twice.
+            inside &= ~(points[:, None] == np.stack([a, b, c])).all(axis=2).any(axis=1)
             if cross[k] > 0 and not inside.any():
                 best = int(k)
                 break

@@ -14,6 +14,7 @@ UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}  # metres
 SMALLEST, LARGEST = 1 / 50, 100
 USUAL, AROUND = 4, 10  # wavelengths, and the factor around it within which a target's size is likely
 FARTHEST = 1e4  # of its size, from the origin: beyond, volumes lose their digits
+LARGEST_NUMBER = 1e12  # of a coordinate, in whatever unit
 LENGTH_TOLERANCE = 0.02  # of a target's `length`
 READERS = {".stl": read_stl, ".obj": read_obj, ".ply": read_ply, ".off": read_off}
 
@@ -39,6 +40,11 @@ def read_cad(path):
     triangles = triangulated(vertices, sizes, corners)
     if len(triangles) == 0:
         raise InputError(f"{path} holds no triangles; a surface mesh is needed.")
+    used = vertices[np.unique(triangles)]
+    if np.abs(used).max() > LARGEST_NUMBER:
+        raise InputError(f"{path} has coordinates of {np.abs(used).max():.3g}, which are none in any unit of length.")
+    if np.ptp(used, axis=0).max() == 0:
+        raise InputError(f"{path}: all corners of its triangles are at one place.")
     return vertices, triangles
 
 

@@ -42,6 +42,8 @@ def repair(vertices, triangles, edge, name):
     thinned_by = float(distances(whole[0], vertices, triangles).max()) if counts["thinned_triangles"] else 0.0
     triangles, counts["turned_triangles"] = topology.orient(vertices, triangles, name)
     vertices, triangles, arranged = arrange(vertices, triangles, max(close, TOUCH * edge), name)
+    if len(vertices) == 0:
+        raise InputError(f"{name}: nothing is left of it: its triangles are too narrow to have two sides.")
     triangles, turned = topology.orient(vertices, triangles, name)
     counts["turned_triangles"] += turned
     counts |= arranged

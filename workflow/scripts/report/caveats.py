@@ -28,8 +28,9 @@ def _unused(config):
         for role in ("unknown", "other")
     }
     opened = [name for name, experiment in experiments.items() if experiment.get("open", False)]
-    for name in () if with_role["unknown"] else opened:
-        yield f"experiment '{name}' is open, but no target has role unknown: it is a closed one."
+    if not with_role["unknown"]:
+        for name in opened:
+            yield f"experiment '{name}' is open, but no target has role unknown: it is a closed one."
     if not experiments:
         return
     named = {model for experiment in experiments.values() for model in experiment["models"]}

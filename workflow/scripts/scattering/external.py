@@ -27,6 +27,7 @@ def write_external(field, store_path, radar, aspect):
     samples = take(field, radar["polarizations"], wanted).astype(np.complex64)
     if not np.isfinite(samples).all():
         raise InputError(f"{', '.join(origin.paths(field))}: the field holds values that are not finite.")
+    _check_not_zero(samples, field, radar["polarizations"], wanted)
     attrs = {
         "formulation": "external",
         "origin": {path: origin.digest(path) for path in origin.paths(field)},
@@ -37,6 +38,18 @@ def write_external(field, store_path, radar, aspect):
     write_field(store_path, samples, radar["polarizations"], *wanted.values(), attrs)
     for path, digest in attrs["origin"].items():
         print(f"field from {path}, SHA-256 {digest}")
+
+
+def _check_not_zero(samples, field, polarizations, wanted):
+    """Refuse co-polarized samples that are 0 at all azimuths, as zarr reads a chunk whose file is missing."""
+    for way, part in zip(polarizations, samples, strict=True):
+        empty = np.argwhere((part == 0).all(axis=-1)) if way[0] == way[1] else ()
+        if len(empty):
+            frequency, elevation = wanted["frequency"][empty[0][0]], wanted["elevation"][empty[0][1]]
+            raise InputError(
+                f"{', '.join(origin.paths(field))}: the {way} field is 0 at all azimuths of {elevation:g} degrees "
+                f"elevation at {frequency / 1e9:g} GHz, and of {len(empty)} such rings in all; are files of it missing?"
+            )
 
 
 def _from_store(path, polarizations, wanted):

@@ -1,5 +1,6 @@
 """Check a config, before any work is done: against the schema, and one key against another."""
 
+import os
 from pathlib import Path
 
 import numpy as np
@@ -117,7 +118,7 @@ def _check_targets(config):
         key = f"config key 'targets.{name}.mesh'"
         if mesh.suffix.lower() not in MESH_FORMATS:
             raise InputError(f"{key}: {mesh} is not one of {', '.join(MESH_FORMATS)}.")
-        if not mesh.is_file():
+        if not os.path.isfile(mesh):  # False also for a path that is too long, or in a folder that may not be read
             raise InputError(f"{key}: there is no file {mesh}{WHERE}.")
         if mesh.suffix.lower() in cad_kernel.FORMATS:
             cad_kernel.check_installed(f"{key}: {mesh}")
@@ -146,7 +147,7 @@ def _check_field(key, field, config):
             raise InputError(f"{key}: {path} is a store, which is named alone; it holds all polarizations.")
         if path.suffix.lower() not in FIELD_FORMATS:
             raise InputError(f"{key}: {path} is not one of {', '.join(FIELD_FORMATS)}.")
-        if not (path.is_dir() if origin.is_store(field) else path.is_file()):
+        if not (os.path.isdir(path) if origin.is_store(field) else os.path.isfile(path)):
             raise InputError(f"{key}: there is no {'store' if origin.is_store(field) else 'file'} {path}{WHERE}.")
         if path.resolve().is_relative_to(results.resolve()):
             raise InputError(f"{key}: {path} lies in {results}, where this run writes; copy it elsewhere.")

@@ -4,6 +4,8 @@ import os
 import re
 from pathlib import Path
 
+import yaml
+
 from core.errors import InputError
 from learning.experiments import CLEAN
 from setup.check import check
@@ -44,6 +46,15 @@ def load(overlay=None, files=()):
     return config
 
 
+def plain(value):
+    """A value with the text in it as YAML reads it: numbers, true and false."""
+    if isinstance(value, dict):
+        return {key: plain(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [plain(item) for item in value]
+    return yaml.load(value, yaml.CSafeLoader) if isinstance(value, str) else value
+
+
 def section(config, *keys):
     """The named parts of the config as one plain mapping with sorted keys, for a rule's params.
 
@@ -58,7 +69,7 @@ def _found(path):
         return {key: _found(one) for key, one in path.items()}
     if isinstance(path, list):
         return [_found(one) for one in path]
-    return path if Path(path).exists() or not (ROOT / path).exists() else os.path.relpath(ROOT / path)
+    return path if os.path.exists(path) or not os.path.exists(ROOT / path) else os.path.relpath(ROOT / path)
 
 
 def _merge(base, overlay, path=""):

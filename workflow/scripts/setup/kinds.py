@@ -41,7 +41,7 @@ MODELS = Seam("learning/models", "Model", frozenset({"fit", "evaluate"}))
 
 def available(seam):
     """The names of all kinds of a seam, sorted."""
-    return sorted(path.stem for path in (SCRIPTS / seam.folder).glob("*.py") if not path.stem.startswith("_"))
+    return sorted(path.stem for path in (SCRIPTS / seam.folder).glob("*.py") if path.stem[0] != "_" and path.is_file())
 
 
 def check_kind(seam, name, key, hint=None):
@@ -58,7 +58,9 @@ def check_kind(seam, name, key, hint=None):
     try:
         found = kind(seam, name)
     except SyntaxError as error:
-        raise InputError(f"{key}: {name}.py, line {error.lineno}: {error.msg}.") from None
+        raise InputError(f"{key}: {name}.py, line {error.lineno or 1}: {error.msg}.") from None
+    except (ValueError, OSError) as error:
+        raise InputError(f"{key}: {name}.py is not a file of Python in UTF-8 ({error}).") from None
     if not seam.methods <= found.methods:
         wanted = " and ".join(sorted(seam.methods, reverse=True))
         raise InputError(f"{key}: {name}.py has no class {seam.class_name} with methods {wanted}.")

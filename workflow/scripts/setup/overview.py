@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 
 from core.errors import InputError
-from core.sweep import images_are_made
+from core.sweep import C0, images_are_made
 from imaging.geometry import describe, planned
 from mesh import cad_kernel, symmetry, topology
-from mesh.read import in_metres, read_cad
+from mesh.read import check_size, in_metres, read_cad
 from mesh.resolution import check_resolution
 from report.caveats import LEARNING, warnings
 from scattering import needs
@@ -23,8 +23,17 @@ def overview(config, results, refuse=False):
     results: the folder of the run's results. With `refuse` a target that this machine has no memory for raises
     InputError; else it is one of the warnings, for another machine may solve it.
     """
-    sizes = {name: _size(target, Path(results, "mesh", f"{name}.json")) for name, target in config["targets"].items()}
-    found = _solves(config, sizes, results, refuse)
+    sizes, found = {}, []
+    wavelength = C0 / config["radar"]["center_frequency"]
+    for name, target in config["targets"].items():
+        try:
+            sizes[name] = _size(target, Path(results, "mesh", f"{name}.json"), wavelength)
+        except InputError as error:
+            if refuse:
+                raise InputError(f"config key 'targets.{name}.mesh': {error}") from None
+            sizes[name] = None
+            found.append(f"Warning: {name}: {error}")
+    found += _solves(config, sizes, results, refuse)
     return found + (_images(config, sizes, results) if images_are_made(config) else [])
 
 
@@ -101,18 +110,19 @@ def _untrained(learning):
         yield f"the model '{name}' of 'learning.models' is named in no experiment: it is not trained."
 
 
-def _size(target, figures):
-    """Area in m^2, box and reach from the origin in m of a target's CAD file; None where nothing says them yet."""
+def _size(target, figures, wavelength):
+    """Area in m^2, box and reach from the origin in m of a target's CAD file; None where nothing says them yet.
+
+    wavelength: at the centre frequency in m. Raises InputError for a file that cannot be read, or of another size.
+    """
     if "field" in target:
         return None
     if Path(target["mesh"]).suffix.lower() in cad_kernel.FORMATS:  # they take long to read
         return json.loads(figures.read_text())["source"] if figures.exists() else None
-    try:
-        vertices, triangles = read_cad(target["mesh"])
-    except InputError:  # its own job says so
-        return None
+    vertices, triangles = read_cad(target["mesh"])
     vertices = in_metres(vertices, target)
     used = vertices[np.unique(triangles)]
+    check_size(used, target, wavelength, target["mesh"])
     return {
         "area": float(topology.areas(vertices, triangles).sum()),
         "box": np.ptp(used, axis=0).tolist(),

@@ -1,7 +1,9 @@
 """What config/schema.yaml says of a config, in messages that a user can act on."""
 
+import datetime
 import difflib
 import functools
+import re
 from pathlib import Path
 
 import jsonschema
@@ -56,6 +58,10 @@ def near(name, names):
 def shown(value):
     """A value as the user wrote it, near enough."""
     words = {None: "nothing", True: "true", False: "false"}
+    if isinstance(value, datetime.date):
+        return f"{value} (to YAML a date; in quotes it is text)"
+    if isinstance(value, bytes | set):
+        return f"a value with a tag of YAML's own (!!{'binary' if isinstance(value, bytes) else 'set'})"
     text = words[value] if value is None or isinstance(value, bool) else repr(value)
     return text if len(text) <= LONGEST else f"{text[:LONGEST]}..."
 
@@ -69,6 +75,8 @@ def _message(error, above=()):
     parts = [*above, *error.absolute_path]
     if "propertyNames" in error.absolute_schema_path:
         parts.append(error.instance)
+        if not isinstance(error.instance, str):
+            return f"config key '{'.'.join(map(str, parts))}': {shown(error.instance)} is not text to YAML; put the name in quotes."
     path = ".".join(map(str, parts))
     where = f"config key '{path}'" if path else "config"
     rule = error.schema.get("description", "")
@@ -93,6 +101,9 @@ def _message(error, above=()):
     elif error.validator == "enum":
         hint = near(error.instance, error.validator_value).removesuffix(".")
         problem = f"{shown(error.instance)} is not one of {', '.join(error.validator_value)}{hint}"
+    elif error.validator == "uniqueItems":
+        repeated = next(one for place, one in enumerate(error.instance) if one in error.instance[:place])
+        problem = f"{shown(repeated)} stands twice in the list"
     elif error.validator in BOUNDS:
         problem = f"{shown(error.instance)} {BOUNDS[error.validator].format(error.validator_value)}"
     elif error.validator not in ("oneOf", "not", "pattern"):
@@ -124,6 +135,11 @@ def _unknown_key(error, path):
     elsewhere = [name for name, rules in schema()["properties"].items() if unknown in rules.get("properties", {})]
     if hint == "." and elsewhere:
         hint = f"; did you mean '{elsewhere[0]}.{unknown}'?"
+    outer, _, inner = str(unknown).partition(".")
+    if inner and outer in known:
+        hint = f"; did you mean '{outer}: {{{inner}: ...}}'?"
+    elif re.fullmatch(r"[\d.]+(e[+-]?\d+)?", str(unknown), re.IGNORECASE):
+        hint = "; did you mean a decimal point by the comma before it?"
     path = f"{path}.{unknown}" if path else str(unknown)
     return f"config key '{path}' is unknown{hint} Known keys here: {', '.join(known) or 'none'}."
 

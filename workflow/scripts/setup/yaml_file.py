@@ -1,6 +1,8 @@
 """Read a config file, and say of one that is not YAML where it is wrong, and what is wrong, in words of its own."""
 
 import json
+import re
+import stat
 from argparse import ArgumentParser
 from pathlib import Path
 
@@ -19,7 +21,7 @@ SLIPS = (
     ),
     ("expected ',' or '}'", "the brace '{{' that opens in {opened} is not closed before this, or a comma is missing"),
     ("expected ',' or ']'", "the bracket '[' that opens in {opened} is not closed before this, or a comma is missing"),
-    ("expected node content", "a value is missing before {char}"),
+    ("flow node; did not find expected node content", "a value is missing before {char}, or a bracket is not closed"),
     ("found another document", "a second document begins with '---'; a config is one"),
     ("expected <document start>", "text follows the end of the document ('...'); a config is one document"),
     ("found undefined alias", "the alias '*' has no anchor '&' of its name before it; put text with a * in quotes"),
@@ -49,18 +51,40 @@ SLIPS = (
 TOO_DEEP = "its brackets, or its aliases, stand in one another more than a thousand deep"
 
 
-def check_config_files(arguments):
-    """Exit with one message if a file of --configfile, among a command line's arguments, cannot be read.
+def check_command_line(arguments, folder):
+    """Exit with one message if --configfile or --config, among a command line's arguments, is not what it must be.
 
-    Snakemake reads these files before the Snakefile, and has other words for what is wrong with them, or a traceback.
+    Snakemake reads these before the Snakefile, and has other words for what is wrong with them, or a traceback.
+    folder: where the repository lies.
     """
     parser = ArgumentParser(add_help=False, allow_abbrev=False)
     parser.add_argument("--configfile", "--configfiles", nargs="+", default=[], dest="files", action="extend")
+    parser.add_argument("--config", "-C", nargs="*", default=[], dest="settings", action="extend")
+    found = parser.parse_known_args(arguments)[0]
     try:
-        for path in parser.parse_known_args(arguments)[0].files:
+        if set("{}") & set(str(folder)):
+            raise InputError(f"{folder}: Snakemake takes braces in a path for wildcards; move the repository.")
+        for path in found.files:
             read_yaml(path)
+        for setting in found.settings:
+            _check_setting(setting)
     except InputError as error:
         raise SystemExit(str(error)) from None
+
+
+def _check_setting(setting):
+    """Raise InputError for an argument of --config that is not key=value with a value that YAML reads."""
+    key, equals, value = setting.partition("=")
+    if not equals or not re.fullmatch(r"[A-Za-z_]\w*", key):
+        outer, *inner = key.split(".")
+        example = f"'{outer}={{{inner[0]}: ...}}'" if inner else "name=mine or 'radar={frequencies: 7}'"
+        raise InputError(f"--config {setting}: write key=value with a key of the config's first level, as {example}.")
+    try:
+        yaml.load(value, yaml.CSafeLoader)
+    except yaml.YAMLError:
+        raise InputError(
+            f"--config {setting}: the value is not YAML; put the whole in quotes, as in 'noise={{snr_db: [0, 6]}}'."
+        ) from None
 
 
 def read_yaml(path):
@@ -72,7 +96,7 @@ def read_yaml(path):
     text = _text(Path(path))
     try:
         found = json.loads(text, object_pairs_hook=_unique) if text.lstrip()[:1] == "{" else None
-    except ValueError:
+    except (ValueError, RecursionError):
         found = None  # YAML's braces, or JSON that is wrong, of which YAML says where
     try:
         found = _plain(text) if found is None else found
@@ -90,12 +114,16 @@ def read_yaml(path):
 
 def _text(path):
     try:
+        if path.exists() and not (stat.S_ISREG(path.stat().st_mode) or path.is_dir()):
+            raise InputError(f"{path}: Snakemake reads a config more than once, and this is no file; write it to one.")
         data = path.read_bytes()
     except FileNotFoundError:
         hint = "" if path.suffix else f" If '{path}' is what to make, it stands before --configfile."
         raise InputError(f"{path}: there is no such config file (in {Path.cwd()}).{hint}") from None
     except OSError as error:
         raise InputError(f"{path}: not a config file that can be read: {error.strerror}.") from None
+    if b"\0" in data:
+        raise InputError(f"{path}, byte {data.index(0) + 1}: a zero byte, as in UTF-16; save the file as UTF-8.")
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
