@@ -23,29 +23,6 @@ def test_shipped_configs_are_valid(path):
         assert load(read_yaml(path))["name"]
 
 
-def test_overlay_changes_only_what_it_names():
-    merged, plain = load({"aspect": {"elevation": {"step": 5}}, "noise": {"realizations": 7}}), load()
-    assert merged["aspect"]["elevation"] == {"start": -45, "stop": 45, "step": 5}
-    assert merged["noise"]["realizations"] == 7
-    assert merged["noise"]["snr_db"] == plain["noise"]["snr_db"]
-    assert merged["targets"] == plain["targets"]
-
-
-def test_overlay_replaces_collections_and_alternatives():
-    target = {"mesh": "resources/cad/drone.stl", "role": "known"}
-    merged = load(
-        {
-            "targets": {"mine": target},
-            "learning": {"experiments": {}},
-            "aspect": {"azimuth": {"start": 0, "stop": 90, "step": 1}},
-        }
-    )
-    assert merged["targets"] == {"mine": target}
-    assert merged["learning"]["experiments"] == {}
-    assert merged["learning"]["split"]
-    assert merged["aspect"]["azimuth"] == {"start": 0, "stop": 90, "step": 1}
-
-
 def test_a_target_may_have_its_own_formulation():
     config = load({"targets": {"a": {**KNOWN, "formulation": "cfie"}, "b": KNOWN}})
     assert config["targets"]["a"]["formulation"] == "cfie"
@@ -96,6 +73,25 @@ BAD = {
     ),
     "target name": ({"targets": {"a/b": KNOWN}}, "targets", "a/b"),
     "no targets": ({"targets": {}}, "targets", "{}"),
+    "no targets left": ({"targets": {"*": None}}, "targets", "{}"),
+    "remove a target that is not there": ({"targets": {"uffo": None}}, "targets.uffo", "did you mean 'ufo'?"),
+    "remove a model that is not there": (
+        {"learning": {"models": {"svn": None}}},
+        "learning.models.svn",
+        "did you mean 'svm'?",
+    ),
+    "remove an experiment that is not there": (
+        {"learning": {"experiments": {"sectors": None}}},
+        "learning.experiments.sectors",
+        "did you mean 'sector'?",
+    ),
+    "remove what a target does not say": (
+        {"targets": {"ufo": {"simmetry": None}}},
+        "targets.ufo.simmetry",
+        "did you mean 'symmetry'?",
+    ),
+    "remove what a target needs": ({"targets": {"ufo": {"role": None}}}, "targets.ufo.role", "missing"),
+    "everything as a target": ({"targets": {"*": KNOWN}}, "targets.*", "takes null alone"),
     "section is a number": ({"radar": 5}, "radar", "5"),
     "section is empty": ({"radar": None}, "radar", "nothing is not a mapping"),
     "even aperture": ({"imaging": {"aperture": 10}}, "imaging.aperture", "odd"),
@@ -225,7 +221,7 @@ BAD = {
     "window without ends": ({"imaging": {"aperture": 3, "window": "hann"}}, "imaging.window", "of 3 samples"),
     "SNRs of one name": ({"noise": {"snr_db": [1.0, 1.0000001]}}, "noise.snr_db", "snr_1dB"),
     "nothing left to test": ({"learning": {"split": {"train": 0.001}}}, "learning.split.train", "0 to train"),
-    "one class": ({"targets": {"a": KNOWN}}, "learning.experiments", "two targets"),
+    "one class": ({"targets": {"*": None, "a": KNOWN}}, "learning.experiments", "two targets"),
     "no mapping": ([1, 2], "config: [1, 2]", "a mapping"),
     "text alone": ("quick", "config: 'quick'", "a mapping"),
     "noise is a number": ({"noise": 5}, "noise", "snr_db, realizations, definition"),
@@ -315,7 +311,7 @@ def test_a_target_may_be_a_field(field, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "here.ffe").touch()
     targets = {"a": {"field": field, "role": "other"}}
-    assert load({"targets": targets, "learning": {"experiments": {}}})["targets"] == targets
+    assert load({"targets": {"*": None, **targets}, "learning": {"experiments": {}}})["targets"] == targets
 
 
 @pytest.mark.parametrize("case", BAD)
@@ -404,7 +400,7 @@ def test_more_pixels_than_the_default_experiments_ask_for_leave_those_out():
 
 
 def test_targets_without_unknown_ones_close_the_default_experiments():
-    config = load({"targets": {"a": KNOWN, "b": KNOWN}})
+    config = load({"targets": {"*": None, "a": KNOWN, "b": KNOWN}})
     assert not any(run["open"] for run in runs(config).values())
     assert any("'fcnn_open' is open, but" in line for line in overview(config, "results/none"))
 
@@ -464,10 +460,10 @@ def test_what_learning_does_not_use_is_said_once(case):
     config = load(
         {
             "name": "unused",
-            "targets": {**targets},
+            "targets": {"*": None, **targets},
             "learning": {
-                "models": models,
-                "experiments": {name: EXPERIMENT | one for name, one in experiments.items()},
+                **({"models": models} if models else {}),
+                "experiments": {"*": None, **{name: EXPERIMENT | one for name, one in experiments.items()}},
             },
         }
     )

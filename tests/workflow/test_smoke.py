@@ -21,7 +21,7 @@ ALL = {"mesh": 3, **SOLVED}
 ONE_MODEL = {"train": 1, "timing": 1, "predict": 1, "scores": 1, "report": 1}
 ONE_UNKNOWN = {"mesh": 1, "solve": 2, "scattering": 1, "image": 1, "report": 1}
 ONE_SOLVE = {rule: count for rule, count in ONE_UNKNOWN.items() if rule != "mesh"}
-TARGETS = "targets:\n"
+TARGETS = "targets:\n  '*': null # none of config/config.yaml's but those named here\n"
 DRONE = "  drone: {mesh: resources/cad/drone.stl, role: known, symmetry: [xz]}\n"
 MISSILE = "  missile: {mesh: resources/cad/missile.stl, role: known, symmetry: [xz]}\n"
 UFO = "  ufo: {mesh: resources/cad/ufo.stl, role: unknown, symmetry: [xz]}\n"

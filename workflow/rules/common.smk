@@ -25,9 +25,10 @@ from setup import disk, lock
 from core import sweep
 from setup.check import model_kind
 from setup.closure import closure
-from setup.config import load, section
+from setup.config import load, section, unnamed
 from core.errors import InputError
 from setup.overview import overview
+from setup.yaml_file import read_yaml
 from core.sweep import images_are_made
 from imaging.geometry import PURE_NOISE, megabytes, planned
 from learning import experiments
@@ -35,7 +36,9 @@ from report.selection import decoded_snrs, noise_snrs, noisy_targets
 from scattering import needs, origin
 
 try:
-    config = load(config, workflow.configfiles)
+    # One after the other, as null in one of them removes what those before it name; Snakemake's own merge knows no null.
+    OVERLAYS = [*map(read_yaml, workflow.configfiles), workflow.config_settings.config or {}]
+    config = load(*OVERLAYS)
     RESULTS = f"results/{config['name']}"
     if workflow.is_main_process:
         disk.check_writable(".", RESULTS)
@@ -98,7 +101,7 @@ def begin(*run):
 def expected(refuse):
     """What is said before anything runs (see `overview`)."""
     try:
-        return overview(config, RESULTS, refuse)
+        return unnamed(config, *OVERLAYS) + overview(config, RESULTS, refuse)
     except InputError as error:
         raise WorkflowError(str(error)) from None
 
