@@ -52,6 +52,40 @@ KNOWN = {"mesh": "resources/cad/drone.stl", "role": "known"}
 BAD = {
     "unknown key": ({"radar": {"bandwith": 1e9}}, "radar.bandwith", "did you mean 'bandwidth'"),
     "unknown section": ({"nosie": {}}, "nosie", "did you mean 'noise'"),
+    "a range of SNRs that descends": (
+        {"noise": {"snr_db": {"start": 6, "stop": 0}}},
+        "noise.snr_db",
+        "start 6 to stop 0",
+    ),
+    "a range of SNRs that misses its stop": ({"noise": {"snr_db": {"stop": 23}}}, "noise.snr_db", "but at 21"),
+    "an endless range of SNRs": ({"noise": {"snr_db": {"step": 1e-9}}}, "noise.snr_db", "more than 201 entries"),
+    "ranges of too many SNRs": (
+        {"noise": {"snr_db": [{"start": -100, "stop": 99.5, "step": 1.5}, {"start": -99.9, "stop": 0, "step": 1.11}]}},
+        "noise.snr_db",
+        "more than 201 entries",
+    ),
+    "a range of SNRs misspelt": ({"noise": {"snr_db": {"stpo": 3}}}, "noise.snr_db.stpo", "did you mean 'stop'?"),
+    "a range in a list misspelt": (
+        {"noise": {"snr_db": [0, {"start": 3, "stpo": 6, "step": 3}]}},
+        "noise.snr_db.1.stpo",
+        "did you mean 'stop'?",
+    ),
+    "an SNR in a range and beside it": (
+        {"noise": {"snr_db": [0, {"start": -3, "stop": 3, "step": 3}]}},
+        "noise.snr_db",
+        "0 stands twice",
+    ),
+    "all SNRs of itself": ({"noise": {"snr_db": "all"}}, "noise.snr_db", "'all' is not allowed"),
+    "a range without a step to train at": (
+        one_experiment(snr_db={"start": 0, "stop": 6}),
+        "learning.experiments.e.train.snr_db",
+        "step",
+    ),
+    "a range to train at of untested SNRs": (
+        one_experiment(snr_db={"random": {"start": 0, "stop": 2, "step": 1}}, models=["fcnn"]),
+        "learning.experiments.e.train.snr_db",
+        "1 is not in noise.snr_db",
+    ),
     "negative bandwidth": ({"radar": {"bandwidth": -1}}, "radar.bandwidth", "-1"),
     "SNR as text": ({"noise": {"snr_db": [0, "six"]}}, "noise.snr_db.1", "'six'"),
     "SNR twice": ({"noise": {"snr_db": [0, 3, 3.0]}}, "noise.snr_db", "non-unique"),
@@ -410,6 +444,23 @@ def test_loading_leaves_the_overlay_alone():
     before = copy.deepcopy(overlay)
     assert load(overlay)["mesh"]["bands"] == 3  # never more bands than frequencies
     assert overlay == before
+
+
+def test_snrs_may_be_ranges_and_all():
+    assert load({"noise": {"snr_db": {"step": 12}}})["noise"]["snr_db"] == [-24, -12, 0, 12, 24]
+    noise = {"snr_db": [5.5, {"start": -0.3, "stop": 0.3, "step": 0.1}]}
+    assert repr(load({"noise": noise})["noise"]["snr_db"]) == "[-0.3, -0.2, -0.1, 0, 0.1, 0.2, 0.3, 5.5]"
+
+    def trained(snr_db, model="fcnn"):
+        overlay = {"noise": {"snr_db": [6, 0, 3]}, **one_experiment(snr_db=snr_db, models=[model])}
+        return load(overlay)["learning"]["experiments"]["e"]["train"]["snr_db"]
+
+    every, steps = ["clean", 0, 3, 6], {"start": 0, "stop": 6, "step": 3}
+    for kind in ("random", "each"):
+        assert trained({kind: "all"}) == trained({kind: ["clean", steps]}) == {kind: every}
+        assert trained({kind: steps}) == {kind: [0, 3, 6]}
+    assert trained("all") == trained(["clean", steps]) == every
+    assert trained(steps) == trained([{**steps, "stop": 3}, 6]) == [0, 3, 6]
 
 
 def test_order_of_snrs_has_no_meaning():

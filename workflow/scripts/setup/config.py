@@ -10,6 +10,7 @@ from learning.experiments import CLEAN
 from setup import overlay
 from setup.check import check
 from setup.schema import check_schema
+from setup.snrs import write_out
 from setup.yaml_file import read_yaml
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -26,6 +27,7 @@ def load(*overlays):
     """
     config = _numbers(functools.reduce(overlay.merge, overlays, read_yaml(BASE)))
     check_schema(config)
+    write_out(config)
     for target in config["targets"].values():
         target |= {key: _found(target[key]) for key in ("mesh", "field") if key in target}
     _inherit(config)
