@@ -86,6 +86,8 @@ BAD = {
         "learning.experiments.e.train.snr_db",
         "1 is not in noise.snr_db",
     ),
+    "fields from itself": ({"name": "mine", "from": "mine"}, "'from'", "another run"),
+    "fields from a path": ({"name": "mine", "from": "../quick"}, "'from'", "a letter, then letters"),
     "negative bandwidth": ({"radar": {"bandwidth": -1}}, "radar.bandwidth", "-1"),
     "SNR as text": ({"noise": {"snr_db": [0, "six"]}}, "noise.snr_db.1", "'six'"),
     "SNR twice": ({"noise": {"snr_db": [0, 3, 3.0]}}, "noise.snr_db", "non-unique"),

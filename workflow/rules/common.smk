@@ -22,7 +22,7 @@ if {Quietness.PROGRESS, Quietness.ALL} & set(workflow.output_settings.quiet or (
     os.environ.update(ISARFLOW_QUIET="yes")  # jobs draw no progress bars
 
 from setup import disk, lock
-from core import sweep
+from core import folders, sweep
 from setup.check import model_kind
 from setup.closure import closure
 from setup.config import load, section, unnamed
@@ -40,8 +40,10 @@ try:
     OVERLAYS = [*map(read_yaml, workflow.configfiles), workflow.config_settings.config or {}]
     config = load(*OVERLAYS)
     RESULTS = f"results/{config['name']}"
+    # Meshes and fields are this run's own, or those of the run that it takes them from.
+    FIELDS = folders.of_fields(RESULTS, config).as_posix()
     if workflow.is_main_process:
-        disk.check_writable(".", RESULTS)
+        disk.check_writable(".", RESULTS, FIELDS)
 except InputError as error:
     # Not as an exception of Snakemake's, which would begin with a line of this file.
     sys.exit(str(error))
