@@ -117,11 +117,8 @@ def _branches(error):
 
 def _not_of_form(error):
     """Whether an error of a branch of a oneOf is within the branch's form, and not that the value has another."""
-    return len([part for part in error.schema_path if part != "$ref"]) > 2 or error.validator not in (
-        "type",
-        "const",
-        "oneOf",
-    )
+    within = [part for part in error.schema_path if part != "$ref"]
+    return len(within) > 2 or error.validator not in ("type", "const", "oneOf")
 
 
 def _unknown_key(error, path):
