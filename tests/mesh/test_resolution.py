@@ -72,10 +72,10 @@ def test_the_advised_density_gives_the_field_of_a_small_plate(tmp_path):
 def config_of(path, density):
     return load(
         {
-            "targets": {"large": {"mesh": str(path), "role": "known", "length": 0.9}},
+            "targets": {"*": None, "large": {"mesh": str(path), "role": "known", "length": 0.9}},
             "mesh": {"edges_per_wavelength": density, "bands": 1},
             "radar": {"center_frequency": 0.6e9, "bandwidth": 0, "frequencies": 1},
-            "learning": {"experiments": {}},
+            "learning": {"experiments": {"*": None}},
         }
     )
 

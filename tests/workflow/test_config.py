@@ -24,29 +24,6 @@ def test_shipped_configs_are_valid(path):
         assert load(read_yaml(path))["name"]
 
 
-def test_overlay_changes_only_what_it_names():
-    merged, plain = load({"aspect": {"elevation": {"step": 5}}, "noise": {"realizations": 7}}), load()
-    assert merged["aspect"]["elevation"] == {"start": -45, "stop": 45, "step": 5}
-    assert merged["noise"]["realizations"] == 7
-    assert merged["noise"]["snr_db"] == plain["noise"]["snr_db"]
-    assert merged["targets"] == plain["targets"]
-
-
-def test_overlay_replaces_collections_and_alternatives():
-    target = {"mesh": "resources/cad/drone.stl", "role": "known"}
-    merged = load(
-        {
-            "targets": {"mine": target},
-            "learning": {"experiments": {}},
-            "aspect": {"azimuth": {"start": 0, "stop": 90, "step": 1}},
-        }
-    )
-    assert merged["targets"] == {"mine": target}
-    assert merged["learning"]["experiments"] == {}
-    assert merged["learning"]["split"]
-    assert merged["aspect"]["azimuth"] == {"start": 0, "stop": 90, "step": 1}
-
-
 def test_a_target_may_have_its_own_formulation():
     config = load({"targets": {"a": {**KNOWN, "formulation": "cfie"}, "b": KNOWN}})
     assert config["targets"]["a"]["formulation"] == "cfie"
@@ -76,6 +53,42 @@ KNOWN = {"mesh": "resources/cad/drone.stl", "role": "known"}
 BAD = {
     "unknown key": ({"radar": {"bandwith": 1e9}}, "radar.bandwith", "did you mean 'bandwidth'"),
     "unknown section": ({"nosie": {}}, "nosie", "did you mean 'noise'"),
+    "a range of SNRs that descends": (
+        {"noise": {"snr_db": {"start": 6, "stop": 0}}},
+        "noise.snr_db",
+        "start 6 to stop 0",
+    ),
+    "a range of SNRs that misses its stop": ({"noise": {"snr_db": {"stop": 23}}}, "noise.snr_db", "but at 21"),
+    "an endless range of SNRs": ({"noise": {"snr_db": {"step": 1e-9}}}, "noise.snr_db", "more than 201 entries"),
+    "ranges of too many SNRs": (
+        {"noise": {"snr_db": [{"start": -100, "stop": 99.5, "step": 1.5}, {"start": -99.9, "stop": 0, "step": 1.11}]}},
+        "noise.snr_db",
+        "more than 201 entries",
+    ),
+    "a range of SNRs misspelt": ({"noise": {"snr_db": {"stpo": 3}}}, "noise.snr_db.stpo", "did you mean 'stop'?"),
+    "a range in a list misspelt": (
+        {"noise": {"snr_db": [0, {"start": 3, "stpo": 6, "step": 3}]}},
+        "noise.snr_db.1.stpo",
+        "did you mean 'stop'?",
+    ),
+    "an SNR in a range and beside it": (
+        {"noise": {"snr_db": [0, {"start": -3, "stop": 3, "step": 3}]}},
+        "noise.snr_db",
+        "0 stands twice",
+    ),
+    "all SNRs of itself": ({"noise": {"snr_db": "all"}}, "noise.snr_db", "'all' is not allowed"),
+    "a range without a step to train at": (
+        one_experiment(snr_db={"start": 0, "stop": 6}),
+        "learning.experiments.e.train.snr_db",
+        "step",
+    ),
+    "a range to train at of untested SNRs": (
+        one_experiment(snr_db={"random": {"start": 0, "stop": 2, "step": 1}}, models=["fcnn"]),
+        "learning.experiments.e.train.snr_db",
+        "1 is not in noise.snr_db",
+    ),
+    "fields from itself": ({"name": "mine", "from": "mine"}, "'from'", "another run"),
+    "fields from a path": ({"name": "mine", "from": "../quick"}, "'from'", "a letter, then letters"),
     "negative bandwidth": ({"radar": {"bandwidth": -1}}, "radar.bandwidth", "-1"),
     "SNR as text": ({"noise": {"snr_db": [0, "six"]}}, "noise.snr_db.1", "'six'"),
     "SNR twice": ({"noise": {"snr_db": [0, 3, 3.0]}}, "noise.snr_db", "3 stands twice in the list"),
@@ -90,7 +103,7 @@ BAD = {
     "name that is true": (
         {"targets": {True: KNOWN}},
         "targets.True",
-        "true is not text to YAML; put the name in quotes",
+        "true is not text; put it in quotes",
     ),
     "an SNR twice": ({"noise": {"snr_db": [0, 6, 0]}}, "noise.snr_db", "0 stands twice in the list"),
     "dotted key": ({"radar.bandwidth": 1e9}, "radar.bandwidth", "did you mean 'radar: {bandwidth: ...}'?"),
@@ -106,6 +119,25 @@ BAD = {
     ),
     "target name": ({"targets": {"a/b": KNOWN}}, "targets", "a/b"),
     "no targets": ({"targets": {}}, "targets", "{}"),
+    "no targets left": ({"targets": {"*": None}}, "targets", "{}"),
+    "remove a target that is not there": ({"targets": {"uffo": None}}, "targets.uffo", "did you mean 'ufo'?"),
+    "remove a model that is not there": (
+        {"learning": {"models": {"svn": None}}},
+        "learning.models.svn",
+        "did you mean 'svm'?",
+    ),
+    "remove an experiment that is not there": (
+        {"learning": {"experiments": {"sectors": None}}},
+        "learning.experiments.sectors",
+        "did you mean 'sector'?",
+    ),
+    "remove what a target does not say": (
+        {"targets": {"ufo": {"simmetry": None}}},
+        "targets.ufo.simmetry",
+        "did you mean 'symmetry'?",
+    ),
+    "remove what a target needs": ({"targets": {"ufo": {"role": None}}}, "targets.ufo.role", "missing"),
+    "everything as a target": ({"targets": {"*": KNOWN}}, "targets.*", "takes null alone"),
     "section is a number": ({"radar": 5}, "radar", "5"),
     "section is empty": ({"radar": None}, "radar", "nothing is not a mapping"),
     "even aperture": ({"imaging": {"aperture": 10}}, "imaging.aperture", "odd"),
@@ -235,7 +267,7 @@ BAD = {
     "window without ends": ({"imaging": {"aperture": 3, "window": "hann"}}, "imaging.window", "of 3 samples"),
     "SNRs of one name": ({"noise": {"snr_db": [1.0, 1.0000001]}}, "noise.snr_db", "snr_1dB"),
     "nothing left to test": ({"learning": {"split": {"train": 0.001}}}, "learning.split.train", "0 to train"),
-    "one class": ({"targets": {"a": KNOWN}}, "learning.experiments", "two targets"),
+    "one class": ({"targets": {"*": None, "a": KNOWN}}, "learning.experiments", "two targets"),
     "no mapping": ([1, 2], "config: [1, 2]", "a mapping"),
     "text alone": ("quick", "config: 'quick'", "a mapping"),
     "noise is a number": ({"noise": 5}, "noise", "snr_db, realizations, definition"),
@@ -325,7 +357,7 @@ def test_a_target_may_be_a_field(field, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "here.ffe").touch()
     targets = {"a": {"field": field, "role": "other"}}
-    assert load({"targets": targets, "learning": {"experiments": {}}})["targets"] == targets
+    assert load({"targets": {"*": None, **targets}, "learning": {"experiments": {}}})["targets"] == targets
 
 
 @pytest.mark.parametrize("case", BAD)
@@ -414,7 +446,7 @@ def test_more_pixels_than_the_default_experiments_ask_for_leave_those_out():
 
 
 def test_targets_without_unknown_ones_close_the_default_experiments():
-    config = load({"targets": {"a": KNOWN, "b": KNOWN}})
+    config = load({"targets": {"*": None, "a": KNOWN, "b": KNOWN}})
     assert not any(run["open"] for run in runs(config).values())
     assert any("'fcnn_open' is open, but" in line for line in overview(config, "results/none"))
 
@@ -424,6 +456,23 @@ def test_loading_leaves_the_overlay_alone():
     before = copy.deepcopy(overlay)
     assert load(overlay)["mesh"]["bands"] == 3  # never more bands than frequencies
     assert overlay == before
+
+
+def test_snrs_may_be_ranges_and_all():
+    assert load({"noise": {"snr_db": {"step": 12}}})["noise"]["snr_db"] == [-24, -12, 0, 12, 24]
+    noise = {"snr_db": [5.5, {"start": -0.3, "stop": 0.3, "step": 0.1}]}
+    assert repr(load({"noise": noise})["noise"]["snr_db"]) == "[-0.3, -0.2, -0.1, 0, 0.1, 0.2, 0.3, 5.5]"
+
+    def trained(snr_db, model="fcnn"):
+        overlay = {"noise": {"snr_db": [6, 0, 3]}, **one_experiment(snr_db=snr_db, models=[model])}
+        return load(overlay)["learning"]["experiments"]["e"]["train"]["snr_db"]
+
+    every, steps = ["clean", 0, 3, 6], {"start": 0, "stop": 6, "step": 3}
+    for kind in ("random", "each"):
+        assert trained({kind: "all"}) == trained({kind: ["clean", steps]}) == {kind: every}
+        assert trained({kind: steps}) == {kind: [0, 3, 6]}
+    assert trained("all") == trained(["clean", steps]) == every
+    assert trained(steps) == trained([{**steps, "stop": 3}, 6]) == [0, 3, 6]
 
 
 def test_order_of_snrs_has_no_meaning():
@@ -474,10 +523,10 @@ def test_what_learning_does_not_use_is_said_once(case):
     config = load(
         {
             "name": "unused",
-            "targets": {**targets},
+            "targets": {"*": None, **targets},
             "learning": {
-                "models": models,
-                "experiments": {name: EXPERIMENT | one for name, one in experiments.items()},
+                **({"models": models} if models else {}),
+                "experiments": {"*": None, **{name: EXPERIMENT | one for name, one in experiments.items()}},
             },
         }
     )

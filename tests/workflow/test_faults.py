@@ -28,6 +28,7 @@ RESULTS = "results/tiny-2.0"
 CONFIG = """
 name: tiny-2.0
 targets:
+  '*': null
   corner-1: {mesh: resources/cad/trihedral.stl, role: known, symmetry: [xz]}
   points: {field: fields/points.zarr, role: known}
 mesh: {bands: 1}
@@ -37,6 +38,7 @@ imaging: {aperture: 3}
 noise: {snr_db: [20], realizations: 2}
 learning:
   experiments:
+    '*': null
     e: {train: {elevation: all, snr_db: clean}, models: [lr]}
 """
 # Where the times of jobs and predictions stand; all else has the same bytes in every run.

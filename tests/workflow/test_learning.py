@@ -20,6 +20,7 @@ LEARN = ("--configfile", "config/learn.yaml")
 CONFIG = """
 name: learn
 targets:
+  '*': null
   dart: {field: fields/dart.zarr, role: known}
   disc: {field: fields/disc.zarr, role: known}
   kite: {field: fields/kite.zarr, role: unknown}
@@ -35,6 +36,7 @@ learning:
     capsule: {width: 8, capsules: 2, decoder: 16, batch: 8}
     capsule_denoise: {epochs: 15}
   experiments:
+    '*': null
     closed:
       train: {elevation: [0], snr_db: clean}
       models: [lr_tuned, knn]

@@ -8,10 +8,11 @@ NAMES = {"a": "my {file} v2.stl", "b": "{target}.stl", "c": "x %s [a] * é' $q.s
 CONFIG = """
 name: paths
 targets:
+  '*': null
 %s
 mesh: {bands: 1}
 radar: {center_frequency: 0.5e+9, bandwidth: 0, frequencies: 1}
-learning: {experiments: {}}
+learning: {experiments: {'*': null}}
 """
 MESHES = [f"results/paths/mesh/{target}.json" for target in NAMES]
 

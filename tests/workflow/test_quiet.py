@@ -6,7 +6,7 @@ import re
 
 CONFIG = """
 name: quiet
-targets: {trihedral: {mesh: resources/cad/trihedral.stl, role: other, symmetry: [xz]}}
+targets: {'*': null, trihedral: {mesh: resources/cad/trihedral.stl, role: other, symmetry: [xz]}}
 mesh: {bands: 1}
 radar: {center_frequency: 0.5e9, bandwidth: 0, frequencies: 1}
 aspect: {elevation: {start: 0, stop: 0, step: 1}, azimuth: {count: 4}}

@@ -23,7 +23,7 @@ SMOKE = ("report", "--configfile", "config/smoke.yaml")
 OWN = ("--slurm-status-command", "squeue", "--slurm-init-seconds-before-status-checks", 4, "--max-threads", 2)
 BROKEN = """
 name: broken
-targets: {mine: {mesh: resources/broken.stl, role: known}}
+targets: {'*': null, mine: {mesh: resources/broken.stl, role: known}}
 radar: {center_frequency: 1.0e9, bandwidth: 0, frequencies: 1}
 aspect: {elevation: {start: 0, stop: 0, step: 1}, azimuth: {count: 4}}
 """

@@ -21,7 +21,7 @@ ALL = {"mesh": 3, **SOLVED}
 ONE_MODEL = {"train": 1, "timing": 1, "predict": 1, "scores": 1, "report": 1}
 ONE_UNKNOWN = {"mesh": 1, "solve": 2, "scattering": 1, "image": 1, "report": 1}
 ONE_SOLVE = {rule: count for rule, count in ONE_UNKNOWN.items() if rule != "mesh"}
-TARGETS = "targets:\n"
+TARGETS = "targets:\n  '*': null # none of config/config.yaml's but those named here\n"
 DRONE = "  drone: {mesh: resources/cad/drone.stl, role: known, symmetry: [xz]}\n"
 MISSILE = "  missile: {mesh: resources/cad/missile.stl, role: known, symmetry: [xz]}\n"
 UFO = "  ufo: {mesh: resources/cad/ufo.stl, role: unknown, symmetry: [xz]}\n"
@@ -232,6 +232,26 @@ def plans(smoke):
 @pytest.mark.parametrize("edit", EDITS)
 def test_an_edit_of_the_config_reruns_what_it_concerns_and_no_more(plans, edit):
     assert plans[edit] == EDITS[edit][2]
+
+
+def test_a_run_takes_the_meshes_and_fields_of_another(smoke):
+    text = (smoke.folder / "config/smoke.yaml").read_text()
+    other = text.replace("name: smoke", "name: other\nfrom: smoke").replace("[lr, knn]", "[lr, knn, svm]")
+    learned = {**IMAGED, "train": 3, "predict": 3}
+    configs = {
+        "learning": (other, learned),
+        "a target": (
+            other.replace(UFO, UFO + AIRCRAFT.replace("known", "unknown")),
+            {**ONE_UNKNOWN, **learned, "image": 4},
+        ),
+        "settings": (other.replace("count: 36", "count: 40"), {"solve": 6, "scattering": 3, **learned}),
+        "unknown run": (other.replace("from: smoke", "from: none"), {**ALL, **learned}),
+    }
+    paths = [smoke.write(f"config/from_{n}.yaml", config) for n, (config, _) in enumerate(configs.values())]
+    found = smoke.all_planned(*(["report", "--configfile", path] for path in paths))
+    assert dict(zip(configs, found, strict=True)) == {case: jobs for case, (_, jobs) in configs.items()}
+    said = smoke.run("--dry-run", "report", "--configfile", paths[1]).stdout
+    assert "are those of results/smoke: drone, missile, ufo. Not there yet, and made there: aircraft." in said
 
 
 @contextlib.contextmanager

@@ -9,7 +9,7 @@ from core.sweep import C0
 RADIUS, FREQUENCY = 0.15, 1.0e9
 CONFIG = f"""
 name: sphere
-targets: {{sphere: {{mesh: sphere.stl, role: known, unit: mm}}}}
+targets: {{'*': null, sphere: {{mesh: sphere.stl, role: known, unit: mm}}}}
 radar: {{center_frequency: {FREQUENCY:e}, bandwidth: 0, frequencies: 1, polarizations: [VV, HH]}}
 aspect:
   elevation: {{start: 10, stop: 10, step: 1}}

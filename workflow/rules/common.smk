@@ -22,12 +22,13 @@ if {Quietness.PROGRESS, Quietness.ALL} & set(workflow.output_settings.quiet or (
     os.environ.update(ISARFLOW_QUIET="yes")  # jobs draw no progress bars
 
 from setup import disk, lock
-from core import sweep
+from core import folders, sweep
 from setup.check import model_kind
 from setup.closure import closure
-from setup.config import load, plain, section
+from setup.config import load, plain, section, unnamed
 from core.errors import InputError
 from setup.overview import overview
+from setup.yaml_file import read_yaml
 from core.sweep import images_are_made
 from imaging.geometry import PURE_NOISE, megabytes, planned
 from learning import experiments
@@ -35,14 +36,19 @@ from report.selection import decoded_snrs, noise_snrs, noisy_targets
 from scattering import needs, origin
 
 try:
-    # Snakemake leaves what stands within mappings of --config as text.
-    config |= {
-        key: plain(config[key]) for key in workflow.config_settings.config if isinstance(config[key], dict | list)
+    # One after the other, as null in one of them removes what those before it name; Snakemake's own merge knows no null.
+    # What stands within mappings of --config Snakemake leaves as text.
+    SETTINGS = {
+        key: plain(value) if isinstance(value, dict | list) else value
+        for key, value in workflow.config_settings.config.items()
     }
-    config = load(config, workflow.configfiles)
+    OVERLAYS = [*map(read_yaml, workflow.configfiles), SETTINGS]
+    config = load(*OVERLAYS)
     RESULTS = f"results/{config['name']}"
+    # Meshes and fields are this run's own, or those of the run that it takes them from.
+    FIELDS = folders.of_fields(RESULTS, config).as_posix()
     if workflow.is_main_process:
-        disk.check_writable(".", RESULTS)
+        disk.check_writable(".", RESULTS, FIELDS)
 except InputError as error:
     # Not as an exception of Snakemake's, which would begin with a line of this file.
     sys.exit(str(error))
@@ -102,7 +108,7 @@ def begin(*run):
 def expected(refuse):
     """What is said before anything runs (see `overview`)."""
     try:
-        return overview(config, RESULTS, refuse)
+        return unnamed(config, *OVERLAYS) + overview(config, RESULTS, refuse)
     except InputError as error:
         raise WorkflowError(str(error)) from None
 

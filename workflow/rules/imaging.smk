@@ -6,8 +6,8 @@
 
 rule image:
     input:
-        field=f"{RESULTS}/scattering/{{target}}.zarr",
-        mesh=lambda w: f"{RESULTS}/mesh/{w.target}.json" if w.target in MESHED else [],
+        field=f"{FIELDS}/scattering/{{target}}.zarr",
+        mesh=lambda w: f"{FIELDS}/mesh/{w.target}.json" if w.target in MESHED else [],
         code=code("imaging/job_image.py"),
     output:
         directory(f"{RESULTS}/imaging/{{target}}/clean.zarr"),
@@ -32,7 +32,7 @@ rule image:
 # One thread: the last bits of a product depend on how many BLAS uses.
 rule noise:
     input:
-        field=f"{RESULTS}/scattering/{{target}}.zarr",
+        field=f"{FIELDS}/scattering/{{target}}.zarr",
         code=code("imaging/job_noise.py"),
     output:
         directory(f"{RESULTS}/imaging/{{target}}/{{snr}}.zarr"),

@@ -9,17 +9,17 @@ rule mesh:
         code=code("mesh/job_mesh.py"),
     output:
         figures=report(
-            f"{RESULTS}/mesh/{{target}}.json",
+            f"{FIELDS}/mesh/{{target}}.json",
             caption="../report/mesh.rst",
             category="Meshes",
             labels={"target": "{target}"},
         ),
-        source=f"{RESULTS}/mesh/{{target}}-source.ply",
-        meshes=[f"{RESULTS}/mesh/{{target}}-{band}.ply" for band in BANDS],
+        source=f"{FIELDS}/mesh/{{target}}-source.ply",
+        meshes=[f"{FIELDS}/mesh/{{target}}-{band}.ply" for band in BANDS],
     log:
-        f"{RESULTS}/logs/mesh/{{target}}.log",
+        f"{FIELDS}/logs/mesh/{{target}}.log",
     benchmark:
-        f"{RESULTS}/benchmarks/mesh/{{target}}.tsv"
+        f"{FIELDS}/benchmarks/mesh/{{target}}.tsv"
     wildcard_constraints:
         target=one_of(MESHED),
     conda:

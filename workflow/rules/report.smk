@@ -4,9 +4,9 @@
 
 rule report:
     input:
-        mesh_figures=expand(f"{RESULTS}/mesh/{{target}}.json", target=MESHED),
-        meshes=expand(f"{RESULTS}/mesh/{{target}}-{{part}}.ply", target=MESHED, part=["source", *BANDS]),
-        scattering=expand(f"{RESULTS}/scattering/{{target}}.zarr", target=TARGETS),
+        mesh_figures=expand(f"{FIELDS}/mesh/{{target}}.json", target=MESHED),
+        meshes=expand(f"{FIELDS}/mesh/{{target}}-{{part}}.ply", target=MESHED, part=["source", *BANDS]),
+        scattering=expand(f"{FIELDS}/scattering/{{target}}.zarr", target=TARGETS),
         images=images_shown(),
         scores=[f"{RESULTS}/learning/{table}.csv" for table in ("scores", "confusion", "validation") if FITTED],
         times=f"{RESULTS}/learning/times.json" if FITTED else [],

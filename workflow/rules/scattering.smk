@@ -6,15 +6,15 @@
 
 rule solve:
     input:
-        mesh=f"{RESULTS}/mesh/{{target}}-{{band}}.ply",
-        figures=f"{RESULTS}/mesh/{{target}}.json",
+        mesh=f"{FIELDS}/mesh/{{target}}-{{band}}.ply",
+        figures=f"{FIELDS}/mesh/{{target}}.json",
         code=code("scattering/job_solve.py"),
     output:
-        directory(f"{RESULTS}/scattering/bands/{{target}}-{{band}}.zarr"),
+        directory(f"{FIELDS}/scattering/bands/{{target}}-{{band}}.zarr"),
     log:
-        f"{RESULTS}/logs/scattering/bands/{{target}}-{{band}}.log",
+        f"{FIELDS}/logs/scattering/bands/{{target}}-{{band}}.log",
     benchmark:
-        f"{RESULTS}/benchmarks/scattering/bands/{{target}}-{{band}}.tsv"
+        f"{FIELDS}/benchmarks/scattering/bands/{{target}}-{{band}}.tsv"
     wildcard_constraints:
         target=one_of(MESHED),
     conda:
@@ -37,14 +37,14 @@ rule solve:
 
 rule scattering:
     input:
-        bands=[f"{RESULTS}/scattering/bands/{{target}}-{band}.zarr" for band in BANDS],
+        bands=[f"{FIELDS}/scattering/bands/{{target}}-{band}.zarr" for band in BANDS],
         code=code("scattering/job_scattering.py"),
     output:
-        directory(f"{RESULTS}/scattering/{{target}}.zarr"),
+        directory(f"{FIELDS}/scattering/{{target}}.zarr"),
     log:
-        f"{RESULTS}/logs/scattering/{{target}}.log",
+        f"{FIELDS}/logs/scattering/{{target}}.log",
     benchmark:
-        f"{RESULTS}/benchmarks/scattering/{{target}}.tsv"
+        f"{FIELDS}/benchmarks/scattering/{{target}}.tsv"
     wildcard_constraints:
         target=one_of(MESHED),
     # A second's work: not worth a place in a cluster's queue.
@@ -65,11 +65,11 @@ rule field:
         files=lambda w: origin.files(config["targets"][w.target]["field"]),
         code=code("scattering/job_field.py"),
     output:
-        directory(f"{RESULTS}/scattering/{{target}}.zarr"),
+        directory(f"{FIELDS}/scattering/{{target}}.zarr"),
     log:
-        f"{RESULTS}/logs/scattering/{{target}}.log",
+        f"{FIELDS}/logs/scattering/{{target}}.log",
     benchmark:
-        f"{RESULTS}/benchmarks/scattering/{{target}}.tsv"
+        f"{FIELDS}/benchmarks/scattering/{{target}}.tsv"
     wildcard_constraints:
         target=one_of(GIVEN),
     # Before the long solves, so that a file that does not fit the sweep stops the run early.

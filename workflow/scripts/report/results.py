@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pandas as pd
 
+from core.folders import of_fields
 from core.store import open_store
 from core.sweep import images_are_made, snr_label
 from imaging.geometry import PURE_NOISE
@@ -25,6 +26,7 @@ class Results:
 
     def __init__(self, folder, settings, reference=REFERENCE):
         self.folder, self.settings, self.reference = Path(folder), settings, Path(reference)
+        self.fields = of_fields(folder, settings)
         self.targets = target_order(settings["targets"])
         self.meshed = [name for name in self.targets if "mesh" in settings["targets"][name]]
         self.images_are_made = images_are_made(settings)
@@ -33,7 +35,7 @@ class Results:
     @cached_property
     def meshes(self):
         """Figures of the meshes and, in each band, what its `solve` was planned to need, by target that has some."""
-        meshes = {name: json.loads((self.folder / "mesh" / f"{name}.json").read_text()) for name in self.meshed}
+        meshes = {name: json.loads((self.fields / "mesh" / f"{name}.json").read_text()) for name in self.meshed}
         for name, figures in meshes.items():
             planes, how = len(self.settings["targets"][name].get("symmetry", [])), needs.method(self.settings, name)
             for band in figures["bands"]:
@@ -44,11 +46,11 @@ class Results:
     def surfaces(self):
         """Vertices in m and triangles of the finest mesh, by target that has one."""
         band = self.settings["mesh"]["bands"] - 1
-        return {name: read_ply(self.folder / "mesh" / f"{name}-{band}.ply") for name in self.meshed}
+        return {name: read_ply(self.fields / "mesh" / f"{name}-{band}.ply") for name in self.meshed}
 
     def scattering(self, target):
         """The scattering store of a target, opened lazily."""
-        return open_store(self.folder / "scattering" / f"{target}.zarr")
+        return open_store(self.fields / "scattering" / f"{target}.zarr")
 
     def images(self, target, store):
         """A store of a target's images ('clean', 'snr_-6dB'), opened lazily: only the images shown are read."""

@@ -65,7 +65,7 @@ def _levels(store, elevations, picks):
 def _mesh(results, name):
     """The finest mesh of a target that is not too fine; None where all are, or the target is given by its field."""
     bands = reversed(range(results.settings["mesh"]["bands"])) if name in results.meshed else ()
-    meshes = (read_ply(results.folder / "mesh" / f"{name}-{band}.ply") for band in bands)
+    meshes = (read_ply(results.fields / "mesh" / f"{name}-{band}.ply") for band in bands)
     vertices, triangles = next((mesh for mesh in meshes if len(mesh[1]) <= MOST_TRIANGLES), (None, None))
     if vertices is None:
         return None

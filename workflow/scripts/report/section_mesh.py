@@ -300,7 +300,7 @@ def section(results):
 
 
 def _figures(name, results):
-    figures, folder = results.meshes[name], results.folder / "mesh"
+    figures, folder = results.meshes[name], results.fields / "mesh"
     source = read_ply(folder / f"{name}-source.ply")
     meshes = {band: read_ply(folder / f"{name}-{band}.ply") for band in bands_shown(len(figures["bands"]))}
     return picture(name, results.surfaces[name], figures), comparison(name, source, meshes, figures)

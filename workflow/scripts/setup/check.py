@@ -7,6 +7,7 @@ import numpy as np
 
 from core import sweep
 from core.errors import InputError
+from core.folders import of_fields
 from core.sweep import images_are_made
 from imaging.formation import window
 from imaging.geometry import PURE_NOISE, centres, planned
@@ -29,6 +30,11 @@ MOST_PIXELS = 4096  # of an image, for a model with covariances: one of 64 x 64 
 def check(config):
     """Raise InputError for the first thing wrong with a full config that `check_schema` has nothing against."""
     _check_finite(config)
+    if config.get("from") == config["name"]:
+        raise InputError(
+            f"config key 'from': '{config['from']}' is this run's own 'name'; give it the name of another run, whose "
+            "meshes and fields it takes, or leave it out."
+        )
     _check_sweep(config)
     _check_targets(config)
     _check_snrs(config)
@@ -141,7 +147,7 @@ def _check_cases(key, names):
 
 
 def _check_field(key, field, config):
-    results = Path("results", config["name"])
+    results = of_fields(Path("results", config["name"]), config)
     for path in map(Path, origin.paths(field)):
         if path.suffix.lower() == ".zarr" and not origin.is_store(field):
             raise InputError(f"{key}: {path} is a store, which is named alone; it holds all polarizations.")

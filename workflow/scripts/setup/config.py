@@ -1,5 +1,6 @@
 """Load a config and lay overlays over it, before any work is done."""
 
+import functools
 import os
 import re
 from pathlib import Path
@@ -8,35 +9,31 @@ import yaml
 
 from core.errors import InputError
 from learning.experiments import CLEAN
+from setup import overlay
 from setup.check import check
 from setup.schema import check_schema
+from setup.snrs import write_out
 from setup.yaml_file import read_yaml
 
 ROOT = Path(__file__).resolve().parents[3]
 BASE = ROOT / "config" / "config.yaml"
 
-# An overlay that names one of these replaces all of it: it holds things that the user names.
-COLLECTIONS = ("targets", "learning.experiments")
-# Of these an overlay's form may differ from the base's ({count} or {start, stop, step}).
-ALTERNATIVES = ("aspect.azimuth",)
 # YAML 1.1 reads 2.775e9 (no sign in the exponent) as text; everyone means the number.
 EXPONENT = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+")
 
 
-def load(overlay=None, files=()):
-    """The full, checked config: config/config.yaml with `overlay` (a mapping) laid over it.
+def load(*overlays):
+    """The full, checked config: config/config.yaml with each of the overlays, mappings, laid over it in turn.
 
-    files: where the overlay was read from; they are read once more for what YAML readers pass over in silence.
     Raises InputError with one message that names the key, its value and what would be right.
     """
-    for path in files:
-        read_yaml(path)
-    config = _numbers(_merge(read_yaml(BASE), overlay or {}))
+    config = _numbers(functools.reduce(overlay.merge, overlays, read_yaml(BASE)))
     check_schema(config)
+    write_out(config)
     for target in config["targets"].values():
         target |= {key: _found(target[key]) for key in ("mesh", "field") if key in target}
     _inherit(config)
-    config = _checked(config, overlay or {})
+    config = _checked(config, overlay.named(overlays, "learning.experiments"))
     # More bands than frequencies would leave some empty; the order of SNRs has no meaning.
     config["mesh"]["bands"] = min(config["mesh"]["bands"], config["radar"]["frequencies"])
     config["noise"]["snr_db"] = sorted(config["noise"]["snr_db"])
@@ -53,6 +50,11 @@ def plain(value):
     if isinstance(value, list):
         return [plain(item) for item in value]
     return yaml.load(value, yaml.CSafeLoader) if isinstance(value, str) else value
+
+
+def unnamed(config, *overlays):
+    """What of config/config.yaml runs besides what the overlays name: lines of text (see `overlay.unnamed`)."""
+    return list(overlay.unnamed(config, read_yaml(BASE), overlays))
 
 
 def section(config, *keys):
@@ -72,37 +74,32 @@ def _found(path):
     return path if os.path.exists(path) or not os.path.exists(ROOT / path) else os.path.relpath(ROOT / path)
 
 
-def _merge(base, overlay, path=""):
-    if not isinstance(base, dict) or not isinstance(overlay, dict) or path in COLLECTIONS:
-        return overlay
-    if path in ALTERNATIVES and not set(overlay) <= set(base):
-        return overlay
-    merged = dict(base)
-    for key, value in overlay.items():
-        merged[key] = _merge(base.get(key), value, f"{path}.{key}" if path else str(key))
-    return merged
-
-
-def _checked(config, overlay):
+def _checked(config, asked):
     """Check the config; gives it back, without those of the default experiments that its sweep or SNRs do not allow.
 
-    Nobody asked for those; one that the user's config names is refused instead.
+    asked: the experiments that the user's config names. One of these is refused instead, and kept as it is.
     """
     try:
         check(config)
         return config
     except InputError as error:
-        if "experiments" in overlay.get("learning", {}):
+        experiments = config["learning"]["experiments"]
+        own = {name: what for name, what in experiments.items() if name in asked}
+        offered = {name: what for name, what in experiments.items() if name not in asked}
+        if not offered:
             raise
-        left_out, experiments = {}, _spread(config["learning"]["experiments"], config["noise"]["snr_db"])
-        for name in experiments:
+        if own:
+            check(_with_experiments(config, own))
+        left_out, offered = {}, _spread(offered, config["noise"]["snr_db"])
+        for name, what in offered.items():
             try:
-                check(_with_experiments(config, {name: experiments[name]}))
+                check(_with_experiments(config, {**own, name: what}))
             except InputError as reason:
                 left_out[name] = str(reason)
         if len(left_out) == len(experiments):
             raise error from None
-        reduced = _with_experiments(config, {name: experiments[name] for name in experiments if name not in left_out})
+        kept = {name: offered.get(name, own.get(name)) for name in experiments if name not in left_out}
+        reduced = _with_experiments(config, kept)
         check(reduced)
         if left_out:
             reduced["learning"]["left_out"] = left_out

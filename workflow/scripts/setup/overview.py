@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from core.errors import InputError
+from core.folders import of_fields
 from core.sweep import C0, images_are_made
 from imaging.geometry import describe, planned
 from mesh import cad_kernel, symmetry, topology
@@ -23,21 +24,35 @@ def overview(config, results, refuse=False):
     results: the folder of the run's results. With `refuse` a target that this machine has no memory for raises
     InputError; else it is one of the warnings, for another machine may solve it.
     """
-    sizes, found = {}, []
+    fields, sizes = of_fields(results, config), {}
+    found = _taken(config, fields)
     wavelength = C0 / config["radar"]["center_frequency"]
     for name, target in config["targets"].items():
         try:
-            sizes[name] = _size(target, Path(results, "mesh", f"{name}.json"), wavelength)
+            sizes[name] = _size(target, fields / "mesh" / f"{name}.json", wavelength)
         except InputError as error:
             if refuse:
                 raise InputError(f"config key 'targets.{name}.mesh': {error}") from None
             sizes[name] = None
             found.append(f"Warning: {name}: {error}")
-    found += _solves(config, sizes, results, refuse)
+    found += _solves(config, sizes, fields, refuse)
     return found + (_images(config, sizes, results) if images_are_made(config) else [])
 
 
-def _solves(config, sizes, results, refuse):
+def _taken(config, fields):
+    """Which meshes and fields are another run's: lines of text."""
+    if "from" not in config:
+        return []
+    there = [name for name in config["targets"] if (fields / "scattering" / f"{name}.zarr").exists()]
+    missing = [name for name in config["targets"] if name not in there]
+    made = f" Not there yet, and made there: {', '.join(missing)}." if missing else ""
+    return [
+        f"Meshes and fields are those of {fields}: {', '.join(there) or 'none so far'}.{made} "
+        "One that was made with other settings or files than this config's is made anew there, too."
+    ]
+
+
+def _solves(config, sizes, fields, refuse):
     found, seconds = [], 0.0
     mesh, radar, aspect = config["mesh"], config["radar"], config["aspect"]
     for name, target in config["targets"].items():
@@ -55,7 +70,7 @@ def _solves(config, sizes, results, refuse):
         found.append(
             f"  {name}: up to {most['unknowns']:,.0f} unknowns, {most['megabytes'] / 1000:.1f} GB, {_span(time)}"
         )
-        if Path(results, "scattering", f"{name}.zarr").exists():
+        if (fields / "scattering" / f"{name}.zarr").exists():
             continue
         label = f"target '{name}' ({target['mesh']})"
         try:

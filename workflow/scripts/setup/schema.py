@@ -76,7 +76,7 @@ def _message(error, above=()):
     if "propertyNames" in error.absolute_schema_path:
         parts.append(error.instance)
         if not isinstance(error.instance, str):
-            return f"config key '{'.'.join(map(str, parts))}': {shown(error.instance)} is not text to YAML; put the name in quotes."
+            return f"config key '{'.'.join(map(str, parts))}': {shown(error.instance)} is not text; put it in quotes."
     path = ".".join(map(str, parts))
     where = f"config key '{path}'" if path else "config"
     rule = error.schema.get("description", "")
@@ -92,8 +92,11 @@ def _message(error, above=()):
     if error.validator == "oneOf":
         # Of several forms the one that the value has: what is wrong is within it.
         inside = [_first(errors) for errors in _branches(error).values() if all(map(_not_of_form, errors))]
-        if len(inside) == 1:
-            return _message(inside[0], above) + _expected(rule)
+        messages = [_message(one, above) for one in inside]
+        # Of several forms that may be meant, the one that has a key like a misspelt one.
+        meant = messages if len(messages) == 1 else [text for text in messages if "did you mean" in text]
+        if meant:
+            return meant[0] + _expected(rule)
     problem = f"{shown(error.instance)} is not allowed"
     if error.validator == "type":
         problem = f"{shown(error.instance)} is not {TYPES[error.validator_value]}"
@@ -125,7 +128,8 @@ def _branches(error):
 
 def _not_of_form(error):
     """Whether an error of a branch of a oneOf is within the branch's form, and not that the value has another."""
-    return len(error.schema_path) > 2 or error.validator not in ("type", "const", "oneOf")
+    within = [part for part in error.schema_path if part != "$ref"]
+    return len(within) > 2 or error.validator not in ("type", "const", "oneOf")
 
 
 def _unknown_key(error, path):

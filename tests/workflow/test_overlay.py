@@ -1,0 +1,124 @@
+"""How an overlay changes the default config: key by key; targets, models and experiments one by one."""
+
+import pytest
+
+from core.errors import InputError
+from setup.config import ROOT, load, unnamed
+
+KNOWN = {"mesh": "resources/cad/drone.stl", "role": "known"}
+MINE = {"train": {"elevation": "all", "snr_db": "clean"}, "models": ["lr"]}
+NARROW = {"start": 0, "stop": 60, "step": 3}
+
+
+@pytest.fixture(autouse=True)
+def in_the_repository(monkeypatch):
+    monkeypatch.chdir(ROOT)
+
+
+def test_overlay_changes_only_what_it_names():
+    merged, plain = load({"aspect": {"elevation": {"step": 5}}, "noise": {"realizations": 7}}), load()
+    assert merged["aspect"]["elevation"] == {"start": -45, "stop": 45, "step": 5}
+    assert merged["noise"]["realizations"] == 7
+    assert merged["noise"]["snr_db"] == plain["noise"]["snr_db"]
+    assert merged["targets"] == plain["targets"]
+
+
+def test_overlay_replaces_alternatives():
+    merged = load({"aspect": {"azimuth": {"start": 0, "stop": 90, "step": 1}}})
+    assert merged["aspect"]["azimuth"] == {"start": 0, "stop": 90, "step": 1}
+
+
+def test_targets_models_and_experiments_are_merged_one_by_one():
+    plain, mine = load(), {"mesh": "resources/cad/drone.stl", "role": "known"}
+    merged = load(
+        {
+            "targets": {"mine": mine, "ufo": None, "drone": {"role": "unknown"}, "missile": {"symmetry": None}},
+            "learning": {
+                "models": {"svm": {"C": 3}, "lr_tuned": None},
+                "experiments": {
+                    "sector": None,
+                    "multi_elevation": {"models": ["lr"]},
+                    "single_elevation": {"train": {"elevation": [15]}, "models": ["lr"]},
+                    "capsule_open": {"upsample": 40, "open": None},
+                },
+            },
+        }
+    )
+    targets, learning = dict(plain["targets"]), plain["learning"]
+    del targets["ufo"]
+    targets["drone"] = targets["drone"] | {"role": "unknown"}
+    targets["missile"] = {"mesh": "resources/cad/missile.stl", "role": "known"}
+    assert merged["targets"] == targets | {"mine": mine}
+    models = {name: settings for name, settings in learning["models"].items() if name != "lr_tuned"}
+    assert merged["learning"]["models"] == models | {"svm": {"C": 3, "scale": 2.75}}
+    experiments = {name: what for name, what in learning["experiments"].items() if name != "sector"}
+    everywhere = {"elevation": "all", "snr_db": "clean"}
+    assert merged["learning"]["experiments"] == experiments | {
+        "multi_elevation": {"train": everywhere, "models": ["lr"]},
+        "single_elevation": {"train": {"elevation": [15], "snr_db": "clean"}, "models": ["lr"]},
+        "capsule_open": {"train": everywhere, "models": ["capsule"], "upsample": 40},
+    }
+
+
+def test_how_an_experiment_trains_is_one_value():
+    overlay = {"learning": {"experiments": {"adaptive": {"train": {"snr_db": {"random": ["clean", 0]}}}}}}
+    assert load(overlay)["learning"]["experiments"]["adaptive"]["train"] == {
+        "elevation": "all",
+        "snr_db": {"random": ["clean", 0]},
+    }
+
+
+def test_an_overlay_may_start_from_nothing():
+    mine, plain = {"mesh": "resources/cad/drone.stl", "role": "known"}, load()
+    merged = load(
+        {
+            "targets": {"mine": mine, "*": None, "missile": {}, "drone": {}},
+            "learning": {"experiments": {"*": None, "fcnn_open": {"models": ["knn"]}}},
+        }
+    )
+    assert merged["targets"] == {"mine": mine} | {name: plain["targets"][name] for name in ("drone", "missile")}
+    assert list(merged["learning"]["experiments"]) == ["fcnn_open"]
+    assert merged["learning"]["experiments"]["fcnn_open"]["open"] is True
+    for nothing in ({}, {"*": None}):
+        assert load({"learning": {"experiments": nothing}})["learning"]["experiments"] == {}
+
+
+def test_each_of_several_overlays_is_laid_over_those_before():
+    first = {"targets": {"*": None, "a": KNOWN, "b": KNOWN, "c": KNOWN}}
+    assert list(load(first, {"targets": {"a": None, "d": KNOWN}})["targets"]) == ["b", "c", "d"]
+    assert list(load(first, {"targets": {"*": None, "c": {}, "d": KNOWN}})["targets"]) == ["c", "d"]
+    with pytest.raises(InputError, match=r"targets\.d.*no 'd' here"):
+        load(first, {"targets": {"d": None}})
+
+
+@pytest.mark.parametrize("key", ["mesh", "field"])
+def test_what_is_said_of_a_file_does_not_hold_for_another(key, tmp_path):
+    path = tmp_path / {"mesh": "a.stl", "field": "a.ffe"}[key]
+    path.touch()
+    assert load({"targets": {"ufo": {key: str(path)}}})["targets"]["ufo"] == {key: str(path), "role": "unknown"}
+    same = {"mesh": "resources/cad/ufo.stl", "role": "known"}
+    assert load({"targets": {"ufo": same}})["targets"]["ufo"] == {**same, "symmetry": ["xz", "yz"]}
+
+
+def test_default_targets_and_experiments_that_run_besides_are_said():
+    def said(*overlays):
+        return unnamed(load(*overlays), *overlays)
+
+    train = {"experiments": {"e": MINE}}
+    targets, experiments = said({"targets": {"a": KNOWN, "drone": {}, "ufo": None}, "learning": train})
+    assert "remain: missile, aircraft, trihedral. 'targets.missile: null' removes one" in targets
+    assert "remain: single_elevation, multi_elevation, fcnn_closed" in experiments
+    assert "'learning.experiments.\"*\": null' all of them" in experiments
+    for silent in ({}, {"targets": {"ufo": None}}, {"targets": {"*": None, "a": KNOWN, "drone": {}}}):
+        assert said(silent) == []
+    assert said({"targets": {"*": None, "a": KNOWN, "b": KNOWN}}, {"targets": {"c": KNOWN}}) == []
+    assert len(said({"targets": {"a": KNOWN}, "learning": train, "radar": {"frequencies": 1, "bandwidth": 0}})) == 1
+
+
+def test_default_experiments_beside_ones_own_may_be_left_out_but_ones_own_may_not():
+    overlay = {"aspect": {"azimuth": NARROW}, "learning": {"experiments": {"e": MINE}}}
+    config = load(overlay)
+    assert {"e", "multi_elevation"} <= set(config["learning"]["experiments"])
+    assert "sector" in config["learning"]["left_out"]
+    with pytest.raises(InputError, match="10 as a guard"):
+        load({"aspect": {"azimuth": NARROW}, "learning": {"experiments": {"sector": {"models": ["lr"]}}}})

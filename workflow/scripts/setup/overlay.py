@@ -1,0 +1,99 @@
+"""Lay a config over another: key by key, and things that the user names one by one."""
+
+from core.errors import InputError
+from core.sweep import images_are_made
+from setup.schema import near
+
+# Maps of things that the user names: of these an overlay adds, changes and, with null, removes single ones.
+NAMED = ("targets", "learning.models", "learning.experiments")
+ALL = "*"  # `'*': null` removes every one that the overlay itself does not name
+# Of these an overlay's form may differ from the base's ({count} or {start, stop, step}).
+ALTERNATIVES = ("aspect.azimuth",)
+
+
+def merge(base, overlay, path=""):
+    """`base` with `overlay` laid over it; neither is changed.
+
+    Raises InputError for an overlay that removes what is not there.
+    """
+    if not isinstance(base, dict) or not isinstance(overlay, dict):
+        return overlay
+    if path in NAMED:
+        return _named(base, overlay, path)
+    if path in ALTERNATIVES and not set(overlay) <= set(base):
+        return overlay
+    merged = dict(base)
+    for key, value in overlay.items():
+        merged[key] = merge(base.get(key, {}), value, f"{path}.{key}" if path else str(key))
+    return merged
+
+
+def named(overlays, path):
+    """The names that any of the overlays gives a value, other than null, in one of the maps NAMED."""
+    found = set()
+    for value in overlays:
+        for key in path.split("."):
+            value = value.get(key) if isinstance(value, dict) else None
+        if isinstance(value, dict):
+            found |= {name for name, one in value.items() if one is not None}
+    return found
+
+
+def unnamed(config, default, overlays):
+    """What of the default's targets and experiments runs besides those that an overlay names: lines of text.
+
+    Nothing is said of a map in which the overlays name nothing.
+    """
+    for path in ("targets", "learning.experiments") if images_are_made(config) else ("targets",):
+        *above, what = path.split(".")
+        have, known = config, default
+        for key in (*above, what):
+            have, known = have[key], known[key]
+        mine = named(overlays, path)
+        rest = [name for name in have if name in known and name not in mine]
+        if mine and rest:
+            yield (
+                f"Note: beside the {what} that your config names, these of config/config.yaml remain: "
+                f"{', '.join(rest)}. '{path}.{rest[0]}: null' removes one, '{path}.\"{ALL}\": null' all of them."
+            )
+
+
+def _named(base, overlay, path):
+    if not overlay:
+        return {}  # `{}` reads as none at all, and would change nothing otherwise
+    merged = {} if ALL in overlay else dict(base)
+    for name, value in overlay.items():
+        key = f"{path}.{name}"
+        if name == ALL and value is not None:
+            raise InputError(
+                f"config key '{key}': '{ALL}' takes null alone, which removes all that this config does not name."
+            )
+        if value is not None:
+            merged[name] = _entry(base.get(name, {}), value, path, key)
+        elif name != ALL:
+            _removed(merged, base, name, key)
+    return merged
+
+
+def _entry(base, overlay, path, key):
+    """One target, model or experiment. null removes a key of it; to a model it is a value like others."""
+    if not isinstance(base, dict) or not isinstance(overlay, dict):
+        return overlay
+    if path == "targets" and any(overlay[form] != base.get(form) for form in ("mesh", "field") if form in overlay):
+        # What is said of a file does not hold for another.
+        base = {one: value for one, value in base.items() if one == "role"}
+    merged = dict(base)
+    for one, value in overlay.items():
+        if value is None and path != "learning.models":
+            _removed(merged, base, one, f"{key}.{one}")
+        elif one == "train" and isinstance(value, dict) and isinstance(base.get(one), dict):
+            merged[one] = base[one] | value
+        else:
+            merged[one] = value
+    return merged
+
+
+def _removed(merged, base, name, key):
+    if name not in base:
+        raise InputError(f"config key '{key}': null removes, and there is no '{name}' here{near(name, base)}")
+    merged.pop(name, None)

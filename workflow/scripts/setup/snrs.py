@@ -1,0 +1,55 @@
+"""Write out the SNRs of a config: ranges as their values, `all` as every one that the config has."""
+
+import numpy as np
+
+from core import sweep
+from core.errors import InputError
+from learning.experiments import CLEAN
+
+MOST = 201  # SNRs in a list
+ALL = "all"
+
+
+def write_out(config):
+    """Replace the ranges and `all` of a config that keeps to the schema by lists of SNRs in dB, in place."""
+    noise = config["noise"]
+    noise["snr_db"] = _listed("noise.snr_db", noise["snr_db"], ())
+    every = [CLEAN, *sorted(noise["snr_db"])]
+    for name, experiment in config["learning"]["experiments"].items():
+        key, train = f"learning.experiments.{name}.train.snr_db", experiment["train"]
+        snrs = train["snr_db"]
+        if isinstance(snrs, dict) and "step" not in snrs:
+            snrs = {kind: _listed(f"{key}.{kind}", inner, every) for kind, inner in snrs.items()}
+        elif isinstance(snrs, dict | list) or snrs == ALL:
+            snrs = _listed(key, snrs, every)
+        experiment["train"] = train | {"snr_db": snrs}
+
+
+def _listed(key, snrs, every):
+    """The list of SNRs that a range, a list with ranges in it, or `all` stands for."""
+    if snrs == ALL:
+        return list(every)
+    found = []
+    for one in snrs if isinstance(snrs, list) else [snrs]:
+        found += _steps(key, **one) if isinstance(one, dict) else [one]
+    twice = next((one for place, one in enumerate(found) if one in found[:place]), None)
+    if twice is not None:
+        raise InputError(f"config key '{key}': {twice} stands twice in it.")
+    if len(found) > MOST:
+        raise InputError(f"config key '{key}' has more than {MOST} entries.")
+    return found
+
+
+def _steps(key, start, stop, step):
+    if start > stop:
+        raise InputError(f"config key '{key}': start {start} to stop {stop} must ascend.")
+    if (stop - start) / step > MOST:
+        raise InputError(f"config key '{key}': steps of {step:g} dB make more than {MOST} entries.")
+    values = sweep.stepped(start, stop, step)
+    if not np.isclose(values[-1], stop):
+        raise InputError(
+            f"config key '{key}': steps of {step} dB from {start} do not end at stop {stop}, but at {values[-1]:g}."
+        )
+    # As people write them: 0.3, where 3 * 0.1 is not; and whole numbers without a point.
+    rounded = [round(float(value), 9) for value in values]
+    return [int(value) if value.is_integer() else value for value in rounded]
