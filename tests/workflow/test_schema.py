@@ -5,7 +5,7 @@ import copy
 import pytest
 
 from core.errors import InputError
-from setup.check import check
+from setup.check import check, imager_settings, rules
 from setup.config import ROOT, load
 from setup.kinds import MODELS, available, kind
 from setup.schema import check_schema, schema
@@ -31,6 +31,7 @@ def keys_of(rules, path=()):
 KEYS = dict(keys_of(schema()))
 for name in available(MODELS):
     KEYS |= {("learning", "models", name, key): True for key in kind(MODELS, name).settings}
+KEYS |= {("imaging", key): True for key in imager_settings({"imager": "fourier"})}
 
 
 @pytest.fixture(scope="module")
@@ -48,7 +49,7 @@ def refused(config, path, edit):
         holder = holder[key]
     edit(holder)
     with pytest.raises(InputError) as caught:
-        check_schema(config)
+        check_schema(config, rules(config))
         check(config)
     assert "\n" not in str(caught.value)
     return str(caught.value)

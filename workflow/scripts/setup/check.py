@@ -7,14 +7,13 @@ import numpy as np
 from core import sweep
 from core.errors import InputError
 from core.sweep import images_are_made
-from imaging.formation import window
 from imaging.geometry import PURE_NOISE, centres, planned
 from learning.classifier import NOT_HYPER, OTHER, choices
 from learning.experiments import CLEAN, TOLERANCE, runs
 from learning.split import split
 from mesh import cad_kernel
 from scattering import origin
-from setup.kinds import MODELS, check_kind, kind
+from setup.kinds import IMAGERS, MODELS, check_kind, kind
 from setup.schema import check_schema, near, schema
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -23,6 +22,22 @@ WHERE = " (paths start at the folder you run snakemake in, or at the repository'
 MESH_FORMATS = (".stl", ".obj", ".ply", ".off", *cad_kernel.FORMATS)
 MOST_ANGLES = 100_000
 MOST_PIXELS = 4096  # of an image, for a model with covariances: one of 64 x 64 pixels takes 270 MB, of 128 x 128 4.3 GB
+
+
+def rules(config):
+    """The schema with the settings of the config's imager. InputError if there is no such imager."""
+    whole = schema()
+    imaging, own = whole["properties"]["imaging"], imager_settings("imaging" in config and config["imaging"])
+    imaging = imaging | {"properties": imaging["properties"] | own, "required": [*imaging["required"], *own]}
+    return whole | {"properties": whole["properties"] | {"imaging": imaging}}
+
+
+def imager_settings(imaging):
+    """The JSON schemas of the settings that the imager of a section `imaging` has. InputError if there is none."""
+    # What is no section, or names none, is refused by the schema.
+    name = imaging.get("imager", "fourier") if isinstance(imaging, dict) else "fourier"
+    check_kind(IMAGERS, name, "config key 'imaging.imager'")
+    return kind(IMAGERS, name).settings or {}
 
 
 def check(config):
@@ -77,8 +92,6 @@ def _check_sweep(config):
         )
     if images_are_made(config):
         planned(config)
-        for count in (radar["frequencies"], imaging["aperture"]):
-            window(imaging["window"], count)
 
 
 def _check_steps(key, angles, limit):

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from core.errors import InputError
 from learning.experiments import CLEAN
-from setup.check import check
+from setup.check import check, imager_settings, rules
 from setup.schema import check_schema
 from setup.yaml_file import read_yaml
 
@@ -30,7 +30,7 @@ def load(overlay=None, files=()):
     for path in files:
         read_yaml(path)
     config = _numbers(_merge(read_yaml(BASE), overlay or {}))
-    check_schema(config)
+    check_schema(config, rules(config))
     for target in config["targets"].values():
         target |= {key: _found(target[key]) for key in ("mesh", "field") if key in target}
     _inherit(config)
@@ -66,6 +66,9 @@ def _merge(base, overlay, path=""):
         return overlay
     if path in ALTERNATIVES and not set(overlay) <= set(base):
         return overlay
+    if path == "imaging":  # the base's are settings of its own imager
+        kept = {"imager", "aperture", *imager_settings(base | overlay)}
+        base = {key: value for key, value in base.items() if key in kept}
     merged = dict(base)
     for key, value in overlay.items():
         merged[key] = _merge(base.get(key), value, f"{path}.{key}" if path else str(key))

@@ -37,6 +37,7 @@ class Kind(NamedTuple):
 
 
 MODELS = Seam("learning/models", "Model", frozenset({"fit", "evaluate"}))
+IMAGERS = Seam("imaging/imagers", "Imager", frozenset({"axes", "at"}))
 
 
 def available(seam):
