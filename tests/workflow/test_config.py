@@ -236,7 +236,7 @@ BAD = {
     "no mapping": ([1, 2], "config: [1, 2]", "a mapping"),
     "text alone": ("quick", "config: 'quick'", "a mapping"),
     "noise is a number": ({"noise": 5}, "noise", "snr_db, realizations, definition"),
-    "setting of the imager elsewhere": (
+    "its setting elsewhere": (
         {"radar": {"window": "hann"}},
         "radar.window",
         "did you mean 'imaging.window'?",
