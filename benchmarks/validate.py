@@ -20,7 +20,7 @@ import threadpoolctl
 from test_truth import ANGLES, pattern
 
 from core.sweep import C0
-from imaging.formation import pixel_axes, response
+from imaging.formation import build
 from imaging.point_response import point_response
 from scattering import magnetic, nearfield
 from scattering.assembly import assemble
@@ -188,21 +188,21 @@ def draw_pattern(pattern_table, convergence_table, path):
 def point(path):
     """Images of two scatterers of amplitude 1 by all three ways, and their figures of merit, as a table."""
     frequency, angle = np.linspace(4.05e9, 7.05e9, 27), np.radians(360 / 242) * (np.arange(21) - 10)
-    imaging = {"aperture": 21, "window": "hamming", "upsample": "none"}
+    imaging = {"imager": "fourier", "aperture": 21, "window": "hamming", "upsample": "none"}
     k = 2 * np.pi * frequency / C0
     figure, axes = plt.subplots(2, 3, figsize=(9.5, 6.5), layout="constrained", sharex=True, sharey=True)
     rows = []
     for column, reformat in enumerate(("none", "polar", "exact")):
-        settings = imaging | {"reformat": reformat}
-        down, cross = (np.linspace(axis[0], -axis[0], 161) for axis in pixel_axes(frequency, angle, settings))
-        matrix = response(frequency, angle, settings, down, cross)
+        imager = build(frequency, angle, imaging | {"reformat": reformat})
+        down, cross = (np.linspace(axis[0], -axis[0], 161) for axis in imager.axes())
+        form = imager.at(down, cross)
         for ax, (words, (r, c)) in zip(axes[:, column], PLACES.items(), strict=True):
             echo = np.exp(2j * np.outer(k, -np.cos(angle) * r + np.sin(angle) * c)).astype(np.complex64)
-            image = decibel((matrix @ echo.ravel()).reshape(len(down), len(cross)) + 1e-6)
+            image = decibel(form(echo[None])[0] + 1e-6)
             shown = ax.imshow(image, vmin=-40, vmax=0, origin="lower", extent=(cross[0], cross[-1], down[0], down[-1]))
             ax.plot(c, r, "o", ms=14, mfc="none", mec="w", mew=0.8)
             ax.set_title(f"{reformat}, {words}", fontsize="medium")
-            figures = point_response(frequency, angle, settings, [r], [c])
+            figures = point_response(imager, [r], [c])
             rows.append({"reformat": reformat, "place": words, **{name: v[0, 0] for name, v in figures.items()}})
     for ax in axes[-1]:
         ax.set_xlabel("cross-range [m]")

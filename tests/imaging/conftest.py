@@ -38,7 +38,7 @@ def wide():
     return SimpleNamespace(
         frequency=np.linspace(4.05e9, 7.05e9, 27),
         azimuth=np.arange(242) * 360 / 242,
-        imaging={"aperture": 21, "window": "hamming", "reformat": "polar", "upsample": "none"},
+        imaging={"imager": "fourier", "aperture": 21, "window": "hamming", "reformat": "polar", "upsample": "none"},
     )
 
 
@@ -48,7 +48,7 @@ def narrow():
     return SimpleNamespace(
         frequency=np.linspace(9.925e9, 10.075e9, 31),
         azimuth=100 + 0.05 * np.arange(31),
-        imaging={"aperture": 31, "window": "hamming", "reformat": "none", "upsample": "none"},
+        imaging={"imager": "fourier", "aperture": 31, "window": "hamming", "reformat": "none", "upsample": "none"},
     )
 
 
@@ -60,7 +60,7 @@ def store(tmp_path):
         frequency=np.linspace(2e9, 3.5e9, 8),
         elevation=np.array([-30.0, 0.0, 30.0]),
         azimuth=np.arange(60) * 6.0,
-        imaging={"aperture": 5, "window": "hamming", "reformat": "polar", "upsample": "none"},
+        imaging={"imager": "fourier", "aperture": 5, "window": "hamming", "reformat": "polar", "upsample": "none"},
         noise={"seed": 3, "realizations": 2, "definition": "peak_3db"},
         folder=tmp_path,
         write=write_field,
@@ -85,31 +85,26 @@ def _image_of(points, sweep, centre=None, elevation=0.0, amplitudes=None):
     amplitudes = np.ones(len(points)) if amplitudes is None else amplitudes
     field = point_field(points, amplitudes, sweep.frequency, [elevation], sweep.azimuth)[:, 0]
     count = sweep.imaging["aperture"]
-    angle = np.radians(sweep.azimuth[1] - sweep.azimuth[0]) * (np.arange(count) - count // 2)
-    down, cross = formation.pixel_axes(sweep.frequency, angle, sweep.imaging)
-    matrix = formation.response(sweep.frequency, angle, sweep.imaging, down, cross)
+    imager = geometry.imager_of(sweep.frequency, sweep.azimuth, sweep.imaging)
     centres = geometry.centres(sweep.azimuth, count)
     index = len(centres) // 2 if centre is None else centre
     samples = formation.apertures(field, sweep.azimuth, count)[index : index + 1]
-    image, peak = formation.form_images(samples, matrix, (len(down), len(cross)))
-    return Image(image[0] * peak[0], down, cross, centres[index], samples[0], sweep, angle)
+    image, peak = formation.form_images(imager, samples)
+    return Image(image[0] * peak[0], imager, centres[index], samples[0])
 
 
 class Image:
     """One image, not normalised, with its axes; `at` evaluates it between its pixels too."""
 
-    def __init__(self, values, down, cross, azimuth, samples, sweep, angle):
-        self.values, self.range, self.crossrange, self.azimuth = values, down, cross, azimuth
-        self.samples, self.sweep, self.angle = samples, sweep, angle
-        self.pixel = np.array([down[1] - down[0], cross[1] - cross[0]])
+    def __init__(self, values, imager, azimuth, samples):
+        self.values, self.imager, self.azimuth = values, imager, azimuth
+        self.samples = samples.reshape(1, len(imager.frequency), -1)
+        self.range, self.crossrange = imager.axes()
+        self.pixel = np.array([axis[1] - axis[0] for axis in imager.axes()])
 
     def at(self, down, cross):
         """Image at ranges (R,) x crossranges (C,): shape (R, C)."""
-        from imaging import formation
-
-        down, cross = np.asarray(down), np.asarray(cross)
-        rows = formation.response(self.sweep.frequency, self.angle, self.sweep.imaging, down, cross)
-        return (rows @ self.samples).reshape(len(down), len(cross))
+        return self.imager.at(np.asarray(down), np.asarray(cross))(self.samples)[0]
 
     def peak(self):
         """Position (range, crossrange) in m of the strongest point, to a sixteenth of a pixel, and its value."""

@@ -5,8 +5,9 @@ import pytest
 
 from core.errors import InputError
 from core.sweep import C0
-from imaging import formation
-from imaging.geometry import project
+from imaging.formation import Formation, apertures, build, form_images
+from imaging.geometry import imager_of, project
+from imaging.imagers import fourier
 
 # Inside the inner half of the unambiguous region (1.30 m x 1.04 m), where bilinear interpolation holds.
 INNER = [(0, 0), (0.31, 0), (-0.31, 0), (0, 0.25), (0, -0.25), (0.2, 0.15), (-0.27, 0.21), (0.13, -0.24)]
@@ -43,13 +44,13 @@ def test_exact_focuses_everywhere(image_of, wide):
 def test_exact_is_the_back_projection_sum(wide):
     """Eq. 3.14 written out, at one pixel, for samples of no meaning."""
     wide.imaging["reformat"] = "exact"
-    angle = np.radians(360 / 242) * (np.arange(21) - 10)
+    imager = imager_of(wide.frequency, wide.azimuth, wide.imaging)
     samples = np.random.default_rng(0).standard_normal((27, 21, 2)) @ [1, 1j]
-    down, cross = formation.pixel_axes(wide.frequency, angle, wide.imaging)
-    image = formation.response(wide.frequency, angle, wide.imaging, down, cross) @ samples.ravel()
+    down, cross = imager.axes()
+    image = imager.matrix(down, cross) @ samples.ravel()
     total = weights = 0
     for i, frequency in enumerate(wide.frequency):
-        for j, phi in enumerate(angle):
+        for j, phi in enumerate(imager.angle):
             k = 2 * np.pi * frequency / C0
             weight = k * (0.54 - 0.46 * np.cos(2 * np.pi * i / 26)) * (0.54 - 0.46 * np.cos(2 * np.pi * j / 20))
             weights += weight
@@ -74,9 +75,8 @@ def test_upsampling_shows_the_same_image_in_more_pixels(image_of, wide, reformat
 
 def test_plain_upsampling_is_a_zero_padded_fft(wide):
     wide.imaging.update(reformat="none", upsample=64)
-    angle = np.radians(360 / 242) * (np.arange(21) - 10)
-    pixels = formation.pixel_axes(wide.frequency, angle, wide.imaging)
-    matrix = formation.response(wide.frequency, angle, wide.imaging, *pixels)
+    imager = imager_of(wide.frequency, wide.azimuth, wide.imaging)
+    matrix = imager.matrix(*imager.axes())
     samples = np.random.default_rng(0).standard_normal((27, 21, 2)) @ [1, 1j]
     window = np.outer(np.hamming(27), np.hamming(21))
     reference = np.fft.fftshift(np.fft.fft(np.fft.ifft(window * samples, 64, axis=0), 64, axis=1)) * 64 / window.sum()
@@ -85,7 +85,7 @@ def test_plain_upsampling_is_a_zero_padded_fft(wide):
 
 def test_fewer_pixels_than_samples_are_refused(wide):
     with pytest.raises(InputError, match=r"imaging\.upsample.*24 pixels.* 27 samples"):
-        formation.pixel_axes(wide.frequency, np.radians(np.arange(-10, 11)), wide.imaging | {"upsample": 24})
+        imager_of(wide.frequency, wide.azimuth, wide.imaging | {"upsample": 24}).axes()
 
 
 @pytest.mark.parametrize("elevation", [-45, 30])
@@ -127,7 +127,7 @@ def test_two_scatterers_keep_their_amplitudes_and_phases(image_of, narrow):
 
 
 @pytest.mark.parametrize("reformat", ["polar", "exact", "none"])
-@pytest.mark.parametrize("window", sorted(formation.WINDOWS))
+@pytest.mark.parametrize("window", sorted(fourier.WINDOWS))
 def test_peak_at_the_centre_is_the_amplitude(image_of, wide, reformat, window):
     wide.imaging.update(reformat=reformat, window=window)
     image = image_of([[0, 0, 0]], wide, amplitudes=[0.3 - 0.4j])
@@ -138,9 +138,8 @@ def test_peak_at_the_centre_is_the_amplitude(image_of, wide, reformat, window):
 def test_plain_fft_is_numpys(wide):
     """`none` is a shifted FFT of the windowed samples, up to the carrier's phase and the window's sum."""
     wide.imaging["reformat"] = "none"
-    angle = np.radians(360 / 242) * (np.arange(21) - 10)
-    pixels = formation.pixel_axes(wide.frequency, angle, wide.imaging)
-    matrix = formation.response(wide.frequency, angle, wide.imaging, *pixels)
+    imager = imager_of(wide.frequency, wide.azimuth, wide.imaging)
+    matrix = imager.matrix(*imager.axes())
     samples = np.random.default_rng(0).standard_normal((27, 21, 2)) @ [1, 1j]
     window = np.outer(np.hamming(27), np.hamming(21))
     reference = np.fft.fftshift(np.fft.fft(np.fft.ifft(window * samples, axis=0), axis=1)) * 27 / window.sum()
@@ -149,14 +148,14 @@ def test_plain_fft_is_numpys(wide):
 
 def test_polar_grid_is_inscribed_and_interpolates_linear_functions_exactly(wide):
     angle = np.radians(360 / 242) * (np.arange(21) - 10)
-    kx, ky = formation.wavenumber_grid(wide.frequency, angle, "polar")
+    kx, ky = fourier.wavenumber_grid(wide.frequency, angle, "polar")
     k = np.hypot(*np.meshgrid(kx, ky, indexing="ij")).ravel()
     phi = np.arctan2(*np.meshgrid(kx, ky, indexing="ij")[::-1]).ravel()
     sampled = 2 * np.pi * wide.frequency / C0
     assert k.min() >= sampled[0] - 1e-9 and k.max() == pytest.approx(sampled[-1])
     assert np.abs(phi).max() == pytest.approx(angle[-1])
     np.testing.assert_allclose([np.ptp(np.diff(kx)), np.ptp(np.diff(ky))], 0, atol=1e-9)
-    weights = formation.bilinear_weights(wide.frequency, angle, kx, ky)
+    weights = fourier.bilinear_weights(wide.frequency, angle, kx, ky)
     samples = (2 + 3 * sampled[:, None] - 5 * angle + 0.7 * sampled[:, None] * angle).ravel()
     np.testing.assert_allclose(weights @ samples, 2 + 3 * k - 5 * phi + 0.7 * k * phi, rtol=1e-10)
     assert weights.min() >= 0
@@ -199,29 +198,57 @@ def test_beyond_the_unambiguous_extent_folds_over(image_of, narrow):
 
 
 def test_impossible_geometry_is_refused():
-    imaging = {"aperture": 5, "window": "hamming", "reformat": "polar", "upsample": "none"}
+    imaging = {"imager": "fourier", "aperture": 5, "window": "hamming", "reformat": "polar", "upsample": "none"}
     with pytest.raises(InputError, match=r"imaging\.reformat"):
-        formation.pixel_axes(np.array([1e9, 1.01e9]), np.radians([-20, -10, 0, 10, 20]), imaging)
+        build(np.array([1e9, 1.01e9]), np.radians([-20, -10, 0, 10, 20]), imaging).axes()
     with pytest.raises(InputError, match=r"imaging\.window"):
-        formation.response(
-            np.array([1e9, 2e9]),
-            np.radians([-1, 0, 1]),
-            imaging | {"aperture": 3, "window": "hann"},
-            np.zeros(1),
-            np.zeros(1),
-        )
+        build(np.array([1e9, 2e9]), np.radians([-1, 0, 1]), imaging | {"aperture": 3, "window": "hann"})
 
 
 def test_apertures_wrap_round_the_circle():
     field = np.arange(20).reshape(2, 10)
-    cut = formation.apertures(field, np.arange(10) * 36.0, 3)
+    cut = apertures(field, np.arange(10) * 36.0, 3)
     assert cut.shape == (10, 6)
     assert cut[0].tolist() == [9, 0, 1, 19, 10, 11]
     assert cut[9].tolist() == [8, 9, 0, 18, 19, 10]
-    part = formation.apertures(field, np.arange(10) * 3.0, 3)
+    part = apertures(field, np.arange(10) * 3.0, 3)
     np.testing.assert_array_equal(part, cut[1:9])
 
 
-def test_zero_field_gives_zero_images():
-    image, peak = formation.form_images(np.zeros((2, 4), np.complex64), np.ones((4, 4), np.complex64), (2, 2))
+class Made(Formation):
+    """Says of every aperture what it is told to."""
+
+    coherent, image = True, None
+
+    def axes(self):
+        return np.arange(2.0), np.arange(3.0)
+
+    def at(self, down, cross):
+        return lambda samples: self.image
+
+
+@pytest.fixture
+def made():
+    return Made(np.array([1e9, 2e9]), np.radians([-1, 0, 1]), {})
+
+
+def test_zero_field_gives_zero_images(made):
+    made.image = np.zeros((4, 2, 3), np.complex64)
+    image, peak = form_images(made, np.zeros((4, 6), np.complex64))
     assert not image.any() and not peak.any()
+
+
+def test_an_imager_without_a_phase_gives_magnitudes(made):
+    made.image, samples = np.full((4, 2, 3), 3 + 4j), np.ones((4, 6), np.complex64)
+    image, peak = form_images(made, samples)
+    np.testing.assert_allclose(image, 0.6 + 0.8j, rtol=1e-6)
+    made.coherent = False
+    image, _ = form_images(made, samples)
+    assert image.dtype == np.complex64 and (image == 1).all() and peak.tolist() == [5] * 4
+
+
+@pytest.mark.parametrize(("shape", "value"), [((4, 3, 2), 1), ((3, 2, 3), 1), ((4, 2, 3), np.nan)])
+def test_images_that_do_not_fit_the_axes_are_refused(made, shape, value):
+    made.image = np.full(shape, value)
+    with pytest.raises(InputError, match=r"workflow/scripts/imaging/imagers/\w+\.py.*\(4, 2, 3\) are expected"):
+        form_images(made, np.ones((4, 6), np.complex64))

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from imaging.formation import apertures, pixel_axes, response
-from imaging.geometry import project
+from imaging.formation import apertures
+from imaging.geometry import imager_of, project
 from mesh.build import build
 from scattering.solve import solve
 
@@ -22,10 +22,10 @@ def test_the_corner_of_the_trihedral_is_where_it_was_put():
     frequency = np.linspace(1e9, 2e9, 9)
     azimuth = turn + np.linspace(-15, 15, 9)
     solution = solve(vertices @ rotation.T + corner, triangles, frequency, [AXIS], azimuth, ["VV"], [], threads=2)
-    imaging = {"aperture": 9, "window": "hamming", "reformat": "exact", "upsample": 128}
-    relative = np.radians(azimuth - turn)
-    down, cross = pixel_axes(frequency, relative, imaging)
-    image = response(frequency, relative, imaging, down, cross) @ apertures(solution.field[0, :, 0], azimuth, 9)[0]
+    imaging = {"imager": "fourier", "aperture": 9, "window": "hamming", "reformat": "exact", "upsample": 128}
+    imager = imager_of(frequency, azimuth, imaging)
+    down, cross = imager.axes()
+    image = imager.matrix(down, cross) @ apertures(solution.field[0, :, 0], azimuth, 9)[0]
     row, column = np.unravel_index(np.abs(image).argmax(), (128, 128))
     found, truth = np.array([down[row], cross[column]]), np.array(project(corner, AXIS, turn))
     assert np.abs(truth).min() > 0.05  # neither sign can be wrong unseen

@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 
 from core.sweep import C0
+from imaging.geometry import imager_of
 from imaging.point_response import point_response
 
 EXTENT = np.array([C0 / (2 * 3e9 / 26), C0 / 5.55e9 / (2 * 2 * np.pi / 242)])  # m, eqs. 3.11, 3.13
 
 
 def figures(wide, reformat, down, cross):
-    angle = np.radians(360 / 242) * (np.arange(21) - 10)
     places = np.atleast_1d(down) * EXTENT[0], np.atleast_1d(cross) * EXTENT[1]
-    return point_response(wide.frequency, angle, wide.imaging | {"reformat": reformat}, *places)
+    return point_response(imager_of(wide.frequency, wide.azimuth, wide.imaging | {"reformat": reformat}), *places)
 
 
 def test_exact_loses_nothing_and_stays_in_place(wide):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from imaging.formation import form_images, pixel_axes, response, wavenumber_grid
+from imaging.formation import build, form_images
 from learning.features import upsample
 
 
@@ -12,20 +12,17 @@ from learning.features import upsample
 def test_it_is_what_imaging_makes(reformat, samples, aperture, pixels):
     frequency = np.linspace(4.05e9, 7.05e9, samples)
     angle = np.radians(1.5) * (np.arange(aperture) - aperture // 2)
-    imaging = {"aperture": aperture, "window": "hamming", "reformat": reformat, "upsample": "none"}
+    imaging = {"imager": "fourier", "aperture": aperture, "window": "hamming", "reformat": reformat, "upsample": "none"}
     random = np.random.default_rng(0)
     apertures = (random.standard_normal((4, samples * aperture, 2)) @ [1, 1j]).astype(np.complex64)
 
     def images(upsampled):
-        own = imaging | {"upsample": upsampled}
-        axes = pixel_axes(frequency, angle, own)
-        matrix = response(frequency, angle, own, *axes)
-        return form_images(apertures, matrix, tuple(map(len, axes)))[0], axes
+        imager = build(frequency, angle, imaging | {"upsample": upsampled})
+        return form_images(imager, apertures)[0], imager
 
-    coarse, (down, _) = images("none")
+    coarse, imager = images("none")
     finer, _ = images(pixels)
-    carrier = wavenumber_grid(frequency, angle, reformat)[0][samples // 2]
-    np.testing.assert_allclose(upsample(coarse, down, carrier, pixels), finer, atol=2e-5)
+    np.testing.assert_allclose(upsample(coarse, imager.axes()[0], imager.carrier(), pixels), finer, atol=2e-5)
 
 
 def test_as_many_pixels_as_there_are_change_nothing():

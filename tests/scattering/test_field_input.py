@@ -316,7 +316,7 @@ def test_solved_field_fed_back_gives_the_same_images(tmp_path):
     for name in ("field", "frequency", "elevation", "azimuth", "polarization"):
         first, second = xr.open_zarr(solved)[name], xr.open_zarr(fed)[name]
         assert first.values.tobytes() == second.values.tobytes() and first.attrs == second.attrs, name
-    imaging = {"aperture": 5, "window": "hamming", "reformat": "polar", "upsample": "none"}
+    imaging = {"imager": "fourier", "aperture": 5, "window": "hamming", "reformat": "polar", "upsample": "none"}
     noise = {"seed": 1, "realizations": 2, "definition": "peak_3db"}
     for path in (solved, fed):
         make_clean(path, None, path.with_suffix(".clean"), imaging)

@@ -5,9 +5,9 @@ import copy
 import pytest
 
 from core.errors import InputError
-from setup.check import check
+from setup.check import check, rules
 from setup.config import ROOT, load
-from setup.kinds import MODELS, available, kind
+from setup.kinds import MODELS, available, kind, settings_of
 from setup.schema import check_schema, schema
 
 # Of mappings of names that the user gives, one that the default config has.
@@ -31,6 +31,7 @@ def keys_of(rules, path=()):
 KEYS = dict(keys_of(schema()))
 for name in available(MODELS):
     KEYS |= {("learning", "models", name, key): True for key in kind(MODELS, name).settings}
+KEYS |= {("imaging", key): True for key in settings_of("imaging", {"imager": "fourier"})}
 
 
 @pytest.fixture(scope="module")
@@ -48,7 +49,7 @@ def refused(config, path, edit):
         holder = holder[key]
     edit(holder)
     with pytest.raises(InputError) as caught:
-        check_schema(config)
+        check_schema(config, rules(config))
         check(config)
     assert "\n" not in str(caught.value)
     return str(caught.value)

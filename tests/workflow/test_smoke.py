@@ -109,6 +109,7 @@ FILES = {
     "workflow/scripts/mesh/tidy.py": ALL,
     "workflow/scripts/scattering/basis.py": SOLVED,
     "workflow/scripts/imaging/noise.py": IMAGED,
+    "workflow/scripts/imaging/imagers/fourier.py": IMAGED,
     "workflow/scripts/scattering/ffe.py": {},
     "workflow/scripts/scattering/plan.py": SOLVED,
     "workflow/scripts/learning/metrics.py": {"scores": 1, "report": 1},

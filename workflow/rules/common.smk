@@ -24,6 +24,7 @@ if {Quietness.PROGRESS, Quietness.ALL} & set(workflow.output_settings.quiet or (
 from setup import disk, lock
 from core import folders, sweep
 from setup.check import model_kind
+from setup.kinds import IMAGERS, kind
 from setup.closure import closure
 from setup.config import load, plain, section, unnamed
 from core.errors import InputError
@@ -163,8 +164,7 @@ def image_megabytes(copies):
     """The memory of a job that makes so many copies of a target's images, as a function of wildcards."""
 
     def of_job(wildcards):
-        samples = config["radar"]["frequencies"] * config["imaging"]["aperture"]
-        return STARTING + int(megabytes(planned(config), samples, copies))
+        return STARTING + int(megabytes(planned(config), copies))
 
     return of_job
 
@@ -178,6 +178,11 @@ def images_shown():
         *expand(f"{RESULTS}/imaging/{{target}}/clean.zarr", target=TARGETS),
         *expand(f"{RESULTS}/imaging/{{target}}/{{snr}}.zarr", target=noisy_targets(config["targets"], RUNS), snr=noisy),
     ]
+
+
+def imager_code():
+    """The files that the config's imager is made of: its own, which jobs load by name, and what it imports."""
+    return code(kind(IMAGERS, config["imaging"]["imager"]).file)
 
 
 def model_code(*models):

@@ -8,7 +8,7 @@ rule image:
     input:
         field=f"{FIELDS}/scattering/{{target}}.zarr",
         mesh=lambda w: f"{FIELDS}/mesh/{w.target}.json" if w.target in MESHED else [],
-        code=code("imaging/job_image.py"),
+        code=code("imaging/job_image.py") + imager_code(),
     output:
         directory(f"{RESULTS}/imaging/{{target}}/clean.zarr"),
     log:
@@ -33,7 +33,7 @@ rule image:
 rule noise:
     input:
         field=f"{FIELDS}/scattering/{{target}}.zarr",
-        code=code("imaging/job_noise.py"),
+        code=code("imaging/job_noise.py") + imager_code(),
     output:
         directory(f"{RESULTS}/imaging/{{target}}/{{snr}}.zarr"),
     log:
@@ -55,7 +55,7 @@ rule noise:
 
 rule pure_noise:
     input:
-        code=code("imaging/job_pure_noise.py"),
+        code=code("imaging/job_pure_noise.py") + imager_code(),
     output:
         directory(f"{RESULTS}/imaging/{PURE_NOISE}/clean.zarr"),
     log:

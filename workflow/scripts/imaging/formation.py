@@ -1,105 +1,96 @@
-"""Image formation as one matrix (thesis section 3.4): a windowed sum over the aperture's samples for every pixel.
+"""The face that every imager has, and what is the same for all: cut apertures, divide images by their peaks."""
 
-For one geometry all of it is the same linear map of the aperture's samples, whatever the target, direction or noise.
-Three ways to the sum: `none` takes the samples for a rectangle in (kx, ky), a plain inverse DFT; `polar` resamples them
-onto one by bilinear interpolation; `exact` takes every sample where it is (back-projection).
-"""
+import functools
+import importlib
+from pathlib import Path
 
 import numpy as np
 
 from core.errors import InputError
 from core.sweep import C0, closes_circle
 
-WINDOWS = {"hamming": np.hamming, "hann": np.hanning, "blackman": np.blackman, "boxcar": np.ones}
-LEAST_DEPTH = 0.5  # of the bandwidth: a shallower rectangle makes images of far coarser range than the sweep's
+BYTES = 8  # one complex64
 
 
-def wavenumber_grid(frequency, angle, reformat):
-    """The uniform grid (kx, ky) in rad/m on which the DFT works, as many values as frequencies and angles.
+class Formation:
+    """A way to form images from apertures of one geometry.
 
-    frequency: Hz. angle: relative azimuth in rad, symmetric about 0.
-    `polar`: the rectangle inscribed in the sampled sector (k cos, k sin), its near side at the lowest k.
-    `exact`: the same, for it has the pixels of `polar`.
-    `none`: k, and the centre k times the angle, as if the sector were a rectangle.
-    InputError if the sector is too wide for its depth to hold a rectangle with half its bandwidth.
+    An imager is a class `Imager` in a file of its own, imagers/<kind>.py; it defines `axes` and `at`.
+
+    frequency: (F,) in Hz. angle: (A,) azimuth relative to the image's centre, in rad. settings: those of the
+    config's section `imaging` that it states as SETTINGS, a mapping of each to its JSON schema (type, bounds,
+    description; literals, for the file is read for them and not run). A config with others is refused.
+    coherent: whether the phase of an image means something; where it does not, only magnitudes are kept.
+    compared: changes of the settings by what they are called, whose point responses the page shows side by side; None
+    for that of the run's settings alone. compared_note: what the page says of them.
     """
-    k = 2 * np.pi * frequency / C0
-    if reformat == "none":
-        return k, (k[0] + k[-1]) / 2 * angle
-    half = angle[-1]
-    ky_max = k[0] * np.tan(half)
-    deepest = np.sqrt(max(k[-1] ** 2 - ky_max**2, 0.0)) if half < np.pi / 2 else 0.0
-    if deepest - k[0] < LEAST_DEPTH * (k[-1] - k[0]):
-        raise InputError(
-            f"config key 'imaging.reformat': an aperture of {2 * np.degrees(half):.0f} degrees is too wide for "
-            f"{frequency[0]:g} to {frequency[-1]:g} Hz: the rectangle that {reformat} lays into that sector would keep "
-            f"{max(100 * (deepest - k[0]) / (k[-1] - k[0]), 0):.0f} % of the bandwidth, and at least "
-            f"{100 * LEAST_DEPTH:.0f} % is needed; take fewer azimuth samples ('imaging.aperture'), or more bandwidth."
-        )
-    return np.linspace(k[0], deepest, len(k)), np.linspace(-ky_max, ky_max, len(angle))
+
+    coherent = True
+    compared = None
+    compared_note = ""
+
+    def __init__(self, frequency, angle, settings):
+        self.frequency, self.angle, self.settings = frequency, angle, settings
+
+    def axes(self):
+        """Pixel centres (range, crossrange) in m, evenly spaced and ascending.
+
+        InputError if this geometry cannot make an image.
+        """
+        raise NotImplementedError
+
+    def at(self, down, cross):
+        """A function that forms images at ranges `down` (D,) and crossranges `cross` (C,) in m.
+
+        It maps samples (images, F, A), complex in m, to images (images, D, C). A scatterer of amplitude f that stands
+        at one of these places gives a peak of |f|. Besides the `axes` the page asks for finer ones.
+        """
+        raise NotImplementedError
+
+    @functools.cached_property
+    def on_axes(self):
+        """`at` its own `axes`."""
+        return self.at(*self.axes())
+
+    def working_bytes(self, pixels):
+        """Memory that forming images of so many pixels takes: of a matrix, and in double precision before it."""
+        return 5 * BYTES * pixels * len(self.frequency) * len(self.angle)
+
+    def carrier(self):
+        """The wavenumber in rad/m in the middle of an image's spectrum over range, about which it is up-sampled."""
+        return float(2 * np.pi * self.frequency[len(self.frequency) // 2] / C0) if self.coherent else 0.0
+
+    def words(self):
+        """How the images of these settings are formed, in a few words."""
+        return ", ".join([Path(self.file).stem, *(f"{key} {value}" for key, value in sorted(self.settings.items()))])
+
+    @property
+    def file(self):
+        return file_of(type(self).__module__.rpartition(".")[2])
+
+    def warnings(self, figures):
+        """Sentences on what will look wrong in images of these settings and this geometry (a result of `geometry`)."""
+        return []
 
 
-def bilinear_weights(frequency, angle, kx, ky):
-    """Bilinear interpolation from the uniform (frequency, angle) samples to the (kx, ky) grid, as a matrix.
+def build(frequency, angle, imaging):
+    """The imager of a config's section `imaging`: class `Imager` of imagers/<imaging.imager>.py.
 
-    Shape (len(kx) * len(ky), len(frequency) * len(angle)); every row sums to 1.
+    InputError where the file imports what is not installed, where its Imager is no Formation, and where this geometry
+    cannot make an image.
     """
-    kx, ky = (axis.ravel() for axis in np.meshgrid(kx, ky, indexing="ij"))
-    low_f, part_f = _cells(np.hypot(kx, ky) * C0 / (2 * np.pi), frequency)
-    low_a, part_a = _cells(np.arctan2(ky, kx), angle)
-    weights = np.zeros((len(kx), len(frequency), len(angle)))
-    row = np.arange(len(kx))
-    weights[row, low_f, low_a] = (1 - part_f) * (1 - part_a)
-    weights[row, low_f, low_a + 1] = (1 - part_f) * part_a
-    weights[row, low_f + 1, low_a] = part_f * (1 - part_a)
-    weights[row, low_f + 1, low_a + 1] = part_f * part_a
-    return weights.reshape(len(kx), -1)
+    kind = imaging["imager"]
+    try:
+        found = importlib.import_module(f"imaging.imagers.{kind}").Imager
+    except ImportError as error:
+        raise InputError(f"{file_of(kind)} cannot be imported: {error}.") from None
+    if not issubclass(found, Formation):
+        raise InputError(f"{file_of(kind)}: its class Imager must be one of imaging.formation.Formation.")
+    return found(frequency, angle, {key: imaging[key] for key in imaging if key not in ("imager", "aperture")})
 
 
-def pixel_axes(frequency, angle, imaging):
-    """Pixel centres (range, crossrange) in m: the DFT bins of the wavenumber grid, 0 at index n // 2.
-
-    As many as there are samples, or `upsample` a side: the same extent, pi / step, in more pixels.
-    InputError if there are more samples than that.
-    """
-    axes = []
-    for k in wavenumber_grid(frequency, angle, imaging["reformat"]):
-        count = len(k) if imaging["upsample"] == "none" else imaging["upsample"]
-        if count < len(k):
-            raise InputError(
-                f"config key 'imaging.upsample': {count} pixels a side are fewer than the {len(k)} samples there; "
-                "take as many or more, or none."
-            )
-        axes.append((np.arange(count) - count // 2) * np.pi / (count * (k[1] - k[0])))
-    return tuple(axes)
-
-
-def response(frequency, angle, imaging, down, cross):
-    """The map from an aperture's samples to the image at ranges `down` (D,) and crossranges `cross` (C,), in m.
-
-    frequency: (F,) in Hz; angle: (A,) azimuth relative to the centre, in rad; imaging: the config's section.
-    Returns complex64 (D * C, F * A), both in C order of (range, crossrange) and (frequency, angle).
-    The window is divided by its sum: a scatterer of amplitude f at the origin gives a peak of f. The phase is that of
-    thesis eq. 3.14, exp(2j (kx range - ky crossrange)) with the true kx: at its own place a scatterer has the phase of
-    its amplitude. `exact` weights its samples with k besides, as they lie less densely in the plane (kx, ky) where k is
-    large (d kx d ky = k dk dphi).
-    InputError if the geometry cannot make an image.
-    """
-    over_range, over_cross = (window(imaging["window"], len(samples)) for samples in (frequency, angle))
-    if imaging["reformat"] == "exact":
-        k = 2 * np.pi * frequency / C0
-        weight = np.outer(over_range * k, over_cross)
-        to_range = np.exp(2j * np.multiply.outer(down, np.outer(k, np.cos(angle)))) * (weight / weight.sum())
-        to_cross = np.exp(-2j * np.multiply.outer(cross, np.outer(k, np.sin(angle))))
-        matrix = to_range[:, None] * to_cross
-        return matrix.reshape(len(down) * len(cross), -1).astype(np.complex64)
-    kx, ky = wavenumber_grid(frequency, angle, imaging["reformat"])
-    to_range = np.exp(2j * np.outer(down, kx)) * over_range
-    to_cross = np.exp(-2j * np.outer(cross, ky)) * over_cross
-    matrix = np.kron(to_range, to_cross)
-    if imaging["reformat"] == "polar":
-        matrix = matrix @ bilinear_weights(frequency, angle, kx, ky)
-    return matrix.astype(np.complex64)
+def file_of(kind):
+    return f"workflow/scripts/imaging/imagers/{kind}.py"
 
 
 def apertures(field, azimuth, aperture):
@@ -115,31 +106,21 @@ def apertures(field, azimuth, aperture):
     return np.moveaxis(cut, 1, 0).reshape(cut.shape[1], -1)
 
 
-def form_images(samples, matrix, shape):
-    """Images of one elevation: samples (images, S) -> images (images, *shape), divided by their peaks (images,).
+def form_images(imager, samples):
+    """Images of one elevation: samples (images, F * A) -> complex64 (images, range, crossrange), peaks (images,).
 
-    A zero image (a symmetric target, cross-polarized) stays zero. One product of one shape per call: the result of
-    an image then never depends, in its last bit, on how many others the run makes.
+    Images are divided by their peaks; a zero image (a symmetric target, cross-polarized) stays zero. All are formed in
+    one call: the result of an image then never depends, in its last bit, on how many others the run makes.
+    InputError if the imager gives images of another shape than its axes, or what is not finite.
     """
-    image = (samples @ matrix.T).reshape(-1, *shape)
-    peak = np.abs(image).max(axis=(1, 2))
-    return image / np.where(peak > 0, peak, 1)[:, None, None], peak
-
-
-def _cells(value, axis):
-    """The cell of a uniform axis that each value lies in (its lower index), and how far into it (0 to 1)."""
-    # The grid's corners lie on the sector's rim: clip what rounding puts beyond it.
-    position = np.clip((value - axis[0]) / (axis[-1] - axis[0]) * (len(axis) - 1), 0, len(axis) - 1)
-    low = np.minimum(position.astype(int), len(axis) - 2)
-    return low, position - low
-
-
-def window(name, length):
-    """Weights of a window over `length` samples, their sum 1. InputError if fewer than two samples count."""
-    weights = WINDOWS[name](length)
-    if np.count_nonzero(weights > 1e-9) < 2:
+    image = imager.on_axes(samples.reshape(len(samples), len(imager.frequency), len(imager.angle)))
+    shape = (len(samples), *(len(axis) for axis in imager.axes()))
+    if image.shape != shape or not np.isfinite(image).all():
+        wrong = f"images of shape {image.shape}" if image.shape != shape else "values that are not finite"
         raise InputError(
-            f"config key 'imaging.window': {name} leaves fewer than two of {length} samples; take hamming or boxcar, "
-            "or more samples ('radar.frequencies', 'imaging.aperture')."
+            f"{imager.file}: its Imager makes {wrong}; by its axes finite images of shape {shape} are expected."
         )
-    return weights / weights.sum()
+    image = image if imager.coherent else np.abs(image)
+    peak = np.abs(image).max(axis=(1, 2))
+    image = image / np.where(peak > 0, peak, 1)[:, None, None]
+    return image.astype(np.complex64, copy=False), peak

@@ -22,9 +22,8 @@ import numpy as np
 from core import sweep
 from core.errors import InputError
 from core.sweep import C0, closes_circle
-from imaging.formation import pixel_axes
+from imaging.formation import BYTES, build
 
-BYTES = 8  # one complex64
 PURE_NOISE = "pure-noise"  # stands where a target's name does; with a dash it cannot be one
 LEAST_COSINE = 0.1  # of an elevation; steeper ones leave no cross-range
 
@@ -45,7 +44,7 @@ def uniform_step(name, values):
     steps = np.diff(values)
     if len(steps) == 0 or steps[0] <= 0 or not np.allclose(steps, steps[0], rtol=1e-4):
         raise InputError(
-            f"{name}: an image needs at least two evenly spaced, ascending values; the field has {len(values)}"
+            f"{name}: an image needs at least two evenly spaced, ascending values; there are {len(values)}"
             f" from {values[0]:g} to {values[-1]:g}."
         )
     return float((values[-1] - values[0]) / (len(values) - 1))
@@ -64,6 +63,12 @@ def centres(azimuth, aperture):
     return azimuth if closes_circle(azimuth) else azimuth[half : len(azimuth) - half]
 
 
+def imager_of(frequency, azimuth, imaging):
+    """The imager of a sweep (frequency in Hz, azimuth in degrees). InputError if it can make no image."""
+    turn = np.radians(uniform_step("azimuth", azimuth))
+    return build(frequency, turn * (np.arange(imaging["aperture"]) - imaging["aperture"] // 2), imaging)
+
+
 def geometry(frequency, elevation, azimuth, imaging):
     """What a sweep gives: resolution, unambiguous extent, aperture angle, number of images, size of a store.
 
@@ -74,16 +79,19 @@ def geometry(frequency, elevation, azimuth, imaging):
     pixels, and those of `exact`, are somewhat larger than these resolutions and their image spans somewhat more than
     these extents.
     Lengths in m, angles in degrees; bytes are of one target's clean images, as many again for every realization of
-    every SNR. InputError if no image can be made.
+    every SNR; words, coherent and warnings are the imager's. InputError if no image can be made.
     """
     step = uniform_step("frequency", frequency)
     turn = np.radians(uniform_step("azimuth", azimuth))
     samples = imaging["aperture"]
     wavelength = C0 / ((frequency[0] + frequency[-1]) / 2)
     images = len(elevation) * len(centres(azimuth, samples))
-    pixels = pixel_axes(frequency, turn * (np.arange(samples) - samples // 2), imaging)
+    imager = imager_of(frequency, azimuth, imaging)
+    pixels = imager.axes()
+    for name, axis in zip(("range", "cross-range"), pixels, strict=True):
+        uniform_step(f"{imager.file}, {name}", axis)
     shape = [len(axis) for axis in pixels]
-    return {
+    figures = {
         "range_resolution": float(C0 / (2 * len(frequency) * step)),  # eq. 3.4
         "crossrange_resolution": float(wavelength / (2 * samples * turn)),  # eq. 3.9
         "range_extent": float(C0 / (2 * step)),  # eq. 3.11
@@ -98,7 +106,9 @@ def geometry(frequency, elevation, azimuth, imaging):
         "least_cosine": float(np.cos(np.radians(np.abs(elevation).max()))),
         "images": images,
         "bytes": images * shape[0] * shape[1] * BYTES,
+        "working_bytes": imager.working_bytes(shape[0] * shape[1]),
     }
+    return figures | {"words": imager.words(), "coherent": imager.coherent, "warnings": imager.warnings(figures)}
 
 
 def planned(config):
@@ -107,11 +117,10 @@ def planned(config):
     return geometry(sweep.frequencies(radar), sweep.elevations(aspect), sweep.azimuths(aspect), config["imaging"])
 
 
-def megabytes(figures, samples, copies):
-    """Memory of a job that makes `copies` of the images of this geometry from apertures of `samples` samples, in MB."""
-    pixels = figures["range_pixels"] * figures["crossrange_pixels"]
-    # Images and what the store makes of them; the matrix, and in double precision before it; the libraries.
-    return 500 + (2.5 * copies * figures["bytes"] + 5 * BYTES * pixels * samples) / 1e6
+def megabytes(figures, copies):
+    """Memory of a job that makes `copies` of the images of this geometry, in MB."""
+    # Images and what the store makes of them; what forms them; the libraries.
+    return 500 + (2.5 * copies * figures["bytes"] + figures["working_bytes"]) / 1e6
 
 
 def describe(figures):
@@ -129,7 +138,7 @@ def describe(figures):
     ]
 
 
-def warnings(figures, imaging, reach):
+def warnings(figures, reach):
     """Sentences on what will look wrong in images of this geometry (a result of `geometry`).
 
     reach: the largest distance of a point of the target from the origin, about which images are formed, in m.
@@ -154,12 +163,4 @@ def warnings(figures, imaging, reach):
             f"the target reaches {reach:.2f} m from the origin but at the highest frequency the azimuth steps are only"
             f" fine enough for {sampled / 2:.2f} m to either side: its ends leave ghosts. Take more ('aspect.azimuth')."
         )
-    # Over the aperture a scatterer at cross-range c walks c x angle in range; the plain FFT takes it to stand still.
-    walk = np.radians(figures["aperture_angle"]) * figures["crossrange_extent"] / 2
-    if imaging["reformat"] == "none" and walk > figures["range_resolution"]:
-        found.append(
-            f"'imaging.reformat: none' blurs: a scatterer at the edge walks {walk:.2f} m in range over the aperture of"
-            f" {figures['aperture_angle']:.1f} degrees, and the resolution is {figures['range_resolution']:.2f} m."
-            " Use 'polar' or 'exact'."
-        )
-    return found
+    return found + figures["warnings"]

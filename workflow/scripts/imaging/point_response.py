@@ -3,36 +3,32 @@
 import numpy as np
 
 from core.sweep import C0
-from imaging.formation import pixel_axes, response
 
 FINE = 4  # points a pixel, on which peaks are looked for
 MAIN_LOBE = 2.5  # pixels; further away an echo is a ghost or a sidelobe (a Hamming main lobe ends at 2)
 
 
-def point_response(frequency, angle, imaging, down, cross):
+def point_response(imager, down, cross):
     """Images of single scatterers of amplitude 1 at ranges `down` (D,) by crossranges `cross` (C,), in m.
 
-    frequency: (F,) in Hz; angle: (A,) azimuth relative to the centre, in rad; imaging: the config's section.
     Returns a mapping of arrays (D, C): `loss_db`, how far the peak is below the amplitude; `ghost_db`, the strongest
-    echo outside the main lobe, relative to the peak; `error`, the distance from the peak to the true place in pixels
-    of the sweep's samples, the larger one of both axes. The image's edges are one: what leaves at one side comes in at
+    echo outside the main lobe, relative to the peak; `error`, the distance from the peak to the true place in pixels,
+    the larger one of both axes. The image's edges are one: what leaves at one side comes in at
     the other, so places are compared around them.
-    InputError if the geometry cannot make an image.
     """
-    plain = imaging | {"upsample": "none"}
-    pixels = pixel_axes(frequency, angle, plain)
+    pixels = imager.axes()
     step = np.array([axis[1] - axis[0] for axis in pixels])
     extent = step * [len(axis) for axis in pixels]
     fine = [
         ((np.arange(FINE * len(axis)) + 0.5) / FINE - len(axis) / 2) * size
         for axis, size in zip(pixels, step, strict=True)
     ]
-    rows = response(frequency, angle, plain, *fine)
-    k = 2 * np.pi * frequency / C0
+    form, angle = imager.at(*fine), imager.angle
+    k = 2 * np.pi * imager.frequency / C0
     figures = {name: np.empty((len(down), len(cross))) for name in ("loss_db", "ghost_db", "error")}
     for i, j in np.ndindex(len(down), len(cross)):
         echo = np.exp(2j * np.outer(k, -np.cos(angle) * down[i] + np.sin(angle) * cross[j])).astype(np.complex64)
-        image = np.abs(rows @ echo.ravel()).reshape(len(fine[0]), len(fine[1]))
+        image = np.abs(form(echo[None])[0])
         row, column = np.unravel_index(image.argmax(), image.shape)
         peaks = [_vertex(image[:, column], row), _vertex(image[row], column)]
         place = [axis[0] + at * size / FINE for (at, _), axis, size in zip(peaks, fine, step, strict=True)]

@@ -9,8 +9,8 @@ import xarray as xr
 from core import store as stores
 from core import sweep
 from core.errors import InputError
-from imaging.formation import apertures, form_images, pixel_axes, response, wavenumber_grid
-from imaging.geometry import PURE_NOISE, centres, describe, geometry, uniform_step, warnings
+from imaging.formation import apertures, form_images
+from imaging.geometry import PURE_NOISE, centres, describe, geometry, imager_of, warnings
 from imaging.noise import definition_offset, generator, white_noise
 
 # The figures of `geometry` that stand in every store's attributes.
@@ -35,12 +35,12 @@ def make_clean(field_path, mesh_path, image_path, imaging):
         print("The target has no mesh: whether it fits the unambiguous extent is not known.")
     else:
         reach = json.loads(Path(mesh_path).read_text())["source"]["reach"]
-    for warning in warnings(figures, imaging, reach):
+    for warning in warnings(figures, reach):
         print(f"Warning: {warning}")
     images, peaks, offsets = [], [], []
     plan = _Plan(field, imaging)
     for samples in plan.samples():
-        image, peak = form_images(samples, plan.matrix, plan.shape)
+        image, peak = form_images(plan.imager, samples)
         images.append(image)
         peaks.append(peak)
         offsets.append(definition_offset(samples))
@@ -61,7 +61,7 @@ def make_noisy(field_path, image_path, imaging, target, snr_db, noise):
     for row, samples in enumerate(plan.samples()):
         for number, random in enumerate(randoms):
             noisy = samples + white_noise(samples, snr_db, noise["definition"], random)
-            images[number, row], peaks[number, row] = form_images(noisy, plan.matrix, plan.shape)
+            images[number, row], peaks[number, row] = form_images(plan.imager, noisy)
     attrs = {"snr_db": float(snr_db), "snr_definition": noise["definition"], "seed": noise["seed"]}
     _write(plan.dataset(images, peaks, attrs), image_path)
 
@@ -79,32 +79,29 @@ def make_pure_noise(radar, aspect, image_path, imaging, seed):
     ones = np.ones([len(values) for values in axes.values()], np.complex64)
     plan = _Plan(xr.DataArray(ones, axes | {"polarization": radar["polarizations"][0]}, list(axes)), imaging)
     random = generator(seed, PURE_NOISE, 0, 0)
-    formed = [
-        form_images(white_noise(samples, 0, "mean", random), plan.matrix, plan.shape) for samples in plan.samples()
-    ]
+    formed = [form_images(plan.imager, white_noise(samples, 0, "mean", random)) for samples in plan.samples()]
     images, peaks = map(np.array, zip(*formed, strict=True))
     _write(plan.dataset(images, peaks, {"seed": seed}), image_path)
 
 
 class _Plan:
-    """What all images of one field share: the matrix, the axes, the attributes."""
+    """What all images of one field share: the imager, the axes, the attributes."""
 
     def __init__(self, field, imaging):
         frequency, self.sweep = field.frequency.values, field.azimuth.values
         self.field, self.imaging = field, imaging
         self.elevation, self.azimuth = field.elevation.values, centres(self.sweep, imaging["aperture"])
-        step = np.radians(uniform_step("azimuth", self.sweep))
-        angle = step * (np.arange(imaging["aperture"]) - imaging["aperture"] // 2)
-        self.range, self.crossrange = pixel_axes(frequency, angle, imaging)
-        self.matrix = response(frequency, angle, imaging, self.range, self.crossrange)
+        self.imager = imager_of(frequency, self.sweep, imaging)
+        self.range, self.crossrange = self.imager.axes()
         self.shape = (len(self.range), len(self.crossrange))
         figures = geometry(frequency, self.elevation, self.sweep, imaging)
         self.attrs = {
             "polarization": str(field.polarization.values),
             **imaging,
+            "coherent": self.imager.coherent,
             **{key: figures[key] for key in FIGURES},
             # In rad/m, of the middle of the image's spectrum: about it zeros are added to up-sample the image.
-            "range_wavenumber": float(wavenumber_grid(frequency, angle, imaging["reformat"])[0][len(frequency) // 2]),
+            "range_wavenumber": self.imager.carrier(),
         }
 
     def samples(self):

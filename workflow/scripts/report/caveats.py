@@ -14,7 +14,7 @@ def warnings(config, reaches):
     figures = geometry.planned(config)
     found = []
     for name in config["targets"]:
-        found += [(name, text) for text in geometry.warnings(figures, config["imaging"], reaches.get(name) or 0.0)]
+        found += [(name, text) for text in geometry.warnings(figures, reaches.get(name) or 0.0)]
     return found + [(LEARNING, text) for text in _unused(config)]
 
 

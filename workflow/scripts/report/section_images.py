@@ -5,12 +5,12 @@ import pandas as pd
 
 from core.errors import InputError
 from core.sweep import snr_label
+from imaging.geometry import imager_of, planned
 from imaging.point_response import point_response
 from report.draw_images import FLOOR_DB, edges, gallery
 from report.layout import Figure, Section, Table, canvas, style, to_svg
 from report.selection import GALLERY_AZIMUTHS, GALLERY_ELEVATIONS, around, evenly, noise_snrs, noise_target
 
-RESPONSES = {"none": "none (plain FFT)", "polar": "polar", "exact": "exact"}
 PLACES = 13  # of scatterers, along each axis of the extent
 
 
@@ -23,7 +23,8 @@ def section(results):
             "Every image is divided by its own peak. Range is measured from the target's origin along the line of "
             "sight, negative towards the radar, which looks from the bottom of each image. Cross-range is at right "
             "angles to it, in the plane of the turn. A white line is the outline of the target's mesh, where it has "
-            "one, as it lies in the image plane.",
+            "one, as it lies in the image plane."
+            + ("" if planned(results.settings)["coherent"] else " Only magnitudes are kept; there is no phase."),
         ),
         figures=(
             *(
@@ -160,15 +161,15 @@ def noise_gallery(target, read, snrs, definition):
 
 def response_figure(dataset, scattering, imaging):
     """Peak loss, ghost level and position error of one scatterer over the extent, per way to form images."""
-    turn = np.radians(float(scattering.azimuth[1] - scattering.azimuth[0]))
-    angle = turn * (np.arange(imaging["aperture"]) - imaging["aperture"] // 2)
+    sweep = scattering.frequency.values, scattering.azimuth.values
+    own = imager_of(*sweep, imaging)
     # Half a cell from the edges, where an echo lies on both sides of the image at once.
     places = (np.arange(PLACES) - PLACES // 2) / PLACES
     down, cross = (places * dataset.attrs[f"{axis}_extent"] for axis in ("range", "crossrange"))
     found = {}
-    for way in RESPONSES:
+    for way, changes in (own.compared or {imaging["imager"]: {}}).items():
         try:
-            found[way] = point_response(scattering.frequency.values, angle, imaging | {"reformat": way}, down, cross)
+            found[way] = point_response(imager_of(*sweep, imaging | changes), down, cross)
         except InputError:  # this sweep's sector holds no rectangle
             continue
     columns = (
@@ -197,12 +198,12 @@ def response_figure(dataset, scattering, imaging):
                 if axes in grid[0]:
                     axes.set_title(label)
                 figure.colorbar(picture, ax=axes, shrink=0.85, extend="both" if name == "ghost_db" else "max")
-            row[0].set_ylabel(f"{RESPONSES[way]}\nrange [m]")
+            row[0].set_ylabel(f"{way}\nrange [m]")
         svg = to_svg(figure)
     frame = pd.concat(
         pd.DataFrame(
             {
-                "reformat": way,
+                "imager": way,
                 "range_m": np.repeat(down, len(cross)),
                 "crossrange_m": np.tile(cross, len(down)),
                 "peak_loss_db": figures["loss_db"].ravel(),
@@ -224,8 +225,7 @@ def response_figure(dataset, scattering, imaging):
         caption=(
             "What becomes of a single scatterer, wherever it stands in the unambiguous extent, for this sweep: by how "
             "much its peak is too low, the strongest echo outside its main lobe relative to that peak, and how far the "
-            f"peak is off, read between the pixels. Worst loss and error - {worst}. This run uses "
-            f"{imaging['reformat']}. The pixels of polar and exact span more cross-range than the azimuth steps "
-            "make unambiguous: there exact shows what folds over, and polar, which weakens its sides, less of it."
+            f"peak is off, read between the pixels. Worst loss and error - {worst}. This run's images: "
+            f"{own.words()}. {own.compared_note}".rstrip()
         ),
     )

@@ -39,12 +39,11 @@ def facts(results):
         ("Aspect", f"{_angles('elevation', elevation)}; {_angles('azimuth', azimuth)}"),
     ]
     if results.images_are_made:
-        imaging, pixels = settings["imaging"], planned(settings)
+        pixels = planned(settings)
         pairs += [
             (
                 "Images",
-                f"{pixels['range_pixels']} × {pixels['crossrange_pixels']} pixels, {imaging['window']} window, "
-                f"{_reformat(imaging)}",
+                f"{pixels['range_pixels']} × {pixels['crossrange_pixels']} pixels, {pixels['words']}",
             ),
             (
                 "Noise",
@@ -190,7 +189,3 @@ def _angles(name, values):
     if len(values) == 1:
         return f"{name} {values[0]:g}°"
     return f"{len(values)} {name}s from {values[0]:g}° to {values[-1]:.4g}°"
-
-
-def _reformat(imaging):
-    return "plain FFT" if imaging["reformat"] == "none" else f"{imaging['reformat']} reformatting"

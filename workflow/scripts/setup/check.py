@@ -9,14 +9,13 @@ from core import sweep
 from core.errors import InputError
 from core.folders import of_fields
 from core.sweep import images_are_made
-from imaging.formation import window
 from imaging.geometry import PURE_NOISE, centres, planned
 from learning.classifier import NOT_HYPER, OTHER, choices
 from learning.experiments import CLEAN, TOLERANCE, runs
 from learning.split import split
 from mesh import cad_kernel
 from scattering import origin
-from setup.kinds import MODELS, check_kind, kind
+from setup.kinds import MODELS, SECTIONS, check_kind, kind, settings_of
 from setup.schema import check_schema, near, schema
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -25,6 +24,19 @@ WHERE = " (paths start at the folder you run snakemake in, or at the repository'
 MESH_FORMATS = (".stl", ".obj", ".ply", ".off", *cad_kernel.FORMATS)
 MOST_ANGLES = 100_000
 MOST_PIXELS = 4096  # of an image, for a model with covariances: one of 64 x 64 pixels takes 270 MB, of 128 x 128 4.3 GB
+
+
+def rules(config):
+    """The schema with the settings of the config's imager and solver. InputError if there are no such kinds."""
+    whole = schema()
+    for name in SECTIONS:
+        part, own = whole["properties"][name], settings_of(name, config.get(name))
+        if own is not None:
+            part = part | {"properties": part["properties"] | own, "required": [*part["required"], *own]}
+        else:
+            part = part | {"additionalProperties": True}
+        whole = whole | {"properties": whole["properties"] | {name: part}}
+    return whole
 
 
 def check(config):
@@ -84,8 +96,6 @@ def _check_sweep(config):
         )
     if images_are_made(config):
         planned(config)
-        for count in (radar["frequencies"], imaging["aperture"]):
-            window(imaging["window"], count)
 
 
 def _check_steps(key, angles, limit):

@@ -10,7 +10,7 @@ import yaml
 from core.errors import InputError
 from learning.experiments import CLEAN
 from setup import overlay
-from setup.check import check
+from setup.check import check, rules
 from setup.schema import check_schema
 from setup.snrs import write_out
 from setup.yaml_file import read_yaml
@@ -28,7 +28,7 @@ def load(*overlays):
     Raises InputError with one message that names the key, its value and what would be right.
     """
     config = _numbers(functools.reduce(overlay.merge, overlays, read_yaml(BASE)))
-    check_schema(config)
+    check_schema(config, rules(config))
     write_out(config)
     for target in config["targets"].values():
         target |= {key: _found(target[key]) for key in ("mesh", "field") if key in target}

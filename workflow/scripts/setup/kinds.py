@@ -37,6 +37,23 @@ class Kind(NamedTuple):
 
 
 MODELS = Seam("learning/models", "Model", frozenset({"fit", "evaluate"}))
+IMAGERS = Seam("imaging/imagers", "Imager", frozenset({"axes", "at"}))
+
+
+# Sections of the config in which one kind is named, by this key, and its settings stand beside it.
+SECTIONS = {"imaging": ("imager", IMAGERS)}
+DEFAULTS = {"imaging": "fourier"}  # whose settings are shown where a section names no kind
+
+
+def settings_of(section, settings):
+    """The JSON schemas of the settings of the kind that a section's mapping names; None if it takes any.
+
+    Raises InputError if there is no such kind.
+    """
+    key, seam = SECTIONS[section]
+    name = settings.get(key, DEFAULTS[section]) if isinstance(settings, dict) else DEFAULTS[section]
+    check_kind(seam, name, f"config key '{section}.{key}'")
+    return kind(seam, name).settings
 
 
 def available(seam):

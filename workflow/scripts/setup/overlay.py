@@ -2,7 +2,8 @@
 
 from core.errors import InputError
 from core.sweep import images_are_made
-from setup.schema import near
+from setup.kinds import SECTIONS, settings_of
+from setup.schema import near, schema
 
 # Maps of things that the user names: of these an overlay adds, changes and, with null, removes single ones.
 NAMED = ("targets", "learning.models", "learning.experiments")
@@ -22,10 +23,21 @@ def merge(base, overlay, path=""):
         return _named(base, overlay, path)
     if path in ALTERNATIVES and not set(overlay) <= set(base):
         return overlay
+    if path in SECTIONS:
+        base = _of_kind(base, overlay, path)
     merged = dict(base)
     for key, value in overlay.items():
         merged[key] = merge(base.get(key, {}), value, f"{path}.{key}" if path else str(key))
     return merged
+
+
+def _of_kind(base, overlay, path):
+    """A section, without the settings that belong to the kind that the overlay replaces by another."""
+    key, _ = SECTIONS[path]
+    if overlay.get(key, base.get(key)) == base.get(key):
+        return base
+    kept = {*schema()["properties"][path]["properties"], *(settings_of(path, overlay) or ())}
+    return {name: value for name, value in base.items() if name in kept}
 
 
 def named(overlays, path):

@@ -43,9 +43,10 @@ def check_schema(value, rules=None, path=()):
 
     rules: the whole schema, unless others are given.
     """
-    errors = list(jsonschema.Draft202012Validator(rules or schema()).iter_errors(value))
+    rules = rules or schema()
+    errors = list(jsonschema.Draft202012Validator(rules).iter_errors(value))
     if errors:
-        raise InputError(_message(_first(errors), path))
+        raise InputError(_message(_first(errors), rules, path))
 
 
 def near(name, names):
@@ -71,7 +72,7 @@ def _first(errors):
     return min(errors, key=lambda e: (e.validator != "additionalProperties", len(e.absolute_path)))
 
 
-def _message(error, above=()):
+def _message(error, rules, above=()):
     parts = [*above, *error.absolute_path]
     if "propertyNames" in error.absolute_schema_path:
         parts.append(error.instance)
@@ -81,7 +82,7 @@ def _message(error, above=()):
     where = f"config key '{path}'" if path else "config"
     rule = error.schema.get("description", "")
     if error.validator == "additionalProperties":
-        return _unknown_key(error, path)
+        return _unknown_key(error, rules, path)
     if error.validator == "required":
         missing = next(key for key in error.validator_value if key not in error.instance)
         rule = error.schema.get("properties", {}).get(missing, {}).get("description", "")
@@ -92,7 +93,7 @@ def _message(error, above=()):
     if error.validator == "oneOf":
         # Of several forms the one that the value has: what is wrong is within it.
         inside = [_first(errors) for errors in _branches(error).values() if all(map(_not_of_form, errors))]
-        messages = [_message(one, above) for one in inside]
+        messages = [_message(one, rules, above) for one in inside]
         # Of several forms that may be meant, the one that has a key like a misspelt one.
         meant = messages if len(messages) == 1 else [text for text in messages if "did you mean" in text]
         if meant:
@@ -132,11 +133,12 @@ def _not_of_form(error):
     return len(within) > 2 or error.validator not in ("type", "const", "oneOf")
 
 
-def _unknown_key(error, path):
+def _unknown_key(error, rules, path):
     known = sorted(error.schema.get("properties", {}))
     unknown = next(key for key in error.instance if key not in known)
     hint = near(unknown, known)
-    elsewhere = [name for name, rules in schema()["properties"].items() if unknown in rules.get("properties", {})]
+    sections = {**schema()["properties"], **rules["properties"]}
+    elsewhere = [name for name, section in sections.items() if unknown in section.get("properties", {})]
     if hint == "." and elsewhere:
         hint = f"; did you mean '{elsewhere[0]}.{unknown}'?"
     outer, _, inner = str(unknown).partition(".")

@@ -1,0 +1,179 @@
+"""Fourier imaging (thesis section 3.4): a windowed sum over the aperture's samples for every pixel.
+
+For one geometry all of it is the same linear map of the aperture's samples, whatever the target, direction or noise.
+Three ways to the sum: `none` takes the samples for a rectangle in (kx, ky), a plain inverse DFT; `polar` resamples them
+onto one by bilinear interpolation; `exact` takes every sample where it is (back-projection).
+"""
+
+import numpy as np
+
+from core.errors import InputError
+from core.sweep import C0
+from imaging.formation import Formation
+
+WINDOWS = {"hamming": np.hamming, "hann": np.hanning, "blackman": np.blackman, "boxcar": np.ones}
+LEAST_DEPTH = 0.5  # of the bandwidth: a shallower rectangle makes images of far coarser range than the sweep's
+
+
+class Imager(Formation):
+    """One matrix from the samples to the image, `reformat` says which.
+
+    The window is divided by its sum: a scatterer of amplitude f at the origin gives a peak of f. The phase is that of
+    thesis eq. 3.14, exp(2j (kx range - ky crossrange)) with the true kx: at its own place a scatterer has the phase of
+    its amplitude.
+    """
+
+    SETTINGS = {
+        "window": {
+            "enum": ["hamming", "hann", "blackman", "boxcar"],
+            "description": "separable window over frequency and azimuth",
+        },
+        "reformat": {
+            "enum": ["polar", "exact", "none"],
+            "description": "polar = bilinear interpolation onto a Cartesian grid; exact = back-projection; "
+            "none = plain FFT",
+        },
+        "upsample": {
+            "oneOf": [{"const": "none"}, {"type": "integer", "minimum": 3, "maximum": 128}],
+            "description": "none, or 3 to 128 pixels a side, in range and in cross-range, by zero padding; "
+            "none = as many as samples",
+        },
+    }
+    compared = {
+        "none (plain FFT)": {"reformat": "none", "upsample": "none"},
+        "polar": {"reformat": "polar", "upsample": "none"},
+        "exact": {"reformat": "exact", "upsample": "none"},
+    }
+    compared_note = (
+        "The pixels of polar and exact span more cross-range than the azimuth steps make unambiguous: there exact "
+        "shows what folds over, and polar, which weakens its sides, less of it."
+    )
+
+    def __init__(self, frequency, angle, settings):
+        super().__init__(frequency, angle, settings)
+        self.windows = [window(settings["window"], len(samples)) for samples in (frequency, angle)]
+
+    def axes(self):
+        """The DFT bins of the wavenumber grid, 0 at index n // 2.
+
+        As many as there are samples, or `upsample` a side: the same extent, pi / step, in more pixels.
+        """
+        axes, wanted = [], self.settings["upsample"]
+        for k in wavenumber_grid(self.frequency, self.angle, self.settings["reformat"]):
+            count = len(k) if wanted == "none" else wanted
+            if count < len(k):
+                raise InputError(
+                    f"config key 'imaging.upsample': {count} pixels a side are fewer than the {len(k)} samples there; "
+                    "take as many or more, or none."
+                )
+            axes.append((np.arange(count) - count // 2) * np.pi / (count * (k[1] - k[0])))
+        return tuple(axes)
+
+    def at(self, down, cross):
+        matrix = self.matrix(down, cross)
+        return lambda samples: (samples.reshape(len(samples), -1) @ matrix.T).reshape(-1, len(down), len(cross))
+
+    def matrix(self, down, cross):
+        """The map from an aperture's samples to the image at ranges `down` (D,) and crossranges `cross` (C,), in m.
+
+        Returns complex64 (D * C, F * A), both in C order of (range, crossrange) and (frequency, angle).
+        `exact` weights its samples with k besides, as they lie less densely in the plane (kx, ky) where k is large
+        (d kx d ky = k dk dphi).
+        """
+        frequency, angle, (over_range, over_cross) = self.frequency, self.angle, self.windows
+        if self.settings["reformat"] == "exact":
+            k = 2 * np.pi * frequency / C0
+            weight = np.outer(over_range * k, over_cross)
+            to_range = np.exp(2j * np.multiply.outer(down, np.outer(k, np.cos(angle)))) * (weight / weight.sum())
+            to_cross = np.exp(-2j * np.multiply.outer(cross, np.outer(k, np.sin(angle))))
+            matrix = to_range[:, None] * to_cross
+            return matrix.reshape(len(down) * len(cross), -1).astype(np.complex64)
+        kx, ky = wavenumber_grid(frequency, angle, self.settings["reformat"])
+        to_range = np.exp(2j * np.outer(down, kx)) * over_range
+        to_cross = np.exp(-2j * np.outer(cross, ky)) * over_cross
+        matrix = np.kron(to_range, to_cross)
+        if self.settings["reformat"] == "polar":
+            matrix = matrix @ bilinear_weights(frequency, angle, kx, ky)
+        return matrix.astype(np.complex64)
+
+    def carrier(self):
+        return float(
+            wavenumber_grid(self.frequency, self.angle, self.settings["reformat"])[0][len(self.frequency) // 2]
+        )
+
+    def words(self):
+        way = self.settings["reformat"]
+        reformatting = "plain FFT" if way == "none" else f"{way} reformatting"
+        return f"{self.settings['window']} window, {reformatting}"
+
+    def warnings(self, figures):
+        # Over the aperture a scatterer at cross-range c walks c x angle in range; the plain FFT thinks it stands still.
+        walk = np.radians(figures["aperture_angle"]) * figures["crossrange_extent"] / 2
+        if self.settings["reformat"] != "none" or walk <= figures["range_resolution"]:
+            return []
+        return [
+            f"'imaging.reformat: none' blurs: a scatterer at the edge walks {walk:.2f} m in range over the aperture of"
+            f" {figures['aperture_angle']:.1f} degrees, and the resolution is {figures['range_resolution']:.2f} m."
+            " Use 'polar' or 'exact'."
+        ]
+
+
+def wavenumber_grid(frequency, angle, reformat):
+    """The uniform grid (kx, ky) in rad/m on which the DFT works, as many values as frequencies and angles.
+
+    frequency: Hz. angle: relative azimuth in rad, symmetric about 0.
+    `polar`: the rectangle inscribed in the sampled sector (k cos, k sin), its near side at the lowest k.
+    `exact`: the same, for it has the pixels of `polar`.
+    `none`: k, and the centre k times the angle, as if the sector were a rectangle.
+    InputError if the sector is too wide for its depth to hold a rectangle with half its bandwidth.
+    """
+    k = 2 * np.pi * frequency / C0
+    if reformat == "none":
+        return k, (k[0] + k[-1]) / 2 * angle
+    half = angle[-1]
+    ky_max = k[0] * np.tan(half)
+    deepest = np.sqrt(max(k[-1] ** 2 - ky_max**2, 0.0)) if half < np.pi / 2 else 0.0
+    if deepest - k[0] < LEAST_DEPTH * (k[-1] - k[0]):
+        raise InputError(
+            f"config key 'imaging.reformat': an aperture of {2 * np.degrees(half):.0f} degrees is too wide for "
+            f"{frequency[0]:g} to {frequency[-1]:g} Hz: the rectangle that {reformat} lays into that sector would keep "
+            f"{max(100 * (deepest - k[0]) / (k[-1] - k[0]), 0):.0f} % of the bandwidth, and at least "
+            f"{100 * LEAST_DEPTH:.0f} % is needed; take fewer azimuth samples ('imaging.aperture'), or more bandwidth."
+        )
+    return np.linspace(k[0], deepest, len(k)), np.linspace(-ky_max, ky_max, len(angle))
+
+
+def bilinear_weights(frequency, angle, kx, ky):
+    """Bilinear interpolation from the uniform (frequency, angle) samples to the (kx, ky) grid, as a matrix.
+
+    Shape (len(kx) * len(ky), len(frequency) * len(angle)); every row sums to 1.
+    """
+    kx, ky = (axis.ravel() for axis in np.meshgrid(kx, ky, indexing="ij"))
+    low_f, part_f = _cells(np.hypot(kx, ky) * C0 / (2 * np.pi), frequency)
+    low_a, part_a = _cells(np.arctan2(ky, kx), angle)
+    weights = np.zeros((len(kx), len(frequency), len(angle)))
+    row = np.arange(len(kx))
+    weights[row, low_f, low_a] = (1 - part_f) * (1 - part_a)
+    weights[row, low_f, low_a + 1] = (1 - part_f) * part_a
+    weights[row, low_f + 1, low_a] = part_f * (1 - part_a)
+    weights[row, low_f + 1, low_a + 1] = part_f * part_a
+    return weights.reshape(len(kx), -1)
+
+
+def _cells(value, axis):
+    """The cell of a uniform axis that each value lies in (its lower index), and how far into it (0 to 1)."""
+    # The grid's corners lie on the sector's rim: clip what rounding puts beyond it.
+    position = np.clip((value - axis[0]) / (axis[-1] - axis[0]) * (len(axis) - 1), 0, len(axis) - 1)
+    low = np.minimum(position.astype(int), len(axis) - 2)
+    return low, position - low
+
+
+def window(name, length):
+    """Weights of a window over `length` samples, their sum 1. InputError if fewer than two samples count."""
+    weights = WINDOWS[name](length)
+    if np.count_nonzero(weights > 1e-9) < 2:
+        raise InputError(
+            f"config key 'imaging.window': {name} leaves fewer than two of {length} samples; take hamming or boxcar, "
+            "or more samples ('radar.frequencies', 'imaging.aperture')."
+        )
+    return weights / weights.sum()
