@@ -7,7 +7,7 @@ import pytest
 from core.errors import InputError
 from setup.check import check
 from setup.config import ROOT, load
-from setup.kinds import MODELS, available, kind
+from setup.kinds import MODELS, SOLVERS, available, kind
 from setup.schema import check_schema, schema
 
 # Of mappings of names that the user gives, one that the default config has.
@@ -31,6 +31,7 @@ def keys_of(rules, path=()):
 KEYS = dict(keys_of(schema()))
 for name in available(MODELS):
     KEYS |= {("learning", "models", name, key): True for key in kind(MODELS, name).settings}
+KEYS |= {("scattering", key): True for key in kind(SOLVERS, "mom").settings}
 
 
 @pytest.fixture(scope="module")

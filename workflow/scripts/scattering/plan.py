@@ -9,7 +9,7 @@ cores divide them, a GPU takes a tenth or less.
 
 import ast
 from functools import cache
-from math import cos, radians, sqrt
+from math import cos, radians
 from pathlib import Path
 
 import numpy as np
@@ -59,18 +59,6 @@ def planned_seconds(unknowns, planes, radius, count, radar, aspect, scattering):
     rate = FLOPS if scattering["precision"] == "single" else FLOPS / 2
     filled = ASSEMBLY * unknowns**2 / parities + EXCITATION * unknowns * sampled * waves
     return count * (START + (1 if operator["SYMMETRIC"] else 2) * factorization / rate + operator["FILLING"] * filled)
-
-
-def unknowns_that_fit(megabytes, planes, radius, radar, aspect, scattering):
-    """The most unknowns of a closed surface whose solve fits into this memory (0 if none)."""
-    low, high = 0, int(sqrt(megabytes * 1e6)) * 2**planes
-    while low < high:
-        middle = (low + high + 1) // 2
-        if planned_megabytes(middle, middle / 1.5, planes, radius, radar, aspect, scattering) <= megabytes:
-            low = middle
-        else:
-            high = middle - 1
-    return low
 
 
 @cache

@@ -1,7 +1,7 @@
 """Solve a mesh for its monostatic scattering amplitude over frequencies and directions."""
 
 import time
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 
 import jax
@@ -16,22 +16,13 @@ from scattering.factorization import GeneralMatrix, Product, SymmetricMatrix
 from scattering.farfield import electric, excitation
 from scattering.operators import cfie, efie
 from scattering.sampling import directions, middle_of, sample
+from scattering.solver import Solution
 
 OPERATORS = {"efie": efie, "cfie": cfie}
 DTYPES = {"single": np.complex64, "double": np.complex128}
 MAX_RESIDUAL = 1e-3  # above it the solution is refined once, and refused if that does not help
 PARTS = ("assembly", "factorization", "directions")
 PROBED_ROWS, PROBED_DIRECTIONS = 128, 4  # where the residual is measured
-
-
-@dataclass
-class Solution:
-    """field: (P, F, E, A) complex, m; residual: (F,); seconds: {part: (F,)}; unknowns: int"""
-
-    field: np.ndarray
-    residual: np.ndarray
-    seconds: dict
-    unknowns: int
 
 
 def solve(

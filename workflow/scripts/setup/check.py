@@ -13,8 +13,8 @@ from learning.classifier import NOT_HYPER, OTHER, choices
 from learning.experiments import CLEAN, TOLERANCE, runs
 from learning.split import split
 from mesh import cad_kernel
-from scattering import origin
-from setup.kinds import MODELS, check_kind, kind
+from scattering import needs, origin
+from setup.kinds import MODELS, SOLVERS, check_kind, kind
 from setup.schema import check_schema, near, schema
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -29,6 +29,7 @@ def check(config):
     """Raise InputError for the first thing wrong with a full config that `check_schema` has nothing against."""
     _check_finite(config)
     _check_sweep(config)
+    _check_solver(config)
     _check_targets(config)
     _check_snrs(config)
     _check_models(config["learning"])
@@ -126,6 +127,33 @@ def _check_targets(config):
                     f"config key 'targets.{name}.unit': {mesh} states its own unit, from which it is converted; "
                     "leave 'unit' out. If the file's is wrong, export it anew."
                 )
+
+
+def _check_solver(config):
+    """The settings of the config's solver, and those that targets have of their own, against what it says it has."""
+    # Where `solver` is missing, its misspelt name is found with the default's settings.
+    solver, sections = config["scattering"].get("solver", "mom"), schema()["properties"]
+    check_kind(SOLVERS, solver, "config key 'scattering.solver'")
+    own = kind(SOLVERS, solver).settings
+    if own is None:
+        return
+    shared = sections["scattering"]["properties"]
+    rules = {
+        "additionalProperties": False,
+        "required": ["solver", *own],
+        "properties": shared | own,
+        "$defs": schema()["$defs"],
+    }
+    check_schema(config["scattering"], rules, ("scattering",))
+    target_keys = sections["targets"]["additionalProperties"]["properties"]
+    for name, target in config["targets"].items():
+        for key in (key for key in needs.OWN if key in target):
+            if key not in own:
+                raise InputError(
+                    f"config key 'targets.{name}.{key}': the solver '{solver}' has no such setting; leave it out."
+                )
+            rule = own[key] | {"description": target_keys[key]["description"]}
+            check_schema({key: target[key]}, {"properties": {key: rule}}, ("targets", name))
 
 
 def _check_cases(key, names):

@@ -66,6 +66,8 @@ def _merge(base, overlay, path=""):
         return overlay
     if path in ALTERNATIVES and not set(overlay) <= set(base):
         return overlay
+    if path == "scattering" and overlay.get("solver", base["solver"]) != base["solver"]:
+        return overlay  # another solver has other settings
     merged = dict(base)
     for key, value in overlay.items():
         merged[key] = _merge(base.get(key), value, f"{path}.{key}" if path else str(key))

@@ -37,6 +37,7 @@ class Kind(NamedTuple):
 
 
 MODELS = Seam("learning/models", "Model", frozenset({"fit", "evaluate"}))
+SOLVERS = Seam("scattering/solvers", "Solver", frozenset({"plan", "solve"}))
 
 
 def available(seam):
