@@ -60,10 +60,8 @@ def solve(
     surface = replace(surface, vertices=surface.vertices - middle)
     path = 2 * directions(elevation, azimuth)[0] @ middle
     near = operator.near_terms(surface)
-    general, symmetric = (
-        (GeneralMatrix, SymmetricMatrix) if jax.default_backend() == "cpu" else (GeneralOnDevice, SymmetricOnDevice)
-    )
-    kind = symmetric if operator.SYMMETRIC else general
+    kinds = (GeneralMatrix, SymmetricMatrix) if jax.default_backend() == "cpu" else (GeneralOnDevice, SymmetricOnDevice)
+    kind = kinds[operator.SYMMETRIC]
 
     letters = sorted(set("".join(polarizations)))
     shape = (len(polarizations), len(frequencies), len(elevation), len(azimuth))

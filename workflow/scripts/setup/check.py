@@ -138,12 +138,8 @@ def _check_solver(config):
     if own is None:
         return
     shared = sections["scattering"]["properties"]
-    rules = {
-        "additionalProperties": False,
-        "required": ["solver", *own],
-        "properties": shared | own,
-        "$defs": schema()["$defs"],
-    }
+    rules = {"additionalProperties": False, "required": ["solver", *own], "properties": shared | own}
+    rules["$defs"] = schema()["$defs"]
     check_schema(config["scattering"], rules, ("scattering",))
     target_keys = sections["targets"]["additionalProperties"]["properties"]
     for name, target in config["targets"].items():
