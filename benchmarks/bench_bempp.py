@@ -16,11 +16,11 @@ import mie
 import numpy as np
 import pandas as pd
 
-from scattering import nearfield
 from scattering.assembly import assemble
 from scattering.basis import fundamental_domain, rwg
 from scattering.factorization import SymmetricMatrix
 from scattering.farfield import excitation
+from scattering.operators import efie
 
 K = 2 * np.pi  # wavelength 1 m
 
@@ -33,7 +33,7 @@ def ours(vertices, triangles):
         surface = fundamental_domain(vertices, triangles, [])
         bases = [rwg(surface, surface.parities[0])]
         matrix = SymmetricMatrix(len(bases[0]), np.complex64)
-        assemble(surface, bases, K, nearfield.find(surface), [matrix], np.complex64)
+        assemble(efie, surface, bases, K, efie.near_terms(surface), [matrix], np.complex64)
         times.append(time.perf_counter() - start)
     start = time.perf_counter()
     matrix.factorize(os.cpu_count())

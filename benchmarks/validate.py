@@ -22,13 +22,12 @@ from test_truth import ANGLES, pattern
 from core.sweep import C0
 from imaging.formation import build
 from imaging.point_response import point_response
-from scattering import magnetic, nearfield
 from scattering.assembly import assemble
 from scattering.basis import fundamental_domain, rwg
 from scattering.factorization import GeneralMatrix, SymmetricMatrix
-from scattering.farfield import excitation
+from scattering.farfield import electric, excitation
 from scattering.sampling import directions
-from scattering.solve import solve
+from scattering.solve import OPERATORS, solve
 
 K = 2 * np.pi  # wavelength 1 m
 EDGE = 0.1  # m
@@ -75,17 +74,19 @@ def resonance():
     radius = RESONANCE / K
     vertices, triangles = mie.icosphere(radius, EDGE)
     surface = fundamental_domain(vertices, triangles, ())
-    near, bases = nearfield.find(surface), [rwg(surface, surface.parities[0])]
-    static = {"efie": None, "cfie": magnetic.static_moments(surface, near.pairs)}
+    bases = [rwg(surface, surface.parities[0])]
+    near = {formulation: operator.near_terms(surface) for formulation, operator in OPERATORS.items()}
     u, _, h = (x.reshape(1, 3) for x in directions([20.0], [10.0]))
     rows = []
     for size in np.unique(np.concatenate([np.linspace(2.70, 2.79, 10), np.linspace(2.7420, 2.7456, 13)])):
         k = size / radius
-        for formulation, kind, alpha in (("efie", SymmetricMatrix, 1.0), ("cfie", GeneralMatrix, magnetic.ALPHA)):
-            stored = kind(len(bases[0]), np.complex128)
-            assemble(surface, bases, k, near, [stored], np.complex128, magnetic_near=static[formulation])
+        for formulation, operator in OPERATORS.items():
+            stored = (SymmetricMatrix if operator.SYMMETRIC else GeneralMatrix)(len(bases[0]), np.complex128)
+            assemble(operator, surface, bases, k, near[formulation], [stored], np.complex128)
             matrix = stored.rows(np.arange(len(bases[0])))
-            received, excited = (excitation(surface, bases, k, u, h, np.complex128, a)[0] for a in (1.0, alpha))
+            received, excited = (
+                excitation(surface, bases, k, u, h, np.complex128, wave)[0] for wave in (electric, operator.excited)
+            )
             field = -(received.T @ np.linalg.solve(matrix, excited))[0, 0]
             error = decibel(field / mie.backscatter(k, radius))
             condition = np.linalg.cond(matrix)

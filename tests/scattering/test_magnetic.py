@@ -9,10 +9,10 @@ from test_matrix import K
 from test_solve import AZIMUTH, ELEVATION, FREQUENCY, decibel, octasphere, sheet
 
 from core.errors import InputError
-from scattering import magnetic, nearfield
 from scattering.assembly import assemble
 from scattering.basis import fundamental_domain, rwg
 from scattering.factorization import GeneralMatrix
+from scattering.operators import cfie
 from scattering.quadrature import RULES, static_gradient
 from scattering.solve import solve
 
@@ -102,18 +102,16 @@ def test_smooth_remainder_is_continuous_across_its_series():
     x = K * distance
     truth = (1 - (1 + 1j * x) * np.exp(-1j * x)) / distance**3
     for real, bound in ((np.float32, 1e-5), (np.float64, 1e-8)):
-        parts = magnetic._smooth(real(K), jnp.asarray(distance, real))
+        parts = cfie._smooth(real(K), jnp.asarray(distance, real))
         smooth = parts[0] + 1j * parts[1]
         assert (np.abs(smooth - truth) < bound * np.abs(truth)).all()
 
 
 def matrix_of(surface, monkeypatch, alpha):
-    monkeypatch.setattr(magnetic, "ALPHA", alpha)
+    monkeypatch.setattr(cfie, "ALPHA", alpha)
     basis = rwg(surface, surface.parities[0])
     matrix = GeneralMatrix(len(basis), np.complex128)
-    near = nearfield.find(surface)
-    static = magnetic.static_moments(surface, near.pairs)
-    assemble(surface, [basis], K, near, [matrix], np.complex128, magnetic_near=static)
+    assemble(cfie, surface, [basis], K, cfie.near_terms(surface), [matrix], np.complex128)
     return basis, matrix.rows(np.arange(len(basis)))
 
 
@@ -165,7 +163,7 @@ def test_eigenvalues_of_a_small_sphere(monkeypatch):
     tangential = axis - surface.normals * (surface.normals @ axis)[:, None]
     halves = np.zeros((3 * len(surface.vertices), len(basis)))
     np.add.at(halves, (basis.halves.reshape(-1), np.repeat(np.arange(len(basis)), 2)), basis.signs.reshape(-1))
-    gram = halves.T @ magnetic._gram(surface) @ halves
+    gram = halves.T @ cfie._gram(surface) @ halves
     nu = surface.vertices.mean(1)[:, None] - surface.vertices
     for current, truth in ((tangential, 1 / 3), (np.cross(surface.normals, axis), 2 / 3)):
         tested = np.einsum("tix,tx->ti", nu, current) * surface.lengths / 2
@@ -177,7 +175,7 @@ def test_eigenvalues_of_a_small_sphere(monkeypatch):
 def test_resonance_leaves_the_matrix_well_conditioned(monkeypatch):
     """Close to the frequency where the cavity of the faceted sphere itself resonates."""
     surface = fundamental_domain(*mie.icosphere(RESONANCE / K, 0.14), ())
-    numbers = [np.linalg.cond(matrix_of(surface, monkeypatch, alpha)[1]) for alpha in (1.0, magnetic.ALPHA)]
+    numbers = [np.linalg.cond(matrix_of(surface, monkeypatch, alpha)[1]) for alpha in (1.0, cfie.ALPHA)]
     assert numbers[0] > 1000
     assert numbers[1] < 20
 

@@ -10,11 +10,12 @@ import pytest
 from scipy.integrate import dblquad
 from test_solve import octasphere
 
-from scattering import magnetic, nearfield
+from scattering import nearfield
 from scattering.assembly import TILE, TILE_FUNCTIONS, assemble, blocks_of
 from scattering.basis import fundamental_domain, rwg
 from scattering.factorization import SymmetricMatrix
 from scattering.kernel import green_imag, green_real
+from scattering.operators import cfie, efie
 from scattering.quadrature import RULES, static_potentials
 
 K = 2 * np.pi
@@ -126,7 +127,7 @@ def test_matrix_agrees_with_direct_quadrature():
     surface = fundamental_domain(*octasphere(3, [0.5, 0.5, 0.5]), ())
     basis = rwg(surface, surface.parities[0])
     matrix = SymmetricMatrix(len(basis), np.complex128)
-    assemble(surface, [basis], K, nearfield.find(surface), [matrix], np.complex128)
+    assemble(efie, surface, [basis], K, efie.near_terms(surface), [matrix], np.complex128)
     z = matrix.rows(np.arange(len(basis)))
     assert np.abs(z - z.T).max() < 1e-12 * np.abs(z).max()
 
@@ -158,10 +159,10 @@ def test_matrix_agrees_with_direct_quadrature():
 @pytest.mark.parametrize(
     ("module", "kernel"),
     [
-        (nearfield, (green_real, green_imag)),
-        (nearfield, (nearfield._smooth_real, nearfield._smooth_imag)),
-        (magnetic, magnetic._whole),
-        (magnetic, magnetic._smooth),
+        (efie, (green_real, green_imag)),
+        (efie, (efie._smooth_real, efie._smooth_imag)),
+        (cfie, cfie._whole),
+        (cfie, cfie._smooth),
     ],
 )
 def test_near_moments_agree_in_both_precisions(count, module, kernel):
@@ -175,6 +176,6 @@ def test_near_moments_agree_in_both_precisions(count, module, kernel):
         for real in (np.float32, np.float64)
     )
     # Moments of zeroth, first and second order in the distance from the centroids.
-    order = np.array([0, 1, 1, 1, 1, 1, 1, 2] if module is nearfield else [0, 0, 0, 1, 1, 1, 1, 2])
+    order = np.array([0, 1, 1, 1, 1, 1, 1, 2] if module is efie else [0, 0, 0, 1, 1, 1, 1, 2])
     scale = np.abs(double[:, order == 0]).max() * (edge / 2) ** order
     assert (np.abs(single - double).max(0) < 2e-6 * scale).all()

@@ -7,14 +7,16 @@ from core.errors import InputError
 from mesh.io import write_ply
 from scattering import needs
 from scattering.band import solve_band
-from scattering.plan import planned_megabytes, planned_seconds, unknowns_that_fit
+from scattering.plan import planned_megabytes, planned_seconds
 from setup.config import load
 
 RADAR = {"center_frequency": 2.775e9, "bandwidth": 1.5e9, "frequencies": 14, "polarizations": ["VV"]}
 ASPECT = {"elevation": {"start": -45, "stop": 45, "step": 15}, "azimuth": {"count": 121}}
 RADIUS = 0.5  # m
-SINGLE, DOUBLE = ({"formulation": "efie", "precision": precision} for precision in ("single", "double"))
-COMBINED = {"formulation": "cfie", "precision": "single"}
+SINGLE, DOUBLE = (
+    {"solver": "mom", "formulation": "efie", "precision": precision} for precision in ("single", "double")
+)
+COMBINED = {"solver": "mom", "formulation": "cfie", "precision": "single"}
 NODE_24_GIB = 24_684_084 * 1024 / 1e6  # MB that a machine sold with 24 GiB has
 
 
@@ -32,9 +34,10 @@ def test_what_fits_is_the_most_that_fits(planes, scattering):
     def need(unknowns):
         return planned_megabytes(unknowns, unknowns / 1.5, planes, RADIUS, RADAR, ASPECT, scattering)
 
-    most = unknowns_that_fit(8000, planes, RADIUS, RADAR, ASPECT, scattering)
+    box = [2 * RADIUS, 0.0, 0.3]  # m
+    most = needs.unknowns_that_fit(8000, 1e6, box, planes, RADAR, ASPECT, scattering)
     assert need(most) <= 8000 < need(most + 200)
-    assert unknowns_that_fit(100, planes, RADIUS, RADAR, ASPECT, scattering) == 0
+    assert needs.unknowns_that_fit(100, 1e6, box, planes, RADAR, ASPECT, scattering) == 0
 
 
 def test_a_plane_quarters_the_factorization():
@@ -94,6 +97,6 @@ def test_solve_that_does_not_fit_is_refused_before_it_begins(tmp_path, monkeypat
     write_ply(tmp_path / "a.ply", corners, np.array([[0, 1, 2], [1, 3, 2]]))
     monkeypatch.setattr(needs, "memory_megabytes", lambda: 600.0)
     arguments = tmp_path / "a.ply", tmp_path / "a.zarr", 0, 1, RADAR, ASPECT, SINGLE, [], 1, "sheet"
-    with pytest.raises(InputError, match=r"'targets\.sheet': .* 1 unknowns and 0\.8 GB .* has 0\.6 GB"):
+    with pytest.raises(InputError, match=r"'targets\.sheet': .* 1 unknowns and 0\.8 GB; this machine has 0\.6 GB"):
         solve_band(*arguments)
     assert not (tmp_path / "a.zarr").exists()

@@ -11,11 +11,11 @@ import pytest
 from test_magnetic import outward
 from test_solve import ELEVATION, FREQUENCY, decibel, octasphere, sheet, weld
 
-from scattering import magnetic, nearfield
 from scattering.assembly import assemble
 from scattering.basis import fundamental_domain, rwg, unknowns
 from scattering.factorization import SymmetricMatrix
 from scattering.farfield import excitation
+from scattering.operators import cfie, efie
 from scattering.sampling import sample
 from scattering.solve import solve
 
@@ -45,7 +45,7 @@ def pattern(vertices, triangles, travel, across):
     surface = fundamental_domain(vertices, triangles, ())
     bases = [rwg(surface, surface.parities[0])]
     matrix = SymmetricMatrix(len(bases[0]), np.complex64)
-    assemble(surface, bases, K, nearfield.find(surface), [matrix], np.complex64)
+    assemble(efie, surface, bases, K, efie.near_terms(surface), [matrix], np.complex64)
     matrix.factorize(2)
     along = np.cross(across, travel)
     cos, sin = np.cos(ANGLES)[:, None], np.sin(ANGLES)[:, None]
@@ -175,7 +175,7 @@ def test_near_skins_converge(mesh):
 
 
 def test_wing_is_closed():
-    magnetic.check_closed(*wing(6))
+    cfie.check_mesh(*wing(6))
 
 
 @pytest.fixture(scope="module")

@@ -32,6 +32,7 @@ KEYS = dict(keys_of(schema()))
 for name in available(MODELS):
     KEYS |= {("learning", "models", name, key): True for key in kind(MODELS, name).settings}
 KEYS |= {("imaging", key): True for key in settings_of("imaging", {"imager": "fourier"})}
+KEYS |= {("scattering", key): True for key in settings_of("scattering", {"solver": "mom"})}
 
 
 @pytest.fixture(scope="module")

@@ -108,6 +108,8 @@ EDITS = {
 FILES = {
     "workflow/scripts/mesh/tidy.py": ALL,
     "workflow/scripts/scattering/basis.py": SOLVED,
+    "workflow/scripts/scattering/solvers/mom.py": SOLVED,
+    "workflow/scripts/scattering/operators/cfie.py": SOLVED,
     "workflow/scripts/imaging/noise.py": IMAGED,
     "workflow/scripts/imaging/imagers/fourier.py": IMAGED,
     "workflow/scripts/scattering/ffe.py": {},

@@ -190,6 +190,11 @@ def model_code(*models):
     return code(*(model_kind(MODELS, model).file for model in models))
 
 
+def solver_code():
+    """The files that the config's solver is made of: its own, which jobs load by name, and what it imports."""
+    return code(f"scattering/solvers/{config['scattering']['solver']}.py")
+
+
 def trained_targets(model):
     """The targets that a model learns: the known ones, and those of role other for one with such a class."""
     roles = {"known", "other"} if MODELS[model].get("other", False) else {"known"}

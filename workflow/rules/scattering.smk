@@ -9,6 +9,7 @@ rule solve:
         mesh=f"{FIELDS}/mesh/{{target}}-{{band}}.ply",
         figures=f"{FIELDS}/mesh/{{target}}.json",
         code=code("scattering/job_solve.py"),
+        solver_code=solver_code(),
     output:
         directory(f"{FIELDS}/scattering/bands/{{target}}-{{band}}.zarr"),
     log:
@@ -30,7 +31,7 @@ rule solve:
             "symmetry": symmetry(w.target),
         },
     message:
-        "scattering {wildcards.target}: solve band {wildcards.band} by the method of moments (progress in {log})"
+        "scattering {wildcards.target}: solve band {wildcards.band} (progress in {log})"
     script:
         "../scripts/scattering/job_solve.py"
 

@@ -7,6 +7,7 @@ import pandas as pd
 from core.sweep import C0
 from report.layout import Figure, Section, Table, canvas, circle_ticks, number, style, to_svg
 from report.selection import evenly
+from scattering.solver import build
 
 DYNAMIC_RANGE = 40  # dB, of range profiles
 CURVES = 5  # elevations in one plot at most
@@ -24,7 +25,9 @@ def section(results):
         figures.append(rcs_figure(name, results.scattering(name), results.images_are_made))
         if results.images_are_made:
             figures.append(profile_figure(name, results.scattering(name)))
-    solved = "The method of moments gives the scattered field for every frequency and direction. "
+    scattering = results.settings["scattering"]
+    solver = getattr(build(scattering), "name", f"solver '{scattering['solver']}'")
+    solved = f"The {solver} gives the scattered field for every frequency and direction. "
     return Section(
         id="scattering",
         title="Scattering",
@@ -180,14 +183,15 @@ def solution_table(targets, results):
     for name in targets:
         dataset = results.scattering(name)
         level = rcs_dbsm(dataset.field.values)
-        solved = name in results.meshed
-        residual = float(np.max(dataset.attrs["residual"])) if solved else None
-        unknowns = np.unique(dataset.attrs["unknowns"]) if solved else np.array([])
+        residuals, unknowns = (
+            [value for value in dataset.attrs[key] or () if value is not None] for key in ("residual", "unknowns")
+        )
+        residual, unknowns = max(residuals, default=None), np.unique(unknowns).astype(int)
         row = {
             "target": name,
-            "formulation": dataset.attrs["formulation"],
-            "unknowns_min": unknowns.min() if solved else None,
-            "unknowns_max": unknowns.max() if solved else None,
+            "formulation": dataset.attrs.get("formulation", dataset.attrs.get("solver")),
+            "unknowns_min": unknowns.min() if len(unknowns) else None,
+            "unknowns_max": unknowns.max() if len(unknowns) else None,
             "residual_max": residual,
             "frequencies": dataset.sizes["frequency"],
             "directions": dataset.sizes["elevation"] * dataset.sizes["azimuth"],
@@ -198,7 +202,7 @@ def solution_table(targets, results):
         shown.append(
             {
                 "target": name,
-                "formulation": row["formulation"].upper() if solved else "external",
+                "formulation": row["formulation"].upper() if len(unknowns) else row["formulation"],
                 "unknowns": " to ".join(f"{count:,}" for count in unknowns[[0, -1][: len(unknowns)]]) or "–",
                 "largest residual": number(residual, 2),
                 "frequencies": str(row["frequencies"]),

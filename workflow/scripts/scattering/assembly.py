@@ -1,12 +1,12 @@
-"""The EFIE matrix between RWG functions, tile by tile.
+"""An operator's matrix between RWG functions, tile by tile.
 
-Galerkin's method on the EFIE with exp(+j omega t), divided by j k eta / (4 pi):
+Galerkin's method with exp(+j omega t) on an integral equation of `operators`; on the EFIE, divided by j k eta / (4 pi):
 
     z_mn = int int [ f_m . f_n' - div f_m div f_n' / k^2 ] exp(-j k R) / R dS dS'          (m^3)
 
 (Harrington, Field Computation by Moment Methods, ch. 3; Rao, Wilton, Glisson 1982, eq. 17). Every tile is first
 integrated between half functions with three points a triangle, then gathered into RWG functions. Triangles that are
-near each other are integrated anew in `nearfield`. For mirror planes the sources are also taken at their images; the
+near each other are integrated anew by the operator. For mirror planes the sources are also taken at their images; the
 sums with the characters of the group give one matrix per parity (see `basis`).
 """
 
@@ -18,8 +18,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from scattering import magnetic, nearfield
-from scattering.kernel import by_points, distances, green_imag, green_real
+from scattering import nearfield
+from scattering.kernel import distances, green_imag, green_real
 from scattering.quadrature import points_of
 
 # Triangles a tile holds, functions beyond its block's own included. Fixed, so that one compilation serves all.
@@ -74,45 +74,6 @@ def blocks_of(bases, count):
 # are arrays of their own all the way, because it does not vectorize complex arithmetic on a CPU.
 
 
-def _products(rows, cols):
-    """nu_a . nu'_b of the corners about their centroids, as a 3 x 3 list of (U, U)."""
-    return [[sum(rows[a, x][:, None] * cols[b, x][None] for x in range(3)) for b in range(3)] for a in range(3)]
-
-
-@jax.jit
-def _sums(part, rows, cols):
-    """Sums of a part of Green's function over source points, field points, both, and weighted with rho . rho'."""
-    d = _products(rows, cols)
-    g = by_points(part)
-    by_col = [sum(g[a][b] for a in range(3)) for b in range(3)]
-    by_row = [sum(g[a][b] for b in range(3)) for a in range(3)]
-    weighted = sum(g[a][b] * d[a][b] for a in range(3) for b in range(3)) / 4
-    return by_col, by_row, sum(by_col), weighted
-
-
-@jax.jit
-def _half_functions(sums, k, rows, row_lengths, cols, col_lengths):
-    """A part of z between half functions i and j, a 3 x 3 list of (U, U).
-
-    With points rho_a = nu_a / 2 about the centroid, (rho_a - nu_i) . (rho'_b - nu'_j) expands into `_products`.
-    """
-    d = _products(rows, cols)
-    by_col, by_row, total, weighted = sums
-    return [
-        [
-            (
-                weighted
-                - sum(by_col[b] * d[i][b] for b in range(3)) / 2
-                - sum(by_row[a] * d[a][j] for a in range(3)) / 2
-                + (d[i][j] - 4 / (k * k)) * total
-            )
-            * (row_lengths[i][:, None] * col_lengths[j][None] / 36)
-            for j in range(3)
-        ]
-        for i in range(3)
-    ]
-
-
 @jax.jit
 def _gather(images, characters, row_halves, row_signs, col_halves, col_signs):
     """Sum the images of the sources with one parity's characters and combine halves into functions."""
@@ -134,16 +95,14 @@ def _complex(real, imag):
     return jax.lax.complex(real, imag)
 
 
-def assemble(surface, bases, wavenumber, near, matrices, dtype, progress=lambda done: None, magnetic_near=None):
+def assemble(operator, surface, bases, wavenumber, near, matrices, dtype, progress=lambda done: None):
     """Fill every parity's matrix, in m^3, without the factor |G| of the group's order.
 
-    surface: Surface; bases: a Basis for each of surface.parities; wavenumber: rad/m; near: Near of the surface;
-    matrices: for each parity an object that takes dense blocks, `put(row, col, block)`, and entries,
-    `add(rows, cols, values)`; dtype: complex64 or complex128; progress(done) is called with the fraction done;
-    magnetic_near: static moments of `magnetic`. Without them the lower triangle of the EFIE's symmetric matrix is
-    filled, with them the whole matrix of the CFIE.
+    operator: a module of `operators`; surface: Surface; bases: a Basis for each of surface.parities; wavenumber: rad/m;
+    near: the operator's `near_terms` of the surface; matrices: for each parity an object that takes dense blocks,
+    `put(row, col, block)`, and entries, `add(rows, cols, values)`; dtype: complex64 or complex128; progress(done) is
+    called with the fraction done. Of a symmetric matrix only the lower triangle is filled.
     """
-    combined = magnetic_near is not None
     real = np.float32 if dtype == np.complex64 else np.float64
     k = real(wavenumber)
     blocks = [_on_device(block, surface, real) for block in blocks_of(bases, len(surface.vertices))]
@@ -151,8 +110,8 @@ def assemble(surface, bases, wavenumber, near, matrices, dtype, progress=lambda 
     # JAX computes in the background: a few tiles are under way while finished ones are stored.
     under_way = deque()
     for i, row in enumerate(blocks):
-        for col in blocks if combined else blocks[: i + 1]:
-            images = [_image(k, row, source, col, combined) for source in col.images]
+        for col in blocks[: i + 1] if operator.SYMMETRIC else blocks:
+            images = [_image(operator, k, row, source, col) for source in col.images]
             parts = list(zip(*images, strict=True))
             for p, matrix in enumerate(matrices):
                 ends = characters[p], row.halves[p], row.signs[p], col.halves[p], col.signs[p]
@@ -160,12 +119,10 @@ def assemble(surface, bases, wavenumber, near, matrices, dtype, progress=lambda 
                 under_way.append((matrix, row.spans[p], col.spans[p], tile))
             while len(under_way) > UNDER_WAY:
                 _store(*under_way.popleft())
-        progress(((i + 1) / len(blocks)) ** (1 if combined else 2))
+        progress(((i + 1) / len(blocks)) ** (2 if operator.SYMMETRIC else 1))
     while under_way:
         _store(*under_way.popleft())
-    corrections = nearfield.corrections(near, surface, wavenumber, real)
-    if combined:
-        corrections = magnetic.corrections(corrections, near.pairs, magnetic_near, surface, wavenumber, real)
+    corrections = operator.corrections(near, surface, wavenumber, real)
     for parity, basis, matrix in zip(surface.parities, bases, matrices, strict=True):
         matrix.add(*nearfield.between_functions(corrections, parity, basis))
 
@@ -175,16 +132,10 @@ def _store(matrix, rows, cols, tile):
     matrix.put(rows.start, cols.start, np.asarray(tile)[: size[0], : size[1]])
 
 
-def _image(k, row, source, col, combined):
+def _image(operator, k, row, source, col):
     """Real and imaginary part of the half functions' tile for one image of the sources."""
-    field = row.images[0]
-    r = distances(field.points, source.points)
-    green = green_real(k, r), green_imag(k, r)
-    ends = k, field.nu, row.lengths, source.nu, col.lengths
-    z = [_half_functions(_sums(part, field.nu, source.nu), *ends) for part in green]
-    if combined:
-        z = magnetic.combine(z, green, r, k, field, row.normals, row.lengths, source, col.lengths)
-    return z
+    r = distances(row.images[0].points, source.points)
+    return operator.half_functions(k, (green_real(k, r), green_imag(k, r)), r, row, source, col)
 
 
 def _on_device(block, surface, real):

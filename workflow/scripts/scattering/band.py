@@ -1,11 +1,7 @@
 """One band of frequencies solved on its mesh."""
 
-import os
 import sys
-import tempfile
-from pathlib import Path
 
-import jax
 import numpy as np
 from tqdm import tqdm
 
@@ -14,7 +10,7 @@ from core.sweep import azimuths, bands, elevations
 from mesh import topology
 from mesh.io import read_ply
 from scattering import needs
-from scattering.solve import solve
+from scattering.solver import build
 from scattering.store import versions, write_field
 
 # Of what the plan says at least this much is needed: it was seen to say 25.4 GB where a solve took 21.3.
@@ -26,20 +22,18 @@ def solve_band(mesh_path, store_path, band, band_count, radar, aspect, scatterin
 
     Raises InputError, with the target's name, if the mesh cannot be solved as the config asks.
     """
-    _keep_compiled()
     vertices, triangles = read_ply(mesh_path)
     _check_memory(vertices, triangles, len(symmetry), bands(radar, band_count)[band], radar, aspect, scattering, target)
     frequency, elevation, azimuth = bands(radar, band_count)[band], elevations(aspect), azimuths(aspect)
     polarizations = radar["polarizations"]
-    device = jax.devices()[0]
     print(
         f"{len(triangles)} triangles, {len(frequency)} frequencies from {frequency[0] / 1e9:g} to "
-        f"{frequency[-1] / 1e9:g} GHz, {len(elevation)} x {len(azimuth)} directions, on {device.device_kind}"
+        f"{frequency[-1] / 1e9:g} GHz, {len(elevation)} x {len(azimuth)} directions"
     )
     form = "{desc}: {percentage:.0f} %, {elapsed} so far, about {remaining} left"
     with tqdm(total=len(frequency), bar_format=form, file=sys.stderr) as bar:
         try:
-            solution = solve(
+            solution = build(scattering).solve(
                 vertices,
                 triangles,
                 frequency,
@@ -47,21 +41,20 @@ def solve_band(mesh_path, store_path, band, band_count, radar, aspect, scatterin
                 azimuth,
                 polarizations,
                 symmetry,
-                scattering["precision"],
                 threads,
                 _Progress(bar, frequency),
-                scattering["formulation"],
             )
         except InputError as error:
             raise InputError(f"config key 'targets.{target}': {error}") from None
+    residual = [None] * len(frequency) if solution.residual is None else solution.residual.tolist()
     for n, f in enumerate(frequency):
-        parts = ", ".join(f"{part} {seconds[n]:.1f} s" for part, seconds in solution.seconds.items())
-        print(f"{f / 1e9:.4f} GHz: {solution.unknowns} unknowns, {parts}, residual {solution.residual[n]:.1e}")
+        parts = [f"{part} {seconds[n]:.1f} s" for part, seconds in solution.seconds.items()]
+        system = [] if residual[n] is None else [f"{solution.unknowns} unknowns", f"residual {residual[n]:.1e}"]
+        print(f"{f / 1e9:.4f} GHz: {', '.join(system + parts)}")
     attrs = {
-        "formulation": scattering["formulation"],
-        "precision": scattering["precision"],
+        **scattering,
         "unknowns": [solution.unknowns] * len(frequency),
-        "residual": solution.residual.tolist(),
+        "residual": residual,
         "versions": versions("jax", "numpy", "scipy"),
     }
     write_field(store_path, solution.field.astype(np.complex64), polarizations, frequency, elevation, azimuth, attrs)
@@ -84,16 +77,6 @@ def _check_memory(vertices, triangles, planes, frequency, radar, aspect, scatter
         )
 
 
-def _keep_compiled():
-    """Let the next job load what this one compiles: two or three seconds of a job's start."""
-    # Compiled for this machine's processor, so kept on this machine, where nobody else may write.
-    folder = Path(tempfile.gettempdir()) / f"isarflow-{os.getuid()}-compiled"
-    folder.mkdir(mode=0o700, exist_ok=True)
-    if folder.stat().st_uid == os.getuid():
-        jax.config.update("jax_compilation_cache_dir", str(folder))
-        jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.1)
-
-
 # Where in a frequency's time a part begins, and how much of it it takes: about.
 SHARES = {"assembly": (0.0, 0.3), "factorization": (0.3, 0.6), "directions": (0.9, 0.1), "done": (1.0, 0.0)}
 
@@ -105,7 +88,7 @@ class _Progress:
         self.bar, self.frequency = bar, frequency
 
     def __call__(self, n, part, done):
-        begin, share = SHARES[part]
+        begin, share = SHARES.get(part, (0.0, 1.0))
         self.bar.n = n + begin + share * done
         at = f"{self.frequency[n] / 1e9:.4f} GHz ({n + 1} of {len(self.frequency)})"
         self.bar.set_description_str(f"{at}, {part}" if part == "done" else f"{at}, {part} {100 * done:.0f} %")

@@ -7,8 +7,7 @@ sec. 7-3)
 
     f_pq = -V_p^T z^-1 V_q   (m),   E_s = f exp(-j k r) / r,   RCS = 4 pi |f|^2.
 
-For the CFIE z is its matrix and V_q, not V_p, its right side, alpha E + (1 - alpha) eta n x H of the incident wave:
-eta H = -u x E, so eta n x H = (n . u) E - u (n . E).
+For an operator other than the EFIE z is its matrix and V_q, not V_p, its right side.
 """
 
 from math import factorial
@@ -27,27 +26,22 @@ ORDER = 4
 POWERS = np.array([p for p in np.ndindex(*3 * [ORDER + 1]) if sum(p) <= ORDER])
 
 
-def excitation(surface, bases, wavenumber, u, polarization, dtype, alpha=1.0):
-    """int F . [alpha E + (1 - alpha) eta n x H] dS of E = p exp(+j k u . r), for functions and directions, in m^2.
+def excitation(surface, bases, wavenumber, u, polarization, dtype, wave=None):
+    """int F . E dS of E = p exp(+j k u . r), for functions and directions, in m^2.
 
-    u, polarization: (D, 3); alpha: 1 for E alone. Returns for each parity (N, D) of `dtype`; F is the sum over the
-    mirror images.
+    u, polarization: (D, 3); wave: what of E is tested with half functions, as `electric` (which it is by default),
+    an operator's `excited`. Returns for each parity (N, D) of `dtype`; F is the sum over the mirror images.
     """
     result = [np.empty((len(basis), len(u)), dtype) for basis in bases]
     vertices, lengths = jnp.asarray(surface.vertices), jnp.asarray(surface.lengths)
-    normals = np.repeat(surface.normals, 3, 0)
     for begin in range(0, len(u), CHUNK):
         part = slice(begin, begin + CHUNK)
-        images = []
-        for signs in surface.reflections:
-            image = _half_functions(wavenumber, vertices * signs, lengths, u[part], polarization[part])
-            if alpha < 1:
-                along = _half_functions(wavenumber, vertices * signs, lengths, u[part], u[part])
-                normal_u, normal_p = (np.float32(normals * signs @ x[part].T) for x in (u, polarization))
-                image = [
-                    _combined(np.float32(alpha), normal_u, normal_p, *pair) for pair in zip(image, along, strict=True)
-                ]
-            images.append(image)
+        images = [
+            (wave or electric)(
+                wavenumber, vertices * signs, lengths, surface.normals * signs, u[part], polarization[part]
+            )
+            for signs in surface.reflections
+        ]
         for basis, parity, column in zip(bases, surface.parities, result, strict=True):
             ends = basis.halves, basis.signs.astype(np.float32)
             column[:, part] = _complex(*(_gather(parity, *ends, of) for of in zip(*images, strict=True)))
@@ -57,8 +51,8 @@ def excitation(surface, bases, wavenumber, u, polarization, dtype, alpha=1.0):
 # Real and imaginary part apart, as in `assembly`.
 
 
-def _half_functions(k, triangles, lengths, u, p):
-    """(3 T, D): int h . p exp(+j k u . r) dS over half functions, its real and its imaginary part.
+def electric(k, triangles, lengths, normals, u, p):
+    """(3 T, D): int h . p exp(+j k u . r) dS over half functions, its real and its imaginary part; (real, imag).
 
     About the centroid the phase is a short power series: its moments over the triangles times powers of u are two real
     products, one for the even orders and one for the odd, instead of an exponential for every point and direction.
@@ -105,11 +99,6 @@ def _turned_real(even, odd, turn):
 def _turned_imag(even, odd, turn):
     shape = turn.shape[0], 3, turn.shape[2]
     return (even.reshape(shape) * sine(turn) + odd.reshape(shape) * cosine(turn)).reshape(even.shape)
-
-
-@jax.jit
-def _combined(alpha, normal_u, normal_p, image, along):
-    return (alpha + (1 - alpha) * normal_u) * image - (1 - alpha) * normal_p * along
 
 
 @jax.jit

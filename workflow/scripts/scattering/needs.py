@@ -4,15 +4,14 @@ import os
 from math import floor
 from pathlib import Path
 
-import numpy as np
-
 from core import sweep
 from core.errors import InputError
 from mesh.figures import ideal_unknowns
 from mesh.read import UNITS, states_unit
 from mesh.resolution import COARSEST, wanted_edges
-from scattering.plan import planned_megabytes, planned_seconds, unknowns_that_fit
+from scattering.solver import build
 
+OWN = ("formulation",)  # settings that a target may have of its own
 CONTAINER_LIMIT = Path("/sys/fs/cgroup/memory.max")  # there in a container with a limit of its own
 # Of a CAD file's area at least this much is taken to remain when its solids are united: faces that are drawn twice, or
 # as touching walls of two solids, have twice the area of their surface. Parts deep inside others may hide more.
@@ -20,9 +19,9 @@ SURE_SHARE = 0.5
 
 
 def method(config, target):
-    """How a target is solved: the config's scattering settings, with the target's own formulation where it has one."""
+    """How a target is solved: the config's scattering settings, with the target's own where it has some."""
     own = config["targets"][target]
-    return config["scattering"] | {key: own[key] for key in ("formulation",) if key in own}
+    return config["scattering"] | {key: own[key] for key in OWN if key in own}
 
 
 def memory_megabytes():
@@ -33,16 +32,29 @@ def memory_megabytes():
 
 
 def need(band, planes, radar, aspect, scattering):
-    """A band's solve: memory in `megabytes`, time in `seconds` on the two cores that scattering.plan describes.
+    """A band's solve: memory in `megabytes`, time in `seconds` on two cores, as its solver plans them.
 
     band: a band's figures in mesh/<target>.json; planes: the number of mirror planes; radar, aspect, scattering: parts
-    of the config, with the target's own formulation (see `method`).
+    of the config, with the target's own settings (see `method`).
     """
-    count, radius = band["frequencies"]["count"], _radius(band["box"])
-    return {
-        "megabytes": planned_megabytes(band["unknowns"], band["triangles"], planes, radius, radar, aspect, scattering),
-        "seconds": planned_seconds(band["unknowns"], planes, radius, count, radar, aspect, scattering),
-    }
+    return dict(zip(("megabytes", "seconds"), build(scattering).plan(band, planes, radar, aspect), strict=True))
+
+
+def _closed(unknowns, box, count=1):
+    """The figures of a band whose mesh is a closed surface with so many unknowns."""
+    return {"frequencies": {"count": count}, "unknowns": unknowns, "triangles": unknowns / 1.5, "box": box}
+
+
+def unknowns_that_fit(megabytes, most, box, planes, radar, aspect, scattering):
+    """The most unknowns of a closed surface, up to `most`, whose solve fits into this memory (0 if none)."""
+    low, high = 0, int(most)
+    while low < high:
+        middle = (low + high + 1) // 2
+        if need(_closed(middle, box), planes, radar, aspect, scattering)["megabytes"] <= megabytes:
+            low = middle
+        else:
+            high = middle - 1
+    return low
 
 
 def expected(area, box, planes, mesh, radar, aspect, scattering):
@@ -50,7 +62,7 @@ def expected(area, box, planes, mesh, radar, aspect, scattering):
     solves = []
     for band, edge in zip(sweep.bands(radar, mesh["bands"]), wanted_edges(mesh, radar), strict=True):
         unknowns = ideal_unknowns(area, edge)
-        figures = {"frequencies": {"count": len(band)}, "unknowns": unknowns, "triangles": unknowns / 1.5, "box": box}
+        figures = _closed(unknowns, box, len(band))
         solves.append({"unknowns": unknowns} | need(figures, planes, radar, aspect, scattering))
     return solves
 
@@ -61,12 +73,12 @@ def check_fit(unknowns, box, target, planes, mesh, radar, aspect, scattering, na
     `box` are its lengths along x, y and z in metres, `target` its part of the config, `name` its file. Where the
     unknowns may be fewer, `sure` is the share of them that is certain: only if that would not fit is it refused.
     """
-    memory, radius = memory_megabytes(), _radius(box)
-    if planned_megabytes(sure * unknowns, sure * unknowns / 1.5, planes, radius, radar, aspect, scattering) <= memory:
+    memory, how = memory_megabytes(), (planes, radar, aspect, scattering)
+    if need(_closed(sure * unknowns, box), *how)["megabytes"] <= memory:
         return
-    needed = planned_megabytes(unknowns, unknowns / 1.5, planes, radius, radar, aspect, scattering)
+    needed = need(_closed(unknowns, box), *how)["megabytes"]
     # Unknowns go with the square of the frequency and of the edges in a wavelength.
-    ratio = (unknowns_that_fit(memory, planes, radius, radar, aspect, scattering) / unknowns) ** 0.5
+    ratio = (unknowns_that_fit(memory, unknowns, box, *how) / unknowns) ** 0.5
     top, density = sweep.frequencies(radar)[-1], mesh["edges_per_wavelength"]
     density = floor(10 * 0.99 * ratio * density) / 10
     inexact = " (below 8 the field is inexact)" if density < 8 else ""
@@ -90,7 +102,3 @@ def _measured(length, target, name):
         return f"{read}."
     sizes = " or ".join(f"'unit: {other}' ({metres:.4g} m)" for other, metres in others.items())
     return f"{read}; did you mean {sizes}?"
-
-
-def _radius(box):
-    return float(np.hypot(box[0], box[1]) / 2)

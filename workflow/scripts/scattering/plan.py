@@ -7,7 +7,10 @@ sampled direction. They hold within a factor of two there, and about twice that 
 cores divide them, a GPU takes a tenth or less.
 """
 
-from math import cos, radians, sqrt
+import ast
+from functools import cache
+from math import cos, radians
+from pathlib import Path
 
 import numpy as np
 
@@ -19,6 +22,7 @@ ASSEMBLY = 3e-8  # s
 EXCITATION = 5e-8  # s
 START = 0.5  # s a frequency: near pairs, kernels compiled
 RUN = 512  # directions whose substitution a thread has under way
+OPERATORS = Path(__file__).with_name("operators")
 
 
 def planned_megabytes(unknowns, triangles, planes, radius, radar, aspect, scattering):
@@ -29,45 +33,40 @@ def planned_megabytes(unknowns, triangles, planes, radius, radar, aspect, scatte
     """
     size = 8 if scattering["precision"] == "single" else 16
     parities = 2**planes
-    combined = scattering["formulation"] == "cfie"
-    # The CFIE's matrix is not symmetric, nor is its right side what the far field is projected on.
-    matrices = size * (unknowns**2 / parities * (1 if combined else 0.5) + 1024 * unknowns)
-    waves = len(set("".join(radar["polarizations"]))) * (2 if combined else 1)
+    operator = _constants(scattering["formulation"])
+    # Without symmetry all of the matrix is kept, and its right side is not what the far field is projected on.
+    both = 1 if operator["SYMMETRIC"] else 2
+    matrices = size * (unknowns**2 / parities * both / 2 + 1024 * unknowns)
+    waves = len(set("".join(radar["polarizations"]))) * both
     sampled = _sampled(radius, radar, aspect, scattering) / parities
     # of each parity the right sides and what a substitution makes of them, which holds both parts and their sum
     right = size * unknowns * (sampled * (waves + 2 / parities) + 2 * 1.5 * min(RUN, sampled) / parities)
-    # about 45 near pairs a triangle and image, with their moments and sparse matrices
-    near = (80_000 if combined else 40_000) * triangles
-    return int(800 + (matrices + right + near) / 1e6)
+    return int(800 + (matrices + right + operator["NEAR_BYTES"] * triangles) / 1e6)
 
 
 def planned_seconds(unknowns, planes, radius, count, radar, aspect, scattering):
     """Time of a band's solve at `count` frequencies, in seconds on the two cores described above.
 
     Factorization: (4/3) (N/G)^3 real operations for each of the G parities, and 4 (N/G)^2 for each parity and sampled
-    direction to substitute (half of a triangular solve serves a monostatic amplitude). The CFIE factorizes and
-    substitutes both triangles, fills all tiles with two kernels, and excites by E and by n x H.
+    direction to substitute (half of a triangular solve serves a monostatic amplitude); twice that if the operator's
+    matrix is not symmetric.
     """
-    combined = scattering["formulation"] == "cfie"
+    operator = _constants(scattering["formulation"])
     parities = 2**planes
     size, sampled = unknowns / parities, _sampled(radius, radar, aspect, scattering) / parities
     waves = len(set("".join(radar["polarizations"])))
     factorization = parities * (4 / 3 * size**3 + 4 * size**2 * sampled * waves)
     rate = FLOPS if scattering["precision"] == "single" else FLOPS / 2
     filled = ASSEMBLY * unknowns**2 / parities + EXCITATION * unknowns * sampled * waves
-    return count * (START + (2 if combined else 1) * factorization / rate + (3 if combined else 1) * filled)
+    return count * (START + (1 if operator["SYMMETRIC"] else 2) * factorization / rate + operator["FILLING"] * filled)
 
 
-def unknowns_that_fit(megabytes, planes, radius, radar, aspect, scattering):
-    """The most unknowns of a closed surface whose solve fits into this memory (0 if none)."""
-    low, high = 0, int(sqrt(megabytes * 1e6)) * 2**planes
-    while low < high:
-        middle = (low + high + 1) // 2
-        if planned_megabytes(middle, middle / 1.5, planes, radius, radar, aspect, scattering) <= megabytes:
-            low = middle
-        else:
-            high = middle - 1
-    return low
+@cache
+def _constants(formulation):
+    """What an operator's file states of its cost. It is read, not imported: JAX takes longer than all planning."""
+    body = ast.parse((OPERATORS / f"{formulation}.py").read_bytes()).body
+    numbers = [node for node in body if isinstance(node, ast.Assign) and isinstance(node.value, ast.Constant)]
+    return {node.targets[0].id: node.value.value for node in numbers}
 
 
 def _sampled(radius, radar, aspect, scattering):

@@ -1,7 +1,7 @@
 """Solve a mesh for its monostatic scattering amplitude over frequencies and directions."""
 
 import time
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 
 import jax
@@ -9,28 +9,20 @@ import numpy as np
 
 from core.errors import InputError
 from core.sweep import C0
-from scattering import magnetic, nearfield
 from scattering.assembly import assemble
 from scattering.basis import fundamental_domain, rwg
 from scattering.device import GeneralOnDevice, SymmetricOnDevice
 from scattering.factorization import GeneralMatrix, Product, SymmetricMatrix
-from scattering.farfield import excitation
+from scattering.farfield import electric, excitation
+from scattering.operators import cfie, efie
 from scattering.sampling import directions, middle_of, sample
+from scattering.solver import Solution
 
+OPERATORS = {"efie": efie, "cfie": cfie}
 DTYPES = {"single": np.complex64, "double": np.complex128}
 MAX_RESIDUAL = 1e-3  # above it the solution is refined once, and refused if that does not help
 PARTS = ("assembly", "factorization", "directions")
 PROBED_ROWS, PROBED_DIRECTIONS = 128, 4  # where the residual is measured
-
-
-@dataclass
-class Solution:
-    """field: (P, F, E, A) complex, m; residual: (F,); seconds: {part: (F,)}; unknowns: int"""
-
-    field: np.ndarray
-    residual: np.ndarray
-    seconds: dict
-    unknowns: int
 
 
 def solve(
@@ -56,8 +48,8 @@ def solve(
     Raises InputError if the mesh lacks the symmetry or, for cfie, is open or turned inwards, or if a frequency cannot
     be solved to a residual of 1e-3.
     """
-    if formulation == "cfie":
-        magnetic.check_closed(vertices, triangles)
+    operator, dtype = OPERATORS[formulation], DTYPES[precision]
+    operator.check_mesh(vertices, triangles)
     surface = fundamental_domain(vertices, triangles, symmetry)
     bases = [rwg(surface, parity) for parity in surface.parities]
     unknowns = sum(map(len, bases))
@@ -67,11 +59,9 @@ def solve(
     middle = middle_of(surface)
     surface = replace(surface, vertices=surface.vertices - middle)
     path = 2 * directions(elevation, azimuth)[0] @ middle
-    near = nearfield.find(surface)
-    combined, dtype = formulation == "cfie", DTYPES[precision]
-    kinds = (SymmetricMatrix, GeneralMatrix) if jax.default_backend() == "cpu" else (SymmetricOnDevice, GeneralOnDevice)
-    kind = kinds[combined]
-    magnetic_near = magnetic.static_moments(surface, near.pairs) if combined else None
+    near = operator.near_terms(surface)
+    kinds = (GeneralMatrix, SymmetricMatrix) if jax.default_backend() == "cpu" else (GeneralOnDevice, SymmetricOnDevice)
+    kind = kinds[operator.SYMMETRIC]
 
     letters = sorted(set("".join(polarizations)))
     shape = (len(polarizations), len(frequencies), len(elevation), len(azimuth))
@@ -82,7 +72,7 @@ def solve(
     for n, frequency in enumerate(frequencies):
         k = 2 * np.pi * frequency / C0
         clock = _Clock(seconds, n)
-        fill = partial(assemble, surface, bases, k, near, magnetic_near=magnetic_near)
+        fill = partial(assemble, operator, surface, bases, k, near)
         system = _System([kind(len(basis), dtype) for basis in bases], fill, threads)
         system.assemble(partial(progress, n, "assembly"))
         clock.lap("assembly")
@@ -91,8 +81,8 @@ def solve(
         progress(n, "directions", 0.0)
         samples = sample(surface, k, elevation, azimuth, dtype)
         of_waves = partial(_excitations, surface, bases, k, samples, letters, dtype)
-        received = of_waves()
-        excited = of_waves(magnetic.ALPHA) if combined else received
+        received = of_waves(electric)
+        excited = received if operator.SYMMETRIC else of_waves(operator.excited)
         between, residual[n] = system.between(received, excited, polarizations, samples.rings)
         for i, (receive, transmit) in enumerate(polarizations):
             amplitude = _amplitude(between[receive + transmit], samples, receive, transmit)
@@ -110,9 +100,9 @@ def solve(
     return Solution(field, residual, seconds, unknowns)
 
 
-def _excitations(surface, bases, k, samples, letters, dtype, alpha=1.0):
+def _excitations(surface, bases, k, samples, letters, dtype, wave):
     """`excitation` by each polarization from all sampled directions."""
-    return {x: excitation(surface, bases, k, samples.u, samples.polarizations[x], dtype, alpha) for x in letters}
+    return {x: excitation(surface, bases, k, samples.u, samples.polarizations[x], dtype, wave) for x in letters}
 
 
 def _amplitude(between, samples, receive, transmit):

@@ -14,7 +14,7 @@ from learning.classifier import NOT_HYPER, OTHER, choices
 from learning.experiments import CLEAN, TOLERANCE, runs
 from learning.split import split
 from mesh import cad_kernel
-from scattering import origin
+from scattering import needs, origin
 from setup.kinds import MODELS, SECTIONS, check_kind, kind, settings_of
 from setup.schema import check_schema, near, schema
 
@@ -30,11 +30,10 @@ def rules(config):
     """The schema with the settings of the config's imager and solver. InputError if there are no such kinds."""
     whole = schema()
     for name in SECTIONS:
-        part, own = whole["properties"][name], settings_of(name, config.get(name))
+        part, own = whole["properties"][name], settings_of(name, config.get(name) if isinstance(config, dict) else None)
         if own is not None:
-            part = part | {"properties": part["properties"] | own, "required": [*part["required"], *own]}
-        else:
-            part = part | {"additionalProperties": True}
+            own = {"properties": part["properties"] | own, "required": [*part["required"], *own]}
+            part = part | own | {"additionalProperties": False}
         whole = whole | {"properties": whole["properties"] | {name: part}}
     return whole
 
@@ -48,6 +47,7 @@ def check(config):
             "meshes and fields it takes, or leave it out."
         )
     _check_sweep(config)
+    _check_own_settings(config)
     _check_targets(config)
     _check_snrs(config)
     _check_models(config["learning"])
@@ -143,6 +143,20 @@ def _check_targets(config):
                     f"config key 'targets.{name}.unit': {mesh} states its own unit, from which it is converted; "
                     "leave 'unit' out. If the file's is wrong, export it anew."
                 )
+
+
+def _check_own_settings(config):
+    """What targets set of the solver themselves, against what it says it has."""
+    solver, own = config["scattering"]["solver"], settings_of("scattering", config["scattering"])
+    described = schema()["properties"]["targets"]["additionalProperties"]["properties"]
+    for name, target in config["targets"].items() if own is not None else ():
+        for key in (key for key in needs.OWN if key in target):
+            if key not in own:
+                raise InputError(
+                    f"config key 'targets.{name}.{key}': the solver '{solver}' has no such setting; leave it out."
+                )
+            rule = own[key] | {"description": described[key]["description"]}
+            check_schema({key: target[key]}, {"properties": {key: rule}}, ("targets", name))
 
 
 def _check_cases(key, names):

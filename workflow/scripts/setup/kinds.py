@@ -40,9 +40,10 @@ MODELS = Seam("learning/models", "Model", frozenset({"fit", "evaluate"}))
 IMAGERS = Seam("imaging/imagers", "Imager", frozenset({"axes", "at"}))
 
 
+SOLVERS = Seam("scattering/solvers", "Solver", frozenset({"plan", "solve"}))
 # Sections of the config in which one kind is named, by this key, and its settings stand beside it.
-SECTIONS = {"imaging": ("imager", IMAGERS)}
-DEFAULTS = {"imaging": "fourier"}  # whose settings are shown where a section names no kind
+SECTIONS = {"imaging": ("imager", IMAGERS), "scattering": ("solver", SOLVERS)}
+DEFAULTS = {"imaging": "fourier", "scattering": "mom"}  # whose settings are shown where a section names no kind
 
 
 def settings_of(section, settings):

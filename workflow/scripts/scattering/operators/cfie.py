@@ -1,4 +1,4 @@
-"""The magnetic field's part of the combined field integral equation (CFIE), for closed surfaces.
+"""The combined field integral equation (CFIE): for closed surfaces, without interior resonances.
 
 The EFIE and the magnetic field integral equation (MFIE) of a closed conductor each fail at the resonances of the
 cavity that its surface bounds; a combination of both has one solution at every frequency (Mautz, Harrington, AEU 32,
@@ -7,10 +7,11 @@ cavity that its surface bounds; a combination of both has one solution at every 
     alpha z_mn + (1 - alpha) m_mn,
     m_mn = 2 pi / (j k) int f_m . f_n dS + (j / k) int f_m . n x PV int grad G x f_n' dS' dS
 
-acts on the same unknowns; the right side is alpha E + (1 - alpha) eta n x H of the incident wave, tested with f_m. The
-normal belongs to the field's side, and n x H is a polar vector like the current: sources at mirror images enter as for
-the EFIE. The matrix is not symmetric. Near thin edges and skins the CFIE errs more than the EFIE (see ALPHA): it is for
-closed bodies that are thick against the wavelength, which are also those that resonate.
+acts on the same unknowns; the right side is alpha E + (1 - alpha) eta n x H of the incident wave, tested with f_m:
+eta H = -u x E, so eta n x H = (n . u) E - u (n . E). The normal belongs to the field's side, and n x H is a polar
+vector like the current: sources at mirror images enter as for the EFIE. The matrix is not symmetric. Near thin edges
+and skins the CFIE errs more than the EFIE (see ALPHA): it is for closed bodies that are thick against the wavelength,
+which are also those that resonate.
 
 With f' proportional to r' - v', grad G x (r' - v') = grad G x (r - v'), so the inner integral is that of grad G alone.
 Between near triangles grad (1 / R) is integrated in closed form, what remains of grad G by quadrature.
@@ -24,8 +25,10 @@ import numpy as np
 from scipy import sparse
 
 from core.errors import InputError
+from scattering.farfield import electric
 from scattering.kernel import by_points, cosine, distances, inverse, sine
 from scattering.nearfield import FINE, area_of, by_chunks
+from scattering.operators import efie
 from scattering.quadrature import cross, dot, points_of, static_gradient, weighted_sum
 
 # Weight of the EFIE, high because the MFIE with RWG functions has the larger error of the mesh, most of all at sharp
@@ -41,8 +44,12 @@ from scattering.quadrature import cross, dot, points_of, static_gradient, weight
 # before the refinement, more than 1e-3.
 ALPHA = 0.9
 
+SYMMETRIC = False
+FILLING = 3  # two kernels in all tiles, and waves of E and of n x H
+NEAR_BYTES = 80_000
 
-def check_closed(vertices, triangles):
+
+def check_mesh(vertices, triangles):
     """Raise InputError unless every part of the mesh is closed, with normals that point outwards."""
     ends = np.stack([triangles, np.roll(triangles, -1, 1)], 2).reshape(-1, 2).astype(np.int64)
     upward = ends[:, 0] < ends[:, 1]
@@ -127,38 +134,52 @@ def _weighted(electric, magnetic, alpha, weight):
     return jax.tree.map(lambda z, m: alpha * z + weight * m, electric, magnetic)
 
 
-def combine(electric, green, r, k, field, normals, row_lengths, source, col_lengths):
-    """The CFIE's half functions of a tile from those of the EFIE and the Green's function they were made of.
-
-    electric, green: real and imaginary part. Returns both parts.
-    """
-    ends = field.center, field.nu, normals, row_lengths, source.nu + source.center, col_lengths
+def half_functions(k, green, r, row, source, col):
+    """Half functions of a tile, as `efie.half_functions`."""
+    field, z = row.images[0], efie.half_functions(k, green, r, row, source, col)
+    ends = field.center, field.nu, row.normals, row.lengths, source.nu + source.center, col.lengths
     real, imag = (_half_functions(of(*green, r, k), *ends) for of in (_gradient_real, _gradient_imag))
     alpha, weight = k.dtype.type(ALPHA), k.dtype.type((1 - ALPHA) / k)
     # (j / k) (real + j imag)
-    return _weighted(electric[0], imag, alpha, -weight), _weighted(electric[1], real, alpha, weight)
+    return _weighted(z[0], imag, alpha, -weight), _weighted(z[1], real, alpha, weight)
 
 
-def static_moments(surface, pairs):
-    """Moments of the static part of grad G for the near pairs of each reflection, a list of (P, 8)."""
-    return [
+def excited(k, triangles, lengths, normals, u, p):
+    """int h . [alpha E + (1 - alpha) eta n x H] dS over half functions, as `farfield.electric`."""
+    normals = np.repeat(normals, 3, 0)
+    image, along = (electric(k, triangles, lengths, normals, u, x) for x in (p, u))
+    normal_u, normal_p = (np.float32(normals @ x.T) for x in (u, p))
+    return [_wave(np.float32(ALPHA), normal_u, normal_p, *pair) for pair in zip(image, along, strict=True)]
+
+
+@jax.jit
+def _wave(alpha, normal_u, normal_p, image, along):
+    return (alpha + (1 - alpha) * normal_u) * image - (1 - alpha) * normal_p * along
+
+
+def near_terms(surface):
+    """Those of the EFIE, and moments of the static part of grad G for each reflection, a list of (P, 8)."""
+    electric = efie.near_terms(surface)
+    return electric, [
         by_chunks(_static_moments, pair, surface.vertices, surface.vertices * signs, np.float64)
-        for pair, signs in zip(pairs, surface.reflections, strict=True)
+        for pair, signs in zip(electric.pairs, surface.reflections, strict=True)
     ]
 
 
-def corrections(electric, pairs, static, surface, wavenumber, real):
-    """The CFIE's corrections of near pairs from those of the EFIE, the term of f_m . f_n included."""
+def corrections(near, surface, wavenumber, real):
+    """Corrections of near pairs as `efie.corrections`, the term of f_m . f_n included."""
+    electric, static = near
     count = 3 * len(surface.vertices)
     result = []
-    for g, signs in enumerate(surface.reflections):
+    z = efie.corrections(electric, surface, wavenumber, real)
+    for g, (pairs, signs) in enumerate(zip(electric.pairs, surface.reflections, strict=True)):
         change = partial(_smooth_minus_coarse, real(wavenumber))
-        moments = static[g] + by_chunks(change, pairs[g], surface.vertices, surface.vertices * signs, real)
-        values = _from_moments(moments, pairs[g], surface, signs)
-        rows = np.repeat(3 * pairs[g][:, :1] + np.arange(3), 3, axis=1)
-        cols = np.tile(3 * pairs[g][:, 1:] + np.arange(3), (1, 3))
+        moments = static[g] + by_chunks(change, pairs, surface.vertices, surface.vertices * signs, real)
+        values = _from_moments(moments, pairs, surface, signs)
+        rows = np.repeat(3 * pairs[:, :1] + np.arange(3), 3, axis=1)
+        cols = np.tile(3 * pairs[:, 1:] + np.arange(3), (1, 3))
         m = sparse.csr_array((values.reshape(-1), (rows.reshape(-1), cols.reshape(-1))), (count, count))
-        result.append(ALPHA * electric[g] + (1 - ALPHA) * 1j / wavenumber * m)
+        result.append(ALPHA * z[g] + (1 - ALPHA) * 1j / wavenumber * m)
     result[0] = result[0] + (1 - ALPHA) * 2 * np.pi / (1j * wavenumber) * _gram(surface)
     return result
 

@@ -1,0 +1,148 @@
+"""The solver that docs/adding-a-solver.md prints: a file and a line of the config, and nothing else."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from test_docs import blocks
+
+import scattering.solvers
+import setup.kinds
+from core.errors import InputError
+from core.sweep import C0
+from mesh.io import write_ply
+from scattering.solver import build
+from setup.config import ROOT, load
+from setup.kinds import SCRIPTS
+
+PLATE = ("--configfile", "config/plate.yaml")
+STORE = "results/plate/scattering/plate.zarr"
+SOLVER = "solvers/physical_optics.py"
+(CODE,) = blocks("adding-a-solver.md", "python")
+(LINES,) = blocks("adding-a-solver.md", "yaml")
+SIDE = 0.5  # m, two wavelengths
+CONFIG = """
+name: plate
+targets: {plate: {mesh: plate.ply, role: known, symmetry: [xz]}}
+mesh: {bands: 2}
+radar: {center_frequency: 1.1e+9, bandwidth: 0.2e+9, frequencies: 2, polarizations: [VV, HV]}
+aspect: {elevation: {start: 90, stop: 90, step: 1}, azimuth: {start: 0, stop: 20, step: 10}}
+imaging: {aperture: 3}
+learning: {experiments: {}}
+"""
+KNOWN = {"mesh": "resources/cad/drone.stl", "role": "known"}
+OPTICS = {"solver": "physical_optics", "points": "middles"}
+
+
+@pytest.fixture(scope="module")
+def project(project_of):
+    """A plate in the plane z = 0 that was solved as the page says."""
+    project = project_of("solver")
+    corners = SIDE / 2 * np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0.0]])
+    write_ply(project.folder / "plate.ply", corners, np.array([[0, 1, 2], [0, 2, 3]]))
+    (project.folder / "workflow/scripts/scattering" / SOLVER).write_text(CODE)
+    project.write("config/plate.yaml", CONFIG + LINES)
+    finished = project.run("--cores", 2, STORE, *PLATE)
+    assert finished.returncode == 0, finished.stdout
+    return project
+
+
+def test_a_plate_at_normal_incidence(project):
+    """sigma = 4 pi A^2 / lambda^2"""
+    store = xr.open_zarr(project.folder / STORE)
+    wavelength = C0 / store.frequency.values
+    sigma = 4 * np.pi * np.abs(store.field.sel(polarization="VV").values) ** 2
+    np.testing.assert_allclose(sigma[:, 0, 0], 4 * np.pi * SIDE**4 / wavelength**2, rtol=1e-4)
+    assert (store.field.sel(polarization="HV") == 0).all()
+    assert store.attrs["solver"] == "physical_optics" and store.attrs["points"] == "middles"
+    assert store.attrs["residual"] == [None, None] and store.attrs["unknowns"] == [None, None]
+
+
+def test_what_reruns(project):
+    again = {"solve": 2, "scattering": 1}
+    assert project.planned(STORE, *PLATE) == {}
+    path = project.folder / "workflow/scripts/scattering" / SOLVER
+    path.write_text(CODE + "\n# A comment.\n")
+    assert project.planned(STORE, *PLATE) == again
+    path.write_text(CODE)
+    # What another solver alone imports is none of this one's code.
+    other = project.folder / "workflow/scripts/scattering/factorization.py"
+    other.write_bytes(other.read_bytes() + b"\n# A comment.\n")
+    assert project.planned(STORE, *PLATE) == {}
+    project.edit("config/plate.yaml", "points: middles", "points: centroid")
+    assert project.planned(STORE, *PLATE) == again
+    project.edit("config/plate.yaml", "points: centroid", "points: middles")
+
+
+def test_the_report_follows(project):
+    finished = project.run("--cores", 2, "report", *PLATE)
+    assert finished.returncode == 0, finished.stdout
+    page = (project.folder / "results/plate/report/index.html").read_text()
+    assert "The physical optics gives" in page
+
+
+def test_the_example_agrees_with_the_closed_form_off_normal():
+    """f = -j cos(theta) A / lambda sinc(2 d sin(theta) / lambda) in a plane along a side d; from behind it is dark."""
+    space = {}
+    exec(compile(CODE, "adding-a-solver.md", "exec"), space)
+    steps = np.linspace(-SIDE / 2, SIDE / 2, 21)
+    x, y = (axis.reshape(-1) for axis in np.meshgrid(steps, steps, indexing="ij"))
+    first = (21 * np.arange(20)[:, None] + np.arange(20)).reshape(-1)
+    a, b, c, d = first, first + 21, first + 22, first + 1
+    triangles = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
+    frequency, theta = np.array([1.2e9]), np.radians([0.0, 5.0, 20.0, 40.0])
+    sweep = frequency, 90 - np.degrees(theta), np.array([0.0])
+    plate = np.stack([x, y, 0 * x], 1), triangles
+    solver = space["Solver"]({"points": "middles"})
+    field = solver.solve(*plate, *sweep, ["VV"], [], 1, lambda *state: None).field[0, 0, :, 0]
+    wavelength = C0 / frequency[0]
+    truth = -1j * np.cos(theta) * SIDE**2 / wavelength * np.sinc(2 * SIDE * np.sin(theta) / wavelength)
+    np.testing.assert_allclose(field, truth, atol=1e-3 * SIDE**2 / wavelength)
+    sweep = frequency, np.array([-60.0]), np.array([0.0])
+    assert np.abs(solver.solve(*plate, *sweep, ["VV"], [], 1, lambda *state: None).field).max() < 1e-12
+
+
+# What is written under `scattering` (and of a target), and what the message says.
+BAD = {
+    "another name": ({"solver": "physical_optic"}, {}, "'scattering.solver': there is no solver.*'physical_optics'"),
+    "another's setting": ({**OPTICS, "precision": "single"}, {}, "'scattering.precision' is unknown.*points, solver"),
+    "a setting left out": ({"solver": "physical_optics"}, {}, "'scattering.points' is missing.*phase is taken"),
+    "a value": ({**OPTICS, "points": "middle"}, {}, "'scattering.points': 'middle' is not one of.*mean 'middles'"),
+    "a target's own": (OPTICS, {"formulation": "cfie"}, "'targets.a.formulation': the solver 'physical_optics' has no"),
+    "no class": ({"solver": "empty"}, {}, "empty.py has no class Solver with methods solve and plan"),
+    "the default's": ({"precision": "half"}, {}, "'scattering.precision': 'half' is not one of single, double"),
+}
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """Solvers of the repository, the page's and an empty one."""
+    monkeypatch.chdir(ROOT)
+    (tmp_path / "scattering/solvers").mkdir(parents=True)
+    for name, text in ((SOLVER, CODE), ("solvers/empty.py", ""), ("solvers/mom.py", None)):
+        text = (SCRIPTS / "scattering" / name).read_text() if text is None else text
+        (tmp_path / "scattering" / name).write_text(text)
+    (tmp_path / "learning").mkdir()
+    (tmp_path / "learning/models").symlink_to(SCRIPTS / "learning/models")
+    monkeypatch.setattr(setup.kinds, "SCRIPTS", tmp_path)
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_what_is_wrong_is_said(case, folder):
+    scattering, target, said = BAD[case]
+    with pytest.raises(InputError, match=said) as error:
+        load({"scattering": scattering, "targets": {"a": {**KNOWN, **target}}, "learning": {"experiments": {}}})
+    assert "\n" not in str(error.value)
+
+
+def test_settings_of_the_default_solver_are_not_taken_over(folder):
+    config = load({"scattering": OPTICS, "targets": {"a": KNOWN}, "learning": {"experiments": {}}})
+    assert config["scattering"] == OPTICS
+    same = load({"scattering": {"solver": "mom", "precision": "double"}})
+    assert same["scattering"] == {"solver": "mom", "formulation": "efie", "precision": "double"}
+
+
+def test_what_is_not_installed_is_named(tmp_path, monkeypatch):
+    (tmp_path / "fast.py").write_text("import no_such_library\n")
+    monkeypatch.setattr(scattering.solvers, "__path__", [str(tmp_path)])
+    with pytest.raises(InputError, match=r"solvers/fast.py cannot be imported: No module named 'no_such_library'"):
+        build({"solver": "fast"})

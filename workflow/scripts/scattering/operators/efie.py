@@ -1,0 +1,199 @@
+"""The electric field integral equation (EFIE): for open and closed surfaces.
+
+Its matrix is that of `assembly`'s z, its right side V_m = int f_m . E dS. The field is tested as it is excited, so that
+z is symmetric. Between near triangles 1 / R is integrated in closed form over the source triangle and with seven points
+over the field triangle; the smooth remainder (exp(-j k R) - 1) / R with seven points over both.
+"""
+
+from dataclasses import dataclass
+from functools import partial
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from scipy import sparse
+
+from scattering.farfield import electric
+from scattering.kernel import by_points, cosine, distances, green_imag, green_real, inverse, sine
+from scattering.nearfield import FINE, area_of, by_chunks, pairs_of
+from scattering.quadrature import dot, points_of, static_potentials, weighted_sum
+
+SYMMETRIC = True
+FILLING = 1  # time for the matrix's entries and right sides, in units of the EFIE's
+NEAR_BYTES = 40_000  # memory of the near pairs for each triangle: about 45 pairs a triangle and image
+
+excited = electric
+
+
+def check_mesh(vertices, triangles):
+    """Any mesh will do."""
+
+
+def half_functions(k, green, r, row, source, col):
+    """Real and imaginary part of the half functions' tile for one image of the sources, each as 3 x 3 of (U, U).
+
+    green: both parts of Green's function at the distances r between the points of a row and a source; row, source,
+    col: as `assembly` makes them.
+    """
+    field = row.images[0]
+    ends = k, field.nu, row.lengths, source.nu, col.lengths
+    return [_half_functions(_sums(part, field.nu, source.nu), *ends) for part in green]
+
+
+# Each step is compiled by itself, as in `assembly`.
+
+
+def _products(rows, cols):
+    """nu_a . nu'_b of the corners about their centroids, as a 3 x 3 list of (U, U)."""
+    return [[sum(rows[a, x][:, None] * cols[b, x][None] for x in range(3)) for b in range(3)] for a in range(3)]
+
+
+@jax.jit
+def _sums(part, rows, cols):
+    """Sums of a part of Green's function over source points, field points, both, and weighted with rho . rho'."""
+    d = _products(rows, cols)
+    g = by_points(part)
+    by_col = [sum(g[a][b] for a in range(3)) for b in range(3)]
+    by_row = [sum(g[a][b] for b in range(3)) for a in range(3)]
+    weighted = sum(g[a][b] * d[a][b] for a in range(3) for b in range(3)) / 4
+    return by_col, by_row, sum(by_col), weighted
+
+
+@jax.jit
+def _half_functions(sums, k, rows, row_lengths, cols, col_lengths):
+    """A part of z between half functions i and j, a 3 x 3 list of (U, U).
+
+    With points rho_a = nu_a / 2 about the centroid, (rho_a - nu_i) . (rho'_b - nu'_j) expands into `_products`.
+    """
+    d = _products(rows, cols)
+    by_col, by_row, total, weighted = sums
+    return [
+        [
+            (
+                weighted
+                - sum(by_col[b] * d[i][b] for b in range(3)) / 2
+                - sum(by_row[a] * d[a][j] for a in range(3)) / 2
+                + (d[i][j] - 4 / (k * k)) * total
+            )
+            * (row_lengths[i][:, None] * col_lengths[j][None] / 36)
+            for j in range(3)
+        ]
+        for i in range(3)
+    ]
+
+
+@dataclass(frozen=True)
+class Near:
+    """Near pairs of a Surface for each reflection of the sources, and the moments that hold for every frequency.
+
+    pairs: a list over the group's elements of (P, 2) triangle numbers, field and source, both orders contained
+    static: a list of (P, 8) moments of 1 / R (see `_moments`)
+    """
+
+    pairs: list
+    static: list
+
+
+def near_terms(surface):
+    """What the near pairs of a Surface need once for all frequencies."""
+    pairs = pairs_of(surface)
+    static = [
+        by_chunks(_static_moments, pair, surface.vertices, surface.vertices * signs, np.float64)
+        for pair, signs in zip(pairs, surface.reflections, strict=True)
+    ]
+    return Near(pairs, static)
+
+
+def corrections(near, surface, wavenumber, real):
+    """Near minus three-point integral between half functions: a symmetric sparse (3 T, 3 T) for each reflection."""
+    count = 3 * len(surface.vertices)
+    result = []
+    for pairs, static, signs in zip(near.pairs, near.static, surface.reflections, strict=True):
+        # What is integrated in the same way over both triangles is the same for both orders of a pair.
+        once = pairs[:, 0] <= pairs[:, 1]
+        change = partial(_smooth_minus_coarse, real(wavenumber))
+        smooth = by_chunks(change, pairs[once], surface.vertices, surface.vertices * signs, real)
+        moments = static.astype(np.complex128)
+        moments[once] += np.where(pairs[once, 0] < pairs[once, 1], 2, 1)[:, None] * smooth
+        values = _from_moments(moments, wavenumber, pairs, surface, signs)
+        rows = np.repeat(3 * pairs[:, :1] + np.arange(3), 3, axis=1)
+        cols = np.tile(3 * pairs[:, 1:] + np.arange(3), (1, 3))
+        z = sparse.csr_array((values.reshape(-1), (rows.reshape(-1), cols.reshape(-1))), (count, count))
+        # The closed form serves the source triangle; either of a pair is the source once: keep the mean.
+        result.append((z + z.T) / 2)
+    return result
+
+
+def _moments(count, rho, scalar, vector):
+    """The eight numbers of a pair from which its nine half-function integrals follow.
+
+    rho: (3, count, P) field points about the centroid; scalar: (count, P) mean of G over the source triangle; vector:
+    (3, count, P) mean of (r' - its centroid) G. Returns (8, P): <G>, <rho G>, <rho' G>, <rho . rho' G>.
+    """
+    return weighted_sum(count, jnp.concatenate([scalar[None], rho * scalar, vector, dot(rho, vector)[None]]))
+
+
+def _static_moments(field, source):
+    points = points_of(FINE, field)
+    return _of_potentials(points, field, source, *_potentials(points, source))
+
+
+@jax.jit
+def _potentials(points, source):
+    return static_potentials(points, source[:, :, None])
+
+
+@jax.jit
+def _of_potentials(points, field, source, scalar, vector):
+    area = area_of(source)
+    scalar, vector = scalar / area, vector / area
+    vector = vector + (points - source.mean(0)[:, None]) * scalar
+    return _moments(FINE, points - field.mean(0)[:, None], scalar, vector)
+
+
+def _smooth_minus_coarse(k, field, source):
+    """Moments of (exp(-j k R) - 1) / R by the fine rule, minus what `assembly` put there by its three points."""
+    fine = _by_rule(FINE, (_smooth_real, _smooth_imag), k, field, source)
+    coarse = _by_rule(3, (green_real, green_imag), k, field, source)
+    return tuple(a - b for a, b in zip(fine, coarse, strict=True))
+
+
+# (exp(-j k R) - 1) / R = -j k exp(-j k R / 2) sinc(k R / 2): no cancellation at R = 0
+
+
+@jax.jit
+def _smooth_real(k, distance):
+    return -2 * sine(k * distance / 2) ** 2 * inverse(distance)
+
+
+@jax.jit
+def _smooth_imag(k, distance):
+    half = k * distance / 2
+    return jnp.where(half > 0, -2 * sine(half) * cosine(half) * inverse(distance), -k)
+
+
+def _by_rule(count, parts, k, field, source):
+    p, q = points_of(count, field), points_of(count, source)
+    r = distances(p, q)
+    return tuple(_over_source(count, p, q, field, source, part(k, r)) for part in parts)
+
+
+@partial(jax.jit, static_argnums=0)
+def _over_source(count, p, q, field, source, green):
+    rho, rho_source = p - field.mean(0)[:, None], q - source.mean(0)[:, None]
+    vector = jnp.stack([weighted_sum(count, green * rho_source[x]) for x in range(3)])
+    return _moments(count, rho, weighted_sum(count, green), vector)
+
+
+def _from_moments(moments, k, pairs, surface, signs):
+    """(P, 3, 3) integrals between half functions from a pair's moments."""
+    lengths = surface.lengths
+    nu = surface.vertices - surface.vertices.mean(1, keepdims=True)
+    field, source = nu[pairs[:, 0]], nu[pairs[:, 1]] * signs
+    z = (
+        moments[:, 7, None, None]
+        - np.einsum("pix,px->pi", field, moments[:, 4:7])[:, :, None]
+        - np.einsum("pjx,px->pj", source, moments[:, 1:4])[:, None, :]
+        + (np.einsum("pix,pjx->pij", field, source) - 4 / k**2) * moments[:, 0, None, None]
+    )
+    return z * lengths[pairs[:, 0]][:, :, None] * lengths[pairs[:, 1]][:, None, :] / 4

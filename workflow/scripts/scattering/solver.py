@@ -1,0 +1,40 @@
+"""What solves a target's mesh for its field: the class Solver of solvers/<name>.py, named by `scattering.solver`.
+
+A Solver is made of the config's other scattering settings, with the target's own. It has two methods:
+
+    plan(band, planes, radar, aspect)   megabytes of memory and seconds on two cores that a band takes, two numbers.
+        band: its figures as in mesh/<target>.json, of which frequencies.count, unknowns, triangles and box are sure to
+        be there; planes: the number of mirror planes; radar, aspect: those parts of the config
+    solve(vertices, triangles, frequencies, elevation, azimuth, polarizations, symmetry, threads, progress)
+        a Solution, or InputError. Lengths in m, frequencies in Hz, angles in degrees, symmetry as in the config;
+        progress(number of the frequency, part, fraction of it) is called as the work goes on
+
+Plans are made before anything runs, so that a solver's file imports what takes long to load in `solve`.
+"""
+
+import importlib
+from dataclasses import dataclass
+
+import numpy as np
+
+from core.errors import InputError
+
+
+@dataclass
+class Solution:
+    """field: (P, F, E, A) complex, m; seconds: {part: (F,)}; of linear systems, residual: (F,), and unknowns: int"""
+
+    field: np.ndarray
+    residual: np.ndarray | None
+    seconds: dict
+    unknowns: int | None
+
+
+def build(scattering):
+    """The Solver of a config's scattering settings. Raises InputError where its file imports what is not installed."""
+    name = scattering["solver"]
+    try:
+        found = importlib.import_module(f"scattering.solvers.{name}").Solver
+    except ImportError as error:
+        raise InputError(f"workflow/scripts/scattering/solvers/{name}.py cannot be imported: {error}.") from None
+    return found({key: value for key, value in scattering.items() if key != "solver"})
