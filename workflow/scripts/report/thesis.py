@@ -58,7 +58,7 @@ def difference(model, settings):
         return ""
     times = ratio(model, settings)
     own_frequency = settings["radar"]["center_frequency"]
-    frequency = "" if own_frequency == CENTER_FREQUENCY else f", at {CENTER_FREQUENCY / 1e9:g} GHz"
+    frequency = "" if own_frequency == CENTER_FREQUENCY else f", and saw images at {CENTER_FREQUENCY / 1e9:g} GHz"
     return (
         f"{_compared(model, settings)}: {size(model, settings)}; the thesis's has {SIZES['capsule']['width']} and "
         f"{SIZES['capsule']['capsules']}, {f'{times:.0f}' if times >= 10 else f'{times:.2g}'} times the weights before "
