@@ -83,13 +83,15 @@ def config_of(path, density):
 def test_solves_are_foretold_and_refused_where_they_cannot_fit(tmp_path, monkeypatch):
     monkeypatch.setattr("scattering.needs.memory_megabytes", lambda: 16_000.0)
     path = save(tmp_path / "cube.ply", *cube(0.9))
-    with pytest.raises(InputError, match=r"target 'large' .*'mesh\.edges_per_wavelength: [\d.]+'") as refusal:
+    with pytest.raises(
+        InputError, match=r"config key 'targets\.large': .*'mesh\.edges_per_wavelength: [\d.]+'"
+    ) as refusal:
         overview(config_of(path, 50), tmp_path, refuse=True)
     density = float(re.search(r"wavelength: ([\d.]+)'", str(refusal.value))[1])
     lines = overview(config_of(path, density), tmp_path, refuse=True)
     assert any(re.match(r"  large: up to [\d,]+ unknowns, 1[45]\.\d GB, \d+ to \d+ (s|min|h)$", line) for line in lines)
     # Elsewhere it may fit.
-    assert any("Warning: target 'large'" in line for line in overview(config_of(path, 50), tmp_path))
+    assert any("Warning: config key 'targets.large'" in line for line in overview(config_of(path, 50), tmp_path))
     # Half of the unknowns may go when solids are united.
     assert overview(config_of(path, 1.3 * density), tmp_path, refuse=True)
     # What is solved needs no memory any more.

@@ -35,3 +35,21 @@ def test_message_names_the_key(project, case):
     ]
     assert message.startswith("config key '")
     assert not (project.folder / "results").exists()
+
+
+def test_what_shows_when_a_run_begins_is_one_message_too(project):
+    """Solves that no machine has the memory for, and a mesh that is none; neither leaves the folder locked."""
+    page = project.write("page.stl", "<!DOCTYPE html>" + 100 * " ")
+    for overlay, expected in (
+        ("radar: {center_frequency: 1.0e+11}", "config key 'targets.drone': resources/cad/drone.stl would need about"),
+        (
+            f"targets: {{drone: {{mesh: {page}}}}}",
+            "config key 'targets.drone.mesh': page.stl is not an STL file, but a",
+        ),
+    ):
+        project.write("config/mine.yaml", f"name: mine\n{overlay}\n")
+        finished = project.run("--cores", 1, "report", "--configfile", "config/mine.yaml")
+        assert finished.returncode != 0
+        assert [line for line in finished.stdout.splitlines() if line.startswith(expected)], finished.stdout
+        assert "Error" not in finished.stdout and "Traceback" not in finished.stdout
+        assert not list((project.folder / ".snakemake/locks").glob("*"))

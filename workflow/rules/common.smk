@@ -7,7 +7,6 @@ import sys
 from errno import ENOENT
 from math import ceil
 
-from snakemake.exceptions import WorkflowError
 from snakemake.logging import logger
 from snakemake.settings.enums import Quietness
 
@@ -103,7 +102,7 @@ def begin(*run):
     try:
         lock.take(*run)
     except InputError as error:
-        raise WorkflowError(str(error)) from None
+        sys.exit(str(error))
 
 
 def expected(refuse):
@@ -111,7 +110,7 @@ def expected(refuse):
     try:
         return unnamed(config, *OVERLAYS) + overview(config, RESULTS, refuse)
     except InputError as error:
-        raise WorkflowError(str(error)) from None
+        sys.exit(str(error))
 
 
 def watched(path):

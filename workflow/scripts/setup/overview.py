@@ -72,7 +72,7 @@ def _solves(config, sizes, fields, refuse):
         )
         if (fields / "scattering" / f"{name}.zarr").exists():
             continue
-        label = f"target '{name}' ({target['mesh']})"
+        label = f"config key 'targets.{name}': {target['mesh']}"
         try:
             needs.check_fit(
                 most["unknowns"], box, target, planes, mesh, radar, aspect, scattering, label, needs.SURE_SHARE
