@@ -41,10 +41,13 @@ def test_what_shows_when_a_run_begins_is_one_message_too(project):
     """Solves that no machine has the memory for, and a mesh that is none; neither leaves the folder locked."""
     page = project.write("page.stl", "<!DOCTYPE html>" + 100 * " ")
     for overlay, expected in (
-        ("radar: {center_frequency: 1.0e+11}", "config key 'targets.drone': resources/cad/drone.stl would need about"),
+        (
+            "radar: {center_frequency: 2.0e+10, bandwidth: 1.0e+10}",
+            "config key 'targets.drone': resources/cad/drone.stl would need about",
+        ),
         (
             f"targets: {{drone: {{mesh: {page}}}}}",
-            "config key 'targets.drone.mesh': page.stl is not an STL file, but a",
+            "config key 'targets.drone.mesh': page.stl is not an STL file,",
         ),
     ):
         project.write("config/mine.yaml", f"name: mine\n{overlay}\n")
