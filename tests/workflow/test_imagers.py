@@ -16,6 +16,7 @@ PLACE = (0.3, 0.2)  # of the only scatterer: x and y in m
 CONFIG = """
 name: looks
 targets:
+  '*': null
   spot: {field: fields/spot.zarr, role: known}
 radar: {center_frequency: 3.0e+9, bandwidth: 1.0e+9, frequencies: 9}
 aspect: {elevation: {start: 0, stop: 0, step: 1}, azimuth: {start: -10, stop: 10, step: 2}}

@@ -22,7 +22,7 @@ SOLVER = "solvers/physical_optics.py"
 SIDE = 0.5  # m, two wavelengths
 CONFIG = """
 name: plate
-targets: {plate: {mesh: plate.ply, role: known, symmetry: [xz]}}
+targets: {'*': null, plate: {mesh: plate.ply, role: known, symmetry: [xz]}}
 mesh: {bands: 2}
 radar: {center_frequency: 1.1e+9, bandwidth: 0.2e+9, frequencies: 2, polarizations: [VV, HV]}
 aspect: {elevation: {start: 90, stop: 90, step: 1}, azimuth: {start: 0, stop: 20, step: 10}}
