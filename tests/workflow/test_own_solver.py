@@ -121,8 +121,8 @@ def folder(tmp_path, monkeypatch):
     for name, text in ((SOLVER, CODE), ("solvers/empty.py", ""), ("solvers/mom.py", None)):
         text = (SCRIPTS / "scattering" / name).read_text() if text is None else text
         (tmp_path / "scattering" / name).write_text(text)
-    (tmp_path / "learning").mkdir()
-    (tmp_path / "learning/models").symlink_to(SCRIPTS / "learning/models")
+    for stage in ("imaging", "learning"):
+        (tmp_path / stage).symlink_to(SCRIPTS / stage)
     monkeypatch.setattr(setup.kinds, "SCRIPTS", tmp_path)
 
 
