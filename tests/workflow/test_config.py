@@ -405,6 +405,11 @@ def test_a_model_of_ones_own_takes_any_settings(tmp_path, monkeypatch):
         ("class Model:\n    def fit(self:\n", "mine.py, line 2"),
         ("class Modell:\n    def fit(self): pass\n    def evaluate(self): pass\n", "no class Model"),
         ("class Model:\n    def fit(self): pass\n", "methods fit and evaluate"),
+        (
+            "class Model:\n    smallest = 'big'\n    def fit(self): pass\n    def evaluate(self): pass\n",
+            "smallest = 'big'",
+        ),
+        ("class Model:\n    name = '\0'\n", "mine.py"),
     ],
 )
 def test_a_model_that_cannot_work_is_refused_at_the_start(text, hint, tmp_path, monkeypatch):

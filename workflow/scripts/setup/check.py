@@ -213,6 +213,9 @@ def _check_models(learning):
         for one, value in settings.items():
             if one not in NOT_HYPER and value == []:
                 raise InputError(f"{key}.{one}': an empty list leaves nothing to choose from.")
+        smallest = kind(MODELS, which).stated.get("smallest", 1)
+        if not isinstance(smallest, int):
+            raise InputError(f"{key}': {which}.py says smallest = {smallest!r}; it is a whole number of pixels a side.")
         own = kind(MODELS, which).settings
         if own is not None:
             rules = {
