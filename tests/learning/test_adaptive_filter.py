@@ -7,7 +7,7 @@ import pytest
 
 from learning.classifier import OTHER, build
 from learning.experiments import cleanest, megabytes
-from setup.check import MODELS, face
+from setup.kinds import MODELS, kind
 
 
 def complex_noise(random, *shape):
@@ -144,4 +144,4 @@ def test_memory_stays_within_the_plan_where_covariances_are_most_of_it(random):
     peak = tracemalloc.get_traced_memory()[1] / 1e6
     tracemalloc.stop()
     assert planned / 2 < peak < planned
-    assert face(MODELS / "adaptive_filter.py").covariances and not face(MODELS / "knn.py").covariances
+    assert kind(MODELS, "adaptive_filter").stated["covariances"] and "covariances" not in kind(MODELS, "knn").stated
