@@ -113,6 +113,6 @@ def test_failed_job_says_why(broken, environment):
     project, process = broken
     output, _ = process.communicate(timeout=300)
     assert process.returncode != 0
-    assert "Error: resources/broken.stl is not an STL file: it has 25 bytes." in output
+    assert "Error: resources/broken.stl holds no triangles; a surface mesh is needed." in output
     assert "Traceback" not in output
     assert [job["JobState"] for job in jobs_of(project, environment)] == ["FAILED"]
