@@ -23,7 +23,7 @@ if {Quietness.PROGRESS, Quietness.ALL} & set(workflow.output_settings.quiet or (
 from setup import disk, lock
 from core import folders, sweep
 from setup.check import model_kind
-from setup.kinds import IMAGERS, kind
+from setup.kinds import IMAGERS, SOLVERS, kind
 from setup.closure import closure
 from setup.config import load, plain, section, unnamed
 from core.errors import InputError
@@ -191,7 +191,7 @@ def model_code(*models):
 
 def solver_code():
     """The files that the config's solver is made of: its own, which jobs load by name, and what it imports."""
-    return code(f"scattering/solvers/{config['scattering']['solver']}.py")
+    return code(kind(SOLVERS, config["scattering"]["solver"]).file)
 
 
 def trained_targets(model):

@@ -1,13 +1,15 @@
 """The face that every imager has, and what is the same for all: cut apertures, divide images by their peaks."""
 
 import functools
-import importlib
 from pathlib import Path
 
 import numpy as np
 
 from core.errors import InputError
+from core.kinds import file_of, load_class
 from core.sweep import C0, closes_circle
+
+FOLDER = "imaging/imagers"  # where the kinds are, below workflow/scripts
 
 BYTES = 8  # one complex64
 
@@ -66,7 +68,7 @@ class Formation:
 
     @property
     def file(self):
-        return file_of(type(self).__module__.rpartition(".")[2])
+        return file_of(FOLDER, type(self).__module__.rpartition(".")[2])
 
     def warnings(self, figures):
         """Sentences on what will look wrong in images of these settings and this geometry (a result of `geometry`)."""
@@ -79,18 +81,8 @@ def build(frequency, angle, imaging):
     InputError where the file imports what is not installed, where its Imager is no Formation, and where this geometry
     cannot make an image.
     """
-    kind = imaging["imager"]
-    try:
-        found = importlib.import_module(f"imaging.imagers.{kind}").Imager
-    except ImportError as error:
-        raise InputError(f"{file_of(kind)} cannot be imported: {error}.") from None
-    if not issubclass(found, Formation):
-        raise InputError(f"{file_of(kind)}: its class Imager must be one of imaging.formation.Formation.")
+    found = load_class(FOLDER, imaging["imager"], "Imager", Formation)
     return found(frequency, angle, {key: imaging[key] for key in imaging if key not in ("imager", "aperture")})
-
-
-def file_of(kind):
-    return f"workflow/scripts/imaging/imagers/{kind}.py"
 
 
 def apertures(field, azimuth, aperture):

@@ -1,13 +1,14 @@
 """The face that every model has: `fit`, `evaluate`, `predict`, `decision_function`, `save` and `load`."""
 
-import importlib
 import itertools
 from typing import NamedTuple
 
 import numpy as np
 
 from core.errors import InputError
+from core.kinds import file_of, load_class
 
+FOLDER = "learning/models"  # where the kinds are, below workflow/scripts
 STATE = "model.npz"
 NOT_HYPER = ("kind", "other")  # settings of a model that are not its own hyper-parameters
 OTHER = "other"  # the label of what is none of the known classes
@@ -87,7 +88,7 @@ class Classifier:
         except (TypeError, ValueError):  # lists of several lengths, or what refuses to be one
             array = np.asarray(None)
         if array.dtype.hasobject:
-            file = _file(type(self).__module__.rpartition(".")[2])
+            file = file_of(FOLDER, type(self).__module__.rpartition(".")[2])
             raise InputError(
                 f"{file}: '{name}' is a {type(value).__name__}, and what a model keeps in attributes whose names end "
                 "with an underscore must be plain arrays of numbers or text. Keep the arrays that it is made of, or "
@@ -109,17 +110,7 @@ def build(kind, settings, seed):
     Raises InputError where the file imports what is not installed, where its Model is no Classifier, and when the model
     asks for a setting that is not there.
     """
-    try:
-        found = importlib.import_module(f"learning.models.{kind}").Model
-    except ImportError as error:
-        raise InputError(f"{_file(kind)} cannot be imported: {error}.") from None
-    if not issubclass(found, Classifier):
-        raise InputError(f"{_file(kind)}: its class Model must be one of learning.classifier.Classifier.")
-    return found(_Settings(kind, settings), seed)
-
-
-def _file(kind):
-    return f"workflow/scripts/learning/models/{kind}.py"
+    return load_class(FOLDER, kind, "Model", Classifier)(_Settings(kind, settings), seed)
 
 
 class _Settings(dict):
@@ -131,8 +122,8 @@ class _Settings(dict):
 
     def __missing__(self, key):
         raise InputError(
-            f"{_file(self.kind)} asks for the setting '{key}', which the model does not have; add it to the model's "
-            "entry in 'learning.models' of the config."
+            f"{file_of(FOLDER, self.kind)} asks for the setting '{key}', which the model does not have; add it to the "
+            "model's entry in 'learning.models' of the config."
         )
 
 

@@ -12,12 +12,11 @@ A Solver is made of the config's other scattering settings, with the target's ow
 Plans are made before anything runs, so that a solver's file imports what takes long to load in `solve`.
 """
 
-import importlib
 from dataclasses import dataclass
 
 import numpy as np
 
-from core.errors import InputError
+from core.kinds import load_class
 
 
 @dataclass
@@ -33,8 +32,6 @@ class Solution:
 def build(scattering):
     """The Solver of a config's scattering settings. Raises InputError where its file imports what is not installed."""
     name = scattering["solver"]
-    try:
-        found = importlib.import_module(f"scattering.solvers.{name}").Solver
-    except ImportError as error:
-        raise InputError(f"workflow/scripts/scattering/solvers/{name}.py cannot be imported: {error}.") from None
-    return found({key: value for key, value in scattering.items() if key != "solver"})
+    return load_class("scattering/solvers", name, "Solver")(
+        {key: value for key, value in scattering.items() if key != "solver"}
+    )

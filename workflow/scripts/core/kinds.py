@@ -1,0 +1,26 @@
+"""Load a model, an imager or a solver by the name that a config gives it."""
+
+import importlib
+
+from core.errors import InputError
+
+
+def file_of(folder, kind):
+    """The file of a kind as a message names it. folder: below workflow/scripts, as 'learning/models'."""
+    return f"workflow/scripts/{folder}/{kind}.py"
+
+
+def load_class(folder, kind, name, base=None):
+    """The class of this name in the file of a kind.
+
+    Raises InputError where the file imports what is not installed, and where its class is none of `base`.
+    """
+    try:
+        found = getattr(importlib.import_module(f"{folder.replace('/', '.')}.{kind}"), name)
+    except ImportError as error:
+        raise InputError(f"{file_of(folder, kind)} cannot be imported: {error}.") from None
+    if base is not None and not issubclass(found, base):
+        raise InputError(
+            f"{file_of(folder, kind)}: its class {name} must be one of {base.__module__}.{base.__qualname__}."
+        )
+    return found
