@@ -33,7 +33,7 @@ from core.sweep import images_are_made
 from imaging.geometry import PURE_NOISE, megabytes, planned
 from learning import experiments
 from report.selection import decoded_snrs, noise_snrs, noisy_targets
-from scattering import needs, origin
+from scattering import field_files, needs
 
 try:
     # One after the other, as null in one of them removes what those before it name; Snakemake's own merge knows no null.
@@ -120,7 +120,7 @@ def watched(path):
 
 def unwatched_digest(path):
     """For the params, the checksum of a file that is no input, so that its job runs again when the file changes."""
-    return "" if watched(path) else origin.digest(path)
+    return "" if watched(path) else field_files.digest(path)
 
 
 def one_of(names):
@@ -145,9 +145,9 @@ def planned_solve(wildcards, input):
     if int(wildcards.band) >= len(bands):
         # The mesh is yet to be made anew: for Snakemake as if there were none.
         raise FileNotFoundError(ENOENT, "no such band", input.figures)
-    planes, target = len(symmetry(wildcards.target)), wildcards.target
-    band = bands[int(wildcards.band)]
-    return needs.need(band, planes, config["radar"], config["aspect"], needs.method(config, target))
+    target, band = wildcards.target, int(wildcards.band)
+    asked = sweep.sweeps(config["radar"], config["aspect"], config["mesh"]["bands"])[band]
+    return needs.need(bands[band], len(symmetry(target)), asked, needs.method(config, target))
 
 
 def solve_megabytes(wildcards, input):

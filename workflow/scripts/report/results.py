@@ -8,7 +8,7 @@ import pandas as pd
 
 from core.folders import of_fields
 from core.store import open_store
-from core.sweep import images_are_made, snr_label
+from core.sweep import images_are_made, snr_label, sweeps
 from imaging.geometry import PURE_NOISE
 from learning.experiments import runs
 from mesh.io import read_ply
@@ -38,8 +38,9 @@ class Results:
         meshes = {name: json.loads((self.fields / "mesh" / f"{name}.json").read_text()) for name in self.meshed}
         for name, figures in meshes.items():
             planes, how = len(self.settings["targets"][name].get("symmetry", [])), needs.method(self.settings, name)
-            for band in figures["bands"]:
-                band["solve"] = needs.need(band, planes, self.settings["radar"], self.settings["aspect"], how)
+            asked = sweeps(self.settings["radar"], self.settings["aspect"], self.settings["mesh"]["bands"])
+            for band, sweep in zip(figures["bands"], asked, strict=True):
+                band["solve"] = needs.need(band, planes, sweep, how)
         return meshes
 
     @cached_property

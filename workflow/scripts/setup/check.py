@@ -14,7 +14,7 @@ from learning.classifier import NOT_HYPER, OTHER, choices
 from learning.experiments import CLEAN, TOLERANCE, runs
 from learning.split import split
 from mesh import cad_kernel
-from scattering import needs, origin
+from scattering import field_files, needs
 from setup.kinds import MODELS, SECTIONS, check_kind, kind, settings_of
 from setup.schema import check_schema, near, schema
 
@@ -172,18 +172,18 @@ def _check_cases(key, names):
 
 def _check_field(key, field, config):
     results = of_fields(Path("results", config["name"]), config)
-    for path in map(Path, origin.paths(field)):
-        if path.suffix.lower() == ".zarr" and not origin.is_store(field):
+    for path in map(Path, field_files.paths(field)):
+        if path.suffix.lower() == ".zarr" and not field_files.is_store(field):
             raise InputError(f"{key}: {path} is a store, which is named alone; it holds all polarizations.")
         if path.suffix.lower() not in FIELD_FORMATS:
             raise InputError(f"{key}: {path} is not one of {', '.join(FIELD_FORMATS)}.")
-        if not (os.path.isdir(path) if origin.is_store(field) else os.path.isfile(path)):
-            raise InputError(f"{key}: there is no {'store' if origin.is_store(field) else 'file'} {path}{WHERE}.")
+        if not (os.path.isdir(path) if field_files.is_store(field) else os.path.isfile(path)):
+            raise InputError(f"{key}: there is no {'store' if field_files.is_store(field) else 'file'} {path}{WHERE}.")
         if path.resolve().is_relative_to(results.resolve()):
             raise InputError(f"{key}: {path} lies in {results}, where this run writes; copy it elsewhere.")
-    if not origin.is_store(field):
+    if not field_files.is_store(field):
         try:
-            origin.by_transmission(field, config["radar"]["polarizations"])
+            field_files.by_transmission(field, config["radar"]["polarizations"])
         except InputError as error:
             raise InputError(f"{key}: {error}") from None
 

@@ -9,7 +9,7 @@ from core.errors import InputError
 from core.folders import of_fields
 from core.sweep import C0, images_are_made
 from imaging.geometry import describe, planned
-from mesh import cad_kernel, symmetry, topology
+from mesh import cad_kernel, topology
 from mesh.read import check_size, in_metres, read_cad
 from mesh.resolution import check_resolution
 from report.caveats import LEARNING, warnings
@@ -54,16 +54,13 @@ def _taken(config, fields):
 
 def _solves(config, sizes, fields, refuse):
     found, seconds = [], 0.0
-    mesh, radar, aspect = config["mesh"], config["radar"], config["aspect"]
     for name, target in config["targets"].items():
         if "field" in target:
             continue
         if sizes[name] is None:
             found.append(f"  {name}: not known yet.")
             continue
-        scattering = needs.method(config, name)
-        area, box, planes = sizes[name]["area"], sizes[name]["box"], len(symmetry.axes(target.get("symmetry", [])))
-        bands = needs.expected(area, box, planes, mesh, radar, aspect, scattering)
+        bands = needs.expected(config, name, sizes[name])
         time = sum(band["seconds"] for band in bands)
         seconds += time
         most = bands[-1]
@@ -72,17 +69,15 @@ def _solves(config, sizes, fields, refuse):
         )
         if (fields / "scattering" / f"{name}.zarr").exists():
             continue
-        label = f"config key 'targets.{name}': {target['mesh']}"
         try:
-            needs.check_fit(
-                most["unknowns"], box, target, planes, mesh, radar, aspect, scattering, label, needs.SURE_SHARE
-            )
+            needs.check_fit(config, name, sizes[name])
         except InputError as error:
             if refuse:
                 raise
             found.append(f"Warning: {error}")
         try:
-            check_resolution(box, mesh, radar, label)
+            label = f"config key 'targets.{name}': {target['mesh']}"
+            check_resolution(sizes[name]["box"], config["mesh"], config["radar"], label)
         except InputError as error:  # its mesh job refuses it; the run may want others
             found.append(f"Warning: {error}")
     if not found:
