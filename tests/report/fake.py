@@ -12,8 +12,8 @@ from core import store as stores
 from core import sweep
 from learning.experiments import runs, train_snr_db, training
 from learning.scores import COLUMNS, CONFUSION, VALIDATION
-from mesh.figures import describe, size
 from mesh.io import write_ply
+from mesh.measures import describe, size
 from report.page import write_report
 from report.selection import decoded_snrs
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from core import sweep
 from core.errors import InputError
-from mesh.figures import ideal_unknowns
+from mesh.measures import ideal_unknowns
 from mesh.read import UNITS, states_unit
 from mesh.resolution import COARSEST, wanted_edges
 from scattering.solver import build
