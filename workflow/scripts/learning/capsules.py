@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from learning.descent import glorot
+from learning.training_loop import glorot
 
 KERNEL = 9  # pixels a side of both convolutions
 STRIDE = 2  # of the primary capsules' convolution

@@ -19,6 +19,16 @@ def real_imaginary_channels(images):
     return np.stack([images.real, images.imag], axis=-1).astype(np.float32, copy=False)
 
 
+def unit(features):
+    """Features (n, d) scaled to length 1; a zero stays zero."""
+    return features / np.maximum(np.linalg.norm(features, axis=1, keepdims=True), 1e-12)
+
+
+def unit_rows(images):
+    """Images (n, range, crossrange) as rows of length 1, complex64; a zero image stays zero."""
+    return unit(images.reshape(len(images), -1).astype(np.complex64, copy=False))
+
+
 def squared_distances(x, references, squared_norms):
     """Squared Euclidean distances between x (n, features) and references (m, features), shape (n, m).
 
@@ -35,8 +45,8 @@ def squared_distances(x, references, squared_norms):
 def upsample(images, down, carrier, pixels):
     """Images (n, range, crossrange) on `pixels` a side of the same extent, divided by their new peak magnitude.
 
-    Zero padding of the aperture before the Fourier transform (thesis section 4.4.5), from the image instead of the
-    aperture. down: the ranges (range,) in m, uniform; carrier: the wavenumber in rad/m in the middle of the image's
+    The same as zero padding of the aperture before the Fourier transform (thesis section 4.4.5), but begun from the
+    image. down: the ranges (range,) in m, uniform; carrier: the wavenumber in rad/m in the middle of the image's
     spectrum, about which the zeros are added.
     """
     shape, axes = images.shape[1:], (1, 2)

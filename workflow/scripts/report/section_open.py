@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from learning.classifier import OTHER
-from learning.metrics import figures
+from learning.metrics import metrics_of
 from report import thesis
 from report.draw_learning import (
     draw_confusion,
@@ -106,7 +106,7 @@ def rejecting_f1(images, targets):
     counts = np.zeros((len(labels), len(labels)))
     for name, count in images.items():
         counts[labels.index(name) if name in labels else -1, -1] += count
-    return float(figures(counts, labels, labels)["f1_weighted"])
+    return float(metrics_of(counts, labels, labels)["f1_weighted"])
 
 
 def _rejecting_text(results):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from learning import known
+from learning import confidence
 from learning.classifier import Classifier, Outcome
 from learning.features import real_imaginary
 
@@ -35,4 +35,4 @@ class Model(Classifier):
 
     def evaluate(self, images):
         logits = self.decision_function(images)
-        return Outcome(self.classes_[logits.argmax(axis=1)], logits, known.of_logits(logits, self.classes_))
+        return Outcome(self.classes_[logits.argmax(axis=1)], logits, confidence.of_logits(logits, self.classes_))
