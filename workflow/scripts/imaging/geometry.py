@@ -140,24 +140,24 @@ def warnings(geometry, reach):
 
     reach: the largest distance of a point of the target from the origin, about which images are formed, in m.
     """
-    found = []
+    sentences = []
     if geometry["least_cosine"] < LEAST_COSINE:
-        found.append(
+        sentences.append(
             f"at the steepest elevation cross-range shrinks to {100 * geometry['least_cosine']:.0f} % (the cosine of "
             "the elevation): turning the target hardly moves the line of sight, and its images show range only."
         )
     for axis, key in (("range", "radar.frequencies"), ("crossrange", "aspect.azimuth")):
         extent = geometry[f"{axis}_extent"]
         if 2 * reach > extent:
-            found.append(
+            sentences.append(
                 f"the target reaches {reach:.2f} m from the origin but the unambiguous {axis} extent is only"
                 f" {extent / 2:.2f} m to either side: what lies outside folds over. More samples ('{key}') over the"
                 " same span widen it."
             )
     sampled = geometry["crossrange_extent_highest_frequency"]
     if sampled < 2 * reach <= geometry["crossrange_extent"]:
-        found.append(
+        sentences.append(
             f"the target reaches {reach:.2f} m from the origin but at the highest frequency the azimuth steps are only"
             f" fine enough for {sampled / 2:.2f} m to either side: its ends leave ghosts. Take more ('aspect.azimuth')."
         )
-    return found + geometry["warnings"]
+    return sentences + geometry["warnings"]

@@ -13,8 +13,8 @@ def point_response(imager, down, cross):
 
     Returns a mapping of arrays (D, C): `loss_db`, how far the peak is below the amplitude; `ghost_db`, the strongest
     echo outside the main lobe, relative to the peak; `error`, the distance from the peak to the true place in pixels,
-    the larger one of both axes. The image's edges are one: what leaves at one side comes in at
-    the other, so places are compared around them.
+    the larger one of both axes. An image is periodic: what leaves at one side comes in at the other, so distances are
+    taken across the edges too.
     """
     pixels = imager.axes()
     step = np.array([axis[1] - axis[0] for axis in pixels])

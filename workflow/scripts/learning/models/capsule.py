@@ -23,10 +23,10 @@ WEIGHTS = [
 class Model(Classifier):
     """The reference thesis's network (section 5.4, appendix D) on the magnitude of images, for example 32 x 32.
 
-    width, capsules, decoder: sizes, as `capsules.start` takes them; routings: of the routing by agreement. Trained by
-    Adam at learning_rate x decay^epoch on the margin loss plus `reconstruction` times the mean squared error of the
-    image that the decoder makes of the true class's activation vector, for `epochs`, or until the validation loss has
-    not fallen for `patience` of them; the weights with the smallest are kept.
+    width, capsules, decoder: sizes, as of `capsules.initial_weights`; routings: iterations of the routing by agreement.
+    Trained by Adam at learning_rate x decay^epoch. The loss is the margin loss plus `reconstruction` times the mean
+    squared error of the image that the decoder makes of the true class's activation vector. Training ends after
+    `epochs`, or when the validation loss has not fallen for `patience` of them; the weights with the smallest are kept.
     denoise: the decoder's aim is the view's image without noise, not the noisy one that the network sees.
     complex: real and imaginary parts as two channels in and out, each batch's phases drawn anew, instead of magnitudes.
     An image labelled OTHER is of no class: all capsules shall be short, and nothing is reconstructed.
@@ -156,7 +156,7 @@ class Model(Classifier):
             shown = x, sources, y, np.array(snrs, str), *(held_out or ())
             checkpoint = Checkpoint(self.checkpoints, settings, self.seed, *shown)
         sizes = settings["width"], settings["capsules"], settings["decoder"]
-        weights = capsules.start(random, x.shape[1:], y.shape[1], *sizes)
+        weights = capsules.initial_weights(random, x.shape[1:], y.shape[1], *sizes)
         steps = Settings(optax.adam(rate), settings["epochs"], settings["patience"], checkpoint)
         learned, self.curve_ = minimize(loss, weights, batches, inputs, steps, validate if held_out else None)
         self._keep(learned)
