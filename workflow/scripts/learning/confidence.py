@@ -83,28 +83,26 @@ def mahalanobis_scores(features, gaussians):
     return {"mahalanobis": -nearest, "relative_mahalanobis": background.sum(axis=1) - nearest}
 
 
-def zncc(images, others):
-    """Zero-mean normalised cross-correlation of images with others, both (n, pixels): (n,), 0 where one is constant."""
-    return _correlation(images, others, 0)
+def zncc(images, others, noise=0.0):
+    """Zero-mean normalised cross-correlation of images with others, both (n, pixels): (n,), 0 where one is constant.
 
-
-def noise_zncc(images, others):
-    """`zncc` of magnitudes, where the variance that noise gives the pixels is taken out of that of the images.
-
-    The noise's power follows from the image itself: its faintest quarter of pixels is taken to hold nothing but noise.
-    Magnitudes of noise of power P have a Rayleigh distribution, with first quartile sqrt(P log(4/3)) and variance
-    (1 - pi/4) P.
+    noise: the part of the images' variance over their pixels that is noise's, (n,), which is taken out.
     """
-    power = np.quantile(images, 0.25, axis=1) ** 2 / np.log(4 / 3)
-    return _correlation(images, others, (1 - np.pi / 4) * power)
-
-
-def _correlation(images, others, noise):
     images, others = (rows - rows.mean(axis=1, keepdims=True) for rows in (images, others))
     variance = (images**2).mean(axis=1)
     variance = np.maximum(variance - noise, 0.05 * variance)  # an estimate of the noise may take nearly all
     size = np.sqrt(variance * (others**2).mean(axis=1))
     return np.divide((images * others).mean(axis=1), size, out=np.zeros(len(images), size.dtype), where=size > 0)
+
+
+def noise_variance(images):
+    """The variance (n,) that noise gives the pixels of magnitude images (n, pixels), as they show it themselves.
+
+    The faintest quarter of an image's pixels is taken to hold nothing but noise. Magnitudes of noise of power P have a
+    Rayleigh distribution, with first quartile sqrt(P log(4/3)) and variance (1 - pi/4) P.
+    """
+    power = np.quantile(images, 0.25, axis=1) ** 2 / np.log(4 / 3)
+    return (1 - np.pi / 4) * power
 
 
 def complex_of(rows):

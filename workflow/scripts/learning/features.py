@@ -9,16 +9,6 @@ def real_imaginary(images, dtype=np.float32):
     return np.concatenate([flat.real, flat.imag], axis=1).astype(dtype, copy=False)
 
 
-def magnitudes(images):
-    """Magnitudes of images (n, range, crossrange) as one channel: (n, range, crossrange, 1), float32."""
-    return np.abs(images)[..., None].astype(np.float32, copy=False)
-
-
-def real_imaginary_channels(images):
-    """Real and imaginary parts of images (n, range, crossrange) as two channels: (n, range, crossrange, 2), float32."""
-    return np.stack([images.real, images.imag], axis=-1).astype(np.float32, copy=False)
-
-
 def unit(features):
     """Features (n, d) scaled to length 1; a zero stays zero."""
     return features / np.maximum(np.linalg.norm(features, axis=1, keepdims=True), 1e-12)

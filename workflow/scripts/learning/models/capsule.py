@@ -7,7 +7,6 @@ from core.errors import InputError
 from learning import capsules, confidence
 from learning.classifier import OTHER, Classifier, Outcome
 from learning.experiments import cleanest
-from learning.features import magnitudes, real_imaginary_channels
 from learning.training_loop import Batches, Checkpoint, Settings, minimize
 
 CHUNK = 16  # images at a time: what a convolution looks at then stays in the processor's cache
@@ -115,12 +114,14 @@ class Model(Classifier):
         return x, np.array([place.get(view, row) for row, view in enumerate(views.tolist())]), y
 
     def _inputs(self, images):
+        """Channels (n, rows, columns, 1 or 2), float32: magnitudes, or for complex images real and imaginary parts."""
         if min(images.shape[1:]) < self.smallest:
             raise InputError(
                 f"a capsule network needs images of {self.smallest} pixels a side or more, these have "
                 f"{images.shape[1]} x {images.shape[2]}: give its experiment 'upsample: 32'."
             )
-        return real_imaginary_channels(images) if self.settings["complex"] else magnitudes(images)
+        channels = [images.real, images.imag] if self.settings["complex"] else [np.abs(images)]
+        return np.stack(channels, axis=-1).astype(np.float32, copy=False)
 
     def _train(self, x, sources, y, held_out, snrs):
         import optax  # predictions do without it
@@ -209,7 +210,8 @@ class Model(Classifier):
         if self.settings["complex"]:
             known["coherence"] = confidence.coherence(confidence.complex_of(seen), confidence.complex_of(made))
         else:
-            known |= {"zncc": confidence.zncc(seen, made), "noise_zncc": confidence.noise_zncc(seen, made)}
+            known["zncc"] = confidence.zncc(seen, made)
+            known["noise_zncc"] = confidence.zncc(seen, made, confidence.noise_variance(seen))
         known["mixture"] = self._mixture_score(vectors[mask > 0], predicted)
         return Outcome(self.classes_[predicted], scores, known)
 
