@@ -301,8 +301,8 @@ def test_published_statements_stand_beside_their_counterparts(whole):
             ("single_elevation", "knn", False, 3): 5.1,
             ("multi_elevation", "knn", False, 0): 2.1,
             ("multi_elevation", "knn", False, -6): -3.9,
-            ("capsule_closed", "capsule", False, -3): -0.9,
-            ("capsule_closed", "capsule", False, -6): -3.9,
+            ("capsule_open", "capsule", False, -3): -0.9,
+            ("capsule_open", "capsule", False, -6): -3.9,
         }
     )
     scores = pd.read_csv(whole.parent / "learning" / "scores.csv")

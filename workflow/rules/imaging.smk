@@ -17,9 +17,8 @@ rule image:
         f"{RESULTS}/benchmarks/imaging/{{target}}/clean.tsv"
     conda:
         "../../envs/imaging.yaml"
-    threads: 1
     resources:
-        mem_mb=image_megabytes(1),
+        mem_mb=lambda w: image_megabytes(1),
     params:
         settings=section(config, "imaging"),
     message:
@@ -42,9 +41,8 @@ rule noise:
         f"{RESULTS}/benchmarks/imaging/{{target}}/{{snr}}.tsv"
     conda:
         "../../envs/imaging.yaml"
-    threads: 1
     resources:
-        mem_mb=image_megabytes(config["noise"]["realizations"]),
+        mem_mb=lambda w: image_megabytes(config["noise"]["realizations"]),
     params:
         settings=section(config, "imaging", "noise.definition", "noise.realizations", "seed"),
     message:
@@ -64,9 +62,8 @@ rule pure_noise:
         f"{RESULTS}/benchmarks/imaging/{PURE_NOISE}/clean.tsv"
     conda:
         "../../envs/imaging.yaml"
-    threads: 1
     resources:
-        mem_mb=image_megabytes(1),
+        mem_mb=lambda w: image_megabytes(1),
     params:
         settings=section(config, "aspect", "imaging", "radar", "seed"),
     message:

@@ -19,7 +19,6 @@ rule train:
         f"{RESULTS}/benchmarks/learning/train/{{run}}/{{model}}.tsv"
     conda:
         "../../envs/learning.yaml"
-    threads: 1
     resources:
         mem_mb=lambda w: megabytes_of(w.run, w.model),
     params:
@@ -46,7 +45,6 @@ rule predict:
         f"{RESULTS}/benchmarks/learning/predict/{{run}}/{{model}}.tsv"
     conda:
         "../../envs/learning.yaml"
-    threads: 1
     resources:
         mem_mb=lambda w: megabytes_of(w.run, w.model),
     params:
@@ -74,7 +72,6 @@ rule reconstruct:
         f"{RESULTS}/benchmarks/learning/reconstruct/{{run}}/{{model}}.tsv"
     conda:
         "../../envs/learning.yaml"
-    threads: 1
     resources:
         mem_mb=1000,
     message:
@@ -141,7 +138,6 @@ rule scores:
         f"{RESULTS}/benchmarks/learning/scores.tsv"
     conda:
         "../../envs/learning.yaml"
-    threads: 1
     resources:
         mem_mb=1000,
     params:

@@ -8,7 +8,7 @@ rule mesh:
         cad=lambda w: watched(config["targets"][w.target]["mesh"]),
         code=code("mesh/job_mesh.py"),
     output:
-        figures=report(
+        summary=report(
             f"{FIELDS}/mesh/{{target}}.json",
             caption="../report/mesh.rst",
             category="Meshes",
@@ -24,7 +24,6 @@ rule mesh:
         target=one_of(MESHED),
     conda:
         "../../envs/mesh.yaml"
-    threads: 1
     resources:
         mem_mb=4000,
     params:

@@ -7,7 +7,7 @@
 rule solve:
     input:
         mesh=f"{FIELDS}/mesh/{{target}}-{{band}}.ply",
-        figures=f"{FIELDS}/mesh/{{target}}.json",
+        summary=f"{FIELDS}/mesh/{{target}}.json",
         code=code("scattering/job_solve.py"),
         solver_code=solver_code(),
     output:
@@ -52,7 +52,6 @@ rule scattering:
     localrule: True
     conda:
         "../../envs/scattering.yaml"
-    threads: 1
     resources:
         mem_mb=1000,
     message:
@@ -77,7 +76,6 @@ rule field:
     priority: 1
     conda:
         "../../envs/scattering.yaml"
-    threads: 1
     resources:
         mem_mb=1000,
     params:

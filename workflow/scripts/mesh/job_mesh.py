@@ -8,7 +8,7 @@ with job(snakemake):
         settings["target"],
         settings["mesh"],
         settings["radar"],
-        snakemake.output.figures,
+        snakemake.output.summary,
         snakemake.output.source,
         snakemake.output.meshes,
     )
