@@ -8,9 +8,11 @@ from pathlib import Path
 import yaml
 
 from core.errors import InputError
+from core.sweep import images_are_made
 from learning.experiments import CLEAN
 from setup import overlay
 from setup.check import check, check_experiments, rules
+from setup.overlay import ALL, EXPERIMENTS
 from setup.schema import check_schema
 from setup.snrs import write_out
 from setup.yaml_file import read_yaml
@@ -39,7 +41,7 @@ def load(*overlays):
         for name, settings in learning["models"].items()
     }
     check(config)
-    _leave_out(config, overlay.named(overlays, "learning.experiments"))
+    _leave_out(config, overlay.named(overlays, EXPERIMENTS))
     # More bands than frequencies would leave some empty; the order of SNRs has no meaning.
     config["mesh"]["bands"] = min(config["mesh"]["bands"], config["radar"]["frequencies"])
     config["noise"]["snr_db"] = sorted(config["noise"]["snr_db"])
@@ -59,8 +61,20 @@ def of_command_line(settings):
 
 
 def unnamed(config, *overlays):
-    """What of config/config.yaml runs besides what the overlays name: lines of text (see `overlay.unnamed`)."""
-    return list(overlay.unnamed(config, read_yaml(BASE), overlays))
+    """What of config/config.yaml's targets and experiments runs besides those that an overlay names: lines of text.
+
+    Nothing is said of a map in which the overlays name nothing.
+    """
+    default, lines = read_yaml(BASE), []
+    for path in ("targets", EXPERIMENTS) if images_are_made(config) else ("targets",):
+        mine, known = overlay.named(overlays, path), _at(default, path)
+        rest = [name for name in _at(config, path) if name in known and name not in mine]
+        if mine and rest:
+            lines.append(
+                f"Note: beside the {path.split('.')[-1]} that your config names, these of config/config.yaml remain: "
+                f"{', '.join(rest)}. '{path}.{rest[0]}: null' removes one, '{path}.\"{ALL}\": null' all of them."
+            )
+    return lines
 
 
 def section(config, *keys):
@@ -68,7 +82,7 @@ def section(config, *keys):
 
     Keys may be dotted. Snakemake compares params by their text, so the order in the file must not matter.
     """
-    return {key: _sorted(functools.reduce(dict.__getitem__, key.split("."), config)) for key in sorted(keys)}
+    return {key: _sorted(_at(config, key)) for key in sorted(keys)}
 
 
 def _leave_out(config, asked):
@@ -134,3 +148,8 @@ def _from_here(path):
 
 def _sorted(value):
     return {key: _sorted(value[key]) for key in sorted(value)} if isinstance(value, dict) else value
+
+
+def _at(config, path):
+    """What stands in a config at a dotted path."""
+    return functools.reduce(dict.__getitem__, path.split("."), config)

@@ -1,7 +1,6 @@
 """Lay a config over another: key by key, and things that the user names one by one."""
 
 from core.errors import InputError
-from core.sweep import images_are_made
 from setup.kinds import SECTIONS, settings_of
 from setup.schema import near, schema
 
@@ -51,24 +50,6 @@ def named(overlays, path):
         if isinstance(value, dict):
             names |= {name for name, item in value.items() if item is not None}
     return names
-
-
-def unnamed(config, default, overlays):
-    """What of the default's targets and experiments runs besides those that an overlay names: lines of text.
-
-    Nothing is said of a map in which the overlays name nothing.
-    """
-    maps = {"targets": (config["targets"], default["targets"])}
-    if images_are_made(config):
-        maps[EXPERIMENTS] = (config["learning"]["experiments"], default["learning"]["experiments"])
-    for path, (have, known) in maps.items():
-        mine = named(overlays, path)
-        rest = [name for name in have if name in known and name not in mine]
-        if mine and rest:
-            yield (
-                f"Note: beside the {path.split('.')[-1]} that your config names, these of config/config.yaml remain: "
-                f"{', '.join(rest)}. '{path}.{rest[0]}: null' removes one, '{path}.\"{ALL}\": null' all of them."
-            )
 
 
 def _named(base, overlay, path):
