@@ -91,29 +91,26 @@ def _leave_out(config, asked):
     Those that train over a range of SNRs do so at those of it that noise.snr_db has, if two or more.
     asked: the experiments that the user's config names. One of these is refused instead, and kept as it is.
     """
-    experiments, left_out = config["learning"]["experiments"], {}
+    experiments, kept, left_out = config["learning"]["experiments"], {}, {}
     try:
         check_experiments(config, experiments)
         return
     except InputError as error:
-        own = {name: experiment for name, experiment in experiments.items() if name in asked}
-        if len(own) == len(experiments):
+        mine = {name: experiment for name, experiment in experiments.items() if name in asked}
+        if len(mine) == len(experiments):
             raise
-        check_experiments(config, own)
-        kept = {}
+        check_experiments(config, mine)
         for name, experiment in experiments.items():
-            kept[name] = experiment if name in own else _at_snrs(experiment, config["noise"]["snr_db"])
+            kept[name] = experiment if name in mine else _at_snrs(experiment, config["noise"]["snr_db"])
             try:
-                check_experiments(config, {**own, name: kept[name]})
+                check_experiments(config, {**mine, name: kept[name]})
             except InputError as reason:
                 left_out[name] = str(reason)
                 del kept[name]
         if not kept:
             raise error from None
     check_experiments(config, kept)
-    config["learning"]["experiments"] = kept
-    if left_out:
-        config["learning"]["left_out"] = left_out
+    config["learning"] |= {"experiments": kept, **({"left_out": left_out} if left_out else {})}
 
 
 def _at_snrs(experiment, snr_db):
