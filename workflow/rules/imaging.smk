@@ -17,6 +17,7 @@ rule image:
         f"{RESULTS}/benchmarks/imaging/{{target}}/clean.tsv"
     conda:
         "../../envs/imaging.yaml"
+    threads: 1
     resources:
         mem_mb=lambda w: image_megabytes(1),
     params:
@@ -41,6 +42,7 @@ rule noise:
         f"{RESULTS}/benchmarks/imaging/{{target}}/{{snr}}.tsv"
     conda:
         "../../envs/imaging.yaml"
+    threads: 1
     resources:
         mem_mb=lambda w: image_megabytes(config["noise"]["realizations"]),
     params:
@@ -62,6 +64,7 @@ rule pure_noise:
         f"{RESULTS}/benchmarks/imaging/{PURE_NOISE}/clean.tsv"
     conda:
         "../../envs/imaging.yaml"
+    threads: 1
     resources:
         mem_mb=lambda w: image_megabytes(1),
     params:

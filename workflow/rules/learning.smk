@@ -19,6 +19,7 @@ rule train:
         f"{RESULTS}/benchmarks/learning/train/{{run}}/{{model}}.tsv"
     conda:
         "../../envs/learning.yaml"
+    threads: 1
     resources:
         mem_mb=lambda w: megabytes_of(w.run, w.model),
     params:
@@ -45,6 +46,7 @@ rule predict:
         f"{RESULTS}/benchmarks/learning/predict/{{run}}/{{model}}.tsv"
     conda:
         "../../envs/learning.yaml"
+    threads: 1
     resources:
         mem_mb=lambda w: megabytes_of(w.run, w.model),
     params:
@@ -72,6 +74,7 @@ rule reconstruct:
         f"{RESULTS}/benchmarks/learning/reconstruct/{{run}}/{{model}}.tsv"
     conda:
         "../../envs/learning.yaml"
+    threads: 1
     resources:
         mem_mb=1000,
     message:
@@ -138,6 +141,7 @@ rule scores:
         f"{RESULTS}/benchmarks/learning/scores.tsv"
     conda:
         "../../envs/learning.yaml"
+    threads: 1
     resources:
         mem_mb=1000,
     params:

@@ -24,6 +24,7 @@ rule mesh:
         target=one_of(MESHED),
     conda:
         "../../envs/mesh.yaml"
+    threads: 1
     resources:
         mem_mb=4000,
     params:

@@ -52,6 +52,7 @@ rule scattering:
     localrule: True
     conda:
         "../../envs/scattering.yaml"
+    threads: 1
     resources:
         mem_mb=1000,
     message:
@@ -76,6 +77,7 @@ rule field:
     priority: 1
     conda:
         "../../envs/scattering.yaml"
+    threads: 1
     resources:
         mem_mb=1000,
     params:

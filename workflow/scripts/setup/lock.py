@@ -115,4 +115,4 @@ def _jobs():
     """The numbers of the processes that run a job's script in this folder."""
     scripts = str(Path(".snakemake/scripts").absolute())
     running = psutil.process_iter(["cmdline"])
-    return [process.pid for process in running if any(scripts in part for part in process.info["cmdline"] or ())]
+    return [job.pid for job in running if any(part.startswith(scripts) for part in job.info["cmdline"] or ())]
