@@ -301,6 +301,7 @@ def test_published_statements_stand_beside_their_counterparts(whole):
             ("single_elevation", "knn", False, 3): 5.1,
             ("multi_elevation", "knn", False, 0): 2.1,
             ("multi_elevation", "knn", False, -6): -3.9,
+            ("fcnn_open", "fcnn", False, 9): 11.1,
             ("capsule_open", "capsule", False, -3): -0.9,
             ("capsule_open", "capsule", False, -6): -3.9,
         }
