@@ -12,7 +12,7 @@ import pytest
 import xarray as xr
 
 from report import section_images, selection
-from report.draw_learning import REJECTING
+from report.plots import REJECTING
 
 ONE_ELEVATION = {"start": 10, "stop": 10, "step": 1}
 VOID = {"meta", "link", "img", "br", "input"}

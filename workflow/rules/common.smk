@@ -23,7 +23,7 @@ if {Quietness.PROGRESS, Quietness.ALL} & set(workflow.output_settings.quiet or (
 from setup import disk, lock
 from core import folders, sweep
 from setup.check import model_kind
-from setup.kinds import IMAGERS, SOLVERS, kind
+from setup.kinds import IMAGERS, SOLVERS, kind, page_names
 from setup.closure import closure
 from setup.config import load, plain, section, unnamed
 from core.errors import InputError

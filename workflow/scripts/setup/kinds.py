@@ -100,3 +100,16 @@ def kind(seam, name):
                 except (AttributeError, ValueError):
                     continue
     return Kind(file, frozenset(node.name for node in body if isinstance(node, ast.FunctionDef)), stated)
+
+
+def page_names(models):
+    """What the page calls a config's models and their confidence scores: `models` and `scores`, mappings of names.
+
+    models: the config's. A kind states it as LABELS, of each model's name its label, its name within a sentence and its
+    place on the page, and SCORES, of each confidence score's name its label and place. What is not stated is left out.
+    """
+    stated = [kind(MODELS, settings.get("kind", name)).stated for name, settings in models.items()]
+    every = {attribute: [names.get(attribute, {}) for names in stated] for attribute in ("LABELS", "SCORES")}
+    # Sorted, as Snakemake compares params by their text.
+    labels, scores = (dict(sorted(item for names in lists for item in names.items())) for lists in every.values())
+    return {"models": labels, "scores": scores}

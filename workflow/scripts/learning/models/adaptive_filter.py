@@ -24,6 +24,8 @@ class Model(Classifier):
     (SNRs, templates), the roots of t^H S^-1 t.
     """
 
+    LABELS = {"adaptive_filter": ("adaptive filter", "the adaptive matched filter", 11)}
+    SCORES = {"coherence": ("coherence", 16)}
     SETTINGS = {
         "loading": {
             "type": "number",

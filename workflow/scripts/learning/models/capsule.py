@@ -38,6 +38,20 @@ class Model(Classifier):
     Gaussians fitted to the class's training images.
     """
 
+    LABELS = {
+        "capsule": ("capsule", "the capsule network", 7),
+        "capsule_denoise": ("capsule, denoising", "the capsule network that takes out noise", 8),
+        "capsule_other": ("capsule, other class", "the capsule network with a class 'other'", 9),
+        "capsule_complex": ("capsule, complex", "the complex capsule network", 10),
+    }
+    SCORES = {
+        "mse": ("MSE", 11),
+        "zncc": ("ZNCC", 12),
+        "noise_zncc": ("ZNCC, noise taken out", 13),
+        "length": ("capsule length", 14),
+        "mixture": ("Gaussian mixture", 15),
+        "coherence": ("coherence", 16),
+    }
     SETTINGS = {
         "width": {"type": "integer", "minimum": 1, "description": "filters of the first convolution"},
         "capsules": {

@@ -20,6 +20,20 @@ class Model(Classifier):
     A class OTHER is no known class: then OpenMax is left out, for it would be a second way to say the same.
     """
 
+    LABELS = {
+        "fcnn": ("FCNN", "the fully connected network (FCNN)", 5),
+        "fcnn_other": ("FCNN, other class", "the FCNN with a class 'other'", 6),
+    }
+    SCORES = {
+        "softmax": ("softmax", 0),
+        "openmax": ("OpenMax", 1),
+        "openmax_shifted": ("OpenMax, shifted logits", 2),
+        "max_logit": ("maximum logit", 3),
+        "energy": ("energy", 4),
+        "neighbour": ("5th nearest neighbour", 5),
+        "mahalanobis": ("Mahalanobis", 6),
+        "relative_mahalanobis": ("relative Mahalanobis", 7),
+    }
     SETTINGS = {
         "width": {"type": "integer", "minimum": 1, "description": "units of the hidden layer"},
         "epochs": {"type": "integer", "minimum": 1, "description": "passes over the training images"},

@@ -15,6 +15,8 @@ class Model(Classifier):
     references_: (references, features), grouped by class; starts_: (classes,), each class's first row.
     """
 
+    LABELS = {"knn": ("KNN", "nearest neighbour (KNN)", 3)}
+    SCORES = {"distance": ("nearest distance", 9)}
     SETTINGS = {
         "k": {"type": "integer", "minimum": 1, "description": "number of neighbours"},
     }

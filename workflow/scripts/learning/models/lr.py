@@ -14,6 +14,11 @@ class Model(Classifier):
     coef_: (features, classes), intercept_: (classes,).
     """
 
+    LABELS = {
+        "lr": ("LR", "logistic regression (LR)", 0),
+        "lr_tuned": ("LR, tuned", "tuned logistic regression", 1),
+    }
+    SCORES = {"softmax": ("softmax", 0), "max_logit": ("maximum logit", 3), "energy": ("energy", 4)}
     SETTINGS = {
         "penalty": {"type": "number", "exclusiveMinimum": 0, "description": "lambda of the penalty w'w / (2 lambda)"},
     }

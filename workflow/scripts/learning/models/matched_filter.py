@@ -17,6 +17,8 @@ class Model(Classifier):
     (classes,), each class's first.
     """
 
+    LABELS = {"matched_filter": ("matched filter", "the matched filter", 4)}
+    SCORES = {"correlation": ("correlation", 8)}
     SETTINGS = {}
 
     def fit(self, images, labels, validation=None, snrs=None, views=None):

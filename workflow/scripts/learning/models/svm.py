@@ -16,6 +16,8 @@ class Model(Classifier):
     intercept_: (classes,).
     """
 
+    LABELS = {"svm": ("SVM", "support vector machine (SVM)", 2)}
+    SCORES = {"margin": ("margin", 10)}
     SETTINGS = {
         "C": {"type": "number", "exclusiveMinimum": 0, "description": "box constraint"},
         "scale": {"type": "number", "exclusiveMinimum": 0, "description": "s of the kernel exp(-|x - y|^2 / s^2)"},
