@@ -11,19 +11,11 @@ import matplotlib.ticker
 import pandas as pd
 from matplotlib.figure import Figure as Canvas
 
-# Okabe and Ito's palette without its yellow: told apart by colour-blind readers, and dark enough on white.
-BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK = (
-    "#0072B2",
-    "#D55E00",
-    "#009E73",
-    "#B0578D",
-    "#C98500",
-    "#3A93C9",
-    "#222222",
-)
-# For what these are too few: as dark, but less far apart.
-CRIMSON, TEAL, OLIVE, INDIGO, GREY = ("#A6193C", "#00707A", "#7A6A00", "#5B4BB5", "#767676")
-PALETTE = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK, CRIMSON, TEAL, OLIVE, INDIGO, GREY)
+# Okabe and Ito's palette without its yellow: told apart by colour-blind readers, and dark enough on white. The last
+# five are for what these are too few: as dark, but less far apart.
+PALETTE = ("#0072B2", "#D55E00", "#009E73", "#B0578D", "#C98500", "#3A93C9", "#222222")
+PALETTE += ("#A6193C", "#00707A", "#7A6A00", "#5B4BB5", "#767676")
+BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK, CRIMSON, TEAL, OLIVE, INDIGO, GREY = PALETTE
 
 # What of an SVG file may stand in a URI between quotes as it is. As base64 the page would be a quarter larger.
 UNQUOTED = " /:;=,+()'!*@$?[]{}|^`~"
