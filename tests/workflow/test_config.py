@@ -409,6 +409,10 @@ def test_a_model_of_ones_own_takes_any_settings(tmp_path, monkeypatch):
             "class Model:\n    smallest = 'big'\n    def fit(self): pass\n    def evaluate(self): pass\n",
             "smallest = 'big'",
         ),
+        (
+            "class Model:\n    LABELS = {'mine': 'my'}\n    def fit(self): pass\n    def evaluate(self): pass\n",
+            "LABELS = {'mine': 'my'}; it is a mapping of names to (label, words in a sentence)",
+        ),
         ("class Model:\n    name = '\0'\n", "mine.py"),
     ],
 )

@@ -20,7 +20,7 @@
         shown.mesh.points = Float32Array.from(new Int16Array(bytes(shown.mesh.vertices).buffer), (n) => n * shown.mesh.scale);
       }
     }
-    return one;
+    return shown;
   }
 
   // A canvas as large as its box, and as fine as the screen.
@@ -155,9 +155,7 @@
     context.drawImage(layer, 0, 0, width, height);
   }
 
-  function options(select, names) {
-    select.replaceChildren(...names.map((name, k) => new Option(name, k)));
-  }
+  const options = (select, names) => select.replaceChildren(...names.map((name, k) => new Option(name, k)));
 
   function slider(input, values) {
     Object.assign(input, { min: 0, max: values.length - 1, step: 1 });

@@ -60,14 +60,11 @@ def section(results):
                     results, "capsule_confusion", of_run(results.confusion, beside, model), adaptations
                 ),
                 *([histogram_figure(results, run, model, shown, scores)] if shown else []),
+                reconstruction_figure(results, run, model, "", EXAMPLES),
                 *(
-                    reconstruction_figure(results, name, decoder, suffix, count)
-                    for (decoder, name), suffix, count in zip(
-                        first.items(),
-                        ("", *(f"_{decoder}" for decoder in list(first)[1:])),
-                        (EXAMPLES, *[OTHERS_EXAMPLES] * (len(first) - 1)),
-                        strict=True,
-                    )
+                    reconstruction_figure(results, other_run, other, f"_{other}", OTHERS_EXAMPLES)
+                    for other, other_run in first.items()
+                    if other != model
                 ),
             ),
         ),

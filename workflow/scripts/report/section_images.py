@@ -87,31 +87,30 @@ def images_table(results):
 def azimuth_gallery(results, target):
     """Noise-free images of a target at evenly spread azimuths, elevation nearest 0."""
     cut = results.images(target, "clean").image.sel(elevation=0, method="nearest")
-    cut = cut.isel(azimuth=around(cut.sizes["azimuth"], GALLERY_AZIMUTHS)).load()
-    images = {f"azimuth {float(angle):.4g}°": cut.sel(azimuth=angle) for angle in cut.azimuth.values}
-    first, *_, last = [*images] * 2  # there may be only one
-    alt = f"Noise-free ISAR images of {target} at {len(images)} azimuths from {first} to {last}."
-    caption = (
-        f"{target}: noise-free images over azimuth at elevation {float(cut.elevation):g}°, 0 to {FLOOR_DB} dB of each "
-        "image's peak. At azimuth 0° the radar is on the x axis, before the nose of what has one."
-    )
-    return gallery(f"images_{target}", target, images, results.surfaces.get(target), alt, caption)
+    cut = cut.isel(azimuth=around(cut.sizes["azimuth"], GALLERY_AZIMUTHS))
+    at = f"elevation {float(cut.elevation):g}°"
+    note = "At azimuth 0° the radar is on the x axis, before the nose of what has one."
+    return angle_gallery(results, f"images_{target}", target, "azimuth", cut, at, note)
 
 
 def elevation_gallery(results, target):
     """Noise-free images of a target at evenly spread elevations, azimuth an eighth of the way."""
     cut = results.images(target, "clean").image
     cut = cut.isel(azimuth=cut.sizes["azimuth"] // 8)
-    cut = cut.sel(elevation=evenly(cut.elevation.values.tolist(), GALLERY_ELEVATIONS)).load()
-    images = {f"elevation {float(angle):.4g}°": cut.sel(elevation=angle) for angle in cut.elevation.values}
+    cut = cut.sel(elevation=evenly(cut.elevation.values.tolist(), GALLERY_ELEVATIONS))
+    at = f"azimuth {float(cut.azimuth):.0f}°"
+    note = "Away from the horizon the image plane is inclined: cross-range shrinks with the cosine of the elevation."
+    return angle_gallery(results, "gallery_elevation", target, "elevation", cut, at, note)
+
+
+def angle_gallery(results, name, target, axis, cut, at, note):
+    """A target's images over one angle. axis: its name; cut: the images; at: the other angle in words."""
+    cut = cut.load()
+    images = {f"{axis} {float(angle):.4g}°": cut.sel({axis: angle}) for angle in cut[axis].values}
     first, *_, last = [*images] * 2  # there may be only one
-    alt = f"Noise-free ISAR images of {target} at {len(images)} elevations from {first} to {last}."
-    caption = (
-        f"{target}: noise-free images over elevation at azimuth {float(cut.azimuth):.0f}°, 0 to {FLOOR_DB} dB of each "
-        "image's peak. Away from the horizon the image plane is inclined: cross-range shrinks with the cosine of the "
-        "elevation."
-    )
-    return gallery("gallery_elevation", target, images, results.surfaces.get(target), alt, caption)
+    alt = f"Noise-free ISAR images of {target} at {len(images)} {axis}s from {first} to {last}."
+    caption = f"{target}: noise-free images over {axis} at {at}, 0 to {FLOOR_DB} dB of each image's peak. {note}"
+    return gallery(name, target, images, results.surfaces.get(target), alt, caption)
 
 
 def noise_gallery(results, target):

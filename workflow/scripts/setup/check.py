@@ -198,6 +198,10 @@ def _check_snrs(config):
             )
 
 
+# How many texts a model's file states for the page of each name, and how: a number may follow, the place on the page.
+NAMED = {"LABELS": (2, "(label, words in a sentence)"), "SCORES": (1, "(label,)")}
+
+
 def _check_models(learning):
     """Every model's settings, against those that its kind says it has. A list stands for each of its values."""
     shared = schema()["properties"]["learning"]["properties"]["models"]["additionalProperties"]["properties"]
@@ -216,6 +220,15 @@ def _check_models(learning):
         smallest = kind(MODELS, which).stated.get("smallest", 1)
         if not isinstance(smallest, int):
             raise InputError(f"{key}': {which}.py says smallest = {smallest!r}; it is a whole number of pixels a side.")
+        for attribute, (texts, entries) in NAMED.items():
+            names = kind(MODELS, which).stated.get(attribute, {})
+            if not isinstance(names, dict) or not all(
+                isinstance(words, tuple | list) and [*map(type, words)] in ([str] * texts, [*[str] * texts, int])
+                for words in names.values()
+            ):
+                raise InputError(
+                    f"{key}': {which}.py says {attribute} = {names!r}; it is a mapping of names to {entries}."
+                )
         own = kind(MODELS, which).settings
         if own is not None:
             rules = {
