@@ -87,12 +87,10 @@
     const [w, h] = [scale * (right - left), scale * (far - near)], [x0, y0] = [MARGIN.left + (room[0] - w) / 2, MARGIN.top + (room[1] - h) / 2];
     const x = (cross) => x0 + scale * (cross - left), y = (range) => y0 + scale * (far - range);
     const small = new ImageData(columns, rows), start = ((store * data.elevations.length + e) * data.azimuths.length + a) * rows * columns;
-    for (let row = 0; row < rows; row++) {
-      for (let column = 0; column < columns; column++) {
-        const level = shown.levels[start + row * columns + column] / 255;
-        small.data.set([...color(level), 255], 4 * ((rows - 1 - row) * columns + column));
-      }
-    }
+    shown.levels.subarray(start, start + rows * columns).forEach((level, k) => {
+      const row = rows - 1 - Math.floor(k / columns);
+      small.data.set([...color(level / 255), 255], 4 * (row * columns + (k % columns)));
+    });
     const buffer = new OffscreenCanvas(columns, rows);
     buffer.getContext("2d").putImageData(small, 0, 0);
     context.imageSmoothingEnabled = false;
@@ -157,10 +155,7 @@
 
   const options = (select, names) => select.replaceChildren(...names.map((name, k) => new Option(name, k)));
 
-  function slider(input, values) {
-    Object.assign(input, { min: 0, max: values.length - 1, step: 1 });
-    input.disabled = values.length === 1;
-  }
+  const slider = (input, { length }) => Object.assign(input, { min: 0, max: length - 1, step: 1, disabled: length === 1 });
 
   function draw() {
     const shown = unpacked(data.targets[target.value]), [e, a] = [+elevation.value, +azimuth.value];

@@ -115,18 +115,12 @@ def marked(shifts, drawn, network=False):
     if not drawn:
         return ""
     whose = FULL_SIZE if network else f"thesis, {CENTER_FREQUENCY / 1e9:g} GHz"
-    return f" Open markers: {whose} ({MARKERS}){moved_by(shifts)}."
-
-
-def moved_by(shifts):
-    """How far published SNRs were moved, in words that follow others; empty for none. shifts: as of `marked`."""
-    if not any(shifts.values()):
-        return ""
     parts = [f"{shift:+.1f} dB{f' ({name})' if name else ''}" for name, shift in shifts.items()]
-    return (
+    moved_by = (
         f", moved by {' and '.join(parts)}: their SNR counts an aperture's mean power, this run's that within 3 dB of "
         "its peak"
     )
+    return f" Open markers: {whose} ({MARKERS}){moved_by if any(shifts.values()) else ''}."
 
 
 def confusion_figure(results, name, ours, adaptations):
