@@ -31,7 +31,7 @@ localrules:
 onstart:
     # On a cluster other machines solve.
     lines = expected(refuse=workflow.local_exec)
-    begin(RESULTS, not workflow.local_exec)
+    or_exit(lock.take, RESULTS, not workflow.local_exec)
     logger.info("\n".join(lines))
 
 

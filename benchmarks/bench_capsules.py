@@ -33,7 +33,7 @@ def step_of(settings, convolve):
     """A function that trains one batch of STEP images and gives the seconds."""
     random = np.random.default_rng(0)
     sizes = (settings[name] for name in ("width", "capsules", "decoder"))
-    weights = jax.tree.map(jax.numpy.asarray, capsules.start(random, (SIDE, SIDE, 1), 2, *sizes))
+    weights = jax.tree.map(jax.numpy.asarray, capsules.initial_weights(random, (SIDE, SIDE, 1), 2, *sizes))
     x = jax.numpy.asarray(random.random((STEP, SIDE, SIDE, 1)), np.float32)
     y = jax.numpy.asarray(np.eye(2, dtype=np.float32)[random.integers(2, size=STEP)])
     optimizer = optax.adam(1e-3)

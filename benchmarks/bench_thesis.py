@@ -15,7 +15,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from core.sweep import azimuths, bands, elevations
+from core.sweep import sweeps
 from mesh.io import read_ply
 from scattering import needs
 from scattering.solve import PARTS, solve
@@ -36,11 +36,11 @@ def main():
     figures = [f"{folder}/{target}.json" for target in config["targets"]]
     command = ["snakemake", "--cores", str(options.threads), *figures, "--configfile", options.config]
     subprocess.run(command, check=True)
-    radar, aspect = config["radar"], config["aspect"]
+    asked = sweeps(config["radar"], config["aspect"], config["mesh"]["bands"])
 
-    def plan(target, band):
+    def plan(target, number, band):
         planes = len(config["targets"][target].get("symmetry", []))
-        return needs.need(band, planes, radar, aspect, needs.method(config, target))
+        return needs.need(band, planes, asked[number], needs.method(config, target))
 
     rows = [
         {
@@ -49,7 +49,7 @@ def main():
             "planes": len(config["targets"][target].get("symmetry", [])),
             "unknowns": band["unknowns"],
             "frequencies": band["frequencies"]["count"],
-            "planned_gb": plan(target, band)["megabytes"] / 1000,
+            "planned_gb": plan(target, number, band)["megabytes"] / 1000,
         }
         for target, path in zip(config["targets"], figures, strict=True)
         for number, band in enumerate(json.loads(Path(path).read_text())["bands"])
@@ -57,11 +57,12 @@ def main():
     table = pd.DataFrame(rows)
     cost = {part: table.unknowns**n / 2.0 ** (g * table.planes) for part, (n, g) in POWERS.items()}
     largest = table.loc[cost["factorization"].idxmax()]
-    frequency = bands(radar, config["mesh"]["bands"])[largest.band][-1]
+    sweep = asked[largest.band]
+    frequency = sweep.frequency[-1]
     symmetry = config["targets"][largest.target].get("symmetry", [])
     print(
         f"{largest.target} at {frequency / 1e9:g} GHz: {largest.unknowns} unknowns, mirror planes {symmetry}, "
-        f"{len(elevations(aspect)) * len(azimuths(aspect))} directions, planned memory {largest.planned_gb:.1f} GB",
+        f"{len(sweep.elevation) * len(sweep.azimuth)} directions, planned memory {largest.planned_gb:.1f} GB",
         flush=True,
     )
     start, said = time.perf_counter(), {"at": 0.0}
@@ -74,13 +75,13 @@ def main():
     solution = solve(
         *read_ply(folder / f"{largest.target}-{largest.band}.ply"),
         [frequency],
-        elevations(aspect),
-        azimuths(aspect),
-        radar["polarizations"],
+        sweep.elevation,
+        sweep.azimuth,
+        sweep.polarizations,
         symmetry,
-        config["scattering"]["precision"],
-        options.threads,
-        progress,
+        precision=config["scattering"]["precision"],
+        threads=options.threads,
+        progress=progress,
     )
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
     seconds = {part: float(solution.seconds[part][0]) for part in PARTS}
@@ -90,7 +91,7 @@ def main():
         table[f"{part}_h"] = seconds[part] * cost[part] / cost[part][largest.name] * table.frequencies / 3600
     table["hours"] = table[[f"{part}_h" for part in PARTS]].sum(axis=1)
     print(table.round(2).to_string(index=False))
-    print(f"the whole experiment, {radar['frequencies']} frequencies: {table.hours.sum():.1f} hours")
+    print(f"the whole experiment, {config['radar']['frequencies']} frequencies: {table.hours.sum():.1f} hours")
     options.out.mkdir(parents=True, exist_ok=True)
     table.to_csv(options.out / "thesis.csv", index=False)
     row = {"target": largest.target, "ghz": frequency / 1e9, "unknowns": largest.unknowns, **seconds}

@@ -21,7 +21,7 @@ ENVIRONMENT = {**os.environ, "PATH": f"{Path(sys.executable).parent}{os.pathsep}
 FORKS = """
 import json, os, sys, tempfile
 sys.path.insert(0, "workflow/scripts")
-import setup.overview, report.selection, scattering.origin, snakemake.api
+import setup.overview, report.selection, scattering.field_files, snakemake.api
 from snakemake.cli import main
 
 def begin(arguments, output):

@@ -10,7 +10,7 @@ from core import store
 from learning import images
 from learning.experiments import LEARNED, runs
 from learning.predict import predict
-from learning.train import train
+from learning.train import Training, train
 
 SPLIT = {"scheme": "random", "train": 0.7, "validation": 0.33}
 ELEVATION, AZIMUTHS, RANGE, CROSSRANGE = [-15.0, 0.0, 15.0], 24, 6, 5
@@ -75,7 +75,7 @@ def fitted(stores, folder, name="knn", selection=ALL, seed=0, experiment="multi"
     targets = {images.target_of(store) for store in stores}
     roles = {target: ROLES[target] for target in targets if target in ROLES} | more.pop("roles", {})
     run = run_of(selection, experiment, **more)
-    train(stores, roles, run, name, settings or SETTINGS[name], SPLIT, APERTURE, seed, folder)
+    train(stores, Training(run, name, settings or SETTINGS[name], roles, SPLIT, APERTURE, seed), folder)
     return folder
 
 

@@ -6,7 +6,7 @@ from scipy.stats import rayleigh
 from sklearn.mixture import GaussianMixture
 
 from core.errors import InputError
-from learning import capsules, descent, known
+from learning import capsules, confidence, training_loop
 from learning.classifier import OTHER, build
 from learning.models import capsule
 
@@ -92,13 +92,13 @@ def test_images_in_batches_or_alone_get_the_same_scores(model):
 
 
 def test_the_curve_has_losses_accuracies_and_seconds(model):
-    assert tuple(model.curve_) == descent.COLUMNS and len(model.curve_["loss"]) == SETTINGS["epochs"]
+    assert tuple(model.curve_) == training_loop.COLUMNS and len(model.curve_["loss"]) == SETTINGS["epochs"]
     assert model.curve_["loss"][-1] < 0.5 * model.curve_["loss"][0]
 
 
 def test_a_killed_fit_goes_on_to_the_same_weights(model, tmp_path, monkeypatch):
-    monkeypatch.setattr(descent, "BETWEEN", 0.0)
-    write = descent.Checkpoint.write
+    monkeypatch.setattr(training_loop, "BETWEEN", 0.0)
+    write = training_loop.Checkpoint.write
 
     def dies(self, arrays, notes):
         write(self, arrays, notes)
@@ -111,7 +111,7 @@ def test_a_killed_fit_goes_on_to_the_same_weights(model, tmp_path, monkeypatch):
         return one
 
     with monkeypatch.context() as patched, pytest.raises(KeyboardInterrupt):
-        patched.setattr(descent.Checkpoint, "write", dies)
+        patched.setattr(training_loop.Checkpoint, "write", dies)
         start().fit(*TRAIN, HELD_OUT)
     resumed = start().fit(*TRAIN, HELD_OUT)
     for name in capsule.WEIGHTS:
@@ -162,7 +162,7 @@ def test_images_of_no_class_do_not_count_in_the_accuracy(denoising):
 
 
 def test_another_validation_set_starts_anew(tmp_path, monkeypatch):
-    monkeypatch.setattr(descent, "BETWEEN", 0.0)
+    monkeypatch.setattr(training_loop, "BETWEEN", 0.0)
     model = build("capsule", SETTINGS | {"epochs": 1}, seed=3)
     model.checkpoints = tmp_path
     for count in (20, 19, 20):
@@ -219,9 +219,9 @@ def test_zncc_is_the_direct_formula():
     expected = [
         np.mean((one - one.mean()) / one.std() * (two - two.mean()) / two.std()) for one, two in zip(x, y, strict=True)
     ]
-    np.testing.assert_allclose(known.zncc(x, y), expected, atol=1e-12)
-    np.testing.assert_allclose(known.zncc(3 * x + 1, y), expected, atol=1e-12)
-    assert known.zncc(np.ones((1, 30)), y[:1])[0] == 0
+    np.testing.assert_allclose(confidence.zncc(x, y), expected, atol=1e-12)
+    np.testing.assert_allclose(confidence.zncc(3 * x + 1, y), expected, atol=1e-12)
+    assert confidence.zncc(np.ones((1, 30)), y[:1])[0] == 0
 
 
 def test_the_noise_is_taken_out_of_the_zncc():
@@ -232,16 +232,17 @@ def test_the_noise_is_taken_out_of_the_zncc():
     for sigma in (0.1, 0.3):
         noise = sigma * (random.standard_normal(truth.shape) + 1j * random.standard_normal(truth.shape))
         image = np.abs(truth + noise)
-        plain, mended = known.zncc(image, truth).mean(), known.noise_zncc(image, truth).mean()
+        plain, mended = (
+            confidence.zncc(image, truth, noise).mean() for noise in (0.0, confidence.noise_variance(image))
+        )
         assert abs(1 - mended) < 0.5 * abs(1 - plain)
     # Noise alone: its power follows from the first quartile.
     alone = rayleigh.rvs(scale=0.2, size=(1, 100_000), random_state=0)
-    power = np.quantile(alone, 0.25) ** 2 / np.log(4 / 3)
-    np.testing.assert_allclose((1 - np.pi / 4) * power, alone.var(), rtol=0.02)
+    np.testing.assert_allclose(confidence.noise_variance(alone), alone.var(), rtol=0.02)
 
 
 def test_coherence_by_hand():
     x, r = np.array([[1, 1j], [1, 0], [0, 0]]), np.array([[1j, -1], [0, 2], [1, 1]])
-    np.testing.assert_allclose(known.coherence(x, r), [1, 0, 0], atol=1e-12)
+    np.testing.assert_allclose(confidence.coherence(x, r), [1, 0, 0], atol=1e-12)
     rows = np.array([[1.0, 2.0, 3.0, 4.0]])
-    assert known.complex_of(rows).tolist() == [[1 + 2j, 3 + 4j]]
+    assert confidence.complex_of(rows).tolist() == [[1 + 2j, 3 + 4j]]

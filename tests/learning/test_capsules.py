@@ -14,7 +14,7 @@ def random():
 
 
 def weights_of(random, shape=(19, 21, 1), classes=2):
-    return capsules.start(random, shape, classes, width=3, capsules=2, decoder=5)
+    return capsules.initial_weights(random, shape, classes, width=3, capsules=2, decoder=5)
 
 
 def test_squash_by_hand():
@@ -78,7 +78,7 @@ def test_margin_loss_by_hand():
 
 
 def test_encoder_has_as_many_weights_as_the_published_one(random):
-    weights = capsules.start(random, (28, 28, 1), 10, width=256, capsules=32, decoder=512)
+    weights = capsules.initial_weights(random, (28, 28, 1), 10, width=256, capsules=32, decoder=512)
     encoder = {name: value for name, value in weights.items() if not name.startswith("decoder")}
     # 256 filters of 81 pixels; 256 of 81 x 256; 1,152 capsules with a matrix of 8 x 16 for each of 10 classes.
     assert sum(value.size for value in encoder.values()) == 82 * 256 + (81 * 256 + 1) * 256 + 1152 * 8 * 16 * 10

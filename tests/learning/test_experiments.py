@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 
 from core.errors import InputError
-from learning.classifier import choices
-from learning.descent import ANY_SNR, Batches
+from learning.classifier import ANY_SNR, choices
 from learning.experiments import label, runs, snrs_in_words, train_snr_db, training
+from learning.training_loop import Batches
 
 
 def learning(**experiments):

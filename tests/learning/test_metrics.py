@@ -6,7 +6,7 @@ import pytest
 from sklearn import metrics as reference
 
 from learning.experiments import runs
-from learning.metrics import confusion, figures, interval, resampled, separation, weights
+from learning.metrics import confusion, interval, metrics_of, resampled, separation, weights
 from learning.scores import score
 
 LABELS = ["dart", "disc", "wing"]
@@ -27,7 +27,7 @@ def test_metrics_agree_with_scikit_learn(never):
         predicted[predicted == never] = 0  # a class that is never predicted has precision 0
     counts = confusion(np.zeros_like(truth), truth, predicted, (1, 3))[0]
     assert (counts == reference.confusion_matrix(truth, predicted)).all()
-    ours = figures(counts, LABELS, LABELS)
+    ours = metrics_of(counts, LABELS, LABELS)
     precision, recall, _, _ = reference.precision_recall_fscore_support(truth, predicted, zero_division=0)
     expected = {
         "accuracy": reference.accuracy_score(truth, predicted),
@@ -46,7 +46,7 @@ def test_resampled_metrics_are_those_of_repeated_observations():
     counts = confusion(groups, truth, predicted, (10, 3))
     weights = np.array([0, 3, 1, 1, 0, 2, 0, 1, 1, 1])
     rows = np.concatenate([np.flatnonzero(groups == group) for group in np.repeat(np.arange(10), weights)])
-    ours = figures(np.tensordot(weights, counts, axes=1), LABELS, LABELS)
+    ours = metrics_of(np.tensordot(weights, counts, axes=1), LABELS, LABELS)
     assert abs(ours["f1_macro"] - reference.f1_score(truth[rows], predicted[rows], average="macro")) < 1e-12
 
 
@@ -59,7 +59,7 @@ def test_intervals_are_seeded_and_contain_the_value():
     counts = confusion(groups, truth, predicted, (30, 3))
     first, again, other = (intervals(counts, seed) for seed in (0, 0, 1))
     assert first == again != other
-    for name, value in figures(counts.sum(axis=0), LABELS, LABELS).items():
+    for name, value in metrics_of(counts.sum(axis=0), LABELS, LABELS).items():
         low, high = first[name]
         assert low < value < high, name
 

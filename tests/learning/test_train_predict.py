@@ -27,20 +27,21 @@ from scenes import (
 from core.errors import InputError
 from learning import images, timing
 from learning.classifier import build
+from learning.model_folder import load
 from learning.predict import classify
 from learning.thresholds import choose
-from learning.train import load
 
 
 def test_rows_carry_where_they_come_from(stores):
-    rows = images.read(stores("snr_0dB", ("disc", "dart")), aspects()[[3, 5]], [15])
+    pixels, rows = images.read(stores("snr_0dB", ("disc", "dart")), aspects()[[3, 5]], [15])
+    assert set(rows.label) == {"snr_0dB"}
     assert rows.target.tolist() == ["dart"] * 4 + ["disc"] * 4
     assert rows.azimuth.tolist() == [45, 45, 75, 75] * 2
     assert rows.realization.tolist() == [0, 1] * 4
     assert set(rows.elevation) == {15}
     with xr.open_zarr(stores("snr_0dB", ["disc"])[0]) as dataset:
         expected = dataset["image"].sel(realization=1, elevation=15, azimuth=75).values
-    np.testing.assert_array_equal(rows.images[7], expected)
+    np.testing.assert_array_equal(pixels[7], expected)
 
 
 def test_an_angle_that_no_store_has_is_named(stores):
@@ -110,10 +111,10 @@ def test_no_test_azimuth_was_trained_on(stores, tmp_path):
     tested = table.loc[table["side"] == "test", "azimuth"]
     assert np.allclose(np.sort(tested.unique()), aspects()[sides["test"]["index"]])
     # One training image at distance 0 from a test image would be the image itself.
-    unseen = images.read(stores("snr_0dB"), sides["test"]["azimuth"])
-    assert load(folder).decision_function(unseen.images).max() < -0.01
-    seen = images.read(stores("snr_0dB"), sides["train"]["azimuth"])
-    assert (load(folder).decision_function(seen.images).max(axis=1) > -0.01).all()
+    unseen, _ = images.read(stores("snr_0dB"), sides["test"]["azimuth"])
+    assert load(folder).decision_function(unseen).max() < -0.01
+    seen, _ = images.read(stores("snr_0dB"), sides["train"]["azimuth"])
+    assert (load(folder).decision_function(seen).max(axis=1) > -0.01).all()
 
 
 def test_in_sector_no_test_image_shares_a_sample_with_a_training_one(stores, tmp_path):
@@ -247,10 +248,12 @@ def test_choices_are_made_on_the_validation_azimuths(stores, tmp_path):
     search = pd.read_csv(folder / "search.csv")
     assert search["penalty"].tolist() == [1e-9, 0.1, 1.0]
     sides = json.loads((folder / "split.json").read_text())
-    rows, seen = (images.read(stores("snr_0dB"), sides[side]["azimuth"]) for side in ("validation", "train"))
+    (held_out, truth), (seen, origin) = (
+        images.read(stores("snr_0dB"), sides[side]["azimuth"]) for side in ("validation", "train")
+    )
     for line in search.itertuples():
-        model = build("lr", {"penalty": line.penalty}, 0).fit(seen.images, seen.target)
-        assert line.validation_accuracy == (model.predict(rows.images) == rows.target).mean()
+        model = build("lr", {"penalty": line.penalty}, 0).fit(seen, origin["target"].to_numpy(str))
+        assert line.validation_accuracy == (model.predict(held_out) == truth["target"]).mean()
     chosen = json.loads((folder / "config.json").read_text())["settings"]
     assert chosen == {"penalty": search["penalty"][search["validation_accuracy"].idxmax()]}
 
@@ -296,22 +299,22 @@ def test_separable_classes_are_told_apart(name, stores, tmp_path):
 
 @pytest.mark.parametrize("name", SETTINGS)
 def test_shuffled_labels_give_chance(name, stores):
-    rows = images.read(stores("snr_0dB"), aspects())
-    seen = np.isin(rows.azimuth, aspects()[::2])
+    pixels, rows = images.read(stores("snr_0dB"), aspects())
+    seen, targets = np.isin(rows.azimuth, aspects()[::2]), rows.target.to_numpy(str)
     right = []
     for seed in range(8):
-        labels = np.random.default_rng(seed).permutation(rows.target[seen])
-        model = build(name, SETTINGS[name], 0).fit(rows.images[seen], labels)
-        right.append((classify(model, rows.images[~seen]).labels == rows.target[~seen]).mean())
+        labels = np.random.default_rng(seed).permutation(targets[seen])
+        model = build(name, SETTINGS[name], 0).fit(pixels[seen], labels)
+        right.append((classify(model, pixels[~seen]).labels == targets[~seen]).mean())
     assert abs(np.mean(right) - 0.5) < 0.12
 
 
 def test_batches_do_not_change_predictions(stores, tmp_path, monkeypatch):
     folder = fitted(stores("clean"), tmp_path / "knn")
-    rows = images.read(stores("snr_0dB"), aspects())
-    whole = classify(load(folder), rows.images)
+    pixels, _ = images.read(stores("snr_0dB"), aspects())
+    whole = classify(load(folder), pixels)
     monkeypatch.setattr("learning.predict.BATCH", 50)
-    parts = classify(load(folder), rows.images)
+    parts = classify(load(folder), pixels)
     assert (whole.labels == parts.labels).all()
     np.testing.assert_allclose(whole.scores, parts.scores, atol=1e-3)
     np.testing.assert_allclose(whole.known["distance"], parts.known["distance"], atol=1e-3)

@@ -5,7 +5,8 @@ import pytest
 from shapes_made import cube, fine_cube, lofted, sphere, together, torus
 
 from core.errors import InputError
-from mesh import arrange, contact, symmetry, topology
+from mesh import arrange, symmetry, topology
+from mesh.boxes import near_boxes
 from mesh.build import build
 from mesh.io import write_ply
 from mesh.repair import repair
@@ -81,10 +82,10 @@ def test_union_has_its_closed_form_area_and_junctions(tmp_path, name, turned):
         assert repairs["overlapping_triangles"] > 0
     path = tmp_path / "shape.ply"
     write_ply(path, vertices, triangles)
-    (mesh,), figures = build(path, {}, MESH, RADAR)
-    (band,) = figures["bands"]
+    (mesh,), measures = build(path, {}, MESH, RADAR)
+    (band,) = measures["bands"]
     assert len(arrange.crossings(*mesh)) == 0
-    edges, many = topology.edges(mesh[1])[0], topology.triangles_at_edges(mesh[1])
+    edges, _, many = topology.edges(mesh[1])
     assert topology.areas(*mesh).sum() == pytest.approx(area, rel=1e-5)
     assert set(many[many > 2]) == ({meeting} if meeting else set())
     ends = mesh[0][edges[many > 2]]
@@ -102,7 +103,7 @@ def test_a_dent_through_the_bottom_keeps_all_that_waves_reach():
     sound, faces, repairs, _ = repair(vertices, triangles, EDGE, "dent")
     assert topology.areas(sound, faces).sum() == pytest.approx(topology.areas(vertices, triangles).sum(), rel=1e-6)
     assert repairs["connected_crossings"] == 12 and repairs["hidden_triangles"] == 0
-    assert np.bincount(topology.triangles_at_edges(faces))[[1, 2, 3, 4]].tolist() == [0, 96, 0, 6]
+    assert np.bincount(topology.edges(faces).count)[[1, 2, 3, 4]].tolist() == [0, 96, 0, 6]
 
 
 LONG_ARM, HALF, TOP = 0.24, 0.004, 0.008  # m: two crossed arms of 8 mm by 8 mm, motors from HALF / 2 below to TOP
@@ -151,10 +152,10 @@ def test_a_quadcopter_of_overlapping_solids_becomes_one(tmp_path, at, turned):
     assert np.array_equal(sound, again[0]) and np.array_equal(faces, again[1])
     if at == 0.085:
         write_ply(tmp_path / "shape.ply", vertices, triangles)
-        (mesh,), figures = build(tmp_path / "shape.ply", {}, MESH, RADAR | {"center_frequency": 3.5e9})
+        (mesh,), measures = build(tmp_path / "shape.ply", {}, MESH, RADAR | {"center_frequency": 3.5e9})
         assert topology.is_watertight(mesh[1]) and arrange.first_crossing(*mesh) is None
         assert topology.tetrahedra(*mesh).sum() == pytest.approx(volume, rel=0.01)
-        assert figures["bands"][0]["smallest_angle"]["median"] >= 35
+        assert measures["bands"][0]["smallest_angle"]["median"] >= 35
 
 
 def test_a_solid_through_itself_keeps_its_outside():
@@ -227,7 +228,7 @@ def test_boxes_that_overlap_are_all_found_once():
     low, other = generator.uniform(0, 1, (2, 900, 3)).round(2)
     high, other_high = low + generator.exponential(0.05, (900, 3)), other + generator.exponential(0.05, (900, 3))
     meet = ((low[:, None] <= other_high) & (high[:, None] >= other)).all(axis=2)
-    pairs = contact.near_boxes(low, high, other, other_high, "boxes")
+    pairs = near_boxes((low, high), (other, other_high), "boxes")
     assert sorted(map(tuple, pairs.tolist())) == list(zip(*(x.tolist() for x in np.nonzero(meet)), strict=True))
 
 
@@ -247,7 +248,7 @@ IN_PLANES = {
 def test_faces_in_a_mirror_plane_are_there_once(tmp_path, name):
     (vertices, triangles), planes, area = IN_PLANES[name]
     write_ply(tmp_path / "shape.ply", vertices, triangles)
-    (mesh,), figures = build(tmp_path / "shape.ply", {"symmetry": planes}, MESH, RADAR)
+    (mesh,), measures = build(tmp_path / "shape.ply", {"symmetry": planes}, MESH, RADAR)
     assert topology.areas(*mesh).sum() == pytest.approx(area, rel=1e-6)
     table = {tuple(point): number for number, point in enumerate((mesh[0] + 0.0).tolist())}
     faces = [frozenset(corners) for corners in mesh[1].tolist()]
@@ -256,7 +257,7 @@ def test_faces_in_a_mirror_plane_are_there_once(tmp_path, name):
         image = np.array([table[tuple(point)] for point in (symmetry.mirrored(mesh[0], axis) + 0.0).tolist()])
         assert {frozenset(corners) for corners in image[mesh[1]].tolist()} == set(faces)
     assert (mesh[0][mesh[1]][:, :, 1] == 0).all(axis=1).sum() > 20 or name == "a fin across"
-    assert unknowns(fundamental_domain(*mesh, planes)) == topology.unknowns(mesh[1]) == figures["bands"][0]["unknowns"]
+    assert unknowns(fundamental_domain(*mesh, planes)) == topology.unknowns(mesh[1]) == measures["bands"][0]["unknowns"]
 
 
 def test_closed_solids_stay_closed_or_are_refused(monkeypatch):

@@ -152,9 +152,9 @@ DEGENERATE = {
 def test_a_triangle_without_area_is_a_repair(tmp_path, name):
     (tmp_path / name).write_bytes(DEGENERATE[name])
     radar = {"center_frequency": 1.0e9, "bandwidth": 0.0, "frequencies": 1}
-    _, figures = build(tmp_path / name, {}, {"edges_per_wavelength": 15, "bands": 1}, radar)
-    assert figures["repairs"]["degenerate_triangles"] == 1
-    assert figures["bands"][0]["watertight"]
+    _, measures = build(tmp_path / name, {}, {"edges_per_wavelength": 15, "bands": 1}, radar)
+    assert measures["repairs"]["degenerate_triangles"] == 1
+    assert measures["bands"][0]["watertight"]
 
 
 @pytest.mark.parametrize("first", range(6))
@@ -202,6 +202,7 @@ REFUSED = {
     "huge_number.obj": (b"v 0 0 0\nf 1 1 99999999999999999999999\n", "in line 2"),
     "list_of_x.ply": (ply(T, "<").replace(b"float x", b"list uchar float x"), "."),
     "nan_corner.ply": (ply([[0, 1, 2]], "", lists=("int", "float")).replace(b"3 0 1 2", b"3 0 1 nan"), "NaN"),
+    "endless_face.ply": (ply([[0, 1, 2]], "", lists=("float", "int")).replace(b"3 0 1 2", b"inf 0 1 2"), "cut short"),
     "two_corners.stl": (TEXT.replace(b"   vertex", b"   vortex", 1), "line 8: 'endfacet': a facet must have three"),
 }
 

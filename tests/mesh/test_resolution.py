@@ -39,8 +39,8 @@ def test_a_small_sheet_is_refused_unless_its_edges_are_fine(tmp_path, monkeypatc
         with pytest.raises(InputError, match=rf"'mesh\.edges_per_wavelength: {density}' would do") as refusal:
             meshed(path, 10)
     assert ("precision: double" in str(refusal.value)) == (side < 1 / 30)
-    _, figures = meshed(path, density)
-    assert figures["bands"][0]["unknowns"] > 300
+    _, measures = meshed(path, density)
+    assert measures["bands"][0]["unknowns"] > 300
     load({"mesh": {"edges_per_wavelength": density}})
 
 

@@ -1,4 +1,4 @@
-"""Sound shapes: units, symmetry, figures, files."""
+"""Sound shapes: units, symmetry, measures, files."""
 
 import json
 
@@ -137,7 +137,8 @@ def test_ply_keeps_every_bit(tmp_path):
 def test_written_files_agree(tmp_path):
     path = save(tmp_path / "cube.obj", *cube(0.2))
     mesh = MESH | {"edges_per_wavelength": 16}
-    write(path, {}, mesh, RADAR, tmp_path / "cube.json", tmp_path / "s.ply", [tmp_path / "cube-0.ply"])
+    settings = {"target": {}, "mesh": mesh, "radar": RADAR}
+    write(path, settings, tmp_path / "cube.json", tmp_path / "s.ply", [tmp_path / "cube-0.ply"])
     described = json.loads((tmp_path / "cube.json").read_text())
     vertices, triangles = read_ply(tmp_path / "cube-0.ply")
     (band,) = described["bands"]

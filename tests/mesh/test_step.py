@@ -86,9 +86,9 @@ def test_solid_comes_back_and_makes_a_good_mesh(tmp_path, shapes, name, file, so
     assert np.ptp(vertices, axis=0) == pytest.approx(box, rel=1e-3)
     assert topology.areas(vertices, triangles).sum() == pytest.approx(area, rel=1e-3)
     assert topology.tetrahedra(vertices, triangles).sum() == pytest.approx(volume, rel=1e-3)  # so they face outwards
-    (mesh,), figures = build(path, {}, MESH, RADAR)
+    (mesh,), measures = build(path, {}, MESH, RADAR)
     check_solid(EDGE, mesh, volume, area)
-    assert max(figures["bands"][0]["hausdorff"].values()) <= figures["bands"][0]["wavelength"] / 40
+    assert max(measures["bands"][0]["hausdorff"].values()) <= measures["bands"][0]["wavelength"] / 40
 
 
 @needs_kernel

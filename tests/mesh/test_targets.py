@@ -1,4 +1,4 @@
-"""The five targets at the default experiment's sizes: the figures that the method of moments relies on."""
+"""The five targets at the default experiment's sizes: the measures that the method of moments relies on."""
 
 import numpy as np
 import pytest
@@ -29,43 +29,43 @@ CASES = [(name, band) for name in (*TARGETS, "drone, higher") for band in range(
 @pytest.fixture(params=CASES, ids=lambda p: f"{p[0]}-{p[1]}")
 def case(request, built):
     name, band = request.param
-    meshes, figures = built[name]
-    return name.split(",")[0], *meshes[band], figures["bands"][band]
+    meshes, measures = built[name]
+    return name.split(",")[0], *meshes[band], measures["bands"][band]
 
 
 def test_edges_are_a_tenth_of_the_wavelength(case):
-    _, vertices, triangles, figures = case
-    edge = figures["wavelength"] / 10
+    _, vertices, triangles, measures = case
+    edge = measures["wavelength"] / 10
     length = topology.edge_lengths(vertices, triangles)
     assert length.mean() <= edge
     assert np.percentile(length, 99) <= 1.35 * edge
     assert length.max() <= 1.6 * edge
-    assert figures["edge"]["mean"] == pytest.approx(length.mean())
-    assert figures["edge_wavelengths"]["max"] == pytest.approx(length.max() / figures["wavelength"])
+    assert measures["edge"]["mean"] == pytest.approx(length.mean())
+    assert measures["edge_wavelengths"]["max"] == pytest.approx(length.max() / measures["wavelength"])
 
 
 def test_unknowns_are_near_the_ideal_number(case):
-    _, _, triangles, figures = case
-    assert figures["unknowns"] == topology.unknowns(triangles)
-    assert 0.8 <= figures["unknowns"] / figures["ideal_unknowns"] <= 1.2
+    _, _, triangles, measures = case
+    assert measures["unknowns"] == topology.unknowns(triangles)
+    assert 0.8 <= measures["unknowns"] / measures["ideal_unknowns"] <= 1.2
 
 
 def test_triangles_are_well_shaped(case):
-    _, _, _, figures = case
-    assert figures["smallest_angle"]["median"] >= 40
-    assert figures["smallest_angle"]["p1"] >= 15
+    _, _, _, measures = case
+    assert measures["smallest_angle"]["median"] >= 40
+    assert measures["smallest_angle"]["p1"] >= 15
 
 
 def test_surface_is_kept(case):
-    name, vertices, triangles, figures = case
-    assert max(figures["hausdorff"].values()) <= figures["wavelength"] / 40
-    assert topology.areas(vertices, triangles).sum() == pytest.approx(figures["area"]["before"], rel=0.01)
+    name, vertices, triangles, measures = case
+    assert max(measures["hausdorff"].values()) <= measures["wavelength"] / 40
+    assert topology.areas(vertices, triangles).sum() == pytest.approx(measures["area"]["before"], rel=0.01)
     if name in CLOSED:
-        assert topology.tetrahedra(vertices, triangles).sum() == pytest.approx(figures["volume"]["before"], rel=0.01)
+        assert topology.tetrahedra(vertices, triangles).sum() == pytest.approx(measures["volume"]["before"], rel=0.01)
         assert topology.tetrahedra(vertices, triangles).sum() > 0  # outward
         assert topology.is_watertight(triangles)
-        assert figures["components"] == 1
-    assert figures["junction_edges"] == 0
+        assert measures["components"] == 1
+    assert measures["junction_edges"] == 0
 
 
 def test_mirror_image_is_the_same_to_the_last_bit(case):
@@ -80,16 +80,16 @@ def test_mirror_image_is_the_same_to_the_last_bit(case):
 
 def test_bands_go_up_in_frequency(built):
     for name in TARGETS:
-        figures = built[name][1]
-        edges = [band["wanted_edge"] for band in figures["bands"]]
+        measures = built[name][1]
+        edges = [band["wanted_edge"] for band in measures["bands"]]
         assert edges == sorted(edges, reverse=True)
-        assert sum(band["frequencies"]["count"] for band in figures["bands"]) == CONFIG["radar"]["frequencies"]
+        assert sum(band["frequencies"]["count"] for band in measures["bands"]) == CONFIG["radar"]["frequencies"]
 
 
 def test_second_run_gives_the_same_bytes(built):
     target = CONFIG["targets"]["drone"]
-    meshes, figures = build(target["mesh"], target, CONFIG["mesh"], CONFIG["radar"])
-    assert figures == built["drone"][1]
+    meshes, measures = build(target["mesh"], target, CONFIG["mesh"], CONFIG["radar"])
+    assert measures == built["drone"][1]
     for again, first in zip(meshes, built["drone"][0], strict=True):
         assert again[0].tobytes() == first[0].tobytes()
         assert again[1].tobytes() == first[1].tobytes()

@@ -44,8 +44,8 @@ def drone(thickness):
 
 
 def made(tmp_path, shape, planes=()):
-    (mesh,), figures = build(save(tmp_path / "thin.ply", *shape), {"symmetry": list(planes)}, MESH, RADAR)
-    (band,) = figures["bands"]
+    (mesh,), measures = build(save(tmp_path / "thin.ply", *shape), {"symmetry": list(planes)}, MESH, RADAR)
+    (band,) = measures["bands"]
     assert topology.is_watertight(mesh[1])
     assert topology.tetrahedra(*mesh).sum() == pytest.approx(band["volume"]["before"], rel=0.01)
     assert max(band["hausdorff"].values()) <= band["wavelength"] / 40

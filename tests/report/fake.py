@@ -2,7 +2,6 @@
 
 import itertools
 import json
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -12,12 +11,11 @@ from core import store as stores
 from core import sweep
 from learning.experiments import runs, train_snr_db, training
 from learning.scores import COLUMNS, CONFUSION, VALIDATION
-from mesh.figures import describe, size
 from mesh.io import write_ply
+from mesh.measures import describe, size
 from report.page import write_report
 from report.selection import decoded_snrs
-
-REFERENCE = Path(__file__).resolve().parents[2] / "resources" / "reference"
+from setup.kinds import MODELS, available, page_names
 
 SETTINGS = {
     "name": "fake",
@@ -94,8 +92,14 @@ def write(root, settings):
     return again(root, settings, root / "report")
 
 
+def names(settings):
+    """What the files of the models state, of those that have one."""
+    models, kinds = settings["learning"]["models"], available(MODELS)
+    return page_names({name: own for name, own in models.items() if own.get("kind", name) in kinds})
+
+
 def again(root, settings, report):
-    write_report(root, settings, report / "index.html", report / "figures", report / "tables", REFERENCE)
+    write_report(root, settings, names(settings), report / "index.html", report / "figures", report / "tables")
     return report
 
 

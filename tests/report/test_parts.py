@@ -19,14 +19,17 @@ from report import (
     layout,
     section_explore,
     section_headline,
-    section_open,
     section_tried,
     thesis,
+    vocabulary,
 )
-from report.draw_learning import holds
-from report.results import Results
+from report.plots import holds
+from report.results import Results, rejecting_f1
 from report.section_scattering import range_profiles, rcs_dbsm
 from report.selection import decoded_snrs, evenly, noise_snrs, noise_target, noisy_targets, target_order
+from setup.kinds import page_names
+
+NAMES = vocabulary.Names(page_names({"svm": {}, "knn": {}, "capsule": {}}))
 
 
 @pytest.mark.parametrize("distance", [-0.4, 0.0, 0.55])
@@ -137,7 +140,7 @@ def test_a_gain_counts_where_its_interval_is_above_0_and_the_thesis_is_not_there
 
 
 def test_methods_rank_by_their_mean_on_validation_images_over_the_middle_within_each_split():
-    columns = [*section_tried.METHOD, "threshold", "metric", "test_snr_db", "value"]
+    columns = [*vocabulary.METHOD, "threshold", "metric", "test_snr_db", "value"]
     tested, held_out = [], []
     for split, score, low, high, reached in (
         ("random", "a", 0.2, 1.0, 0.1),
@@ -150,16 +153,16 @@ def test_methods_rank_by_their_mean_on_validation_images_over_the_middle_within_
             # What is outside of the middle, or another protocol's, does not count.
             held_out.append([*method, "blind", "f1_weighted", snr, reached if snr < 24 else 1 - reached])
             held_out.append([*method, "thesis", "f1_weighted", snr, 1 - reached])
-    ranks = section_tried.ranked(*(pd.DataFrame(rows, columns=columns) for rows in (tested, held_out)))
+    ranks = section_tried.summary(*(pd.DataFrame(rows, columns=columns) for rows in (tested, held_out)))
     assert ranks[["split", "score"]].to_numpy().tolist() == [["sector", "a"], ["sector", "b"], ["random", "a"]]
     np.testing.assert_allclose(ranks["mean_blind"], [0.5, 0.6, 0.2])
     np.testing.assert_allclose(ranks["validation"], [0.8, 0.7, 0.1])
     assert ranks["gain_blind"].isna().all()
-    assert section_tried.middle([24, 18]) == [18, 24]  # where none lies between -12 and 12 dB
+    assert vocabulary.middle([24, 18]) == [18, 24]  # where none lies between -12 and 12 dB
 
 
 def _curve(model, values, split="sector", score="", experiment="one", train="clean"):
-    """Rows of weighted F1 as `section_headline.f1_rows` gives them."""
+    """Rows of weighted F1 of one method, as in scores.csv."""
     method = {"split": split, "experiment": experiment, "model": model, "training": train, "score": score}
     frame = pd.DataFrame({"test_snr_db": [-20.0, 0.0, 20.0], "value": values, "low": values, "high": values})
     return frame.assign(**method, threshold="blind" if score else "")
@@ -178,11 +181,11 @@ def test_headline_picks_the_best_by_the_middle_snrs_of_the_validation_images_and
     )
     # On the test images all is the other way round: nothing is chosen by them.
     part = held_out.assign(value=1 - held_out["value"])
-    lines = section_headline.curves(part, held_out, "the network (tiny)")
+    lines = section_headline.curves(part, held_out, NAMES, "the network (tiny)")
     assert [label for label, _, _ in lines] == ["best: capsule (sector)", "the network (tiny) (sector)"]
     assert lines[0][1]["training"].unique().tolist() == ["6 dB"]
     clean = part["training"] == "clean"
-    lines = section_headline.curves(part[clean], held_out[clean], "the network (tiny)")
+    lines = section_headline.curves(part[clean], held_out[clean], NAMES, "the network (tiny)")
     assert [label for label, _, _ in lines] == [
         "best: SVM (sector)",
         "best: SVM (random)",
@@ -196,19 +199,17 @@ def test_headline_knows_the_thesis_s_method_by_its_score():
     part = pd.concat(
         [_curve("capsule", [0.3, 0.5, 0.6], score="zncc"), _curve("capsule", [0.4, 0.9, 1.0], score="mixture")]
     )
-    assert [label for label, _, _ in section_headline.curves(part, part)] == [
+    assert [label for label, _, _ in section_headline.curves(part, part, NAMES, "the capsule network")] == [
         "best: capsule, Gaussian mixture (sector)",
         "the capsule network, ZNCC (sector)",
     ]
 
 
 def test_rejecting_everything_by_hand():
-    roles = dict(zip("abcd", ("known", "known", "unknown", "unknown"), strict=True))
-    targets = {name: {"role": role} for name, role in roles.items()}
     # Half of the images are unknown: precision 1/2, recall 1, F1 2/3 for a half of the weight.
-    assert section_open.rejecting_f1(pd.Series(dict.fromkeys("abcd", 70)), targets) == pytest.approx(1 / 3)
+    assert rejecting_f1(pd.Series(dict.fromkeys("abcd", 70)), ["a", "b"]) == pytest.approx(1 / 3)
     # One unknown target of three: 1/3 of the weight, with precision 1/3: F1 1/2.
-    assert section_open.rejecting_f1(pd.Series(dict.fromkeys("abc", 70)), targets) == pytest.approx(1 / 6)
+    assert rejecting_f1(pd.Series(dict.fromkeys("abc", 70)), ["a", "b"]) == pytest.approx(1 / 6)
 
 
 def _networks(**sizes):
@@ -221,12 +222,16 @@ def _networks(**sizes):
     return settings
 
 
+def _words(model, settings):
+    return thesis.network(model, Results("nowhere", settings, fake.names(settings)))
+
+
 def test_a_capsule_network_is_the_thesis_s_only_at_its_size():
     small, full = _networks(), _networks(width=256, capsules=32)
-    assert thesis.network("capsule", small) == "the reduced capsule network (16 filters, 2 capsule channels)"
-    assert thesis.network("capsule", full) == "the thesis's capsule network"
-    assert thesis.network("mine", full) == "the reduced capsule network mine (16 filters, 2 capsule channels)"
-    assert thesis.network("capsule_denoise", full) == "the capsule network that takes out noise"
+    assert _words("capsule", small) == "the reduced capsule network (16 filters, 2 capsule channels)"
+    assert _words("capsule", full) == "the thesis's capsule network"
+    assert _words("mine", full) == "the reduced capsule network mine (16 filters, 2 capsule channels)"
+    assert _words("capsule_denoise", full) == "the capsule network that takes out noise"
     assert [thesis.full_size(model, small) for model in ("capsule", "mine", "fcnn", "knn")] == [
         False,
         False,
@@ -263,28 +268,26 @@ class _Images:
 def test_published_snrs_are_moved_by_the_measured_offset_of_the_targets_that_count():
     measured = {name: {"snr_definition_offset_db": value} for name, value in zip("abu", (2.0, 3.0, 4.0), strict=True)}
     results = _Images("peak_3db", measured)
-    assert thesis.offset(results, ("known",)) == 2.5 and thesis.offset(results, ("known", "unknown")) == 3.0
-    moved = thesis.statements(results, ("known", "unknown"))
+    assert thesis.offset(results, False) == 2.5 and thesis.offset(results, True) == 3.0
+    moved = thesis.statements(results, True)
     assert moved["snr_db"].tolist() == [9.0] and moved["printed_snr_db"].tolist() == [6.0]
     assert "moved by +3.0 dB" in thesis.marked({"": 3.0}, True)
     assert "thesis, full-size network, 5.55 GHz" in thesis.marked({"": 3.0}, True, network=True)
     # The same definition as the thesis's needs no move.
     same = _Images("mean", {})
-    assert thesis.statements(same, ("known",))["snr_db"].tolist() == [6.0] and "moved" not in thesis.marked(
-        {"": 0.0}, 1
-    )
+    assert thesis.statements(same, False)["snr_db"].tolist() == [6.0] and "moved" not in thesis.marked({"": 0.0}, 1)
 
 
 @pytest.mark.parametrize("missing", [{}, {"snr_definition_offset_db": float("nan")}])
-def test_published_figures_are_left_out_where_no_offset_was_measured(missing):
+def test_published_values_are_left_out_where_no_offset_was_measured(missing):
     results = _Images("peak_3db", {"a": {"snr_definition_offset_db": 2.0}, "b": missing})
-    assert thesis.offset(results, ("known",)) is None
-    assert len(thesis.statements(results, ("known",))) == 0
-    assert thesis.marked({"": None}, False).startswith(" Published figures are left out")
+    assert thesis.offset(results, False) is None
+    assert len(thesis.statements(results, False)) == 0
+    assert thesis.marked({"": None}, False).startswith(" Published values are left out")
 
 
 def test_explorer_holds_the_images_of_the_stores(whole):
-    results = Results(whole.parent, fake.SETTINGS)
+    results = Results(whole.parent, fake.SETTINGS, fake.names(fake.SETTINGS))
     data = section_explore.explorer(results)
     assert [one["name"] for one in data["targets"]] == ["drone", "missile", "ufo"]
     assert data["elevations"] == [-30, 0, 30]
@@ -308,7 +311,7 @@ def test_explorer_grows_no_further_than_a_page_bears(whole, monkeypatch):
     # 6 stores of 3 targets with 25 pixels: at 4 azimuths or more 3 elevations, or one, at one azimuth what there is.
     for most, elevations, azimuths in ((12_000, 3, 8), (6_000, 3, 4), (4_000, 1, 8), (900, 1, 2)):
         monkeypatch.setattr(section_explore, "MOST_PIXELS", most)
-        data = section_explore.explorer(Results(whole.parent, fake.SETTINGS))
+        data = section_explore.explorer(Results(whole.parent, fake.SETTINGS, fake.names(fake.SETTINGS)))
         assert (len(data["elevations"]), len(data["azimuths"])) == (elevations, azimuths)
         assert sum(len(base64.b64decode(one["images"])) for one in data["targets"]) <= most
         assert data["azimuths"] == [360 * (k * 24 // azimuths) / 24 for k in range(azimuths)]
@@ -316,7 +319,7 @@ def test_explorer_grows_no_further_than_a_page_bears(whole, monkeypatch):
 
 
 def test_compare_opens_on_the_headline_s_curves(whole):
-    results = Results(whole.parent, fake.SETTINGS)
+    results = Results(whole.parent, fake.SETTINGS, fake.names(fake.SETTINGS))
     found = section_headline.comparison(results)["curves"]
     opened = [one for one in found if one["set"] == "open set, blind thresholds"]
     shown = [one["words"] for one in opened if one["shown"]]

@@ -11,10 +11,10 @@ import pytest
 import xarray as xr
 
 from core.errors import InputError
-from core.sweep import azimuths, elevations, frequencies
+from core.sweep import azimuths, elevations, frequencies, sweeps
 from imaging.store import make_clean, make_noisy
 from mesh.io import write_ply
-from scattering import origin
+from scattering import field_files
 from scattering.band import solve_band
 from scattering.external import write_external
 
@@ -244,16 +244,16 @@ def test_samples_of_a_store_are_taken_as_they_are(place, given):
     store, values = place(given(), "VV", "HV"), feko.amplitudes(*SWEEP)
     expected = np.stack([values["VV"], values["HV"]]).astype(np.complex64)
     np.testing.assert_array_equal(store.field, expected)
-    assert store.attrs["origin"] == {"given.zarr": origin.digest("given.zarr")}
+    assert store.attrs["origin"] == {"given.zarr": field_files.digest("given.zarr")}
 
 
 def test_digest_of_a_store_is_of_names_and_contents(given, tmp_path):
-    first = origin.digest(given())
+    first = field_files.digest(given())
     shutil.copytree("given.zarr", tmp_path / "copy.zarr")
-    assert origin.digest(tmp_path / "copy.zarr") == first
+    assert field_files.digest(tmp_path / "copy.zarr") == first
     chunk = next(path for path in (tmp_path / "copy.zarr" / "field").iterdir() if path.name[0] != ".")
     chunk.write_bytes(chunk.read_bytes()[:-1] + b"\0")
-    assert origin.digest(tmp_path / "copy.zarr") != first
+    assert field_files.digest(tmp_path / "copy.zarr") != first
 
 
 def _spoilt(data):
@@ -311,7 +311,7 @@ def test_solved_field_fed_back_gives_the_same_images(tmp_path):
     write_ply(tmp_path / "sphere.ply", *mie.icosphere(0.1, 0.1))
     solved, fed = tmp_path / "solved.zarr", tmp_path / "fed.zarr"
     method = {"solver": "mom", "formulation": "efie", "precision": "single"}
-    solve_band(tmp_path / "sphere.ply", solved, 0, 1, radar, aspect, method, [], 1, "sphere")
+    solve_band(tmp_path / "sphere.ply", solved, *sweeps(radar, aspect, 1), method, [], 1, "sphere")
     write_external(str(solved), fed, radar, aspect)
     for name in ("field", "frequency", "elevation", "azimuth", "polarization"):
         first, second = xr.open_zarr(solved)[name], xr.open_zarr(fed)[name]

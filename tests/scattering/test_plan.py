@@ -4,14 +4,16 @@ import numpy as np
 import pytest
 
 from core.errors import InputError
+from core.sweep import Sweep, sweeps
 from mesh.io import write_ply
 from scattering import needs
 from scattering.band import solve_band
-from scattering.plan import planned_megabytes, planned_seconds
+from scattering.solver import build
 from setup.config import load
 
 RADAR = {"center_frequency": 2.775e9, "bandwidth": 1.5e9, "frequencies": 14, "polarizations": ["VV"]}
 ASPECT = {"elevation": {"start": -45, "stop": 45, "step": 15}, "azimuth": {"count": 121}}
+(SWEEP,) = sweeps(RADAR, ASPECT, 1)
 RADIUS = 0.5  # m
 SINGLE, DOUBLE = (
     {"solver": "mom", "formulation": "efie", "precision": precision} for precision in ("single", "double")
@@ -20,31 +22,34 @@ COMBINED = {"solver": "mom", "formulation": "cfie", "precision": "single"}
 NODE_24_GIB = 24_684_084 * 1024 / 1e6  # MB that a machine sold with 24 GiB has
 
 
+def plan(unknowns, planes, sweep=SWEEP, scattering=SINGLE, radius=RADIUS):
+    """Megabytes and seconds of a closed surface."""
+    return build(scattering).plan(needs.closed(unknowns, [2 * radius, 0.0, 0.3]), planes, sweep)
+
+
 def test_largest_thesis_target_fits_into_24_gib():
     config = load({"radar": {"center_frequency": 5.55e9, "bandwidth": 3.0e9, "frequencies": 27},
                    "aspect": {"elevation": {"step": 5}, "azimuth": {"count": 242}}})  # fmt: skip
-    aircraft = 92_000, 61_333, 1, 0.66, config["radar"], config["aspect"], SINGLE
-    assert 8 * 92_000**2 / 4 / 1e6 < planned_megabytes(*aircraft) <= NODE_24_GIB
-    assert planned_megabytes(*aircraft[:2], 0, *aircraft[3:]) > NODE_24_GIB
+    *_, top = sweeps(config["radar"], config["aspect"], 7)
+    assert 8 * 92_000**2 / 4 / 1e6 < plan(92_000, 1, top, radius=0.66)[0] <= NODE_24_GIB
+    assert plan(92_000, 0, top, radius=0.66)[0] > NODE_24_GIB
 
 
 @pytest.mark.parametrize("planes", [0, 1, 2])
 @pytest.mark.parametrize("scattering", [SINGLE, DOUBLE, COMBINED], ids=["single", "double", "cfie"])
 def test_what_fits_is_the_most_that_fits(planes, scattering):
-    def need(unknowns):
-        return planned_megabytes(unknowns, unknowns / 1.5, planes, RADIUS, RADAR, ASPECT, scattering)
-
     box = [2 * RADIUS, 0.0, 0.3]  # m
-    most = needs.unknowns_that_fit(8000, 1e6, box, planes, RADAR, ASPECT, scattering)
-    assert need(most) <= 8000 < need(most + 200)
-    assert needs.unknowns_that_fit(100, 1e6, box, planes, RADAR, ASPECT, scattering) == 0
+    most = needs.unknowns_that_fit(8000, 1e6, box, planes, SWEEP, scattering)
+    assert plan(most, planes, SWEEP, scattering)[0] <= 8000 < plan(most + 200, planes, SWEEP, scattering)[0]
+    assert needs.unknowns_that_fit(100, 1e6, box, planes, SWEEP, scattering) == 0
 
 
 def test_a_plane_quarters_the_factorization():
-    hours = [planned_seconds(200_000, planes, RADIUS, 1, RADAR, ASPECT, SINGLE) for planes in (0, 1, 2)]
+    one = Sweep(SWEEP.frequency[-1:], SWEEP.elevation, SWEEP.azimuth, ["VV"])
+    hours = [plan(200_000, planes, one)[1] for planes in (0, 1, 2)]
     assert hours[0] / hours[1] == pytest.approx(4, rel=0.15)
     assert hours[1] / hours[2] == pytest.approx(4, rel=0.2)
-    assert planned_seconds(200_000, 0, RADIUS, 1, RADAR, ASPECT, DOUBLE) == pytest.approx(2 * hours[0], rel=0.1)
+    assert plan(200_000, 0, one, DOUBLE)[1] == pytest.approx(2 * hours[0], rel=0.1)
     # (4/3) N^3 operations at 160 Gflop/s
     assert hours[0] == pytest.approx(4 / 3 * 200_000**3 / 1.6e11, rel=0.05)
 
@@ -55,38 +60,43 @@ def test_a_plane_quarters_the_factorization():
     [(2352, 0.063, 1.1), (4800, 0.09, 2.1), (9408, 0.126, 6.1), (12288, 0.144, 10.8)],
 )
 def test_time_is_that_of_spheres(unknowns, radius, measured):
-    assert 0.5 < planned_seconds(unknowns, 1, radius, 1, RADAR, ASPECT, SINGLE) / measured < 2
+    assert 0.5 < plan(unknowns, 1, radius=radius)[1] / len(SWEEP.frequency) / measured < 2
 
 
 def test_the_combined_equation_needs_twice_the_memory_and_factorization():
-    efie, cfie = (planned_megabytes(100_000, 66_667, 1, RADIUS, RADAR, ASPECT, method) for method in (SINGLE, COMBINED))
+    efie, cfie = (plan(100_000, 1, scattering=method)[0] for method in (SINGLE, COMBINED))
     assert cfie / efie == pytest.approx(2, rel=0.1)
-    efie, cfie = (planned_seconds(200_000, 1, RADIUS, 1, RADAR, ASPECT, method) for method in (SINGLE, COMBINED))
+    efie, cfie = (plan(200_000, 1, scattering=method)[1] for method in (SINGLE, COMBINED))
     assert cfie / efie == pytest.approx(2, rel=0.1)
 
 
 def test_what_does_not_fit_is_refused_with_what_would(monkeypatch):
     """A cube of 2 m with edges of 3 cm."""
-    radar = {"center_frequency": 1.0e9, "bandwidth": 0.0, "frequencies": 1, "polarizations": ["VV"]}
-    aspect = {"elevation": {"start": 0, "stop": 0, "step": 1}, "azimuth": {"count": 36}}
-    mesh, box = {"edges_per_wavelength": 10, "bands": 1}, [2.0, 2.0, 2.0]
-    (solve,) = needs.expected(24.0, box, 0, mesh, radar, aspect, SINGLE)
+    size, target = {"area": 24.0, "box": [2.0, 2.0, 2.0]}, {"mesh": "cube.ply"}
+    config = {
+        "radar": {"center_frequency": 1.0e9, "bandwidth": 0.0, "frequencies": 1, "polarizations": ["VV"]},
+        "aspect": {"elevation": {"start": 0, "stop": 0, "step": 1}, "azimuth": {"count": 36}},
+        "mesh": {"edges_per_wavelength": 10, "bands": 1},
+        "scattering": SINGLE,
+        "targets": {"cube": target},
+    }
+    (solve,) = needs.expected(config, "cube", size)
 
-    def check(target, memory):
+    def check(extra, memory):
         monkeypatch.setattr(needs, "memory_megabytes", lambda: memory)
-        needs.check_fit(solve["unknowns"], box, target, 0, mesh, radar, aspect, SINGLE, "cube.ply")
+        needs.check_fit(config | {"targets": {"cube": target | extra}}, "cube", size)
 
     check({}, solve["megabytes"])
     with pytest.raises(InputError, match=r"would fit up to 0\.\d+ GHz, or with 'mesh.edges_per_wavelength: [\d.]+'"):
-        check({}, 20_000.0)
+        check({}, 6000.0)
     # Only a unit that makes the target smaller can be the right one, and only if none is certain.
     sizes = (
         r"It is 2 m long, if its numbers are m; did you mean 'unit: cm' \(0.02 m\) or 'unit: mm' \(0.002 m\) or .*in"
     )
     with pytest.raises(InputError, match=sizes):
-        check({}, 20_000.0)
+        check({}, 6000.0)
     with pytest.raises(InputError, match=r"It is 2 m long\.$"):
-        check({"length": 2.0}, 20_000.0)
+        check({"length": 2.0}, 6000.0)
     # A density that the config refuses is no advice.
     with pytest.raises(InputError, match=r"would fit up to 0\.\d+ GHz; a mirror plane"):
         check({}, 2000.0)
@@ -96,7 +106,6 @@ def test_solve_that_does_not_fit_is_refused_before_it_begins(tmp_path, monkeypat
     corners = np.array([[0, 0, 0], [0.3, 0, 0], [0, 0.3, 0], [0.3, 0.3, 0.0]])
     write_ply(tmp_path / "a.ply", corners, np.array([[0, 1, 2], [1, 3, 2]]))
     monkeypatch.setattr(needs, "memory_megabytes", lambda: 600.0)
-    arguments = tmp_path / "a.ply", tmp_path / "a.zarr", 0, 1, RADAR, ASPECT, SINGLE, [], 1, "sheet"
     with pytest.raises(InputError, match=r"'targets\.sheet': .* 1 unknowns and 0\.8 GB; this machine has 0\.6 GB"):
-        solve_band(*arguments)
+        solve_band(tmp_path / "a.ply", tmp_path / "a.zarr", SWEEP, SINGLE, [], 1, "sheet")
     assert not (tmp_path / "a.zarr").exists()

@@ -256,6 +256,7 @@ BAD = {
     ),
     "not a number": ({"radar": {"bandwidth": float("nan")}}, "radar.bandwidth", "finite"),
     "SNR not a number": ({"noise": {"snr_db": [0, float("nan")]}}, "noise.snr_db.1", "finite"),
+    "a range of SNRs of no number": ({"noise": {"snr_db": {"step": float("nan")}}}, "noise.snr_db.step", "finite"),
     "no such imager": ({"imaging": {"imager": "furier"}}, "imaging.imager", "did you mean 'fourier'?"),
     "imager of no name": ({"imaging": {"imager": [1]}}, "imaging.imager", "There are: fourier"),
     "key of no imager": ({"imaging": {"looks": 3}}, "imaging.looks", "aperture, imager, reformat, upsample, window"),
@@ -408,6 +409,10 @@ def test_a_model_of_ones_own_takes_any_settings(tmp_path, monkeypatch):
         (
             "class Model:\n    smallest = 'big'\n    def fit(self): pass\n    def evaluate(self): pass\n",
             "smallest = 'big'",
+        ),
+        (
+            "class Model:\n    LABELS = {'mine': 'my'}\n    def fit(self): pass\n    def evaluate(self): pass\n",
+            "LABELS = {'mine': 'my'}; it is a mapping of names to (label, words in a sentence)",
         ),
         ("class Model:\n    name = '\0'\n", "mine.py"),
     ],

@@ -1,24 +1,26 @@
 """What may befall a run: kills, two at once, a spoilt store, a full disk, a folder that may not be written."""
 
 import contextlib
-import json
+import errno
 import os
 import re
 import shutil
 import signal
+import socket
 import subprocess
 import sys
 import time
 from pathlib import Path
+from unittest.mock import Mock
 
 import numpy as np
-import psutil
 import pytest
 
 from core.errors import InputError
 from core.sweep import azimuths, elevations, frequencies
 from scattering.store import write_field
 from setup import lock
+from setup.config import ROOT
 from setup.yaml_file import read_yaml
 
 TINY = ("--configfile", "config/tiny.yaml")
@@ -135,76 +137,114 @@ def test_killed_in_every_stage_and_on_one_core_the_results_are_the_same(unbroken
 
 
 @pytest.fixture
-def locked(tmp_path, monkeypatch):
-    """A working folder with a lock of Snakemake's; a function that notes for it a run, by host and process number."""
+def another(tmp_path, monkeypatch):
+    """In a working folder with a lock of Snakemake's: starts a process that is a run, by results and whether remote."""
     monkeypatch.chdir(tmp_path)
-    lock.take("results/tiny", False)
-    (own,) = lock.RUNS.glob("*.json")
-    note = json.loads(own.read_text())
-    own.unlink()
     lock.LOCKS.mkdir(parents=True)
     (lock.LOCKS / "0.output.lock").touch()
-    return lambda **other: (lock.RUNS / f"{len(other)}.json").write_text(json.dumps({**note, **other}))
+    take = (
+        "import sys; from setup import lock; lock.take(sys.argv[1], sys.argv[2] == 'True'); print(flush=True); input()"
+    )
+    with contextlib.ExitStack() as stack:
+
+        def start(results="results/tiny", remote=False):
+            streams = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
+            environment = {**os.environ, "PYTHONPATH": str(ROOT / "workflow/scripts")}
+            run = subprocess.Popen([sys.executable, "-c", take, results, str(remote)], env=environment, **streams)
+            stack.callback(killed, run)
+            assert run.stdout.readline()
+            return run
+
+        yield start
+    lock.leave()
 
 
-def dead():
-    """The number of a process that has ended."""
-    gone = subprocess.Popen(["sleep", "0"])
-    gone.wait()
-    return gone.pid
+def killed(run):
+    run.kill()
+    run.communicate()
+    return run
 
 
-def test_a_lock_is_kept_while_one_of_its_runs_lives(locked):
-    locked()  # this process
-    locked(pid=dead())
+def is_locked():
+    return (lock.LOCKS / "0.output.lock").exists()
+
+
+def test_a_lock_is_kept_while_one_of_its_runs_lives(another):
+    living = another()
+    killed(another("results/other"))
     (line,) = lock.release_stale()
-    assert f"process {os.getpid()} on" in line and (lock.LOCKS / "0.output.lock").exists()
+    assert f"process {living.pid} on {socket.gethostname()}, since " in line and is_locked()
+    killed(living)
+    assert lock.release_stale() == [] and not is_locked()
 
 
-def test_a_lock_of_nobody_who_noted_himself_is_kept(locked):
-    assert lock.release_stale() == [] and (lock.LOCKS / "0.output.lock").exists()
+def test_a_lock_of_nobody_who_noted_himself_is_kept(another):
+    assert lock.release_stale() == [] and is_locked()
+    lock.take("results/tiny", False)
+    lock.leave()
+    assert lock.release_stale() == [] and is_locked()
 
 
-def test_a_run_outlives_a_clock_that_is_set(locked, monkeypatch):
-    created = psutil.Process.create_time
-    locked()
-    monkeypatch.setattr(psutil.Process, "create_time", lambda process: created(process) + 2)
+def test_the_lock_of_a_killed_run_is_taken_by_the_next(another):
+    killed(another())
+    lock.take("results/tiny", False)
     (line,) = lock.release_stale()
-    assert f"process {os.getpid()} on" in line and (lock.LOCKS / "0.output.lock").exists()
+    assert f"process {os.getpid()} on" in line and is_locked()
 
 
-def test_the_results_of_a_run_at_work_are_nobody_elses(locked):
+def test_a_run_that_just_begins_has_no_note_yet(another):
+    killed(another("results/other"))
+    living = another()
+    (lock.RUNS / "tiny").write_text("")
+    (line,) = lock.release_stale()
+    assert "Another run is at work in this folder" in line and is_locked() and living.poll() is None
+
+
+def test_the_results_of_a_run_at_work_are_nobody_elses(another):
     """Even where its lock is gone: Snakemake takes all locks away when any run in the folder ends."""
-    locked()
-    with pytest.raises(InputError, match=rf"process {os.getpid()} on .* makes results/tiny too"):
+    living = another()
+    with pytest.raises(InputError, match=rf"process {living.pid} on .* makes results/tiny too"):
         lock.take("results/tiny", False)
     lock.take("results/other", False)
     lock.leave()
-    assert [json.loads(path.read_text())["results"] for path in lock.RUNS.iterdir()] == ["results/tiny"]
-
-
-def test_a_lock_is_kept_while_a_clusters_jobs_may_go_on(locked):
-    locked(pid=dead(), remote=True)
     (line,) = lock.release_stale()
-    assert "scancel" in line and (lock.LOCKS / "0.output.lock").exists()
+    assert f"process {living.pid} on" in line
 
 
-def test_a_lock_of_another_machine_is_kept(locked):
-    locked(host="far", pid=1)
+def test_a_lock_is_kept_while_a_clusters_jobs_may_go_on(another):
+    killed(another(remote=True))
     (line,) = lock.release_stale()
-    assert "process 1 on far" in line and "--unlock" in line and (lock.LOCKS / "0.output.lock").exists()
+    assert "scancel" in line and is_locked()
 
 
-def test_a_lock_is_kept_while_a_job_of_the_run_that_was_killed_goes_on(locked):
-    locked(pid=dead())
+def test_a_lock_of_another_machine_is_kept(another):
+    lock.RUNS.mkdir()
+    (lock.RUNS / "tiny").write_text('{"host": "far", "pid": 1, "since": "then", "remote": false}')
+    (line,) = lock.release_stale()
+    assert "process 1 on far, since then" in line and "--unlock" in line and is_locked()
+
+
+def test_where_the_file_system_has_no_locks_a_run_lives_with_its_process(another, monkeypatch):
+    living = another()
+    monkeypatch.setattr("fcntl.flock", Mock(side_effect=OSError(errno.ENOSYS, "no locks")))
+    with pytest.raises(InputError, match=f"process {living.pid} on"):
+        lock.take("results/tiny", False)
+    (line,) = lock.release_stale()
+    assert f"process {living.pid} on" in line and is_locked()
+    killed(living)
+    assert lock.release_stale() == [] and not is_locked()
+
+
+def test_a_lock_is_kept_while_a_job_of_the_run_that_was_killed_goes_on(another):
+    killed(another())
     script = Path(".snakemake/scripts/x.job_mesh.py").absolute()
     script.parent.mkdir()
     script.write_text("input()")
     with subprocess.Popen([sys.executable, script], stdin=subprocess.PIPE) as orphan:
         (line,) = lock.release_stale()
-        assert f"a job of it goes on: process {orphan.pid}." in line and (lock.LOCKS / "0.output.lock").exists()
+        assert f"a job of it goes on: process {orphan.pid}." in line and is_locked()
         orphan.kill()
-    assert lock.release_stale() == [] and not (lock.LOCKS / "0.output.lock").exists()
+    assert lock.release_stale() == [] and not is_locked()
 
 
 def test_a_spoilt_store_stops_the_next_job_and_is_made_again(unbroken):

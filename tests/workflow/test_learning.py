@@ -300,8 +300,8 @@ def test_after_a_kill_and_on_one_core_the_bytes_are_the_same(project, results):
         return {str(path.relative_to(folder)): path.read_bytes() for path in kept if "snakemake" not in path.name}
 
     before, name = content(), "encoded/capsule_denoise"
-    model, descent = results / "learning/models" / name, "workflow/scripts/learning/descent.py"
-    project.edit(descent, "BETWEEN = 20.0", "BETWEEN = 0.0")
+    model, loop = results / "learning/models" / name, "workflow/scripts/learning/training_loop.py"
+    project.edit(loop, "BETWEEN = 20.0", "BETWEEN = 0.0")
     run = project.start("--cores", 1, model.relative_to(project.folder), *LEARN, start_new_session=True)
     while not list((results / "learning/checkpoints" / name).glob("*[0-9a-f].npz")):
         assert run.poll() is None, "the run ended before it could be killed"

@@ -8,7 +8,7 @@ from test_docs import blocks
 import scattering.solvers
 import setup.kinds
 from core.errors import InputError
-from core.sweep import C0
+from core.sweep import C0, Sweep
 from mesh.io import write_ply
 from scattering.solver import build
 from setup.config import ROOT, load
@@ -90,15 +90,15 @@ def test_the_example_agrees_with_the_closed_form_off_normal():
     a, b, c, d = first, first + 21, first + 22, first + 1
     triangles = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
     frequency, theta = np.array([1.2e9]), np.radians([0.0, 5.0, 20.0, 40.0])
-    sweep = frequency, 90 - np.degrees(theta), np.array([0.0])
+    sweep = Sweep(frequency, 90 - np.degrees(theta), np.array([0.0]), ["VV"])
     plate = np.stack([x, y, 0 * x], 1), triangles
     solver = space["Solver"]({"points": "middles"})
-    field = solver.solve(*plate, *sweep, ["VV"], [], 1, lambda *state: None).field[0, 0, :, 0]
+    field = solver.solve(*plate, sweep, [], 1, lambda *state: None).field[0, 0, :, 0]
     wavelength = C0 / frequency[0]
     truth = -1j * np.cos(theta) * SIDE**2 / wavelength * np.sinc(2 * SIDE * np.sin(theta) / wavelength)
     np.testing.assert_allclose(field, truth, atol=1e-3 * SIDE**2 / wavelength)
-    sweep = frequency, np.array([-60.0]), np.array([0.0])
-    assert np.abs(solver.solve(*plate, *sweep, ["VV"], [], 1, lambda *state: None).field).max() < 1e-12
+    sweep = Sweep(frequency, np.array([-60.0]), np.array([0.0]), ["VV"])
+    assert np.abs(solver.solve(*plate, sweep, [], 1, lambda *state: None).field).max() < 1e-12
 
 
 # What is written under `scattering` (and of a target), and what the message says.

@@ -12,6 +12,7 @@ import pandas as pd
 import pytest
 import slurm
 
+from core.sweep import sweeps
 from scattering import needs
 from setup.config import load
 from setup.yaml_file import read_yaml
@@ -86,10 +87,11 @@ def test_smoke_config_runs_in_jobs_of_slurm(smoke):
 def test_jobs_ask_for_what_their_rules_say(smoke):
     project, _, jobs = smoke
     config = load(read_yaml(project.folder / "config/smoke.yaml"))
+    asked = sweeps(config["radar"], config["aspect"], config["mesh"]["bands"])
     for job in jobs["solve"]:
         _, target, band = job["Comment"].rsplit("_", 2)
         figures = json.loads((project.folder / RESULTS / f"mesh/{target}.json").read_text())["bands"][int(band)]
-        need = needs.need(figures, 1, config["radar"], config["aspect"], config["scattering"])
+        need = needs.need(figures, 1, asked[int(band)], config["scattering"])
         assert job["MinMemoryNode"] == f"{400 + need['megabytes']}M"
     asked = {rule: {(job["CPUs/Task"], job["TimeLimit"]) for job in found} for rule, found in jobs.items()}
     assert asked["solve"] == {("2", "00:10:00")}

@@ -120,7 +120,7 @@ FILES = {
     "workflow/scripts/learning/predict.py": TESTED,
     "workflow/scripts/learning/split.py": LEARNED,
     "workflow/scripts/learning/models/knn.py": ONE_MODEL,
-    "workflow/scripts/learning/known.py": ONE_MODEL,
+    "workflow/scripts/learning/confidence.py": ONE_MODEL,
     "workflow/scripts/learning/capsules.py": {"report": 1},  # no such network is trained; the page counts its weights
     "workflow/scripts/report/style.css": {"report": 1},
     "workflow/scripts/report/page.py": {"report": 1},

@@ -23,9 +23,9 @@ if {Quietness.PROGRESS, Quietness.ALL} & set(workflow.output_settings.quiet or (
 from setup import disk, lock
 from core import folders, sweep
 from setup.check import model_kind
-from setup.kinds import IMAGERS, SOLVERS, kind
+from setup.kinds import IMAGERS, SOLVERS, kind, page_names
 from setup.closure import closure
-from setup.config import load, plain, section, unnamed
+from setup.config import load, of_command_line, section, unnamed
 from core.errors import InputError
 from setup.overview import overview
 from setup.yaml_file import read_yaml
@@ -33,29 +33,28 @@ from core.sweep import images_are_made
 from imaging.geometry import PURE_NOISE, megabytes, planned
 from learning import experiments
 from report.selection import decoded_snrs, noise_snrs, noisy_targets
-from scattering import needs, origin
+from scattering import field_files, needs
 
-try:
-    # One after the other, as null in one of them removes what those before it name; Snakemake's own merge knows no null.
-    # What stands within mappings of --config Snakemake leaves as text.
-    SETTINGS = {
-        key: plain(value) if isinstance(value, dict | list) else value
-        for key, value in workflow.config_settings.config.items()
-    }
-    OVERLAYS = [*map(read_yaml, workflow.configfiles), SETTINGS]
-    config = load(*OVERLAYS)
-    RESULTS = f"results/{config['name']}"
-    # Meshes and fields are this run's own, or those of the run that it takes them from.
-    FIELDS = folders.of_fields(RESULTS, config).as_posix()
-    if workflow.is_main_process:
-        disk.check_writable(".", RESULTS, FIELDS)
-except InputError as error:
-    # Not as an exception of Snakemake's, which would begin with a line of this file.
-    sys.exit(str(error))
 
-# A job runs under the lock of the run that sent it.
-for line in lock.release_stale() if workflow.is_main_process else []:
-    logger.warning(line)
+def or_exit(function, *arguments):
+    """What the function gives. An InputError ends the run with its message, and not with one of Snakemake's around it."""
+    try:
+        return function(*arguments)
+    except InputError as error:
+        sys.exit(str(error))
+
+
+# One after the other, as null in one of them removes what those before it name; Snakemake's own merge knows no null.
+OVERLAYS = [or_exit(read_yaml, path) for path in workflow.configfiles]
+OVERLAYS.append(of_command_line(workflow.config_settings.config))
+config = or_exit(load, *OVERLAYS)
+RESULTS = f"results/{config['name']}"
+# Meshes and fields are this run's own, or those of the run that it takes them from.
+FIELDS = folders.of_fields(RESULTS, config).as_posix()
+if workflow.is_main_process:  # a job runs under the lock of the run that sent it
+    or_exit(disk.check_writable, ".", RESULTS, FIELDS)
+    for line in lock.release_stale():
+        logger.warning(line)
 
 # On a cluster a job's memory also holds the two Snakemakes that start it, 190 MB each; in part they share it.
 STARTING = 400  # MB
@@ -92,25 +91,13 @@ def code(*scripts):
 
 def page_files():
     """What the page is put together from besides modules: its templates, style and scripts."""
-    folder = os.path.join(SCRIPTS, "report")
-    names = sorted(name for name in os.listdir(folder) if name.endswith((".html", ".css", ".js")))
-    return [in_repository("workflow", "scripts", "report", name) for name in names]
-
-
-def begin(*run):
-    """Note that this run begins (see `lock.take`)."""
-    try:
-        lock.take(*run)
-    except InputError as error:
-        sys.exit(str(error))
+    names = sorted(os.listdir(os.path.join(SCRIPTS, "report")))
+    return [in_repository("workflow/scripts/report", name) for name in names if name.endswith((".html", ".css", ".js"))]
 
 
 def expected(refuse):
     """What is said before anything runs (see `overview`)."""
-    try:
-        return unnamed(config, *OVERLAYS) + overview(config, RESULTS, refuse)
-    except InputError as error:
-        sys.exit(str(error))
+    return unnamed(config, *OVERLAYS) + or_exit(overview, config, RESULTS, refuse)
 
 
 def watched(path):
@@ -120,7 +107,7 @@ def watched(path):
 
 def unwatched_digest(path):
     """For the params, the checksum of a file that is no input, so that its job runs again when the file changes."""
-    return "" if watched(path) else origin.digest(path)
+    return "" if watched(path) else field_files.digest(path)
 
 
 def one_of(names):
@@ -140,14 +127,14 @@ def method(target):
 
 def planned_solve(wildcards, input):
     """What a solve needs, known once the mesh is there: its `megabytes` and `seconds`."""
-    with open(input.figures) as file:
+    with open(input.measures) as file:
         bands = json.load(file)["bands"]
     if int(wildcards.band) >= len(bands):
         # The mesh is yet to be made anew: for Snakemake as if there were none.
-        raise FileNotFoundError(ENOENT, "no such band", input.figures)
-    planes, target = len(symmetry(wildcards.target)), wildcards.target
-    band = bands[int(wildcards.band)]
-    return needs.need(band, planes, config["radar"], config["aspect"], needs.method(config, target))
+        raise FileNotFoundError(ENOENT, "no such band", input.measures)
+    target, band = wildcards.target, int(wildcards.band)
+    asked = sweep.sweeps(config["radar"], config["aspect"], config["mesh"]["bands"])[band]
+    return needs.need(bands[band], len(symmetry(target)), asked, needs.method(config, target))
 
 
 def solve_megabytes(wildcards, input):
@@ -160,12 +147,8 @@ def solve_minutes(wildcards, input, attempt):
 
 
 def image_megabytes(copies):
-    """The memory of a job that makes so many copies of a target's images, as a function of wildcards."""
-
-    def of_job(wildcards):
-        return STARTING + int(megabytes(planned(config), copies))
-
-    return of_job
+    """The memory of a job that makes so many copies of a target's images."""
+    return STARTING + int(megabytes(planned(config), copies))
 
 
 def images_shown():
@@ -202,11 +185,9 @@ def trained_targets(model):
 
 def training_stores(wildcards):
     labels = [experiments.label(snr) for snr in RUNS[wildcards.run]["snrs"]]
-    stores = expand(
-        f"{RESULTS}/imaging/{{target}}/{{label}}.zarr", target=trained_targets(wildcards.model), label=labels
-    )
-    noise = f"{RESULTS}/imaging/{PURE_NOISE}/clean.zarr"
-    return [*stores, noise] if MODELS[wildcards.model].get("other", False) else stores
+    stores = [f"{target}/{label}.zarr" for target in trained_targets(wildcards.model) for label in labels]
+    stores += [f"{PURE_NOISE}/clean.zarr"] if MODELS[wildcards.model].get("other", False) else []
+    return [f"{RESULTS}/imaging/{store}" for store in stores]
 
 
 def tested_targets(run):
@@ -216,11 +197,8 @@ def tested_targets(run):
 
 def decoders():
     """The models with a decoder, <run>/<model>, in runs that are tested on unknown targets."""
-    found = []
-    for run, model in (fitted.split("/") for fitted in FITTED):
-        if RUNS[run]["open"] and "reconstruct" in model_kind(MODELS, model).methods:
-            found.append(f"{run}/{model}")
-    return found
+    opened = [(run, model) for run in RUNS for model in RUNS[run]["models"] if RUNS[run]["open"]]
+    return sorted(f"{run}/{model}" for run, model in opened if "reconstruct" in model_kind(MODELS, model).methods)
 
 
 def roles(targets):
@@ -229,11 +207,10 @@ def roles(targets):
 
 def megabytes_of(run, model):
     """The memory of a job of a model, in MB."""
-    run, figures, copies = RUNS[run], planned(config), config["noise"]["realizations"]
-    pixels = figures["range_pixels"] * figures["crossrange_pixels"]
-    if run["upsample"] != "none":
-        pixels = run["upsample"] ** 2
+    run, plan, copies = RUNS[run], planned(config), config["noise"]["realizations"]
+    sampled = plan["range_pixels"] * plan["crossrange_pixels"]
+    pixels = sampled if run["upsample"] == "none" else run["upsample"] ** 2
     sets = len(trained_targets(model)) * sum(1 if snr == experiments.CLEAN else copies for snr in run["snrs"])
     sets = max(sets, copies)  # a prediction reads the noisy images of a target at a time
     covariances = len(run["snrs"]) if model_kind(MODELS, model).stated.get("covariances", False) else 0
-    return int(experiments.megabytes(figures["images"] * sets, pixels, covariances))
+    return int(experiments.megabytes(plan["images"] * sets, pixels, covariances))

@@ -19,7 +19,7 @@ rule image:
         "../../envs/imaging.yaml"
     threads: 1
     resources:
-        mem_mb=image_megabytes(1),
+        mem_mb=lambda w: image_megabytes(1),
     params:
         settings=section(config, "imaging"),
     message:
@@ -44,7 +44,7 @@ rule noise:
         "../../envs/imaging.yaml"
     threads: 1
     resources:
-        mem_mb=image_megabytes(config["noise"]["realizations"]),
+        mem_mb=lambda w: image_megabytes(config["noise"]["realizations"]),
     params:
         settings=section(config, "imaging", "noise.definition", "noise.realizations", "seed"),
     message:
@@ -66,7 +66,7 @@ rule pure_noise:
         "../../envs/imaging.yaml"
     threads: 1
     resources:
-        mem_mb=image_megabytes(1),
+        mem_mb=lambda w: image_megabytes(1),
     params:
         settings=section(config, "aspect", "imaging", "radar", "seed"),
     message:

@@ -8,7 +8,7 @@ rule mesh:
         cad=lambda w: watched(config["targets"][w.target]["mesh"]),
         code=code("mesh/job_mesh.py"),
     output:
-        figures=report(
+        measures=report(
             f"{FIELDS}/mesh/{{target}}.json",
             caption="../report/mesh.rst",
             category="Meshes",

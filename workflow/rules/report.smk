@@ -4,7 +4,7 @@
 
 rule report:
     input:
-        mesh_figures=expand(f"{FIELDS}/mesh/{{target}}.json", target=MESHED),
+        mesh_measures=expand(f"{FIELDS}/mesh/{{target}}.json", target=MESHED),
         meshes=expand(f"{FIELDS}/mesh/{{target}}-{{part}}.ply", target=MESHED, part=["source", *BANDS]),
         scattering=expand(f"{FIELDS}/scattering/{{target}}.zarr", target=TARGETS),
         images=images_shown(),
@@ -50,6 +50,7 @@ rule report:
         mem_mb=2000,
     params:
         settings=section(config, *config),
+        stated=page_names(MODELS),
     message:
         "report: write {output.page} (progress in {log})"
     script:

@@ -7,7 +7,7 @@
 rule solve:
     input:
         mesh=f"{FIELDS}/mesh/{{target}}-{{band}}.ply",
-        figures=f"{FIELDS}/mesh/{{target}}.json",
+        measures=f"{FIELDS}/mesh/{{target}}.json",
         code=code("scattering/job_solve.py"),
         solver_code=solver_code(),
     output:
@@ -63,7 +63,7 @@ rule scattering:
 
 rule field:
     input:
-        files=lambda w: origin.files(config["targets"][w.target]["field"]),
+        files=lambda w: field_files.files(config["targets"][w.target]["field"]),
         code=code("scattering/job_field.py"),
     output:
         directory(f"{FIELDS}/scattering/{{target}}.zarr"),

@@ -13,7 +13,7 @@ import threadpoolctl
 from core.errors import InputError
 
 SECONDS = 30  # between a progress bar's lines in a log
-ROOM = "Make room there and run the same command: it goes on with what is missing."
+SPACE = "Make room there and run the same command: it goes on with what is missing."
 ACCESS = "Make it readable and writable for you and run the same command: it goes on with what is missing."
 # A process of its own, which outlives the job: it reads until the job ends, and a job that ended without a word was
 # killed. Run without site packages (-I -S), it starts in a hundredth of a second.
@@ -28,7 +28,7 @@ KILLED = (
     "ran out of memory: close what else uses it, or run one job at a time (--cores 1). The same command goes on from "
     "here; docs/troubleshooting.md has more."
 )
-REFUSED = {errno.ENOSPC: ROOM, errno.EDQUOT: ROOM, errno.EROFS: ACCESS, errno.EACCES: ACCESS, errno.EPERM: ACCESS}
+REFUSED = {errno.ENOSPC: SPACE, errno.EDQUOT: SPACE, errno.EROFS: ACCESS, errno.EACCES: ACCESS, errno.EPERM: ACCESS}
 
 
 class _Tee:
@@ -115,7 +115,7 @@ def _refused(error, output):
 
 
 def _report(message, log):
-    """To the log alone: Snakemake shows the log of a job that failed. To the terminal where the log has no room."""
+    """To the log alone, which Snakemake shows of a job that failed; to the terminal where the log cannot be written."""
     try:
         with open(log, "a") as file:
             print(message, file=file)

@@ -15,12 +15,11 @@ def load_class(folder, kind, name, base=None):
 
     Raises InputError where the file imports what is not installed, and where its class is none of `base`.
     """
+    file = file_of(folder, kind)
     try:
-        found = getattr(importlib.import_module(f"{folder.replace('/', '.')}.{kind}"), name)
+        loaded = getattr(importlib.import_module(f"{folder.replace('/', '.')}.{kind}"), name)
     except ImportError as error:
-        raise InputError(f"{file_of(folder, kind)} cannot be imported: {error}.") from None
-    if base is not None and not issubclass(found, base):
-        raise InputError(
-            f"{file_of(folder, kind)}: its class {name} must be one of {base.__module__}.{base.__qualname__}."
-        )
-    return found
+        raise InputError(f"{file} cannot be imported: {error}.") from None
+    if base is not None and not issubclass(loaded, base):
+        raise InputError(f"{file}: its class {name} must be one of {base.__module__}.{base.__qualname__}.")
+    return loaded

@@ -55,8 +55,8 @@ def _problem(path):
 
 def _files(path):
     """The names of a store's files. Others that are hidden are the workflow engine's or the desktop's."""
-    found = (file.relative_to(path) for file in Path(path).rglob("*") if file.is_file() and file.name != SUMS)
-    return sorted(name.as_posix() for name in found if name.name[0] != "." or name.name.startswith(".z"))
+    names = (file.relative_to(path) for file in Path(path).rglob("*") if file.is_file() and file.name != SUMS)
+    return sorted(name.as_posix() for name in names if name.name[0] != "." or name.name.startswith(".z"))
 
 
 def _digest(path):

@@ -1,5 +1,7 @@
 """The sweep that a config describes: frequencies, bands, elevations and azimuths."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from core.errors import InputError
@@ -34,6 +36,25 @@ def azimuths(aspect):
     if "count" in azimuth:
         return np.arange(azimuth["count"]) * (360.0 / azimuth["count"])
     return stepped(**azimuth)
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """Where a field is wanted. frequency: (F,) Hz; elevation: (E,) and azimuth: (A,) degrees
+
+    polarizations: receive and transmit, V (elevation) or H (azimuth), e.g. ['VV', 'HV']
+    """
+
+    frequency: np.ndarray
+    elevation: np.ndarray
+    azimuth: np.ndarray
+    polarizations: list
+
+
+def sweeps(radar, aspect, count):
+    """The Sweep of each of `count` bands, lowest first."""
+    rest = elevations(aspect), azimuths(aspect), radar["polarizations"]
+    return [Sweep(band, *rest) for band in bands(radar, count)]
 
 
 def closes_circle(azimuth):

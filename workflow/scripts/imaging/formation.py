@@ -70,8 +70,8 @@ class Formation:
     def file(self):
         return file_of(FOLDER, type(self).__module__.rpartition(".")[2])
 
-    def warnings(self, figures):
-        """Sentences on what will look wrong in images of these settings and this geometry (a result of `geometry`)."""
+    def warnings(self, geometry):
+        """Sentences on what will look wrong in images of these settings. geometry: what `geometry.geometry` gives."""
         return []
 
 
@@ -81,8 +81,8 @@ def build(frequency, angle, imaging):
     InputError where the file imports what is not installed, where its Imager is no Formation, and where this geometry
     cannot make an image.
     """
-    found = load_class(FOLDER, imaging["imager"], "Imager", Formation)
-    return found(frequency, angle, {key: imaging[key] for key in imaging if key not in ("imager", "aperture")})
+    imager = load_class(FOLDER, imaging["imager"], "Imager", Formation)
+    return imager(frequency, angle, {key: imaging[key] for key in imaging if key not in ("imager", "aperture")})
 
 
 def apertures(field, azimuth, aperture):

@@ -73,13 +73,13 @@ def geometry(frequency, elevation, azimuth, imaging):
     """What a sweep gives: resolution, unambiguous extent, aperture angle, number of images, size of a store.
 
     frequency in Hz, elevation and azimuth in degrees (1-D, ascending); imaging: the config's section.
-    As each sample stands for one step, the bandwidth is frequencies x step and the aperture angle aperture x step:
-    extent = samples x resolution (thesis eqs. 3.10, 3.12).
-    Cross-range figures are for the centre frequency. `polar` keeps the inscribed rectangle's part of the sector, so its
-    pixels, and those of `exact`, are somewhat larger than these resolutions and their image spans somewhat more than
-    these extents.
-    Lengths in m, angles in degrees; bytes are of one target's clean images, as many again for every realization of
-    every SNR; words, coherent and warnings are the imager's. InputError if no image can be made.
+    Gives a mapping. Lengths in m, angles in degrees. As each sample stands for one step, the bandwidth is frequencies x
+    step and the aperture angle aperture x step: extent = samples x resolution (thesis eqs. 3.10, 3.12).
+    Cross-range resolution and extent are for the centre frequency. `polar` keeps the inscribed rectangle's part of the
+    sector, so its pixels, and those of `exact`, are somewhat larger than these resolutions and their image spans
+    somewhat more than these extents.
+    bytes are of one target's clean images, as many again for every realization of every SNR; words, coherent and
+    warnings are the imager's. InputError if no image can be made.
     """
     step = uniform_step("frequency", frequency)
     turn = np.radians(uniform_step("azimuth", azimuth))
@@ -87,11 +87,8 @@ def geometry(frequency, elevation, azimuth, imaging):
     wavelength = C0 / ((frequency[0] + frequency[-1]) / 2)
     images = len(elevation) * len(centres(azimuth, samples))
     imager = imager_of(frequency, azimuth, imaging)
-    pixels = imager.axes()
-    for name, axis in zip(("range", "cross-range"), pixels, strict=True):
-        uniform_step(f"{imager.file}, {name}", axis)
-    shape = [len(axis) for axis in pixels]
-    figures = {
+    down, cross = imager.axes()
+    sizes = {
         "range_resolution": float(C0 / (2 * len(frequency) * step)),  # eq. 3.4
         "crossrange_resolution": float(wavelength / (2 * samples * turn)),  # eq. 3.9
         "range_extent": float(C0 / (2 * step)),  # eq. 3.11
@@ -99,16 +96,16 @@ def geometry(frequency, elevation, azimuth, imaging):
         "crossrange_extent_highest_frequency": float(C0 / frequency[-1] / (2 * turn)),
         "aperture_angle": float(np.degrees(samples * turn)),
         "fractional_bandwidth": float((frequency[-1] - frequency[0]) / (C0 / wavelength)),
-        "range_pixels": shape[0],
-        "crossrange_pixels": shape[1],
-        "range_pixel": float(pixels[0][1] - pixels[0][0]),
-        "crossrange_pixel": float(pixels[1][1] - pixels[1][0]),
+        "range_pixels": len(down),
+        "crossrange_pixels": len(cross),
+        "range_pixel": uniform_step(f"{imager.file}, range", down),
+        "crossrange_pixel": uniform_step(f"{imager.file}, cross-range", cross),
         "least_cosine": float(np.cos(np.radians(np.abs(elevation).max()))),
         "images": images,
-        "bytes": images * shape[0] * shape[1] * BYTES,
-        "working_bytes": imager.working_bytes(shape[0] * shape[1]),
+        "bytes": images * len(down) * len(cross) * BYTES,
+        "working_bytes": imager.working_bytes(len(down) * len(cross)),
     }
-    return figures | {"words": imager.words(), "coherent": imager.coherent, "warnings": imager.warnings(figures)}
+    return sizes | {"words": imager.words(), "coherent": imager.coherent, "warnings": imager.warnings(sizes)}
 
 
 def planned(config):
@@ -117,50 +114,50 @@ def planned(config):
     return geometry(sweep.frequencies(radar), sweep.elevations(aspect), sweep.azimuths(aspect), config["imaging"])
 
 
-def megabytes(figures, copies):
+def megabytes(geometry, copies):
     """Memory of a job that makes `copies` of the images of this geometry, in MB."""
     # Images and what the store makes of them; what forms them; the libraries.
-    return 500 + (2.5 * copies * figures["bytes"] + figures["working_bytes"]) / 1e6
+    return 500 + (2.5 * copies * geometry["bytes"] + geometry["working_bytes"]) / 1e6
 
 
-def describe(figures):
-    """The figures of `geometry` as lines of text."""
+def describe(geometry):
+    """What `geometry` gives, as lines of text."""
     return [
         *(
-            f"{axis}: resolution {figures[f'{axis}_resolution']:.4f} m, unambiguous extent "
-            f"{figures[f'{axis}_extent']:.3f} m, {figures[f'{axis}_pixels']} pixels of "
-            f"{figures[f'{axis}_pixel']:.4f} m"
+            f"{axis}: resolution {geometry[f'{axis}_resolution']:.4f} m, unambiguous extent "
+            f"{geometry[f'{axis}_extent']:.3f} m, {geometry[f'{axis}_pixels']} pixels of "
+            f"{geometry[f'{axis}_pixel']:.4f} m"
             for axis in ("range", "crossrange")
         ),
-        f"crossrange extent at the highest frequency: {figures['crossrange_extent_highest_frequency']:.3f} m",
-        f"aperture {figures['aperture_angle']:.2f} degrees, bandwidth {100 * figures['fractional_bandwidth']:.1f} %",
-        f"{figures['images']} images, {figures['bytes'] / 1e6:.3g} MB",
+        f"crossrange extent at the highest frequency: {geometry['crossrange_extent_highest_frequency']:.3f} m",
+        f"aperture {geometry['aperture_angle']:.2f} degrees, bandwidth {100 * geometry['fractional_bandwidth']:.1f} %",
+        f"{geometry['images']} images, {geometry['bytes'] / 1e6:.3g} MB",
     ]
 
 
-def warnings(figures, reach):
+def warnings(geometry, reach):
     """Sentences on what will look wrong in images of this geometry (a result of `geometry`).
 
     reach: the largest distance of a point of the target from the origin, about which images are formed, in m.
     """
-    found = []
-    if figures["least_cosine"] < LEAST_COSINE:
-        found.append(
-            f"at the steepest elevation cross-range shrinks to {100 * figures['least_cosine']:.0f} % (the cosine of "
+    sentences = []
+    if geometry["least_cosine"] < LEAST_COSINE:
+        sentences.append(
+            f"at the steepest elevation cross-range shrinks to {100 * geometry['least_cosine']:.0f} % (the cosine of "
             "the elevation): turning the target hardly moves the line of sight, and its images show range only."
         )
     for axis, key in (("range", "radar.frequencies"), ("crossrange", "aspect.azimuth")):
-        extent = figures[f"{axis}_extent"]
+        extent = geometry[f"{axis}_extent"]
         if 2 * reach > extent:
-            found.append(
+            sentences.append(
                 f"the target reaches {reach:.2f} m from the origin but the unambiguous {axis} extent is only"
                 f" {extent / 2:.2f} m to either side: what lies outside folds over. More samples ('{key}') over the"
                 " same span widen it."
             )
-    sampled = figures["crossrange_extent_highest_frequency"]
-    if sampled < 2 * reach <= figures["crossrange_extent"]:
-        found.append(
+    sampled = geometry["crossrange_extent_highest_frequency"]
+    if sampled < 2 * reach <= geometry["crossrange_extent"]:
+        sentences.append(
             f"the target reaches {reach:.2f} m from the origin but at the highest frequency the azimuth steps are only"
             f" fine enough for {sampled / 2:.2f} m to either side: its ends leave ghosts. Take more ('aspect.azimuth')."
         )
-    return found + figures["warnings"]
+    return sentences + geometry["warnings"]

@@ -1,4 +1,4 @@
-"""What one scatterer becomes in an image, wherever it stands: the figures of merit of a way to form images."""
+"""What one scatterer becomes in an image, wherever it stands: how well a way to form images does."""
 
 import numpy as np
 
@@ -13,8 +13,8 @@ def point_response(imager, down, cross):
 
     Returns a mapping of arrays (D, C): `loss_db`, how far the peak is below the amplitude; `ghost_db`, the strongest
     echo outside the main lobe, relative to the peak; `error`, the distance from the peak to the true place in pixels,
-    the larger one of both axes. The image's edges are one: what leaves at one side comes in at
-    the other, so places are compared around them.
+    the larger one of both axes. An image is periodic: what leaves at one side comes in at the other, so distances are
+    taken across the edges too.
     """
     pixels = imager.axes()
     step = np.array([axis[1] - axis[0] for axis in pixels])
@@ -25,7 +25,7 @@ def point_response(imager, down, cross):
     ]
     form, angle = imager.at(*fine), imager.angle
     k = 2 * np.pi * imager.frequency / C0
-    figures = {name: np.empty((len(down), len(cross))) for name in ("loss_db", "ghost_db", "error")}
+    measures = {name: np.empty((len(down), len(cross))) for name in ("loss_db", "ghost_db", "error")}
     for i, j in np.ndindex(len(down), len(cross)):
         echo = np.exp(2j * np.outer(k, -np.cos(angle) * down[i] + np.sin(angle) * cross[j])).astype(np.complex64)
         image = np.abs(form(echo[None])[0])
@@ -40,12 +40,11 @@ def point_response(imager, down, cross):
         ]
         outside = np.maximum.outer(*around) > MAIN_LOBE
         off = (np.array(place) - [down[i], cross[j]] + extent / 2) % extent - extent / 2
-        figures["loss_db"][i, j] = -20 * np.log10(peak)
-        figures["ghost_db"][i, j] = 20 * np.log10(
-            image[outside].max(initial=1e-5) / peak
-        )  # small images have no outside
-        figures["error"][i, j] = np.abs(off / step).max()
-    return figures
+        measures["loss_db"][i, j] = -20 * np.log10(peak)
+        # Small images have no outside.
+        measures["ghost_db"][i, j] = 20 * np.log10(image[outside].max(initial=1e-5) / peak)
+        measures["error"][i, j] = np.abs(off / step).max()
+    return measures
 
 
 def _vertex(values, top):

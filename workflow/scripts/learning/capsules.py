@@ -1,7 +1,7 @@
 """The capsule network: its layers, its loss, and its weights, as functions of arrays.
 
 Sabour, Frosst and Hinton 2017, Dynamic routing between capsules; sizes as in the reference thesis's figure 5.5.
-All but `start` take NumPy arrays as well as JAX's, and give the same kind back: JAX trains, NumPy predicts.
+All but `initial_weights` take NumPy arrays as well as JAX's, and give the same kind back: JAX trains, NumPy predicts.
 """
 
 import math
@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from learning.descent import glorot
+from learning.training_loop import glorot
 
 KERNEL = 9  # pixels a side of both convolutions
 STRIDE = 2  # of the primary capsules' convolution
@@ -104,7 +104,7 @@ def margin_loss(vectors, truth):
 
 
 def layers(shape, classes, width, capsules, decoder):
-    """The layers by name, each a `Layer`; arguments as of `start`."""
+    """The layers by name, each a `Layer`; arguments as of `initial_weights`."""
     rows, columns, channels = shape
     places = int(np.prod([(size - 2 * (KERNEL - 1) - 1) // STRIDE + 1 for size in (rows, columns)]))
     pixels = rows * columns * channels
@@ -131,8 +131,8 @@ class Layer(NamedTuple):
         return math.prod(self.shape) + self.has_offset * self.shape[-1]
 
 
-def start(random, shape, classes, width, capsules, decoder):
-    """Weights before training: a mapping of name to array, float32. random: a numpy generator.
+def initial_weights(random, shape, classes, width, capsules, decoder):
+    """Weights before training: a mapping of name to array, float32. random: a NumPy generator.
 
     shape: (rows, columns, channels) of an image; width: filters of the convolution; capsules: channels of primary
     capsules; decoder: outputs of its first layer, of which the second has twice as many.

@@ -12,13 +12,15 @@ FOLDER = "learning/models"  # where the kinds are, below workflow/scripts
 STATE = "model.npz"
 NOT_HYPER = ("kind", "other")  # settings of a model that are not its own hyper-parameters
 OTHER = "other"  # the label of what is none of the known classes
+ANY_SNR = "any"  # stands for the SNR of images that go with every SNR
 
 
 class Outcome(NamedTuple):
     """What a model says of n images.
 
     labels: (n,), names of classes. scores: (n, classes), larger = likelier.
-    known: mapping of a score's name to (n,): larger = more like the known classes; below a threshold is rejected.
+    known: confidence scores, a mapping of name to (n,): larger = more like the known classes; what is below a threshold
+    is rejected as none of them. Tables and pages call them known scores.
     """
 
     labels: np.ndarray
@@ -56,7 +58,8 @@ class Classifier:
         """Learn from complex images (observations, range, crossrange) and their class names; gives the model back.
 
         validation: None, or images, labels, snrs and views of the validation azimuths, for the training curve and for
-        stopping. snrs: None, or the SNR's name of each image, shape (observations,), to be kept apart.
+        stopping. snrs: None, or the SNR's name of each image, shape (observations,), to be kept apart: 'clean',
+        'snr_6dB', or ANY_SNR.
         views: None, or numbers (observations,), the same for all images of one target from one direction.
         """
         raise NotImplementedError
@@ -80,6 +83,11 @@ class Classifier:
         """
         names = sorted(name for name in vars(self) if name.endswith("_") and name != "curve_")
         np.savez(folder / STATE, **{name: self._array(name) for name in names})
+
+    def _keep(self, arrays):
+        """Make arrays, a mapping of name to array, attributes that are saved: <name>_."""
+        for name, array in arrays.items():
+            setattr(self, f"{name}_", array)
 
     def _array(self, name):
         value = getattr(self, name)

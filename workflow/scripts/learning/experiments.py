@@ -10,7 +10,7 @@ TOLERANCE = 1e-4  # degrees: two angles nearer than this are the same one
 # What of a run decides what its models learn. The rest (its models, whether it is open) may change without a new fit.
 LEARNED = ("elevation", "experiment", "name", "random_snr", "snrs", "split", "upsample")
 
-# The reference thesis's method of the open set: model, training SNR, known score. Others are compared with it.
+# The reference thesis's method of the open set: model, training SNR, confidence score. Others are compared with it.
 REFERENCE = ("capsule", "clean", "zncc")
 
 
@@ -24,7 +24,7 @@ def runs(config):
     sector) and upsample (pixels a side, or none).
     InputError for two runs of one name.
     """
-    found, learning = {}, config["learning"]
+    every, learning = {}, config["learning"]
     unknown = any(target["role"] == "unknown" for target in config["targets"].values())
     for name, experiment in learning["experiments"].items():
         snr = experiment["train"]["snr_db"]
@@ -41,16 +41,15 @@ def runs(config):
             "split": experiment.get("split", learning["split"]["scheme"]),
             "upsample": experiment.get("upsample", "none"),
         }
-        each = kind == "each"
-        named = {f"{name}_{label(value)}": [value] for value in values} if each else {name: values}
-        for run, snrs in named.items():
-            if run in found:
+        each = {f"{name}_{label(value)}": [value] for value in values}
+        for run, snrs in (each if kind == "each" else {name: values}).items():
+            if run in every:
                 raise InputError(
                     f"config key 'learning.experiments.{name}': its run {run} is also one of "
-                    f"'{found[run]['experiment']}'; give one another name."
+                    f"'{every[run]['experiment']}'; give one another name."
                 )
-            found[run] = {**shared, "name": run, "snrs": snrs}
-    return found
+            every[run] = {**shared, "name": run, "snrs": snrs}
+    return every
 
 
 def label(snr):
@@ -60,11 +59,11 @@ def label(snr):
 
 def cleanest(labels):
     """Of the names of SNRs, as `label` gives them, that with the least noise; any other name counts as the most."""
-    return max(set(labels), key=lambda name: np.inf if name == CLEAN else _level(name))
 
+    def level(name):
+        return snr_of_label(name) if name.startswith("snr_") else -np.inf
 
-def _level(name):
-    return snr_of_label(name) if name.startswith("snr_") else -np.inf
+    return CLEAN if CLEAN in labels else max(set(labels), key=level)
 
 
 def training(run):
@@ -80,8 +79,7 @@ def training(run):
 
 def train_snr_db(run):
     """The one SNR in dB that a run trains at; NaN for images without noise, and for several SNRs."""
-    one = len(run["snrs"]) == 1 and run["snrs"] != [CLEAN]
-    return float(run["snrs"][0]) if one else np.nan
+    return np.nan if len(run["snrs"]) > 1 or CLEAN in run["snrs"] else float(run["snrs"][0])
 
 
 def snrs_in_words(snrs):
@@ -102,10 +100,11 @@ def snrs_in_words(snrs):
 
 
 def megabytes(images, pixels, covariances):
-    """Memory of a job of a model, in MB: its images of so many pixels each, and the libraries.
+    """Memory of a job of a model, in MB: 1000 for the libraries, and its images of so many pixels each.
 
-    Features are in double precision as libraries copy them. covariances: at how many SNRs it keeps one, 0 for none; two
-    of each in single precision, and while it learns four of one in double.
+    Of each image there are complex64 pixels and three copies of its real and imaginary parts in double precision, as
+    libraries make them. covariances: for how many SNRs the model keeps a matrix of pixels by pixels, 0 for none. Of
+    each of these there are two in single precision, and four in double of the one that is being learned.
     """
     matrices = 4 * 16 + 2 * 8 * covariances if covariances else 0
     return 1000 + (images * pixels * (8 + 3 * 16) + matrices * pixels**2) / 1e6

@@ -9,14 +9,14 @@ def real_imaginary(images, dtype=np.float32):
     return np.concatenate([flat.real, flat.imag], axis=1).astype(dtype, copy=False)
 
 
-def magnitudes(images):
-    """Magnitudes of images (n, range, crossrange) as one channel: (n, range, crossrange, 1), float32."""
-    return np.abs(images)[..., None].astype(np.float32, copy=False)
+def unit(features):
+    """Features (n, d) scaled to length 1; a zero stays zero."""
+    return features / np.maximum(np.linalg.norm(features, axis=1, keepdims=True), 1e-12)
 
 
-def real_imaginary_channels(images):
-    """Real and imaginary parts of images (n, range, crossrange) as two channels: (n, range, crossrange, 2), float32."""
-    return np.stack([images.real, images.imag], axis=-1).astype(np.float32, copy=False)
+def unit_rows(images):
+    """Images (n, range, crossrange) as rows of length 1, complex64; a zero image stays zero."""
+    return unit(images.reshape(len(images), -1).astype(np.complex64, copy=False))
 
 
 def squared_distances(x, references, squared_norms):
@@ -35,8 +35,8 @@ def squared_distances(x, references, squared_norms):
 def upsample(images, down, carrier, pixels):
     """Images (n, range, crossrange) on `pixels` a side of the same extent, divided by their new peak magnitude.
 
-    Zero padding of the aperture before the Fourier transform (thesis section 4.4.5), from the image instead of the
-    aperture. down: the ranges (range,) in m, uniform; carrier: the wavenumber in rad/m in the middle of the image's
+    The same as zero padding of the aperture before the Fourier transform (thesis section 4.4.5), but begun from the
+    image. down: the ranges (range,) in m, uniform; carrier: the wavenumber in rad/m in the middle of the image's
     spectrum, about which the zeros are added.
     """
     shape, axes = images.shape[1:], (1, 2)

@@ -1,26 +1,16 @@
-"""Observations, one row each, from the stores of images."""
+"""Images from their stores, and where each comes from."""
 
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
+import pandas as pd
 
 from core.errors import InputError
 from core.store import open_store
 from learning.experiments import TOLERANCE
 from learning.features import upsample
 
-DIMENSIONS = ("elevation", "azimuth", "realization", "range", "crossrange")
-
-
-class Observations(NamedTuple):
-    """Images (n, range, crossrange), complex64, and where each comes from: arrays of shape (n,), angles in degrees."""
-
-    images: np.ndarray
-    target: np.ndarray
-    elevation: np.ndarray
-    azimuth: np.ndarray
-    realization: np.ndarray
+ORIGIN = ("elevation", "azimuth", "realization")
 
 
 def target_of(store):
@@ -38,19 +28,18 @@ def read(stores, azimuth, elevation="all", pixels="none"):
     """All images of the stores at these azimuths and elevations (degrees; elevation may be 'all').
 
     pixels: 'none', or how many a side the images are up-sampled to.
-    Rows are in the order target name, elevation, azimuth, realization. A store without noise has realization 0.
+    Gives the images, complex64 (n, range, crossrange), and a DataFrame of n rows that says where each comes from:
+    columns label (of its SNR, as 'clean' or 'snr_6dB'), target, elevation, azimuth (degrees) and realization, which is
+    0 in a store without noise. Rows are in the order of these columns, each store's angles as they stand there.
     Raises InputError for an angle that a store does not have, for an image that is not finite, and for fewer pixels
     than the images have.
     """
-    return join(_rows(store, azimuth, elevation, pixels) for store in sorted(stores, key=target_of))
+    stores = sorted(map(Path, stores), key=lambda store: (store.stem, target_of(store)))
+    images, origins = zip(*(_read(store, azimuth, elevation, pixels) for store in stores), strict=True)
+    return np.concatenate(images), pd.concat(origins, ignore_index=True)
 
 
-def join(parts):
-    """Observations of several parts, one after the other."""
-    return Observations(*map(np.concatenate, zip(*parts, strict=True)))
-
-
-def _rows(store, azimuth, elevation, pixels):
+def _read(store, azimuth, elevation, pixels):
     with open_store(store) as dataset:
         image = dataset["image"]
         if "realization" not in image.dims:
@@ -58,11 +47,10 @@ def _rows(store, azimuth, elevation, pixels):
         image = _select(image, "azimuth", azimuth, store)
         if not isinstance(elevation, str):
             image = _select(image, "elevation", elevation, store)
-        image = image.transpose(*DIMENSIONS).load()
+        image = image.transpose(*ORIGIN, "range", "crossrange").load()
         carrier = dataset.attrs["range_wavenumber"] if pixels != "none" else None
     if not np.isfinite(image.values).all():
         raise InputError(f"{store} holds images that are not finite; delete it and make it again.")
-    angles = np.meshgrid(image.elevation, image.azimuth, image.realization, indexing="ij")
     images = image.values.reshape(-1, *image.shape[-2:])
     if pixels != "none":
         if pixels < max(images.shape[1:]):
@@ -71,12 +59,15 @@ def _rows(store, azimuth, elevation, pixels):
                 "that 'upsample' of the experiment asks for."
             )
         images = upsample(images, image["range"].values, carrier, pixels)
-    return Observations(images, np.full(len(images), target_of(store)), *(angle.ravel() for angle in angles))
+    origin = pd.MultiIndex.from_product([image[name].values for name in ORIGIN], names=ORIGIN).to_frame(index=False)
+    origin.insert(0, "label", store.stem)
+    origin.insert(1, "target", target_of(store))
+    return images, origin
 
 
-def among(angles, some):
-    """Which of the angles (n,) are among some others, within TOLERANCE: booleans (n,)."""
-    return (np.abs(np.asarray(angles)[:, None] - np.asarray(some, float)) < TOLERANCE).any(axis=1)
+def among(angles, others):
+    """Which of the angles (n,) are among the others, within TOLERANCE: booleans (n,)."""
+    return (np.abs(np.asarray(angles)[:, None] - np.asarray(others, float)) < TOLERANCE).any(axis=1)
 
 
 def _select(image, name, angles, store):

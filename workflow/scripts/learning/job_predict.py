@@ -2,11 +2,5 @@ from core.job import job
 from learning.predict import predict
 
 with job(snakemake):
-    settings = snakemake.params.settings
-    predict(
-        snakemake.input.stores,
-        settings["roles"],
-        settings["open"],
-        snakemake.input.model,
-        snakemake.output.tables,
-    )
+    settings, inputs = snakemake.params.settings, snakemake.input
+    predict(inputs.stores, settings["roles"], settings["open"], inputs.model, snakemake.output.tables)

@@ -5,20 +5,19 @@ from pathlib import Path
 os.environ["NPROC"] = "1"
 
 from core.job import job
-from learning.train import train
+from learning.train import Training, train
 
 with job(snakemake):
     settings, model = snakemake.params.settings, snakemake.wildcards.model
-    train(
-        snakemake.input.stores,
-        settings["roles"],
-        settings["run"],
-        model,
-        settings[f"learning.models.{model}"],
-        settings["learning.split"],
-        settings["imaging.aperture"],
-        settings["seed"],
-        snakemake.output.model,
-        # Not in the output's folder: Snakemake removes that before a job and after a failed one.
-        Path(snakemake.output.model).parents[2] / "checkpoints" / settings["run"]["name"] / model,
+    training = Training(
+        run=settings["run"],
+        model=model,
+        settings=settings[f"learning.models.{model}"],
+        roles=settings["roles"],
+        split=settings["learning.split"],
+        aperture=settings["imaging.aperture"],
+        seed=settings["seed"],
     )
+    # Not in the output's folder: Snakemake removes that before a job and after a failed one.
+    checkpoints = Path(snakemake.output.model).parents[2] / "checkpoints" / settings["run"]["name"] / model
+    train(snakemake.input.stores, training, snakemake.output.model, checkpoints)

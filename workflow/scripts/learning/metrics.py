@@ -1,4 +1,4 @@
-"""Figures of merit from confusion counts, with intervals from a bootstrap over viewing azimuths.
+"""Metrics from confusion counts, with intervals from a bootstrap over viewing azimuths.
 
 Confusion counts have shape (..., truth, predicted); all functions work on any number of leading dimensions.
 """
@@ -22,7 +22,7 @@ def confusion(groups, truth, predicted, shape):
     return np.bincount(cells, minlength=count * labels**2).reshape(count, labels, labels)
 
 
-def figures(counts, labels, judged):
+def metrics_of(counts, labels, judged):
     """All metrics of confusion counts (..., labels, labels): a mapping of name to values (...).
 
     accuracy, f1_weighted (by true counts), f1_macro (plain mean), precision_<label>, recall_<label>; the last three of
@@ -41,19 +41,17 @@ def figures(counts, labels, judged):
         "f1_macro": f1[..., [label in judged for label in labels]].mean(axis=-1),
     }
     for index, label in enumerate(labels):
-        if label not in judged:
-            continue
-        result[f"precision_{label}"] = precision[..., index]
-        result[f"recall_{label}"] = recall[..., index]
+        if label in judged:
+            result |= {f"precision_{label}": precision[..., index], f"recall_{label}": recall[..., index]}
     return result
 
 
-def figures_of(truth, predicted, weight=1.0):
-    """The `figures` of labels (n,), each image counting as many times as `weight`, (n,) or one number, says."""
+def metrics_of_labels(truth, predicted, weight=1.0):
+    """The metrics of labels (n,), each image counting as many times as `weight`, (n,) or one number, says."""
     labels, codes = np.unique([*truth, *predicted], return_inverse=True)
     counts = np.zeros((len(labels), len(labels)))
     np.add.at(counts, tuple(codes.reshape(2, -1)), weight)
-    return figures(counts, labels, labels)
+    return metrics_of(counts, labels, labels)
 
 
 @functools.cache
@@ -77,8 +75,8 @@ def interval(values):
 
 
 def resampled(counts, labels, judged, seed):
-    """All `figures` of counts (azimuths, labels, labels) in each resample: a mapping of name to (resamples,)."""
-    return figures(np.tensordot(weights(len(counts), seed), counts, axes=1), labels, judged)
+    """The metrics of counts (azimuths, labels, labels) in each resample: a mapping of name to (resamples,)."""
+    return metrics_of(np.tensordot(weights(len(counts), seed), counts, axes=1), labels, judged)
 
 
 def separation(scores, known, right, groups, draws):
@@ -93,29 +91,27 @@ def separation(scores, known, right, groups, draws):
     """
     draws = np.asarray(draws, float)
     count = draws.shape[1]
-    own, own_groups, own_right = scores[known], groups[known], right[known]
-    rest = [np.sort(scores[~known & (groups == group)]) for group in range(count)]
-    sizes = np.array([np.bincount(own_groups, minlength=count), [len(one) for one in rest]], float)
-    known_total, rest_total = draws @ sizes[0], draws @ sizes[1]
-    above = np.empty((2, count, count))  # pairs by azimuth of the known image, azimuth of the unknown one
-    for group, one in enumerate(rest):
-        below = (np.searchsorted(one, own, "left") + np.searchsorted(one, own, "right")) / 2
-        above[0, :, group] = np.bincount(own_groups, below, count)
-        above[1, :, group] = np.bincount(own_groups, below * own_right, count)
-    auroc, oscr = (_ratio(np.einsum("da,ab,db->d", draws, pairs, draws), known_total * rest_total) for pairs in above)
+    known_scores, known_groups = scores[known], groups[known]
+    unknown = [np.sort(scores[~known & (groups == group)]) for group in range(count)]
+    known_total = draws @ np.bincount(known_groups, minlength=count).astype(float)
+    unknown_total = draws @ np.array([len(part) for part in unknown], float)
+    # Pairs in which the known image scores higher, by its azimuth and that of the unknown one; then those of them in
+    # which it is also classified rightly.
+    pairs = np.empty((2, count, count))
+    for group, part in enumerate(unknown):
+        below = (np.searchsorted(part, known_scores, "left") + np.searchsorted(part, known_scores, "right")) / 2
+        pairs[0, :, group] = np.bincount(known_groups, below, count)
+        pairs[1, :, group] = np.bincount(known_groups, below * right[known], count)
+    auroc, oscr = (_ratio(np.einsum("da,ab,db->d", draws, part, draws), known_total * unknown_total) for part in pairs)
 
-    order = np.argsort(-own, kind="stable")
+    order, fpr95 = np.argsort(-known_scores, kind="stable"), np.zeros(len(draws))
     if len(order):
-        running = np.cumsum(draws[:, own_groups[order]], axis=1)
-        thresholds = own[order][(running >= KEPT * known_total[:, None] - 1e-9).argmax(axis=1)]
-        kept = np.stack([len(one) - np.searchsorted(one, thresholds, "left") for one in rest], axis=1)
-        fpr95 = _ratio((draws * kept).sum(axis=1), rest_total)
-    else:
-        fpr95 = np.zeros(len(draws))
-    none = (known_total == 0) | (rest_total == 0)
-    return {
-        name: np.where(none, np.nan, values) for name, values in (("auroc", auroc), ("fpr95", fpr95), ("oscr", oscr))
-    }
+        running = np.cumsum(draws[:, known_groups[order]], axis=1)
+        thresholds = known_scores[order][(running >= KEPT * known_total[:, None] - 1e-9).argmax(axis=1)]
+        kept = np.stack([len(part) - np.searchsorted(part, thresholds, "left") for part in unknown], axis=1)
+        fpr95 = _ratio((draws * kept).sum(axis=1), unknown_total)
+    none = (known_total == 0) | (unknown_total == 0)
+    return {name: np.where(none, np.nan, v) for name, v in {"auroc": auroc, "fpr95": fpr95, "oscr": oscr}.items()}
 
 
 def _ratio(above, below):

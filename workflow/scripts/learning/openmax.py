@@ -8,8 +8,8 @@ from scipy.stats import weibull_min
 def fit_weibull(distances, tail):
     """Location, shape and scale of a Weibull distribution fitted to the `tail` largest distances, shape (3,).
 
-    As FitHigh of libMR, which OpenMax was published with: the location is fixed, 1 below the smallest of the tail, and
-    the rest follows by maximum likelihood.
+    distances: (n,), not negative. As FitHigh of libMR, which OpenMax was published with: the location is fixed, 1 below
+    the smallest of the tail, and the rest follows by maximum likelihood.
     """
     largest = np.sort(np.asarray(distances, float))[-tail:]
     location = largest[0] - 1
@@ -22,13 +22,14 @@ def fit_weibull(distances, tail):
 def fit(logits, labels, classes, tail):
     """Mean activation vectors (classes, classes) and Weibull tails (classes, 3) (thesis eqs. 5.7, 5.8).
 
-    logits: activation vectors (n, classes) of training images with these labels; only those classified correctly count.
+    logits: activation vectors (n, classes) of training images with these labels (n,); of each class those classified
+    correctly count, all of them if there is none. tails: as `fit_weibull` gives them.
     """
     means, tails = [], []
     for index, name in enumerate(classes):
-        own = labels == name
-        right = own & (logits.argmax(axis=1) == index)
-        vectors = logits[right if right.any() else own]
+        of_class = labels == name
+        right = of_class & (logits.argmax(axis=1) == index)
+        vectors = logits[right if right.any() else of_class]
         means.append(vectors.mean(axis=0))
         tails.append(fit_weibull(np.linalg.norm(vectors - means[-1], axis=1), tail))
     return np.stack(means), np.stack(tails)

@@ -9,8 +9,8 @@ from tqdm import tqdm
 from core.errors import InputError
 from learning import images
 from learning.classifier import OTHER, Outcome
-from learning.train import azimuths_of, kind_of, load, run_of
-from learning.trial import check_outcome, describe
+from learning.conformance import check_outcome, describe
+from learning.model_folder import azimuths_of, config_of, load
 
 BATCH = 1024  # images at a time: bounds the memory, and as a constant keeps results the same bit for bit
 SCORE, KNOWN = "score_", "known_"
@@ -21,13 +21,13 @@ def predict(stores, roles, is_open, folder, outputs):
     """Classify images at azimuths that the model in `folder` was not trained at; write a table for each SNR.
 
     stores: imaging/<target>/<label>.zarr of all SNRs; roles: of the targets; outputs: paths <label>.csv.
-    is_open: whether the table has known scores, too. Targets of role other are classified at the validation azimuths
-    only, with which thresholds are chosen.
+    is_open: whether the table has confidence scores, too. Targets of role other are classified at the validation
+    azimuths only, with which thresholds are chosen.
     """
     model = load(folder)
     for output in tqdm(sorted(map(Path, outputs)), unit="SNR", desc="predicting", leave=False):
-        own = [store for store in stores if Path(store).stem == output.stem]
-        table = predict_one(model, own, roles, is_open, folder)
+        at_snr = [store for store in stores if Path(store).stem == output.stem]
+        table = predict_at(model, at_snr, roles, is_open, folder)
         output.parent.mkdir(parents=True, exist_ok=True)
         # Nine digits keep a single-precision number exactly.
         table.to_csv(output, index=False, float_format="%.9g")
@@ -36,15 +36,16 @@ def predict(stores, roles, is_open, folder, outputs):
         print(f"{output.stem}: {len(table)} images; of {len(known)} test images of known targets {right:.4f} are right")
 
 
-def predict_one(model, stores, roles, is_open, folder):
+def predict_at(model, stores, roles, is_open, folder):
     """The predictions at one SNR, a DataFrame.
 
     Columns: target, elevation, azimuth (degrees), realization, truth, predicted, role, side, score_<class>..., and if
-    it is open known_<score>... . truth is OTHER for a target that is not known.
+    it is open known_<confidence score>... . truth is OTHER for a target that is not known.
     Rows: validation and test azimuths, all elevations and realizations, sorted by the first four columns.
+    Raises InputError for a model that gives no proper Outcome, and for an open run's without a confidence score.
     """
-    run, held_out = run_of(folder), azimuths_of(folder, "validation")
-    who = describe(Path(folder).name, run["name"], kind_of(folder))
+    config, held_out = config_of(folder), azimuths_of(folder, "validation")
+    run, who = config["run"], describe(config["model"], config["run"]["name"], config["kind"])
     tables, parts = [], []
     for store in sorted(stores, key=images.target_of):
         role = roles[images.target_of(store)]
@@ -52,22 +53,23 @@ def predict_one(model, stores, roles, is_open, folder):
         # own, an open run's stand among the validation images.
         parts += [(store, role, sides) for sides in ([SIDES[role]] if is_open else [[side] for side in SIDES[role]])]
     for store, role, sides in parts:
-        rows = images.read([store], azimuths_of(folder, *sides), pixels=run["upsample"])
-        outcome = classify(model, rows.images)
-        check_outcome(outcome, len(rows.images), model.classes_, who, f" of {store}")
+        pixels, origin = images.read([store], azimuths_of(folder, *sides), pixels=run["upsample"])
+        outcome = classify(model, pixels)
+        check_outcome(outcome, len(pixels), model.classes_, who, f" of {store}")
         if is_open and not outcome.known:
             raise InputError(
                 f"{who}: its evaluate gives no known score, and without one nothing can be rejected. Give it one, or "
                 f"take the model out of open experiments ('{run['experiment']}')."
             )
-        columns = {name: value for name, value in rows._asdict().items() if name != "images"}
-        columns["truth"] = rows.target if role == "known" else OTHER
-        columns |= {"predicted": outcome.labels, "role": role}
-        columns["side"] = np.where(images.among(rows.azimuth, held_out), "validation", "test")
+        columns = {
+            "truth": origin["target"] if role == "known" else OTHER,
+            "predicted": outcome.labels,
+            "role": role,
+            "side": np.where(images.among(origin["azimuth"], held_out), "validation", "test"),
+        }
         columns |= {SCORE + name: column for name, column in zip(model.classes_, outcome.scores.T, strict=True)}
-        if is_open:
-            columns |= {KNOWN + name: column for name, column in outcome.known.items()}
-        tables.append(pd.DataFrame(columns))
+        columns |= {KNOWN + name: column for name, column in outcome.known.items()} if is_open else {}
+        tables.append(origin.drop(columns="label").assign(**columns))
     return pd.concat(tables).sort_values(["target", "elevation", "azimuth", "realization"], ignore_index=True)
 
 

@@ -9,7 +9,7 @@ from core.store import open_store, write
 from core.sweep import snr_of_label
 from learning import images
 from learning.experiments import CLEAN
-from learning.train import azimuths_of, load, run_of
+from learning.model_folder import azimuths_of, config_of, load
 
 EXAMPLES = 5  # of each target
 
@@ -22,30 +22,28 @@ def reconstruct(stores, folder, output):
     Variables, magnitudes over (range, crossrange): truth (target, example), without noise; seen and made (snr, target,
     example), what the network sees and what it reconstructs; predicted (snr, target, example): the class.
     """
-    model, run = load(folder), run_of(folder)
+    model, run = load(folder), config_of(folder)["run"]
     targets = sorted({images.target_of(store) for store in stores})
     labels = sorted({Path(store).stem for store in stores} - {CLEAN}, key=snr_of_label)
     elevation, azimuth = _examples(stores[0], azimuths_of(folder, "test"))
-    found = {}
+    decoded = {}  # by target and label: images that the network sees, what it makes of them, predicted classes
     for store in map(Path, stores):
-        rows = images.read([store], azimuth, elevation, run["upsample"])
+        pixels, origin = images.read([store], azimuth, elevation, run["upsample"])
         # All pairs of these angles, and all realizations: of each example the first.
-        some = [
-            np.flatnonzero(images.among(rows.elevation, [e]) & images.among(rows.azimuth, [a]))[0]
+        rows = [
+            np.flatnonzero(images.among(origin["elevation"], [e]) & images.among(origin["azimuth"], [a]))[0]
             for e, a in zip(elevation, azimuth, strict=True)
         ]
-        found[store.parent.name, store.stem] = model.reconstruct(rows.images[some])
-    pixels = ("range", "crossrange")
-
-    def of_snrs(part):
-        return np.stack([[found[target, label][part] for target in targets] for label in labels])
-
+        decoded[store.parent.name, store.stem] = model.reconstruct(pixels[rows])
+    noisy = [[decoded[target, label] for target in targets] for label in labels]
+    seen, made, predicted = (np.array([[part[i] for part in row] for row in noisy]) for i in range(3))
+    places, axes = ("snr", "target", "example"), ("range", "crossrange")
     dataset = xr.Dataset(
         {
-            "truth": (("target", "example", *pixels), np.stack([found[target, CLEAN][0] for target in targets])),
-            "seen": (("snr", "target", "example", *pixels), of_snrs(0)),
-            "made": (("snr", "target", "example", *pixels), of_snrs(1)),
-            "predicted": (("snr", "target", "example"), of_snrs(2).astype(str)),
+            "truth": (("target", "example", *axes), np.array([decoded[target, CLEAN][0] for target in targets])),
+            "seen": ((*places, *axes), seen),
+            "made": ((*places, *axes), made),
+            "predicted": (places, predicted.astype(str)),
         },
         coords={
             "snr": ("snr", [snr_of_label(label) for label in labels], {"units": "dB", "long_name": "SNR"}),
@@ -60,8 +58,8 @@ def reconstruct(stores, folder, output):
 
 
 def _examples(store, azimuths):
-    """Elevations and azimuths of EXAMPLES images, evenly among those of a store at these azimuths."""
+    """Elevations and azimuths, each (EXAMPLES,) in degrees, evenly among those of a store at these azimuths."""
     with open_store(store) as dataset:
         elevation, azimuth = np.meshgrid(dataset.elevation.values, np.sort(azimuths), indexing="ij")
-    some = np.linspace(0, elevation.size - 1, EXAMPLES + 2).astype(int)[1:-1]
-    return elevation.ravel()[some], azimuth.ravel()[some]
+    places = np.linspace(0, elevation.size - 1, EXAMPLES + 2).astype(int)[1:-1]
+    return elevation.ravel()[places], azimuth.ravel()[places]

@@ -8,13 +8,13 @@ known targets and those of role other.
 import numpy as np
 
 from learning.classifier import OTHER
-from learning.metrics import KEPT, figures_of
+from learning.metrics import KEPT, metrics_of_labels
 
 ROLES = {"thesis": ("known", "unknown"), "blind": ("known", "other")}
 
 
 def choose(table, score, protocol):
-    """The threshold of a known score under a protocol, chosen on the validation rows of a prediction table.
+    """The threshold of a confidence score under a protocol, chosen on the validation rows of a prediction table.
 
     table: columns side, role, truth, predicted and the column `score`. Rows of other roles are not looked at.
     The threshold with the largest weighted F1 over the classes and OTHER; where there is nothing but known images, the
@@ -34,8 +34,8 @@ def reached(table, score, protocol, threshold):
     """
     rows, weight = _validation(table, protocol)
     predicted = apply(rows[score], rows["predicted"], threshold)
-    found = figures_of(rows["truth"], predicted, np.where(rows["truth"] == OTHER, weight, 1.0))
-    return found["f1_weighted"], len(rows)
+    weights = np.where(rows["truth"] == OTHER, weight, 1.0)
+    return metrics_of_labels(rows["truth"], predicted, weights)["f1_weighted"], len(rows)
 
 
 def _validation(table, protocol):
@@ -55,7 +55,9 @@ def best(scores, truth, predicted, weight=1.0):
     order = np.argsort(-scores, kind="stable")
     scores, truth, predicted = scores[order], np.asarray(truth)[order], np.asarray(predicted)[order]
     kept, counts = predicted != OTHER, np.where(truth == OTHER, weight, 1.0)
-    total = np.zeros(len(scores) + 1)  # of F1 times count, for thresholds that keep 0, 1, 2 ... images
+    # For thresholds that keep 0, 1, 2 ... images: the sum over the labels of F1 = 2 right / (predicted + true) times
+    # the count of true images.
+    total = np.zeros(len(scores) + 1)
     for name in np.unique(truth[truth != OTHER]):
         claimed = _running(counts * ((predicted == name) & kept))
         right = _running((predicted == name) & (truth == name))
@@ -77,10 +79,11 @@ def best(scores, truth, predicted, weight=1.0):
     return float((edges[place] + edges[place + 1]) / 2)
 
 
-def _running(flags):
-    return np.concatenate([[0], np.cumsum(flags)])
+def _running(values):
+    """Sums of the first 0, 1, 2 ... of values (n,): (n + 1,)."""
+    return np.concatenate([[0], np.cumsum(values)])
 
 
 def apply(scores, predicted, threshold):
-    """Labels (n,) with OTHER where the known score is below the threshold, or where OTHER was predicted."""
+    """Labels (n,) with OTHER where the confidence score is below the threshold, or where OTHER was predicted."""
     return np.where(np.asarray(scores) >= threshold, predicted, OTHER)

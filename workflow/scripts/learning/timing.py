@@ -10,7 +10,7 @@ import numpy as np
 import threadpoolctl
 
 from learning import images
-from learning.train import CONFIG, azimuths_of, load
+from learning.model_folder import azimuths_of, config_of, load
 
 BATCH = 256
 WARM_UP = {1: 50, BATCH: 5}  # calls that are not counted, by number of images
@@ -21,16 +21,15 @@ LIMIT = 20.0  # seconds for one number of images; a slow model gets fewer repeat
 def measure(stores, folders, threads, output):
     """Time the models in `folders` (models/<run>/<model>) on test images; write milliseconds per observation.
 
-    A call goes from complex images to labels, features included. The figure is the median over calls. `output` is a
-    JSON file: machine, threads, and a list `models` with a record for each.
+    A call goes from complex images to labels, features included; the median over calls counts. stores: the known
+    targets' without noise. `output` is a JSON file: machine, threads, and a list `models` with a record for each.
     """
     records = []
-    for folder in map(Path, folders):
-        config = json.loads((folder / CONFIG).read_text())
-        run, own = config["run"], set(config["classes"])
-        model = load(folder)
-        known = [store for store in stores if images.target_of(store) in own]
-        pool = images.read(known, azimuths_of(folder, "test"), pixels=run["upsample"]).images
+    for folder in folders:
+        model, config = load(folder), config_of(folder)
+        run = config["run"]
+        learned = [store for store in stores if images.target_of(store) in config["classes"]]
+        pool, _ = images.read(learned, azimuths_of(folder, "test"), pixels=run["upsample"])
         with threadpoolctl.threadpool_limits(threads):
             single, batch = (time_batches(model.predict, pool, size) for size in (1, BATCH))
         records.append(
@@ -53,7 +52,10 @@ def measure(stores, folders, threads, output):
 
 
 def time_batches(predict, pool, size):
-    """Median time per observation of calls with `size` images, each call with the next images of the pool."""
+    """Median time per observation of calls with `size` images, each call with the next images of the pool.
+
+    predict: a function of images; pool: images (n, range, crossrange), from the first again after the last.
+    """
     seconds, begin = [], time.perf_counter()
     for call in range(WARM_UP[size] + REPEATS[size]):
         batch = np.take(pool, np.arange(call * size, (call + 1) * size), axis=0, mode="wrap")

@@ -9,7 +9,7 @@ from core.errors import InputError
 from mesh import contact, topology
 
 ROUNDS = 8  # rounding the cuts may make surfaces cross anew, by less each time
-FINER = 0.1  # of the distance that is closed before a cut: after it; closing it anew would move what was cut anew
+FINER = 0.1  # after a cut, contacts are closed within this fraction: the whole distance would move the cuts again
 
 
 def arrange(vertices, triangles, close, name):
@@ -20,13 +20,46 @@ def arrange(vertices, triangles, close, name):
     (pieces that were there twice), `hidden_triangles` (pieces that no wave from outside reaches) and `united_solids`.
     Raises InputError, naming `name`.
     """
-    whole, source, birth = vertices, triangles, np.arange(len(triangles))
+    whole, source = vertices, triangles
     count, piece = topology.edge_pieces(triangles)
-    unique, index = topology.edges(triangles)
-    other = (np.bincount(index.ravel(), minlength=len(unique))[index] != 2).any(axis=1)
-    solid = (np.bincount(piece, weights=other, minlength=count) == 0)[piece]
-    solids = len(np.unique(piece[solid]))
-    overlapping, near, most, crossed = 0, close, np.inf, "an unknown place"
+    _, sides, at_edge = topology.edges(triangles)
+    open_or_joined = (at_edge[sides] != 2).any(axis=1)
+    solid = (np.bincount(piece, weights=open_or_joined, minlength=count) == 0)[piece]
+    vertices, triangles, birth, overlapping = _cut(vertices, triangles, close, name)
+    try:
+        triangles = topology.orient(vertices, triangles, name)[0]
+    except topology.OneSided as fault:  # it had two before surfaces were joined here and there
+        raise InputError(
+            f"{name}: near {topology.place(fault.point)} surfaces part so slowly that, about {2 * close * 1000:.2g} mm "
+            "from each other, they can be told neither apart nor together. Separate them, or draw them as one."
+        ) from None
+    shut = hidden(vertices, triangles)
+    rest, of_solid = triangles[~shut], solid[birth[~shut]]
+    # A solid must not open; a sheet drawn twice encloses nothing and may become one.
+    volume = np.bincount(piece, topology.tetrahedra(whole, source))
+    thick = (volume > close * np.bincount(piece, topology.areas(whole, source)))[piece]
+    _, sides, at_edge = topology.edges(rest)
+    torn = (at_edge[sides] == 1).any(axis=1) & of_solid & thick[birth[~shut]]
+    if torn.any():
+        _refuse(topology.place(vertices[rest[torn][0]].mean(axis=0)), name)
+    left = topology.edge_pieces(rest[of_solid])[0] if of_solid.any() else 0
+    counts = {
+        "connected_crossings": int((np.bincount(birth, minlength=len(source)) > 1).sum()),
+        "overlapping_triangles": overlapping,
+        "hidden_triangles": int(shut.sum()),
+        "united_solids": len(np.unique(piece[solid])) - left,
+    }
+    if not any(counts.values()):
+        return vertices, source, counts
+    return *topology.compact(vertices, rest), counts
+
+
+def _cut(vertices, triangles, close, name):
+    """Surfaces cut along each other until none cross: vertices, triangles, their birth, how many were there twice.
+
+    `birth` is the source triangle that each triangle is a part of, (T,).
+    """
+    birth, overlapping, near, most, crossed = np.arange(len(triangles)), 0, close, np.inf, "an unknown place"
     for k in range(ROUNDS):
         before, flat = len(triangles), False
         triangles, birth = contact.tie(vertices, triangles, birth, near, name)
@@ -36,47 +69,18 @@ def arrange(vertices, triangles, close, name):
         if len(pairs):
             crossed = topology.place(_point(vertices, triangles, pairs))
             if len(pairs) > most:  # each cut makes more of them
-                _refuse(crossed, name)
+                break
             most = len(pairs)
             vertices, triangles, _, parent, _ = cgal.remesh_self_intersections(
                 vertices, triangles.astype(np.int64), stitch_all=True
             )
             birth = birth[parent]
         elif not flat and len(triangles) == before:
-            break
+            return vertices, triangles, birth, overlapping
         vertices, triangles, birth, twice = _tidy(vertices, triangles, birth, 2 * near)
         overlapping += twice
         near *= FINER if len(pairs) else 1
-    else:
-        _refuse(crossed, name)
-    try:
-        triangles = topology.orient(vertices, triangles, name)[0]
-    except topology.OneSided as fault:  # it had two before surfaces were joined here and there
-        raise InputError(
-            f"{name}: near {topology.place(fault.point)} surfaces part so slowly that, about {2 * close * 1000:.2g} mm "
-            "from each other, they can be told neither apart nor together. Separate them, or draw them as one."
-        ) from None
-    shut = hidden(vertices, triangles)
-    cut = np.bincount(birth, minlength=len(source)) > 1
-    rest = triangles[~shut]
-    # A solid must not open; a sheet drawn twice encloses nothing and may become one.
-    thick = np.bincount(piece, topology.tetrahedra(whole, source)) > close * np.bincount(
-        piece, topology.areas(whole, source)
-    )
-    side = topology.edges(rest)[1]
-    torn = (np.bincount(side.ravel())[side] == 1).any(axis=1) & (solid & thick[piece])[birth[~shut]]
-    if torn.any():
-        _refuse(topology.place(vertices[rest[torn][0]].mean(axis=0)), name)
-    left = topology.edge_pieces(rest[solid[birth[~shut]]])[0] if solid[birth[~shut]].any() else 0
-    counts = {
-        "connected_crossings": int(cut.sum()),
-        "overlapping_triangles": overlapping,
-        "hidden_triangles": int(shut.sum()),
-        "united_solids": solids - left,
-    }
-    if not any(counts.values()):
-        return vertices, source, counts
-    return *topology.compact(vertices, rest), counts
+    _refuse(crossed, name)
 
 
 def crossings(vertices, triangles):
@@ -104,16 +108,15 @@ def _refuse(place, name):
 def _tidy(vertices, triangles, birth, close):
     """Vertices within `close` metres made one, triangles kept once; and how many were there twice."""
     pairs = cKDTree(vertices).query_pairs(close, output_type="ndarray")
-    first = np.arange(len(vertices))
-    for one, other in pairs[np.lexsort(pairs.T[::-1])].tolist():  # a chain of them may lead far: nothing moves further
-        if first[one] == one and first[other] == other:
-            first[other] = one
-    triangles = first[triangles].astype(np.int32)
-    kept = (triangles != np.roll(triangles, 1, axis=1)).all(axis=1)
+    target = np.arange(len(vertices))
+    for low, high in pairs[np.lexsort(pairs.T[::-1])].tolist():  # a chain may lead far: nothing moves further
+        if target[low] == low and target[high] == high:
+            target[high] = low
+    triangles = target[triangles].astype(np.int32)
+    kept = topology.have_three_corners(triangles)
     triangles, birth = triangles[kept], birth[kept]
-    once = np.sort(np.unique(np.sort(triangles, axis=1), axis=0, return_index=True)[1])
-    twice = len(triangles) - len(once)
-    return *topology.compact(vertices, triangles[once]), birth[once], twice
+    once = topology.first_of_each(triangles)
+    return *topology.compact(vertices, triangles[once]), birth[once], int((~once).sum())
 
 
 def hidden(vertices, triangles):
@@ -125,11 +128,10 @@ def hidden(vertices, triangles):
     shell = np.arange(len(triangles))
     while len(shell):  # a part with a rim shuts nothing in
         patch = igl.extract_manifold_patches(triangles[shell])[1]
-        unique, index = topology.edges(triangles[shell])
-        rim = (np.bincount(index.ravel(), minlength=len(unique)) == 1)[index].any(axis=1)
-        if not rim.any():
+        at_rim = topology.rims(triangles[shell])[1]
+        if len(at_rim) == 0:
             break
-        shell = shell[~np.isin(patch, patch[rim])]
+        shell = shell[~np.isin(patch, patch[at_rim])]
     shut = np.zeros(len(triangles), dtype=bool)
     if len(shell) == 0 or (len(np.unique(patch)) == 1 and len(shell) == len(triangles)):
         return shut

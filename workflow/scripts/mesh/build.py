@@ -2,6 +2,7 @@
 
 import json
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -10,10 +11,10 @@ from core.errors import InputError
 from mesh import symmetry, topology
 from mesh.arrange import first_crossing
 from mesh.distance import thickness
-from mesh.figures import describe, size
 from mesh.io import write_ply
+from mesh.measures import describe, size
 from mesh.read import check_size, in_metres, read_cad
-from mesh.remesh import remesh, restore_volume
+from mesh.remesh import Wanted, remesh, restore_volume
 from mesh.repair import CLOSE, repair, thin
 from mesh.resolution import FINEST, check_resolution, wanted_edges
 from mesh.tidy import split_long_edges
@@ -26,16 +27,24 @@ GOAL = 1 / 40, 0.01  # wavelengths, and share of area or volume: what a mesh sho
 THINNER = 1 / 2  # wanted edges: a source with much smaller triangles is thinned to these before it is remeshed
 
 
-def load(path, target, mesh, radar, to_solve=False):
-    """The target as a sound surface in metres for meshes of all bands.
+class Source(NamedTuple):
+    """A target as a sound surface, from which the meshes of all bands are made."""
 
-    Returns vertices, triangles, repairs made, and their tolerances with the size of what was read, `raw`. `target` may
-    hold unit, length, rotate and symmetry. Raises InputError if the file is no use, its size implausible, or less
-    symmetric than it says; a target that is `to_solve` also if it has too few edges across it.
+    vertices: np.ndarray  # (V, 3) in metres
+    triangles: np.ndarray  # (T, 3)
+    repairs: dict  # how many of each were made
+    measures: dict  # its size, that of what was read as `raw`, and the tolerances of the repairs
+
+
+def load(path, target, mesh, radar, to_solve=False):
+    """The Source of a target. `target`, `mesh` and `radar` are those parts of the config.
+
+    Raises InputError if the file is no use, its size implausible, or less symmetric than it says; for a target that is
+    `to_solve` also if it has too few edges across it.
     """
     vertices, triangles = read_cad(path)
     vertices, edge = in_metres(vertices, target), wanted_edges(mesh, radar)[-1]
-    used = vertices[np.unique(triangles)]
+    used = vertices[topology.used(triangles)]
     check_size(used, target, sweep.C0 / radar["center_frequency"], path)
     if to_solve:
         check_resolution(np.ptp(used, axis=0), mesh, radar, path)
@@ -50,108 +59,111 @@ def load(path, target, mesh, radar, to_solve=False):
                 f"mirror image by {apart * 1000:.3g} mm (at most {limit * 1000:.3g} mm is allowed). Mend it, or leave "
                 "this plane out of the target's 'symmetry'."
             )
-    return vertices, triangles, repairs, tolerances | {"raw": raw}
+    counts = {"vertices": len(vertices), "triangles": len(triangles)}
+    return Source(vertices, triangles, repairs, size(vertices, triangles) | counts | tolerances | {"raw": raw})
 
 
-def band_mesh(vertices, triangles, edge, deviation, axes, name, thin_parts=False):
-    """Vertices and triangles of about `edge` metres; exactly mirror-symmetric about the planes `axes`.
+def band_mesh(surface, wanted, thin_parts=False):
+    """The Wanted mesh of a surface, both (vertices, triangles), exactly symmetric about its mirror planes.
 
     A closed target keeps its volume. With `thin_parts` also parts thinner than an edge are kept.
     """
-    source, closed = (vertices, triangles), topology.is_watertight(triangles)
-    vertices, triangles = thin(vertices, triangles, THINNER * edge)
+    vertices, triangles = thin(*surface, THINNER * wanted.edge)
     close = CLOSE * np.linalg.norm(np.ptp(vertices, axis=0))
-    for axis in axes:
+    for axis in wanted.axes:
         vertices, triangles = symmetry.positive_half(vertices, triangles, close, axis)
-    # Mirror planes go through the origin: closing the part there would add no volume.
-    volume = topology.tetrahedra(*source).sum() / 2 ** len(axes)
-    vertices, triangles = remesh(vertices, triangles, edge, deviation, axes, source if thin_parts else None)
-    if closed:
-        vertices = restore_volume(vertices, triangles, source, volume, axes)
-    for axis in axes:
+    vertices, triangles = remesh(vertices, triangles, wanted, surface if thin_parts else None)
+    if topology.is_watertight(surface[1]):
+        # Mirror planes go through the origin: closing the part there would add no volume.
+        volume = topology.tetrahedra(*surface).sum() / 2 ** len(wanted.axes)
+        vertices = restore_volume(vertices, triangles, surface, volume, wanted.axes)
+    for axis in wanted.axes:
         vertices, triangles = symmetry.with_mirror(vertices, triangles, axis)
     return vertices, triangles
 
 
 def build(path, target, mesh, radar, to_solve=False):
-    """Meshes [(vertices, triangles), ...], lowest band first, and figures as a mapping.
+    """Meshes [(vertices, triangles), ...], lowest band first, and their measures as a mapping.
 
-    `target`, `mesh` and `radar` are those parts of the config. A target that is `to_solve` is refused before remeshing
-    if it has too few edges across it.
+    The arguments, and what is raised, are those of `load`; a mesh that is not the target raises InputError too.
     """
-    return remesh_bands(load(path, target, mesh, radar, to_solve), path, target, mesh, radar)
+    return build_bands(load(path, target, mesh, radar, to_solve), path, target, mesh, radar)
 
 
-def remesh_bands(surface, path, target, mesh, radar):
-    """`build` for a surface, with its repairs and tolerances, that `load` returned."""
-    vertices, triangles, repairs, tolerances = surface
-    bands, edges = sweep.bands(radar, mesh["bands"]), wanted_edges(mesh, radar)
+def build_bands(source, path, target, mesh, radar):
+    """`build` from a target's Source."""
     axes = symmetry.axes(target.get("symmetry", []))
-    source = size(vertices, triangles) | {"vertices": len(vertices), "triangles": len(triangles)} | tolerances
-    meshes, figures = [], []
-    for band, edge in zip(bands, edges, strict=True):
-        wavelength = sweep.C0 / band[-1]
+    meshes, measures = [], []
+    for band, edge in zip(sweep.bands(radar, mesh["bands"]), wanted_edges(mesh, radar), strict=True):
         frequencies = {"first": float(band[0]), "last": float(band[-1]), "count": len(band)}
-        made, described = _keeping_parts((vertices, triangles), edge, wavelength, axes, tolerances["thinned_by"], path)
+        made, measured = _keeping_parts(source, edge, sweep.C0 / band[-1], axes, path)
         meshes.append(made)
-        figures.append({"frequencies": frequencies} | described)
+        measures.append({"frequencies": frequencies} | measured)
     symmetric = list(target.get("symmetry", []))
-    return meshes, {"source": source, "symmetry": symmetric, "repairs": repairs, "bands": figures}
+    return meshes, {"source": source.measures, "symmetry": symmetric, "repairs": source.repairs, "bands": measures}
 
 
-def _keeping_parts(surface, edge, wavelength, axes, thinned_by, name):
-    """A band's mesh and its figures; made with care for thin parts where the usual way does not keep to the source."""
-    made = band_mesh(*surface, edge, DEVIATION * wavelength, axes, name)
-    figures = describe(made, surface, wavelength, edge, thinned_by, axes)
-    if not _keeps(figures, *GOAL):
-        careful = band_mesh(*surface, edge, DEVIATION * wavelength, axes, name, thin_parts=True)
-        careful_figures = describe(careful, surface, wavelength, edge, thinned_by, axes)
-        if _keeps(careful_figures, *GOAL) or not _keeps(figures, WRONG, CHANGED):
-            made, figures = careful, careful_figures
-    _check(made, figures, surface, edge, name)
-    return made, figures
+def _keeping_parts(source, edge, wavelength, axes, name):
+    """A band's mesh and its measures; made with care for thin parts where the usual way does not keep to the source."""
+    surface, wanted = source[:2], Wanted(edge, DEVIATION * wavelength, axes)
+
+    def attempt(thin_parts):
+        made = band_mesh(surface, wanted, thin_parts)
+        return made, describe(made, surface, wavelength, edge, source.measures["thinned_by"], axes)
+
+    made, measures = attempt(thin_parts=False)
+    if not _keeps(measures, *GOAL):
+        careful = attempt(thin_parts=True)
+        if _keeps(careful[1], *GOAL) or not _keeps(measures, WRONG, CHANGED):
+            made, measures = careful
+    _check(made, measures, surface, name)
+    return made, measures
 
 
-def _keeps(figures, apart, share):
-    """True if a mesh is closed where its source is, at most `apart` wavelengths away, `share` of its size changed."""
-    sizes = [figures["area"], figures["volume"]]
-    if figures["volume"]["before"] is not None and not figures["watertight"]:
+def _keeps(band, apart, share):
+    """True if a mesh is closed where its source is, at most `apart` wavelengths away, `share` of its size changed.
+
+    `band` is the mesh's measures.
+    """
+    if band["volume"]["before"] is not None and not band["watertight"]:
         return False
-    changes = [abs(size["after"] / size["before"] - 1) for size in sizes if size["before"]]
-    return max(figures["hausdorff"].values()) <= apart * figures["wavelength"] and max(changes) <= share
+    changes = [abs(size["after"] / size["before"] - 1) for size in (band["area"], band["volume"]) if size["before"]]
+    return max(band["hausdorff"].values()) <= apart * band["wavelength"] and max(changes) <= share
 
 
-def _check(mesh, band, source, edge, name):
+def _check(mesh, band, source, name):
     """Refuse a mesh that is not the target, or that carries no current."""
+    vertices, triangles = mesh
     apart = max(band["hausdorff"].values())
     place = fault = None
     if apart > WRONG * band["wavelength"]:
         place = band["hausdorff_place"]
         fault = f"cannot follow its surface, which they miss by {apart * 1000:.3g} mm"
     elif not _keeps(band, WRONG, np.inf):
-        torn = topology.edges(mesh[1])[0][topology.triangles_at_edges(mesh[1]) != 2]
-        place = mesh[0][torn[0] if len(torn) else mesh[1][0]].mean(axis=0)
+        ends, _, count = topology.edges(triangles)
+        torn = ends[count != 2]
+        place = vertices[torn[0] if len(torn) else triangles[0]].mean(axis=0)
         fault = "tear it open"
     elif (crossed := first_crossing(*mesh)) is not None:
         place, fault = crossed, "make its surfaces cross"
+    else:
+        for kind in ("area", "volume"):
+            before, after = band[kind]["before"], band[kind]["after"]
+            if before and after and abs(after / before - 1) > CHANGED:
+                fault = f"change its {kind} by {100 * (after / before - 1):+.1f} %"
+                break
     if fault:
+        edge = band["wanted_edge"]
         raise InputError(f"{name}: edges of {edge * 1000:.3g} mm {fault}{_advice(place, source, edge, band)}")
-    for kind in ("area", "volume"):
-        before, after = band[kind]["before"], band[kind]["after"]
-        if before and after and abs(after / before - 1) > CHANGED:
-            raise InputError(
-                f"{name}: edges of {edge * 1000:.3g} mm change its {kind} by {100 * (after / before - 1):+.1f} %"
-                f"{_advice(None, source, edge, band)}"
-            )
     if band["unknowns"] == 0:
         raise InputError(f"{name}: its mesh has no inner edge, so it can carry no current; it is too small.")
 
 
 def _advice(place, source, edge, band):
     """Where a mesh fails, how thick its source is there (at its thinnest if `place` is None), and what would help."""
-    points, faces = split_long_edges(*source, edge / 2, edge / 2)
-    depth = thickness(points, faces, source, edge)
-    centres = points[faces].mean(axis=1)
+    vertices, triangles = split_long_edges(*source, edge / 2, edge / 2)
+    depth = thickness(vertices, triangles, source, edge)
+    centres = vertices[triangles].mean(axis=1)
     if place is None:
         at = depth.argmin()
     else:
@@ -171,17 +183,20 @@ def _advice(place, source, edge, band):
     )
 
 
-def write(path, target, mesh, radar, figures_path, source_path, mesh_paths):
-    """Build the meshes of a target and write them with their figures and the repaired source."""
-    surface = load(path, target, mesh, radar, to_solve=True)
-    write_ply(source_path, *surface[:2])
-    meshes, figures = remesh_bands(surface, path, target, mesh, radar)
-    done = [f"{count} {key.replace('_', ' ')}" for key, count in figures["repairs"].items() if count]
-    print(f"repairs: {', '.join(done) or 'none'}")
-    for made, mesh_path, band in zip(meshes, mesh_paths, figures["bands"], strict=True):
+def write(path, settings, measures_path, source_path, mesh_paths):
+    """Build the meshes of the target in a CAD file and write them with their measures and the repaired source.
+
+    `settings` has the arguments of `build`: `target`, `mesh` and `radar`.
+    """
+    source = load(path, **settings, to_solve=True)
+    write_ply(source_path, source.vertices, source.triangles)
+    meshes, measures = build_bands(source, path, **settings)
+    repairs = [f"{count} {key.replace('_', ' ')}" for key, count in measures["repairs"].items() if count]
+    print(f"repairs: {', '.join(repairs) or 'none'}")
+    for made, mesh_path, band in zip(meshes, mesh_paths, measures["bands"], strict=True):
         write_ply(mesh_path, *made)
         print(
             f"{Path(mesh_path).name}: {band['triangles']} triangles, {band['unknowns']} unknowns, "
             f"mean edge {band['edge_wavelengths']['mean']:.3f} wavelengths at {band['frequencies']['last'] / 1e9:g} GHz"
         )
-    Path(figures_path).write_text(json.dumps(figures, indent=1) + "\n")
+    Path(measures_path).write_text(json.dumps(measures, indent=1) + "\n")

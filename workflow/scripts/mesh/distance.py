@@ -4,6 +4,7 @@ import numpy as np
 import pymeshlab
 
 from mesh import topology
+from mesh.meshlab import loaded
 
 THROUGH = np.geomspace(1 / 200, 1, 24)  # of the largest thickness looked for: where the solid is probed
 
@@ -11,7 +12,7 @@ THROUGH = np.geomspace(1 / 200, 1, 24)  # of the largest thickness looked for: w
 def samples(vertices, triangles, spacing):
     """Points on a mesh, (P, 3), at most `spacing` metres apart: corners and centres of triangles halved until small."""
     corners = vertices[triangles]
-    points = [vertices[np.unique(triangles)]]
+    points = [vertices[topology.used(triangles)]]
     while len(corners):
         side = np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2)
         small = side.max(axis=1) <= spacing
@@ -27,8 +28,7 @@ def samples(vertices, triangles, spacing):
 
 def distances(points, vertices, triangles, signed=False):
     """Distance in metres of each of the points (P, 3) from a mesh, (P,); negative inside a closed one if `signed`."""
-    meshes = pymeshlab.MeshSet()
-    meshes.add_mesh(pymeshlab.Mesh(vertices, np.asarray(triangles, np.int32)))
+    meshes = loaded(vertices, triangles)
     meshes.add_mesh(pymeshlab.Mesh(points))
     far = np.linalg.norm(np.ptp(np.concatenate([points, vertices]), axis=0))
     meshes.compute_scalar_by_distance_from_another_mesh_per_vertex(
@@ -42,7 +42,7 @@ def hausdorff(mesh, source, spacing):
 
     Returns ((metres, point), (metres, point)), the point on the surface that the distance is measured from.
     """
-    middles = mesh[0][topology.edges(mesh[1])[0]].mean(axis=1)
+    middles = mesh[0][topology.edges(mesh[1]).ends].mean(axis=1)
     points = np.concatenate([mesh[0], middles, mesh[0][mesh[1]].mean(axis=1)])
     return _farthest(points, source), _farthest(samples(*source, spacing), mesh)
 
@@ -55,11 +55,11 @@ def _farthest(points, surface):
 def thickness(vertices, triangles, solid, most):
     """Metres through the `solid` (vertices, triangles) from each triangle's centre inwards, (T,), at most `most`.
 
-    To one of THROUGH steps, the next thinner one. A sheet is as thick as `most`.
+    Rounded up to one of the depths `most` * THROUGH. A sheet is as thick as `most`.
     """
     centres, normal = vertices[triangles].mean(axis=1), topology.shape(vertices[triangles])[0]
-    found = np.full(len(triangles), most)
+    thick = np.full(len(triangles), most)
     for depth in most * THROUGH[::-1]:
         outside = distances(centres - depth * normal, *solid, signed=True) > 0
-        found[outside] = depth
-    return found
+        thick[outside] = depth
+    return thick

@@ -1,4 +1,4 @@
-"""STL, OBJ, PLY and OFF files as they stand: vertices, and faces with any number of corners.
+"""STL, OBJ and OFF files as they stand: vertices, and faces with any number of corners. PLY files are in `mesh.ply`.
 
 Every reader takes a file's bytes and gives `Surface`; none drops, merges or mends anything but the corners that STL
 files repeat. Readers raise InputError without the file's name, which `mesh.read` adds.
@@ -6,7 +6,6 @@ files repeat. Readers raise InputError without the file's name, which `mesh.read
 
 import io
 import re
-import struct
 from array import array
 from typing import NamedTuple
 
@@ -15,12 +14,6 @@ import numpy as np
 from core.errors import InputError
 
 STL_RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
-PLY_TYPES = {
-    **{"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4"},
-    **{"int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4"},
-    **{"float": "f4", "double": "f8", "float32": "f4", "float64": "f8"},
-}
-PLY_ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 # What is saved under the name of an STL file, by how it begins.
 OTHERS = (
     (b"<!doctype", "a web page"),
@@ -115,14 +108,13 @@ def _stl_text(data):
 def _merged(points):
     """Points (N, 3) without repeats, in the order in which they first occur, and which of these each one is, (N,)."""
     points = points + 0.0  # no minus before a zero
-    order = np.lexsort(points.T)
-    fresh = np.ones(len(points), dtype=bool)
-    fresh[1:] = (points[order[1:]] != points[order[:-1]]).any(axis=1)
-    first = order[fresh]  # the sort is stable
-    place = np.argsort(np.argsort(first))
-    index = np.empty(len(points), dtype=np.int64)
-    index[order] = place[np.cumsum(fresh) - 1]
-    return points[np.sort(first)], index
+    number = np.zeros(len(points), dtype=np.int64)
+    for coordinates in points.T:
+        number = number * len(points) + np.unique(coordinates, return_inverse=True)[1]
+        number = np.unique(number, return_inverse=True)[1]
+    _, first, index = np.unique(number, return_index=True, return_inverse=True)
+    order = np.argsort(first)
+    return points[first[order]], np.argsort(order)[index]
 
 
 def read_obj(data):
@@ -145,14 +137,14 @@ def read_obj(data):
                 face = [int(word.split(b"/", 1)[0]) for word in words[1:]]
             except ValueError:
                 raise InputError(f"{_quoted(at, line)} does not name a face's vertices by their numbers.") from None
-            many = len(points) // 3
-            wrong = [corner for corner in face if corner == 0 or not -many <= corner < 2**31]
+            count = len(points) // 3
+            wrong = [corner for corner in face if corner == 0 or not -count <= corner < 2**31]
             if wrong:
                 raise InputError(
-                    f"a face uses vertex {wrong[0]} in {_quoted(at, line)}, but there are {many} vertices."
+                    f"a face uses vertex {wrong[0]} in {_quoted(at, line)}, but there are {count} vertices."
                 )
             sizes.append(len(face))
-            corners.extend(corner - 1 if corner > 0 else many + corner for corner in face)
+            corners.extend(corner - 1 if corner > 0 else count + corner for corner in face)
     return _surface(points, sizes, corners, lines)
 
 
@@ -160,7 +152,6 @@ def read_off(data):
     """A text OFF file; colours, normals and texture of its vertices and faces are passed over."""
     rows = ((number, line, line.split(b"#", 1)[0].split()) for number, line in _lines(data))
     rows = ((number, line, words) for number, line, words in rows if words)
-    end = InputError("it ends before its last face; it may have been cut short.")
     number, line, words = next(rows, (1, b"", [b""]))
     header = re.fullmatch(rb"(?:ST|C|N)*(4?n?)OFF", words[0])
     if header and (header[1] or words[1:] == [b"BINARY"]):
@@ -172,20 +163,14 @@ def read_off(data):
         if not words:
             number, line, words = next(rows, (number, b"", []))
     try:
-        many, faces = int(words[0]), int(words[1])
+        vertex_count, face_count = int(words[0]), int(words[1])
     except (ValueError, IndexError):
         raise InputError("it is not a readable OFF mesh: Invalid file.") from None
     points, sizes, corners, lines = array("d"), array("q"), array("q"), array("q")
-    for _ in range(many):
-        number, line, words = next(rows, (0, b"", None))
-        if words is None:
-            raise end
+    for _, (number, line, words) in zip(range(vertex_count), rows, strict=False):
         points.extend(_point(words, number, line))
         lines.append(number)
-    for _ in range(faces):
-        number, line, words = next(rows, (0, b"", None))
-        if words is None:
-            raise end
+    for _, (number, line, words) in zip(range(face_count), rows, strict=False):
         try:
             size, *face = map(int, words[: 1 + int(words[0])])
         except ValueError:
@@ -196,147 +181,15 @@ def read_off(data):
             )
         sizes.append(size)
         corners.extend(face)
+    if len(lines) < vertex_count or len(sizes) < face_count:
+        raise InputError("it ends before its last face; it may have been cut short.")
     return _surface(points, sizes, corners, lines)
-
-
-def read_ply(data):
-    """A PLY file in text or either binary order: its faces, and its strips of triangles."""
-    end = re.search(rb"(?m)^end_header[ \t]*(\r\n|\n|\r)", data)
-    if not data.removeprefix(BOM).startswith(b"ply") or not end:
-        raise InputError("it is not a readable PLY mesh: Header not found.")
-    header = data[: end.start()].decode("latin-1").split("\n" if b"\n" in data[: end.start()] else "\r")
-    form, elements = _ply_header([line.split() for line in header])
-    body, values = data[end.end() :], {}
-    try:
-        if form == "ascii":
-            numbers, start = np.array(body.split() or [b"0"]).astype(float), 0
-            for name, count, fields in elements:
-                values[name], start = _ply_text(numbers, start, count, fields)
-        else:
-            start = 0
-            for name, count, fields in elements:
-                values[name], start = _ply_binary(body, start, count, fields, PLY_ORDERS[form])
-    except (ValueError, IndexError, struct.error):
-        raise InputError("its numbers do not go with its header; it may have been cut short.") from None
-    points = values.get("vertex", {})
-    if not {"x", "y", "z"} <= set(points) or any(isinstance(points[axis], tuple) for axis in "xyz"):
-        raise InputError("it has no vertices with x, y and z.")
-    faces = values.get("face", {})
-    sizes, corners = next((faces[key] for key in ("vertex_indices", "vertex_index") if key in faces), ([], []))
-    if not np.isfinite(np.asarray(corners, float)).all():
-        raise InputError("its faces use vertices whose numbers are NaN or infinite.")
-    strips = [strip for sizes_of, ends in values.get("tristrips", {}).values() for strip in _strips(sizes_of, ends)]
-    return Surface(
-        np.stack([np.asarray(points[axis], float) for axis in "xyz"], axis=1),
-        np.concatenate([np.asarray(sizes, np.int64), np.full(len(strips), 3)]),
-        np.concatenate([np.asarray(corners, np.int64), np.array(strips, np.int64).ravel()]),
-    )
-
-
-def _ply_header(lines):
-    """The format, and the elements [(name, count, [(name, type or (type of length, type))])], of split header lines."""
-    form, elements = None, []
-    for words in lines:
-        try:
-            if words[:1] == ["format"]:
-                form = words[1]
-            elif words[:1] == ["element"]:
-                elements.append((words[1], int(words[2]), []))
-            elif words[:2] == ["property", "list"]:
-                elements[-1][2].append((words[4], (PLY_TYPES[words[2]], PLY_TYPES[words[3]])))
-            elif words[:1] == ["property"]:
-                elements[-1][2].append((words[2], PLY_TYPES[words[1]]))
-        except (KeyError, IndexError, ValueError):
-            raise InputError(f"its header has '{' '.join(words)}', which no PLY file should have.") from None
-    if form not in PLY_ORDERS:
-        raise InputError(f"its header says 'format {form}'; it must be one of {', '.join(PLY_ORDERS)}.")
-    return form, elements
-
-
-def _ply_text(numbers, start, count, fields):
-    """An element's values by property from where it starts in the file's numbers (N,), and where it ends.
-
-    Of a list the values are a pair: the lengths, and the entries one after the other.
-    """
-    found = {name: ([], []) if isinstance(kind, tuple) else [] for name, kind in fields}
-    if not any(isinstance(kind, tuple) for _, kind in fields):
-        end = start + count * len(fields)
-        rows = numbers[start:end].reshape(count, len(fields))
-        return {name: rows[:, k] for k, (name, _) in enumerate(fields)}, end
-    numbers = numbers[start:].tolist()
-    at = 0
-    for _ in range(count):
-        for name, kind in fields:
-            if isinstance(kind, tuple):
-                size = int(numbers[at])
-                entries = numbers[at + 1 : at + 1 + size]
-                if len(entries) != size:
-                    raise ValueError
-                found[name][0].append(size)
-                found[name][1].extend(entries)
-                at += 1 + size
-            else:
-                found[name].append(numbers[at])
-                at += 1
-    return found, start + at
-
-
-def _ply_binary(body, start, count, fields, order):
-    """The same from where an element starts in the bytes after the header."""
-    if count == 0:
-        return {name: ([], []) if isinstance(kind, tuple) else [] for name, kind in fields}, start
-    # Nearly always all lists of an element are as long as its first.
-    record, at = [], start
-    for name, kind in fields:
-        if isinstance(kind, tuple):
-            size = int(np.frombuffer(body, order + kind[0], 1, at)[0])
-            record += [(f"{name}:", order + kind[0]), (name, order + kind[1], (size,))]
-        else:
-            record.append((name, order + kind))
-        at = start + np.dtype(record).itemsize
-    record = np.dtype(record)
-    end = start + count * record.itemsize
-    if end <= len(body):
-        rows = np.frombuffer(body, record, count, start)
-        lists = {name for name, kind in fields if isinstance(kind, tuple)}
-        if all((rows[f"{name}:"] == rows[name].shape[1]).all() for name in lists):
-            values = {
-                name: (rows[f"{name}:"], rows[name].ravel()) if name in lists else rows[name] for name, _ in fields
-            }
-            return values, end
-    found = {name: ([], []) if isinstance(kind, tuple) else [] for name, kind in fields}
-    codes = {"i1": "b", "u1": "B", "i2": "h", "u2": "H", "i4": "i", "u4": "I", "f4": "f", "f8": "d"}
-    width = {kind: int(kind[1]) for kind in codes}
-    for _ in range(count):
-        for name, kind in fields:
-            if isinstance(kind, tuple):
-                (size,) = struct.unpack_from(order + codes[kind[0]], body, start)
-                start += width[kind[0]]
-                found[name][0].append(int(size))
-                found[name][1].extend(struct.unpack_from(f"{order}{int(size)}{codes[kind[1]]}", body, start))
-                start += int(size) * width[kind[1]]
-            else:
-                found[name] += struct.unpack_from(order + codes[kind], body, start)
-                start += width[kind]
-    return found, start
-
-
-def _strips(sizes, entries):
-    """The triangles of strips of vertices, in which -1 begins a new strip and every other triangle is turned."""
-    entries, start = [int(entry) for entry in entries], 0
-    for size in map(int, sizes):
-        run = []
-        for vertex in entries[start : start + size]:
-            run = [] if vertex < 0 else [*run, vertex]
-            if len(run) >= 3:
-                yield run[-3:] if len(run) % 2 else [run[-2], run[-3], run[-1]]
-        start += size
 
 
 def triangulated(vertices, sizes, corners):
     """Triangles (T, 3) of faces: fans of the convex ones, ears cut off the others. Vertices (V, 3) must be finite."""
     start = np.cumsum(sizes) - sizes
-    found, number = [np.empty((0, 3), dtype=np.int64)], [np.empty(0, dtype=np.int64)]
+    triangles, number = [np.empty((0, 3), dtype=np.int64)], [np.empty(0, dtype=np.int64)]
     for size in np.unique(sizes[sizes >= 3]):
         which = np.flatnonzero(sizes == size)
         faces = corners[start[which, None] + np.arange(size)]
@@ -348,9 +201,9 @@ def triangulated(vertices, sizes, corners):
             convex = ((area * total).sum(axis=2) > 1e-9 * (total**2).sum(axis=2)).all(axis=1)
             for k in np.flatnonzero(~convex):
                 fans[k] = _ears(vertices, faces[k], total[k, 0])
-        found.append(fans.reshape(-1, 3))
+        triangles.append(fans.reshape(-1, 3))
         number.append(np.repeat(which, size - 2))
-    return np.concatenate(found)[np.argsort(np.concatenate(number), kind="stable")]  # in the file's order
+    return np.concatenate(triangles)[np.argsort(np.concatenate(number), kind="stable")]  # in the file's order
 
 
 def _ears(vertices, face, normal):

@@ -2,13 +2,5 @@ from core.job import job
 from mesh.build import write
 
 with job(snakemake):
-    settings = snakemake.params.settings
-    write(
-        snakemake.params.cad,
-        settings["target"],
-        settings["mesh"],
-        settings["radar"],
-        snakemake.output.figures,
-        snakemake.output.source,
-        snakemake.output.meshes,
-    )
+    output = snakemake.output
+    write(snakemake.params.cad, snakemake.params.settings, output.measures, output.source, output.meshes)

@@ -6,17 +6,14 @@ is remeshed with its rim held fast, and the patches are put together again, so t
 """
 
 import numpy as np
-import pymeshlab
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from mesh import topology
 from mesh.distance import distances
+from mesh.meshlab import loaded, remesh_isotropic
 from mesh.tidy import cut_edges
 
 TIP = 0.7  # of a full turn: a vertex whose faces make less in all is a tip and stays
-ITERATIONS = 10
 
 
 def remesh_patches(vertices, triangles, edge, deviation):
@@ -35,56 +32,41 @@ def remesh_patches(vertices, triangles, edge, deviation):
 
 def _cut_open(vertices, triangles):
     """The patch of each triangle, (T,), and a number for each of its corners, (T, 3): no two across a feature agree."""
-    index = topology.edges(triangles)[1].ravel()
-    feature = _features(vertices, triangles)
     size = len(triangles)
-    order = np.argsort(index, kind="stable")
-    order = order[~feature[index[order]]].reshape(-1, 2)
-    one, other = order.T // 3
-    patch = connected_components(coo_array((np.ones(len(one)), (one, other)), shape=(size, size)), False)[1]
+    sides = topology.side_pairs(topology.edges(triangles), ~_features(vertices, triangles))
+    first, second = sides.T // 3
+    patch = topology.groups(sides // 3, size)[1]
     pairs = []
     for k in (0, 1):  # both ends of the edge between two triangles of a patch
-        here = 3 * one + (order[:, 0] + k) % 3
-        there = 3 * other + (triangles[other] == triangles.ravel()[here][:, None]).argmax(axis=1)
-        pairs.append((here, there))
-    ends = np.concatenate(pairs, axis=1)
-    corner = connected_components(coo_array((np.ones(len(ends[0])), ends), shape=(3 * size,) * 2), False)[1]
-    return patch, corner.reshape(-1, 3)
+        here = 3 * first + (sides[:, 0] + k) % 3
+        there = 3 * second + (triangles[second] == triangles.ravel()[here][:, None]).argmax(axis=1)
+        pairs.append(np.stack([here, there], axis=1))
+    return patch, topology.groups(np.concatenate(pairs), 3 * size)[1].reshape(-1, 3)
 
 
 def _features(vertices, triangles):
     """True for each edge to keep, (E,): creases, boundaries, junctions, and the edges at a tip."""
-    unique = topology.edges(triangles)[0]
+    ends = topology.edges(triangles).ends
     feature = topology.features(vertices, triangles)
     turn = np.bincount(triangles.ravel(), weights=topology.angles(vertices[triangles]).ravel())
     tip = turn < TIP * 360
-    tip[unique[feature]] = False
-    return feature | tip[unique].any(axis=1)
+    tip[ends[feature]] = False
+    return feature | tip[ends].any(axis=1)
 
 
 def _remesh_patch(vertices, triangles, edge, deviation):
     """One patch, its rim as it was but for rounding, which is undone: triangles that are not selected hold it fast."""
-    owner, side = np.nonzero(topology.triangles_at_edges(triangles)[topology.edges(triangles)[1]] == 1)
+    _, owner, side = topology.rims(triangles)
     start, stop = triangles[owner, side], triangles[owner, (side + 1) % 3]
     length = np.linalg.norm(vertices[stop] - vertices[start], axis=1, keepdims=True)
     upright = length * topology.shape(vertices[triangles])[0][owner]  # so that the rim is a crease, too
     points = np.concatenate([vertices, (vertices[start] + vertices[stop]) / 2 + upright])
     skirt = np.stack([stop, start, len(vertices) + np.arange(len(start))], axis=1)
-    meshes = pymeshlab.MeshSet()
-    meshes.add_mesh(pymeshlab.Mesh(points, np.concatenate([triangles, skirt]).astype(np.int32)))
+    meshes = loaded(points, np.concatenate([triangles, skirt]))
     meshes.compute_selection_by_condition_per_face(condselect=f"fi < {len(triangles)}")
-    meshes.meshing_isotropic_explicit_remeshing(
-        iterations=ITERATIONS,
-        targetlen=pymeshlab.PureValue(edge),
-        featuredeg=topology.FEATURE_ANGLE,
-        checksurfdist=True,
-        maxsurfdist=pymeshlab.PureValue(deviation),
-        selectedonly=True,
-    )
-    mesh = meshes.current_mesh()
-    points, faces = topology.compact(mesh.vertex_matrix(), mesh.face_matrix()[mesh.face_selection_array()])
-    held = np.unique(triangles[owner, [side, (side + 1) % 3]])
-    points[cKDTree(points).query(vertices[held])[1]] = vertices[held]
+    points, faces = remesh_isotropic(meshes, edge, deviation, selected=True)
+    rim = np.unique([start, stop])
+    points[cKDTree(points).query(vertices[rim])[1]] = vertices[rim]
     before, after = _lines(vertices, triangles), _lines(points, faces)
     # In a strip much narrower than an edge it may fail. (The library joins both sides of a crease that ends inside.)
     return (points, faces) if before[0] <= after[1] and after[0] <= before[0] else (vertices, triangles)
@@ -92,37 +74,36 @@ def _remesh_patch(vertices, triangles, edge, deviation):
 
 def _lines(vertices, triangles):
     """The boundary edges of a patch, and all of its edges, each a set of pairs of points."""
-    ends, count = topology.edges(triangles)[0], topology.triangles_at_edges(triangles)
+    ends, _, count = topology.edges(triangles)
     pairs = [frozenset(map(tuple, pair)) for pair in vertices[ends].tolist()]
-    return {pair for pair, many in zip(pairs, count, strict=True) if many == 1}, set(pairs)
+    return {pair for pair, triangles_there in zip(pairs, count, strict=True) if triangles_there == 1}, set(pairs)
 
 
-def _put_together(made, sources):
+def _put_together(patches, sources):
     """The patches as one mesh: rim vertices did not move, so that copies of one agree to the last bit.
 
     Two patches may both have an edge between the same two rim vertices, as at the corners of a knife edge; four
     triangles would meet there. Its middle then goes where its own patch's source is.
     """
-    made = list(made)
+    patches = list(patches)
     while True:
-        points = np.concatenate([points for points, _ in made])
-        vertices, place = np.unique(points, axis=0, return_inverse=True)
-        places = np.split(place.reshape(-1), np.cumsum([len(points) for points, _ in made])[:-1])
-        edges = [topology.edges(faces) for _, faces in made]
-        inner = [np.bincount(index.ravel()) == 2 for _, index in edges]
-        pairs = [np.sort(place[unique], axis=1) for place, (unique, _) in zip(places, edges, strict=True)]
+        vertices, number = np.unique(np.concatenate([points for points, _ in patches]), axis=0, return_inverse=True)
+        numbers = np.split(number.reshape(-1), np.cumsum([len(points) for points, _ in patches])[:-1])
+        edges = [topology.edges(faces) for _, faces in patches]
+        pairs = [np.sort(number[ends], axis=1) for number, (ends, _, _) in zip(numbers, edges, strict=True)]
         _, name, count = np.unique(np.concatenate(pairs), axis=0, return_inverse=True, return_counts=True)
         shared = np.split(count[name.reshape(-1)] > 1, np.cumsum([len(pair) for pair in pairs])[:-1])
-        if not any((one & other).any() for one, other in zip(shared, inner, strict=True)):
-            faces = np.concatenate([place[faces] for place, (_, faces) in zip(places, made, strict=True)])
+        cuts = [here & (edge.count == 2) for here, edge in zip(shared, edges, strict=True)]
+        if not any(cut.any() for cut in cuts):
+            faces = np.concatenate([number[faces] for number, (_, faces) in zip(numbers, patches, strict=True)])
             return vertices, faces.astype(np.int32)
-        for k, (points, faces) in enumerate(made):
-            cut, (unique, index) = shared[k] & inner[k], edges[k]
-            if not cut.any():
+        for k, (points, faces) in enumerate(patches):
+            if not cuts[k].any():
                 continue
-            middles = points[unique].mean(axis=1)
+            ends, sides, _ = edges[k]
+            middles = points[ends].mean(axis=1)
             normal = np.zeros_like(middles)
-            np.add.at(normal, index.ravel(), np.repeat(topology.shape(points[faces])[0], 3, axis=0))
+            np.add.at(normal, sides.ravel(), np.repeat(topology.shape(points[faces])[0], 3, axis=0))
             normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-            middles[cut] -= distances(middles[cut], *sources[k], signed=True)[:, None] * normal[cut]
-            made[k] = cut_edges(points, faces, index, cut.astype(float), middles)
+            middles[cuts[k]] -= distances(middles[cuts[k]], *sources[k], signed=True)[:, None] * normal[cuts[k]]
+            patches[k] = cut_edges(points, faces, sides, cuts[k].astype(float), middles)

@@ -5,8 +5,9 @@ from pathlib import Path
 import numpy as np
 
 from core.errors import InputError
-from mesh import cad_kernel
-from mesh.formats import read_obj, read_off, read_ply, read_stl, triangulated
+from mesh import cad_kernel, topology
+from mesh.formats import read_obj, read_off, read_stl, triangulated
+from mesh.ply import read_ply
 
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}  # metres
 # A target is plausible between these many wavelengths at the centre frequency. Longer ones are beyond a dense method
@@ -40,7 +41,7 @@ def read_cad(path):
     triangles = triangulated(vertices, sizes, corners)
     if len(triangles) == 0:
         raise InputError(f"{path} holds no triangles; a surface mesh is needed.")
-    used = vertices[np.unique(triangles)]
+    used = vertices[topology.used(triangles)]
     if np.abs(used).max() > LARGEST_NUMBER:
         raise InputError(f"{path} has coordinates of {np.abs(used).max():.3g}, which are none in any unit of length.")
     if np.ptp(used, axis=0).max() == 0:
@@ -101,41 +102,35 @@ def check_size(vertices, target, wavelength, name):
     """Refuse a target (vertices in metres) whose size says that its unit is mistaken.
 
     Without a `unit` the size must be plausible at the centre `wavelength` (metres), with one it must not be far too
-    small, unless there is a `length`, which must be right. For files
-    that state their unit (STEP, IGES) the `length` stands for the `unit`.
+    small, unless there is a `length`, which must be right. For files that state their unit (STEP, IGES) the `length`
+    stands for the `unit`.
     """
-    size = float(np.ptp(vertices, axis=0).max())
-    far = float(np.abs(vertices).max())
+    size, far = float(np.ptp(vertices, axis=0).max()), float(np.abs(vertices).max())
     if far > FARTHEST * size > 0:
         raise InputError(
             f"{name} is {size:.4g} m long but {far:.4g} m from the origin, which is too far for its numbers to "
             "describe it. Move it to the origin, which the radar's angles and phase refer to."
         )
     text = f"{size:.4g} m ({size / wavelength:.4g} wavelengths at the centre frequency)"
-    fixed = states_unit(name)
-    if "length" in target and abs(size - target["length"]) > LENGTH_TOLERANCE * target["length"]:
-        likely = "" if fixed else _likely_unit(size, target, target["length"], 1 + LENGTH_TOLERANCE)
+    stated, length = states_unit(name), target.get("length")
+    likely = "" if stated else _likely_unit(size, target, USUAL * wavelength, AROUND)
+    if length is not None and abs(size - length) > LENGTH_TOLERANCE * length:
+        unit = target.get("unit", "m") + (_likely_unit(size, target, length, 1 + LENGTH_TOLERANCE) or ".")
         raise InputError(
-            f"{name} is {text} long, but its 'length' says {target['length']:g} m. Its unit is "
-            f"{'stated in the file' if fixed else target.get('unit', 'm')}{likely or '.'}"
+            f"{name} is {text} long, but its 'length' says {length:g} m. Its unit is "
+            f"{'stated in the file.' if stated else unit}"
         )
-    if not fixed and "unit" in target and "length" not in target and size / wavelength < SMALLEST / 3:
-        likely = _likely_unit(size, target, USUAL * wavelength, AROUND)
+    if not stated and "unit" in target and length is None and size / wavelength < SMALLEST / 3:
         raise InputError(
             f"{name} is {text} long by its 'unit: {target['unit']}'{likely or '; it may be mistaken.'} "
             "If it is right, state the target's 'length' (m) too."
         )
-    meant = "length" if fixed else "unit"
-    if meant not in target and not SMALLEST <= size / wavelength <= LARGEST:
-        likely = "" if fixed else _likely_unit(size, target, USUAL * wavelength, AROUND)
-        mend = (
-            "If it is right, state the target's 'length' (m)"
-            if fixed
-            else "State the target's 'unit' (m, cm, mm or in)"
-        )
+    if ("length" if stated else "unit") not in target and not SMALLEST <= size / wavelength <= LARGEST:
+        right = "If it is right, state the target's 'length' (m)"
+        remedy = right if stated else "State the target's 'unit' (m, cm, mm or in)"
         raise InputError(
             f"{name} would be {text} long, which is too {'long' if size > wavelength else 'short'} to be meant"
-            f"{likely or '; its unit may be mistaken.'} {mend}."
+            f"{likely or '; its unit may be mistaken.'} {remedy}."
         )
 
 

@@ -4,20 +4,19 @@ import itertools
 
 import numpy as np
 import pymeshlab
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from core.errors import InputError
 from mesh import topology
 from mesh.arrange import arrange
-from mesh.contact import check_hubs, land
+from mesh.boxes import check_hubs
+from mesh.contact import APART, land
 from mesh.distance import distances
+from mesh.meshlab import loaded
 
 CLOSE = 1e-6  # vertices nearer than this fraction of the target's diagonal are one
 WELD = 1 / 40  # wanted edges: rims that miss each other by less are joined; sheets 1/200 wavelength apart are two
 TOUCH = 1 / 4000  # wanted edges: surfaces no farther apart lie on each other; a text file's rounding is less
-APART = 0.4  # of the shortest edge at a vertex: no weld moves it further, or fine rims would shrink to points
 HOLE = 1.0  # wanted edges: openings no wider than this are closed
 MANY = 20_000  # triangles; larger sources are thinned if they are much finer than needed
 
@@ -55,7 +54,7 @@ def thin(vertices, triangles, edge):
     enough = int(topology.areas(vertices, triangles).sum() / (np.sqrt(3) / 4 * edge**2))
     if len(triangles) <= max(MANY, 2 * enough):
         return vertices, triangles
-    meshes = _loaded(vertices, triangles)
+    meshes = loaded(vertices, triangles)
     meshes.meshing_decimation_quadric_edge_collapse(
         targetfacenum=max(enough, MANY // 2),
         preserveboundary=True,
@@ -68,21 +67,15 @@ def thin(vertices, triangles, edge):
     return topology.compact(mesh.vertex_matrix(), mesh.face_matrix())
 
 
-def _loaded(vertices, triangles):
-    meshes = pymeshlab.MeshSet()
-    meshes.add_mesh(pymeshlab.Mesh(np.ascontiguousarray(vertices), np.ascontiguousarray(triangles, np.int32)))
-    return meshes
-
-
 def _clean(vertices, triangles, name):
     """Vertices all but equal merged; triangles without area or there twice dropped, unused vertices too."""
     # Corners that are one vertex, already or once close vertices are one, make a triangle without area.
-    distinct = triangles[(triangles != np.roll(triangles, 1, axis=1)).all(axis=1)]
+    distinct = triangles[topology.have_three_corners(triangles)]
     if len(distinct) == 0:
         raise _without_area(vertices, triangles, name)
-    meshes = _loaded(vertices, distinct)
+    meshes = loaded(vertices, distinct)
     mesh = meshes.current_mesh()
-    close = pymeshlab.PureValue(CLOSE * np.linalg.norm(np.ptp(vertices[np.unique(triangles)], axis=0)))
+    close = pymeshlab.PureValue(CLOSE * np.linalg.norm(np.ptp(vertices[topology.used(triangles)], axis=0)))
     steps = {
         "merged_vertices": lambda: meshes.meshing_merge_close_vertices(threshold=close),
         "degenerate_triangles": meshes.meshing_remove_null_faces,
@@ -109,41 +102,22 @@ def _without_area(vertices, triangles, name):
     )
 
 
-def _rims(triangles):
-    """Edges with one triangle, (R, 2), the triangle of each, (R,), and which of its sides it is, (R,)."""
-    unique, index = topology.edges(triangles)
-    alone = np.bincount(index.ravel(), minlength=len(unique))[index] == 1
-    triangle, side = np.nonzero(alone)
-    return unique[index[triangle, side]], triangle, side
-
-
 def _weld(vertices, triangles, tolerance):
     """Vertices on rims that miss each other by at most `tolerance` metres made one. Also how many vanish."""
-    rims = _rims(triangles)[0]
-    border = np.unique(rims)
+    border = np.unique(topology.rims(triangles)[0])
     if len(border) == 0:
         return vertices, triangles, 0
-    ends = topology.edges(triangles)[0]
-    room = np.full(len(vertices), np.inf)
-    np.minimum.at(room, ends, np.linalg.norm(vertices[ends[:, 0]] - vertices[ends[:, 1]], axis=1)[:, None])
     pairs = border[cKDTree(vertices[border]).query_pairs(tolerance, output_type="ndarray")]
     apart = np.linalg.norm(vertices[pairs[:, 0]] - vertices[pairs[:, 1]], axis=1)
-    pairs = pairs[apart <= APART * room[pairs].min(axis=1)]
-    graph = coo_array((np.ones(len(pairs)), pairs.T), shape=(len(vertices),) * 2)
-    label = connected_components(graph, directed=False)[1]
+    # Fine rims would else shrink to points.
+    pairs = pairs[apart <= APART * topology.shortest_edges(vertices, triangles)[pairs].min(axis=1)]
+    label = topology.groups(pairs, len(vertices))[1]
     first = np.unique(label, return_index=True)[1]
     joined = first[label][triangles]
-    kept = (joined != np.roll(joined, 1, axis=1)).all(axis=1)
-    if not _once(joined[kept]).all():  # the rims of two sheets, one upon the other: not a crack
+    joined = joined[topology.have_three_corners(joined)]
+    if not topology.first_of_each(joined).all():  # the rims of two sheets, one upon the other: not a crack
         return vertices, triangles, 0
-    return *topology.compact(vertices, joined[kept]), len(vertices) - len(first)
-
-
-def _once(triangles):
-    """True for the first of triangles with the same corners."""
-    first = np.zeros(len(triangles), dtype=bool)
-    first[np.unique(np.sort(triangles, axis=1), axis=0, return_index=True)[1]] = True
-    return first
+    return *topology.compact(vertices, joined), len(vertices) - len(first)
 
 
 def _split_t_junctions(vertices, triangles, tolerance):
@@ -153,7 +127,7 @@ def _split_t_junctions(vertices, triangles, tolerance):
     """
     tied = 0
     for _ in range(8):  # a triangle is cut along one of its sides at a time
-        rims, owner, side = _rims(triangles)
+        rims, owner, side = topology.rims(triangles)
         if len(rims) == 0:
             break
         border = np.unique(rims)
@@ -175,19 +149,19 @@ def _split_t_junctions(vertices, triangles, tolerance):
             a, b, c = np.roll(triangles[owner[k]], -side[k])
             chain = candidates[inside][np.argsort(reach[inside])]
             chain = [a, *(chain if a == rims[k, 0] else chain[::-1]), b]
-            pieces += [(one, two, c) for one, two in itertools.pairwise(chain)]
+            pieces += [(*pair, c) for pair in itertools.pairwise(chain)]
             gone.append(owner[k])
             tied += len(chain) - 2
         if not gone:
             break
         triangles = np.concatenate([np.delete(triangles, gone, axis=0), np.array(pieces, dtype=triangles.dtype)])
-        triangles = triangles[_once(triangles)]
+        triangles = triangles[topology.first_of_each(triangles)]
     return triangles, tied
 
 
 def _close_holes(vertices, triangles, widest):
     """Openings at most `widest` metres wide closed, in pieces that are much larger; and how many."""
-    rims = _rims(triangles)[0]
+    rims = topology.rims(triangles)[0]
     if len(rims) == 0:
         return vertices, triangles, 0
     piece = topology.components(triangles)[1]
@@ -195,30 +169,26 @@ def _close_holes(vertices, triangles, widest):
     piece_of[triangles] = piece[:, None]
     border, index = np.unique(rims, return_inverse=True)
     index = index.reshape(-1, 2)
-    count, label = connected_components(coo_array((np.ones(len(index)), index.T), shape=(len(border),) * 2), False)
-    low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
-    np.minimum.at(low, label, vertices[border])
-    np.maximum.at(high, label, vertices[border])
-    width = np.linalg.norm(high - low, axis=1)
-    simple = np.ones(count, dtype=bool)  # each of its vertices has two rims
-    simple[label[np.bincount(index.ravel(), minlength=len(border)) != 2]] = False
+    loops, label = topology.groups(index, len(border))
+    simple = np.ones(loops, dtype=bool)  # each of its vertices has two rims
+    simple[label[np.bincount(index.ravel()) != 2]] = False
     centres, lids, closed = [], [], 0
-    for loop in np.flatnonzero(simple & (width <= widest)):
-        member = border[label == loop]
-        extent = np.linalg.norm(np.ptp(vertices[np.unique(triangles[piece == piece_of[member[0]]])], axis=0))
-        if extent < 3 * width[loop]:
+    for loop in np.flatnonzero(simple):
+        members = border[label == loop]
+        width = np.linalg.norm(np.ptp(vertices[members], axis=0))
+        if width > widest:
+            continue
+        around = vertices[np.unique(triangles[piece == piece_of[members[0]]])]
+        if np.linalg.norm(np.ptp(around, axis=0)) < 3 * width:
             continue  # the rim of a small sheet, not a hole in a large one
         edges = rims[label[index[:, 0]] == loop]
         if len(edges) == 3:
-            lids.append(np.unique(edges))
+            lids.append(members)
         else:
             lids += [(*ends, len(vertices) + len(centres)) for ends in edges]
-            centres.append(vertices[member].mean(axis=0))
+            centres.append(vertices[members].mean(axis=0))
         closed += 1
     if closed == 0:
         return vertices, triangles, 0
-    return (
-        np.concatenate([vertices, np.reshape(centres, (-1, 3))]),
-        np.concatenate([triangles, np.array(lids, dtype=triangles.dtype)]),
-        closed,
-    )
+    lids = np.array(lids, dtype=triangles.dtype)
+    return np.concatenate([vertices, np.reshape(centres, (-1, 3))]), np.concatenate([triangles, lids]), closed

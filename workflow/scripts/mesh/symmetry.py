@@ -3,6 +3,8 @@
 A plane is given by the coordinate that it sets to zero: 0 for yz (x = 0), 1 for xz (y = 0).
 """
 
+import itertools
+
 import numpy as np
 
 from mesh import topology
@@ -41,21 +43,21 @@ def positive_half(vertices, triangles, tolerance, axis):
     if len(crossing) == 0:
         return topology.compact(vertices, whole)
     # One new vertex for each edge that crosses the plane, shared by the triangles at that edge.
-    unique, index = topology.edges(crossing)
-    start, stop = vertices[unique].transpose(1, 0, 2)
+    ends, sides, _ = topology.edges(crossing)
+    start, stop = vertices[ends].transpose(1, 0, 2)
     cut = start[:, axis] * stop[:, axis] < 0
-    share = np.divide(start[:, axis], start[:, axis] - stop[:, axis], where=cut, out=np.zeros(len(unique)))
+    share = np.divide(start[:, axis], start[:, axis] - stop[:, axis], where=cut, out=np.zeros(len(ends)))
     points = start + share[:, None] * (stop - start)
     points[:, axis] = 0.0
     pieces = []
-    for corners, sides in zip(crossing, index, strict=True):
+    for corners, edges in zip(crossing, sides, strict=True):
         polygon = []
-        for k in range(3):
-            if vertices[corners[k], axis] >= 0:
-                polygon.append(corners[k])
-            if cut[sides[k]]:
-                polygon.append(len(vertices) + sides[k])
-        pieces += [(polygon[0], polygon[k], polygon[k + 1]) for k in range(1, len(polygon) - 1)]
+        for corner, edge in zip(corners, edges, strict=True):
+            if vertices[corner, axis] >= 0:
+                polygon.append(corner)
+            if cut[edge]:
+                polygon.append(len(vertices) + edge)
+        pieces += [(polygon[0], *pair) for pair in itertools.pairwise(polygon[1:])]
     return topology.compact(np.concatenate([vertices, points]), np.concatenate([whole, np.array(pieces)]))
 
 

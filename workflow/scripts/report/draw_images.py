@@ -5,17 +5,31 @@ import pandas as pd
 from scipy.ndimage import gaussian_filter
 
 from imaging.geometry import project
-from report.layout import canvas, style, to_svg
+from report.layout import figure
+from report.plots import draw_pixels, finish, panels
 
 FLOOR_DB = -40
 COLUMNS = 4
 RASTER = 140  # cells of the raster from which an outline is read, along the target's longer side
 OUTLINE = 0.2  # covered, after smoothing
+ACROSS = 1.05  # inches an image
 
 
 def decibels(image):
     """Magnitude of a peak-normalised complex image in dB, no lower than -100."""
     return 20 * np.log10(np.maximum(np.abs(image), 1e-5))
+
+
+def edges(centers):
+    """Outer edges of uniform pixels from their centres."""
+    half = (centers[1] - centers[0]) / 2
+    return float(centers[0] - half), float(centers[-1] + half)
+
+
+def pixel_table(distance, cross, values, **columns):
+    """A row for each pixel of images (range, crossrange): range and cross-range in m, and values by column."""
+    places = {"range_m": np.repeat(distance, len(cross)), "crossrange_m": np.tile(cross, len(distance))}
+    return pd.DataFrame({**columns, **places, **{name: image.ravel() for name, image in values.items()}})
 
 
 def outline(vertices, triangles, elevation, azimuth):
@@ -30,8 +44,8 @@ def outline(vertices, triangles, elevation, azimuth):
     cell = max(*(high - low), 1e-6) / RASTER  # at a pole a flat target is a point
     side = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max()
     count = int(np.ceil(2 * side / cell)) + 1  # points closer together than half a cell leave no hole
-    one, other = np.divmod(np.arange(count**2), count)
-    weights = np.stack([one, other, count - 1 - one - other], axis=1)[one + other < count] / max(count - 1, 1)
+    first, second = np.divmod(np.arange(count**2), count)
+    weights = np.stack([first, second, count - 1 - first - second], axis=1)[first + second < count] / max(count - 1, 1)
     shape = np.ceil((high - low) / cell).astype(int) + 9  # with an empty rim, so that the outline closes
     covered = np.zeros(shape)
     for part in np.array_split(corners, 1 + len(corners) * len(weights) // 1_000_000):
@@ -41,67 +55,32 @@ def outline(vertices, triangles, elevation, azimuth):
     return *axes, gaussian_filter(covered, 1.0).T
 
 
-def gallery(panels, surface=None):
-    """Draw titled images (range, crossrange) side by side; return the SVG and the pixels as a table.
+def gallery(name, target, images, surface, alt, caption):
+    """The Figure of a target's images (range, crossrange) side by side. images: by their titles.
 
-    surface: the target's vertices and triangles, for the outline of what it shows the radar.
+    surface: the target's vertices and triangles, for the outline of what it shows the radar; None for no outline.
     """
-    first = panels[0][1]
+    first = next(iter(images.values()))
     distance, cross = first.range.values, first.crossrange.values
     # One digit, and not at the edge, where it would run into the neighbour's.
     tick = float(f"{0.8 * edges(cross)[1]:.0e}")
-    ticks = [-tick, 0, tick]
-    rows = -(-len(panels) // COLUMNS)
-    across = 1.05  # inches
-    height = across * np.ptp(edges(distance)) / np.ptp(edges(cross))
-    with style():
-        figure = canvas(1.3 + (across + 0.1) * COLUMNS, 0.5 + rows * (height + 0.3), layout="compressed")
-        grid = figure.subplots(rows, COLUMNS, squeeze=False, sharex=True, sharey=True)
-        for axes in grid.flat[len(panels) :]:
-            axes.set_axis_off()
-        for axes, (title, image) in zip(grid.flat, panels, strict=False):
-            picture = axes.imshow(
-                decibels(image.transpose("range", "crossrange").values),
-                extent=(*edges(cross), *edges(distance)),
-                origin="lower",
-                cmap="viridis",
-                vmin=FLOOR_DB,
-                vmax=0,
-                interpolation="nearest",
-            )
-            if surface is not None:
-                shadow = outline(*surface, float(image.elevation), float(image.azimuth))
-                axes.contour(*shadow, levels=[OUTLINE], colors="black", linewidths=1.8, alpha=0.6)
-                axes.contour(*shadow, levels=[OUTLINE], colors="white", linewidths=0.9)
-            axes.set(xlim=edges(cross), ylim=edges(distance))
-            axes.set_title(title)
-            axes.grid(False)
-            axes.set_xticks(ticks)
-        for axes in grid[:, 0]:
-            axes.set_ylabel("range [m]")
-        for column in range(min(COLUMNS, len(panels))):
-            lowest = max(row for row in range(rows) if row * COLUMNS + column < len(panels))
-            grid[lowest, column].set_xlabel("cross-range [m]")
-            grid[lowest, column].tick_params(labelbottom=True)
-        figure.colorbar(picture, ax=grid, label="|image| [dB]", shrink=0.8, aspect=30, pad=0.02)
-        svg = to_svg(figure)
-    frame = pd.concat(
-        pd.DataFrame(
-            {
-                "image": title,
-                "azimuth_deg": float(image.azimuth),
-                "elevation_deg": float(image.elevation),
-                "range_m": np.repeat(distance, len(cross)),
-                "crossrange_m": np.tile(cross, len(distance)),
-                "level_db": decibels(image.transpose("range", "crossrange").values).ravel().round(2),
-            }
-        )
-        for title, image in panels
+    rows = -(-len(images) // COLUMNS)
+    height = ACROSS * np.ptp(edges(distance)) / np.ptp(edges(cross))
+    drawing, grid = panels(
+        rows, COLUMNS, 1.3 + (ACROSS + 0.1) * COLUMNS, 0.5 + rows * (height + 0.3), layout="compressed"
     )
-    return svg, frame
-
-
-def edges(centers):
-    """Outer edges of uniform pixels from their centres."""
-    half = (centers[1] - centers[0]) / 2
-    return float(centers[0] - half), float(centers[-1] + half)
+    tables = []
+    for axes, (title, image) in zip(grid.flat, images.items(), strict=False):
+        level, extent = decibels(image.transpose("range", "crossrange").values), (*edges(cross), *edges(distance))
+        picture = draw_pixels(axes, level, extent, vmin=FLOOR_DB, vmax=0)
+        if surface is not None:
+            shadow = outline(*surface, float(image.elevation), float(image.azimuth))
+            axes.contour(*shadow, levels=[OUTLINE], colors="black", linewidths=1.8, alpha=0.6)
+            axes.contour(*shadow, levels=[OUTLINE], colors="white", linewidths=0.9)
+        axes.set(xlim=edges(cross), ylim=edges(distance), title=title, xticks=[-tick, 0, tick])
+        where = {"azimuth_deg": float(image.azimuth), "elevation_deg": float(image.elevation)}
+        values = {"level_db": level.round(2)}
+        tables.append(pixel_table(distance, cross, values, target=target, image=title, **where))
+    finish(drawing, grid, "cross-range [m]", "range [m]", legend=False)
+    drawing.colorbar(picture, ax=grid, label="|image| [dB]", shrink=0.8, aspect=30, pad=0.02)
+    return figure(name, drawing, pd.concat(tables), alt, caption)

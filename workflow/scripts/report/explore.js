@@ -1,34 +1,26 @@
 // The viewer of meshes and images. Its data stand in the page as JSON (see section_explore.py).
 (() => {
-  const data = JSON.parse(document.getElementById("explore-data").textContent);
-  const form = document.getElementById("explore-form"), caption = document.getElementById("explore-caption");
-  const meshCanvas = document.getElementById("explore-mesh"), imageCanvas = document.getElementById("explore-image");
+  const { form, data } = shared.start("explore"), { ticks, written, byId } = shared;
+  const caption = byId("explore-caption"), meshCanvas = byId("explore-mesh"), imageCanvas = byId("explore-image");
   const { target, snr, azimuth, elevation } = form.elements;
   const [rows, columns] = data.pixels;
   const SURFACE = [158, 189, 219], FONT = "13px system-ui, sans-serif";
   const MARGIN = { left: 58, right: 76, top: 10, bottom: 44 };
   const radians = (degrees) => (degrees * Math.PI) / 180;
-  const written = (value) => `${+value.toPrecision(4)}`.replace("-", "−");
-
-  function bytes(text) {
-    return Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
-  }
-
-  function color(level) {
-    return data.colors[Math.round(Math.min(Math.max(level, 0), 1) * (data.colors.length - 1))];
-  }
+  const bytes = (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+  const color = (level) => data.colors[Math.round(Math.min(Math.max(level, 0), 1) * (data.colors.length - 1))];
 
   // What is packed is unpacked when it is first asked for.
-  function unpacked(one) {
-    if (!one.levels) {
-      one.levels = bytes(one.images);
-      if (one.mesh) {
-        const corners = bytes(one.mesh.triangles).buffer;
-        one.mesh.corners = one.mesh.wide ? new Uint32Array(corners) : new Uint16Array(corners);
-        one.mesh.points = Float32Array.from(new Int16Array(bytes(one.mesh.vertices).buffer), (n) => n * one.mesh.scale);
+  function unpacked(shown) {
+    if (!shown.levels) {
+      shown.levels = bytes(shown.images);
+      if (shown.mesh) {
+        const corners = bytes(shown.mesh.triangles).buffer;
+        shown.mesh.corners = shown.mesh.wide ? new Uint32Array(corners) : new Uint16Array(corners);
+        shown.mesh.points = Float32Array.from(new Int16Array(bytes(shown.mesh.vertices).buffer), (n) => n * shown.mesh.scale);
       }
     }
-    return one;
+    return shown;
   }
 
   // A canvas as large as its box, and as fine as the screen.
@@ -56,13 +48,13 @@
     return out;
   }
 
-  function drawMesh(one, az, el) {
+  function drawMesh(shown, az, el) {
     const { context, width, height } = prepared(meshCanvas, 0.8);
-    if (!one.mesh) {
+    if (!shown.mesh) {
       context.fillText("No mesh to show: there is none, or it is too fine for this page.", 12, 24);
       return;
     }
-    const { points, corners } = one.mesh, eye = seen(points, az, el);
+    const { points, corners } = shown.mesh, eye = seen(points, az, el);
     // The scale does not depend on the view, so that the target turns and does not breathe.
     let reach = 0;
     for (let k = 0; k < points.length; k += 3) reach = Math.max(reach, Math.hypot(points[k], points[k + 1], points[k + 2]));
@@ -88,38 +80,29 @@
     }
   }
 
-  function ticks(low, high) {
-    const rough = (high - low) / 5, power = 10 ** Math.floor(Math.log10(rough));
-    const step = [1, 2, 5, 10].map((factor) => factor * power).find((size) => size >= rough), found = [];
-    for (let k = Math.ceil(low / step); k * step <= high; k++) found.push(k * step);
-    return found;
-  }
-
-  function drawImage(one, store, e, a, az, el) {
+  function drawImage(shown, store, e, a, az, el) {
     const { context, width, height } = prepared(imageCanvas, 0.8), [left, right] = data.crossrange, [near, far] = data.range;
     const room = [width - MARGIN.left - MARGIN.right, height - MARGIN.top - MARGIN.bottom];
     const scale = Math.min(room[0] / (right - left), room[1] / (far - near));
     const [w, h] = [scale * (right - left), scale * (far - near)], [x0, y0] = [MARGIN.left + (room[0] - w) / 2, MARGIN.top + (room[1] - h) / 2];
     const x = (cross) => x0 + scale * (cross - left), y = (range) => y0 + scale * (far - range);
     const small = new ImageData(columns, rows), start = ((store * data.elevations.length + e) * data.azimuths.length + a) * rows * columns;
-    for (let row = 0; row < rows; row++) {
-      for (let column = 0; column < columns; column++) {
-        const level = one.levels[start + row * columns + column] / 255;
-        small.data.set([...color(level), 255], 4 * ((rows - 1 - row) * columns + column));
-      }
-    }
+    shown.levels.subarray(start, start + rows * columns).forEach((level, k) => {
+      const row = rows - 1 - Math.floor(k / columns);
+      small.data.set([...color(level / 255), 255], 4 * (row * columns + (k % columns)));
+    });
     const buffer = new OffscreenCanvas(columns, rows);
     buffer.getContext("2d").putImageData(small, 0, 0);
     context.imageSmoothingEnabled = false;
     context.drawImage(buffer, x0, y0, w, h);
-    if (one.mesh) outline(context, one.mesh, az, el, x, y, [x0, y0, w, h], width, height);
+    if (shown.mesh) outline(context, shown.mesh, az, el, x, y, [x0, y0, w, h], width, height);
     context.strokeStyle = "#1b1f24";
     context.strokeRect(x0, y0, w, h);
     context.textAlign = "center";
-    for (const tick of ticks(left, right)) context.fillText(written(tick), x(tick), y0 + h + 16);
+    for (const tick of ticks(left, right, 5)) context.fillText(written(tick), x(tick), y0 + h + 16);
     context.fillText("cross-range [m]", x0 + w / 2, y0 + h + 36);
     context.textAlign = "right";
-    for (const tick of ticks(near, far)) context.fillText(written(tick), x0 - 6, y(tick) + 4);
+    for (const tick of ticks(near, far, 5)) context.fillText(written(tick), x0 - 6, y(tick) + 4);
     turned(context, "range [m]", x0 - 44, y0 + h / 2);
     const bar = x0 + w + 12;
     for (let k = 0; k < h; k++) {
@@ -170,32 +153,27 @@
     context.drawImage(layer, 0, 0, width, height);
   }
 
-  function options(select, names) {
-    select.replaceChildren(...names.map((name, k) => new Option(name, k)));
-  }
+  const options = (select, names) => select.replaceChildren(...names.map((name, k) => new Option(name, k)));
 
-  function slider(input, values) {
-    Object.assign(input, { min: 0, max: values.length - 1, step: 1 });
-    input.disabled = values.length === 1;
-  }
+  const slider = (input, { length }) => Object.assign(input, { min: 0, max: length - 1, step: 1, disabled: length === 1 });
 
   function draw() {
-    const one = unpacked(data.targets[target.value]), [e, a] = [+elevation.value, +azimuth.value];
+    const shown = unpacked(data.targets[target.value]), [e, a] = [+elevation.value, +azimuth.value];
     const [el, az] = [data.elevations[e], data.azimuths[a]], store = +snr.value;
     for (const [input, value] of [[azimuth, az], [elevation, el]]) {
       input.setAttribute("aria-valuetext", `${written(value)} degrees`);
       input.nextElementSibling.value = `${written(value)}°`;
     }
-    drawMesh(one, radians(az), radians(el));
-    drawImage(one, store, e, a, radians(az), radians(el));
-    const noise = store ? `at an SNR of ${one.snrs[store]} (${data.definition}, first realization)` : "without noise";
-    caption.textContent = `${one.name} at azimuth ${written(az)}°, elevation ${written(el)}°: as the radar sees it, and its image ${noise}.`;
-    meshCanvas.setAttribute("aria-label", `Mesh of ${one.name} as seen from azimuth ${written(az)}°, elevation ${written(el)}°`);
-    imageCanvas.setAttribute("aria-label", `ISAR image of ${one.name} at azimuth ${written(az)}°, elevation ${written(el)}° ${noise}`);
+    drawMesh(shown, radians(az), radians(el));
+    drawImage(shown, store, e, a, radians(az), radians(el));
+    const noise = store ? `at an SNR of ${shown.snrs[store]} (${data.definition}, first realization)` : "without noise";
+    const at = `azimuth ${written(az)}°, elevation ${written(el)}°`;
+    caption.textContent = `${shown.name} at ${at}: as the radar sees it, and its image ${noise}.`;
+    meshCanvas.setAttribute("aria-label", `Mesh of ${shown.name} as seen from ${at}`);
+    imageCanvas.setAttribute("aria-label", `ISAR image of ${shown.name} at ${at} ${noise}`);
   }
 
-  form.querySelector(".unscripted").remove();
-  options(target, data.targets.map((one) => one.name));
+  options(target, data.targets.map((shown) => shown.name));
   slider(azimuth, data.azimuths);
   slider(elevation, data.elevations);
   azimuth.value = Math.floor(data.azimuths.length / 8);

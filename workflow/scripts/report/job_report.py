@@ -4,5 +4,6 @@ from core.job import job
 from report.page import write_report
 
 with job(snakemake):
-    output = snakemake.output
-    write_report(Path(output.page).parents[1], snakemake.params.settings, output.page, output.figures, output.tables)
+    output, params = snakemake.output, snakemake.params
+    folder = Path(output.page).parents[1]
+    write_report(folder, params.settings, params.stated, output.page, output.figures, output.tables)

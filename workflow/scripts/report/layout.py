@@ -1,4 +1,4 @@
-"""What a page is made of - figures, tables, sections - and how every figure is drawn: fonts, colours, SVG."""
+"""What a page is made of - figures, tables, sections - and how all looks: fonts, colours, SVG, numbers as text."""
 
 import io
 import re
@@ -11,48 +11,11 @@ import matplotlib.ticker
 import pandas as pd
 from matplotlib.figure import Figure as Canvas
 
-# Okabe and Ito's palette without its yellow: told apart by colour-blind readers, and dark enough on white.
-BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK = (
-    "#0072B2",
-    "#D55E00",
-    "#009E73",
-    "#B0578D",
-    "#C98500",
-    "#3A93C9",
-    "#222222",
-)
-# For what these are too few: as dark, but less far apart.
-CRIMSON, TEAL, OLIVE, INDIGO, GREY = ("#A6193C", "#00707A", "#7A6A00", "#5B4BB5", "#767676")
-PALETTE = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK, CRIMSON, TEAL, OLIVE, INDIGO, GREY)
-# A model looks the same in every figure: colour, marker, name.
-MODELS = {
-    "lr": (BLUE, "o", "LR"),
-    "lr_tuned": (SKY, "o", "LR, tuned"),
-    "svm": (VERMILION, "s", "SVM"),
-    "knn": (GREEN, "D", "KNN"),
-    "matched_filter": (BLACK, "x", "matched filter"),
-    "fcnn": (PURPLE, "^", "FCNN"),
-    "fcnn_other": (ORANGE, "v", "FCNN, other class"),
-    "capsule": (CRIMSON, "P", "capsule"),
-    "capsule_denoise": (TEAL, "X", "capsule, denoising"),
-    "capsule_other": (OLIVE, "p", "capsule, other class"),
-    "capsule_complex": (INDIGO, "h", "capsule, complex"),
-    "adaptive_filter": (GREY, "+", "adaptive filter"),
-}
-MODEL_NAMES = {
-    "lr": "logistic regression (LR)",
-    "svm": "support vector machine (SVM)",
-    "knn": "nearest neighbour (KNN)",
-    "lr_tuned": "tuned logistic regression",
-    "matched_filter": "the matched filter",
-    "fcnn": "the fully connected network (FCNN)",
-    "fcnn_other": "the FCNN with a class 'other'",
-    "capsule": "the capsule network",
-    "capsule_denoise": "the capsule network that takes out noise",
-    "capsule_other": "the capsule network with a class 'other'",
-    "capsule_complex": "the complex capsule network",
-    "adaptive_filter": "the adaptive matched filter",
-}
+# Okabe and Ito's palette without its yellow: told apart by colour-blind readers, and dark enough on white. The last
+# five are for what these are too few: as dark, but less far apart.
+PALETTE = ("#0072B2", "#D55E00", "#009E73", "#B0578D", "#C98500", "#3A93C9", "#222222")
+PALETTE += ("#A6193C", "#00707A", "#7A6A00", "#5B4BB5", "#767676")
+BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK, CRIMSON, TEAL, OLIVE, INDIGO, GREY = PALETTE
 
 # What of an SVG file may stand in a URI between quotes as it is. As base64 the page would be a quarter larger.
 UNQUOTED = " /:;=,+()'!*@$?[]{}|^`~"
@@ -81,7 +44,7 @@ RCPARAMS = {
 
 @dataclass(frozen=True)
 class Figure:
-    """One picture of the page: an SVG file, the numbers drawn in it, and what it says to those who cannot see it."""
+    """A picture of the page: an SVG file, the numbers drawn in it, and what it says to those who cannot see it."""
 
     name: str
     svg: bytes
@@ -103,7 +66,7 @@ class Figure:
 
 @dataclass(frozen=True)
 class Table:
-    """One table of the page. `shown` holds the cells as text, `data` the same in full precision for the CSV file."""
+    """A table of the page. `shown` holds the cells as text, `data` the same in full precision for the CSV file."""
 
     name: str
     shown: pd.DataFrame
@@ -128,6 +91,26 @@ class Section:
     code: str = ""  # shown as it is, folded
 
 
+def table(name, data, shown, caption):
+    """Build a table. data: of the CSV file.
+
+    shown: either how each row of `data` is written, a mapping of each column's heading to a format string with the
+    row's own columns in braces or to a function of the row, a mapping; or the rows themselves, mappings of heading to
+    text.
+    """
+    if isinstance(shown, dict):
+        shown = [
+            {head: text.format(**row) if isinstance(text, str) else text(row) for head, text in shown.items()}
+            for row in data.to_dict("records")
+        ]
+    return Table(name, pd.DataFrame(shown), data, caption)
+
+
+def figure(name, drawing, data, alt, caption, wide=False):
+    """The Figure of what was drawn on a canvas. data: the numbers in it."""
+    return Figure(name, to_svg(drawing), data, alt, caption, wide)
+
+
 def style():
     """Context manager: within it matplotlib draws as this report does."""
     return matplotlib.rc_context({**matplotlib.rcParamsDefault, **RCPARAMS})
@@ -138,22 +121,12 @@ def canvas(width, height, layout="constrained"):
     return Canvas(figsize=(width, height), layout=layout)
 
 
-def to_svg(figure):
-    """The drawn figure as SVG bytes, the same bytes every time."""
+def to_svg(drawing):
+    """What was drawn on a canvas as SVG bytes, the same bytes every time."""
     buffer = io.BytesIO()
-    figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
+    drawing.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
     # A hundredth of a point is less than anyone sees, and the file a good part smaller.
     return re.sub(rb' d="[^"]*"', lambda path: re.sub(rb"(\.\d\d)\d+", rb"\1", path[0]), buffer.getvalue())
-
-
-def model_style(model):
-    """Colour, marker and short name of a model. A model without an entry gets its name's place in the palette."""
-    return MODELS.get(model, (PALETTE[3 + sum(model.encode()) % 4], "v", model))
-
-
-def model_order(model):
-    """Sorting key: the models with an entry first, in its order, then the others by name."""
-    return (list(MODELS).index(model) if model in MODELS else len(MODELS), model)
 
 
 def circle_ticks(axis, values):
@@ -169,9 +142,12 @@ def number(value, digits=3):
     if value and not 1e-3 <= abs(value) < 1e6:
         mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
         return f"{mantissa}×10{str(int(exponent)).translate(SUPERSCRIPTS)}"
-    if abs(value) >= 10 ** (digits - 1):
-        return f"{value:.0f}"
-    return f"{value:.{digits}g}"
+    return f"{value:.0f}" if abs(value) >= 10 ** (digits - 1) else f"{value:.{digits}g}"
+
+
+def signed(value, decimals=3):
+    """A difference with its sign; a dash where there is none."""
+    return "–" if pd.isna(value) else f"{value:+.{decimals}f}".replace("-", "−")
 
 
 def duration(seconds):

@@ -19,22 +19,37 @@ from report import (
     section_times,
     section_tried,
 )
-from report.results import REFERENCE, Results
+from report.layout import style
+from report.results import Results
 
 HERE = Path(__file__).parent
 
 
-def write_report(folder, settings, page, figures, tables, reference=REFERENCE):
+def write_report(folder, settings, stated, page, figures, tables):
     """Write the report of the results in `folder` (results/<name>).
 
-    settings: the config's sections. page: the HTML file; figures, tables: the folders for one SVG per figure and one
-    CSV per figure or table. All three have the same content for the same inputs, but for the code's commit and
-    package versions that the page names.
+    settings: the config's sections. stated: what the models' files say of themselves (see `vocabulary.Names`). page:
+    the HTML file; figures, tables: the folders for one SVG per figure and one CSV per figure or table. All three have
+    the same content for the same inputs, but for the code's commit and package versions that the page names.
     """
-    results = Results(folder, settings, reference)
+    results = Results(folder, settings, stated)
+    with style():
+        parts = _parts(results)
+    html = _environment().get_template("template.html").render(name=settings["name"], **parts)
+    drawn = [*parts["thumbnails"].values(), *([parts["headline"]] if parts["headline"] else [])]
+    drawn += [figure for section in parts["sections"] for figure in section.figures]
+    listed = [table for section in parts["sections"] for table in section.tables]
+    print(f"writing {len(parts['sections'])} sections, {len(drawn)} figures and {len(listed)} tables")
+    _write_files(drawn, listed, Path(figures), Path(tables))
+    # Last: whoever finds the page finds its files too.
+    Path(page).parent.mkdir(parents=True, exist_ok=True)
+    Path(page).write_text(html)
+
+
+def _parts(results):
+    """All that the template shows, by the names that it has there."""
     print("drawing meshes and scattering")
-    thumbnails = [section_mesh.thumbnail(name, results.surfaces[name]) for name in results.meshed]
-    headline = section_headline.headline(results) if results.learns else None
+    thumbnails = {name: section_run.thumbnail(name, surface) for name, surface in results.surfaces.items()}
     sections = [section_mesh.section(results), section_scattering.section(results)]
     if results.images_are_made:
         print("drawing images")
@@ -42,37 +57,21 @@ def write_report(folder, settings, page, figures, tables, reference=REFERENCE):
     if results.learns:
         print("drawing what was learned")
         sections.append(section_learning.section(results))
-        if section_learning.open_experiments(results.scores):
-            sections += [
-                section_open.section(results),
-                *section_capsule.section(results),
-                section_tried.section(results),
-            ]
+        if results.opened:
+            opened = section_open.section(results), *section_capsule.section(results), section_tried.section(results)
+            sections += opened
         sections += [*section_split.section(results), section_times.section(results)]
-    sections.append(section_run.section(results))
-
-    html = (
-        _environment()
-        .get_template("template.html")
-        .render(
-            name=settings["name"],
-            facts=section_run.facts(results),
-            networks=section_run.networks(settings) if results.learns else [],
-            warnings=section_run.warned(results),
-            targets=section_run.cards(results, thumbnails),
-            headline=headline,
-            comparison=section_headline.comparison(results) if results.learns else None,
-            explorer=section_explore.explorer(results) if results.images_are_made else None,
-            sections=sections,
-        )
-    )
-    drawn = [*thumbnails, *([headline] if headline else []), *(one for part in sections for one in part.figures)]
-    listed = [one for part in sections for one in part.tables]
-    print(f"writing {len(sections)} sections, {len(drawn)} figures and {len(listed)} tables")
-    _write_files(drawn, listed, Path(figures), Path(tables))
-    # Last: whoever finds the page finds its files too.
-    Path(page).parent.mkdir(parents=True, exist_ok=True)
-    Path(page).write_text(html)
+    return {
+        "facts": section_run.facts(results),
+        "warnings": section_run.warned(results),
+        "thumbnails": thumbnails,
+        "targets": section_run.cards(results, thumbnails),
+        "networks": section_run.networks(results) if results.learns else [],
+        "headline": section_headline.headline(results) if results.learns else None,
+        "comparison": section_headline.comparison(results) if results.learns else None,
+        "explorer": section_explore.explorer(results) if results.images_are_made else None,
+        "sections": [*sections, section_run.section(results)],
+    }
 
 
 def _environment():
@@ -92,7 +91,7 @@ def _environment():
 
 def _write_files(drawn, listed, figures, tables):
     for parts in (drawn, listed):
-        assert len({one.name for one in parts}) == len(parts), "two of one name"
+        assert len({part.name for part in parts}) == len(parts), "two of one name"
     for folder in (figures, tables):
         folder.mkdir(parents=True, exist_ok=True)
     for figure in drawn:

@@ -4,49 +4,67 @@ import json
 from functools import cached_property
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 
 from core.folders import of_fields
 from core.store import open_store
-from core.sweep import images_are_made, snr_label
+from core.sweep import images_are_made, snr_label, sweeps
 from imaging.geometry import PURE_NOISE
+from learning.classifier import OTHER
 from learning.experiments import runs
+from learning.metrics import metrics_of
 from mesh.io import read_ply
 from report.selection import target_order
+from report.vocabulary import PROTOCOLS, Names, select
 from scattering import needs
 
-REFERENCE = Path(__file__).parents[3] / "resources" / "reference"
+REFERENCE = Path(__file__).parents[3] / "resources" / "reference"  # published values
 
 
 class Results:
     """The results of one run, read when they are asked for.
 
-    folder: results/<name>. settings: the config's sections (the rule's params). reference: folder of published figures.
+    folder: results/<name>. settings: the config's sections. stated: what the models' files say of themselves (see
+    `vocabulary.Names`). The latter two are the rule's params.
     """
 
-    def __init__(self, folder, settings, reference=REFERENCE):
-        self.folder, self.settings, self.reference = Path(folder), settings, Path(reference)
+    def __init__(self, folder, settings, stated):
+        self.folder, self.settings, self.names = Path(folder), settings, Names(stated)
         self.fields = of_fields(folder, settings)
         self.targets = target_order(settings["targets"])
         self.meshed = [name for name in self.targets if "mesh" in settings["targets"][name]]
         self.images_are_made = images_are_made(settings)
         self.learns = self.images_are_made and bool(settings["learning"]["experiments"])
 
+    def of_role(self, role):
+        """The names of the targets of a role."""
+        return [name for name in self.targets if self.settings["targets"][name]["role"] == role]
+
+    @cached_property
+    def runs(self):
+        """What each run trains on and is tested on, by its name (see `experiments.runs`)."""
+        return dict(sorted(runs(self.settings).items()))
+
     @cached_property
     def meshes(self):
-        """Figures of the meshes and, in each band, what its `solve` was planned to need, by target that has some."""
+        """Measures of the meshes and, in each band, what its `solve` was planned to need, by target that has some."""
         meshes = {name: json.loads((self.fields / "mesh" / f"{name}.json").read_text()) for name in self.meshed}
-        for name, figures in meshes.items():
+        for name, measures in meshes.items():
             planes, how = len(self.settings["targets"][name].get("symmetry", [])), needs.method(self.settings, name)
-            for band in figures["bands"]:
-                band["solve"] = needs.need(band, planes, self.settings["radar"], self.settings["aspect"], how)
+            asked = sweeps(self.settings["radar"], self.settings["aspect"], self.settings["mesh"]["bands"])
+            for band, sweep in zip(measures["bands"], asked, strict=True):
+                band["solve"] = needs.need(band, planes, sweep, how)
         return meshes
+
+    def mesh(self, target, part):
+        """Vertices in m and triangles of a target's mesh in a band, or of its 'source'."""
+        return read_ply(self.fields / "mesh" / f"{target}-{part}.ply")
 
     @cached_property
     def surfaces(self):
         """Vertices in m and triangles of the finest mesh, by target that has one."""
-        band = self.settings["mesh"]["bands"] - 1
-        return {name: read_ply(self.fields / "mesh" / f"{name}-{band}.ply") for name in self.meshed}
+        return {name: self.mesh(name, self.settings["mesh"]["bands"] - 1) for name in self.meshed}
 
     def scattering(self, target):
         """The scattering store of a target, opened lazily."""
@@ -78,25 +96,42 @@ class Results:
         return pd.read_csv(path, dtype=text, keep_default_na=False, na_values=numbers)  # a target may be called NA
 
     @cached_property
+    def opened(self):
+        """Names of the experiments that are tested on unknown targets too."""
+        return self.names.values(self.scores[self.scores["score"] != ""], "experiment")
+
+    @cached_property
+    def rejecting(self):
+        """The weighted F1 of rejecting every test image of the open set, by split: from each target's images."""
+        counts = select(self.confusion, threshold=PROTOCOLS, elevation="all")
+        # Every model and confidence score is judged on the same images.
+        case = ["experiment", "model", "training", "test_snr_db", "score", "threshold"]
+        images = {
+            split: rows.merge(rows[case].iloc[:1], on=case).groupby("target")["count"].sum()
+            for split, rows in counts.groupby("split")
+        }
+        return {split: rejecting_f1(count, self.of_role("known")) for split, count in images.items()}
+
+    @cached_property
     def curves(self):
         """Training curves by (run, model), of the models that have one, with the seconds until each epoch."""
-        found = {}
-        for run, settings in sorted(runs(self.settings).items()):
+        curves = {}
+        for run, settings in self.runs.items():
             for model in settings["models"]:
                 path = self.folder / "learning" / "models" / run / model / "curve.csv"
                 if path.exists():
-                    found[run, model] = pd.read_csv(path)
+                    curves[run, model] = pd.read_csv(path)
                     seconds = path.with_name("seconds.csv")
                     if seconds.exists():
-                        found[run, model] = found[run, model].merge(pd.read_csv(seconds), on="epoch")
-        return found
+                        curves[run, model] = curves[run, model].merge(pd.read_csv(seconds), on="epoch")
+        return curves
 
     @cached_property
     def decoders(self):
         """(run, model) of the models that reconstruct images, in runs that are tested on unknown targets."""
         return [
             (run, model)
-            for run, settings in sorted(runs(self.settings).items())
+            for run, settings in self.runs.items()
             for model in settings["models"]
             if settings["open"] and self._reconstructions(run, model).exists()
         ]
@@ -115,9 +150,9 @@ class Results:
 
     @cached_property
     def times(self):
-        """Prediction times, one mapping per run and model."""
+        """Prediction times: a row per run and model."""
         times = json.loads((self.folder / "learning" / "times.json").read_text())
-        return [
+        return pd.DataFrame(
             {
                 **{key: record[key] for key in ("experiment", "run", "model", "training_observations")},
                 "single_ms": record["single"]["milliseconds_per_observation"],
@@ -127,28 +162,28 @@ class Results:
                 "threads": times["threads"],
             }
             for record in times["models"]
-        ]
+        )
 
     @cached_property
     def published_scores(self):
         """Published scores; `value` stays text, because its decimals say how exactly it was printed."""
-        table = pd.read_csv(self.reference / "thesis_results.csv", dtype={"value": str}, keep_default_na=False)
+        table = pd.read_csv(REFERENCE / "thesis_results.csv", dtype={"value": str}, keep_default_na=False)
         return table.astype({"snr_db": float})
 
     @cached_property
     def published_times(self):
-        return pd.read_csv(self.reference / "thesis_prediction_times.csv", keep_default_na=False)
+        return pd.read_csv(REFERENCE / "thesis_prediction_times.csv", keep_default_na=False)
 
     @cached_property
     def published_confusion(self):
-        return pd.read_csv(self.reference / "thesis_confusion.csv")
+        return pd.read_csv(REFERENCE / "thesis_confusion.csv")
 
     @cached_property
     def benchmarks(self):
         """Seconds and peak memory of every job that kept a record: columns step, job, s, max_rss. May be empty."""
         rows, folder = [], self.folder / "benchmarks"
         # The folder may still hold records of targets and experiments that the config no longer names.
-        named = {*self.targets, PURE_NOISE, *runs(self.settings)}
+        named = {*self.targets, PURE_NOISE, *self.runs}
         for path in sorted(folder.rglob("*.tsv")):
             step, *job = path.relative_to(folder).with_suffix("").parts
             if step == "learning":
@@ -159,3 +194,12 @@ class Results:
                 line = pd.read_csv(path, sep="\t", na_values="-").iloc[-1]
                 rows.append({"step": step, "job": "/".join(job), "s": line["s"], "max_rss": line["max_rss"]})
         return pd.DataFrame(rows, columns=["step", "job", "s", "max_rss"])
+
+
+def rejecting_f1(images, known):
+    """The weighted F1 of rejecting everything. images: how many each target has; known: names of known targets."""
+    labels = [*(name for name in images.index if name in known), OTHER]
+    counts = np.zeros((len(labels), len(labels)))
+    for name, count in images.items():
+        counts[labels.index(name) if name in labels else -1, -1] += count
+    return float(metrics_of(counts, labels, labels)["f1_weighted"])

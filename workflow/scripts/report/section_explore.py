@@ -6,8 +6,6 @@ import numpy as np
 from matplotlib import colormaps
 
 from core.sweep import snr_label
-from learning.experiments import runs
-from mesh.io import read_ply
 from report.draw_images import FLOOR_DB, decibels, edges
 from report.selection import around, evenly, noise_snrs, noisy_targets
 
@@ -26,7 +24,7 @@ def explorer(results):
     """
     settings = results.settings
     snrs = sorted(noise_snrs(settings["noise"]["snr_db"]), reverse=True)
-    noisy = noisy_targets(settings["targets"], runs(settings))
+    noisy = noisy_targets(settings["targets"], results.runs)
     stores = {name: ["clean", *(snr_label(snr) for snr in snrs if name in noisy)] for name in results.targets}
     first = results.images(results.targets[0], "clean")
     each = sum(map(len, stores.values())) * first.sizes["range"] * first.sizes["crossrange"]
@@ -65,7 +63,7 @@ def _levels(store, elevations, picks):
 def _mesh(results, name):
     """The finest mesh of a target that is not too fine; None where all are, or the target is given by its field."""
     bands = reversed(range(results.settings["mesh"]["bands"])) if name in results.meshed else ()
-    meshes = (read_ply(results.fields / "mesh" / f"{name}-{band}.ply") for band in bands)
+    meshes = (results.mesh(name, band) for band in bands)
     vertices, triangles = next((mesh for mesh in meshes if len(mesh[1]) <= MOST_TRIANGLES), (None, None))
     if vertices is None:
         return None

@@ -11,11 +11,9 @@ import yaml
 
 from core import sweep
 from imaging.geometry import planned
-from learning.experiments import runs
-from report import thesis
+from report import draw_mesh, thesis
 from report.caveats import warnings
-from report.layout import Section, Table, duration, number
-from report.section_mesh import extent
+from report.layout import Section, canvas, duration, figure, number, table
 
 ROOT = Path(__file__).parents[3]
 STAGES = ("mesh", "scattering", "imaging")  # whose jobs are called so in benchmarks; all others are learning's
@@ -30,30 +28,23 @@ def facts(results):
     frequency = sweep.frequencies(radar) / 1e9
     elevation, azimuth = sweep.elevations(settings["aspect"]), sweep.azimuths(settings["aspect"])
     band = f"{frequency[0]:g} GHz" if len(frequency) == 1 else f"{frequency[0]:g} to {frequency[-1]:g} GHz"
+    frequencies = _count(len(frequency), "frequency", "frequencies")
     pairs = [
         ("Run", f"{settings['name']}, seed {settings['seed']}; its whole config stands at the end of the page"),
-        (
-            "Radar",
-            f"{band}, {_count(len(frequency), 'frequency', 'frequencies')}, {', '.join(radar['polarizations'])}",
-        ),
+        ("Radar", f"{band}, {frequencies}, {', '.join(radar['polarizations'])}"),
         ("Aspect", f"{_angles('elevation', elevation)}; {_angles('azimuth', azimuth)}"),
     ]
     if results.images_are_made:
-        pixels = planned(settings)
+        images, snrs = planned(settings), noise["snr_db"]
+        pixels = f"{images['range_pixels']} × {images['crossrange_pixels']} pixels"
+        realizations = _count(noise["realizations"], "realization", "realizations")
+        count = _count(len(snrs), "SNR", "SNRs")
         pairs += [
-            (
-                "Images",
-                f"{pixels['range_pixels']} × {pixels['crossrange_pixels']} pixels, {pixels['words']}",
-            ),
-            (
-                "Noise",
-                f"{_count(len(noise['snr_db']), 'SNR', 'SNRs')} from {min(noise['snr_db']):g} "
-                f"to {max(noise['snr_db']):g} dB, "
-                f"{_count(noise['realizations'], 'realization', 'realizations')}",
-            ),
+            ("Images", f"{pixels}, {images['words']}"),
+            ("Noise", f"{count} from {min(snrs):g} to {max(snrs):g} dB, {realizations}"),
         ]
-    if results.learns and networks(settings):
-        pairs.append(("Capsule network", "; ".join(networks(settings))))
+    if results.learns and networks(results):
+        pairs.append(("Capsule network", "; ".join(networks(results))))
     if len(results.benchmarks):
         pairs.append(("Computed in", _times(results.benchmarks)))
     main = [text for text in _versions() if text.split()[0] in MAIN]
@@ -61,11 +52,11 @@ def facts(results):
     return pairs
 
 
-def networks(settings):
+def networks(results):
     """How the run's capsule networks differ from the thesis's, each difference once."""
-    models = dict.fromkeys(model for run in runs(settings).values() for model in run["models"])
-    found = [thesis.difference(model, settings) for model in models if thesis.kind(model, settings) == "capsule"]
-    return [text for text in dict.fromkeys(found) if text]
+    settings, models = results.settings, dict.fromkeys(name for run in results.runs.values() for name in run["models"])
+    texts = [thesis.difference(model, settings) for model in models if thesis.kind(model, settings) == "capsule"]
+    return [text for text in dict.fromkeys(texts) if text]
 
 
 def warned(results):
@@ -87,39 +78,54 @@ def _times(benchmarks):
     return f"{duration(seconds.sum())} of jobs ({parts})"
 
 
+def thumbnail(target, surface):
+    """A small picture of a target's shape for the head of the page. surface: vertices in m and triangles."""
+    drawing = canvas(2.2, 1.5)
+    axes = drawing.add_subplot()
+    draw_mesh.draw(axes, *surface, draw_mesh.OBLIQUE, edges=False)
+    axes.set_axis_off()
+    data = pd.DataFrame({"target": [target], **_extent(surface)})
+    return figure(f"target_{target}", drawing, data, f"The target {target}, seen obliquely from above.", target)
+
+
+def _extent(surface):
+    """Size of the target along x, y and z in m; None for none. surface: vertices and triangles, or None."""
+    lengths = [None] * 3 if surface is None else (surface[0].max(axis=0) - surface[0].min(axis=0)).tolist()
+    return dict(zip(("x_m", "y_m", "z_m"), lengths, strict=True))
+
+
 def cards(results, thumbnails):
-    """(name, its picture or None, lines of text) of every target: role, size and unknowns."""
-    pictures = dict(zip(results.meshed, thumbnails, strict=True))
-    table = targets_table(results).shown.set_index("target")
-    found = []
-    for name, row in zip(table.index, table.itertuples(index=False, name=None), strict=True):
-        role, size, unknowns = row
-        lines = [f"{size} m", f"{unknowns} unknowns"] if name in pictures else ["given by its field"]
-        found.append((name, pictures.get(name), [role, *lines]))
-    return found
+    """(name, its picture or None, lines of text) of every target: role, size and unknowns. thumbnails: by target."""
+    listed = []
+    for name, role, size, unknowns in targets_table(results).shown.itertuples(index=False, name=None):
+        lines = [f"{size} m", f"{unknowns} unknowns"] if name in thumbnails else ["given by its field"]
+        listed.append((name, thumbnails.get(name), [role, *lines]))
+    return listed
 
 
 def targets_table(results):
     """Size, role and unknowns of every target."""
-    rows, shown = [], []
-    for name in results.targets:
-        meshed = name in results.meshed
-        size = extent(results.surfaces[name][0]) if meshed else [None] * 3
-        unknowns = results.meshes[name]["bands"][-1]["unknowns"] if meshed else None
-        role = results.settings["targets"][name]["role"]
-        rows.append(
-            {"target": name, "role": role, "x_m": size[0], "y_m": size[1], "z_m": size[2], "unknowns": unknowns}
-        )
-        shown.append(
-            {
-                "target": name,
-                "role": role,
-                "size x × y × z [m]": " × ".join(f"{length:.2f}" for length in size) if meshed else "–",
-                "unknowns, finest mesh": f"{unknowns:,}" if meshed else "–",
-            }
-        )
+    rows = [
+        {
+            "target": name,
+            "role": results.settings["targets"][name]["role"],
+            **_extent(results.surfaces.get(name)),
+            "unknowns": results.meshes[name]["bands"][-1]["unknowns"] if name in results.meshed else None,
+        }
+        for name in results.targets
+    ]
+
+    def of_mesh(text):
+        return lambda row: text.format(**row) if row["target"] in results.meshed else "–"
+
+    shown = {
+        "target": "{target}",
+        "role": "{role}",
+        "size x × y × z [m]": of_mesh("{x_m:.2f} × {y_m:.2f} × {z_m:.2f}"),
+        "unknowns, finest mesh": of_mesh("{unknowns:,}"),
+    }
     data = pd.DataFrame(rows).astype({"unknowns": "Int64"})
-    return Table("targets", pd.DataFrame(shown), data, "The targets, their sizes and unknowns.")
+    return table("targets", data, shown, "The targets, their sizes and unknowns.")
 
 
 def section(results):
@@ -139,20 +145,19 @@ def jobs_table(benchmarks):
     """Wall time and memory of the jobs of each step; nothing where no job kept a record."""
     if not len(benchmarks):
         return ()
-    steps = benchmarks.groupby("step", sort=True).agg(
-        jobs=("job", "size"), total_s=("s", "sum"), longest_s=("s", "max"), memory_mb=("max_rss", "max")
-    )
-    shown = pd.DataFrame(
+    jobs = benchmarks.groupby("step")
+    shown = [
         {
-            "step": steps.index,
-            "jobs": [str(count) for count in steps["jobs"]],
-            "all jobs": [duration(seconds) for seconds in steps["total_s"]],
-            "longest job": [duration(seconds) for seconds in steps["longest_s"]],
-            "peak memory [MB]": [number(memory) for memory in steps["memory_mb"]],
+            "step": step,
+            "jobs": str(len(rows)),
+            "all jobs": duration(rows["s"].sum()),
+            "longest job": duration(rows["s"].max()),
+            "peak memory [MB]": number(rows["max_rss"].max()),
         }
-    )
+        for step, rows in jobs
+    ]
     caption = "Wall time and peak memory of the jobs. Jobs run side by side, so the run took less than their sum."
-    return (Table("jobs", shown, benchmarks, caption),)
+    return (table("jobs", benchmarks, shown, caption),)
 
 
 def version():
@@ -172,17 +177,17 @@ def commit():
 
 
 def _versions():
-    found = []
+    texts = []
     for package in PACKAGES:
         try:
-            found.append(f"{package} {metadata.version(package)}")
+            texts.append(f"{package} {metadata.version(package)}")
         except metadata.PackageNotFoundError:
             continue
-    return found
+    return texts
 
 
-def _count(count, one, many):
-    return f"{count} {one if count == 1 else many}"
+def _count(count, singular, plural):
+    return f"{count} {singular if count == 1 else plural}"
 
 
 def _angles(name, values):

@@ -6,7 +6,6 @@ import numpy as np
 from tqdm import tqdm
 
 from core.errors import InputError
-from core.sweep import azimuths, bands, elevations
 from mesh import topology
 from mesh.io import read_ply
 from scattering import needs
@@ -17,33 +16,24 @@ from scattering.store import versions, write_field
 SURE_SHARE = 0.8
 
 
-def solve_band(mesh_path, store_path, band, band_count, radar, aspect, scattering, symmetry, threads, target):
-    """Solve one band of frequencies on its mesh and write it as a store like the target's, of its frequencies only.
+def solve_band(mesh_path, store_path, sweep, scattering, symmetry, threads, target):
+    """Solve a Sweep of one band's frequencies on its mesh and write it as a store like the target's.
 
+    scattering: the target's settings; symmetry: its mirror planes, e.g. ['xz'].
     Raises InputError, with the target's name, if the mesh cannot be solved as the config asks.
     """
     vertices, triangles = read_ply(mesh_path)
-    _check_memory(vertices, triangles, len(symmetry), bands(radar, band_count)[band], radar, aspect, scattering, target)
-    frequency, elevation, azimuth = bands(radar, band_count)[band], elevations(aspect), azimuths(aspect)
-    polarizations = radar["polarizations"]
+    _check_memory(vertices, triangles, len(symmetry), sweep, scattering, target)
+    frequency = sweep.frequency
     print(
         f"{len(triangles)} triangles, {len(frequency)} frequencies from {frequency[0] / 1e9:g} to "
-        f"{frequency[-1] / 1e9:g} GHz, {len(elevation)} x {len(azimuth)} directions"
+        f"{frequency[-1] / 1e9:g} GHz, {len(sweep.elevation)} x {len(sweep.azimuth)} directions"
     )
     form = "{desc}: {percentage:.0f} %, {elapsed} so far, about {remaining} left"
     with tqdm(total=len(frequency), bar_format=form, file=sys.stderr) as bar:
         try:
-            solution = build(scattering).solve(
-                vertices,
-                triangles,
-                frequency,
-                elevation,
-                azimuth,
-                polarizations,
-                symmetry,
-                threads,
-                _Progress(bar, frequency),
-            )
+            progress = _Progress(bar, frequency)
+            solution = build(scattering).solve(vertices, triangles, sweep, symmetry, threads, progress)
         except InputError as error:
             raise InputError(f"config key 'targets.{target}': {error}") from None
     residual = [None] * len(frequency) if solution.residual is None else solution.residual.tolist()
@@ -57,22 +47,19 @@ def solve_band(mesh_path, store_path, band, band_count, radar, aspect, scatterin
         "residual": residual,
         "versions": versions("jax", "numpy", "scipy"),
     }
-    write_field(store_path, solution.field.astype(np.complex64), polarizations, frequency, elevation, azimuth, attrs)
+    field = solution.field.astype(np.complex64)
+    write_field(store_path, field, sweep.polarizations, frequency, sweep.elevation, sweep.azimuth, attrs)
 
 
-def _check_memory(vertices, triangles, planes, frequency, radar, aspect, scattering, target):
+def _check_memory(vertices, triangles, planes, sweep, scattering, target):
     """Refuse a solve that this machine certainly has no memory for."""
-    figures = {
-        "frequencies": {"count": len(frequency)},
-        "unknowns": topology.unknowns(triangles),
-        "triangles": len(triangles),
-        "box": np.ptp(vertices, axis=0),
-    }
-    needed, memory = needs.need(figures, planes, radar, aspect, scattering)["megabytes"], needs.memory_megabytes()
+    unknowns = topology.unknowns(triangles)
+    measures = {"unknowns": unknowns, "triangles": len(triangles), "box": np.ptp(vertices, axis=0)}
+    needed, memory = needs.need(measures, planes, sweep, scattering)["megabytes"], needs.memory_megabytes()
     if SURE_SHARE * needed > memory:
         raise InputError(
-            f"config key 'targets.{target}': its solve up to {frequency[-1] / 1e9:g} GHz takes about "
-            f"{figures['unknowns']:,} unknowns and {needed / 1000:.1f} GB; this machine has {memory / 1000:.1f} GB. "
+            f"config key 'targets.{target}': its solve up to {sweep.frequency[-1] / 1e9:g} GHz takes about "
+            f"{unknowns:,} unknowns and {needed / 1000:.1f} GB; this machine has {memory / 1000:.1f} GB. "
             "Lower 'mesh.edges_per_wavelength' or the frequency, or name a mirror plane in the target's 'symmetry'."
         )
 

@@ -6,7 +6,7 @@ import xarray as xr
 from core.errors import InputError
 from core.store import check_given
 from core.sweep import azimuths, elevations, frequencies
-from scattering import ffe, origin
+from scattering import ffe, field_files
 from scattering.store import CONVENTION, COORDINATES, versions, write_field
 
 # How far a sample may lie from where the sweep wants it. There is no interpolation.
@@ -23,14 +23,14 @@ def write_external(field, store_path, radar, aspect):
     Raises InputError if a sample of the sweep is missing, given twice or not finite.
     """
     wanted = {"frequency": frequencies(radar), "elevation": elevations(aspect), "azimuth": azimuths(aspect)}
-    take = _from_store if origin.is_store(field) else _from_ffe
+    take = _from_store if field_files.is_store(field) else _from_ffe
     samples = take(field, radar["polarizations"], wanted).astype(np.complex64)
     if not np.isfinite(samples).all():
-        raise InputError(f"{', '.join(origin.paths(field))}: the field holds values that are not finite.")
+        raise InputError(f"{', '.join(field_files.paths(field))}: the field holds values that are not finite.")
     _check_not_zero(samples, field, radar["polarizations"], wanted)
     attrs = {
         "formulation": "external",
-        "origin": {path: origin.digest(path) for path in origin.paths(field)},
+        "origin": {path: field_files.digest(path) for path in field_files.paths(field)},
         "unknowns": None,
         "residual": None,
         "versions": versions("numpy", "xarray"),
@@ -47,7 +47,7 @@ def _check_not_zero(samples, field, polarizations, wanted):
         if len(empty):
             frequency, elevation = wanted["frequency"][empty[0][0]], wanted["elevation"][empty[0][1]]
             raise InputError(
-                f"{', '.join(origin.paths(field))}: the {way} field is 0 at all azimuths of {elevation:g} degrees "
+                f"{', '.join(field_files.paths(field))}: the {way} field is 0 at all azimuths of {elevation:g} degrees "
                 f"elevation at {frequency / 1e9:g} GHz, and of {len(empty)} such rings in all; are files of it missing?"
             )
 
@@ -73,21 +73,21 @@ def _from_store(path, polarizations, wanted):
     for name, unit in UNITS.items():
         if field[name].attrs.get("units", unit) != unit:
             raise InputError(f"{path}: its {name} is in '{field[name].attrs['units']}', not in {unit}.")
-    letters = [str(name) for name in field.polarization.values]
-    absent = [name for name in polarizations if letters.count(name) != 1]
+    there = [str(name) for name in field.polarization.values]
+    absent = [name for name in polarizations if there.count(name) != 1]
     if absent:
         raise InputError(
             f"{path}: no polarization {', '.join(absent)}, which config key 'radar.polarizations' asks for; "
-            f"there is {', '.join(letters)}."
+            f"there is {', '.join(there)}."
         )
     places = [_places(path, name, given[name], values) for name, values in wanted.items()]
-    return field.values[np.ix_([letters.index(name) for name in polarizations], *places)]
+    return field.values[np.ix_([there.index(name) for name in polarizations], *places)]
 
 
 def _from_ffe(field, polarizations, wanted):
     """The wanted samples of FEKO's files, shape (polarization, frequency, elevation, azimuth)."""
     received = {}
-    for transmitted, paths in origin.by_transmission(field, polarizations).items():
+    for transmitted, paths in field_files.by_transmission(field, polarizations).items():
         ways = [polarization[0] for polarization in polarizations if polarization[1] == transmitted]
         received |= {way + transmitted: samples for way, samples in zip(ways, _grid(paths, ways, wanted), strict=True)}
     return np.stack([received[polarization] for polarization in polarizations])

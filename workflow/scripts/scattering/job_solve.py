@@ -1,4 +1,5 @@
 from core.job import job
+from core.sweep import sweeps
 from scattering.band import solve_band
 
 with job(snakemake):
@@ -6,10 +7,7 @@ with job(snakemake):
     solve_band(
         snakemake.input.mesh,
         snakemake.output[0],
-        int(snakemake.wildcards.band),
-        settings["mesh.bands"],
-        settings["radar"],
-        settings["aspect"],
+        sweeps(settings["radar"], settings["aspect"], settings["mesh.bands"])[int(snakemake.wildcards.band)],
         settings["scattering"],
         settings["symmetry"],
         snakemake.threads,

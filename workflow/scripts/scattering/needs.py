@@ -4,11 +4,12 @@ import os
 from math import floor
 from pathlib import Path
 
-from core import sweep
 from core.errors import InputError
-from mesh.figures import ideal_unknowns
+from core.sweep import sweeps
+from mesh.measures import ideal_unknowns
 from mesh.read import UNITS, states_unit
 from mesh.resolution import COARSEST, wanted_edges
+from mesh.symmetry import axes
 from scattering.solver import build
 
 OWN = ("formulation",)  # settings that a target may have of its own
@@ -31,64 +32,75 @@ def memory_megabytes():
     return (physical if limit == "max" else min(physical, int(limit))) / 1e6
 
 
-def need(band, planes, radar, aspect, scattering):
-    """A band's solve: memory in `megabytes`, time in `seconds` on two cores, as its solver plans them.
+def need(measures, planes, sweep, scattering):
+    """The memory in `megabytes` and the time in `seconds` on two cores that a band's solve takes, by its solver's plan.
 
-    band: a band's figures in mesh/<target>.json; planes: the number of mirror planes; radar, aspect, scattering: parts
-    of the config, with the target's own settings (see `method`).
+    measures: `unknowns`, `triangles` and `box` (m) of its mesh, as in mesh/<target>.json; planes: the number of mirror
+    planes; sweep: the band's `core.sweep.Sweep`; scattering: the target's settings (see `method`).
     """
-    return dict(zip(("megabytes", "seconds"), build(scattering).plan(band, planes, radar, aspect), strict=True))
+    return dict(zip(("megabytes", "seconds"), build(scattering).plan(measures, planes, sweep), strict=True))
 
 
-def _closed(unknowns, box, count=1):
-    """The figures of a band whose mesh is a closed surface with so many unknowns."""
-    return {"frequencies": {"count": count}, "unknowns": unknowns, "triangles": unknowns / 1.5, "box": box}
+def closed(unknowns, box):
+    """The measures of a closed surface with so many unknowns."""
+    return {"unknowns": unknowns, "triangles": unknowns / 1.5, "box": box}
 
 
-def unknowns_that_fit(megabytes, most, box, planes, radar, aspect, scattering):
+def unknowns_that_fit(megabytes, most, box, planes, sweep, scattering):
     """The most unknowns of a closed surface, up to `most`, whose solve fits into this memory (0 if none)."""
     low, high = 0, int(most)
     while low < high:
         middle = (low + high + 1) // 2
-        if need(_closed(middle, box), planes, radar, aspect, scattering)["megabytes"] <= megabytes:
+        if need(closed(middle, box), planes, sweep, scattering)["megabytes"] <= megabytes:
             low = middle
         else:
             high = middle - 1
     return low
 
 
-def expected(area, box, planes, mesh, radar, aspect, scattering):
-    """What each band's solve of a surface of `area` m^2 will need, lowest band first: unknowns, megabytes, seconds."""
+def expected(config, name, size):
+    """What each band's solve of a target will need, lowest first: its `unknowns`, `megabytes` and `seconds`.
+
+    size: `area` in m^2 and `box` in m of the target's CAD file.
+    """
+    planes, scattering = _planes(config, name), method(config, name)
     solves = []
-    for band, edge in zip(sweep.bands(radar, mesh["bands"]), wanted_edges(mesh, radar), strict=True):
-        unknowns = ideal_unknowns(area, edge)
-        figures = _closed(unknowns, box, len(band))
-        solves.append({"unknowns": unknowns} | need(figures, planes, radar, aspect, scattering))
+    for sweep, edge in zip(_sweeps(config), wanted_edges(config["mesh"], config["radar"]), strict=True):
+        unknowns = ideal_unknowns(size["area"], edge)
+        solves.append({"unknowns": unknowns} | need(closed(unknowns, size["box"]), planes, sweep, scattering))
     return solves
 
 
-def check_fit(unknowns, box, target, planes, mesh, radar, aspect, scattering, name, sure=1.0):
-    """Refuse a target whose top band, with about this many unknowns, would not fit; say what would.
+def check_fit(config, name, size):
+    """Refuse a target whose top band would not fit even with SURE_SHARE of the unknowns that `expected` says.
 
-    `box` are its lengths along x, y and z in metres, `target` its part of the config, `name` its file. Where the
-    unknowns may be fewer, `sure` is the share of them that is certain: only if that would not fit is it refused.
+    size: `area` in m^2 and `box` in m of the target's CAD file. InputError says what would fit.
     """
-    memory, how = memory_megabytes(), (planes, radar, aspect, scattering)
-    if need(_closed(sure * unknowns, box), *how)["megabytes"] <= memory:
+    memory, target, box = memory_megabytes(), config["targets"][name], size["box"]
+    *_, (sweep, solve) = zip(_sweeps(config), expected(config, name, size), strict=True)
+    how, unknowns = (_planes(config, name), sweep, method(config, name)), solve["unknowns"]
+    if need(closed(SURE_SHARE * unknowns, box), *how)["megabytes"] <= memory:
         return
-    needed = need(_closed(unknowns, box), *how)["megabytes"]
     # Unknowns go with the square of the frequency and of the edges in a wavelength.
     ratio = (unknowns_that_fit(memory, unknowns, box, *how) / unknowns) ** 0.5
-    top, density = sweep.frequencies(radar)[-1], mesh["edges_per_wavelength"]
-    density = floor(10 * 0.99 * ratio * density) / 10
+    top = sweep.frequency[-1] / 1e9  # GHz
+    density = floor(10 * 0.99 * ratio * config["mesh"]["edges_per_wavelength"]) / 10
     inexact = " (below 8 the field is inexact)" if density < 8 else ""
     coarser = f", or with 'mesh.edges_per_wavelength: {density:g}'{inexact}"
     raise InputError(
-        f"{name} would need about {unknowns:,.0f} unknowns and {needed / 1000:,.1f} GB at {top / 1e9:g} GHz, but this "
-        f"machine has {memory / 1000:,.1f} GB. It would fit up to {0.99 * ratio * top / 1e9:.3g} GHz"
-        f"{coarser if density >= COARSEST else ''}; a mirror plane in the target's 'symmetry' halves the need. "
-        f"{_measured(max(box), target, name)}"
+        f"config key 'targets.{name}': {target['mesh']} would need about {unknowns:,.0f} unknowns and "
+        f"{solve['megabytes'] / 1000:,.1f} GB at {top:g} GHz, but this machine has {memory / 1000:,.1f} GB. It would "
+        f"fit up to {0.99 * ratio * top:.3g} GHz{coarser if density >= COARSEST else ''}; a mirror plane in the "
+        f"target's 'symmetry' halves the need. {_measured(max(box), target, target['mesh'])}"
     )
+
+
+def _planes(config, name):
+    return len(axes(config["targets"][name].get("symmetry", [])))
+
+
+def _sweeps(config):
+    return sweeps(config["radar"], config["aspect"], config["mesh"]["bands"])
 
 
 def _measured(length, target, name):

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from core.sweep import C0, azimuths, elevations, frequencies
+from core.sweep import C0
 from scattering.sampling import TOLERANCE, samples_of_ring
 
 FLOPS = 1.6e11  # real operations a second in single precision, counted as (4/3) N^3
@@ -25,40 +25,32 @@ RUN = 512  # directions whose substitution a thread has under way
 OPERATORS = Path(__file__).with_name("operators")
 
 
-def planned_megabytes(unknowns, triangles, planes, radius, radar, aspect, scattering):
-    """Peak memory of `solve` for a mesh with this many unknowns and mirror planes, in MB.
+def planned(measures, planes, sweep, formulation, precision):
+    """Peak memory of `solve` in MB, and its time at all frequencies of a Sweep in s on the two cores described above.
 
-    radius: m, of the mesh about the vertical through its middle; radar, aspect, scattering: those parts of the config,
-    with the target's own formulation.
+    measures: `unknowns`, `triangles` and `box` (m) of the mesh; planes: the number of its mirror planes, with which a
+    matrix of N unknowns falls into G = 2^planes parities of N / G.
+
+    Memory: the matrices, of each parity the right sides with what a substitution makes of them, and the near pairs.
+    Factorization: (4/3) (N/G)^3 real operations for each parity, and 4 (N/G)^2 for each parity and sampled direction to
+    substitute (half of a triangular solve serves a monostatic amplitude). An operator whose matrix is not symmetric
+    keeps and works twice as much, and its right side is not what the far field is projected on.
     """
-    size = 8 if scattering["precision"] == "single" else 16
-    parities = 2**planes
-    operator = _constants(scattering["formulation"])
-    # Without symmetry all of the matrix is kept, and its right side is not what the far field is projected on.
-    both = 1 if operator["SYMMETRIC"] else 2
-    matrices = size * (unknowns**2 / parities * both / 2 + 1024 * unknowns)
-    waves = len(set("".join(radar["polarizations"]))) * both
-    sampled = _sampled(radius, radar, aspect, scattering) / parities
-    # of each parity the right sides and what a substitution makes of them, which holds both parts and their sum
-    right = size * unknowns * (sampled * (waves + 2 / parities) + 2 * 1.5 * min(RUN, sampled) / parities)
-    return int(800 + (matrices + right + operator["NEAR_BYTES"] * triangles) / 1e6)
+    unknowns, operator, single = measures["unknowns"], _constants(formulation), precision == "single"
+    parities, both = 2**planes, 1 if operator["SYMMETRIC"] else 2
+    size, sampled = unknowns / parities, _sampled(measures["box"], sweep, single) / parities
+    waves = len(set("".join(sweep.polarizations)))
 
+    matrices = unknowns * (size * both / 2 + 1024)
+    # A substitution holds both parts of its right sides and their sum.
+    right = unknowns * (sampled * (waves * both + 2 / parities) + 2 * 1.5 * min(RUN, sampled) / parities)
+    numbers = (8 if single else 16) * (matrices + right)
+    megabytes = 800 + (numbers + operator["NEAR_BYTES"] * measures["triangles"]) / 1e6
 
-def planned_seconds(unknowns, planes, radius, count, radar, aspect, scattering):
-    """Time of a band's solve at `count` frequencies, in seconds on the two cores described above.
-
-    Factorization: (4/3) (N/G)^3 real operations for each of the G parities, and 4 (N/G)^2 for each parity and sampled
-    direction to substitute (half of a triangular solve serves a monostatic amplitude); twice that if the operator's
-    matrix is not symmetric.
-    """
-    operator = _constants(scattering["formulation"])
-    parities = 2**planes
-    size, sampled = unknowns / parities, _sampled(radius, radar, aspect, scattering) / parities
-    waves = len(set("".join(radar["polarizations"])))
-    factorization = parities * (4 / 3 * size**3 + 4 * size**2 * sampled * waves)
-    rate = FLOPS if scattering["precision"] == "single" else FLOPS / 2
-    filled = ASSEMBLY * unknowns**2 / parities + EXCITATION * unknowns * sampled * waves
-    return count * (START + (1 if operator["SYMMETRIC"] else 2) * factorization / rate + operator["FILLING"] * filled)
+    factorization = both * parities * (4 / 3 * size**3 + 4 * size**2 * sampled * waves)
+    filled = operator["FILLING"] * (ASSEMBLY * unknowns * size + EXCITATION * unknowns * sampled * waves)
+    seconds = START + factorization / (FLOPS if single else FLOPS / 2) + filled
+    return int(megabytes), len(sweep.frequency) * seconds
 
 
 @cache
@@ -69,9 +61,9 @@ def _constants(formulation):
     return {node.targets[0].id: node.value.value for node in numbers}
 
 
-def _sampled(radius, radar, aspect, scattering):
+def _sampled(box, sweep, single):
     """Directions whose excitation is computed at the highest frequency, without mirror planes."""
-    tolerance = TOLERANCE[np.dtype(np.complex64 if scattering["precision"] == "single" else np.complex128)]
-    x = 2 * np.pi * frequencies(radar)[-1] / C0 * radius
-    given = len(azimuths(aspect))
-    return sum(min(given, samples_of_ring(x * cos(radians(angle)), tolerance)) for angle in elevations(aspect))
+    tolerance = TOLERANCE[np.dtype(np.complex64 if single else np.complex128)]
+    x = 2 * np.pi * sweep.frequency[-1] / C0 * float(np.hypot(*box[:2]) / 2)
+    given = len(sweep.azimuth)
+    return sum(min(given, samples_of_ring(x * cos(radians(angle)), tolerance)) for angle in sweep.elevation)

@@ -33,6 +33,7 @@ def solve(
     azimuth,
     polarizations=("VV",),
     symmetry=(),
+    *,
     precision="single",
     threads=1,
     progress=lambda frequency, part, done: None,
@@ -63,7 +64,7 @@ def solve(
     kinds = (GeneralMatrix, SymmetricMatrix) if jax.default_backend() == "cpu" else (GeneralOnDevice, SymmetricOnDevice)
     kind = kinds[operator.SYMMETRIC]
 
-    letters = sorted(set("".join(polarizations)))
+    ways = sorted(set("".join(polarizations)))
     shape = (len(polarizations), len(frequencies), len(elevation), len(azimuth))
     field = np.empty(shape, np.complex128)
     residual = np.zeros(len(frequencies))
@@ -80,7 +81,7 @@ def solve(
         clock.lap("factorization")
         progress(n, "directions", 0.0)
         samples = sample(surface, k, elevation, azimuth, dtype)
-        of_waves = partial(_excitations, surface, bases, k, samples, letters, dtype)
+        of_waves = partial(_excitations, surface, bases, k, samples, ways, dtype)
         received = of_waves(electric)
         excited = received if operator.SYMMETRIC else of_waves(operator.excited)
         between, residual[n] = system.between(received, excited, polarizations, samples.rings)
@@ -100,9 +101,9 @@ def solve(
     return Solution(field, residual, seconds, unknowns)
 
 
-def _excitations(surface, bases, k, samples, letters, dtype, wave):
+def _excitations(surface, bases, k, samples, ways, dtype, wave):
     """`excitation` by each polarization from all sampled directions."""
-    return {x: excitation(surface, bases, k, samples.u, samples.polarizations[x], dtype, wave) for x in letters}
+    return {way: excitation(surface, bases, k, samples.u, samples.polarizations[way], dtype, wave) for way in ways}
 
 
 def _amplitude(between, samples, receive, transmit):
@@ -140,14 +141,14 @@ class _System:
     def between(self, received, excited, polarizations, rings):
         """V_p^T z^-1 V_q between the samples of each ring, for each polarization and parity; and the residual.
 
-        received, excited: for each letter a list over parities of (N, K)
+        received, excited: for V and H a list over parities of (N, K)
         """
         transmitted = sorted({transmit for _, transmit in polarizations})
         # A handful of columns will do, because these are substituted once more.
         some = slice(None, None, -(-excited[transmitted[0]][0].shape[1] // PROBED_DIRECTIONS))
         few = [
             np.concatenate([waves[:, some] for waves in parity], axis=1)
-            for parity in zip(*(excited[letter] for letter in transmitted), strict=True)
+            for parity in zip(*(excited[way] for way in transmitted), strict=True)
         ]
         residual = self._residual(few, self._solve(few))
         if residual <= MAX_RESIDUAL or np.isnan(residual):
@@ -158,14 +159,14 @@ class _System:
                 ]
                 for receive, transmit in polarizations
             }, residual
-        currents = {letter: self._refined(excited[letter]) for letter in transmitted}
+        currents = {way: self._refined(excited[way]) for way in transmitted}
         return {
             receive + transmit: [
                 [left[:, ring].T @ right[:, ring] for ring in rings]
                 for left, right in zip(received[receive], currents[transmit], strict=True)
             ]
             for receive, transmit in polarizations
-        }, max(self._residual(excited[letter], currents[letter]) for letter in transmitted)
+        }, max(self._residual(excited[way], currents[way]) for way in transmitted)
 
     def _solve(self, right):
         return [matrix.solve(b, self.threads) for matrix, b in zip(self.matrices, right, strict=True)]

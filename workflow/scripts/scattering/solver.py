@@ -2,11 +2,11 @@
 
 A Solver is made of the config's other scattering settings, with the target's own. It has two methods:
 
-    plan(band, planes, radar, aspect)   megabytes of memory and seconds on two cores that a band takes, two numbers.
-        band: its figures as in mesh/<target>.json, of which frequencies.count, unknowns, triangles and box are sure to
-        be there; planes: the number of mirror planes; radar, aspect: those parts of the config
-    solve(vertices, triangles, frequencies, elevation, azimuth, polarizations, symmetry, threads, progress)
-        a Solution, or InputError. Lengths in m, frequencies in Hz, angles in degrees, symmetry as in the config;
+    plan(measures, planes, sweep)   megabytes of memory and seconds on two cores that a band takes, two numbers.
+        measures: what is known of its mesh, `unknowns` (of an RWG basis), `triangles` and `box`, its lengths along x,
+        y and z in m; planes: the number of mirror planes; sweep: the band's `core.sweep.Sweep`
+    solve(vertices, triangles, sweep, symmetry, threads, progress)   a Solution, or InputError.
+        vertices: (V, 3) m; triangles: (T, 3); symmetry: mirror planes as in the config;
         progress(number of the frequency, part, fraction of it) is called as the work goes on
 
 Plans are made before anything runs, so that a solver's file imports what takes long to load in `solve`.

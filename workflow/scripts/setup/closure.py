@@ -14,11 +14,11 @@ def closure(script):
     The files are read, not run. A module that is imported by a name made at run time is not seen: who does that names
     its file beside the script (as `learning.classifier.build` does for models).
     """
-    found, new = set(), {Path(script)}
+    files, new = set(), {Path(script)}
     while new:
-        found |= new
-        new = {module for file in new for module in _imported(file)} - found
-    return sorted(path.as_posix() for path in found)
+        files |= new
+        new = {module for file in new for module in _imported(file)} - files
+    return sorted(path.as_posix() for path in files)
 
 
 @functools.cache

@@ -8,9 +8,11 @@ from pathlib import Path
 import yaml
 
 from core.errors import InputError
+from core.sweep import images_are_made
 from learning.experiments import CLEAN
 from setup import overlay
-from setup.check import check, rules
+from setup.check import check, check_experiments, rules
+from setup.overlay import ALL, EXPERIMENTS
 from setup.schema import check_schema
 from setup.snrs import write_out
 from setup.yaml_file import read_yaml
@@ -27,34 +29,52 @@ def load(*overlays):
 
     Raises InputError with one message that names the key, its value and what would be right.
     """
-    config = _numbers(functools.reduce(overlay.merge, overlays, read_yaml(BASE)))
+    config = _changed(functools.reduce(overlay.merge, overlays, read_yaml(BASE)), _number)
     check_schema(config, rules(config))
     write_out(config)
     for target in config["targets"].values():
-        target |= {key: _found(target[key]) for key in ("mesh", "field") if key in target}
-    _inherit(config)
-    config = _checked(config, overlay.named(overlays, "learning.experiments"))
+        target |= {key: _changed(target[key], _from_here) for key in ("mesh", "field") if key in target}
+    learning = config["learning"]
+    # A model whose `kind` is another model has that one's settings where it has none of its own.
+    learning["models"] = {
+        name: {**learning["models"].get(settings.get("kind"), {}), **settings}
+        for name, settings in learning["models"].items()
+    }
+    check(config)
+    _leave_out(config, overlay.named(overlays, EXPERIMENTS))
     # More bands than frequencies would leave some empty; the order of SNRs has no meaning.
     config["mesh"]["bands"] = min(config["mesh"]["bands"], config["radar"]["frequencies"])
     config["noise"]["snr_db"] = sorted(config["noise"]["snr_db"])
     # Nor has the order of choices.
-    for settings in config["learning"]["models"].values():
+    for settings in learning["models"].values():
         settings |= {key: sorted(value) for key, value in settings.items() if isinstance(value, list)}
     return config
 
 
-def plain(value):
-    """A value with the text in it as YAML reads it: numbers, true and false."""
-    if isinstance(value, dict):
-        return {key: plain(item) for key, item in value.items()}
-    if isinstance(value, list):
-        return [plain(item) for item in value]
-    return yaml.load(value, yaml.CSafeLoader) if isinstance(value, str) else value
+def of_command_line(settings):
+    """What --config says, with the text in its mappings and lists read as YAML: Snakemake leaves it as it stands."""
+
+    def read(text):
+        return yaml.load(text, yaml.CSafeLoader) if isinstance(text, str) else text
+
+    return {key: _changed(value, read) if isinstance(value, dict | list) else value for key, value in settings.items()}
 
 
 def unnamed(config, *overlays):
-    """What of config/config.yaml runs besides what the overlays name: lines of text (see `overlay.unnamed`)."""
-    return list(overlay.unnamed(config, read_yaml(BASE), overlays))
+    """What of config/config.yaml's targets and experiments runs besides those that an overlay names: lines of text.
+
+    Nothing is said of a map in which the overlays name nothing.
+    """
+    default, lines = read_yaml(BASE), []
+    for path in ("targets", EXPERIMENTS) if images_are_made(config) else ("targets",):
+        mine, known = overlay.named(overlays, path), _at(default, path)
+        rest = [name for name in _at(config, path) if name in known and name not in mine]
+        if mine and rest:
+            lines.append(
+                f"Note: beside the {path.split('.')[-1]} that your config names, these of config/config.yaml remain: "
+                f"{', '.join(rest)}. '{path}.{rest[0]}: null' removes one, '{path}.\"{ALL}\": null' all of them."
+            )
+    return lines
 
 
 def section(config, *keys):
@@ -62,94 +82,71 @@ def section(config, *keys):
 
     Keys may be dotted. Snakemake compares params by their text, so the order in the file must not matter.
     """
-    return {key: _sorted(_get(config, key)) for key in sorted(keys)}
+    return {key: _sorted(_at(config, key)) for key in sorted(keys)}
 
 
-def _found(path):
-    """Where a path of the config leads (or each of several): from the working folder, or else from the repository."""
-    if isinstance(path, dict):
-        return {key: _found(one) for key, one in path.items()}
-    if isinstance(path, list):
-        return [_found(one) for one in path]
-    return path if os.path.exists(path) or not os.path.exists(ROOT / path) else os.path.relpath(ROOT / path)
+def _leave_out(config, asked):
+    """Take those default experiments out of a config that its sweep or SNRs do not allow; why is noted as `left_out`.
 
-
-def _checked(config, asked):
-    """Check the config; gives it back, without those of the default experiments that its sweep or SNRs do not allow.
-
+    Those that train over a range of SNRs do so at those of it that noise.snr_db has, if two or more.
     asked: the experiments that the user's config names. One of these is refused instead, and kept as it is.
     """
+    experiments, kept, left_out = config["learning"]["experiments"], {}, {}
     try:
-        check(config)
-        return config
+        check_experiments(config, experiments)
+        return
     except InputError as error:
-        experiments = config["learning"]["experiments"]
-        own = {name: what for name, what in experiments.items() if name in asked}
-        offered = {name: what for name, what in experiments.items() if name not in asked}
-        if not offered:
+        mine = {name: experiment for name, experiment in experiments.items() if name in asked}
+        if len(mine) == len(experiments):
             raise
-        if own:
-            check(_with_experiments(config, own))
-        left_out, offered = {}, _spread(offered, config["noise"]["snr_db"])
-        for name, what in offered.items():
+        check_experiments(config, mine)
+        for name, experiment in experiments.items():
+            kept[name] = experiment if name in mine else _at_snrs(experiment, config["noise"]["snr_db"])
             try:
-                check(_with_experiments(config, {**own, name: what}))
+                check_experiments(config, {**mine, name: kept[name]})
             except InputError as reason:
                 left_out[name] = str(reason)
-        if len(left_out) == len(experiments):
+                del kept[name]
+        if not kept:
             raise error from None
-        kept = {name: offered.get(name, own.get(name)) for name in experiments if name not in left_out}
-        reduced = _with_experiments(config, kept)
-        check(reduced)
-        if left_out:
-            reduced["learning"]["left_out"] = left_out
-        return reduced
+    check_experiments(config, kept)
+    config["learning"] |= {"experiments": kept, **({"left_out": left_out} if left_out else {})}
 
 
-def _with_experiments(config, experiments):
-    return {**config, "learning": {**config["learning"], "experiments": experiments}}
+def _at_snrs(experiment, snr_db):
+    """An experiment over a range of SNRs at those of it that are in snr_db, if two or more; else as it is."""
+    train = experiment["train"]
+    if isinstance(train["snr_db"], dict):
+        ((way, snrs),) = train["snr_db"].items()
+        kept = [snr for snr in snrs if snr == CLEAN or snr in snr_db]
+        if len(set(kept) - {CLEAN}) > 1:
+            return {**experiment, "train": {**train, "snr_db": {way: kept}}}
+    return experiment
 
 
-def _spread(experiments, snr_db):
-    """The default experiments: those over a range of SNRs at those of it that noise.snr_db has, if two or more."""
-    spread = {name: {**what, "train": dict(what["train"])} for name, what in experiments.items()}
-    for experiment in spread.values():
-        wanted = experiment["train"]["snr_db"]
-        if isinstance(wanted, dict):
-            kept = {kind: [snr for snr in snrs if snr == CLEAN or snr in snr_db] for kind, snrs in wanted.items()}
-            if all(len(set(snrs) - {CLEAN}) > 1 for snrs in kept.values()):
-                experiment["train"]["snr_db"] = kept
-    return spread
-
-
-def _inherit(config):
-    """Give a model whose `kind` is another model that one's settings where it has none of its own."""
-    models = config["learning"]["models"]
-    config["learning"]["models"] = {
-        name: {**models.get(settings.get("kind"), {}), **settings} for name, settings in models.items()
-    }
-
-
-def _numbers(value):
+def _changed(value, change):
+    """A value with `change` done to all that stands in its mappings and lists."""
     if isinstance(value, dict):
-        return {key: _numbers(item) for key, item in value.items()}
-    if isinstance(value, list):
-        return [_numbers(item) for item in value]
+        return {key: _changed(item, change) for key, item in value.items()}
+    return [_changed(item, change) for item in value] if isinstance(value, list) else change(value)
+
+
+def _number(value):
     if isinstance(value, str) and EXPONENT.fullmatch(value):
         value = float(value)
     # 2.0 counts as a whole number, and is one from here on; frequencies in Hz stay what they are.
-    if isinstance(value, float) and value.is_integer() and abs(value) < 1e6:
-        return int(value)
-    return value
+    return int(value) if isinstance(value, float) and value.is_integer() and abs(value) < 1e6 else value
+
+
+def _from_here(path):
+    """Where a path of the config leads: from the working folder, or else from the repository."""
+    return path if os.path.exists(path) or not os.path.exists(ROOT / path) else os.path.relpath(ROOT / path)
 
 
 def _sorted(value):
-    if isinstance(value, dict):
-        return {key: _sorted(value[key]) for key in sorted(value)}
-    return value
+    return {key: _sorted(value[key]) for key in sorted(value)} if isinstance(value, dict) else value
 
 
-def _get(config, dotted):
-    for key in dotted.split("."):
-        config = config[key]
-    return config
+def _at(config, path):
+    """What stands in a config at a dotted path."""
+    return functools.reduce(dict.__getitem__, path.split("."), config)

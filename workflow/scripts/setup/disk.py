@@ -10,27 +10,27 @@ from core.errors import InputError
 
 def check_writable(*folders):
     """Raise InputError if nothing can be written to one of the folders, or to what it will be made in."""
-    for there in map(_existing, folders):
+    for folder in map(_existing, folders):
         try:
-            with tempfile.TemporaryFile(dir=there) as file:
+            with tempfile.TemporaryFile(dir=folder) as file:
                 file.write(b"anything")
         except OSError as error:
-            logging.raiseExceptions = False  # Snakemake's own log has no room either; once is enough
+            logging.raiseExceptions = False  # Snakemake's own log has no space either; once is enough
             raise InputError(
-                f"{there} cannot be written to: {error.strerror}. What a run makes goes there: make room, "
+                f"{folder} cannot be written to: {error.strerror}. What a run makes goes there: make room, "
                 "or let it be written."
             ) from None
 
 
 def shortage(folder, most):
-    """A line of text, or none: if the folder's disk has less room than stores of `most` bytes may still take."""
-    there = sum(path.stat().st_size for path in Path(folder, "imaging").rglob("*") if path.is_file())
+    """A line of text, or none: if the folder's disk has less space than stores of `most` bytes may still take."""
+    taken = sum(path.stat().st_size for path in Path(folder, "imaging").rglob("*") if path.is_file())
     free = shutil.disk_usage(_existing(folder)).free
-    if free >= most - there:
+    if free >= most - taken:
         return []
     return [
         f"Warning: {free / 1e9:.3g} GB are free in {folder}, and the stores of images may take "
-        f"{(most - there) / 1e9:.3g} GB more."
+        f"{(most - taken) / 1e9:.3g} GB more."
     ]
 
 

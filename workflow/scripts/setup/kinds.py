@@ -38,12 +38,10 @@ class Kind(NamedTuple):
 
 MODELS = Seam("learning/models", "Model", frozenset({"fit", "evaluate"}))
 IMAGERS = Seam("imaging/imagers", "Imager", frozenset({"axes", "at"}))
-
-
 SOLVERS = Seam("scattering/solvers", "Solver", frozenset({"plan", "solve"}))
-# Sections of the config in which one kind is named, by this key, and its settings stand beside it.
-SECTIONS = {"imaging": ("imager", IMAGERS), "scattering": ("solver", SOLVERS)}
-DEFAULTS = {"imaging": "fourier", "scattering": "mom"}  # whose settings are shown where a section names no kind
+# Sections of the config in which one kind is named, by this key, and its settings stand beside it; and the kind whose
+# settings are shown where a section names none.
+SECTIONS = {"imaging": ("imager", IMAGERS, "fourier"), "scattering": ("solver", SOLVERS, "mom")}
 
 
 def settings_of(section, settings):
@@ -51,8 +49,8 @@ def settings_of(section, settings):
 
     Raises InputError if there is no such kind.
     """
-    key, seam = SECTIONS[section]
-    name = settings.get(key, DEFAULTS[section]) if isinstance(settings, dict) else DEFAULTS[section]
+    key, seam, default = SECTIONS[section]
+    name = settings.get(key, default) if isinstance(settings, dict) else default
     check_kind(seam, name, f"config key '{section}.{key}'")
     return kind(seam, name).settings
 
@@ -67,19 +65,19 @@ def check_kind(seam, name, key, hint=None):
 
     key: what the message begins with; hint: what it says instead of the nearest name.
     """
-    names, sort = available(seam), seam.class_name.lower()
+    names = available(seam)
     if name not in names:
         raise InputError(
-            f"{key}: there is no {sort} '{name}'{hint or near(name, names)} There are: {', '.join(names)}; one of your "
-            f"own is a file {name}.py in workflow/scripts/{seam.folder}."
+            f"{key}: there is no {seam.class_name.lower()} '{name}'{hint or near(name, names)} There are: "
+            f"{', '.join(names)}; one of your own is a file {name}.py in workflow/scripts/{seam.folder}."
         )
     try:
-        found = kind(seam, name)
+        methods = kind(seam, name).methods
     except SyntaxError as error:
         raise InputError(f"{key}: {name}.py, line {error.lineno or 1}: {error.msg}.") from None
     except (ValueError, OSError) as error:
         raise InputError(f"{key}: {name}.py is not a file of Python in UTF-8 ({error}).") from None
-    if not seam.methods <= found.methods:
+    if not seam.methods <= methods:
         wanted = " and ".join(sorted(seam.methods, reverse=True))
         raise InputError(f"{key}: {name}.py has no class {seam.class_name} with methods {wanted}.")
 
@@ -89,14 +87,26 @@ def kind(seam, name):
     """The Kind of this name. Raises SyntaxError for a file that is not Python."""
     file = f"{seam.folder}/{name}.py"
     tree = ast.parse((SCRIPTS / file).read_bytes(), file)
-    classes = [node.body for node in tree.body if isinstance(node, ast.ClassDef) and node.name == seam.class_name]
-    body = next(iter(classes), [])
-    stated = {}
+    classes = (node.body for node in tree.body if isinstance(node, ast.ClassDef) and node.name == seam.class_name)
+    body, stated = next(classes, []), {}
     for node in body:
-        if isinstance(node, ast.Assign | ast.AnnAssign) and node.value is not None:
+        if isinstance(node, ast.Assign | ast.AnnAssign):
             for target in node.targets if isinstance(node, ast.Assign) else [node.target]:
                 try:
                     stated[target.id] = ast.literal_eval(node.value)
-                except (AttributeError, ValueError):
+                except (AttributeError, ValueError):  # no plain name, no value, or none that is a literal
                     continue
     return Kind(file, frozenset(node.name for node in body if isinstance(node, ast.FunctionDef)), stated)
+
+
+def page_names(models):
+    """What the page calls a config's models and their confidence scores: `models` and `scores`, mappings of names.
+
+    models: the config's. A kind states it as LABELS, of each model's name its label, its name within a sentence and its
+    place on the page, and SCORES, of each confidence score's name its label and place. What is not stated is left out.
+    """
+    stated = [kind(MODELS, settings.get("kind", name)).stated for name, settings in models.items()]
+    every = {attribute: [names.get(attribute, {}) for names in stated] for attribute in ("LABELS", "SCORES")}
+    # Sorted, as Snakemake compares params by their text.
+    labels, scores = (dict(sorted(item for names in lists for item in names.items())) for lists in every.values())
+    return {"models": labels, "scores": scores}

@@ -1,11 +1,14 @@
-"""Whose Snakemake's lock on the working folder is: a run that was killed, or one at work.
+"""Whose Snakemake's lock on the working folder is: a run at work, or one that was killed.
 
 Snakemake leaves its lock behind when it is killed outright, and refuses the next run until somebody says --unlock; when
-it ends it takes away the locks of every run in the folder. Each run therefore notes who it is in a folder of its own.
-Locks are taken away if all runs that noted themselves are gone from this machine, and no job of theirs can be left.
+it ends it takes away the locks of every run in the folder. Each run therefore has a file for its results, with a note
+who it is, and holds a lock of the kernel's on it, which ends with the process. Snakemake's locks are taken away when
+nobody holds such a file and no job of a killed run goes on. Jobs do not hold it: Snakemake starts them without it.
 """
 
+import fcntl
 import json
+import os
 import socket
 import time
 from pathlib import Path
@@ -14,9 +17,8 @@ import psutil
 
 from core.errors import InputError
 
-LOCKS = Path(".snakemake") / "locks"
-RUNS = Path(".snakemake") / "runs"
-CLOCK = 30  # seconds by which the time at which a process started may seem to move: the machine's clock is set
+LOCKS, RUNS = Path(".snakemake/locks"), Path(".snakemake/runs")
+_held = []  # the open file of this process's run
 
 
 def take(results, remote):
@@ -25,91 +27,92 @@ def take(results, remote):
     Raises InputError if another run is at work on the same results: a third one may have taken its lock away.
     """
     RUNS.mkdir(parents=True, exist_ok=True)
-    for path in RUNS.glob("*.json"):
-        other = _read(path)
-        if other and other["results"] == str(results) and _alive(other):
-            raise InputError(f"{_at_work(other)} It makes {results} too.")
-    note = {**_identity(psutil.Process()), "results": str(results), "remote": remote}
-    _own(note).write_text(json.dumps(note))
+    file, note, is_free = _look(RUNS / Path(results).name, "a+")
+    if not is_free:
+        raise InputError(f"{_at_work(note)} It makes {results} too.")
+    file.truncate(0)
+    json.dump({"pid": os.getpid(), "host": socket.gethostname(), "since": time.ctime(), "remote": remote}, file)
+    file.flush()
+    _held.append(file)
 
 
 def leave():
-    """Take away this process's note."""
-    _own(_identity(psutil.Process())).unlink(missing_ok=True)
+    """Take this process's note back, and let go of its lock."""
+    while _held:
+        _held[-1].truncate(0)
+        _held.pop().close()
 
 
 def release_stale():
     """Remove the locks if every run that noted itself here was killed. Else say who the others are: lines of text."""
-    locks = list(LOCKS.iterdir()) if LOCKS.is_dir() else []
-    found = {path: _read(path) for path in RUNS.glob("*.json")}
-    notes = {path: note for path, note in found.items() if note}
-    lines = []
-    for note in notes.values():
-        if _alive(note):
-            lines.append(_at_work(note))
-        elif note["host"] != socket.gethostname():
-            lines.append(
-                f"Another run took the lock of this folder: {_who(note)}. If it no longer runs there, take its lock "
-                f"away with --unlock and delete {RUNS}."
-            )
-        elif note["remote"] and locks:
-            lines.append(
-                f"The run that had the lock of this folder was killed ({_who(note)}), but its jobs on the cluster may "
-                f"go on. Cancel them (squeue, scancel), take its lock away with --unlock and delete {RUNS}."
-            )
-    if notes and not lines:
+    locks = list(LOCKS.glob("*"))  # another run may begin from here on
+    runs = [_look(path) for path in RUNS.glob("*")]
+    killed = [file for file, note, is_free in runs if note and is_free]
+    lines = [line for _, note, is_free in runs for line in _doubt(note, is_free, locks)]
+    if killed and not lines:
         lines = [
             f"The run that had the lock of this folder was killed, but a job of it goes on: process {job}. Wait until "
             f"it ends or stop it (kill {job}), and run the same command."
             for job in _jobs()
         ]
-    if notes and not lines:
-        # Only what was there before the notes were read: another run may have begun since.
-        for path in (*locks, *notes):
+    if killed and not lines:
+        for path in locks:
             path.unlink(missing_ok=True)
+        for file in killed:
+            file.truncate(0)
+    for file, *_ in runs:
+        file.close()
     return lines
 
 
+def _doubt(note, is_free, locks):
+    """Why a run may be at work, in one sentence or none."""
+    if not is_free:
+        yield _at_work(note)
+    elif note and note["host"] != socket.gethostname():  # file systems may have locks of each machine's own
+        yield (
+            f"Another run took the lock of this folder: {_who(note)}. If it no longer runs there, take its lock away "
+            f"with --unlock and delete {RUNS}."
+        )
+    elif note and note["remote"] and locks:
+        yield (
+            f"The run that had the lock of this folder was killed ({_who(note)}), but its jobs on the cluster may go "
+            f"on. Cancel them (squeue, scancel), take its lock away with --unlock and delete {RUNS}."
+        )
+
+
+def _look(path, mode="r+"):
+    """A run's file, its note, and whether nobody else holds it; then this process does until it closes the file.
+
+    Without a note the run has just begun, was killed while it wrote it, or took it back.
+    """
+    file = open(path, mode)  # noqa: SIM115
+    file.seek(0)
+    text = file.read()
+    note = json.loads(text) if text.endswith("}") else None
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        return file, note, True
+    except BlockingIOError:
+        return file, note, False
+    except OSError:  # a file system without locks
+        return file, note, not (note and note["host"] == socket.gethostname() and psutil.pid_exists(note["pid"]))
+
+
 def _who(note):
-    return f"process {note['pid']} on {note['host']}, since {time.ctime(note['started'])}"
+    return f"process {note['pid']} on {note['host']}, since {note['since']}" if note else "it has just begun"
 
 
 def _at_work(note):
+    stop = f" or stop it (kill {note['pid']})" if note else ""
     return (
         f"Another run is at work in this folder: {_who(note)}. Before you start one that makes any of the same files, "
-        f"wait until it ends or stop it (kill {note['pid']})."
+        f"wait until it ends{stop}."
     )
-
-
-def _own(note):
-    return RUNS / f"{note['host']}-{note['pid']}.json"
-
-
-def _read(path):
-    """A run's note; None if that run just ended, or was killed while it wrote: then --unlock is up to the user."""
-    try:
-        return json.loads(path.read_text())
-    except (OSError, ValueError):
-        return None
-
-
-def _alive(note):
-    """Whether the run that wrote the note is a process of this machine."""
-    if note["host"] != socket.gethostname():
-        return False
-    try:
-        return abs(psutil.Process(note["pid"]).create_time() - note["started"]) < CLOCK
-    except psutil.NoSuchProcess:
-        return False
 
 
 def _jobs():
     """The numbers of the processes that run a job's script in this folder."""
     scripts = str(Path(".snakemake/scripts").absolute())
     running = psutil.process_iter(["cmdline"])
-    return [one.pid for one in running if any(part.startswith(scripts) for part in one.info["cmdline"] or ())]
-
-
-def _identity(process):
-    # A process number alone may have been given to another process since.
-    return {"host": socket.gethostname(), "pid": process.pid, "started": process.create_time()}
+    return [job.pid for job in running if any(part.startswith(scripts) for part in job.info["cmdline"] or ())]

@@ -1,15 +1,17 @@
 """Lay a config over another: key by key, and things that the user names one by one."""
 
 from core.errors import InputError
-from core.sweep import images_are_made
 from setup.kinds import SECTIONS, settings_of
 from setup.schema import near, schema
 
 # Maps of things that the user names: of these an overlay adds, changes and, with null, removes single ones.
-NAMED = ("targets", "learning.models", "learning.experiments")
+EXPERIMENTS = "learning.experiments"
+NAMED = ("targets", "learning.models", EXPERIMENTS)
 ALL = "*"  # `'*': null` removes every one that the overlay itself does not name
 # Of these an overlay's form may differ from the base's ({count} or {start, stop, step}).
 ALTERNATIVES = ("aspect.azimuth",)
+# Experiments that config/config.yaml had, and which one of its scores hold theirs.
+HELD_BY = {"fcnn_closed": "fcnn_open", "capsule_closed": "capsule_open"}
 
 
 def merge(base, overlay, path=""):
@@ -25,15 +27,14 @@ def merge(base, overlay, path=""):
         return overlay
     if path in SECTIONS:
         base = _of_kind(base, overlay, path)
-    merged = dict(base)
-    for key, value in overlay.items():
-        merged[key] = merge(base.get(key, {}), value, f"{path}.{key}" if path else str(key))
-    return merged
+    return base | {
+        key: merge(base.get(key, {}), value, f"{path}.{key}" if path else str(key)) for key, value in overlay.items()
+    }
 
 
 def _of_kind(base, overlay, path):
     """A section, without the settings that belong to the kind that the overlay replaces by another."""
-    key, _ = SECTIONS[path]
+    key, *_ = SECTIONS[path]
     if overlay.get(key, base.get(key)) == base.get(key):
         return base
     kept = {*schema()["properties"][path]["properties"], *(settings_of(path, overlay) or ())}
@@ -42,32 +43,13 @@ def _of_kind(base, overlay, path):
 
 def named(overlays, path):
     """The names that any of the overlays gives a value, other than null, in one of the maps NAMED."""
-    found = set()
+    names = set()
     for value in overlays:
         for key in path.split("."):
             value = value.get(key) if isinstance(value, dict) else None
         if isinstance(value, dict):
-            found |= {name for name, one in value.items() if one is not None}
-    return found
-
-
-def unnamed(config, default, overlays):
-    """What of the default's targets and experiments runs besides those that an overlay names: lines of text.
-
-    Nothing is said of a map in which the overlays name nothing.
-    """
-    for path in ("targets", "learning.experiments") if images_are_made(config) else ("targets",):
-        *above, what = path.split(".")
-        have, known = config, default
-        for key in (*above, what):
-            have, known = have[key], known[key]
-        mine = named(overlays, path)
-        rest = [name for name in have if name in known and name not in mine]
-        if mine and rest:
-            yield (
-                f"Note: beside the {what} that your config names, these of config/config.yaml remain: "
-                f"{', '.join(rest)}. '{path}.{rest[0]}: null' removes one, '{path}.\"{ALL}\": null' all of them."
-            )
+            names |= {name for name, item in value.items() if item is not None}
+    return names
 
 
 def _named(base, overlay, path):
@@ -80,11 +62,20 @@ def _named(base, overlay, path):
             raise InputError(
                 f"config key '{key}': '{ALL}' takes null alone, which removes all that this config does not name."
             )
+        if path == EXPERIMENTS and name in HELD_BY and name not in base and not _is_whole(value):
+            raise InputError(
+                f"config key '{key}': config/config.yaml has no such experiment any more; '{HELD_BY[name]}' learns the "
+                "same, and its scores hold the closed set, too. Name that one, or give 'train' and 'models' here."
+            )
         if value is not None:
             merged[name] = _entry(base.get(name, {}), value, path, key)
         elif name != ALL:
-            _removed(merged, base, name, key)
+            _remove(merged, base, name, key)
     return merged
+
+
+def _is_whole(experiment):
+    return isinstance(experiment, dict) and {"train", "models"} <= set(experiment)
 
 
 def _entry(base, overlay, path, key):
@@ -93,19 +84,19 @@ def _entry(base, overlay, path, key):
         return overlay
     if path == "targets" and any(overlay[form] != base.get(form) for form in ("mesh", "field") if form in overlay):
         # What is said of a file does not hold for another.
-        base = {one: value for one, value in base.items() if one == "role"}
+        base = {name: value for name, value in base.items() if name == "role"}
     merged = dict(base)
-    for one, value in overlay.items():
+    for name, value in overlay.items():
         if value is None and path != "learning.models":
-            _removed(merged, base, one, f"{key}.{one}")
-        elif one == "train" and isinstance(value, dict) and isinstance(base.get(one), dict):
-            merged[one] = base[one] | value
+            _remove(merged, base, name, f"{key}.{name}")
+        elif name == "train" and isinstance(value, dict) and isinstance(base.get(name), dict):
+            merged[name] = base[name] | value
         else:
-            merged[one] = value
+            merged[name] = value
     return merged
 
 
-def _removed(merged, base, name, key):
+def _remove(merged, base, name, key):
     if name not in base:
         raise InputError(f"config key '{key}': null removes, and there is no '{name}' here{near(name, base)}")
     merged.pop(name, None)

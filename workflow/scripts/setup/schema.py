@@ -3,6 +3,7 @@
 import datetime
 import difflib
 import functools
+import math
 import re
 from pathlib import Path
 
@@ -47,87 +48,99 @@ def check_schema(value, rules=None, path=()):
     errors = list(jsonschema.Draft202012Validator(rules).iter_errors(value))
     if errors:
         raise InputError(_message(_first(errors), rules, path))
+    _check_finite(value, path)
+
+
+def _check_finite(value, path):
+    if isinstance(value, dict | list):
+        for key, item in value.items() if isinstance(value, dict) else enumerate(value):
+            _check_finite(item, (*path, key))
+    elif isinstance(value, float) and not math.isfinite(value):
+        raise InputError(f"config key '{'.'.join(map(str, path))}': {value} is not a finite number.")
 
 
 def near(name, names):
     """'; did you mean ...?' with the name that is nearest, whatever its case, or a full stop."""
     spelt = {other.lower(): other for other in names}
-    found = difflib.get_close_matches(str(name).lower(), spelt, n=1)
-    return f"; did you mean '{spelt[found[0]]}'?" if found else "."
+    nearest = difflib.get_close_matches(str(name).lower(), spelt, n=1)
+    return f"; did you mean '{spelt[nearest[0]]}'?" if nearest else "."
+
+
+def repeated(values):
+    """The first of the values that stands a second time among them; None where each stands once."""
+    return next((value for place, value in enumerate(values) if value in values[:place]), None)
 
 
 def shown(value):
     """A value as the user wrote it, near enough."""
-    words = {None: "nothing", True: "true", False: "false"}
     if isinstance(value, datetime.date):
         return f"{value} (to YAML a date; in quotes it is text)"
     if isinstance(value, bytes | set):
         return f"a value with a tag of YAML's own (!!{'binary' if isinstance(value, bytes) else 'set'})"
-    text = words[value] if value is None or isinstance(value, bool) else repr(value)
+    if value is None or isinstance(value, bool):
+        return {None: "nothing", True: "true", False: "false"}[value]
+    text = repr(value)
     return text if len(text) <= LONGEST else f"{text[:LONGEST]}..."
 
 
 def _first(errors):
     # A misspelt key first: it is the cause of what is missing elsewhere. Then the outermost.
-    return min(errors, key=lambda e: (e.validator != "additionalProperties", len(e.absolute_path)))
+    return min(errors, key=lambda error: (error.validator != "additionalProperties", len(error.absolute_path)))
 
 
 def _message(error, rules, above=()):
+    """One error of jsonschema's in words. above: where the value that was checked stands in the config."""
+    value, validator, rule = error.instance, error.validator, error.schema.get("description", "")
     parts = [*above, *error.absolute_path]
     if "propertyNames" in error.absolute_schema_path:
-        parts.append(error.instance)
-        if not isinstance(error.instance, str):
-            return f"config key '{'.'.join(map(str, parts))}': {shown(error.instance)} is not text; put it in quotes."
+        parts.append(value)
     path = ".".join(map(str, parts))
-    where = f"config key '{path}'" if path else "config"
-    rule = error.schema.get("description", "")
-    if error.validator == "additionalProperties":
+    if validator == "additionalProperties":
         return _unknown_key(error, rules, path)
-    if error.validator == "required":
-        missing = next(key for key in error.validator_value if key not in error.instance)
+    if validator == "required":
+        missing = next(key for key in error.validator_value if key not in value)
         rule = error.schema.get("properties", {}).get(missing, {}).get("description", "")
-        path = f"{path}.{missing}" if path else missing
-        return f"config key '{path}' is missing." + _expected(rule)
-    if error.validator == "oneOf" and len(parts) == 2 and parts[0] == "targets":
-        return _mesh_or_field(path, error.instance)
-    if error.validator == "oneOf":
-        # Of several forms the one that the value has: what is wrong is within it.
-        inside = [_first(errors) for errors in _branches(error).values() if all(map(_not_of_form, errors))]
-        messages = [_message(one, rules, above) for one in inside]
+        return f"config key '{path}{'.' if path else ''}{missing}' is missing.{_expected(rule)}"
+    if validator == "oneOf" and len(parts) == 2 and parts[0] == "targets":
+        return _mesh_or_field(path, value)
+    if validator == "oneOf":
+        inside = [_message(inner, rules, above) for inner in _of_its_form(error)]
         # Of several forms that may be meant, the one that has a key like a misspelt one.
-        meant = messages if len(messages) == 1 else [text for text in messages if "did you mean" in text]
+        meant = inside if len(inside) == 1 else [text for text in inside if "did you mean" in text]
         if meant:
             return meant[0] + _expected(rule)
-    problem = f"{shown(error.instance)} is not allowed"
-    if error.validator == "type":
-        problem = f"{shown(error.instance)} is not {TYPES[error.validator_value]}"
+    problem = f"{shown(value)} is not allowed"
+    if "propertyNames" in error.absolute_schema_path and not isinstance(value, str):
+        problem, rule = f"{shown(value)} is not text; put it in quotes", ""
+    elif validator == "type":
+        problem = f"{shown(value)} is not {TYPES[error.validator_value]}"
         rule = rule or (f"keys {', '.join(error.schema['properties'])}" if "properties" in error.schema else "")
-    elif error.validator == "enum":
-        hint = near(error.instance, error.validator_value).removesuffix(".")
-        problem = f"{shown(error.instance)} is not one of {', '.join(error.validator_value)}{hint}"
-    elif error.validator == "uniqueItems":
-        repeated = next(one for place, one in enumerate(error.instance) if one in error.instance[:place])
-        problem = f"{shown(repeated)} stands twice in the list"
-    elif error.validator in BOUNDS:
-        problem = f"{shown(error.instance)} {BOUNDS[error.validator].format(error.validator_value)}"
-    elif error.validator not in ("oneOf", "not", "pattern"):
+    elif validator == "enum":
+        hint = near(value, error.validator_value).removesuffix(".")
+        problem = f"{shown(value)} is not one of {', '.join(error.validator_value)}{hint}"
+    elif validator == "uniqueItems":
+        problem = f"{shown(repeated(value))} stands twice in the list"
+    elif validator in BOUNDS:
+        problem = f"{shown(value)} {BOUNDS[validator].format(error.validator_value)}"
+    elif validator not in ("oneOf", "not", "pattern"):
         problem = error.message
-    return f"{where}: {problem}{'' if problem.endswith('?') else '.'}" + _expected(rule)
+    where = f"config key '{path}'" if path else "config"
+    return f"{where}: {problem}{'' if problem.endswith('?') else '.'}{_expected(rule)}"
 
 
 def _expected(rule):
     return f" Expected: {rule.rstrip('.')}." if rule else ""
 
 
-def _branches(error):
-    """The errors of each branch of a oneOf, by the branch's number."""
-    found = {}
+def _of_its_form(error):
+    """Of each branch of a oneOf that has the value's form, the first error: what is wrong is within the form."""
+    branches = {}
     for inner in error.context:
-        found.setdefault(inner.schema_path[0], []).append(inner)
-    return found
+        branches.setdefault(inner.schema_path[0], []).append(inner)
+    return [_first(errors) for errors in branches.values() if all(map(_within_form, errors))]
 
 
-def _not_of_form(error):
+def _within_form(error):
     """Whether an error of a branch of a oneOf is within the branch's form, and not that the value has another."""
     within = [part for part in error.schema_path if part != "$ref"]
     return len(within) > 2 or error.validator not in ("type", "const", "oneOf")
@@ -146,8 +159,10 @@ def _unknown_key(error, rules, path):
         hint = f"; did you mean '{outer}: {{{inner}: ...}}'?"
     elif re.fullmatch(r"[\d.]+(e[+-]?\d+)?", str(unknown), re.IGNORECASE):
         hint = "; did you mean a decimal point by the comma before it?"
-    path = f"{path}.{unknown}" if path else str(unknown)
-    return f"config key '{path}' is unknown{hint} Known keys here: {', '.join(known) or 'none'}."
+    return (
+        f"config key '{path}{'.' if path else ''}{unknown}' is unknown{hint} "
+        f"Known keys here: {', '.join(known) or 'none'}."
+    )
 
 
 def _mesh_or_field(path, target):

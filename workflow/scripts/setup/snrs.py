@@ -5,6 +5,7 @@ import numpy as np
 from core import sweep
 from core.errors import InputError
 from learning.experiments import CLEAN
+from setup.schema import repeated
 
 MOST = 201  # SNRs in a list
 ALL = "all"
@@ -19,7 +20,7 @@ def write_out(config):
         key, train = f"learning.experiments.{name}.train.snr_db", experiment["train"]
         snrs = train["snr_db"]
         if isinstance(snrs, dict) and "step" not in snrs:
-            snrs = {kind: _listed(f"{key}.{kind}", inner, every) for kind, inner in snrs.items()}
+            snrs = {way: _listed(f"{key}.{way}", inner, every) for way, inner in snrs.items()}
         elif isinstance(snrs, dict | list) or snrs == ALL:
             snrs = _listed(key, snrs, every)
         experiment["train"] = train | {"snr_db": snrs}
@@ -29,15 +30,15 @@ def _listed(key, snrs, every):
     """The list of SNRs that a range, a list with ranges in it, or `all` stands for."""
     if snrs == ALL:
         return list(every)
-    found = []
-    for one in snrs if isinstance(snrs, list) else [snrs]:
-        found += _steps(key, **one) if isinstance(one, dict) else [one]
-    twice = next((one for place, one in enumerate(found) if one in found[:place]), None)
+    listed = []
+    for snr in snrs if isinstance(snrs, list) else [snrs]:
+        listed += _steps(key, **snr) if isinstance(snr, dict) else [snr]
+    twice = repeated(listed)
     if twice is not None:
         raise InputError(f"config key '{key}': {twice} stands twice in it.")
-    if len(found) > MOST:
+    if len(listed) > MOST:
         raise InputError(f"config key '{key}' has more than {MOST} entries.")
-    return found
+    return listed
 
 
 def _steps(key, start, stop, step):
@@ -45,11 +46,16 @@ def _steps(key, start, stop, step):
         raise InputError(f"config key '{key}': start {start} to stop {stop} must ascend.")
     if (stop - start) / step > MOST:
         raise InputError(f"config key '{key}': steps of {step:g} dB make more than {MOST} entries.")
+    # As people write them: 0.3, where 3 * 0.1 is not; and whole numbers without a point.
+    rounded = [round(float(value), 9) for value in stepped(key, start, stop, step, "dB")]
+    return [int(value) if value.is_integer() else value for value in rounded]
+
+
+def stepped(key, start, stop, step, unit):
+    """The values of a range of the config. Raises InputError if its steps miss its stop."""
     values = sweep.stepped(start, stop, step)
     if not np.isclose(values[-1], stop):
         raise InputError(
-            f"config key '{key}': steps of {step} dB from {start} do not end at stop {stop}, but at {values[-1]:g}."
+            f"config key '{key}': steps of {step} {unit} from {start} do not end at stop {stop}, but at {values[-1]:g}."
         )
-    # As people write them: 0.3, where 3 * 0.1 is not; and whole numbers without a point.
-    rounded = [round(float(value), 9) for value in values]
-    return [int(value) if value.is_integer() else value for value in rounded]
+    return values

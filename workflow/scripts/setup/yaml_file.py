@@ -1,5 +1,6 @@
 """Read a config file, and say of one that is not YAML where it is wrong, and what is wrong, in words of its own."""
 
+import itertools
 import json
 import re
 import stat
@@ -12,43 +13,31 @@ from core.errors import InputError
 
 MOST_VALUES = 100_000  # of a file with all its aliases written out
 
+ESCAPE = "a backslash in double quotes begins an escape; write paths in single quotes or with /"
 # What libyaml says of a slip, and what the user did. {char}: the character there; {opened}: where the thing begins that
 # it was reading. The first one that stands in libyaml's words counts.
-SLIPS = (
-    (
-        "a tab character that violates indentation",
-        "a tab stands among the spaces that indent; indent with spaces alone",
-    ),
-    ("expected ',' or '}'", "the brace '{{' that opens in {opened} is not closed before this, or a comma is missing"),
-    ("expected ',' or ']'", "the bracket '[' that opens in {opened} is not closed before this, or a comma is missing"),
-    ("flow node; did not find expected node content", "a value is missing before {char}, or a bracket is not closed"),
-    ("found another document", "a second document begins with '---'; a config is one"),
-    ("expected <document start>", "text follows the end of the document ('...'); a config is one document"),
-    ("found undefined alias", "the alias '*' has no anchor '&' of its name before it; put text with a * in quotes"),
-    ("found unexpected end of stream", "the quote that opens in {opened} is never closed"),
-    ("escape c", "a backslash in double quotes begins an escape; write paths in single quotes or with /"),
-    ("hexdecimal", "a backslash in double quotes begins an escape; write paths in single quotes or with /"),
-    (
-        "mapping values are not allowed",
-        "a ':' stands where no key can; is a space missing after the ':' of the line above,"
-        " is this line indented too far, or is it text, which needs quotes",
-    ),
-    ("expected alphabetic or numeric", "a '*' or '&' begins an alias or an anchor; put text with it in quotes"),
-    ("expected '-' indicator", "this line is no '- item' of the list that begins in {opened}"),
-    ("could not find expected ':'", "the key that begins in {opened} has no ':' after it"),
-    ("expected comment or line break", "'|' and '>' begin text on the next line; put text with them in quotes"),
-    (
-        "expected key",
-        "no key is expected here; it is not indented like the lines of its mapping, which begins in {opened},"
-        " or a bracket closes that was not opened",
-    ),
-    (
-        "could not determine a constructor",
-        "a tag ('!...' or '=') means nothing in a config; put text with it in quotes",
-    ),
-    ("for merging", "'<<' takes in a mapping ('<<: *name'), and this is none"),
-)
-TOO_DEEP = "its brackets, or its aliases, stand in one another more than a thousand deep"
+SLIPS = {
+    "a tab character that violates indentation": "a tab stands among the spaces that indent; indent with spaces alone",
+    "expected ',' or '}'": "the brace '{{' that opens in {opened} is not closed before this, or a comma is missing",
+    "expected ',' or ']'": "the bracket '[' that opens in {opened} is not closed before this, or a comma is missing",
+    "flow node; did not find expected node content": "a value is missing before {char}, or a bracket is not closed",
+    "found another document": "a second document begins with '---'; a config is one",
+    "expected <document start>": "text follows the end of the document ('...'); a config is one document",
+    "found undefined alias": "the alias '*' has no anchor '&' of its name before it; put text with a * in quotes",
+    "found unexpected end of stream": "the quote that opens in {opened} is never closed",
+    "escape c": ESCAPE,
+    "hexdecimal": ESCAPE,
+    "mapping values are not allowed": "a ':' stands where no key can; is a space missing after the ':' of the line"
+    " above, is this line indented too far, or is it text, which needs quotes",
+    "expected alphabetic or numeric": "a '*' or '&' begins an alias or an anchor; put text with it in quotes",
+    "expected '-' indicator": "this line is no '- item' of the list that begins in {opened}",
+    "could not find expected ':'": "the key that begins in {opened} has no ':' after it",
+    "expected comment or line break": "'|' and '>' begin text on the next line; put text with them in quotes",
+    "expected key": "no key is expected here; it is not indented like the lines of its mapping, which begins in"
+    " {opened}, or a bracket closes that was not opened",
+    "could not determine a constructor": "a tag ('!...' or '=') means nothing in a config; put text with it in quotes",
+    "for merging": "'<<' takes in a mapping ('<<: *name'), and this is none",
+}
 
 
 def check_command_line(arguments, folder):
@@ -60,13 +49,13 @@ def check_command_line(arguments, folder):
     parser = ArgumentParser(add_help=False, allow_abbrev=False)
     parser.add_argument("--configfile", "--configfiles", nargs="+", default=[], dest="files", action="extend")
     parser.add_argument("--config", "-C", nargs="*", default=[], dest="settings", action="extend")
-    found = parser.parse_known_args(arguments)[0]
+    given = parser.parse_known_args(arguments)[0]
     try:
         if set("{}") & set(str(folder)):
             raise InputError(f"{folder}: Snakemake takes braces in a path for wildcards; move the repository.")
-        for path in found.files:
+        for path in given.files:
             read_yaml(path)
-        for setting in found.settings:
+        for setting in given.settings:
             _check_setting(setting)
     except InputError as error:
         raise SystemExit(str(error)) from None
@@ -95,21 +84,18 @@ def read_yaml(path):
     """
     text = _text(Path(path))
     try:
-        found = json.loads(text, object_pairs_hook=_unique) if text.lstrip()[:1] == "{" else None
-    except (ValueError, RecursionError):
-        found = None  # YAML's braces, or JSON that is wrong, of which YAML says where
-    try:
-        found = _plain(text) if found is None else found
+        content = _json(text) or _yaml(text)
     except yaml.MarkedYAMLError as error:
         raise InputError(f"{path}, {_place(error.problem_mark)}: {_slip(error, text)}.") from None
     except RecursionError:
-        raise InputError(f"{path}: {TOO_DEEP}.") from None
+        problem = "its brackets, or its aliases, stand in one another more than a thousand deep"
+        raise InputError(f"{path}: {problem}.") from None
     except (yaml.YAMLError, ValueError) as error:
         raise InputError(f"{path}: {' '.join(str(error).split())}.") from None
-    if not isinstance(found, dict):
-        kind = "is empty" if found is None else "holds a list" if isinstance(found, list) else f"holds {found!r} alone"
+    if not isinstance(content, dict):
+        kind = {type(None): "is empty", list: "holds a list"}.get(type(content), f"holds {content!r} alone")
         raise InputError(f"{path} {kind}; a config is keys with values, as in 'name: mine'.")
-    return found
+    return content
 
 
 def _text(path):
@@ -134,14 +120,26 @@ def _text(path):
         ) from None
 
 
-def _plain(text):
+def _json(text):
+    """The mapping of a JSON file, which tabs may indent; None for YAML, and for bad JSON, of which YAML says where."""
+
+    def unique(pairs):
+        if len(dict(pairs)) < len(pairs):
+            raise ValueError
+        return dict(pairs)
+
+    try:
+        return json.loads(text, object_pairs_hook=unique) if text.lstrip()[:1] == "{" else None
+    except (ValueError, RecursionError):
+        return None
+
+
+def _yaml(text):
     loader = _UniqueKeys(text)
     try:
         tree = loader.get_single_node()
-        if tree is None:
-            return None
         _count(tree, {}, set())
-        return loader.construct_document(tree)
+        return loader.construct_document(tree) if tree else None
     finally:
         loader.dispose()
 
@@ -154,11 +152,8 @@ def _count(node, sizes, above):
         )
     if node not in sizes:
         above.add(node)
-        inner = ()
-        if isinstance(node, yaml.SequenceNode):
-            inner = node.value
-        elif isinstance(node, yaml.MappingNode):
-            inner = [part for pair in node.value for part in pair]
+        inner = node.value if isinstance(node, yaml.CollectionNode) else ()
+        inner = itertools.chain(*inner) if isinstance(node, yaml.MappingNode) else inner
         sizes[node] = 1 + sum(_count(part, sizes, above) for part in inner)
         above.discard(node)
     if sizes[node] > MOST_VALUES:
@@ -172,21 +167,15 @@ class _UniqueKeys(yaml.CSafeLoader):
     def construct_mapping(self, node, deep=False):
         seen = set()
         for key, _ in node.value:
-            problem = None
             if not isinstance(key, yaml.ScalarNode):
-                problem = "a key must be a word, not a list or a mapping"
-            elif key.value in seen:
-                problem = f"the key '{key.value}' stands twice in one mapping"
-            if problem:
-                raise yaml.constructor.ConstructorError(None, None, problem, key.start_mark)
+                self._refuse(key, "a key must be a word, not a list or a mapping")
+            if key.value in seen:
+                self._refuse(key, f"the key '{key.value}' stands twice in one mapping")
             seen.add(key.value)
         return super().construct_mapping(node, deep)
 
-
-def _unique(pairs):
-    if len(dict(pairs)) < len(pairs):
-        raise ValueError  # YAML says which key, and where
-    return dict(pairs)
+    def _refuse(self, key, problem):
+        raise yaml.constructor.ConstructorError(None, None, problem, key.start_mark)
 
 
 def _place(mark):
@@ -204,5 +193,5 @@ def _slip(error, text):
         return f"no value can begin with {char!r}; put the text in quotes"
     opened = _place(error.context_mark or mark)
     said = f"{error.context or ''}; {error.problem}"
-    words = next((words for slip, words in SLIPS if slip in said), None)
+    words = next((words for slip, words in SLIPS.items() if slip in said), None)
     return words.format(char=repr(char) if char.strip() else "this", opened=opened) if words else error.problem

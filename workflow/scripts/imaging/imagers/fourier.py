@@ -106,14 +106,14 @@ class Imager(Formation):
         reformatting = "plain FFT" if way == "none" else f"{way} reformatting"
         return f"{self.settings['window']} window, {reformatting}"
 
-    def warnings(self, figures):
+    def warnings(self, geometry):
         # Over the aperture a scatterer at cross-range c walks c x angle in range; the plain FFT thinks it stands still.
-        walk = np.radians(figures["aperture_angle"]) * figures["crossrange_extent"] / 2
-        if self.settings["reformat"] != "none" or walk <= figures["range_resolution"]:
+        walk = np.radians(geometry["aperture_angle"]) * geometry["crossrange_extent"] / 2
+        if self.settings["reformat"] != "none" or walk <= geometry["range_resolution"]:
             return []
         return [
             f"'imaging.reformat: none' blurs: a scatterer at the edge walks {walk:.2f} m in range over the aperture of"
-            f" {figures['aperture_angle']:.1f} degrees, and the resolution is {figures['range_resolution']:.2f} m."
+            f" {geometry['aperture_angle']:.1f} degrees, and the resolution is {geometry['range_resolution']:.2f} m."
             " Use 'polar' or 'exact'."
         ]
 

@@ -2,10 +2,9 @@
 
 import numpy as np
 
-from learning.classifier import OTHER, Classifier, Outcome
-from learning.descent import ANY_SNR
+from learning.classifier import ANY_SNR, OTHER, Classifier, Outcome
 from learning.experiments import cleanest
-from learning.known import unit_rows
+from learning.features import unit_rows
 
 
 class Model(Classifier):
@@ -18,12 +17,14 @@ class Model(Classifier):
     There is one S for each SNR that was trained at. Which of them an image gets follows from the image itself: the one
     under which it is likeliest, up to an unknown amplitude (complex angular central Gaussian, Kent 1997).
     Templates are the training images with the least noise.
-    Scores are the roots of the largest coherence with each class, 0 to 1. Known score: `coherence`, the largest of a
-    known class. templates_: (pixels, templates), complex64, conjugate, grouped by class; starts_: (classes,), each
+    Scores are the roots of the largest coherence with each class, 0 to 1. Confidence score: `coherence`, the largest of
+    a known class. templates_: (pixels, templates), complex64, conjugate, grouped by class; starts_: (classes,), each
     class's first; inverses_: (SNRs, pixels, pixels), the S^-1, and volumes_ (SNRs,) the log det S; sizes_:
     (SNRs, templates), the roots of t^H S^-1 t.
     """
 
+    LABELS = {"adaptive_filter": ("adaptive filter", "the adaptive matched filter", 11)}
+    SCORES = {"coherence": ("coherence", 16)}
     SETTINGS = {
         "loading": {
             "type": "number",
@@ -37,15 +38,15 @@ class Model(Classifier):
     def fit(self, images, labels, validation=None, snrs=None, views=None):
         x = unit_rows(images)
         snrs = np.full(len(x), "all") if snrs is None else snrs
-        best = np.flatnonzero((snrs == cleanest(snrs)) | (snrs == ANY_SNR))
-        order = best[np.argsort(labels[best], kind="stable")]
+        clean = np.flatnonzero((snrs == cleanest(snrs)) | (snrs == ANY_SNR))
+        order = clean[np.argsort(labels[clean], kind="stable")]
         self.classes_, self.starts_ = np.unique(labels[order], return_index=True)
         templates = x[order]
         self.templates_ = np.ascontiguousarray(templates.conj().T)
         inverses, volumes, sizes = [], [], []
         for name in np.unique(snrs[labels != OTHER]):
-            own = x[(snrs == name) & (labels != OTHER)]
-            covariance = (own.T @ own.conj()).astype(np.complex128) / len(own)
+            known = x[(snrs == name) & (labels != OTHER)]
+            covariance = (known.T @ known.conj()).astype(np.complex128) / len(known)
             load = self.settings["loading"] * np.trace(covariance).real / len(covariance)
             covariance += max(load, 1e-12) * np.eye(len(covariance))
             inverse = np.linalg.inv(covariance)
@@ -62,9 +63,9 @@ class Model(Classifier):
         powers = np.einsum("sni,ni->sn", white, x.conj()).real
         # Minus the log-density, but for a constant.
         costs = self.volumes_[:, None] + x.shape[1] * np.log(np.maximum(powers, 1e-30))
-        own = costs.argmin(axis=0), np.arange(len(x))
-        coherence = np.abs(white[own] @ self.templates_) / self.sizes_[own[0]]
-        coherence /= np.sqrt(np.maximum(powers[own], 1e-30))[:, None]
+        likeliest, rows = costs.argmin(axis=0), np.arange(len(x))
+        coherence = np.abs(white[likeliest, rows] @ self.templates_) / self.sizes_[likeliest]
+        coherence /= np.sqrt(np.maximum(powers[likeliest, rows], 1e-30))[:, None]
         scores = np.maximum.reduceat(coherence, self.starts_, axis=1)
         known = scores[:, self.classes_ != OTHER].max(axis=1)
         return Outcome(self.classes_[scores.argmax(axis=1)], scores, {"coherence": known})

@@ -4,15 +4,14 @@ import numpy as np
 from scipy.special import logsumexp
 
 from core.errors import InputError
-from learning import capsules, known
+from learning import capsules, confidence
 from learning.classifier import OTHER, Classifier, Outcome
-from learning.descent import Batches, Checkpoint, descend
 from learning.experiments import cleanest
-from learning.features import magnitudes, real_imaginary_channels
+from learning.training_loop import Batches, Checkpoint, Settings, minimize
 
 CHUNK = 16  # images at a time: what a convolution looks at then stays in the processor's cache
-JUDGED = 1024  # validation images that an epoch is judged by, at most
-MIXTURE, EACH = 8, 40  # Gaussians a class at most; images that each needs
+VALIDATED = 1024  # validation images that an epoch is judged by, at most
+GAUSSIANS, IMAGES = 8, 40  # Gaussians a class, at most, and images that each of them needs
 WEIGHTS = [
     *(f"{layer}{kind}" for layer in ("convolution", "primary") for kind in ("", "_offset")),
     "votes",
@@ -23,21 +22,35 @@ WEIGHTS = [
 class Model(Classifier):
     """The reference thesis's network (section 5.4, appendix D) on the magnitude of images, for example 32 x 32.
 
-    width, capsules, decoder: sizes, as `capsules.start` takes them; routings: of the routing by agreement. Trained by
-    Adam at learning_rate x decay^epoch on the margin loss plus `reconstruction` times the mean squared error of the
-    image that the decoder makes of the true class's activation vector, for `epochs`, or until the validation loss has
-    not fallen for `patience` of them; the weights with the smallest are kept.
+    width, capsules, decoder: sizes, as of `capsules.initial_weights`; routings: iterations of the routing by agreement.
+    Trained by Adam at learning_rate x decay^epoch. The loss is the margin loss plus `reconstruction` times the mean
+    squared error of the image that the decoder makes of the true class's activation vector. Training ends after
+    `epochs`, or when the validation loss has not fallen for `patience` of them; the weights with the smallest are kept.
     denoise: the decoder's aim is the view's image without noise, not the noisy one that the network sees.
     complex: real and imaginary parts as two channels in and out, each batch's phases drawn anew, instead of magnitudes.
     An image labelled OTHER is of no class: all capsules shall be short, and nothing is reconstructed.
 
-    Scores are the lengths of the class capsules. Known scores, from the reconstruction by the predicted class:
+    Scores are the lengths of the class capsules. Confidence scores, from the reconstruction by the predicted class:
     mse: minus the mean squared error. zncc: the zero-mean normalised cross-correlation, noise_zncc the same with the
     noise's share, estimated from the image, taken out; of complex images coherence: |r^H x| / (|r| |x|).
     length: of the predicted class's capsule. mixture: the log-density of its activation vector under a mixture of
     Gaussians fitted to the class's training images.
     """
 
+    LABELS = {
+        "capsule": ("capsule", "the capsule network", 7),
+        "capsule_denoise": ("capsule, denoising", "the capsule network that takes out noise", 8),
+        "capsule_other": ("capsule, other class", "the capsule network with a class 'other'", 9),
+        "capsule_complex": ("capsule, complex", "the complex capsule network", 10),
+    }
+    SCORES = {
+        "mse": ("MSE", 11),
+        "zncc": ("ZNCC", 12),
+        "noise_zncc": ("ZNCC, noise taken out", 13),
+        "length": ("capsule length", 14),
+        "mixture": ("Gaussian mixture", 15),
+        "coherence": ("coherence", 16),
+    }
     SETTINGS = {
         "width": {"type": "integer", "minimum": 1, "description": "filters of the first convolution"},
         "capsules": {
@@ -90,17 +103,19 @@ class Model(Classifier):
         held_out = None
         if validation is not None:
             pool, aims, truth = self._prepared(*validation)
-            some = np.unique(np.linspace(0, len(pool) - 1, JUDGED).astype(int))
-            held_out = pool[some], pool[aims[some]], truth[some]
+            rows = np.unique(np.linspace(0, len(pool) - 1, VALIDATED).astype(int))
+            held_out = pool[rows], pool[aims[rows]], truth[rows]
         self._train(x, sources, y, held_out, snrs)
 
-        own = (y.any(axis=1)) & (True if snrs is None else snrs == cleanest(snrs))
-        vectors = self._vectors(x[own])
-        self._fit_mixtures(vectors[y[own] > 0], y[own].argmax(axis=1))
+        known = y.any(axis=1) & (True if snrs is None else snrs == cleanest(snrs))
+        self._fit_mixtures(self._vectors(x[known])[y[known] > 0], y[known].argmax(axis=1))
         return self
 
     def _prepared(self, images, labels, snrs=None, views=None):
-        """Inputs (n, rows, columns, channels), numbers of those that the decoder aims at, and truth (n, classes)."""
+        """Inputs (n, rows, columns, channels), aims (n,) and truth (n, classes), 1 for the class of an image.
+
+        aims: for each image the row number of the input that the decoder shall make of it. Arguments as of `fit`.
+        """
         x = self._inputs(images)
         y = (labels[:, None] == self.classes_).astype(np.float32)
         if not self.settings["denoise"]:
@@ -113,12 +128,14 @@ class Model(Classifier):
         return x, np.array([place.get(view, row) for row, view in enumerate(views.tolist())]), y
 
     def _inputs(self, images):
+        """Channels (n, rows, columns, 1 or 2), float32: magnitudes, or for complex images real and imaginary parts."""
         if min(images.shape[1:]) < self.smallest:
             raise InputError(
                 f"a capsule network needs images of {self.smallest} pixels a side or more, these have "
                 f"{images.shape[1]} x {images.shape[2]}: give its experiment 'upsample: 32'."
             )
-        return real_imaginary_channels(images) if self.settings["complex"] else magnitudes(images)
+        channels = [images.real, images.imag] if self.settings["complex"] else [np.abs(images)]
+        return np.stack(channels, axis=-1).astype(np.float32, copy=False)
 
     def _train(self, x, sources, y, held_out, snrs):
         import optax  # predictions do without it
@@ -134,14 +151,12 @@ class Model(Classifier):
             return cost, (right.sum(), of_class.sum())
 
         def inputs(rows):
-            one, aim = x[rows], x[sources[rows]]
+            seen, aims = x[rows], x[sources[rows]]
             if settings["complex"]:
-                one, aim = _turned((one, aim), random.uniform(0, 2 * np.pi, len(rows)))
-            return one, aim, y[rows]
+                seen, aims = _turned((seen, aims), random.uniform(0, 2 * np.pi, len(rows)))
+            return seen, aims, y[rows]
 
-        def judge(weights):
-            if held_out is None:
-                return np.nan, np.nan
+        def validate(weights):
             chunks = [
                 [array[start : start + CHUNK] for array in held_out] for start in range(0, len(held_out[0]), CHUNK)
             ]
@@ -156,32 +171,22 @@ class Model(Classifier):
             shown = x, sources, y, np.array(snrs, str), *(held_out or ())
             checkpoint = Checkpoint(self.checkpoints, settings, self.seed, *shown)
         sizes = settings["width"], settings["capsules"], settings["decoder"]
-        weights = capsules.start(random, x.shape[1:], y.shape[1], *sizes)
-        learned, self.curve_ = descend(
-            loss,
-            weights,
-            optax.adam(rate),
-            batches,
-            inputs,
-            settings["epochs"],
-            judge,
-            settings["patience"],
-            checkpoint,
-        )
-        for name, value in learned.items():
-            setattr(self, f"{name}_", value)
+        weights = capsules.initial_weights(random, x.shape[1:], y.shape[1], *sizes)
+        steps = Settings(optax.adam(rate), settings["epochs"], settings["patience"], checkpoint)
+        learned, self.curve_ = minimize(loss, weights, batches, inputs, steps, validate if held_out else None)
+        self._keep(learned)
 
     def _fit_mixtures(self, vectors, y):
         """A mixture of Gaussians for each class, of activation vectors (n, CLASS) of the classes' numbers y (n,)."""
         from sklearn.mixture import GaussianMixture  # predictions do without scikit-learn
 
-        count = max(1, min(MIXTURE, np.bincount(y).min() // EACH))
-        # Of a class with one image alone scikit-learn fits no Gaussian.
-        own = [np.repeat(vectors[y == index], 2, axis=0) for index in range(len(self.classes_))]
-        fitted = [GaussianMixture(count, reg_covar=1e-5, random_state=self.seed).fit(one) for one in own]
-        self.mixture_logits_ = np.log([one.weights_ for one in fitted])
-        self.mixture_means_ = np.array([one.means_ for one in fitted])
-        self.mixture_whitening_ = np.array([one.precisions_cholesky_ for one in fitted])
+        count = max(1, min(GAUSSIANS, np.bincount(y).min() // IMAGES))
+        # Twice each, as scikit-learn fits no Gaussian to a class with one image alone.
+        by_class = [np.repeat(vectors[y == index], 2, axis=0) for index in range(len(self.classes_))]
+        mixtures = [GaussianMixture(count, reg_covar=1e-5, random_state=self.seed).fit(part) for part in by_class]
+        self.mixture_logits_ = np.log([mixture.weights_ for mixture in mixtures])
+        self.mixture_means_ = np.array([mixture.means_ for mixture in mixtures])
+        self.mixture_whitening_ = np.array([mixture.precisions_cholesky_ for mixture in mixtures])
 
     def _weights(self):
         return {name: getattr(self, f"{name}_") for name in WEIGHTS}
@@ -202,26 +207,27 @@ class Model(Classifier):
         """Inputs, activation vectors, their lengths, 1 for the longest of each image, and what it is decoded to."""
         x = self._inputs(images)
         vectors = self._vectors(x)
-        long = capsules.lengths(vectors)
-        mask = _largest(long)
-        return x, vectors, long, mask, self._decode(self._weights(), vectors, mask)
+        scores = capsules.lengths(vectors)
+        mask = (scores.argmax(axis=1)[:, None] == np.arange(scores.shape[1])).astype(np.float32)
+        return x, vectors, scores, mask, self._decode(self._weights(), vectors, mask)
 
     def reconstruct(self, images):
         """Of images (n, rows, columns): what the network sees, what it makes of it (magnitudes), and their classes."""
-        x, _, long, _, made = self._decoded(images)
-        magnitude = [np.sqrt((one**2).sum(axis=-1)) for one in (x, made.reshape(x.shape))]
-        return *magnitude, self.classes_[long.argmax(axis=1)]
+        x, _, scores, _, made = self._decoded(images)
+        magnitude = [np.sqrt((channels**2).sum(axis=-1)) for channels in (x, made.reshape(x.shape))]
+        return *magnitude, self.classes_[scores.argmax(axis=1)]
 
     def evaluate(self, images):
-        x, vectors, long, mask, made = self._decoded(images)
-        seen = x.reshape(len(x), -1)
-        scores = {"mse": -((seen - made) ** 2).mean(axis=1), "length": long.max(axis=1)}
+        x, vectors, scores, mask, made = self._decoded(images)
+        seen, predicted = x.reshape(len(x), -1), scores.argmax(axis=1)
+        known = {"mse": -((seen - made) ** 2).mean(axis=1), "length": scores.max(axis=1)}
         if self.settings["complex"]:
-            scores["coherence"] = known.coherence(known.complex_of(seen), known.complex_of(made))
+            known["coherence"] = confidence.coherence(confidence.complex_of(seen), confidence.complex_of(made))
         else:
-            scores["zncc"], scores["noise_zncc"] = known.zncc(seen, made), known.noise_zncc(seen, made)
-        scores["mixture"] = self._mixture_score(vectors[mask > 0], long.argmax(axis=1))
-        return Outcome(self.classes_[long.argmax(axis=1)], long, scores)
+            known["zncc"] = confidence.zncc(seen, made)
+            known["noise_zncc"] = confidence.zncc(seen, made, confidence.noise_variance(seen))
+        known["mixture"] = self._mixture_score(vectors[mask > 0], predicted)
+        return Outcome(self.classes_[predicted], scores, known)
 
     def _mixture_score(self, vectors, y):
         """Log-densities (n,), but for a constant, of vectors (n, CLASS) under the mixtures of classes y (n,)."""
@@ -235,15 +241,10 @@ class Model(Classifier):
         return score
 
 
-def _largest(scores):
-    """1 for the largest score of each row (n, classes), 0 for the others."""
-    return (scores.argmax(axis=1)[:, None] == np.arange(scores.shape[1])).astype(np.float32)
-
-
 def _turned(images, phases):
     """Images (n, rows, columns, 2) of real and imaginary parts, each turned by its phase (n,) in rad."""
     cosine, sine = (function(phases).astype(np.float32)[:, None, None] for function in (np.cos, np.sin))
     return [
-        np.stack([cosine * one[..., 0] - sine * one[..., 1], sine * one[..., 0] + cosine * one[..., 1]], axis=-1)
-        for one in images
+        np.stack([cosine * x[..., 0] - sine * x[..., 1], sine * x[..., 0] + cosine * x[..., 1]], axis=-1)
+        for x in images
     ]

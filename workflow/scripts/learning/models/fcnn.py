@@ -2,24 +2,37 @@
 
 import numpy as np
 
-from learning import known, openmax
+from learning import confidence, openmax
 from learning.classifier import OTHER, Classifier, Outcome
-from learning.descent import Batches, descend, glorot
-from learning.features import real_imaginary
-
-KINDS = ("means", "whitening", "background_mean", "background_whitening")
+from learning.features import real_imaginary, unit
+from learning.training_loop import Batches, Settings, glorot, minimize
 
 
 class Model(Classifier):
     """`width` rectified linear units on real and imaginary parts, then a logit for each class (thesis section 5.2).
 
-    Trained by Adam on the cross-entropy for `epochs` passes over the images in batches of `batch`. Known scores: of the
-    logits (known.of_logits, and OpenMax as published and with shifted logits), and of the hidden layer's outputs
-    (`neighbour`: known.neighbour_score; known.mahalanobis_scores). OpenMax's score is the largest revised probability
-    of a known class: below 1/2 where the unknown's is the largest, which OpenMax itself would reject at any threshold.
+    Trained by Adam on the cross-entropy for `epochs` passes over the images in batches of `batch`.
+    Confidence scores from the logits: `confidence.of_logits`, and OpenMax as published and with shifted logits; from
+    the hidden layer's outputs: `neighbour` (confidence.neighbour_score) and `confidence.mahalanobis_scores`. OpenMax's
+    score is the largest revised probability of a known class. Where the unknown's is larger, OpenMax itself rejects
+    whatever the threshold; this score is then below 1/2.
     A class OTHER is no known class: then OpenMax is left out, for it would be a second way to say the same.
     """
 
+    LABELS = {
+        "fcnn": ("FCNN", "the fully connected network (FCNN)", 5),
+        "fcnn_other": ("FCNN, other class", "the FCNN with a class 'other'", 6),
+    }
+    SCORES = {
+        "softmax": ("softmax", 0),
+        "openmax": ("OpenMax", 1),
+        "openmax_shifted": ("OpenMax, shifted logits", 2),
+        "max_logit": ("maximum logit", 3),
+        "energy": ("energy", 4),
+        "neighbour": ("5th nearest neighbour", 5),
+        "mahalanobis": ("Mahalanobis", 6),
+        "relative_mahalanobis": ("relative Mahalanobis", 7),
+    }
     SETTINGS = {
         "width": {"type": "integer", "minimum": 1, "description": "units of the hidden layer"},
         "epochs": {"type": "integer", "minimum": 1, "description": "passes over the training images"},
@@ -43,13 +56,10 @@ class Model(Classifier):
         self._train(x, y, held_out, snrs)
 
         features = self._features(x)
-        own = labels != OTHER
-        self.references_ = known.unit(features[own])
-        gaussians = known.fit_gaussians(
-            features[own].astype(np.float64), labels[own], self.classes_[self.classes_ != OTHER]
-        )
-        for kind in KINDS:
-            setattr(self, f"{kind}_", gaussians[kind])
+        known = labels != OTHER
+        self.references_ = unit(features[known])
+        classes = self.classes_[self.classes_ != OTHER]
+        self._keep(confidence.fit_gaussians(features[known].astype(np.float64), labels[known], classes))
         if OTHER not in self.classes_:
             logits = self._logits(features)
             self.mean_logits_, self.tails_ = openmax.fit(logits, labels, self.classes_, self.settings["openmax_tail"])
@@ -65,9 +75,7 @@ class Model(Classifier):
             costs = optax.softmax_cross_entropy_with_integer_labels(logits, y)
             return costs.mean(), ((logits.argmax(axis=1) == y).sum(), len(y))
 
-        def judge(weights):
-            if held_out is None:
-                return np.nan, np.nan
+        def validate(weights):
             cost, (right, count) = loss(weights, *held_out)
             return cost, right / count
 
@@ -77,17 +85,12 @@ class Model(Classifier):
         for name, rows, columns in zip(("hidden", "output"), sizes[:-1], sizes[1:], strict=True):
             weights[name] = glorot(random, (rows, columns), rows + columns)
             weights[f"{name}_offset"] = np.zeros(columns, np.float32)
-        learned, self.curve_ = descend(
-            loss,
-            weights,
-            optax.adam(self.settings["learning_rate"]),
-            Batches(len(x), self.settings["batch"], random, snrs),
-            lambda rows: (x[rows], y[rows]),
-            self.settings["epochs"],
-            judge,
+        batches = Batches(len(x), self.settings["batch"], random, snrs)
+        settings = Settings(optax.adam(self.settings["learning_rate"]), self.settings["epochs"])
+        learned, self.curve_ = minimize(
+            loss, weights, batches, lambda rows: (x[rows], y[rows]), settings, validate if held_out else None
         )
-        for name, value in learned.items():
-            setattr(self, f"{name}_", value)
+        self._keep(learned)
 
     def _features(self, x):
         return np.maximum(x @ self.hidden_ + self.hidden_offset_, 0)
@@ -101,14 +104,13 @@ class Model(Classifier):
     def evaluate(self, images):
         features = self._features(real_imaginary(images))
         logits = self._logits(features)
-        scores = known.of_logits(logits, self.classes_)
+        scores = confidence.of_logits(logits, self.classes_)
         if OTHER not in self.classes_:
             for name, shifted in (("openmax", False), ("openmax_shifted", True)):
                 alpha = self.settings["openmax_alpha"]
                 revised = openmax.probabilities(logits, self.mean_logits_, self.tails_, alpha, shifted)
                 scores[name] = revised[:, :-1].max(axis=1)
-        scores["neighbour"] = known.neighbour_score(features, self.references_)
-        scores |= known.mahalanobis_scores(
-            features.astype(np.float64), {kind: getattr(self, f"{kind}_") for kind in KINDS}
-        )
+        scores["neighbour"] = confidence.neighbour_score(features, self.references_)
+        gaussians = {name: getattr(self, f"{name}_") for name in confidence.GAUSSIANS}
+        scores |= confidence.mahalanobis_scores(features.astype(np.float64), gaussians)
         return Outcome(self.classes_[logits.argmax(axis=1)], logits, scores)

@@ -11,10 +11,12 @@ class Model(Classifier):
 
     Scores are minus the distance to each class's nearest training image, whatever k: far from all of them means
     unlike anything known. For k = 1 the largest score is the prediction; for larger k the vote decides.
-    Known score: `distance`, minus the distance to the nearest image of a known class.
+    Confidence score: `distance`, minus the distance to the nearest image of a known class.
     references_: (references, features), grouped by class; starts_: (classes,), each class's first row.
     """
 
+    LABELS = {"knn": ("KNN", "nearest neighbour (KNN)", 3)}
+    SCORES = {"distance": ("nearest distance", 9)}
     SETTINGS = {
         "k": {"type": "integer", "minimum": 1, "description": "number of neighbours"},
     }

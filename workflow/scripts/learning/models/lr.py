@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from learning import known
+from learning import confidence
 from learning.classifier import Classifier, Outcome
 from learning.features import real_imaginary
 
@@ -14,6 +14,11 @@ class Model(Classifier):
     coef_: (features, classes), intercept_: (classes,).
     """
 
+    LABELS = {
+        "lr": ("LR", "logistic regression (LR)", 0),
+        "lr_tuned": ("LR, tuned", "tuned logistic regression", 1),
+    }
+    SCORES = {"softmax": ("softmax", 0), "max_logit": ("maximum logit", 3), "energy": ("energy", 4)}
     SETTINGS = {
         "penalty": {"type": "number", "exclusiveMinimum": 0, "description": "lambda of the penalty w'w / (2 lambda)"},
     }
@@ -35,4 +40,4 @@ class Model(Classifier):
 
     def evaluate(self, images):
         logits = self.decision_function(images)
-        return Outcome(self.classes_[logits.argmax(axis=1)], logits, known.of_logits(logits, self.classes_))
+        return Outcome(self.classes_[logits.argmax(axis=1)], logits, confidence.of_logits(logits, self.classes_))

@@ -3,7 +3,7 @@
 import numpy as np
 
 from learning.classifier import OTHER, Classifier, Outcome
-from learning.known import unit_rows
+from learning.features import unit_rows
 
 
 class Model(Classifier):
@@ -12,11 +12,13 @@ class Model(Classifier):
     For one known image in white noise this is the optimal detector of it at unknown amplitude and phase (Kay 1998,
     Fundamentals of Statistical Signal Processing II, section 7.4). White is the noise of the aperture: the window
     colours it in the image, so the bar is a little low.
-    Scores are the largest correlation with each class, 0 to 1. Known score: `correlation`, the largest of a known
+    Scores are the largest correlation with each class, 0 to 1. Confidence score: `correlation`, the largest of a known
     class. templates_: (pixels, templates), complex64, conjugate, grouped by class, each of length 1; starts_:
     (classes,), each class's first.
     """
 
+    LABELS = {"matched_filter": ("matched filter", "the matched filter", 4)}
+    SCORES = {"correlation": ("correlation", 8)}
     SETTINGS = {}
 
     def fit(self, images, labels, validation=None, snrs=None, views=None):

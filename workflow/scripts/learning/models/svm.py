@@ -10,12 +10,14 @@ class Model(Classifier):
     """Soft-margin SVM on real and imaginary parts of the image, kernel exp(-|x - y|^2 / scale^2), one against the rest.
 
     Scores are signed distances to the separating surface in units of the margin: positive on the class's side,
-    near the intercept far from every support vector. They are no probabilities. Known score: `margin`, the largest of a
-    known class.
+    near the intercept far from every support vector. They are no probabilities. Confidence score: `margin`, the largest
+    of a known class.
     vectors_: all support vectors (vectors, features), squared_norms_: (vectors,), dual_: (vectors, classes),
     intercept_: (classes,).
     """
 
+    LABELS = {"svm": ("SVM", "support vector machine (SVM)", 2)}
+    SCORES = {"margin": ("margin", 10)}
     SETTINGS = {
         "C": {"type": "number", "exclusiveMinimum": 0, "description": "box constraint"},
         "scale": {"type": "number", "exclusiveMinimum": 0, "description": "s of the kernel exp(-|x - y|^2 / s^2)"},

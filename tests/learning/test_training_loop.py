@@ -5,8 +5,8 @@ import optax
 import pytest
 
 from core.errors import InputError
-from learning import descent
-from learning.descent import COLUMNS, Batches, Checkpoint, descend
+from learning import training_loop
+from learning.training_loop import COLUMNS, Batches, Checkpoint, Settings, minimize
 
 X = np.random.default_rng(1).standard_normal((40, 3)).astype(np.float32)
 Y = X @ np.array([1.0, -2.0, 0.5], np.float32)
@@ -17,44 +17,35 @@ def loss(weights, x, y):
     return (error**2).mean(), ((abs(error) < 0.5).sum(), len(x))
 
 
-def judged(weights):
+def validated(weights):
     cost, (right, count) = loss(weights, X, Y)
     return cost, right / count
 
 
-def train(epochs=6, judge=None, patience=None, checkpoint=None, rate=0.05):
+def train(epochs=6, validate=validated, patience=None, checkpoint=None, rate=0.05):
     random = np.random.default_rng(5)
     start = {"slope": random.standard_normal(3).astype(np.float32)}
-    return descend(
-        loss,
-        start,
-        optax.adam(rate),
-        Batches(len(X), 8, random),
-        lambda rows: (X[rows], Y[rows]),
-        epochs,
-        judge or judged,
-        patience,
-        checkpoint,
-    )
+    settings = Settings(optax.adam(rate), epochs, patience, checkpoint)
+    return minimize(loss, start, Batches(len(X), 8, random), lambda rows: (X[rows], Y[rows]), settings, validate)
 
 
 @pytest.fixture
 def at_once(monkeypatch):
     """Checkpoints are written after every epoch."""
-    monkeypatch.setattr(descent, "BETWEEN", 0.0)
+    monkeypatch.setattr(training_loop, "BETWEEN", 0.0)
 
 
 def killed_after(epochs, checkpoint):
     seen = []
 
-    def judge(weights):
+    def validate(weights):
         seen.append(weights)
         if len(seen) > epochs:
             raise KeyboardInterrupt
-        return judged(weights)
+        return validated(weights)
 
     with pytest.raises(KeyboardInterrupt):
-        train(judge=judge, patience=4, checkpoint=checkpoint)
+        train(validate=validate, patience=4, checkpoint=checkpoint)
 
 
 def test_a_killed_training_ends_like_an_unbroken_one(tmp_path, at_once):
@@ -62,7 +53,7 @@ def test_a_killed_training_ends_like_an_unbroken_one(tmp_path, at_once):
     killed_after(3, Checkpoint(tmp_path, "same"))
     epochs = []
     resumed, after = train(
-        judge=lambda weights: epochs.append(1) or judged(weights),
+        validate=lambda weights: epochs.append(1) or validated(weights),
         patience=4,
         checkpoint=Checkpoint(tmp_path, "same"),
     )
@@ -106,19 +97,19 @@ def test_checkpoints_are_not_written_all_the_time(tmp_path):
 def test_the_weights_with_the_smallest_validation_loss_are_kept():
     costs, seen = [5.0, 3.0, 4.0, 3.5, 1.0], []
 
-    def judge(weights):
+    def validate(weights):
         seen.append(weights)
         return costs[len(seen) - 1], 0.5
 
-    weights, curve = train(judge=judge, patience=2, epochs=5)
+    weights, curve = train(validate=validate, patience=2, epochs=5)
     assert curve["validation_loss"] == costs[:4]  # two epochs without a smaller one
     assert weights["slope"].tobytes() == seen[1]["slope"].tobytes()
     seen.clear()
-    assert train(judge=judge, patience=3, epochs=5)[1]["validation_loss"] == costs
+    assert train(validate=validate, patience=3, epochs=5)[1]["validation_loss"] == costs
 
 
 def test_without_validation_the_last_weights_are_kept():
-    weights, curve = train(judge=lambda weights: (np.nan, np.nan), patience=1, epochs=4)
+    weights, curve = train(validate=None, patience=1, epochs=4)
     assert len(curve["loss"]) == 4 and curve["loss"][-1] < curve["loss"][0]
     assert weights["slope"].tobytes() == train(epochs=4)[0]["slope"].tobytes()
 

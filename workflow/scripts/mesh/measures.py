@@ -1,4 +1,4 @@
-"""The figures of a mesh that say whether the method of moments can trust it."""
+"""What is measured of a mesh: whether the method of moments can trust it, and how far it is from its source."""
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -30,9 +30,9 @@ def in_thin_features(vertices, triangles, edge):
 
     These are the rims of plates, steps and blunt trailing edges: all three corners lie on such lines.
     """
-    held = np.zeros(len(vertices), dtype=bool)
-    held[topology.edges(triangles)[0][topology.features(vertices, triangles)]] = True
-    return held[triangles].all(axis=1) & (topology.shape(vertices[triangles])[1] < NARROW * edge)
+    on_line = np.zeros(len(vertices), dtype=bool)
+    on_line[topology.edges(triangles).ends[topology.features(vertices, triangles)]] = True
+    return on_line[triangles].all(axis=1) & (topology.shape(vertices[triangles])[1] < NARROW * edge)
 
 
 def _spread(angle):
@@ -49,7 +49,7 @@ def mirror_error(vertices, axes):
 
 
 def describe(mesh, source, wavelength, edge, thinned_by=0.0, axes=()):
-    """Figures of one band's mesh against its source, both (vertices, triangles); lengths in metres.
+    """The measures of one band's mesh and of its source, both (vertices, triangles), as a mapping; lengths in metres.
 
     The source may itself be `thinned_by` metres away from the CAD surface, which the distances then include. `axes`
     are the mirror planes that the mesh is to have.
@@ -59,7 +59,7 @@ def describe(mesh, source, wavelength, edge, thinned_by=0.0, axes=()):
     before, after = size(*source), size(*mesh)
     lengths = {"mean": length.mean(), "max": length.max(), "p99": np.percentile(length, 99)}
     (to_source, _), (from_source, _) = apart = hausdorff(mesh, source, edge / 2)
-    at_edges, thin = topology.triangles_at_edges(triangles), in_thin_features(vertices, triangles, edge)
+    at_edges, thin = topology.edges(triangles).count, in_thin_features(vertices, triangles, edge)
     return {
         "wavelength": wavelength,
         "wanted_edge": edge,

@@ -1,15 +1,17 @@
-"""How much an image is like the known classes: scores from logits, and from a network's features.
+"""Confidence scores: how much an image is like the known classes, for detecting what is out of distribution.
 
-All are larger for what is more like the known classes; an image whose score is below a threshold is rejected.
+All are larger for what is more like the known classes; an image whose score is below a threshold is rejected. Tables
+and pages call them known scores. They are made from logits, from a network's features, and from reconstructions.
 """
 
 import numpy as np
 from scipy.special import logsumexp, softmax
 
 from learning.classifier import OTHER
-from learning.features import squared_distances
+from learning.features import squared_distances, unit
 
 NEIGHBOUR = 5  # the distance to this nearest training image is the score
+GAUSSIANS = ("means", "whitening", "background_mean", "background_whitening")  # what `fit_gaussians` gives
 
 
 def of_logits(logits, classes):
@@ -27,40 +29,34 @@ def of_logits(logits, classes):
     }
 
 
-def unit(features):
-    """Features (n, d) scaled to length 1; a zero stays zero."""
-    return features / np.maximum(np.linalg.norm(features, axis=1, keepdims=True), 1e-12)
-
-
-def unit_rows(images):
-    """Images (n, range, crossrange) as rows of length 1, complex64; a zero image stays zero."""
-    return unit(images.reshape(len(images), -1).astype(np.complex64, copy=False))
-
-
 def neighbour_score(features, references):
-    """Minus the distance to the NEIGHBOUR-th nearest of references (m, d), all of length 1 (Sun et al. 2022)."""
+    """Minus the distance of features (n, d), scaled to length 1, to the NEIGHBOUR-th nearest reference: (n,).
+
+    references: (m, d), each of length 1; of fewer than NEIGHBOUR the farthest (Sun et al. 2022).
+    """
     nearest = min(NEIGHBOUR, len(references)) - 1
     distances = squared_distances(unit(features), references, np.ones(len(references), references.dtype))
     return -np.sqrt(np.partition(distances, nearest, axis=1)[:, nearest])
 
 
 def fit_gaussians(features, labels, classes):
-    """A Gaussian for each class with a covariance in common, and one for all: a mapping of name to array.
+    """A Gaussian for each class with a covariance in common, and one for all: a mapping of GAUSSIANS to arrays.
 
-    features: (n, d); labels: (n,). The covariance within the classes is shrunk (Ledoit and Wolf 2004), as there may be
-    fewer images than dimensions; that of all images is the same plus the scatter of the class means, so that the two
-    differ where the classes do and nowhere else. means: (classes, d); whitening: (d, d) with |(x - mean) whitening|^2
-    the Mahalanobis distance; background_mean and background_whitening: the same of all images together.
+    features: (n, d); labels: (n,), each one of `classes`, which are sorted. The covariance within the classes is shrunk
+    (Ledoit and Wolf 2004), as there may be fewer images than dimensions; that of all images is the same plus the
+    scatter of the class means, so that the two differ where the classes do and nowhere else.
+    means: (classes, d); whitening: (d, d), with |(x - mean) whitening|^2 the squared Mahalanobis distance;
+    background_mean and background_whitening: the same of all images together.
     """
     from sklearn.covariance import LedoitWolf  # predictions do without scikit-learn
 
     means = np.stack([features[labels == name].mean(axis=0) for name in classes])
-    own = np.searchsorted(classes, labels)
-    within = LedoitWolf(assume_centered=True).fit(features - means[own]).covariance_
+    index = np.searchsorted(classes, labels)
+    within = LedoitWolf(assume_centered=True).fit(features - means[index]).covariance_
     # Features that never vary would leave nothing to divide by.
     within += (1e-6 * np.trace(within) / len(within) + 1e-12) * np.eye(len(within))
     middle = features.mean(axis=0)
-    apart = (means - middle) * np.sqrt(np.bincount(own) / len(own))[:, None]
+    apart = (means - middle) * np.sqrt(np.bincount(index) / len(index))[:, None]
     return {
         "means": means,
         "whitening": _whitening(within),
@@ -87,31 +83,30 @@ def mahalanobis_scores(features, gaussians):
     return {"mahalanobis": -nearest, "relative_mahalanobis": background.sum(axis=1) - nearest}
 
 
-def zncc(images, others):
-    """Zero-mean normalised cross-correlation of images with others, both (n, pixels): (n,), 0 where one is constant."""
-    return _correlation(images, others, 0)
+def zncc(images, others, noise=0.0):
+    """Zero-mean normalised cross-correlation of images with others, both (n, pixels): (n,), 0 where one is constant.
 
-
-def noise_zncc(images, others):
-    """The same with the variance that noise gives the pixels' magnitudes taken out of that of the images.
-
-    The noise's power follows from the image: where the faintest quarter of the pixels holds nothing but noise, their
-    magnitudes end at the first quartile of a Rayleigh distribution of that power, whose variance is 1 - pi/4 of it.
+    noise: the part of the images' variance over their pixels that is noise's, (n,), which is taken out.
     """
-    power = np.quantile(images, 0.25, axis=1) ** 2 / np.log(4 / 3)
-    return _correlation(images, others, (1 - np.pi / 4) * power)
-
-
-def _correlation(images, others, noise):
-    images, others = (one - one.mean(axis=1, keepdims=True) for one in (images, others))
-    own, other = (images**2).mean(axis=1), (others**2).mean(axis=1)
-    own = np.maximum(own - noise, 0.05 * own)  # an estimate may take nearly all
-    size = np.sqrt(own * other)
+    images, others = (rows - rows.mean(axis=1, keepdims=True) for rows in (images, others))
+    variance = (images**2).mean(axis=1)
+    variance = np.maximum(variance - noise, 0.05 * variance)  # an estimate of the noise may take nearly all
+    size = np.sqrt(variance * (others**2).mean(axis=1))
     return np.divide((images * others).mean(axis=1), size, out=np.zeros(len(images), size.dtype), where=size > 0)
 
 
+def noise_variance(images):
+    """The variance (n,) that noise gives the pixels of magnitude images (n, pixels), as they show it themselves.
+
+    The faintest quarter of an image's pixels is taken to hold nothing but noise. Magnitudes of noise of power P have a
+    Rayleigh distribution, with first quartile sqrt(P log(4/3)) and variance (1 - pi/4) P.
+    """
+    power = np.quantile(images, 0.25, axis=1) ** 2 / np.log(4 / 3)
+    return (1 - np.pi / 4) * power
+
+
 def complex_of(rows):
-    """Rows (n, 2 pixels) of real and imaginary parts, one after the other, as complex numbers (n, pixels)."""
+    """Rows (n, 2 pixels), in which each pixel's imaginary part follows its real part, as complex (n, pixels)."""
     return rows[:, ::2] + 1j * rows[:, 1::2]
 
 

@@ -1,17 +1,18 @@
-"""Known scores and OpenMax against examples written out by hand, and against what they were made from."""
+"""Confidence scores and OpenMax against examples written out by hand, and against what they were made from."""
 
 import numpy as np
 import pytest
 from scipy.stats import weibull_min
 
-from learning import known, openmax
+from learning import confidence, openmax
+from learning.features import unit
 
 CLASSES = np.array(["a", "b"])
 
 
 def test_scores_of_logits_written_out():
     logits = np.array([[2.0, 0.0, 1.0], [-1.0, -3.0, 5.0]])
-    scores = known.of_logits(logits, np.array(["a", "b", "other"]))
+    scores = confidence.of_logits(logits, np.array(["a", "b", "other"]))
     total = np.exp(logits).sum(axis=1)
     np.testing.assert_allclose(scores["softmax"], [np.exp(2) / total[0], np.exp(-1) / total[1]], rtol=1e-14)
     np.testing.assert_allclose(scores["max_logit"], [2, -1])
@@ -19,13 +20,13 @@ def test_scores_of_logits_written_out():
 
 
 def test_energy_of_large_logits_does_not_overflow():
-    np.testing.assert_allclose(known.of_logits(np.array([[1e4, 1e4]]), CLASSES)["energy"], 1e4 + np.log(2))
+    np.testing.assert_allclose(confidence.of_logits(np.array([[1e4, 1e4]]), CLASSES)["energy"], 1e4 + np.log(2))
 
 
 def test_neighbour_score_is_the_fifth_nearest_direction():
     random = np.random.default_rng(0)
     references, tests = random.standard_normal((30, 4)), random.standard_normal((6, 4))
-    scores = known.neighbour_score(3 * tests, known.unit(references))
+    scores = confidence.neighbour_score(3 * tests, unit(references))
     directions = [some / np.linalg.norm(some, axis=1, keepdims=True) for some in (tests, references)]
     distances = np.linalg.norm(directions[0][:, None] - directions[1], axis=2)
     np.testing.assert_allclose(scores, -np.sort(distances, axis=1)[:, 4], rtol=1e-6)
@@ -37,8 +38,8 @@ def test_mahalanobis_written_out():
     points = np.tile(corner, (50_000, 1))
     features = np.concatenate([points + np.array([0, 3]), points - np.array([0, 3])])
     labels = np.repeat(CLASSES, len(points))
-    gaussians = known.fit_gaussians(features, labels, CLASSES)
-    scores = known.mahalanobis_scores(np.array([[2.0, 3.5], [0.0, 0.0]]), gaussians)
+    gaussians = confidence.fit_gaussians(features, labels, CLASSES)
+    scores = confidence.mahalanobis_scores(np.array([[2.0, 3.5], [0.0, 0.0]]), gaussians)
     # Within the classes the variances are 4 and 0.25, of all points 4 and 9.25 about 0.
     np.testing.assert_allclose(scores["mahalanobis"], [-(4 / 4 + 0.25 / 0.25), -(9 / 0.25)], rtol=1e-3)
     background = np.array([4 / 4 + 3.5**2 / 9.25, 0])
@@ -50,7 +51,7 @@ def test_relative_mahalanobis_looks_only_where_the_classes_differ():
     random = np.random.default_rng(0)
     features, labels = random.standard_normal((40, 100)), np.repeat(CLASSES, 20)
     features[:20] += 1
-    gaussians = known.fit_gaussians(features, labels, CLASSES)
+    gaussians = confidence.fit_gaussians(features, labels, CLASSES)
     whitening = gaussians["whitening"]
     between = (gaussians["means"][0] - gaussians["means"][1]) @ whitening
     tests = random.standard_normal((5, 100))
@@ -58,15 +59,15 @@ def test_relative_mahalanobis_looks_only_where_the_classes_differ():
     step = random.standard_normal(100)
     step -= (step @ between) / (between @ between) * between
     moved = tests + 3 * step @ np.linalg.inv(whitening)
-    before, after = (known.mahalanobis_scores(some, gaussians) for some in (tests, moved))
+    before, after = (confidence.mahalanobis_scores(some, gaussians) for some in (tests, moved))
     np.testing.assert_allclose(after["relative_mahalanobis"], before["relative_mahalanobis"], rtol=1e-6, atol=1e-6)
     assert (np.abs(after["mahalanobis"] - before["mahalanobis"]) > 10).all()
 
 
 @pytest.mark.parametrize("value", [0.0, 1.0])
 def test_features_that_never_vary_are_no_error(value):
-    gaussians = known.fit_gaussians(np.full((20, 3), value), np.repeat(CLASSES, 10), CLASSES)
-    scores = known.mahalanobis_scores(np.array([[value] * 3, [value + 1] * 3]), gaussians)
+    gaussians = confidence.fit_gaussians(np.full((20, 3), value), np.repeat(CLASSES, 10), CLASSES)
+    scores = confidence.mahalanobis_scores(np.array([[value] * 3, [value + 1] * 3]), gaussians)
     assert all(np.isfinite(values).all() for values in scores.values())
     assert scores["mahalanobis"][0] > scores["mahalanobis"][1]
 
@@ -144,5 +145,5 @@ def test_near_its_mean_openmax_is_softmax():
     logits = means + 0.1
     for shift in (False, True):
         known_part = openmax.probabilities(logits, means, tails, 1, shift)[:, :2]
-        expected = known.of_logits(logits, CLASSES)["softmax"]
+        expected = confidence.of_logits(logits, CLASSES)["softmax"]
         np.testing.assert_allclose((known_part / known_part.sum(axis=1, keepdims=True)).max(axis=1), expected)

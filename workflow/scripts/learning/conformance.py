@@ -1,6 +1,7 @@
 """Whether a fitted model is what `classifier.py` asks for, tried on a few images right after its training.
 
 So a model of a user's own is refused there, with one message, and not by a later job that takes it for granted.
+`who` is how that message names the model, as `describe` gives it.
 """
 
 import inspect
@@ -9,20 +10,21 @@ from collections.abc import Mapping
 import numpy as np
 
 from core.errors import InputError
-from learning.classifier import OTHER, Outcome
+from core.kinds import file_of
+from learning.classifier import FOLDER, OTHER, Outcome
 
-FEW = 8  # images of a trial
+FEW = 8  # images that a model is tried on
 ARGUMENTS = ("images", "labels", "validation", "snrs", "views")
 CURVE = ("epoch", "loss", "accuracy", "validation_loss", "validation_accuracy")  # what the report draws
 
 
 def describe(model, run, kind):
     """How a message names a model: its file, its own name and the run's."""
-    return f"workflow/scripts/learning/models/{kind}.py, model {model} of {run}"
+    return f"{file_of(FOLDER, kind)}, model {model} of {run}"
 
 
 def check_face(model, who):
-    """Raise InputError for a model whose `fit` does not take what `train` gives it. who: as `describe` names it."""
+    """Raise InputError for a model whose `fit` does not take what `train` gives it."""
     try:
         inspect.signature(model.fit).bind(*ARGUMENTS)
     except TypeError as error:
@@ -43,11 +45,11 @@ def check_fitted(model, labels, images, who):
             f"{who}: after fit its classes_ must be a numpy array of the classes' names, as np.unique(labels) gives "
             f"it; it is {_shown(classes)}."
         )
-    trained, own = set(np.unique(labels).tolist()), classes.tolist()
-    if len(set(own)) < len(own) or not trained - {OTHER} <= set(own) <= trained:
+    trained, stated = set(np.unique(labels).tolist()), classes.tolist()
+    if len(set(stated)) < len(stated) or not trained - {OTHER} <= set(stated) <= trained:
         raise InputError(
             f"{who}: after fit its classes_ must be the classes it was trained with, {', '.join(sorted(trained))}, "
-            f"each once; they are {', '.join(map(str, own)) or 'none'}."
+            f"each once; they are {', '.join(map(str, stated)) or 'none'}."
         )
     if model.curve_ is not None:
         shapes = {np.shape(values) for values in model.curve_.values()} if isinstance(model.curve_, Mapping) else set()
@@ -65,10 +67,9 @@ def check_outcome(outcome, count, classes, who, where=""):
         raise InputError(f"{who}: its evaluate must return an Outcome(labels, scores, known), not {_shown(outcome)}.")
     _check_shape("labels", outcome.labels, (count,), who)
     _check_shape("scores", outcome.scores, (count, len(classes)), who)
-    strange = sorted({str(label) for label in outcome.labels} - set(classes.tolist()))
-    if strange:
+    for label in sorted({str(label) for label in outcome.labels} - set(classes.tolist())):
         have = ", ".join(classes.tolist())
-        raise InputError(f"{who}: its evaluate gives the label '{strange[0]}', and its classes_ are {have}.")
+        raise InputError(f"{who}: its evaluate gives the label '{label}', and its classes_ are {have}.")
     if not isinstance(outcome.known, Mapping):
         raise InputError(
             f"{who}: known of the Outcome that its evaluate returns must be a mapping of the known scores' names to "
@@ -78,12 +79,10 @@ def check_outcome(outcome, count, classes, who, where=""):
         if not isinstance(name, str) or not name:
             raise InputError(f"{who}: a known score's name must be text, not {name!r}.")
         _check_shape(f"known score '{name}'", values, (count,), who)
-    for what, values, bad in (
-        ("scores are", outcome.scores, np.isnan),
-        *((f"known score '{name}' is", values, lambda x: ~np.isfinite(x)) for name, values in outcome.known.items()),
-    ):
-        wrong = np.count_nonzero(bad(values).reshape(count, -1).any(axis=1))
-        if wrong:
+    bad = {"scores are": np.isnan(outcome.scores).any(axis=1)}
+    bad |= {f"known score '{name}' is": ~np.isfinite(values) for name, values in outcome.known.items()}
+    for what, images in bad.items():
+        if wrong := np.count_nonzero(images):
             raise InputError(f"{who}: its {what} not a finite number for {wrong} of {count} images{where}.")
 
 

@@ -5,22 +5,23 @@ import json
 import os
 import time
 import zipfile
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from tqdm import tqdm
 
 from core.errors import InputError
+from learning.classifier import ANY_SNR
 
-ANY_SNR = "any"
 BETWEEN = 20.0  # seconds between two writings of a checkpoint, at least
 COLUMNS = ("epoch", "seconds", "loss", "accuracy", "validation_loss", "validation_accuracy")
 
 
 class Batches:
-    """The rows of each batch, in an order that `random` shuffles anew for every epoch.
+    """The row numbers of each batch's images, in an order that `random` shuffles anew for every epoch.
 
-    count: images; size: images a batch; random: a numpy generator.
+    count: images; size: images a batch; random: a NumPy generator.
     snrs: None, or the SNR's name of each image (count,), ANY_SNR for one that goes with all: then the images of a batch
     are all of one SNR, drawn for each batch, and an epoch shows as many images as one SNR has, so that more SNRs do not
     make it longer.
@@ -45,76 +46,94 @@ class Batches:
         longest = max(map(len, orders))
         for start in range(0, longest, self.size):
             order = orders[self.random.integers(len(orders))] if len(orders) > 1 else orders[0]
-            rows = np.take(order, np.arange(start, min(start + self.size, longest)), mode="wrap")
-            yield rows
+            yield np.take(order, np.arange(start, min(start + self.size, longest)), mode="wrap")
 
 
 def glorot(random, shape, fans):
-    """Weights before training, float32, uniform as Glorot and Bengio 2010 have it. fans: inputs and outputs."""
+    """Weights before training, float32, uniform in +-sqrt(6 / fans) (Glorot and Bengio 2010, eq. 16).
+
+    fans: the sum of the layer's inputs and outputs.
+    """
     bound = np.sqrt(6 / fans)
     return random.uniform(-bound, bound, shape).astype(np.float32)
 
 
-def descend(loss, weights, optimizer, batches, inputs, epochs, judge, patience=None, checkpoint=None):
-    """Weights after training, a mapping of name to numpy array, and the curve, a mapping of column to values.
+@dataclass
+class Settings:
+    """How a training goes on, and when it ends.
 
-    loss: a function of weights and a batch's arrays to the loss, and to how many images are classified rightly of how
-    many that are of a class, in JAX. weights: a mapping of name to array; optimizer: optax's. batches: a `Batches`;
-    inputs: a function of a batch's rows to its arrays. judge: a function of weights to loss and accuracy at the
-    validation azimuths, NaN for both where there are no images.
-    patience: None, or after how many epochs without a smaller validation loss training stops. The weights with the
-    smallest are then the result, else the last ones.
+    optimizer: optax's. epochs: passes over the images, at most. patience: None, or after how many epochs without a
+    smaller validation loss training stops; the weights with the smallest are then the result, else the last ones.
     checkpoint: None, or a `Checkpoint`: training goes on from what it holds, as if it had never stopped.
+    """
+
+    optimizer: object
+    epochs: int
+    patience: int | None = None
+    checkpoint: object = None
+
+
+def minimize(loss, weights, batches, inputs, settings, validate=None):
+    """Weights after training, a mapping of name to NumPy array, and the curve, a mapping of COLUMNS to lists.
+
+    loss: a function of weights and a batch's arrays, in JAX, to the loss and a pair: how many images are classified
+    rightly, of how many that are of a class. weights: those to begin with, a mapping of name to array.
+    batches: a `Batches`; inputs: a function of a batch's row numbers to its arrays. settings: a `Settings`.
+    validate: a function of weights to loss and accuracy at the validation azimuths; without one both are NaN.
     Raises InputError for a loss that is not a finite number.
     """
     import jax  # predictions do without it
     import optax
 
+    patience, checkpoint = settings.patience, settings.checkpoint
+
     @jax.jit
     def step(weights, state, *arrays):
-        (value, shares), gradient = jax.value_and_grad(loss, has_aux=True)(weights, *arrays)
-        change, state = optimizer.update(gradient, state, weights)
-        return optax.apply_updates(weights, change), state, (value, *shares)
+        (cost, counts), gradient = jax.value_and_grad(loss, has_aux=True)(weights, *arrays)
+        change, state = settings.optimizer.update(gradient, state, weights)
+        return optax.apply_updates(weights, change), state, (cost, *counts)
 
     weights = jax.tree.map(jax.numpy.asarray, weights)
-    now = {"weights": weights, "state": optimizer.init(weights), "best": weights}
+    now = {"weights": weights, "state": settings.optimizer.init(weights), "best": weights}
     notes = {"rows": [], "least": np.inf, "waited": 0, "seconds": 0.0, "random": None}
-    if checkpoint is not None and (found := checkpoint.read()) is not None:
-        leaves, notes = found
+    if checkpoint is not None and (kept := checkpoint.read()) is not None:
+        leaves, notes = kept
         now = jax.tree.unflatten(jax.tree.structure(now), leaves)
         batches.random.bit_generator.state = notes["random"]
         print(f"goes on after epoch {len(notes['rows'])}, from {checkpoint.path}")
-    before, bar = notes["seconds"], tqdm(total=epochs, unit="epoch", desc="training", leave=False)
-    bar.update(len(notes["rows"]))
-    begin = time.perf_counter()
-    while len(notes["rows"]) < epochs and (patience is None or notes["waited"] < patience):
-        found, counts = [], []
-        for rows in batches.epoch():
-            now["weights"], now["state"], pair = step(now["weights"], now["state"], *inputs(rows))
-            found.append(pair)
-            counts.append(len(rows))
-        epoch, (values, right, of_class) = len(notes["rows"]) + 1, np.array(found, float).T
-        trained = np.average(values, weights=counts), right.sum() / max(of_class.sum(), 1)
-        if not np.isfinite(trained[0]):
-            raise InputError(f"training: the loss became {trained[0]} in epoch {epoch}; take a smaller learning rate.")
-        held_out = tuple(map(float, judge(arrays_of(now["weights"]))))
+    rows, before, begin = notes["rows"], notes["seconds"], time.perf_counter()
+    bar = tqdm(total=settings.epochs, initial=len(rows), unit="epoch", desc="training", leave=False)
+    while len(rows) < settings.epochs and (patience is None or notes["waited"] < patience):
+        results, sizes = [], []
+        for batch in batches.epoch():
+            now["weights"], now["state"], result = step(now["weights"], now["state"], *inputs(batch))
+            results.append(result)
+            sizes.append(len(batch))
+        costs, right, of_class = np.array(results, float).T
+        cost, accuracy = np.average(costs, weights=sizes), right.sum() / max(of_class.sum(), 1)
+        if not np.isfinite(cost):
+            raise InputError(
+                f"training: the loss became {cost} in epoch {len(rows) + 1}; take a smaller learning rate."
+            )
+        held_out = validate(arrays_of(now["weights"])) if validate else (np.nan, np.nan)
         notes["seconds"] = before + time.perf_counter() - begin
-        notes["rows"].append([epoch, round(notes["seconds"], 3), *map(float, (*trained, *held_out))])
-        better = patience is None or not held_out[0] >= notes["least"]  # also where there is no validation image
+        rows.append([len(rows) + 1, round(notes["seconds"], 3), *map(float, (cost, accuracy, *held_out))])
+        validation_loss, validation_accuracy = rows[-1][-2:]
+        better = patience is None or not validation_loss >= notes["least"]  # also where there is no validation image
         notes["waited"] = 0 if better else notes["waited"] + 1
         if better:
-            notes["least"], now["best"] = held_out[0], now["weights"]
-        bar.set_postfix_str(f"loss {trained[0]:.4g}, validation accuracy {held_out[1]:.4f}")
+            notes["least"], now["best"] = validation_loss, now["weights"]
+        bar.set_postfix_str(f"loss {cost:.4g}, validation accuracy {validation_accuracy:.4f}")
         bar.update()
         if checkpoint is not None:
             checkpoint.write(jax.tree.leaves(now), notes | {"random": batches.random.bit_generator.state})
     bar.close()
-    last = dict(zip(COLUMNS, notes["rows"][-1], strict=True))
+    curve = {name: list(values) for name, values in zip(COLUMNS, zip(*rows, strict=True), strict=True)}
     print(
-        f"{last['epoch']} epochs in {notes['seconds']:.1f} s: loss {last['loss']:.4g}, accuracy {last['accuracy']:.4f} "
-        f"on the training images, {last['validation_accuracy']:.4f} at the validation azimuths"
+        f"{len(rows)} epochs in {notes['seconds']:.1f} s: loss {curve['loss'][-1]:.4g}, accuracy "
+        f"{curve['accuracy'][-1]:.4f} on the training images, {curve['validation_accuracy'][-1]:.4f} at the validation "
+        "azimuths"
     )
-    curve = dict(zip(COLUMNS, map(list, zip(*notes["rows"], strict=True)), strict=True))
     return arrays_of(now["best"]), curve
 
 

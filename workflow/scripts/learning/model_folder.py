@@ -1,0 +1,31 @@
+"""A fitted model's folder, models/<run>/<model>/: what the model is, how its azimuths were divided, what it learned."""
+
+import itertools
+import json
+from pathlib import Path
+
+from learning.classifier import build
+
+CONFIG, SPLIT = "config.json", "split.json"
+
+
+def config_of(folder):
+    """What config.json says: run (as of `experiments.runs`), model (its name in the config), kind, settings ..."""
+    return json.loads((Path(folder) / CONFIG).read_text())
+
+
+def azimuths_of(folder, *sides):
+    """The azimuths in degrees of some sides ('test', 'validation', 'train') of the model's split, ascending."""
+    division = json.loads((Path(folder) / SPLIT).read_text())
+    return sorted(itertools.chain(*(division[side]["azimuth"] for side in sides)))
+
+
+def load(folder):
+    """The fitted model."""
+    config = config_of(folder)
+    return build(config["kind"], config["settings"], config["seed"]).load(Path(folder))
+
+
+def write_json(path, content):
+    """Write CONFIG or SPLIT."""
+    path.write_text(json.dumps(content, indent=1) + "\n")

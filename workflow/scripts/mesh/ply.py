@@ -1,0 +1,122 @@
+"""PLY files of other programs, in text or either binary order. (`mesh.io` reads and writes the workflow's own.)"""
+
+import re
+import struct
+
+import numpy as np
+
+from core.errors import InputError
+from mesh.formats import BOM, Surface
+
+# How numpy and struct both call the types.
+TYPES = {
+    **{"char": "b", "uchar": "B", "short": "h", "ushort": "H", "int": "i", "uint": "I", "float": "f", "double": "d"},
+    **{"int8": "b", "uint8": "B", "int16": "h", "uint16": "H", "int32": "i", "uint32": "I"},
+    **{"float32": "f", "float64": "d"},
+}
+ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
+
+
+def read_ply(data):
+    """The Surface of a PLY file's bytes: its faces, and its strips of triangles."""
+    end = re.search(rb"(?m)^end_header[ \t]*(\r\n|\n|\r)", data)
+    if not data.removeprefix(BOM).startswith(b"ply") or not end:
+        raise InputError("it is not a readable PLY mesh: Header not found.")
+    header = data[: end.start()].decode("latin-1").split("\n" if b"\n" in data[: end.start()] else "\r")
+    form, elements = _header([line.split() for line in header])
+    body, start, values = data[end.end() :], 0, {}
+    try:
+        if form == "ascii":  # as if it were binary, and all numbers of one type
+            body = np.array(body.split()).astype("<f8").tobytes()
+            elements = [(name, count, [(key, "d" * len(kind)) for key, kind in rows]) for name, count, rows in elements]
+        for name, count, properties in elements:
+            values[name], start = _element(body, start, count, properties, ORDERS[form] or "<")
+    except (ValueError, OverflowError, struct.error):
+        raise InputError("its numbers do not go with its header; it may have been cut short.") from None
+    points = values.get("vertex", {})
+    if not {"x", "y", "z"} <= set(points) or any(isinstance(points[axis], tuple) for axis in "xyz"):
+        raise InputError("it has no vertices with x, y and z.")
+    faces = values.get("face", {})
+    sizes, corners = next((faces[key] for key in ("vertex_indices", "vertex_index") if key in faces), ([], []))
+    if not np.isfinite(np.asarray(corners, float)).all():
+        raise InputError("its faces use vertices whose numbers are NaN or infinite.")
+    strips = [strip for lengths, ends in values.get("tristrips", {}).values() for strip in _strips(lengths, ends)]
+    return Surface(
+        np.stack([np.asarray(points[axis], float) for axis in "xyz"], axis=1),
+        np.concatenate([np.asarray(sizes, np.int64), np.full(len(strips), 3)]),
+        np.concatenate([np.asarray(corners, np.int64), np.array(strips, np.int64).ravel()]),
+    )
+
+
+def _header(lines):
+    """The format, and the elements [(name, count, [(property, type)])], of the words of a header's lines.
+
+    The type of a list is two: of its length, and of its entries.
+    """
+    form, elements = None, []
+    for words in lines:
+        try:
+            if words[:1] == ["format"]:
+                form = words[1]
+            elif words[:1] == ["element"]:
+                elements.append((words[1], int(words[2]), []))
+            elif words[:2] == ["property", "list"]:
+                elements[-1][2].append((words[4], TYPES[words[2]] + TYPES[words[3]]))
+            elif words[:1] == ["property"]:
+                elements[-1][2].append((words[2], TYPES[words[1]]))
+        except (KeyError, IndexError, ValueError):
+            raise InputError(f"its header has '{' '.join(words)}', which no PLY file should have.") from None
+    if form not in ORDERS:
+        raise InputError(f"its header says 'format {form}'; it must be one of {', '.join(ORDERS)}.")
+    return form, elements
+
+
+def _element(body, start, count, properties, order):
+    """An element's values by property from where it starts in the bytes after the header, and where it ends.
+
+    Of a list the values are a pair: the lengths, and the entries one after the other. Raises ValueError or struct.error
+    if the bytes do not suffice.
+    """
+    values = {name: ([], []) if len(kind) == 2 else [] for name, kind in properties}
+    if count == 0 or not properties:
+        return values, start
+    # Nearly always all lists of an element are as long as its first.
+    record, at = [], start
+    for k, (_, kind) in enumerate(properties):
+        record.append((f"first {k}", order + kind[0]))
+        if len(kind) == 2:
+            size = int(np.frombuffer(body, order + kind[0], 1, at)[0])
+            record.append((f"list {k}", order + kind[1], (size,)))
+        at = start + np.dtype(record).itemsize
+    record = np.dtype(record)
+    if start + count * record.itemsize <= len(body):
+        rows = np.frombuffer(body, record, count, start)
+        lists = {name: f"list {k}" for k, (name, kind) in enumerate(properties) if len(kind) == 2}
+        firsts = {name: rows[f"first {k}"] for k, (name, _) in enumerate(properties)}
+        if all((firsts[name] == rows[key].shape[1]).all() for name, key in lists.items()):
+            whole = firsts | {name: (firsts[name], rows[key].ravel()) for name, key in lists.items()}
+            return whole, start + count * record.itemsize
+    for _ in range(count):
+        for name, kind in properties:
+            (first,) = struct.unpack_from(order + kind[0], body, start)
+            start += struct.calcsize(order + kind[0])
+            if len(kind) == 1:
+                values[name].append(first)
+                continue
+            entries = f"{order}{int(first)}{kind[1]}"
+            values[name][0].append(int(first))
+            values[name][1].extend(struct.unpack_from(entries, body, start))
+            start += struct.calcsize(entries)
+    return values, start
+
+
+def _strips(sizes, entries):
+    """The triangles of strips of vertices, in which -1 begins a new strip and every other triangle is turned."""
+    entries, start = [int(entry) for entry in entries], 0
+    for size in map(int, sizes):
+        run = []
+        for vertex in entries[start : start + size]:
+            run = [] if vertex < 0 else [*run, vertex]
+            if len(run) >= 3:
+                yield run[-3:] if len(run) % 2 else [run[-2], run[-3], run[-1]]
+        start += size

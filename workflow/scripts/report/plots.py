@@ -1,0 +1,105 @@
+"""How scores are drawn: panels over the SNR, curves with their confidence bands, published markers, matrices."""
+
+import numpy as np
+
+from report.layout import GREY, canvas
+
+# How a published statement is written, and the marker that stands for it.
+RELATIONS = {">=": ("≥", "^"), ">": (">", "^"), "<=": ("≤", "v"), "<": ("<", "v"), "=": ("=", "o")}
+REJECTING = {"color": GREY, "ls": ":", "lw": 1.6, "label": "everything rejected"}
+BAND = 0.18  # how opaque a 95 % interval is
+LETTER, LINE = 0.075, 0.6  # inches
+SNR = "test SNR [dB]"
+
+
+def panels(rows, columns, width, height, sharex=True, sharey=True, layout="constrained"):
+    """A canvas of so many inches and a grid of axes (rows, columns) on it."""
+    drawing = canvas(width, height, layout)
+    return drawing, drawing.subplots(rows, columns, squeeze=False, sharex=sharex, sharey=sharey)
+
+
+def finish(drawing, grid, xlabel=SNR, ylabel="", legend=True):
+    """Label a grid of axes at its outer edges, hide those in which nothing was drawn, and put one legend above all."""
+    for column in grid.T:
+        lowest = [axes for axes in column if axes.has_data()][-1:]
+        for axes in lowest:
+            axes.set_xlabel(axes.get_xlabel() or xlabel)
+            axes.tick_params(labelbottom=True)
+    for axes in grid[:, 0]:
+        axes.set_ylabel(axes.get_ylabel() or ylabel)
+    for axes in grid.flat:
+        axes.set_axis_on() if axes.has_data() else axes.set_axis_off()
+    if legend:
+        draw_legend(drawing, grid.flat)
+
+
+def draw_legend(drawing, every):
+    """One legend for all axes above them, each entry once."""
+    entries = {}
+    for axes in every:
+        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
+            entries.setdefault(label, handle)
+    if entries:
+        # A column is as wide as its longest entry: letters, and the line before them.
+        columns = int(drawing.get_figwidth() / (LETTER * max(map(len, entries)) + LINE))
+        columns = min(len(entries), max(columns, 1))
+        drawing.legend(entries.values(), entries.keys(), loc="outside upper center", ncols=columns)
+
+
+def draw_curve(axes, rows, color, marker="", band=True, **look):
+    """Draw a score over the test SNR, with its 95 % interval as a band. rows: of scores.csv, one for each SNR."""
+    rows = rows.sort_values("test_snr_db")
+    axes.plot(rows["test_snr_db"], rows["value"], color=color, marker=marker, **look)
+    if band:
+        axes.fill_between(rows["test_snr_db"], rows["low"], rows["high"], color=color, alpha=BAND, lw=0)
+
+
+def draw_published(axes, rows, color):
+    """Published statements as open markers. color: a mapping of their models to a colour, or one for all."""
+    for row in rows.itertuples():
+        edge = color[row.model] if isinstance(color, dict) else color
+        look = {"ms": 8, "mfc": "white", "mec": edge, "mew": 1.5, "zorder": 3}
+        axes.plot(row.snr_db, float(row.value), RELATIONS[row.relation][1], **look)
+
+
+def draw_rejecting(axes, values):
+    """The weighted F1 of rejecting every image of the open set: a line for each of the values."""
+    for value in sorted({round(value, 4) for value in values}):
+        axes.axhline(value, **REJECTING)
+
+
+def draw_pixels(axes, image, extent=None, **colors):
+    """An image with its pixels as they are, first row below. extent: of the axes; colors: cmap, vmin, vmax."""
+    axes.grid(False)
+    colors = {"cmap": "viridis", "vmin": 0, "vmax": 1} | colors
+    return axes.imshow(image, extent=extent, origin="lower", interpolation="nearest", **colors)
+
+
+def draw_matrix(axes, counts, text):
+    """One confusion matrix: colour is the share of the row, text the share and the number of images."""
+    share = counts / counts.sum(axis=1).to_numpy()[:, None]
+    axes.imshow(share, cmap="Blues", vmin=0, vmax=1.15, aspect="auto")
+    axes.grid(False)
+    axes.set_title(text)
+    axes.set_xticks(range(len(counts.columns)), counts.columns)
+    axes.set_yticks(range(len(counts.index)), counts.index, rotation=90, va="center")
+    for (row, column), value in np.ndenumerate(share.to_numpy()):
+        cell = f"{100 * value:.1f} %\n{counts.iloc[row, column]:,.0f}"
+        axes.text(column, row, cell, ha="center", va="center", color="white" if value > 0.6 else "black")
+
+
+def matrix(cells):
+    """Confusion counts (target, predicted) of one model at one SNR, from the rows of confusion.csv."""
+    return cells.pivot(index="target", columns="predicted", values="count").fillna(0)
+
+
+def holds(ours, relation, value):
+    """Whether our value fulfils a printed statement, to the decimals it was printed with."""
+    rounded, printed = round(ours, len(value.partition(".")[2])), float(value)
+    return {
+        ">=": rounded >= printed,
+        "<=": rounded <= printed,
+        "=": rounded == printed,
+        ">": ours > printed,
+        "<": ours < printed,
+    }[relation]
