@@ -16,7 +16,7 @@ import mie
 import numpy as np
 import pandas as pd
 
-from scattering.assembly import assemble
+from scattering.assembly import Entries, assemble
 from scattering.basis import fundamental_domain, rwg
 from scattering.factorization import SymmetricMatrix
 from scattering.farfield import excitation
@@ -33,7 +33,7 @@ def ours(vertices, triangles):
         surface = fundamental_domain(vertices, triangles, [])
         bases = [rwg(surface, surface.parities[0])]
         matrix = SymmetricMatrix(len(bases[0]), np.complex64)
-        assemble(efie, surface, bases, K, efie.near_terms(surface), [matrix], np.complex64)
+        assemble(Entries(efie, surface, bases, K, efie.near_terms(surface), np.complex64), [matrix])
         times.append(time.perf_counter() - start)
     start = time.perf_counter()
     matrix.factorize(os.cpu_count())

@@ -19,7 +19,7 @@ import psutil
 import scipy.linalg
 import threadpoolctl
 
-from scattering.assembly import assemble
+from scattering.assembly import Entries, assemble
 from scattering.basis import fundamental_domain, rwg
 from scattering.factorization import SymmetricMatrix
 from scattering.farfield import excitation
@@ -90,7 +90,7 @@ def measure(count, planes, threads):
     held = psutil.Process().memory_info().rss
     row["near_pairs_s"], near = seconds(lambda: efie.near_terms(surface))
     system = matrices()
-    row["assembly_s"], _ = seconds(lambda: assemble(efie, surface, bases, k, near, system, np.complex64))
+    row["assembly_s"], _ = seconds(lambda: assemble(Entries(efie, surface, bases, k, near, np.complex64), system))
     samples = sample(surface, k, ELEVATION, AZIMUTH, np.complex64)
     few = excitation(surface, bases, k, samples.u[:4], samples.polarizations["V"][:4], np.complex64)
     probed = np.linspace(0, len(bases[0]) - 1, 128).astype(int)
@@ -116,7 +116,7 @@ def measure(count, planes, threads):
     if planes == "none" and row["unknowns"] <= LARGEST_LU:
         del system[:], waves
         refilled = matrices()
-        assemble(efie, surface, bases, k, near, refilled, np.complex64)
+        assemble(Entries(efie, surface, bases, k, near, np.complex64), refilled)
         full = refilled.pop().rows(np.arange(row["unknowns"]))
         with threadpoolctl.threadpool_limits(threads):
             row["scipy_lu_s"], lu = seconds(

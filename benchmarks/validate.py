@@ -22,7 +22,7 @@ from test_truth import ANGLES, pattern
 from core.sweep import C0
 from imaging.formation import build
 from imaging.point_response import point_response
-from scattering.assembly import assemble
+from scattering.assembly import Entries, assemble
 from scattering.basis import fundamental_domain, rwg
 from scattering.factorization import GeneralMatrix, SymmetricMatrix
 from scattering.farfield import electric, excitation
@@ -82,7 +82,7 @@ def resonance():
         k = size / radius
         for formulation, operator in OPERATORS.items():
             stored = (SymmetricMatrix if operator.SYMMETRIC else GeneralMatrix)(len(bases[0]), np.complex128)
-            assemble(operator, surface, bases, k, near[formulation], [stored], np.complex128)
+            assemble(Entries(operator, surface, bases, k, near[formulation], np.complex128), [stored])
             matrix = stored.rows(np.arange(len(bases[0])))
             received, excited = (
                 excitation(surface, bases, k, u, h, np.complex128, wave)[0] for wave in (electric, operator.excited)

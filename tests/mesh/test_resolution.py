@@ -17,7 +17,7 @@ from setup.overview import overview
 
 RADAR = {"center_frequency": C0, "bandwidth": 0.0, "frequencies": 1, "polarizations": ["VV"]}  # wavelength 1 m
 ASPECT = {"elevation": {"start": 0, "stop": 0, "step": 1}, "azimuth": {"count": 8}}
-SCATTERING = {"solver": "mom", "formulation": "efie", "precision": "single"}
+SCATTERING = {"solver": "mom", "formulation": "efie", "precision": "single", "tolerance": 1e-5}
 
 
 def plate(path, side):

@@ -28,7 +28,7 @@ SETTINGS = {
     "mesh": {"bands": 2, "edges_per_wavelength": 10},
     "radar": {"center_frequency": 1e9, "bandwidth": 0.4e9, "frequencies": 5, "polarizations": ["VV", "HH"]},
     "aspect": {"elevation": {"start": -30, "stop": 30, "step": 30}, "azimuth": {"count": 24}},
-    "scattering": {"solver": "mom", "formulation": "efie", "precision": "single"},
+    "scattering": {"solver": "mom", "formulation": "efie", "precision": "single", "tolerance": 1e-5},
     "imaging": {"imager": "fourier", "aperture": 5, "window": "hamming", "reformat": "polar", "upsample": "none"},
     "noise": {"snr_db": [-12, 0, 2.5, 12, 24], "realizations": 2, "definition": "peak_3db"},
     "learning": {

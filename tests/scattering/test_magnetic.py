@@ -9,7 +9,7 @@ from test_matrix import K
 from test_solve import AZIMUTH, ELEVATION, FREQUENCY, decibel, octasphere, sheet
 
 from core.errors import InputError
-from scattering.assembly import assemble
+from scattering.assembly import Entries, assemble
 from scattering.basis import fundamental_domain, rwg
 from scattering.factorization import GeneralMatrix
 from scattering.operators import cfie
@@ -111,7 +111,7 @@ def matrix_of(surface, monkeypatch, alpha):
     monkeypatch.setattr(cfie, "ALPHA", alpha)
     basis = rwg(surface, surface.parities[0])
     matrix = GeneralMatrix(len(basis), np.complex128)
-    assemble(cfie, surface, [basis], K, cfie.near_terms(surface), [matrix], np.complex128)
+    assemble(Entries(cfie, surface, [basis], K, cfie.near_terms(surface), np.complex128), [matrix])
     return basis, matrix.rows(np.arange(len(basis)))
 
 

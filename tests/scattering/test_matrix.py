@@ -11,7 +11,7 @@ from scipy.integrate import dblquad
 from test_solve import octasphere
 
 from scattering import nearfield
-from scattering.assembly import TILE, TILE_FUNCTIONS, assemble, blocks_of
+from scattering.assembly import TILE, TILE_FUNCTIONS, Entries, assemble, blocks_of
 from scattering.basis import fundamental_domain, rwg
 from scattering.factorization import SymmetricMatrix
 from scattering.kernel import green_imag, green_real
@@ -127,7 +127,7 @@ def test_matrix_agrees_with_direct_quadrature():
     surface = fundamental_domain(*octasphere(3, [0.5, 0.5, 0.5]), ())
     basis = rwg(surface, surface.parities[0])
     matrix = SymmetricMatrix(len(basis), np.complex128)
-    assemble(efie, surface, [basis], K, efie.near_terms(surface), [matrix], np.complex128)
+    assemble(Entries(efie, surface, [basis], K, efie.near_terms(surface), np.complex128), [matrix])
     z = matrix.rows(np.arange(len(basis)))
     assert np.abs(z - z.T).max() < 1e-12 * np.abs(z).max()
 

@@ -11,7 +11,7 @@ import pytest
 from test_magnetic import outward
 from test_solve import ELEVATION, FREQUENCY, decibel, octasphere, sheet, weld
 
-from scattering.assembly import assemble
+from scattering.assembly import Entries, assemble
 from scattering.basis import fundamental_domain, rwg, unknowns
 from scattering.factorization import SymmetricMatrix
 from scattering.farfield import excitation
@@ -45,7 +45,7 @@ def pattern(vertices, triangles, travel, across):
     surface = fundamental_domain(vertices, triangles, ())
     bases = [rwg(surface, surface.parities[0])]
     matrix = SymmetricMatrix(len(bases[0]), np.complex64)
-    assemble(efie, surface, bases, K, efie.near_terms(surface), [matrix], np.complex64)
+    assemble(Entries(efie, surface, bases, K, efie.near_terms(surface), np.complex64), [matrix])
     matrix.factorize(2)
     along = np.cross(across, travel)
     cos, sin = np.cos(ANGLES)[:, None], np.sin(ANGLES)[:, None]

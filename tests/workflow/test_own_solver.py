@@ -138,7 +138,7 @@ def test_settings_of_the_default_solver_are_not_taken_over(folder):
     config = load({"scattering": OPTICS, "targets": {"a": KNOWN}, "learning": {"experiments": {}}})
     assert config["scattering"] == OPTICS
     same = load({"scattering": {"solver": "mom", "precision": "double"}})
-    assert same["scattering"] == {"solver": "mom", "formulation": "efie", "precision": "double"}
+    assert same["scattering"] == {"solver": "mom", "formulation": "efie", "precision": "double", "tolerance": 1e-5}
 
 
 def test_what_is_not_installed_is_named(tmp_path, monkeypatch):

@@ -11,7 +11,8 @@ sums with the characters of the group give one matrix per parity (see `basis`).
 """
 
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from types import SimpleNamespace
 
 import jax
@@ -57,17 +58,23 @@ def blocks_of(bases, count):
             if excess == 0:
                 break
             end = max(begin + 1, end - max(excess // 2, 1))
-        halves = np.zeros((len(bases), TILE_FUNCTIONS, 2), np.int32)
-        signs = np.zeros((len(bases), TILE_FUNCTIONS, 2))
-        for p, (basis, span) in enumerate(zip(bases, spans, strict=True)):
-            size = span.stop - span.start
-            place = np.searchsorted(used, touched[p][span])
-            halves[p, :size] = basis.halves[span] % 3 * TILE + place
-            signs[p, :size] = basis.signs[span]
-        triangles = np.pad(used, (0, TILE - len(used)), constant_values=count)
-        blocks.append(Block(triangles, spans, halves, signs))
+        block = block_of(bases, [np.arange(span.start, span.stop) for span in spans], count)
+        blocks.append(replace(block, spans=spans))
         begin = end
     return blocks
+
+
+def block_of(bases, numbers, count):
+    """The Block of chosen functions, `numbers` of each parity, on as many as TILE of `count` triangles."""
+    chosen = [basis.halves[own] for basis, own in zip(bases, numbers, strict=True)]
+    used = np.unique(np.concatenate([halves.reshape(-1) // 3 for halves in chosen]))
+    halves = np.zeros((len(bases), TILE_FUNCTIONS, 2), np.int32)
+    signs = np.zeros((len(bases), TILE_FUNCTIONS, 2))
+    for p, (basis, own, mine) in enumerate(zip(bases, numbers, chosen, strict=True)):
+        halves[p, : len(own)] = mine % 3 * TILE + np.searchsorted(used, mine // 3)
+        signs[p, : len(own)] = basis.signs[own]
+    triangles = np.pad(used, (0, TILE - len(used)), constant_values=count)
+    return Block(triangles, [slice(0, len(own)) for own in numbers], halves, signs)
 
 
 # Each step is compiled by itself: together XLA would evaluate Green's function for each output. Real and imaginary part
@@ -95,41 +102,88 @@ def _complex(real, imag):
     return jax.lax.complex(real, imag)
 
 
-def assemble(operator, surface, bases, wavenumber, near, matrices, dtype, progress=lambda done: None):
-    """Fill every parity's matrix, in m^3, without the factor |G| of the group's order.
+class Entries:
+    """What every parity's matrix holds, in m^3, without the factor |G| of the group's order.
 
     operator: a module of `operators`; surface: Surface; bases: a Basis for each of surface.parities; wavenumber: rad/m;
-    near: the operator's `near_terms` of the surface; matrices: for each parity an object that takes dense blocks,
-    `put(row, col, block)`, and entries, `add(rows, cols, values)`; dtype: complex64 or complex128; progress(done) is
-    called with the fraction done. Of a symmetric matrix only the lower triangle is filled.
+    near: the operator's `near_terms` of the surface; dtype: complex64 or complex128
     """
-    real = np.float32 if dtype == np.complex64 else np.float64
-    k = real(wavenumber)
-    blocks = [_on_device(block, surface, real) for block in blocks_of(bases, len(surface.vertices))]
-    characters = [tuple(real(character) for character in parity) for parity in surface.parities]
+
+    def __init__(self, operator, surface, bases, wavenumber, near, dtype):
+        self.operator, self.surface, self.bases, self.near, self.dtype = operator, surface, bases, near, dtype
+        self.real = np.float32 if dtype == np.complex64 else np.float64
+        self.wavenumber, self.k = wavenumber, self.real(wavenumber)
+        self.characters = [tuple(self.real(character) for character in parity) for parity in surface.parities]
+        self.blocks = blocks_of(bases, len(surface.vertices))
+
+    @cached_property
+    def placed(self):
+        """The Blocks on JAX's device."""
+        return [self.place(block) for block in self.blocks]
+
+    @cached_property
+    def corrections(self):
+        """What three points a triangle leave out between near pairs, for each parity a sparse (N, N)."""
+        of_halves = self.operator.corrections(self.near, self.surface, self.wavenumber, self.real)
+        parities = zip(self.surface.parities, self.bases, strict=True)
+        return [nearfield.between_functions(of_halves, parity, basis) for parity, basis in parities]
+
+    def place(self, block):
+        """A Block with what its tiles read, on JAX's device."""
+        return _on_device(block, self.surface, self.real)
+
+    def begin(self, row, col):
+        """For each parity the tile between two placed Blocks, padded, which JAX computes in the background."""
+        images = [_image(self.operator, self.k, row, source, col) for source in col.images]
+        parts = list(zip(*images, strict=True))
+        tiles = []
+        for p, characters in enumerate(self.characters):
+            ends = characters, row.halves[p], row.signs[p], col.halves[p], col.signs[p]
+            tiles.append(_complex(*(_gather(part, *ends) for part in parts)))
+        return tiles
+
+    def between(self, row, col):
+        """For each parity the tile between two placed Blocks, (rows, cols), without corrections."""
+        parities = zip(self.begin(row, col), row.spans, col.spans, strict=True)
+        return [_cut(tile, rows, cols) for tile, rows, cols in parities]
+
+    def rows(self, numbers):
+        """Whole rows of every parity's matrix, (len(numbers), N), of functions on no more than TILE triangles."""
+        row = self.place(block_of(self.bases, numbers, len(self.surface.vertices)))
+        wholes = zip(*(self.between(row, col) for col in self.placed), strict=True)
+        return [
+            (np.concatenate(whole, axis=1) + correction.tocsr()[own].toarray()).astype(self.dtype)
+            for whole, correction, own in zip(wholes, self.corrections, numbers, strict=True)
+        ]
+
+
+def assemble(entries, matrices, progress=lambda done: None):
+    """Fill every parity's matrix with Entries.
+
+    matrices: for each parity an object that takes dense blocks, `put(row, col, block)`, and entries, `add(rows, cols,
+    values)`; progress(done) is called with the fraction done. Of a symmetric matrix only the lower triangle is filled.
+    """
+    symmetric = entries.operator.SYMMETRIC
     # JAX computes in the background: a few tiles are under way while finished ones are stored.
     under_way = deque()
-    for i, row in enumerate(blocks):
-        for col in blocks[: i + 1] if operator.SYMMETRIC else blocks:
-            images = [_image(operator, k, row, source, col) for source in col.images]
-            parts = list(zip(*images, strict=True))
-            for p, matrix in enumerate(matrices):
-                ends = characters[p], row.halves[p], row.signs[p], col.halves[p], col.signs[p]
-                tile = _complex(*(_gather(part, *ends) for part in parts))
-                under_way.append((matrix, row.spans[p], col.spans[p], tile))
+    for i, row in enumerate(entries.placed):
+        for col in entries.placed[: i + 1] if symmetric else entries.placed:
+            under_way.extend(zip(matrices, row.spans, col.spans, entries.begin(row, col), strict=True))
             while len(under_way) > UNDER_WAY:
                 _store(*under_way.popleft())
-        progress(((i + 1) / len(blocks)) ** (2 if operator.SYMMETRIC else 1))
+        progress(((i + 1) / len(entries.placed)) ** (2 if symmetric else 1))
     while under_way:
         _store(*under_way.popleft())
-    corrections = operator.corrections(near, surface, wavenumber, real)
-    for parity, basis, matrix in zip(surface.parities, bases, matrices, strict=True):
-        matrix.add(*nearfield.between_functions(corrections, parity, basis))
+    for correction, matrix in zip(entries.corrections, matrices, strict=True):
+        matrix.add(*correction.coords, correction.data)
 
 
 def _store(matrix, rows, cols, tile):
-    size = rows.stop - rows.start, cols.stop - cols.start
-    matrix.put(rows.start, cols.start, np.asarray(tile)[: size[0], : size[1]])
+    matrix.put(rows.start, cols.start, _cut(tile, rows, cols))
+
+
+def _cut(tile, rows, cols):
+    return np.asarray(tile)[: rows.stop - rows.start, : cols.stop - cols.start]
 
 
 def _image(operator, k, row, source, col):

@@ -83,7 +83,7 @@ class SymmetricMatrix:
     def factorize(self, threads=1, progress=lambda done: None):
         """Replace the matrix by its factors: L left of the diagonal blocks, D^-1 in them. N^3 real flops."""
         inverses = []
-        with _Pool(threads) as pool:
+        with Pool(threads) as pool:
             for j, ((a, b), mine) in enumerate(zip(self.spans, self.blocks, strict=True)):
                 # Until row j is divided by D it holds L D, and so do all rows below it.
                 lower = np.empty((3, b - a, a), mine.dtype)
@@ -108,10 +108,10 @@ class SymmetricMatrix:
         y = self._forward(right, threads)
         x = y if left is right else self._forward(left, threads)
         result = [np.zeros(2 * (group.stop - group.start,), np.complex128) for group in groups]
-        with _Pool(threads) as pool:
+        with Pool(threads) as pool:
             for (a, b), mine in zip(self.spans, self.blocks, strict=True):
                 inverse, middle = mine[0, :, a:] + 1j * mine[1, :, a:], np.empty_like(y[a:b])
-                pool.wait([pool.submit(_multiply, middle.T, y[a:b].T, inverse, r) for r in _runs(y.shape[1])])
+                pool.wait([pool.submit(multiply, middle.T, y[a:b].T, inverse, r) for r in runs(y.shape[1])])
                 for group, total in zip(groups, result, strict=True):
                     total += x[a:b, group].T @ middle[:, group]
         return result
@@ -119,7 +119,7 @@ class SymmetricMatrix:
     def solve(self, right, threads=1):
         """A^-1 right, (N, D)."""
         x = self._forward(right, threads)
-        with _Pool(threads):
+        with Pool(threads):
             for (a, b), mine in reversed(list(zip(self.spans, self.blocks, strict=True))):
                 x[a:b] = (mine[0, :, a:] + 1j * mine[1, :, a:]) @ x[a:b]
             for (a, b), mine in reversed(list(zip(self.spans, self.blocks, strict=True))):
@@ -133,8 +133,8 @@ class SymmetricMatrix:
     def _forward(self, right, threads):
         """L^-1 right, (N, D)."""
         y = np.array(right, self.dtype, order="C")
-        with _Pool(threads) as pool:
-            pool.wait([pool.submit(self._forward_run, y[:, r]) for r in _runs(y.shape[1])])
+        with Pool(threads) as pool:
+            pool.wait([pool.submit(self._forward_run, y[:, r]) for r in runs(y.shape[1])])
         return y
 
     def _forward_run(self, y):
@@ -204,7 +204,7 @@ class GeneralMatrix:
 
     def factorize(self, threads=1, progress=lambda done: None):
         """Replace the matrix by L below the diagonal blocks, U above and U^-1 in them. (8/3) N^3 real flops."""
-        with _Pool(threads) as pool:
+        with Pool(threads) as pool:
             # The last task to write each block: the next one there waits for it.
             written = {}
             for k, ((a, b), column) in enumerate(zip(self.spans, self.columns, strict=True)):
@@ -212,7 +212,7 @@ class GeneralMatrix:
                 inverse = np.linalg.inv(column[a:b].astype(np.complex128)).astype(self.dtype)
                 column[a:b] = inverse
                 panel = column[b:].copy()
-                pool.wait([pool.submit(_multiply, column[b:], panel, inverse.T, r) for r in _runs(len(panel))])
+                pool.wait([pool.submit(multiply, column[b:], panel, inverse.T, r) for r in runs(len(panel))])
                 rest = range(k + 1, len(self.columns))
                 for i, j in product(rest, rest):
                     other, rows = self.columns[j], slice(*self.spans[i])
@@ -225,13 +225,13 @@ class GeneralMatrix:
         y = _forward(right, self.spans, self._below(), threads)
         x = np.array(left, self.dtype, order="C")
         result = [np.zeros(2 * (group.stop - group.start,), np.complex128) for group in groups]
-        with _Pool(threads) as pool:
+        with Pool(threads) as pool:
             for (a, b), column in zip(self.spans, self.columns, strict=True):
                 # x = U^-T left: what is above this block column has its x already.
-                runs = _runs(x.shape[1])
-                pool.wait([pool.submit(_subtract, x[a:b].T, x[:a].T, column[:a].T, r, None) for r in runs])
+                parts = runs(x.shape[1])
+                pool.wait([pool.submit(_subtract, x[a:b].T, x[:a].T, column[:a].T, r, None) for r in parts])
                 value = np.empty_like(x[a:b])
-                pool.wait([pool.submit(_multiply, value.T, x[a:b].T, column[a:b].T, r) for r in runs])
+                pool.wait([pool.submit(multiply, value.T, x[a:b].T, column[a:b].T, r) for r in parts])
                 x[a:b] = value
                 for group, total in zip(groups, result, strict=True):
                     total += value[:, group].T @ y[a:b, group]
@@ -240,7 +240,7 @@ class GeneralMatrix:
     def solve(self, right, threads=1):
         """A^-1 right, (N, D)."""
         x = _forward(right, self.spans, self._below(), threads)
-        with _Pool(threads):
+        with Pool(threads):
             for (a, b), column in reversed(list(zip(self.spans, self.columns, strict=True))):
                 x[a:b] = column[a:b] @ x[a:b]
                 x[:a] -= column[:a] @ x[a:b]
@@ -270,7 +270,7 @@ class Product:
         self.result += sparse.csr_array((values, (rows, cols)), 2 * (len(self.x),)) @ self.x
 
 
-class _Pool(ThreadPoolExecutor):
+class Pool(ThreadPoolExecutor):
     """Threads that each call a BLAS of one thread."""
 
     def __init__(self, threads):
@@ -293,18 +293,18 @@ class _Pool(ThreadPoolExecutor):
 def _forward(right, spans, below, threads):
     """L^-1 right, (N, D), for a unit lower triangle of which `below` holds what is under each diagonal block."""
     y = np.array(right, below[0].dtype if below else None, order="C")
-    with _Pool(threads) as pool:
+    with Pool(threads) as pool:
         for (a, b), part in zip(spans, below, strict=True):
             rest, solved = y[b:], y[a:b].T
-            pool.wait([pool.submit(_subtract, rest, part, solved, r, None) for r in _runs(len(rest))])
+            pool.wait([pool.submit(_subtract, rest, part, solved, r, None) for r in runs(len(rest))])
     return y
 
 
-def _runs(length):
-    return [slice(begin, min(begin + RUN, length)) for begin in range(0, length, RUN)]
+def runs(length, step=RUN):
+    return [slice(begin, min(begin + step, length)) for begin in range(0, length, step)]
 
 
-def _multiply(c, a, b, rows):
+def multiply(c, a, b, rows):
     """c = a @ b.T on some rows."""
     np.matmul(a[rows], b.T, out=c[rows])
 

@@ -23,13 +23,12 @@ def pairs_of(surface):
 
 
 def between_functions(corrections, parity, basis):
-    """Rows, columns and values of the corrections between RWG functions of one parity."""
+    """The corrections between RWG functions of one parity, a sparse (N, N), from those between half functions."""
     count = corrections[0].shape[0]
     total = sum(character * z for character, z in zip(parity, corrections, strict=True))
     numbers = np.repeat(np.arange(len(basis)), 2)
     halves = sparse.csr_array((basis.signs.reshape(-1), (basis.halves.reshape(-1), numbers)), (count, len(basis)))
-    z = (halves.T @ total @ halves).tocoo()
-    return z.row, z.col, z.data
+    return (halves.T @ total @ halves).tocoo()
 
 
 def _pairs(field, source):

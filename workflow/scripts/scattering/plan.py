@@ -21,36 +21,73 @@ FLOPS = 1.6e11  # real operations a second in single precision, counted as (4/3)
 ASSEMBLY = 3e-8  # s
 EXCITATION = 5e-8  # s
 START = 0.5  # s a frequency: near pairs, kernels compiled
+CLEARLY = 0.3  # of the time of whole matrices: the plan of compressed ones errs by a factor of two, too
+PATCH_FUNCTIONS, SKETCH = 495, 48
+PRODUCTS = 1.2e11  # real operations a second in products with few columns
 RUN = 512  # directions whose substitution a thread has under way
 OPERATORS = Path(__file__).with_name("operators")
 
 
-def planned(measures, planes, sweep, formulation, precision):
+def planned(measures, planes, sweep, formulation, precision, tolerance):
     """Peak memory of `solve` in MB, and its time at all frequencies of a Sweep in s on the two cores described above.
 
     measures: `unknowns`, `triangles` and `box` (m) of the mesh; planes: the number of its mirror planes, with which a
-    matrix of N unknowns falls into G = 2^planes parities of N / G.
+    matrix of N unknowns falls into G = 2^planes parities of N / G; tolerance: None for whole matrices.
 
     Memory: the matrices, of each parity the right sides with what a substitution makes of them, and the near pairs.
-    Factorization: (4/3) (N/G)^3 real operations for each parity, and 4 (N/G)^2 for each parity and sampled direction to
-    substitute (half of a triangular solve serves a monostatic amplitude). An operator whose matrix is not symmetric
-    keeps and works twice as much, and its right side is not what the far field is projected on.
     """
     unknowns, operator, single = measures["unknowns"], _constants(formulation), precision == "single"
     parities, both = 2**planes, 1 if operator["SYMMETRIC"] else 2
-    size, sampled = unknowns / parities, _sampled(measures["box"], sweep, single) / parities
+    sampled = _sampled(measures["box"], sweep, single) / parities
     waves = len(set("".join(sweep.polarizations)))
-
-    matrices = unknowns * (size * both / 2 + 1024)
-    # A substitution holds both parts of its right sides and their sum.
+    columns = sampled * waves  # of a parity's right side
+    if tolerance is None:
+        matrices, assembly, factorization, substitution = _whole(unknowns / parities, parities, columns, both)
+    else:
+        matrices, assembly, factorization, substitution = _compressed(unknowns / parities, parities, columns, tolerance)
+    # A substitution holds both parts of its right sides and their sum. What projects is not what excites, if the
+    # operator is not symmetric.
     right = unknowns * (sampled * (waves * both + 2 / parities) + 2 * 1.5 * min(RUN, sampled) / parities)
     numbers = (8 if single else 16) * (matrices + right)
     megabytes = 800 + (numbers + operator["NEAR_BYTES"] * measures["triangles"]) / 1e6
-
-    factorization = both * parities * (4 / 3 * size**3 + 4 * size**2 * sampled * waves)
-    filled = operator["FILLING"] * (ASSEMBLY * unknowns * size + EXCITATION * unknowns * sampled * waves)
-    seconds = START + factorization / (FLOPS if single else FLOPS / 2) + filled
+    filled = operator["FILLING"] * (assembly + EXCITATION * unknowns * columns)
+    seconds = START + (factorization + substitution) * (1 if single else 2) + filled
     return int(megabytes), len(sweep.frequency) * seconds
+
+
+def chosen(measures, planes, sweep, formulation, precision, tolerance):
+    """The tolerance, or None where whole matrices are as good, or all there is (CFIE, double precision)."""
+    if precision != "single" or not _constants(formulation)["SYMMETRIC"]:
+        return None
+    whole, compressed = (planned(measures, planes, sweep, formulation, precision, of)[1] for of in (None, tolerance))
+    return tolerance if compressed < CLEARLY * whole else None
+
+
+def _whole(size, parities, columns, both):
+    """Numbers kept, and seconds of assembly, factorization and substitution, of dense matrices of `size` unknowns.
+
+    Factorization: (4/3) N^3 real operations for each parity, and 4 N^2 for each column to substitute (half of a
+    triangular solve serves a monostatic amplitude). A matrix that is not symmetric keeps and works twice as much.
+    """
+    kept = parities * (size**2 * both / 2 + 1024 * size)
+    times = ASSEMBLY * parities * size**2, both * parities * 4 / 3 * size**3 / FLOPS
+    return kept, *times, both * parities * 4 * size**2 * columns / FLOPS
+
+
+def _compressed(size, parities, columns, tolerance):
+    """The same of compressed matrices, in patches of about PATCH_FUNCTIONS (see `lowrank` and `sampled`).
+
+    The nearer patches are, the higher a tile's rank, and the larger the share of tiles that are filled whole.
+    """
+    patches = max(size / PATCH_FUNCTIONS, 1)
+    tiles, near = patches**2 / 2, min(1, 0.05 + 5 / patches)
+    rank = (14 + 110 * near) * max(1 + 0.2 * np.log10(1e-5 / tolerance), 0.3)
+    kept = parities * size * (1.25 * size * rank / PATCH_FUNCTIONS + 2 * PATCH_FUNCTIONS + 1152)
+    # What a dense tile takes, times the shares that samples, checks and near tiles are; then its compression.
+    filled = tiles * (ASSEMBLY * parities * 2 * PATCH_FUNCTIONS**2 * (0.3 + near) + parities * (0.004 + 0.013 * near))
+    stacked = rank * patches / 3  # columns of the factors to the left of a tile, on average
+    updates = parities * tiles * (0.008 + 8 * PATCH_FUNCTIONS * stacked * (3 * SKETCH + rank) / PRODUCTS)
+    return kept, filled, updates, parities * tiles * 16 * PATCH_FUNCTIONS * rank * columns / PRODUCTS
 
 
 @cache

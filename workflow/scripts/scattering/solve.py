@@ -9,18 +9,28 @@ import numpy as np
 
 from core.errors import InputError
 from core.sweep import C0
-from scattering.assembly import assemble
+from scattering.assembly import Entries, assemble
 from scattering.basis import fundamental_domain, rwg
 from scattering.device import GeneralOnDevice, SymmetricOnDevice
 from scattering.factorization import GeneralMatrix, Product, SymmetricMatrix
 from scattering.farfield import electric, excitation
+from scattering.lowrank import LowRankMatrix
 from scattering.operators import cfie, efie
+from scattering.sampled import fill
 from scattering.sampling import directions, middle_of, sample
 from scattering.solver import Solution
 
 OPERATORS = {"efie": efie, "cfie": cfie}
 DTYPES = {"single": np.complex64, "double": np.complex128}
 MAX_RESIDUAL = 1e-3  # above it the solution is refined once, and refused if that does not help
+# Of a tolerance, what a tile may leave out, and how much larger the residual may be before the solution is refined.
+SHARE, PROMISE = 0.4, 10
+KINDS = {  # whole matrices: on JAX's device or not, symmetric or not
+    (False, False): GeneralMatrix,
+    (False, True): SymmetricMatrix,
+    (True, False): GeneralOnDevice,
+    (True, True): SymmetricOnDevice,
+}
 PARTS = ("assembly", "factorization", "directions")
 PROBED_ROWS, PROBED_DIRECTIONS = 128, 4  # where the residual is measured
 
@@ -38,6 +48,7 @@ def solve(
     threads=1,
     progress=lambda frequency, part, done: None,
     formulation="efie",
+    tolerance=None,
 ):
     """Backscatter amplitude of a perfectly conducting mesh, in metres (see `farfield` for signs and references).
 
@@ -45,7 +56,9 @@ def solve(
     polarizations: receive and transmit, from VV, HH, HV, VH; symmetry: mirror planes of the mesh, e.g. ['xz'];
     precision: single or double; threads: for the linear algebra, without effect on the result;
     progress(number, part, fraction) is called as the work goes on. Returns a Solution.
-    formulation: efie, or cfie for closed meshes with outward normals.
+    formulation: efie, or cfie for closed meshes with outward normals;
+    tolerance: None for whole matrices, or for compressed ones what they may leave out, relative to the diagonal's norm
+    (efie and single precision; see `sampled` and `lowrank`).
     Raises InputError if the mesh lacks the symmetry or, for cfie, is open or turned inwards, or if a frequency cannot
     be solved to a residual of 1e-3.
     """
@@ -61,8 +74,6 @@ def solve(
     surface = replace(surface, vertices=surface.vertices - middle)
     path = 2 * directions(elevation, azimuth)[0] @ middle
     near = operator.near_terms(surface)
-    kinds = (GeneralMatrix, SymmetricMatrix) if jax.default_backend() == "cpu" else (GeneralOnDevice, SymmetricOnDevice)
-    kind = kinds[operator.SYMMETRIC]
 
     ways = sorted(set("".join(polarizations)))
     shape = (len(polarizations), len(frequencies), len(elevation), len(azimuth))
@@ -73,8 +84,7 @@ def solve(
     for n, frequency in enumerate(frequencies):
         k = 2 * np.pi * frequency / C0
         clock = _Clock(seconds, n)
-        fill = partial(assemble, operator, surface, bases, k, near)
-        system = _System([kind(len(basis), dtype) for basis in bases], fill, threads)
+        system = _System(partial(Entries, operator, surface, bases, k, near), dtype, tolerance, threads)
         system.assemble(partial(progress, n, "assembly"))
         clock.lap("assembly")
         system.factorize(partial(progress, n, "factorization"))
@@ -122,17 +132,26 @@ def _amplitude(between, samples, receive, transmit):
 
 
 class _System:
-    """The matrices of all parities at one frequency.
+    """The matrices of all parities at one frequency; entries: `Entries` of a dtype."""
 
-    fill(matrices, dtype, progress) writes the entries into them, or into whatever else takes tiles and entries.
-    """
-
-    def __init__(self, matrices, fill, threads):
-        self.matrices, self.fill, self.threads = matrices, fill, threads
+    def __init__(self, entries, dtype, tolerance, threads):
+        self.entries, self.dtype, self.tolerance, self.threads = entries, dtype, tolerance, threads
 
     def assemble(self, progress):
-        self.fill(self.matrices, self.matrices[0].dtype, progress)
-        self.probes = [_Probe(matrix) for matrix in self.matrices]
+        entries = self.entries(self.dtype)
+        sizes = [len(basis) for basis in entries.bases]
+        if self.tolerance is None:
+            kind = KINDS[jax.default_backend() != "cpu", entries.operator.SYMMETRIC]
+            self.matrices = [kind(size, self.dtype) for size in sizes]
+            assemble(entries, self.matrices, progress)
+            self.promise = MAX_RESIDUAL
+        else:
+            self.matrices = [LowRankMatrix([block.spans[p] for block in entries.blocks]) for p in range(len(sizes))]
+            fill(entries, self.matrices, SHARE * self.tolerance, self.threads, progress)
+            self.promise = min(MAX_RESIDUAL, PROMISE * self.tolerance)
+        # Kept, because the factorization overwrites the matrices.
+        self.probed = [np.unique(np.linspace(0, n - 1, min(PROBED_ROWS // len(sizes), n)).astype(int)) for n in sizes]
+        self.rows = entries.rows(self.probed)
 
     def factorize(self, progress):
         for p, matrix in enumerate(self.matrices):
@@ -151,7 +170,7 @@ class _System:
             for parity in zip(*(excited[way] for way in transmitted), strict=True)
         ]
         residual = self._residual(few, self._solve(few))
-        if residual <= MAX_RESIDUAL or np.isnan(residual):
+        if residual <= self.promise or np.isnan(residual):
             return {
                 receive + transmit: [
                     matrix.between(left, right, rings, self.threads)
@@ -176,14 +195,23 @@ class _System:
 
         The matrix is assembled anew, tile by tile, because its factors have taken its place.
         """
-        currents = self._solve(right)
-        products = [Product(x, isinstance(m, SymmetricMatrix)) for x, m in zip(currents, self.matrices, strict=True)]
-        self.fill(products, np.complex128)
+        currents, entries = self._solve(right), self.entries(np.complex128)
+        products = [Product(x, entries.operator.SYMMETRIC) for x in currents]
+        assemble(entries, products)
         corrections = self._solve([b - p.result for b, p in zip(right, products, strict=True)])
         return [x.astype(np.complex128) + dx for x, dx in zip(currents, corrections, strict=True)]
 
     def _residual(self, right, currents):
-        return max(probe.residual(b, x) for probe, b, x in zip(self.probes, right, currents, strict=True))
+        """|A x - b| / |b| over the probed rows, the largest over parities and columns of b and x, (N, D)."""
+        return max(map(_residual, self.rows, self.probed, right, currents))
+
+
+def _residual(rows, numbers, right, solution):
+    difference = rows @ solution - right[numbers]
+    scale = np.linalg.norm(right, axis=0) * np.sqrt(len(numbers) / max(len(right), 1))
+    # A parity that a direction does not excite has nothing to compare with.
+    excited = scale > 1e-6 * scale.max(initial=0)
+    return float((np.linalg.norm(difference, axis=0)[excited] / scale[excited]).max(initial=0.0))
 
 
 class _Clock:
@@ -196,19 +224,3 @@ class _Clock:
         now = time.perf_counter()
         self.seconds[part][self.n] = now - self.start
         self.start = now
-
-
-class _Probe:
-    """Some whole rows of a matrix, kept because the factorization overwrites it."""
-
-    def __init__(self, matrix):
-        self.numbers = np.unique(np.linspace(0, matrix.size - 1, min(PROBED_ROWS, matrix.size)).astype(int))
-        self.rows = matrix.rows(self.numbers)
-
-    def residual(self, right, solution):
-        """|A x - b| / |b| over the kept rows, the largest over the columns of b = right and x = solution, (N, D)."""
-        difference = self.rows @ solution - right[self.numbers]
-        scale = np.linalg.norm(right, axis=0) * np.sqrt(len(self.numbers) / max(len(right), 1))
-        # A parity that a direction does not excite has nothing to compare with.
-        excited = scale > 1e-6 * scale.max(initial=0)
-        return float((np.linalg.norm(difference, axis=0)[excited] / scale[excited]).max(initial=0.0))

@@ -1,6 +1,9 @@
 """The method of moments, with a direct solver: see `scattering.solve`, and `scattering.plan` for what it takes."""
 
-from scattering.plan import planned
+import numpy as np
+
+from mesh import topology
+from scattering.plan import chosen, planned
 
 
 class Solver:
@@ -12,18 +15,32 @@ class Solver:
             "targets only, no interior resonances",
         },
         "precision": {"enum": ["single", "double"], "description": "arithmetic of the solver"},
+        "tolerance": {
+            "type": "number",
+            "minimum": 1e-6,
+            "maximum": 1e-3,
+            "description": "what compressed matrices may leave out, relative to the diagonal's norm; they are for "
+            "large targets, with the efie in single precision",
+        },
     }
 
     def __init__(self, settings):
         self.settings = settings
 
     def plan(self, measures, planes, sweep):
-        return planned(measures, planes, sweep, **self.settings)
+        return planned(measures, planes, sweep, **self._settings(measures, planes, sweep))
 
     def solve(self, vertices, triangles, sweep, symmetry, threads, progress):
         from scattering.device import keep_compiled
         from scattering.solve import solve
 
-        print(f"on {keep_compiled()}")
+        measures = {"unknowns": topology.unknowns(triangles), "triangles": len(triangles)}
+        measures["box"] = np.ptp(vertices, axis=0)
+        settings = self._settings(measures, len(symmetry), sweep)
+        kind = "whole" if settings["tolerance"] is None else f"compressed to {settings['tolerance']:g}"
+        print(f"on {keep_compiled()}, with {kind} matrices")
         asked = sweep.frequency, sweep.elevation, sweep.azimuth, sweep.polarizations
-        return solve(vertices, triangles, *asked, symmetry, threads=threads, progress=progress, **self.settings)
+        return solve(vertices, triangles, *asked, symmetry, threads=threads, progress=progress, **settings)
+
+    def _settings(self, measures, planes, sweep):
+        return self.settings | {"tolerance": chosen(measures, planes, sweep, **self.settings)}

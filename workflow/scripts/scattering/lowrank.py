@@ -1,0 +1,195 @@
+"""Block low-rank L D L^T of a complex-symmetric matrix: tiles off the diagonal are products U V^T of low rank.
+
+Functions are numbered patch by patch (see `basis`), so that a tile holds what two patches do to each other: of the
+aircraft's tiles of 512 x 512, a tenth of a wavelength an edge, half have a rank below 10 at a relative 1e-4 (block
+low-rank: Amestoy et al., SIAM J. Sci. Comput. 37, 2015). The factorization goes column by column. A tile of L D is
+known as what is left of a tile of the matrix after products of finished tiles; these are never summed: a randomized
+range finder asks only what the sum makes of a few dozen random columns (Halko, Martinsson, Tropp, SIAM Rev. 53, 2011).
+
+As in `factorization` every product is done by one thread: the last bit does not depend on how many there are.
+"""
+
+import numpy as np
+
+from scattering.factorization import Pool, multiply, runs
+
+SKETCH = 48  # random columns to begin with: most tiles have a smaller rank
+SPARE = 8  # columns, and a sixth of them, that must find nothing: else twice as many are tried
+RANDOM = np.random.default_rng(0).standard_normal((1024, 1024)).astype(np.float32)
+
+
+def compress(times, project, width, tolerance):
+    """U (M, r) and V (N, r) with U V^T within `tolerance` (2-norm, about) of a tile X of which two products are known.
+
+    times(count) is X R with R the first `count` columns of RANDOM's first N = width rows; project(Q) is Q^H X.
+    """
+    count = min(SKETCH, width)
+    while True:
+        sketch = times(count).astype(np.complex128) / np.sqrt(count)
+        squares, vectors = np.linalg.eigh(sketch.conj().T @ sketch)
+        kept = squares > (0.3 * tolerance) ** 2
+        if kept.sum() <= count - max(SPARE, count // 6) or count == width:
+            break
+        count = min(2 * count, width)
+    basis = (sketch @ (vectors[:, kept] / np.sqrt(squares[kept]))).astype(np.complex64)
+    rest = project(basis)
+    squares, vectors = np.linalg.eigh(rest.astype(np.complex128) @ rest.conj().T)
+    vectors = vectors[:, squares > tolerance**2].astype(np.complex64)
+    return basis @ vectors, (vectors.conj().T @ rest).T
+
+
+class LowRankMatrix:
+    """An (N, N) complex-symmetric matrix of single precision in blocks, compressed to a tolerance (absolute, 2-norm).
+
+    spans: the slices of its blocks. Filled by `sampled.fill`, then `factorize`d; after that `between` and
+    `solve` may be called.
+    """
+
+    dtype = np.dtype(np.complex64)
+
+    def __init__(self, spans):
+        self.spans, self.size = spans, spans[-1].stop
+        self.cut = None  # what a tile may leave out, absolute
+        self.diagonal = [None] * len(spans)  # the matrix's blocks, then the inverse of D's
+        self.tiles = {}  # of the matrix, (i, j) with i > j: U (n_i, r), V (n_j, r)
+        self.left = [[] for _ in spans]  # of L D, for each row i: transposed U_ij, (r, n_i), for j < i
+        self.right = [None] * len(spans)  # for each column j: transposed V_ij, (r, n_j), for i > j, stacked
+        self.ends = [None] * len(spans)  # for each column j: where in `right` the tiles end
+
+    def factorize(self, threads=1, progress=lambda done: None):
+        """Replace the matrix by its factors."""
+        count = len(self.spans)
+        with Pool(threads) as pool:
+            for j in range(count):
+                column = _Column(self, j)
+                list(pool.map(column.couple, range(j)))
+                below = [pool.submit(column.tile, i) for i in range(j + 1, count)]
+                column.invert()
+                factors = [future.result() for future in below]
+                for i, (u, _) in enumerate(factors, j + 1):
+                    self.left[i].append(u.T.copy())
+                self.ends[j] = np.cumsum([0] + [v.shape[1] for _, v in factors])
+                self.right[j] = np.concatenate([v.T for _, v in factors]) if factors else np.zeros((0, 0), self.dtype)
+                done = (j + 1) / count
+                progress(done * done * (3 - 2 * done))
+
+    def part(self, i, j):
+        """V_ij^T, (r, n_j), of a finished column."""
+        place = i - j - 1
+        return self.right[j][self.ends[j][place] : self.ends[j][place + 1]]
+
+    def between(self, left, right, groups, threads=1):
+        """left^T A^-1 right for groups (slices) of their columns, (N, D) each: a list of (K, K) complex128.
+
+        One substitution serves both if they are the same array.
+        """
+        y = self._forward(right, threads)
+        x = y if left is right else self._forward(left, threads)
+        result = [np.zeros(2 * (group.stop - group.start,), np.complex128) for group in groups]
+        for span, inverse in zip(self.spans, self.diagonal, strict=True):
+            middle = np.empty_like(y[span])
+            with Pool(threads) as pool:
+                pool.wait([pool.submit(multiply, middle.T, y[span].T, inverse, run) for run in runs(y.shape[1])])
+            for group, total in zip(groups, result, strict=True):
+                total += x[span, group].T @ middle[:, group]
+        return result
+
+    def solve(self, right, threads=1):
+        """A^-1 right, (N, D)."""
+        x = self._forward(right, threads)
+        with Pool(threads):
+            for span, inverse in zip(self.spans, self.diagonal, strict=True):
+                x[span] = inverse @ x[span]
+            above = [[None] * len(self.left[i]) for i in range(len(self.spans))]
+            for j in reversed(range(len(self.spans))):
+                if len(self.right[j]):
+                    known = np.concatenate([above[i][j] for i in range(j + 1, len(self.spans))])
+                    x[self.spans[j]] -= self.diagonal[j] @ (self.right[j].T @ known)
+                for k, u in enumerate(self.left[j]):
+                    above[j][k] = u @ x[self.spans[j]]
+        return x
+
+    def _forward(self, right, threads):
+        """L^-1 right, (N, D)."""
+        y = np.array(right, self.dtype, order="C")
+        with Pool(threads) as pool:
+            list(pool.map(lambda run: self._forward_run(y, run), runs(y.shape[1], 256)))
+        return y
+
+    def _forward_run(self, y, run):
+        """L^-1 y in place, for the columns of one task."""
+        known = []
+        for j, span in enumerate(self.spans):
+            block = y[span, run]
+            if j:
+                stacked = np.concatenate([known[k][self.ends[k][j - k - 1] : self.ends[k][j - k]] for k in range(j)])
+                block = block - np.concatenate(self.left[j]).T @ stacked
+                y[span, run] = block
+            known.append(self.right[j] @ (self.diagonal[j] @ block) if len(self.right[j]) else None)
+
+
+class _Column:
+    """A column j while its tiles are made: what finished columns k < j take from them."""
+
+    def __init__(self, matrix, j):
+        self.matrix, self.j = matrix, j
+        self.left = np.concatenate(matrix.left[j]) if j else None  # transposed U_jk of all k, (K, n_j)
+        self.ends = np.cumsum([0] + [len(u) for u in matrix.left[j]])
+        self.width = matrix.spans[j].stop - matrix.spans[j].start
+        self.sketch = self.left @ RANDOM[: self.width, : min(SKETCH, self.width)] if j else None
+        self.coupling, self.coupled, self.own = [None] * j, [None] * j, [None] * j
+
+    def couple(self, k):
+        """V_ik^T D_k^-1 V_jk for all i > j, stacked (R, r_jk), and for i = j; and the first times U_jk^T R."""
+        matrix, j = self.matrix, self.j
+        mine = matrix.part(j, k)
+        weighted = mine @ matrix.diagonal[k]  # D^-1 is symmetric
+        self.own[k] = mine @ weighted.T
+        self.coupling[k] = matrix.right[k][matrix.ends[k][j - k] :] @ weighted.T
+        self.coupled[k] = self.coupling[k] @ self.sketch[self.ends[k] : self.ends[k + 1]]
+
+    def _rows(self, i, k):
+        """Where in the coupling of k the tile i stands."""
+        ends = self.matrix.ends[k]
+        first = ends[self.j - k]
+        return slice(ends[i - k - 1] - first, ends[i - k] - first)
+
+    def invert(self):
+        """The diagonal block's turn: D^-1. In double precision, for its rounding would enter every later column."""
+        matrix, j = self.matrix, self.j
+        block = matrix.diagonal[j].astype(np.complex128)
+        if j:
+            inner = np.concatenate([self.own[k] @ self.left[self.ends[k] : self.ends[k + 1]] for k in range(j)])
+            block -= self.left.T @ inner
+        inverse = np.linalg.inv(block)
+        matrix.diagonal[j] = ((inverse + inverse.T) / 2).astype(matrix.dtype)
+
+    def tile(self, i):
+        """U and V of the tile (i, j) of L D: that of the matrix less sum over k of U_ik (V_ik^T D_k^-1 V_jk) U_jk^T."""
+        matrix, j = self.matrix, self.j
+        u, v = matrix.tiles.pop((i, j))
+        if not j:
+            return u, v
+        places = [self._rows(i, k) for k in range(j)]
+        left = np.concatenate(matrix.left[i])  # (K_i, n_i)
+
+        def times(count):
+            if count == self.sketch.shape[1]:
+                inner = np.concatenate([c[place] for c, place in zip(self.coupled, places, strict=True)])
+            else:
+                random = self.left @ RANDOM[: self.width, :count]
+                parts = zip(self.coupling, places, range(j), strict=True)
+                inner = np.concatenate([c[place] @ random[self.ends[k] : self.ends[k + 1]] for c, place, k in parts])
+            return u @ (v.T @ RANDOM[: self.width, :count]) - left.T @ inner
+
+        def project(basis):
+            adjoint = basis.conj().T
+            mine = adjoint @ left.T
+            inner, begin = np.empty((len(adjoint), self.ends[-1]), matrix.dtype), 0
+            for k, (c, place) in enumerate(zip(self.coupling, places, strict=True)):
+                end = begin + place.stop - place.start
+                np.matmul(mine[:, begin:end], c[place], out=inner[:, self.ends[k] : self.ends[k + 1]])
+                begin = end
+            return (adjoint @ u) @ v.T - inner @ self.left
+
+        return compress(times, project, self.width, matrix.cut)
