@@ -19,7 +19,7 @@ rule report:
             in_repository(f"resources/reference/thesis_{table}.csv")
             for table in ("results", "prediction_times", "confusion")
         ],
-        code=code("report/job_report.py") + page_files() + imager_code(),
+        code=code("report/job_report.py") + page_files() + imager_code() + solver_code(),
     output:
         # Not in Snakemake's own report: browsers do not open so large a page from within another.
         page=f"{RESULTS}/report/index.html",

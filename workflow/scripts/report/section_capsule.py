@@ -13,7 +13,6 @@ from report.selection import decoded_snrs
 from report.vocabulary import F1, PROTOCOLS, SPLITS, heading, of_run, select, split_text, title
 
 SCORES = ("mse", "zncc")  # the reference thesis's, of an image and its reconstruction
-SAME = ("elevation", "snrs", "random_snr", "split", "upsample")  # of two runs that learn from the same images
 BINS = 50
 EXAMPLES, OTHERS_EXAMPLES = 4, 2  # reconstructions of each target by the first network, and by each other one
 SIDE = 0.98  # inches a reconstruction
@@ -75,11 +74,9 @@ def f1_figure(results, opened, model, shown):
     """Weighted F1 against the test SNR, closed set and open set by confidence score: a column for each open run, a row
     for each protocol of thresholds.
 
-    opened: the model's open runs, as `experiments.runs` gives them; the closed set of one of its other runs is drawn
-    too where it learns from the same images. shown: confidence scores.
+    opened: the model's open runs, as `experiments.runs` gives them; shown: confidence scores.
     """
     names, scores = results.names, select(results.scores, elevation="all", metric=F1)
-    closed = [run for run in results.runs.values() if model in run["models"] and not run["open"]]
     look, network = names.model(model), thesis.network(model, results)
     drawing, grid = panels(len(PROTOCOLS), len(opened), max(1 + 3.6 * len(opened), 5.6), 6.0)
     drawn, marked = [], False
@@ -91,14 +88,10 @@ def f1_figure(results, opened, model, shown):
             rows, style = select(own, score=score, threshold=protocol), names.score(score)
             printed = (f"{model}_{score}", "weighted_f1")
             curves.append((f"open set, {style.label}", rows, style.color, style.marker, printed))
-        for other in closed:
-            if all(other[key] == run[key] for key in SAME):
-                rows = select(of_run(scores, other, model), score="")
-                curves.append((f"closed set, {title(other['name'])}", rows, look.color, ".", None))
         draw_rejecting(axes, [results.rejecting[run["split"]]])
         for label, rows, color, marker, printed in curves:
-            draw_curve(axes, rows, color, marker, ls="-" if printed else ":", label=label)
-            if printed and run["split"] == "random" and protocol == "thesis":  # as the reference thesis's
+            draw_curve(axes, rows, color, marker, label=label)
+            if run["split"] == "random" and protocol == "thesis":  # as the reference thesis's
                 opens = printed[1] != "f1"
                 published = select(thesis.statements(results, opens), model=printed[0], metric=printed[1])
                 draw_published(axes, published, color)

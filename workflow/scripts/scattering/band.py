@@ -43,6 +43,7 @@ def solve_band(mesh_path, store_path, sweep, scattering, symmetry, threads, targ
         print(f"{f / 1e9:.4f} GHz: {', '.join(system + parts)}")
     attrs = {
         **scattering,
+        **solution.used,
         "unknowns": [solution.unknowns] * len(frequency),
         "residual": residual,
         "versions": versions("jax", "numpy", "scipy"),

@@ -139,7 +139,7 @@ class SymmetricMatrix:
 
     def _forward_run(self, y):
         """L^-1 y in place, for the columns of one task."""
-        parts = np.empty((3, *y.shape), self.blocks[0].dtype)
+        parts = np.empty((3, *y.shape), y.real.dtype)
         for (a, b), mine in zip(self.spans, self.blocks, strict=True):
             if a:
                 real, imag = _product(mine[:, :, :a], parts[:, :a].transpose(0, 2, 1))

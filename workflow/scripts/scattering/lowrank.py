@@ -69,7 +69,10 @@ class LowRankMatrix:
                 for i, (u, _) in enumerate(factors, j + 1):
                     self.left[i].append(u.T.copy())
                 self.ends[j] = np.cumsum([0] + [v.shape[1] for _, v in factors])
-                self.right[j] = np.concatenate([v.T for _, v in factors]) if factors else np.zeros((0, 0), self.dtype)
+                nothing = np.zeros(
+                    (0, column.width), self.dtype
+                )  # the last column has no tiles, and others may be empty
+                self.right[j] = np.concatenate([nothing, *(v.T for _, v in factors)])
                 done = (j + 1) / count
                 progress(done * done * (3 - 2 * done))
 
@@ -86,12 +89,12 @@ class LowRankMatrix:
         y = self._forward(right, threads)
         x = y if left is right else self._forward(left, threads)
         result = [np.zeros(2 * (group.stop - group.start,), np.complex128) for group in groups]
-        for span, inverse in zip(self.spans, self.diagonal, strict=True):
-            middle = np.empty_like(y[span])
-            with Pool(threads) as pool:
+        with Pool(threads) as pool:
+            for span, inverse in zip(self.spans, self.diagonal, strict=True):
+                middle = np.empty_like(y[span])
                 pool.wait([pool.submit(multiply, middle.T, y[span].T, inverse, run) for run in runs(y.shape[1])])
-            for group, total in zip(groups, result, strict=True):
-                total += x[span, group].T @ middle[:, group]
+                for group, total in zip(groups, result, strict=True):
+                    total += x[span, group].T @ middle[:, group]
         return result
 
     def solve(self, right, threads=1):
@@ -102,7 +105,7 @@ class LowRankMatrix:
                 x[span] = inverse @ x[span]
             above = [[None] * len(self.left[i]) for i in range(len(self.spans))]
             for j in reversed(range(len(self.spans))):
-                if len(self.right[j]):
+                if j + 1 < len(self.spans):
                     known = np.concatenate([above[i][j] for i in range(j + 1, len(self.spans))])
                     x[self.spans[j]] -= self.diagonal[j] @ (self.right[j].T @ known)
                 for k, u in enumerate(self.left[j]):
@@ -125,7 +128,7 @@ class LowRankMatrix:
                 stacked = np.concatenate([known[k][self.ends[k][j - k - 1] : self.ends[k][j - k]] for k in range(j)])
                 block = block - np.concatenate(self.left[j]).T @ stacked
                 y[span, run] = block
-            known.append(self.right[j] @ (self.diagonal[j] @ block) if len(self.right[j]) else None)
+            known.append(self.right[j] @ (self.diagonal[j] @ block))
 
 
 class _Column:

@@ -9,7 +9,7 @@ cores divide them, a GPU takes a tenth or less.
 
 import ast
 from functools import cache
-from math import cos, radians
+from math import cos, log10, radians
 from pathlib import Path
 
 import numpy as np
@@ -22,7 +22,9 @@ ASSEMBLY = 3e-8  # s
 EXCITATION = 5e-8  # s
 START = 0.5  # s a frequency: near pairs, kernels compiled
 CLEARLY = 0.3  # of the time of whole matrices: the plan of compressed ones errs by a factor of two, too
-PATCH_FUNCTIONS, SKETCH = 495, 48
+LARGE = 4000  # MB: from here on compressed matrices serve to save memory, too
+# Of compressed matrices: functions of a patch, columns of most sketches, numbers that samples hold for each unknown.
+PATCH_FUNCTIONS, SKETCH, SAMPLED = 495, 48, 3 * 384 * 640 / 495
 PRODUCTS = 1.2e11  # real operations a second in products with few columns
 RUN = 512  # directions whose substitution a thread has under way
 OPERATORS = Path(__file__).with_name("operators")
@@ -56,11 +58,15 @@ def planned(measures, planes, sweep, formulation, precision, tolerance):
 
 
 def chosen(measures, planes, sweep, formulation, precision, tolerance):
-    """The tolerance, or None where whole matrices are as good, or all there is (CFIE, double precision)."""
+    """The tolerance, or None where whole matrices are nearly as good, or all there is (CFIE, double precision)."""
     if precision != "single" or not _constants(formulation)["SYMMETRIC"]:
         return None
-    whole, compressed = (planned(measures, planes, sweep, formulation, precision, of)[1] for of in (None, tolerance))
-    return tolerance if compressed < CLEARLY * whole else None
+    whole, compressed = (planned(measures, planes, sweep, formulation, precision, of) for of in (None, tolerance))
+    faster, smaller = (
+        compressed[1] < CLEARLY * whole[1],
+        whole[0] > LARGE and compressed[0] < whole[0] and compressed[1] < whole[1],
+    )
+    return tolerance if faster or smaller else None
 
 
 def _whole(size, parities, columns, both):
@@ -77,12 +83,13 @@ def _whole(size, parities, columns, both):
 def _compressed(size, parities, columns, tolerance):
     """The same of compressed matrices, in patches of about PATCH_FUNCTIONS (see `lowrank` and `sampled`).
 
-    The nearer patches are, the higher a tile's rank, and the larger the share of tiles that are filled whole.
+    The nearer patches are, the higher a tile's rank, and the larger the share of tiles that are filled whole. Ranks,
+    shares and the times of a tile (s) are those of the aircraft with 5,700 and 11,700 unknowns a parity: rough.
     """
     patches = max(size / PATCH_FUNCTIONS, 1)
     tiles, near = patches**2 / 2, min(1, 0.05 + 5 / patches)
-    rank = (14 + 110 * near) * max(1 + 0.2 * np.log10(1e-5 / tolerance), 0.3)
-    kept = parities * size * (1.25 * size * rank / PATCH_FUNCTIONS + 2 * PATCH_FUNCTIONS + 1152)
+    rank = (14 + 110 * near) * max(1 + 0.2 * log10(1e-5 / tolerance), 0.3)
+    kept = parities * size * (1.25 * size * rank / PATCH_FUNCTIONS + 2 * PATCH_FUNCTIONS + SAMPLED)
     # What a dense tile takes, times the shares that samples, checks and near tiles are; then its compression.
     filled = tiles * (ASSEMBLY * parities * 2 * PATCH_FUNCTIONS**2 * (0.3 + near) + parities * (0.004 + 0.013 * near))
     stacked = rank * patches / 3  # columns of the factors to the left of a tile, on average

@@ -41,8 +41,10 @@ def fill(entries, matrices, tolerance, threads, progress=lambda done: None):
     for i in range(count):
         for matrix, block in zip(matrices, whole(i, i), strict=True):
             matrix.diagonal[i] = block
-    for matrix in matrices:
-        matrix.cut = tolerance * float(np.median([np.linalg.norm(block, 2) for block in matrix.diagonal]))
+    with Pool(threads):  # for BLAS's threads would change the norm's last bit
+        for matrix in matrices:
+            norms = [np.linalg.norm(block, 2) for block in matrix.diagonal if block.size]
+            matrix.cut = tolerance * float(np.median(norms or [0.0]))
 
     panels, checks, near = _panels(entries), _Checks(entries), _near_tiles(entries)
     tiles, done, total = 0, 0, count * (count - 1) // 2
@@ -89,6 +91,8 @@ def _panels(entries):
 
 def _spread(surface, triangles):
     """SAMPLES of the triangles, each as far as can be from those before it."""
+    if len(triangles) == 0:  # of a patch without functions
+        return triangles
     centers = surface.vertices[triangles].mean(1)
     chosen = [int(np.linalg.norm(centers - centers.mean(0), axis=1).argmax())]
     apart = np.linalg.norm(centers - centers[chosen[0]], axis=1)

@@ -22,7 +22,7 @@ from scattering.solver import Solution
 
 OPERATORS = {"efie": efie, "cfie": cfie}
 DTYPES = {"single": np.complex64, "double": np.complex128}
-MAX_RESIDUAL = 1e-3  # above it the solution is refined once, and refused if that does not help
+MAX_RESIDUAL = 1e-3  # above it (or PROMISE) the solution is refined once, and refused if that does not help
 # Of a tolerance, what a tile may leave out, and how much larger the residual may be before the solution is refined.
 SHARE, PROMISE = 0.4, 10
 KINDS = {  # whole matrices: on JAX's device or not, symmetric or not
@@ -62,6 +62,8 @@ def solve(
     Raises InputError if the mesh lacks the symmetry or, for cfie, is open or turned inwards, or if a frequency cannot
     be solved to a residual of 1e-3.
     """
+    if tolerance is not None and (formulation, precision) != ("efie", "single"):
+        raise ValueError("compressed matrices are those of the EFIE, in single precision")
     operator, dtype = OPERATORS[formulation], DTYPES[precision]
     operator.check_mesh(vertices, triangles)
     surface = fundamental_domain(vertices, triangles, symmetry)

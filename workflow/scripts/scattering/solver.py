@@ -12,21 +12,25 @@ A Solver is made of the config's other scattering settings, with the target's ow
 Plans are made before anything runs, so that a solver's file imports what takes long to load in `solve`.
 """
 
-from dataclasses import dataclass
+import dataclasses
 
 import numpy as np
 
 from core.kinds import load_class
 
 
-@dataclass
+@dataclasses.dataclass
 class Solution:
-    """field: (P, F, E, A) complex, m; seconds: {part: (F,)}; of linear systems, residual: (F,), and unknowns: int"""
+    """field: (P, F, E, A) complex, m; seconds: {part: (F,)}; of linear systems, residual: (F,), and unknowns: int
+
+    used: settings that differ from what was asked, for the store's attributes
+    """
 
     field: np.ndarray
     residual: np.ndarray | None
     seconds: dict
     unknowns: int | None
+    used: dict = dataclasses.field(default_factory=dict)
 
 
 def build(scattering):

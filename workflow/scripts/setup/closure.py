@@ -4,6 +4,8 @@ import ast
 import functools
 from pathlib import Path
 
+from core.errors import InputError
+
 SCRIPTS = Path(__file__).resolve().parents[1]
 
 
@@ -12,7 +14,7 @@ def closure(script):
     """Sorted paths below SCRIPTS of a Python file and of the modules there that it imports, at whatever depth.
 
     The files are read, not run. A module that is imported by a name made at run time is not seen: who does that names
-    its file beside the script (as `learning.classifier.build` does for models).
+    its file beside the script (as `learning.classifier.build` does for models). InputError if one is not Python.
     """
     files, new = set(), {Path(script)}
     while new:
@@ -25,15 +27,22 @@ def closure(script):
 def _imported(file):
     """The files of the modules that a file imports, and of the packages that they are in."""
     names = set()
-    for node in ast.walk(ast.parse((SCRIPTS / file).read_bytes(), file)):
+    try:
+        tree = ast.parse((SCRIPTS / file).read_bytes())
+    except (SyntaxError, ValueError) as error:
+        where = f"workflow/scripts/{Path(file).as_posix()}"
+        raise InputError(f"{where}, line {getattr(error, 'lineno', 1)}: not Python ({error}).") from None
+    for node in ast.walk(tree):
         if isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
-            # What is imported from a package may be a module of it.
-            names |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
+            # A leading dot is the file's own folder; what is imported from a package may be a module of it.
+            above = Path(file).parts[: -node.level] if node.level else ()
+            package = ".".join([*above, *([node.module] if node.module else [])])
+            names |= {package, *(f"{package}.{alias.name}" for alias in node.names)}
     files = set()
     for name in names:
-        parts = name.split(".")
+        parts = name.strip(".").split(".")
         files |= {Path(*parts[:depth], "__init__.py") for depth in range(1, len(parts) + 1)}
         files.add(Path(*parts).with_suffix(".py"))
     return {path for path in files if (SCRIPTS / path).is_file()}

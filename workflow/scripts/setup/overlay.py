@@ -63,9 +63,10 @@ def _named(base, overlay, path):
                 f"config key '{key}': '{ALL}' takes null alone, which removes all that this config does not name."
             )
         if path == EXPERIMENTS and name in HELD_BY and name not in base and not _is_whole(value):
+            remedy = "Leave this out" if value is None else "Name that one, or give 'train' and 'models' here"
             raise InputError(
                 f"config key '{key}': config/config.yaml has no such experiment any more; '{HELD_BY[name]}' learns the "
-                "same, and its scores hold the closed set, too. Name that one, or give 'train' and 'models' here."
+                f"same, and its scores hold the closed set, too. {remedy}."
             )
         if value is not None:
             merged[name] = _entry(base.get(name, {}), value, path, key)

@@ -1,5 +1,7 @@
 """The method of moments, with a direct solver: see `scattering.solve`, and `scattering.plan` for what it takes."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from mesh import topology
@@ -40,7 +42,8 @@ class Solver:
         kind = "whole" if settings["tolerance"] is None else f"compressed to {settings['tolerance']:g}"
         print(f"on {keep_compiled()}, with {kind} matrices")
         asked = sweep.frequency, sweep.elevation, sweep.azimuth, sweep.polarizations
-        return solve(vertices, triangles, *asked, symmetry, threads=threads, progress=progress, **settings)
+        solution = solve(vertices, triangles, *asked, symmetry, threads=threads, progress=progress, **settings)
+        return replace(solution, used={"tolerance": settings["tolerance"]})
 
     def _settings(self, measures, planes, sweep):
         return self.settings | {"tolerance": chosen(measures, planes, sweep, **self.settings)}
