@@ -86,7 +86,9 @@ def code(*scripts):
     These are the scripts and every module that they import, directly or not. As inputs they rerun a job when their
     content changes.
     """
-    return sorted({in_repository("workflow", "scripts", file) for script in scripts for file in or_exit(closure, script)})
+    return sorted(
+        {in_repository("workflow", "scripts", file) for script in scripts for file in or_exit(closure, script)}
+    )
 
 
 def page_files():
