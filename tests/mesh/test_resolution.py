@@ -75,6 +75,7 @@ def config_of(path, density):
             "targets": {"*": None, "large": {"mesh": str(path), "role": "known", "length": 0.9}},
             "mesh": {"edges_per_wavelength": density, "bands": 1},
             "radar": {"center_frequency": 0.6e9, "bandwidth": 0, "frequencies": 1},
+            "scattering": {"precision": "double"},  # whole matrices
             "learning": {"experiments": {"*": None}},
         }
     )

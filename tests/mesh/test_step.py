@@ -10,7 +10,7 @@ from shapes_made import check_solid
 from core.errors import InputError
 from mesh import cad_kernel, topology
 from mesh.build import build
-from setup.check import _check_targets
+from setup.config import load
 
 RADAR = {"center_frequency": 1.0e9, "bandwidth": 0.0, "frequencies": 1, "polarizations": ["VV"]}
 MESH = {"edges_per_wavelength": 10, "bands": 1}
@@ -173,7 +173,7 @@ def test_a_curve_is_refused(tmp_path, file):
 def test_a_unit_beside_the_files_own_is_refused(tmp_path):
     (tmp_path / "a.step").touch()
     with pytest.raises(InputError, match=r"'targets\.a\.unit': .*a\.step states its own unit"):
-        _check_targets({"targets": {"a": {"mesh": str(tmp_path / "a.step"), "role": "known", "unit": "mm"}}})
+        load({"targets": {"a": {"mesh": str(tmp_path / "a.step"), "role": "known", "unit": "mm"}}})
 
 
 def test_without_the_kernel_the_key_and_the_command_are_named(tmp_path, monkeypatch):
@@ -183,6 +183,6 @@ def test_without_the_kernel_the_key_and_the_command_are_named(tmp_path, monkeypa
         with pytest.raises(
             InputError, match=rf"'targets\.a\.mesh': .*{file}.*pip install.*envs/requirements-step\.lock"
         ):
-            _check_targets({"targets": {"a": {"mesh": str(tmp_path / file), "role": "known"}}})
+            load({"targets": {"a": {"mesh": str(tmp_path / file), "role": "known"}}})
         with pytest.raises(InputError, match=rf"{file}.*pip install.*envs/requirements-step\.lock"):
             build(tmp_path / file, {}, MESH, RADAR)

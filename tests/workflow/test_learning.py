@@ -302,6 +302,8 @@ def test_after_a_kill_and_on_one_core_the_bytes_are_the_same(project, results):
     before, name = content(), "encoded/capsule_denoise"
     model, loop = results / "learning/models" / name, "workflow/scripts/learning/training_loop.py"
     project.edit(loop, "BETWEEN = 20.0", "BETWEEN = 0.0")
+    every = project.folder / "workflow/scripts/learning/train.py"  # the loop is that of networks alone
+    every.write_bytes(every.read_bytes() + b"\n# A comment.\n")
     run = project.start("--cores", 1, model.relative_to(project.folder), *LEARN, start_new_session=True)
     while not list((results / "learning/checkpoints" / name).glob("*[0-9a-f].npz")):
         assert run.poll() is None, "the run ended before it could be killed"
