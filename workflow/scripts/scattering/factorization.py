@@ -107,14 +107,9 @@ class SymmetricMatrix:
         """
         y = self._forward(right, threads)
         x = y if left is right else self._forward(left, threads)
-        result = [np.zeros(2 * (group.stop - group.start,), np.complex128) for group in groups]
-        with Pool(threads) as pool:
-            for (a, b), mine in zip(self.spans, self.blocks, strict=True):
-                inverse, middle = mine[0, :, a:] + 1j * mine[1, :, a:], np.empty_like(y[a:b])
-                pool.wait([pool.submit(multiply, middle.T, y[a:b].T, inverse, r) for r in runs(y.shape[1])])
-                for group, total in zip(groups, result, strict=True):
-                    total += x[a:b, group].T @ middle[:, group]
-        return result
+        blocks = zip(self.spans, self.blocks, strict=True)
+        inverses = ((slice(a, b), mine[0, :, a:] + 1j * mine[1, :, a:]) for (a, b), mine in blocks)
+        return through_diagonal(x, y, inverses, groups, threads)
 
     def solve(self, right, threads=1):
         """A^-1 right, (N, D)."""
@@ -146,6 +141,21 @@ class SymmetricMatrix:
                 y[a:b] -= real + 1j * imag
             parts[0, a:b], parts[1, a:b] = y[a:b].real, y[a:b].imag
             parts[2, a:b] = parts[0, a:b] + parts[1, a:b]
+
+
+def through_diagonal(x, y, inverses, groups, threads):
+    """x^T D^-1 y for groups (slices) of their columns, (N, D) each: a list of (K, K) complex128.
+
+    inverses: of each block of D its slice and its inverse
+    """
+    result = [np.zeros(2 * (group.stop - group.start,), np.complex128) for group in groups]
+    with Pool(threads) as pool:
+        for span, inverse in inverses:
+            middle = np.empty_like(y[span])
+            pool.wait([pool.submit(_multiply, middle.T, y[span].T, inverse, run) for run in runs(y.shape[1])])
+            for group, total in zip(groups, result, strict=True):
+                total += x[span, group].T @ middle[:, group]
+    return result
 
 
 def _with_sum(parts):
@@ -212,7 +222,7 @@ class GeneralMatrix:
                 inverse = np.linalg.inv(column[a:b].astype(np.complex128)).astype(self.dtype)
                 column[a:b] = inverse
                 panel = column[b:].copy()
-                pool.wait([pool.submit(multiply, column[b:], panel, inverse.T, r) for r in runs(len(panel))])
+                pool.wait([pool.submit(_multiply, column[b:], panel, inverse.T, r) for r in runs(len(panel))])
                 rest = range(k + 1, len(self.columns))
                 for i, j in product(rest, rest):
                     other, rows = self.columns[j], slice(*self.spans[i])
@@ -231,7 +241,7 @@ class GeneralMatrix:
                 parts = runs(x.shape[1])
                 pool.wait([pool.submit(_subtract, x[a:b].T, x[:a].T, column[:a].T, r, None) for r in parts])
                 value = np.empty_like(x[a:b])
-                pool.wait([pool.submit(multiply, value.T, x[a:b].T, column[a:b].T, r) for r in parts])
+                pool.wait([pool.submit(_multiply, value.T, x[a:b].T, column[a:b].T, r) for r in parts])
                 x[a:b] = value
                 for group, total in zip(groups, result, strict=True):
                     total += value[:, group].T @ y[a:b, group]
@@ -304,7 +314,7 @@ def runs(length, step=RUN):
     return [slice(begin, min(begin + step, length)) for begin in range(0, length, step)]
 
 
-def multiply(c, a, b, rows):
+def _multiply(c, a, b, rows):
     """c = a @ b.T on some rows."""
     np.matmul(a[rows], b.T, out=c[rows])
 

@@ -11,7 +11,7 @@ As in `factorization` every product is done by one thread: the last bit does not
 
 import numpy as np
 
-from scattering.factorization import Pool, multiply, runs
+from scattering.factorization import Pool, runs, through_diagonal
 
 SKETCH = 48  # random columns to begin with: most tiles have a smaller rank
 SPARE = 8  # columns, and a sixth of them, that must find nothing: else twice as many are tried
@@ -69,9 +69,8 @@ class LowRankMatrix:
                 for i, (u, _) in enumerate(factors, j + 1):
                     self.left[i].append(u.T.copy())
                 self.ends[j] = np.cumsum([0] + [v.shape[1] for _, v in factors])
-                nothing = np.zeros(
-                    (0, column.width), self.dtype
-                )  # the last column has no tiles, and others may be empty
+                # The last column has no tiles, and those of others may be empty.
+                nothing = np.zeros((0, column.width), self.dtype)
                 self.right[j] = np.concatenate([nothing, *(v.T for _, v in factors)])
                 done = (j + 1) / count
                 progress(done * done * (3 - 2 * done))
@@ -88,14 +87,7 @@ class LowRankMatrix:
         """
         y = self._forward(right, threads)
         x = y if left is right else self._forward(left, threads)
-        result = [np.zeros(2 * (group.stop - group.start,), np.complex128) for group in groups]
-        with Pool(threads) as pool:
-            for span, inverse in zip(self.spans, self.diagonal, strict=True):
-                middle = np.empty_like(y[span])
-                pool.wait([pool.submit(multiply, middle.T, y[span].T, inverse, run) for run in runs(y.shape[1])])
-                for group, total in zip(groups, result, strict=True):
-                    total += x[span, group].T @ middle[:, group]
-        return result
+        return through_diagonal(x, y, zip(self.spans, self.diagonal, strict=True), groups, threads)
 
     def solve(self, right, threads=1):
         """A^-1 right, (N, D)."""
