@@ -3,7 +3,8 @@
 # make bench-scattering: what a solve costs against what the machine can do (run nothing beside it)
 # make bench-learning: prediction times at the reference experiment's size
 # make bench-capsules: what the capsule network's training and prediction take, with and without XLA's convolution
-# make bench-thesis: one solve at full size (an hour, 24 GB), and the whole reference experiment projected from it
+# make bench-thesis: solves at full size (ten minutes, 7 GB), and the whole reference experiment projected from them
+# make bench-compressed: compressed matrices beside whole ones, over unknowns and tolerance (half an hour, 6 GB)
 # make bench-imaging: 1,172,490 images from made-up fields, beside the disk's speed
 # make bench-bempp: the same sphere by bempp-cl, in an environment of its own, and here
 # make validate: the solver and the image formation beside closed forms, as figures (docs/validation.md)
@@ -14,7 +15,7 @@ BIN := .venv/bin
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
 .PHONY: report test lint environment validate bench-learning bench-capsules bench-scattering bench-bempp bench-thesis \
-	bench-imaging
+	bench-imaging bench-compressed
 
 report: environment
 	snakemake --cores $(CORES) report
@@ -46,6 +47,10 @@ bench-capsules: environment
 
 bench-thesis: environment
 	PYTHONPATH=workflow/scripts python benchmarks/bench_thesis.py --threads $(CORES)
+
+bench-compressed: environment
+	$(BIN)/snakemake --cores $(CORES) results/quick/mesh/aircraft.json
+	PYTHONPATH=workflow/scripts:tests/scattering:benchmarks python benchmarks/bench_compressed.py --threads $(CORES)
 
 bench-bempp: environment .venv-bempp/.installed
 	PYTHONPATH=workflow/scripts:tests/scattering python benchmarks/bench_bempp.py

@@ -1,12 +1,14 @@
-"""One solve at full size, and what the whole reference experiment would take: `make bench-thesis`.
+"""Solves at full size, and what the whole reference experiment would take: `make bench-thesis`.
 
-Meshes the targets of config/thesis.yaml (if that is not done), solves the costliest at its highest frequency, in all
-directions, and scales the time of each part to the other targets and bands: assembly and directions with the number of
-pairs of unknowns, factorization with its cube, mirror planes counted in.
+Meshes the targets of config/thesis.yaml (if that is not done), solves the costliest target at the highest frequency of
+its lowest, middle and highest band, and the costliest of other mirror planes at its highest, in all directions. What
+each part took beside the plan scales the plan of all other targets and bands. --whole solves the costliest with whole
+matrices besides (half an hour, 22 GB). A solve that the table holds already is not repeated.
 """
 
 import argparse
 import json
+import multiprocessing
 import os
 import resource
 import subprocess
@@ -15,56 +17,102 @@ from pathlib import Path
 
 import pandas as pd
 
-from core.sweep import sweeps
+from core.sweep import Sweep, sweeps
 from mesh.io import read_ply
 from scattering import needs
+from scattering.plan import at_one_frequency, chosen
 from scattering.solve import PARTS, solve
 from setup.config import load
 from setup.yaml_file import read_yaml
-
-POWERS = {"assembly": (2, 1), "factorization": (3, 2), "directions": (2, 2)}  # of unknowns, and of 2^planes below
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--config", default="config/thesis.yaml")
+    parser.add_argument("--polarizations", nargs="+", help="those of the config, unless given")
     parser.add_argument("--threads", type=int, default=os.cpu_count())
+    parser.add_argument("--whole", action="store_true", help="with whole matrices, too")
     parser.add_argument("--out", type=Path, default=Path("results/benchmarks"))
     options = parser.parse_args()
     config = load(read_yaml(options.config))
+    if options.polarizations:
+        config["radar"]["polarizations"] = options.polarizations
     folder = Path("results", config["name"], "mesh")
     figures = [f"{folder}/{target}.json" for target in config["targets"]]
     command = ["snakemake", "--cores", str(options.threads), *figures, "--configfile", options.config]
     subprocess.run(command, check=True)
-    asked = sweeps(config["radar"], config["aspect"], config["mesh"]["bands"])
+    table = pd.DataFrame(plans(config, folder))
+    table["seconds"] = table[[f"planned_{part}" for part in PARTS]].sum(axis=1)
 
-    def plan(target, number, band):
-        planes = len(config["targets"][target].get("symmetry", []))
-        return needs.need(band, planes, asked[number], needs.method(config, target))
+    def costliest(rows):
+        return rows.loc[rows.seconds.idxmax()]
 
-    rows = [
-        {
-            "target": target,
-            "band": number,
-            "planes": len(config["targets"][target].get("symmetry", [])),
-            "unknowns": band["unknowns"],
-            "frequencies": band["frequencies"]["count"],
-            "planned_gb": plan(target, number, band)["megabytes"] / 1000,
-        }
-        for target, path in zip(config["targets"], figures, strict=True)
-        for number, band in enumerate(json.loads(Path(path).read_text())["bands"])
+    largest = costliest(table)
+    bands = sorted({0, largest.band // 2, largest.band})
+    measured = [row for _, row in table[table.target == largest.target].iterrows() if row.band in bands]
+    measured += [costliest(rows) for planes, rows in table.groupby("planes") if planes != largest.planes]
+    options.out.mkdir(parents=True, exist_ok=True)
+    letters = "-".join(config["radar"]["polarizations"])
+    path = options.out / f"thesis-solves-{letters}.csv"
+    solves = pd.read_csv(path).to_dict("records") if path.exists() else []
+    for row, tolerance in [(row, row.tolerance) for row in measured] + ([(largest, 0.0)] if options.whole else []):
+        if (row.target, row.band, tolerance) in {
+            (known["target"], known["band"], known["tolerance"]) for known in solves
+        }:
+            continue
+        mesh, symmetry = folder / f"{row.target}-{row.band}.ply", config["targets"][row.target].get("symmetry", [])
+        with multiprocessing.get_context("spawn").Pool(1) as pool:  # for its peak of memory
+            took = pool.apply(measure, (config, mesh, row.band, symmetry, tolerance or None, options.threads))
+        solves.append(
+            {"target": row.target, "band": row.band, "unknowns": row.unknowns, "planned_gb": row.planned_gb} | took
+        )
+        print(
+            ", ".join(f"{k} {v:.4g}" if isinstance(v, float) else f"{k} {v}" for k, v in solves[-1].items()), flush=True
+        )
+        pd.DataFrame(solves).to_csv(path, index=False)
+    solved = pd.DataFrame(solves).merge(table, on=["target", "band", "tolerance"], suffixes=("", "_of_plan"))
+    for part in PARTS:
+        ratio = solved[part].sum() / solved[f"planned_{part}"].sum()
+        print(f"{part}: {ratio:.2f} of the plan")
+        table[f"{part}_h"] = table[f"planned_{part}"] * ratio * table.frequencies / 3600
+    table["hours"] = table[[f"{part}_h" for part in PARTS]].sum(axis=1)
+    shown = [
+        "target",
+        "band",
+        "planes",
+        "unknowns",
+        "frequencies",
+        "planned_gb",
+        "tolerance",
+        *(f"{p}_h" for p in PARTS),
+        "hours",
     ]
-    table = pd.DataFrame(rows)
-    cost = {part: table.unknowns**n / 2.0 ** (g * table.planes) for part, (n, g) in POWERS.items()}
-    largest = table.loc[cost["factorization"].idxmax()]
-    sweep = asked[largest.band]
-    frequency = sweep.frequency[-1]
-    symmetry = config["targets"][largest.target].get("symmetry", [])
+    print(table[shown].round(3).to_string(index=False))
     print(
-        f"{largest.target} at {frequency / 1e9:g} GHz: {largest.unknowns} unknowns, mirror planes {symmetry}, "
-        f"{len(sweep.elevation) * len(sweep.azimuth)} directions, planned memory {largest.planned_gb:.1f} GB",
-        flush=True,
+        f"{', '.join(config['radar']['polarizations'])}, all {config['radar']['frequencies']} frequencies: "
+        f"{table.hours.sum():.2f} hours"
     )
+    table[shown].to_csv(options.out / f"thesis-{letters}.csv", index=False)
+
+
+def plans(config, folder):
+    """A row for each target and band: its size, and what is planned at its highest frequency."""
+    asked = sweeps(config["radar"], config["aspect"], config["mesh"]["bands"])
+    for target, own in config["targets"].items():
+        planes, method = len(own.get("symmetry", [])), needs.method(config, target)
+        settings = {key: method[key] for key in ("formulation", "precision")}
+        for number, band in enumerate(json.loads((folder / f"{target}.json").read_text())["bands"]):
+            tolerance = chosen(band, planes, asked[number], **settings, tolerance=method["tolerance"])
+            megabytes, seconds = at_one_frequency(band, planes, asked[number], **settings, tolerance=tolerance)
+            row = {"target": target, "band": number, "planes": planes, "unknowns": band["unknowns"]}
+            row |= {"frequencies": band["frequencies"]["count"], "tolerance": tolerance or 0.0}
+            yield row | {"planned_gb": megabytes / 1000} | {f"planned_{part}": seconds[part] for part in PARTS}
+
+
+def measure(config, mesh, band, symmetry, tolerance, threads):
+    """What one solve at a band's highest frequency takes."""
+    sweep = sweeps(config["radar"], config["aspect"], config["mesh"]["bands"])[band]
+    sweep = Sweep(sweep.frequency[-1:], sweep.elevation, sweep.azimuth, sweep.polarizations)
     start, said = time.perf_counter(), {"at": 0.0}
 
     def progress(_, part, done):
@@ -72,31 +120,12 @@ def main():
             said["at"] = time.perf_counter()
             print(f"  {said['at'] - start:6.0f} s: {part} {100 * done:.0f} %", flush=True)
 
-    solution = solve(
-        *read_ply(folder / f"{largest.target}-{largest.band}.ply"),
-        [frequency],
-        sweep.elevation,
-        sweep.azimuth,
-        sweep.polarizations,
-        symmetry,
-        precision=config["scattering"]["precision"],
-        threads=options.threads,
-        progress=progress,
-    )
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
-    seconds = {part: float(solution.seconds[part][0]) for part in PARTS}
-    print(", ".join(f"{part} {value:.0f} s" for part, value in seconds.items()), end="; ")
-    print(f"peak memory {peak:.1f} GB, residual {solution.residual[0]:.1e}")
-    for part in PARTS:
-        table[f"{part}_h"] = seconds[part] * cost[part] / cost[part][largest.name] * table.frequencies / 3600
-    table["hours"] = table[[f"{part}_h" for part in PARTS]].sum(axis=1)
-    print(table.round(2).to_string(index=False))
-    print(f"the whole experiment, {config['radar']['frequencies']} frequencies: {table.hours.sum():.1f} hours")
-    options.out.mkdir(parents=True, exist_ok=True)
-    table.to_csv(options.out / "thesis.csv", index=False)
-    row = {"target": largest.target, "ghz": frequency / 1e9, "unknowns": largest.unknowns, **seconds}
-    row |= {"peak_gb": peak, "residual": solution.residual[0]}
-    pd.DataFrame([row]).to_csv(options.out / "thesis-solve.csv", index=False)
+    asked = sweep.frequency, sweep.elevation, sweep.azimuth, sweep.polarizations
+    solution = solve(*read_ply(mesh), *asked, symmetry, threads=threads, progress=progress, tolerance=tolerance)
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024 / 1e9
+    row = {"ghz": sweep.frequency[0] / 1e9, "tolerance": tolerance or 0.0}
+    row |= {part: float(solution.seconds[part][0]) for part in PARTS}
+    return row | {"peak_gb": peak, "residual": float(solution.residual[0])}
 
 
 if __name__ == "__main__":

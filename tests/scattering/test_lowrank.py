@@ -3,6 +3,7 @@
 import mie
 import numpy as np
 import pytest
+from scipy.sparse import csr_array
 from test_solve import AZIMUTH, ELEVATION, FREQUENCY, octasphere, sheet, weld
 from threadpoolctl import threadpool_limits
 
@@ -12,7 +13,7 @@ from scattering.basis import fundamental_domain, rwg
 from scattering.factorization import SymmetricMatrix
 from scattering.lowrank import LowRankMatrix, compress
 from scattering.operators import efie
-from scattering.solve import solve
+from scattering.solve import SHARE, solve
 
 K = 2 * np.pi  # rad/m
 WAVES = ["VV", "HH", "HV"]
@@ -31,14 +32,15 @@ def product(rank, shape=(400, 300), seed=0):
 @pytest.mark.parametrize("cut", [1e-2, 1e-4])
 def test_compressed_tile_is_within_the_cut(rank, cut):
     tile = product(rank).astype(np.complex64)
-    left, right = sampled._from_whole(tile, cut)
+    left, right = sampled._from_whole(tile, csr_array(tile.shape, dtype=np.complex64), cut)
     assert np.linalg.norm(left @ right.T - tile, 2) < 3 * cut  # measured: 1.9 at most, where the values fall slowly
     # No more columns than the singular values that count, but for a few.
     assert left.shape[1] == right.shape[1] <= (np.linalg.svd(tile, compute_uv=False) > 0.8 * cut).sum() + 2
 
 
 def test_nothing_is_compressed_to_nothing():
-    left, right = compress(lambda count: np.zeros((5, count)), lambda basis: basis.conj().T @ np.zeros((5, 7)), 7, 1e-3)
+    zeros = np.zeros((5, 7))
+    left, right = compress(lambda run: zeros[:, run], lambda basis: basis.conj().T @ zeros, 7, 1e-3)
     assert left.shape == (5, 0) and right.shape == (7, 0)
 
 
@@ -93,6 +95,20 @@ def test_samples_that_say_too_little_are_found_out(parities, monkeypatch):
             assert np.linalg.norm(left @ right.T - whole[matrix.spans[i], matrix.spans[j]], 2) < 3 * matrix.cut
 
 
+def test_samples_that_do_not_follow_from_each_other_are_found_out():
+    """A tile of rank 60, of which 24 triangles' samples say all, and one that the last of them see nothing of."""
+    random = np.random.default_rng(0)
+    count = 3 * sampled.SAMPLES
+    left, inner, right = (random.standard_normal(shape) for shape in ((400, 60), (60, 60), (60, 300)))
+    ends = random.standard_normal((count, 60)), random.standard_normal((60, count))
+    parts = left @ inner @ ends[1], ends[0] @ inner @ right, ends[0] @ inner @ ends[1]
+    assert sampled._left_out(*parts, 1e-3) < 1e-3
+    for part, place in ((0, (slice(None), [-1])), (1, [-1])):
+        changed = [part.copy() for part in parts]
+        changed[part][place] += 1.0
+        assert sampled._left_out(*changed, 1e-3) > 1
+
+
 def test_true_rows_are_those_of_the_whole_matrix(parities):
     entries, wholes = parities
     numbers = [np.unique(np.linspace(0, len(basis) - 1, 40).astype(int)) for basis in entries.bases]
@@ -103,7 +119,7 @@ def test_true_rows_are_those_of_the_whole_matrix(parities):
 def test_factors_solve(parities):
     entries, wholes = parities
     random = np.random.default_rng(0)
-    for matrix, whole in zip(filled(entries)[0], wholes, strict=True):
+    for matrix, whole in zip(filled(entries, SHARE * TOLERANCE)[0], wholes, strict=True):
         right = random.standard_normal((matrix.size, 7)).astype(np.complex64)
         matrix.factorize(2)
         x = matrix.solve(right, 2)

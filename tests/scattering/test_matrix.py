@@ -112,7 +112,7 @@ def test_quadrature_is_exact_to_its_degree(count, degree):
 def test_blocks_hold_every_function_once():
     surface = fundamental_domain(*octasphere(14, [1.0, 0.8, 0.9]), ["xz"])
     bases = [rwg(surface, parity) for parity in surface.parities]
-    blocks = blocks_of(bases, len(surface.vertices))
+    blocks = blocks_of(bases, surface.patches)
     assert len(blocks) > 1
     for p, basis in enumerate(bases):
         assert [b.spans[p].start for b in blocks[1:]] == [b.spans[p].stop for b in blocks[:-1]]
@@ -120,6 +120,18 @@ def test_blocks_hold_every_function_once():
     for block in blocks:
         assert block.triangles.shape == (TILE,)
         assert block.halves.shape == (2, TILE_FUNCTIONS, 2)
+
+
+def test_blocks_are_compact_patches_or_parts_of_them(monkeypatch):
+    monkeypatch.setattr("scattering.basis.PATCH", 400)  # so that some touch more triangles than a tile holds
+    surface = fundamental_domain(*octasphere(14, [1.0, 0.8, 0.9]), [])
+    bases = [rwg(surface, surface.parities[0])]
+    blocks = blocks_of(bases, surface.patches)
+    assert len(blocks) > len(surface.patches) - 1
+    first = bases[0].halves.min(1) // 3
+    for block in blocks:
+        own = np.searchsorted(surface.patches, first[block.spans[0]], side="right")
+        assert (own == own[0]).all()
 
 
 def test_matrix_agrees_with_direct_quadrature():

@@ -3,12 +3,14 @@
 import mie
 import numpy as np
 import pytest
+from paths import both
 
 from core.errors import InputError
 from core.sweep import C0
 from scattering.basis import fundamental_domain, rwg, unknowns
 from scattering.solve import MAX_RESIDUAL, solve
 
+path = both(__name__, 60)  # triangles, so that these small meshes have several patches
 FREQUENCY = C0  # wavelength 1 m, so that lengths read in wavelengths
 ELEVATION, AZIMUTH = np.array([-30.0, 0.0, 20.0]), np.arange(0.0, 360.0, 45.0)
 
@@ -185,7 +187,9 @@ def test_large_residual_is_refined(ellipsoid):
 
 
 @pytest.mark.parametrize("settings", [{"symmetry": ["xz"]}, {"symmetry": ["xz"], "formulation": "cfie"}])
-def test_refined_solution_is_that_of_double_precision(ellipsoid, settings, monkeypatch):
+def test_refined_solution_is_that_of_double_precision(path, ellipsoid, settings, monkeypatch):
+    if path:
+        pytest.skip("test_lowrank refines compressed solutions: patches this small leave other last bits")
     if "formulation" in settings:
         inward = np.linalg.det(ellipsoid[0][ellipsoid[1]]) < 0
         ellipsoid = ellipsoid[0], np.where(inward[:, None], ellipsoid[1][:, ::-1], ellipsoid[1])

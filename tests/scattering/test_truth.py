@@ -8,6 +8,7 @@ from itertools import pairwise
 import mie
 import numpy as np
 import pytest
+from paths import both
 from test_magnetic import outward
 from test_solve import ELEVATION, FREQUENCY, decibel, octasphere, sheet, weld
 
@@ -19,6 +20,7 @@ from scattering.operators import cfie, efie
 from scattering.sampling import sample
 from scattering.solve import solve
 
+path = both(__name__, 330)
 K = 2 * np.pi
 ANGLES = np.radians(np.arange(0.0, 181.0))
 

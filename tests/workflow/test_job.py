@@ -34,11 +34,13 @@ def test_progress_bar_becomes_lines_in_the_log(tty, quiet, monkeypatch):
     print("begun", file=stream)
     with tqdm(total=4, bar_format="{desc}: {percentage:.0f} %", file=stream, mininterval=0) as bar:
         progress = _Progress(bar, [1e9, 2e9, 3e9, 4e9])
-        progress(1, "factorization", 0.5)
+        progress(1, "factorization", 0.5, 0.6)
+        progress(2, "directions", 0.5)  # of a solver that has no other parts
         progress(3, "done", 1.0)
     lines = log.getvalue().strip().splitlines()
     assert lines[0] == "begun"
     assert "2.0000 GHz (2 of 4), factorization 50 %: 40 %" in lines
+    assert any(line.startswith("3.0000 GHz (3 of 4), directions 50 %: 62 %") for line in lines)
     assert lines[-1] == "4.0000 GHz (4 of 4), done: 100 %"
     assert not any("\r" in line for line in lines)
     assert ("\r" in terminal.getvalue()) == (tty and not quiet)

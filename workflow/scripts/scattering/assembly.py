@@ -13,6 +13,7 @@ sums with the characters of the group give one matrix per parity (see `basis`).
 from collections import deque
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 from types import SimpleNamespace
 
 import jax
@@ -31,36 +32,34 @@ UNDER_WAY = 8  # tiles that JAX may compute ahead
 
 @dataclass(frozen=True)
 class Block:
-    """The functions that begin on a run of consecutive triangles, padded to shapes that all blocks share.
+    """The functions that begin on the triangles of a patch, padded to shapes that all blocks share.
 
     triangles: (TILE,) those that the functions touch, in any parity, padded with the number T
     spans: (G,) slices of each parity's functions; halves: (G, TILE_FUNCTIONS, 2) i * TILE + place in `triangles`;
-    signs: (G, TILE_FUNCTIONS, 2), 0 where padded
+    signs: (G, TILE_FUNCTIONS, 2), 0 where padded. Without these two it holds the 3 TILE half functions themselves.
     """
 
     triangles: np.ndarray
     spans: list
-    halves: np.ndarray
-    signs: np.ndarray
+    halves: np.ndarray | None = None
+    signs: np.ndarray | None = None
 
 
-def blocks_of(bases, count):
-    """Cut the parities' bases on `count` triangles into Blocks of at most TILE triangles."""
+def blocks_of(bases, patches):
+    """A Block for each of a Surface's `patches`; one whose functions touch too many triangles is cut in two."""
     touched = [basis.halves // 3 for basis in bases]
     first = [t.min(1) for t in touched]
-    blocks, begin = [], 0
-    while begin < count:
-        end = min(begin + TILE, count)
-        while True:
-            spans = [slice(*np.searchsorted(f, [begin, end])) for f in first]
-            used = np.unique(np.concatenate([t[span].reshape(-1) for t, span in zip(touched, spans, strict=True)]))
-            excess = max(len(used) - TILE, *(s.stop - s.start - TILE_FUNCTIONS for s in spans), 0)
-            if excess == 0:
-                break
-            end = max(begin + 1, end - max(excess // 2, 1))
-        block = block_of(bases, [np.arange(span.start, span.stop) for span in spans], count)
+    blocks, runs = [], list(pairwise(patches))[::-1]
+    while runs:
+        begin, end = runs.pop()
+        spans = [slice(*np.searchsorted(f, [begin, end]).tolist()) for f in first]
+        used = np.unique(np.concatenate([t[span].reshape(-1) for t, span in zip(touched, spans, strict=True)]))
+        if len(used) > TILE or max(span.stop - span.start for span in spans) > TILE_FUNCTIONS:
+            middle = (begin + end) // 2
+            runs += [(middle, end), (begin, middle)]
+            continue
+        block = block_of(bases, [np.arange(span.start, span.stop) for span in spans], patches[-1])
         blocks.append(replace(block, spans=spans))
-        begin = end
     return blocks
 
 
@@ -82,19 +81,31 @@ def block_of(bases, numbers, count):
 
 
 @jax.jit
-def _gather(images, characters, row_halves, row_signs, col_halves, col_signs):
-    """Sum the images of the sources with one parity's characters and combine halves into functions."""
-    z = jnp.block(
-        [
-            [
-                sum(character * image[i][j] for character, image in zip(characters, images, strict=True))
-                for j in range(3)
-            ]
-            for i in range(3)
-        ]
-    )
-    z = z[row_halves[:, 0]] * row_signs[:, :1] + z[row_halves[:, 1]] * row_signs[:, 1:]
-    return z[:, col_halves[:, 0]] * col_signs[:, 0] + z[:, col_halves[:, 1]] * col_signs[:, 1]
+def _sum(images, characters):
+    """The tile between half functions with the images of the sources summed with one parity's characters."""
+    (rows, cols), dtype = images[0][0][0].shape, images[0][0][0].dtype
+    z = jnp.zeros((3 * rows, 3 * cols), dtype)
+    for i, j in np.ndindex(3, 3):
+        part = sum(character * image[i][j] for character, image in zip(characters, images, strict=True))
+        # One after the other: XLA joins blocks at half the speed.
+        z = jax.lax.dynamic_update_slice(z, part, (i * rows, j * cols))
+    return z
+
+
+# No number is beyond the ends: to make sure of that takes XLA as long as to gather.
+
+
+@jax.jit
+def _rows(z, halves, signs):
+    """Rows of functions from those of their halves."""
+    first, second = (z.at[halves[:, end]].get(mode="promise_in_bounds") for end in (0, 1))
+    return first * signs[:, :1] + second * signs[:, 1:]
+
+
+@jax.jit
+def _columns(z, halves, signs):
+    first, second = (z.at[:, halves[:, end]].get(mode="promise_in_bounds") for end in (0, 1))
+    return first * signs[:, 0] + second * signs[:, 1]
 
 
 @jax.jit
@@ -114,7 +125,7 @@ class Entries:
         self.real = np.float32 if dtype == np.complex64 else np.float64
         self.wavenumber, self.k = wavenumber, self.real(wavenumber)
         self.characters = [tuple(self.real(character) for character in parity) for parity in surface.parities]
-        self.blocks = blocks_of(bases, len(surface.vertices))
+        self.blocks = blocks_of(bases, surface.patches)
 
     @cached_property
     def placed(self):
@@ -138,8 +149,12 @@ class Entries:
         parts = list(zip(*images, strict=True))
         tiles = []
         for p, characters in enumerate(self.characters):
-            ends = characters, row.halves[p], row.signs[p], col.halves[p], col.signs[p]
-            tiles.append(_complex(*(_gather(part, *ends) for part in parts)))
+            sums = [_sum(part, characters) for part in parts]
+            if row.halves is not None:
+                sums = [_rows(z, row.halves[p], row.signs[p]) for z in sums]
+            if col.halves is not None:
+                sums = [_columns(z, col.halves[p], col.signs[p]) for z in sums]
+            tiles.append(_complex(*sums))
         return tiles
 
     def between(self, row, col):
@@ -215,6 +230,6 @@ def _on_device(block, surface, real):
         images=images,
         lengths=jnp.asarray(lengths.T, real),
         normals=jnp.asarray(normals.T, real),
-        halves=[jnp.asarray(halves) for halves in block.halves],
-        signs=[jnp.asarray(signs, real) for signs in block.signs],
+        halves=None if block.halves is None else [jnp.asarray(halves) for halves in block.halves],
+        signs=None if block.signs is None else [jnp.asarray(signs, real) for signs in block.signs],
     )

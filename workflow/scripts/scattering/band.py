@@ -65,18 +65,13 @@ def _check_memory(vertices, triangles, planes, sweep, scattering, target):
         )
 
 
-# Where in a frequency's time a part begins, and how much of it it takes: about.
-SHARES = {"assembly": (0.0, 0.3), "factorization": (0.3, 0.6), "directions": (0.9, 0.1), "done": (1.0, 0.0)}
-
-
 class _Progress:
     """Shows on a tqdm bar which frequency and which part of it runs."""
 
     def __init__(self, bar, frequency):
         self.bar, self.frequency = bar, frequency
 
-    def __call__(self, n, part, done):
-        begin, share = SHARES.get(part, (0.0, 1.0))
-        self.bar.n = n + begin + share * done
+    def __call__(self, n, part, done, so_far=None):
+        self.bar.n = n + (done if so_far is None else so_far)
         at = f"{self.frequency[n] / 1e9:.4f} GHz ({n + 1} of {len(self.frequency)})"
         self.bar.set_description_str(f"{at}, {part}" if part == "done" else f"{at}, {part} {100 * done:.0f} %")

@@ -35,11 +35,13 @@ class Surface:
     vertices: (T, 3, 3) float64, m: corner positions of every triangle
     corners: (T, 3) int64: corner numbers, equal where triangles touch
     axes: coordinates that a reflection of the symmetry group changes, e.g. (1,) for the plane xz
+    patches: where the patches begin, and T
     """
 
     vertices: np.ndarray
     corners: np.ndarray
     axes: tuple
+    patches: tuple
 
     @property
     def lengths(self):
@@ -101,8 +103,10 @@ def fundamental_domain(vertices, triangles, symmetry):
                 f"the mesh is not symmetric about the plane {plane}: {upper.sum() - inside.sum()} triangles on one "
                 f"side, {lower.sum() - inside.sum()} on the other, {(~(upper | lower)).sum()} across it."
             )
-    order = _in_patches(corners[kept].mean(1), -(-kept.sum() // PATCH))
-    return Surface(corners[kept][order], np.asarray(triangles, np.int64)[kept][order], axes)
+    patches = _patches(corners[kept].mean(1), -(-kept.sum() // PATCH))
+    order = np.concatenate(patches)
+    bounds = tuple(np.cumsum([0, *map(len, patches)]).tolist())
+    return Surface(corners[kept][order], np.asarray(triangles, np.int64)[kept][order], axes, bounds)
 
 
 def rwg(surface, parity):
@@ -151,16 +155,16 @@ def unknowns(surface):
     return sum(len(rwg(surface, parity)) for parity in surface.parities)
 
 
-def _in_patches(points, parts):
-    """Order of points (P, 3) in which `parts` equal runs are each a compact patch: bisection along the longest side."""
+def _patches(points, parts):
+    """Points (P, 3) in `parts` compact patches, equal to one point: bisection along the longest side."""
 
     def bisect(numbers, parts):
         if parts == 1:
-            return numbers
+            return [numbers]
         here = points[numbers]
         axis = np.argmax(np.ptp(here, axis=0))
         numbers = numbers[np.argsort(here[:, axis], kind="stable")]
         cut = len(numbers) * (parts // 2) // parts
-        return np.concatenate([bisect(numbers[:cut], parts // 2), bisect(numbers[cut:], parts - parts // 2)])
+        return bisect(numbers[:cut], parts // 2) + bisect(numbers[cut:], parts - parts // 2)
 
     return bisect(np.arange(len(points)), parts)

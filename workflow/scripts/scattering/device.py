@@ -4,6 +4,7 @@ They are filled on the host as there, and moved to the device's memory at once: 
 single precision, must fit into it.
 """
 
+import ctypes
 import os
 import tempfile
 from functools import partial
@@ -27,6 +28,13 @@ def keep_compiled():
         jax.config.update("jax_compilation_cache_dir", str(folder))
         jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.1)
     return jax.devices()[0].device_kind
+
+
+def give_back():
+    """Return memory that is free to the system, so that the next part of a solve may have it: glibc keeps it."""
+    trim = getattr(ctypes.CDLL(None), "malloc_trim", None)
+    if trim:
+        trim(0)
 
 
 class _OnDevice:

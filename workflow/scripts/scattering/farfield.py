@@ -19,7 +19,7 @@ import numpy as np
 from scattering.kernel import cosine, sine
 from scattering.quadrature import RULES
 
-CHUNK = 512  # directions at once: bounds the memory of the phases
+CHUNK = 256  # directions at once: bounds the memory of the phases
 # Powers of x, y and z in the series of exp(j k u . rho) over a triangle, to fourth order: with the linear functions
 # that is what the seven-point rule integrates exactly. At ten edges a wavelength the rest is below 1e-5.
 ORDER = 4
@@ -35,16 +35,17 @@ def excitation(surface, bases, wavenumber, u, polarization, dtype, wave=None):
     result = [np.empty((len(basis), len(u)), dtype) for basis in bases]
     vertices, lengths = jnp.asarray(surface.vertices), jnp.asarray(surface.lengths)
     for begin in range(0, len(u), CHUNK):
-        part = slice(begin, begin + CHUNK)
+        part = slice(begin, min(begin + CHUNK, len(u)))
+        count = part.stop - begin
+        # Filled up to a power of two, so that a few compilations serve all.
+        waves = [np.pad(x[part], ((0, (1 << (count - 1).bit_length()) - count), (0, 0))) for x in (u, polarization)]
         images = [
-            (wave or electric)(
-                wavenumber, vertices * signs, lengths, surface.normals * signs, u[part], polarization[part]
-            )
+            (wave or electric)(wavenumber, vertices * signs, lengths, surface.normals * signs, *waves)
             for signs in surface.reflections
         ]
         for basis, parity, column in zip(bases, surface.parities, result, strict=True):
             ends = basis.halves, basis.signs.astype(np.float32)
-            column[:, part] = _complex(*(_gather(parity, *ends, of) for of in zip(*images, strict=True)))
+            column[:, part] = _complex(*(_gather(parity, *ends, of) for of in zip(*images, strict=True)))[:, :count]
     return result
 
 

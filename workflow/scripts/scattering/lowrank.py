@@ -9,33 +9,62 @@ range finder asks only what the sum makes of a few dozen random columns (Halko, 
 As in `factorization` every product is done by one thread: the last bit does not depend on how many there are.
 """
 
+from itertools import pairwise
+
 import numpy as np
 
 from scattering.factorization import Pool, runs, through_diagonal
 
 SKETCH = 48  # random columns to begin with: most tiles have a smaller rank
 SPARE = 8  # columns, and a sixth of them, that must find nothing: else twice as many are tried
+KNOWN = 1 << 25  # numbers a thread may have at hand in a substitution
 RANDOM = np.random.default_rng(0).standard_normal((1024, 1024)).astype(np.float32)
 
 
-def compress(times, project, width, tolerance):
+def compress(times, project, width, tolerance, sketch=SKETCH):
     """U (M, r) and V (N, r) with U V^T within `tolerance` (2-norm, about) of a tile X of which two products are known.
 
-    times(count) is X R with R the first `count` columns of RANDOM's first N = width rows; project(Q) is Q^H X.
+    times(run) is X R with R a run (slice) of the columns of RANDOM's first N = width rows; project(Q) is Q^H X;
+    sketch: columns to begin with.
     """
-    count = min(SKETCH, width)
+    count = min(sketch, width)
+    found = times(slice(0, count)).astype(np.complex128)
     while True:
-        sketch = times(count).astype(np.complex128) / np.sqrt(count)
-        squares, vectors = np.linalg.eigh(sketch.conj().T @ sketch)
+        squares, vectors = np.linalg.eigh(found.conj().T @ found / count)
         kept = squares > (0.3 * tolerance) ** 2
         if kept.sum() <= count - max(SPARE, count // 6) or count == width:
             break
-        count = min(2 * count, width)
-    basis = (sketch @ (vectors[:, kept] / np.sqrt(squares[kept]))).astype(np.complex64)
+        more = slice(count, min(2 * count, width))
+        found, count = np.concatenate([found, times(more)], 1), more.stop
+    basis = (found @ (vectors[:, kept] / np.sqrt(squares[kept] * count))).astype(np.complex64)
     rest = project(basis)
     squares, vectors = np.linalg.eigh(rest.astype(np.complex128) @ rest.conj().T)
     vectors = vectors[:, squares > tolerance**2].astype(np.complex64)
     return basis @ vectors, (vectors.conj().T @ rest).T
+
+
+class Stack:
+    """Matrices of one width below each other, to which more are added: as one array, whole or a part at a time."""
+
+    def __init__(self, width):
+        self.room, self.ends = np.empty((0, width), np.complex64), [0]
+
+    def add(self, part):
+        begin, end = self.ends[-1], self.ends[-1] + len(part)
+        if end > len(self.room):
+            # Twice as much: what is not written yet takes no memory.
+            room = np.empty((2 * end, self.room.shape[1]), self.room.dtype)
+            room[:begin] = self.room[:begin]
+            self.room = room
+        self.room[begin:end] = part
+        self.ends.append(end)
+
+    @property
+    def whole(self):
+        return self.room[: self.ends[-1]]
+
+    def part(self, k):
+        return self.room[self.ends[k] : self.ends[k + 1]]
 
 
 class LowRankMatrix:
@@ -52,7 +81,8 @@ class LowRankMatrix:
         self.cut = None  # what a tile may leave out, absolute
         self.diagonal = [None] * len(spans)  # the matrix's blocks, then the inverse of D's
         self.tiles = {}  # of the matrix, (i, j) with i > j: U (n_i, r), V (n_j, r)
-        self.left = [[] for _ in spans]  # of L D, for each row i: transposed U_ij, (r, n_i), for j < i
+        # Of L D, for each row i: transposed U_ij, (r, n_i), for j < i.
+        self.left = [Stack(span.stop - span.start) for span in spans]
         self.right = [None] * len(spans)  # for each column j: transposed V_ij, (r, n_j), for i > j, stacked
         self.ends = [None] * len(spans)  # for each column j: where in `right` the tiles end
 
@@ -67,7 +97,7 @@ class LowRankMatrix:
                 column.invert()
                 factors = [future.result() for future in below]
                 for i, (u, _) in enumerate(factors, j + 1):
-                    self.left[i].append(u.T.copy())
+                    self.left[i].add(u.T)
                 self.ends[j] = np.cumsum([0] + [v.shape[1] for _, v in factors])
                 # The last column has no tiles, and those of others may be empty.
                 nothing = np.zeros((0, column.width), self.dtype)
@@ -95,20 +125,22 @@ class LowRankMatrix:
         with Pool(threads):
             for span, inverse in zip(self.spans, self.diagonal, strict=True):
                 x[span] = inverse @ x[span]
-            above = [[None] * len(self.left[i]) for i in range(len(self.spans))]
+            above = [[None] * i for i in range(len(self.spans))]
             for j in reversed(range(len(self.spans))):
                 if j + 1 < len(self.spans):
                     known = np.concatenate([above[i][j] for i in range(j + 1, len(self.spans))])
                     x[self.spans[j]] -= self.diagonal[j] @ (self.right[j].T @ known)
-                for k, u in enumerate(self.left[j]):
-                    above[j][k] = u @ x[self.spans[j]]
+                for k in range(j):
+                    above[j][k] = self.left[j].part(k) @ x[self.spans[j]]
         return x
 
     def _forward(self, right, threads):
         """L^-1 right, (N, D)."""
         y = np.array(right, self.dtype, order="C")
+        # A run has U^T y of all tiles at hand.
+        step = int(np.clip(KNOWN // max(sum(map(len, self.right)), 1), 32, 256))
         with Pool(threads) as pool:
-            list(pool.map(lambda run: self._forward_run(y, run), runs(y.shape[1], 256)))
+            list(pool.map(lambda run: self._forward_run(y, run), runs(y.shape[1], step)))
         return y
 
     def _forward_run(self, y, run):
@@ -118,7 +150,7 @@ class LowRankMatrix:
             block = y[span, run]
             if j:
                 stacked = np.concatenate([known[k][self.ends[k][j - k - 1] : self.ends[k][j - k]] for k in range(j)])
-                block = block - np.concatenate(self.left[j]).T @ stacked
+                block = block - self.left[j].whole.T @ stacked
                 y[span, run] = block
             known.append(self.right[j] @ (self.diagonal[j] @ block))
 
@@ -128,10 +160,9 @@ class _Column:
 
     def __init__(self, matrix, j):
         self.matrix, self.j = matrix, j
-        self.left = np.concatenate(matrix.left[j]) if j else None  # transposed U_jk of all k, (K, n_j)
-        self.ends = np.cumsum([0] + [len(u) for u in matrix.left[j]])
+        self.left, self.ends = matrix.left[j].whole, matrix.left[j].ends  # transposed U_jk of all k, (K, n_j)
         self.width = matrix.spans[j].stop - matrix.spans[j].start
-        self.sketch = self.left @ RANDOM[: self.width, : min(SKETCH, self.width)] if j else None
+        self.sketch = self.left @ RANDOM[: self.width, : min(SKETCH, self.width)]
         self.coupling, self.coupled, self.own = [None] * j, [None] * j, [None] * j
 
     def couple(self, k):
@@ -166,25 +197,27 @@ class _Column:
         if not j:
             return u, v
         places = [self._rows(i, k) for k in range(j)]
-        left = np.concatenate(matrix.left[i])  # (K_i, n_i)
+        left = matrix.left[i].whole  # (K_i, n_i)
 
-        def times(count):
-            if count == self.sketch.shape[1]:
-                inner = np.concatenate([c[place] for c, place in zip(self.coupled, places, strict=True)])
-            else:
-                random = self.left @ RANDOM[: self.width, :count]
-                parts = zip(self.coupling, places, range(j), strict=True)
-                inner = np.concatenate([c[place] @ random[self.ends[k] : self.ends[k + 1]] for c, place, k in parts])
-            return u @ (v.T @ RANDOM[: self.width, :count]) - left.T @ inner
+        def times(run):
+            random = RANDOM[: self.width, run]
+            inner = np.empty((len(left), random.shape[1]), matrix.dtype)
+            sketch = None if run.start == 0 else self.left @ random
+            for k, (begin, end) in enumerate(pairwise(matrix.left[i].ends)):
+                if sketch is None:
+                    inner[begin:end] = self.coupled[k][places[k]]
+                else:
+                    part = sketch[self.ends[k] : self.ends[k + 1]]
+                    np.matmul(self.coupling[k][places[k]], part, out=inner[begin:end])
+            return u @ (v.T @ random) - left.T @ inner
 
         def project(basis):
             adjoint = basis.conj().T
             mine = adjoint @ left.T
-            inner, begin = np.empty((len(adjoint), self.ends[-1]), matrix.dtype), 0
-            for k, (c, place) in enumerate(zip(self.coupling, places, strict=True)):
-                end = begin + place.stop - place.start
-                np.matmul(mine[:, begin:end], c[place], out=inner[:, self.ends[k] : self.ends[k + 1]])
-                begin = end
+            inner = np.empty((len(adjoint), len(self.left)), matrix.dtype)
+            for k, (begin, end) in enumerate(pairwise(matrix.left[i].ends)):
+                part = inner[:, self.ends[k] : self.ends[k + 1]]
+                np.matmul(mine[:, begin:end], self.coupling[k][places[k]], out=part)
             return (adjoint @ u) @ v.T - inner @ self.left
 
         return compress(times, project, self.width, matrix.cut)

@@ -1,10 +1,9 @@
 """What a solve will need, known before it starts.
 
-The times are those of two cores of an AVX-512 processor (AMD EPYC), measured on spheres and on the default experiment:
-FLOPS operations a second in the factorization and the substitutions (single precision; half of that in double),
-ASSEMBLY seconds for each pair of unknowns that a mirror plane does not spare, EXCITATION seconds for each unknown and
-sampled direction. They hold within a factor of two there, and about twice that while another solve runs beside; more
-cores divide them, a GPU takes a tenth or less.
+The times are those of two cores of an AVX-512 processor (AMD EPYC), fitted to `make bench-compressed`: spheres of 2,000
+to 120,000 unknowns with none to two mirror planes, and targets of the reference experiment. They hold within 1.3 times
+there, and not where another solve runs beside; more cores divide them, and other machines differ by two. The memory
+holds within 1.3 times everywhere.
 """
 
 import ast
@@ -17,16 +16,26 @@ import numpy as np
 from core.sweep import C0
 from scattering.sampling import TOLERANCE, samples_of_ring
 
-FLOPS = 1.6e11  # real operations a second in single precision, counted as (4/3) N^3
-ASSEMBLY = 3e-8  # s
-EXCITATION = 5e-8  # s
-START = 0.5  # s a frequency: near pairs, kernels compiled
-CLEARLY = 0.3  # of the time of whole matrices: the plan of compressed ones errs by a factor of two, too
+FLOPS = 1.87e11  # real operations a second in single precision, counted as (4/3) N^3
+ASSEMBLY = 2.8e-8  # s for each pair of unknowns that a mirror plane does not spare
+NEAR_PAIRS = 5e-5  # s for each unknown
+EXCITATION = 8.7e-8  # s for each unknown and sampled direction
+START = 1.4  # s a frequency: kernels compiled
+BASE = 540  # MB of the process
+COLUMNS = 768  # right sides at a time
+CLEARLY = 0.8  # of the time of whole matrices, where they fit easily
 LARGE = 4000  # MB: from here on compressed matrices serve to save memory, too
-# Of compressed matrices: functions of a patch, columns of most sketches, numbers that samples hold for each unknown.
-PATCH_FUNCTIONS, SKETCH, SAMPLED = 495, 48, 3 * 384 * 640 / 495
-PRODUCTS = 1.2e11  # real operations a second in products with few columns
-RUN = 512  # directions whose substitution a thread has under way
+# Of compressed matrices: functions of a patch, columns of most sketches, numbers that samples hold for each unknown;
+# the share of tiles that are filled whole, over the patches of a parity; a tile's rank, over that share.
+PATCH_FUNCTIONS, SKETCH, SAMPLED = 480, 48, 3 * 384 * 460 / 480
+WHOLE, RANK = (1.82, -0.51), (16, 1.95)
+# Seconds that both cores take: to compute a tile, to compress one from samples and whole; for an unknown's near pairs;
+# to factorize a tile besides its products, to invert a diagonal block. Then real operations a second in products.
+TILE_SECONDS, FAR, NEAR, CORRECTIONS, OVERHEAD, INVERSE = 0.0099, 0.0020, 0.0088, 1.3e-4, 0.0048, 0.037
+PRODUCTS = 1.83e11
+KEPT = (
+    2.1  # numbers for each that a tile's factors hold at last: with the matrix's, and what is free and not given back
+)
 OPERATORS = Path(__file__).with_name("operators")
 
 
@@ -35,26 +44,33 @@ def planned(measures, planes, sweep, formulation, precision, tolerance):
 
     measures: `unknowns`, `triangles` and `box` (m) of the mesh; planes: the number of its mirror planes, with which a
     matrix of N unknowns falls into G = 2^planes parities of N / G; tolerance: None for whole matrices.
+    """
+    megabytes, seconds = at_one_frequency(measures, planes, sweep, formulation, precision, tolerance)
+    return int(megabytes), len(sweep.frequency) * (START + sum(seconds.values()))
 
-    Memory: the matrices, of each parity the right sides with what a substitution makes of them, and the near pairs.
+
+def at_one_frequency(measures, planes, sweep, formulation, precision, tolerance):
+    """Megabytes, and seconds of each part of `solve` at the highest of a Sweep's frequencies; as `planned`.
+
+    Memory: the matrices, right sides with what a substitution makes of them, and the near pairs.
     """
     unknowns, operator, single = measures["unknowns"], _constants(formulation), precision == "single"
     parities, both = 2**planes, 1 if operator["SYMMETRIC"] else 2
-    sampled = _sampled(measures["box"], sweep, single) / parities
     waves = len(set("".join(sweep.polarizations)))
-    columns = sampled * waves  # of a parity's right side
-    if tolerance is None:
-        matrices, assembly, factorization, substitution = _whole(unknowns / parities, parities, columns, both)
-    else:
-        matrices, assembly, factorization, substitution = _compressed(unknowns / parities, parities, columns, tolerance)
-    # A substitution holds both parts of its right sides and their sum. What projects is not what excites, if the
-    # operator is not symmetric.
-    right = unknowns * (sampled * (waves * both + 2 / parities) + 2 * 1.5 * min(RUN, sampled) / parities)
-    numbers = (8 if single else 16) * (matrices + right)
-    megabytes = 800 + (numbers + operator["NEAR_BYTES"] * measures["triangles"]) / 1e6
-    filled = operator["FILLING"] * (assembly + EXCITATION * unknowns * columns)
-    seconds = START + (factorization + substitution) * (1 if single else 2) + filled
-    return int(megabytes), len(sweep.frequency) * seconds
+    columns = waves * _sampled(measures["box"], sweep, single) / parities  # of a parity's right side
+    way = _whole if tolerance is None else _compressed
+    kept, sampled, assembly, factorization, substitution = way(unknowns / parities, parities, columns, both, tolerance)
+    # Of a part of the right sides: themselves, and of one parity what a substitution makes of them. What projects is
+    # not what excites, if the operator is not symmetric.
+    right = unknowns * min(COLUMNS, columns) * (both + 2 / parities)
+    numbers = (8 if single else 16) * (kept + max(right, sampled))
+    megabytes = BASE + (numbers + operator["NEAR_BYTES"] * measures["triangles"]) / 1e6
+    slower = 1 if single else 2
+    return megabytes, {
+        "assembly": operator["FILLING"] * assembly,
+        "factorization": slower * factorization,
+        "directions": slower * substitution + operator["FILLING"] * EXCITATION * unknowns * columns,
+    }
 
 
 def chosen(measures, planes, sweep, formulation, precision, tolerance):
@@ -69,32 +85,38 @@ def chosen(measures, planes, sweep, formulation, precision, tolerance):
     return tolerance if faster or smaller else None
 
 
-def _whole(size, parities, columns, both):
-    """Numbers kept, and seconds of assembly, factorization and substitution, of dense matrices of `size` unknowns.
+def _whole(size, parities, columns, both, _):
+    """Numbers kept, those of samples, and seconds of assembly, factorization and substitution; of `size` unknowns.
 
     Factorization: (4/3) N^3 real operations for each parity, and 4 N^2 for each column to substitute (half of a
     triangular solve serves a monostatic amplitude). A matrix that is not symmetric keeps and works twice as much.
     """
     kept = parities * (size**2 * both / 2 + 1024 * size)
-    times = ASSEMBLY * parities * size**2, both * parities * 4 / 3 * size**3 / FLOPS
-    return kept, *times, both * parities * 4 * size**2 * columns / FLOPS
+    assembly = parities * (ASSEMBLY * size**2 + NEAR_PAIRS * size)
+    factorization = both * parities * 4 / 3 * size**3 / FLOPS
+    return kept, 0, assembly, factorization, both * parities * 4 * size**2 * columns / FLOPS
 
 
-def _compressed(size, parities, columns, tolerance):
+def _compressed(size, parities, columns, _, tolerance):
     """The same of compressed matrices, in patches of about PATCH_FUNCTIONS (see `lowrank` and `sampled`).
 
-    The nearer patches are, the higher a tile's rank, and the larger the share of tiles that are filled whole. Ranks,
-    shares and the times of a tile (s) are those of the aircraft with 5,700 and 11,700 unknowns a parity: rough.
+    The nearer patches are, the higher a tile's rank, and the larger the share of tiles that are filled whole.
     """
     patches = max(size / PATCH_FUNCTIONS, 1)
-    tiles, near = patches**2 / 2, min(1, 0.05 + 5 / patches)
-    rank = (14 + 110 * near) * max(1 + 0.2 * log10(1e-5 / tolerance), 0.3)
-    kept = parities * size * (1.25 * size * rank / PATCH_FUNCTIONS + 2 * PATCH_FUNCTIONS + SAMPLED)
-    # What a dense tile takes, times the shares that samples, checks and near tiles are; then its compression.
-    filled = tiles * (ASSEMBLY * parities * 2 * PATCH_FUNCTIONS**2 * (0.3 + near) + parities * (0.004 + 0.013 * near))
+    tiles, whole = patches**2 / 2, min(1, WHOLE[0] * patches ** WHOLE[1])
+    rank = RANK[0] * (1 + RANK[1] * whole) * max(1 + 0.2 * log10(1e-5 / tolerance), 0.3)
+    kept = KEPT * parities * size * (patches * rank + PATCH_FUNCTIONS)
+    evaluated = TILE_SECONDS * (tiles * (1 / 7 + 1 / 72 + whole) + patches)
+    compressed = tiles * (FAR * (1 - whole) + NEAR * whole)
     stacked = rank * patches / 3  # columns of the factors to the left of a tile, on average
-    updates = parities * tiles * (0.008 + 8 * PATCH_FUNCTIONS * stacked * (3 * SKETCH + rank) / PRODUCTS)
-    return kept, filled, updates, parities * tiles * 16 * PATCH_FUNCTIONS * rank * columns / PRODUCTS
+    updates = 8 * PATCH_FUNCTIONS * stacked * (SKETCH + 3.1 * rank) / PRODUCTS
+    return (
+        kept,
+        parities * size * SAMPLED,
+        parities * (evaluated + compressed + CORRECTIONS * size),
+        parities * (tiles * (OVERHEAD + updates) + patches * INVERSE),
+        parities * tiles * 16 * PATCH_FUNCTIONS * rank * columns / PRODUCTS,
+    )
 
 
 @cache

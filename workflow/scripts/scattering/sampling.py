@@ -10,6 +10,7 @@ the matrix between the few, V_i^T z^-1 V_j, hold the amplitude, V(az)^T z^-1 V(a
 """
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from scipy.special import jv
@@ -30,6 +31,24 @@ class Samples:
     polarizations: dict
     rings: list
     weights: list
+
+    def parts(self, ways, columns=np.inf):
+        """The rings in runs of about so many directions, each by every one of `ways`, V and H.
+
+        Yields for each run its ring numbers, u (D, 3) and polarizations (D, 3), and for each of the rings its slice of
+        D: all its directions by the first way, then by the next.
+        """
+        run, count = [], 0
+        for number, ring in enumerate(self.rings):
+            run.append(number)
+            count += len(ways) * (ring.stop - ring.start)
+            if count >= columns or number == len(self.rings) - 1:
+                of_run = [self.rings[number] for number in run]
+                u = np.concatenate([self.u[ring] for ring in of_run for _ in ways])
+                polarization = np.concatenate([self.polarizations[way][ring] for ring in of_run for way in ways])
+                ends = np.cumsum([0, *(len(ways) * (ring.stop - ring.start) for ring in of_run)]).tolist()
+                yield run, u, polarization, [slice(*pair) for pair in pairwise(ends)]
+                run, count = [], 0
 
 
 def directions(elevation, azimuth):

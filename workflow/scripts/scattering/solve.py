@@ -11,9 +11,9 @@ from core.errors import InputError
 from core.sweep import C0
 from scattering.assembly import Entries, assemble
 from scattering.basis import fundamental_domain, rwg
-from scattering.device import GeneralOnDevice, SymmetricOnDevice
+from scattering.device import GeneralOnDevice, SymmetricOnDevice, give_back
 from scattering.factorization import GeneralMatrix, Product, SymmetricMatrix
-from scattering.farfield import electric, excitation
+from scattering.farfield import excitation
 from scattering.lowrank import LowRankMatrix
 from scattering.operators import cfie, efie
 from scattering.sampled import fill
@@ -33,6 +33,7 @@ KINDS = {  # whole matrices: on JAX's device or not, symmetric or not
 }
 PARTS = ("assembly", "factorization", "directions")
 PROBED_ROWS, PROBED_DIRECTIONS = 128, 4  # where the residual is measured
+COLUMNS = 768  # right sides at a time: bounds their memory, and keeps two threads busy
 
 
 def solve(
@@ -89,17 +90,33 @@ def solve(
         system = _System(partial(Entries, operator, surface, bases, k, near), dtype, tolerance, threads)
         system.assemble(partial(progress, n, "assembly"))
         clock.lap("assembly")
+        give_back()
         system.factorize(partial(progress, n, "factorization"))
         clock.lap("factorization")
-        progress(n, "directions", 0.0)
+        give_back()
         samples = sample(surface, k, elevation, azimuth, dtype)
-        of_waves = partial(_excitations, surface, bases, k, samples, ways, dtype)
-        received = of_waves(electric)
-        excited = received if operator.SYMMETRIC else of_waves(operator.excited)
-        between, residual[n] = system.between(received, excited, polarizations, samples.rings)
-        for i, (receive, transmit) in enumerate(polarizations):
-            amplitude = _amplitude(between[receive + transmit], samples, receive, transmit)
-            field[i, n] = amplitude * np.exp(1j * k * path)
+        of_waves = partial(excitation, surface, bases, k, dtype=dtype)
+        # A few directions tell whether the solution is good enough as it is.
+        some = slice(None, None, -(-len(samples.u) // PROBED_DIRECTIONS))
+        few = (
+            np.concatenate([samples.u[some]] * len(ways)),
+            np.concatenate([samples.polarizations[w][some] for w in ways]),
+        )
+        residual[n] = system.residual(of_waves(*few, wave=operator.excited))
+        refined = residual[n] > system.promise
+        # The refinement takes the matrix once more, and therefore all directions at once.
+        for rings, u, polarization, groups in samples.parts(ways, np.inf if refined else COLUMNS):
+            progress(n, "directions", rings[0] / len(samples.rings))
+            received = of_waves(u, polarization)
+            excited = received if operator.SYMMETRIC else of_waves(u, polarization, wave=operator.excited)
+            if refined:
+                between, residual[n] = system.refined(received, excited, groups)
+            else:
+                between = system.between(received, excited, groups)
+            for place, ring in enumerate(rings):
+                of_ring = [of_parity[place] for of_parity in between]
+                field[:, n, ring] = _amplitudes(of_ring, samples.weights[ring], polarizations, ways)
+        field[:, n] *= np.exp(1j * k * path)
         clock.lap("directions")
         # Written so that a NaN fails too.
         if not residual[n] <= MAX_RESIDUAL:
@@ -113,24 +130,19 @@ def solve(
     return Solution(field, residual, seconds, unknowns)
 
 
-def _excitations(surface, bases, k, samples, ways, dtype, wave):
-    """`excitation` by each polarization from all sampled directions."""
-    return {way: excitation(surface, bases, k, samples.u, samples.polarizations[way], dtype, wave) for way in ways}
-
-
-def _amplitude(between, samples, receive, transmit):
-    """f = -V_p^T z^-1 V_q, (E, A), from that between the samples of each ring, for each parity."""
-    total = sum(
-        np.stack(
-            [
-                np.einsum("ai,ij,aj->a", weights[receive][parity], ring, weights[transmit][parity], optimize=True)
-                for weights, ring in zip(samples.weights, rings, strict=True)
-            ]
-        )
-        for parity, rings in enumerate(between)
-    )
-    # F = sum over the group of chi(g) g h makes a parity's matrix |G| times the one that is stored.
-    return -total / len(between)
+def _amplitudes(between, weights, polarizations, ways):
+    """f = -V_p^T z^-1 V_q, (P, A), on a ring, from that between its samples by all `ways`, (K, K) for each parity."""
+    result = []
+    for receive, transmit in polarizations:
+        total = 0
+        for parity, ring in enumerate(between):
+            count = len(ring) // len(ways)
+            left, right = (slice(w * count, (w + 1) * count) for w in map(ways.index, (receive, transmit)))
+            of_left, of_right = weights[receive][parity], weights[transmit][parity]
+            total += np.einsum("ai,ij,aj->a", of_left, ring[left, right], of_right, optimize=True)
+        # F = sum over the group of chi(g) g h makes a parity's matrix |G| times the one that is stored.
+        result.append(-total / len(between))
+    return np.stack(result)
 
 
 class _System:
@@ -159,45 +171,39 @@ class _System:
         for p, matrix in enumerate(self.matrices):
             matrix.factorize(self.threads, lambda done, p=p: progress((p + done) / len(self.matrices)))
 
-    def between(self, received, excited, polarizations, rings):
-        """V_p^T z^-1 V_q between the samples of each ring, for each polarization and parity; and the residual.
-
-        received, excited: for V and H a list over parities of (N, K)
-        """
-        transmitted = sorted({transmit for _, transmit in polarizations})
-        # A handful of columns will do, because these are substituted once more.
-        some = slice(None, None, -(-excited[transmitted[0]][0].shape[1] // PROBED_DIRECTIONS))
-        few = [
-            np.concatenate([waves[:, some] for waves in parity], axis=1)
-            for parity in zip(*(excited[way] for way in transmitted), strict=True)
+    def between(self, received, excited, groups):
+        """For each parity V_p^T z^-1 V_q between the columns of each group: of received and excited, (N, K)."""
+        return [
+            matrix.between(left, right, groups, self.threads)
+            for matrix, left, right in zip(self.matrices, received, excited, strict=True)
         ]
-        residual = self._residual(few, self._solve(few))
-        if residual <= self.promise or np.isnan(residual):
-            return {
-                receive + transmit: [
-                    matrix.between(left, right, rings, self.threads)
-                    for matrix, left, right in zip(self.matrices, received[receive], excited[transmit], strict=True)
-                ]
-                for receive, transmit in polarizations
-            }, residual
-        currents = {way: self._refined(excited[way]) for way in transmitted}
-        return {
-            receive + transmit: [
-                [left[:, ring].T @ right[:, ring] for ring in rings]
-                for left, right in zip(received[receive], currents[transmit], strict=True)
-            ]
-            for receive, transmit in polarizations
-        }, max(self._residual(excited[way], currents[way]) for way in transmitted)
+
+    def refined(self, received, excited, groups):
+        """The same after a step of refinement, or two if one does not keep the promise; and the residual."""
+        currents = self._solve(excited)
+        for _ in range(2):
+            currents = self._refined(excited, currents)
+            residual = self._residual(excited, currents)
+            if residual <= self.promise:
+                break
+        return [
+            [left[:, group].T @ right[:, group] for group in groups]
+            for left, right in zip(received, currents, strict=True)
+        ], residual
+
+    def residual(self, excited):
+        """|A x - b| / |b| of the solution as it is."""
+        return self._residual(excited, self._solve(excited))
 
     def _solve(self, right):
         return [matrix.solve(b, self.threads) for matrix, b in zip(self.matrices, right, strict=True)]
 
-    def _refined(self, right):
+    def _refined(self, right, currents):
         """Currents after one step of iterative refinement with a matrix of double precision (Golub, Van Loan, 3.5.3).
 
         The matrix is assembled anew, tile by tile, because its factors have taken its place.
         """
-        currents, entries = self._solve(right), self.entries(np.complex128)
+        entries = self.entries(np.complex128)
         products = [Product(x, entries.operator.SYMMETRIC) for x in currents]
         assemble(entries, products)
         corrections = self._solve([b - p.result for b, p in zip(right, products, strict=True)])

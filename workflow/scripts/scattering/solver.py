@@ -7,7 +7,8 @@ A Solver is made of the config's other scattering settings, with the target's ow
         y and z in m; planes: the number of mirror planes; sweep: the band's `core.sweep.Sweep`
     solve(vertices, triangles, sweep, symmetry, threads, progress)   a Solution, or InputError.
         vertices: (V, 3) m; triangles: (T, 3); symmetry: mirror planes as in the config;
-        progress(number of the frequency, part, fraction of it) is called as the work goes on
+        progress(number of the frequency, part, fraction of the part, fraction of the frequency's time) is called as
+        the work goes on; without the last the part counts for the whole
 
 Plans are made before anything runs, so that a solver's file imports what takes long to load in `solve`.
 """

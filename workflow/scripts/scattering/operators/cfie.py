@@ -46,7 +46,7 @@ ALPHA = 0.9
 
 SYMMETRIC = False
 FILLING = 3  # two kernels in all tiles, and waves of E and of n x H
-NEAR_BYTES = 80_000
+NEAR_BYTES = 26_000
 
 
 def check_mesh(vertices, triangles):

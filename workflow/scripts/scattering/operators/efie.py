@@ -20,7 +20,7 @@ from scattering.quadrature import dot, points_of, static_potentials, weighted_su
 
 SYMMETRIC = True
 FILLING = 1  # time for the matrix's entries and right sides, in units of the EFIE's
-NEAR_BYTES = 40_000  # memory of the near pairs for each triangle: about 45 pairs a triangle and image
+NEAR_BYTES = 13_000  # memory of the near pairs for each triangle: about 45 pairs a triangle and image
 
 excited = electric
 

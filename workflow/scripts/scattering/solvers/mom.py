@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from mesh import topology
-from scattering.plan import chosen, planned
+from scattering.plan import at_one_frequency, chosen, planned
 
 
 class Solver:
@@ -42,7 +42,18 @@ class Solver:
         kind = "whole" if settings["tolerance"] is None else f"compressed to {settings['tolerance']:g}"
         print(f"on {keep_compiled()}, with {kind} matrices")
         asked = sweep.frequency, sweep.elevation, sweep.azimuth, sweep.polarizations
-        solution = solve(vertices, triangles, *asked, symmetry, threads=threads, progress=progress, **settings)
+        _, seconds = at_one_frequency(measures, len(symmetry), sweep, **settings)
+
+        def say(n, part, done):
+            so_far = 0.0
+            for each, planned_seconds in seconds.items():
+                if each == part:
+                    so_far += done * planned_seconds
+                    break
+                so_far += planned_seconds
+            progress(n, part, done, so_far / sum(seconds.values()))
+
+        solution = solve(vertices, triangles, *asked, symmetry, threads=threads, progress=say, **settings)
         return replace(solution, used={"tolerance": settings["tolerance"]})
 
     def _settings(self, measures, planes, sweep):
