@@ -13,9 +13,11 @@ from itertools import pairwise
 
 import numpy as np
 
+from scattering.device import give_back
 from scattering.factorization import Pool, runs, through_diagonal
+from scattering.plan import SKETCH
 
-SKETCH = 48  # random columns to begin with: most tiles have a smaller rank
+FREED = 8  # columns after which free memory is given back
 SPARE = 8  # columns, and a sixth of them, that must find nothing: else twice as many are tried
 KNOWN = 1 << 25  # numbers a thread may have at hand in a substitution
 RANDOM = np.random.default_rng(0).standard_normal((1024, 1024)).astype(np.float32)
@@ -102,6 +104,9 @@ class LowRankMatrix:
                 # The last column has no tiles, and those of others may be empty.
                 nothing = np.zeros((0, column.width), self.dtype)
                 self.right[j] = np.concatenate([nothing, *(v.T for _, v in factors)])
+                del below, factors
+                if j % FREED == FREED - 1:
+                    give_back()  # the matrix's tiles, of which the factors take the place elsewhere
                 done = (j + 1) / count
                 progress(done * done * (3 - 2 * done))
 

@@ -22,10 +22,11 @@ NEAR_PAIRS = 5e-5  # s for each unknown
 EXCITATION = 8.7e-8  # s for each unknown and sampled direction
 START = 1.4  # s a frequency: kernels compiled
 BASE = 540  # MB of the process
-COLUMNS = 768  # right sides at a time
+COLUMNS = 768  # right sides that `solve` takes at a time: bounds their memory, and keeps two threads busy
 CLEARLY = 0.8  # of the time of whole matrices, where they fit easily
 LARGE = 4000  # MB: from here on compressed matrices serve to save memory, too
-# Of compressed matrices: functions of a patch, columns of most sketches, numbers that samples hold for each unknown;
+# Of compressed matrices: functions of a patch, random columns that a tile's sketch begins with (most have a smaller
+# rank), numbers that samples hold for each unknown;
 # the share of tiles that are filled whole, over the patches of a parity; a tile's rank, over that share.
 PATCH_FUNCTIONS, SKETCH, SAMPLED = 480, 48, 3 * 384 * 460 / 480
 WHOLE, RANK = (1.82, -0.51), (16, 1.95)

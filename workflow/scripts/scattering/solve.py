@@ -16,6 +16,7 @@ from scattering.factorization import GeneralMatrix, Product, SymmetricMatrix
 from scattering.farfield import excitation
 from scattering.lowrank import LowRankMatrix
 from scattering.operators import cfie, efie
+from scattering.plan import COLUMNS
 from scattering.sampled import fill
 from scattering.sampling import directions, middle_of, sample
 from scattering.solver import Solution
@@ -33,7 +34,6 @@ KINDS = {  # whole matrices: on JAX's device or not, symmetric or not
 }
 PARTS = ("assembly", "factorization", "directions")
 PROBED_ROWS, PROBED_DIRECTIONS = 128, 4  # where the residual is measured
-COLUMNS = 768  # right sides at a time: bounds their memory, and keeps two threads busy
 
 
 def solve(

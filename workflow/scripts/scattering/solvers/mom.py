@@ -44,13 +44,11 @@ class Solver:
         asked = sweep.frequency, sweep.elevation, sweep.azimuth, sweep.polarizations
         _, seconds = at_one_frequency(measures, len(symmetry), sweep, **settings)
 
+        parts = dict(zip(seconds, np.cumsum([0.0, *seconds.values()]), strict=False))  # when each begins
+
         def say(n, part, done):
-            so_far = 0.0
-            for each, planned_seconds in seconds.items():
-                if each == part:
-                    so_far += done * planned_seconds
-                    break
-                so_far += planned_seconds
+            # What follows the last part, 'done', is the end.
+            so_far = parts[part] + done * seconds[part] if part in parts else sum(seconds.values())
             progress(n, part, done, so_far / sum(seconds.values()))
 
         solution = solve(vertices, triangles, *asked, symmetry, threads=threads, progress=say, **settings)
