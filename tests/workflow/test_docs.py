@@ -2,10 +2,14 @@
 
 import re
 
+import h5py
 import numpy as np
 import pytest
 import xarray as xr
+import zarr
 
+from core import store
+from learning.export import export
 from scattering.external import write_external
 from setup.config import ROOT, load
 from setup.yaml_file import read_yaml
@@ -54,6 +58,68 @@ def test_example_store_is_taken_as_it_is(points):
         taken, made = (xr.open_zarr(path).field.values for path in ("taken.zarr", target["field"]))
         assert taken.shape == (1, 14, 2, 120)
         np.testing.assert_array_equal(taken, made)
+
+
+@pytest.fixture
+def exported(tmp_path, monkeypatch):
+    """The file that exported-images.md loads: two targets, one bright in down-range's first half, one in its second."""
+    monkeypatch.chdir(tmp_path)
+    random, azimuth = np.random.default_rng(0), np.arange(36) * 10.0
+    axes = {"realization": [0, 1], "elevation": [0.0, 30.0], "azimuth": azimuth}
+    axes |= {"range": np.arange(6) * 0.1, "crossrange": np.arange(4) * 0.1}
+    stores, roles = [], {"dart": "known", "disc": "known", "wing": "unknown"}
+    for target, rows in zip(roles, (slice(0, 3), slice(3, 6), slice(2, 4)), strict=True):
+        image = 0.1 * random.standard_normal((2, 2, 36, 6, 4)) + 0j
+        image[..., rows, :] += np.exp(2j * np.pi * random.random(image[..., rows, :].shape))
+        stores.append(str(tmp_path / target / "snr_20dB.zarr"))
+        store.write(xr.Dataset({"image": (tuple(axes), image.astype(np.complex64))}, axes), stores[-1])
+    path = tmp_path / "results/smoke/learning/export/snr_20dB.h5"
+    path.parent.mkdir(parents=True)
+    for form in (path, path.with_suffix(".zarr")):
+        export(stores, form, roles, {"train": 0.7, "validation": 0.33}, 0, 5)
+    return path
+
+
+def loaded(number):
+    code, space = blocks("exported-images.md", "python")[number], {}
+    exec(compile(code, "exported-images.md", "exec"), space)
+    return space
+
+
+def test_exported_images_load_with_numpy(exported):
+    there = loaded(0)
+    assert there["x_train"].shape == (2 * 2 * 25 * 2, 6, 4)
+    assert there["x_test"].shape == (2 * 2 * 8 * 2, 6, 4)
+    assert set(there["y_train"]) == {0, 1}
+    # The other form takes the same lines.
+    same = {"file": zarr.open(str(exported.with_suffix(".zarr"))), "np": np}
+    lines = blocks("exported-images.md", "python")[0].splitlines()
+    exec("\n".join(line.strip() for line in lines if "known" in line), same)
+    np.testing.assert_array_equal(same["x"][same["side"] == 0], there["x_train"])
+
+
+def test_exported_images_are_learned_with_scikit_learn(exported):
+    assert loaded(1)["accuracy"] > 0.95
+
+
+def test_exported_images_load_with_pytorch(exported):
+    pytest.importorskip("torch", reason="PyTorch is not installed")
+    there = loaded(2)
+    assert len(there["train"]) == 3 * 2 * 25 * 2
+    assert there["images"].shape[1:] == (1, 6, 4)
+
+
+def test_exported_images_are_what_the_matlab_example_reads(exported):
+    (code,) = blocks("exported-images.md", "matlab")
+    with h5py.File(exported) as file:
+        names = re.findall(r"h5read\(path, '/(\w+)'\)", code)
+        assert set(names) <= set(file)
+        assert len(names) == 5
+        assert re.findall(r"h5readatt\(path, '/', '(\w+)'\)", code) == ["targets"]
+        assert "targets" in file.attrs
+        # What is read as a structure of r and i: a compound of two numbers.
+        kind = file["image"].id.get_type()
+        assert [kind.get_member_name(n) for n in range(kind.get_nmembers())] == [b"r", b"i"]
 
 
 def test_example_model_tells_two_classes_apart():

@@ -4,12 +4,15 @@ import contextlib
 import copy
 import json
 import os
+import re
 import shutil
 
 import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
+
+from setup.config import ROOT
 
 SMOKE = ("--configfile", "config/smoke.yaml")
 RESULTS = "results/smoke"
@@ -309,3 +312,20 @@ def test_what_troubleshooting_says_of_a_deleted_file(smoke, results, tmp_path):
         assert smoke.planned(f"{RESULTS}/scattering/drone.zarr", *SMOKE) == {"scattering": 1}
     finally:
         (tmp_path / "drone.zarr").rename(store)
+
+
+# Last, as it makes images that no other job needs.
+def test_images_of_one_snr_are_exported_and_load_as_docs_say(smoke, results, monkeypatch):
+    name = f"{RESULTS}/learning/export/snr_20dB.h5"
+    assert smoke.planned("export", *SMOKE) == {"noise": 2, "export": 1, "export_hdf5": 3, "export_zarr": 3}
+    finished = smoke.run("--cores", 2, name, *SMOKE)
+    assert finished.returncode == 0, finished.stdout
+    page = (ROOT / "docs/exported-images.md").read_text()
+    assert name in page
+    monkeypatch.chdir(smoke.folder)
+    space = {}
+    exec(re.findall(r"```python\n(.*?)```", page, re.DOTALL)[1], space)
+    # Of drone and missile, at 20 dB.
+    assert space["accuracy"] > 0.8
+    assert smoke.planned(name, *SMOKE) == {}
+    assert smoke.planned("report", *SMOKE) == {}

@@ -151,3 +151,44 @@ rule scores:
         "scores of all predictions (progress in {log})"
     script:
         "../scripts/learning/job_scores.py"
+
+
+# Images as plain arrays, for programs that know nothing of this one.
+rule export_hdf5:
+    input:
+        stores=expand(f"{RESULTS}/imaging/{{target}}/{{{{images}}}}.zarr", target=TARGETS),
+        code=code("learning/job_export.py"),
+    output:
+        f"{RESULTS}/learning/export/{{images}}.h5",
+    log:
+        f"{RESULTS}/logs/learning/export/{{images}}-h5.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/learning/export/{{images}}-h5.tsv"
+    wildcard_constraints:
+        images=one_of(["clean", *SNRS]),
+    conda:
+        "../../envs/learning.yaml"
+    threads: 1
+    resources:
+        mem_mb=lambda w: 500 + 3 * len(TARGETS) * image_megabytes(config["noise"]["realizations"]),
+    params:
+        settings=lambda w: section(config, "imaging.aperture", "learning.split", "seed") | {"roles": roles(TARGETS)},
+    message:
+        "export the images of all targets, {wildcards.images}: {output}"
+    script:
+        "../scripts/learning/job_export.py"
+
+
+use rule export_hdf5 as export_zarr with:
+    output:
+        directory(f"{RESULTS}/learning/export/{{images}}.zarr"),
+    log:
+        f"{RESULTS}/logs/learning/export/{{images}}-zarr.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/learning/export/{{images}}-zarr.tsv"
+
+
+rule export:
+    localrule: True
+    input:
+        expand(f"{RESULTS}/learning/export/{{images}}.{{form}}", images=["clean", *SNRS], form=["h5", "zarr"]),

@@ -26,7 +26,7 @@ from scattering.quadrature import points_of
 
 # Triangles a tile holds, functions beyond its block's own included. Fixed, so that one compilation serves all.
 TILE = 384
-TILE_FUNCTIONS = 640
+TILE_FUNCTIONS = 528
 UNDER_WAY = 8  # tiles that JAX may compute ahead
 
 

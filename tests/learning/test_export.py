@@ -1,0 +1,80 @@
+"""Exported images: both forms hold every image of the stores, and what is said of each is true of it."""
+
+import h5py
+import numpy as np
+import pytest
+import xarray as xr
+from scenes import APERTURE, AZIMUTHS, ELEVATION, ROLES, SPLIT, aspects
+
+from learning.export import export
+from learning.split import SIDES, split
+
+
+def exported(stores, path, aperture=APERTURE):
+    export(stores, path, ROLES, SPLIT, 3, aperture)
+    return path
+
+
+@pytest.fixture(scope="module")
+def noisy_stores(stores):
+    return stores("snr_0dB", tuple(ROLES))
+
+
+@pytest.fixture(scope="module")
+def forms(noisy_stores, tmp_path_factory):
+    """The HDF5 file and the zarr store, as mappings of name to array, each with its attributes."""
+    folder = tmp_path_factory.mktemp("export")
+    with h5py.File(exported(noisy_stores, folder / "snr_0dB.h5")) as file:
+        attrs = {name: np.array(file.attrs[name]).tolist() for name in file.attrs}
+        hdf5 = {name: file[name][:] for name in file}, attrs
+    store = xr.open_zarr(exported(noisy_stores, folder / "snr_0dB.zarr")).load()
+    return hdf5, ({name: store[name].values for name in store.variables}, store.attrs)
+
+
+def test_both_forms_hold_the_same(forms):
+    (hdf5, hdf5_attrs), (zarr, zarr_attrs) = forms
+    assert hdf5.keys() == zarr.keys()
+    for name in hdf5:
+        assert hdf5[name].dtype == zarr[name].dtype, name
+        np.testing.assert_array_equal(hdf5[name], zarr[name], name)
+    assert hdf5_attrs == zarr_attrs
+
+
+def test_every_image_is_there_once_and_is_what_is_said_of_it(forms, noisy_stores):
+    (data, attrs), _ = forms
+    assert data["image"].shape[0] == len(ROLES) * 2 * len(ELEVATION) * AZIMUTHS
+    assert attrs["roles"] == [ROLES[target] for target in attrs["targets"]]
+    assert (data["snr"] == 0).all()
+    seen = set()
+    truth = {store.split("/")[-2]: xr.open_zarr(store).image.load() for store in noisy_stores}
+    names = ("label", "realization", "elevation", "azimuth")
+    for image, *origin in zip(data["image"], *(data[name] for name in names), strict=True):
+        label, realization, elevation, azimuth = origin
+        there = truth[attrs["targets"][label]].sel(realization=realization)
+        there = there.sel(elevation=elevation, azimuth=azimuth, method="nearest")
+        np.testing.assert_array_equal(image, there.transpose("range", "crossrange"))
+        seen.add(tuple(origin))
+    assert len(seen) == len(data["image"])
+
+
+def test_sides_are_those_that_models_learn_by(forms):
+    (data, attrs), _ = forms
+    for scheme in ("random", "sector"):
+        sides = split(aspects(), SPLIT, 3, APERTURE, scheme)
+        for number, side in enumerate(SIDES):
+            assert attrs["sides"][number] == side
+            found = np.unique(data["azimuth"][data[f"split_{scheme}"] == number])
+            np.testing.assert_allclose(found, aspects()[sides[side]], rtol=1e-6)
+
+
+def test_images_without_noise_have_an_infinite_snr(stores, tmp_path):
+    with h5py.File(exported(stores("clean", tuple(ROLES)), tmp_path / "clean.h5")) as file:
+        assert np.isinf(file["snr"]).all()
+        assert not file["realization"][:].any()
+
+
+def test_a_sweep_too_short_for_a_split_goes_without_it(stores, tmp_path, capsys):
+    with h5py.File(exported(stores("clean", tuple(ROLES)), tmp_path / "clean.h5", aperture=15)) as file:
+        assert "split_random" in file
+        assert "split_sector" not in file
+    assert "Warning: no split_sector" in capsys.readouterr().out

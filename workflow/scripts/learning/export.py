@@ -1,0 +1,95 @@
+"""Images with labels, splits and origin as plain arrays, for programs that know nothing of this one."""
+
+from pathlib import Path
+
+import h5py
+import numpy as np
+import xarray as xr
+
+from core import store
+from core.errors import InputError
+from core.sweep import snr_of_label
+from learning import images
+from learning.experiments import CLEAN
+from learning.split import SCHEMES, SIDES, split
+
+GUARD = "guard"  # an image that a split leaves out
+ROWS = 1024  # images of a chunk
+ABOUT = {
+    "image": ("1", "ISAR image divided by its peak magnitude, (image, range, crossrange)"),
+    "label": ("1", "class: the target's number in the attribute 'targets', from 0"),
+    "elevation": ("degrees", "elevation of the radar above the horizon"),
+    "azimuth": ("degrees", "azimuth of the radar, centre of the aperture"),
+    "realization": ("1", "number of the noise sample"),
+    "snr": ("dB", "signal-to-noise ratio; infinite without noise"),
+    "range": ("m", "down-range of each pixel from the origin, negative towards the radar"),
+    "crossrange": ("m", "cross-range of each pixel from the origin"),
+}
+
+
+def export(stores, path, roles, settings, seed, aperture):
+    """Write the images of all targets at one SNR to `path`, an HDF5 file (.h5) or a zarr store (.zarr).
+
+    Images of one store after those of another; row n of `image`, complex64, is what `label`, `elevation`, `azimuth`,
+    `realization`, `snr` and, for each scheme, `split_<scheme>` (the number of its side in the attribute 'sides') say of
+    it. stores: imaging/<target>/<label>.zarr; roles: {target: role}; settings: the config's `learning.split`.
+    """
+    targets = sorted(roles)
+    with xr.open_zarr(stores[0]) as first:
+        grid, azimuth, attrs = (first["range"].values, first["crossrange"].values), first.azimuth.values, first.attrs
+    found, origin = images.read(stores, azimuth)
+    sides = [*SIDES, GUARD]
+    data = {
+        "image": (("image", "range", "crossrange"), found),
+        "label": ("image", origin.target.map(targets.index).to_numpy(np.int8)),
+        **{name: ("image", origin[name].to_numpy(np.float32)) for name in ("elevation", "azimuth")},
+        "realization": ("image", origin.realization.to_numpy(np.int16)),
+        "snr": ("image", np.full(len(origin), _snr(stores[0]), np.float32)),
+    }
+    place = np.searchsorted(azimuth, origin.azimuth)
+    for scheme in SCHEMES:
+        of_azimuth = np.full(len(azimuth), sides.index(GUARD), np.int8)
+        try:
+            for side, numbers in split(azimuth, settings, seed, aperture, scheme).items():
+                of_azimuth[numbers] = sides.index(side)
+        except InputError as error:  # the sweep is too short for it
+            print(f"Warning: no split_{scheme}: {error}")
+            continue
+        data[f"split_{scheme}"] = ("image", of_azimuth[place])
+    dataset = xr.Dataset(data, dict(zip(("range", "crossrange"), grid, strict=True)))
+    for name, variable in dataset.variables.items():
+        variable.attrs |= dict(zip(("units", "long_name"), _about(name, sides), strict=True))
+    dataset.attrs = {"targets": targets, "roles": [roles[name] for name in targets], "sides": sides}
+    dataset.attrs |= {key: attrs[key] for key in ("polarization", "snr_definition") if key in attrs}
+    write = {".h5": _write_hdf5, ".zarr": _write_zarr}[Path(path).suffix]
+    write(dataset, path, {"image": (min(ROWS, len(found)), *found.shape[1:])})
+    print(f"{len(found)} images of {found.shape[1]} x {found.shape[2]} pixels: {path}")
+
+
+def _snr(path):
+    label = Path(path).stem
+    return np.inf if label == CLEAN else snr_of_label(label)
+
+
+def _about(name, sides):
+    if name.startswith("split_"):
+        numbered = ", ".join(f"{number} {side}" for number, side in enumerate(sides))
+        return "1", f"side of the {name.removeprefix('split_')} split: {numbered}"
+    return ABOUT[name]
+
+
+def _write_zarr(dataset, path, chunks):
+    # Noise does not compress.
+    store.write(dataset, path, {name: {"chunks": chunk, "compressors": None} for name, chunk in chunks.items()})
+
+
+def _write_hdf5(dataset, path, chunks):
+    # Renamed when it is whole; a complex number is a compound of r and i, as h5py and MATLAB read it.
+    part = Path(f"{path}.part")
+    with h5py.File(part, "w") as file:
+        for name, variable in dataset.variables.items():
+            file.create_dataset(name, data=variable.values, chunks=chunks.get(name)).attrs.update(variable.attrs)
+        text = h5py.string_dtype()
+        for name, value in dataset.attrs.items():
+            file.attrs[name] = value if isinstance(value, str) else np.array(value, text)
+    part.rename(path)

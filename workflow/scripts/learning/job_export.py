@@ -1,0 +1,7 @@
+from core.job import job
+from learning.export import export
+
+with job(snakemake):
+    settings = snakemake.params.settings
+    split = settings["learning.split"], settings["seed"], settings["imaging.aperture"]
+    export(snakemake.input.stores, snakemake.output[0], settings["roles"], *split)
