@@ -21,6 +21,7 @@ import numpy as np
 import pandas as pd
 import threadpoolctl
 from bench_scattering import PLANES, octasphere
+from test_solve import sheet, weld
 
 from core.errors import InputError
 from core.sweep import C0, Sweep
@@ -73,43 +74,17 @@ def of_sphere(count, planes, tolerance, threads):
     return measured(vertices, triangles, C0, PLANES[planes], tolerance, threads)[0]
 
 
-def grid(columns, rows, to_space):
-    """A surface of columns x rows squares of an edge's length, cut in halves; to_space: (n,), (n,) m to (n, 3) m."""
-    x, y = np.meshgrid(np.arange(columns + 1), np.arange(rows + 1), indexing="ij")
-    corner = (np.arange(columns)[:, None] * (rows + 1) + np.arange(rows)).reshape(-1)
-    right, up = corner + rows + 1, corner + 1
-    triangles = np.concatenate([np.stack([corner, right, right + 1], 1), np.stack([corner, right + 1, up], 1)])
-    return to_space(0.1 * x.reshape(-1), 0.1 * y.reshape(-1)), triangles
-
-
-def joined(parts):
-    """One mesh of several, in which vertices at one place are one."""
-    counts = np.cumsum([0] + [len(vertices) for vertices, _ in parts])
-    triangles = np.concatenate([faces + first for (_, faces), first in zip(parts, counts, strict=False)])
-    vertices = np.concatenate([vertices for vertices, _ in parts])
-    _, first, number = np.unique(vertices.round(6), axis=0, return_index=True, return_inverse=True)
-    return vertices[first], number.reshape(-1)[triangles]
-
-
 def hard_shapes():
     """A cavity open to one side, an open duct, and a stack of close plates: {name: vertices and triangles}, m."""
-    side, round_about = 3.2, 5.0 / (2 * np.pi)
-
-    def wall(axis, at):
-        return grid(32, 32, lambda x, y: np.insert(np.stack([x, y], 1), axis, at, axis=1))
-
-    def tube(x, y):
-        angle = x / round_about
-        return np.stack([y, round_about * np.cos(angle), round_about * np.sin(angle)], 1)
-
-    def plate(at):
-        return grid(40, 20, lambda x, y: np.stack([x, y, np.full_like(x, at)], 1))
-
-    return {
-        "cavity": joined([wall(0, 0), wall(1, 0), wall(1, side), wall(2, 0), wall(2, side)]),
-        "duct": joined([grid(50, 100, tube)]),
-        "stack": joined([plate(0.05 * n) for n in range(6)]),
-    }
+    side, radius = 3.2, 5 / (2 * np.pi)
+    sides = [sheet(*vectors, 32, 32) for vectors in side * np.eye(3)[[[0, 1], [1, 2], [0, 2]]]]
+    opposite = [(sides[n][0] + shift, sides[n][1]) for n, shift in ((1, [side, 0, 0]), (2, [0, side, 0]))]
+    unrolled, faces = sheet([5, 0, 0], [0, 10, 0], 50, 100)
+    angle = unrolled[:, 0] / radius
+    duct = np.stack([unrolled[:, 1], radius * np.cos(angle), radius * np.sin(angle)], 1), faces
+    plate = sheet([4.3, 0, 0], [0, 2.7, 0], 43, 27)
+    stack = [(plate[0] + [0, 0, 0.1 * n], plate[1]) for n in range(4)]
+    return {"cavity": weld(*sides, *opposite), "duct": weld(duct), "stack": weld(*stack)}
 
 
 def of_hard_shape(name, tolerance, threads):

@@ -129,6 +129,14 @@ def test_plate_at_broadside_agrees_with_physical_optics():
     assert np.abs(field / (-1j * side**2) - 1).max() < 0.06
 
 
+def test_close_plates_are_as_exact_as_others():
+    """Six plates a twentieth of a wavelength apart: what one takes of another is nearly what it has."""
+    points, triangles = sheet([1.1, 0, 0], [0, 1.3, 0], 11, 13)
+    stack = weld(*((points + np.array([0, 0, 0.05 * n]), triangles) for n in range(6)))
+    solution = solve(*stack, [FREQUENCY], [0.0, 20.0], [0.0, 30.0], ["VV", "HH"])
+    assert solution.residual.max() < 5e-5
+
+
 def test_half_plate_with_mirror_plane_equals_whole_one():
     """Junctions across the plane, a sheet that lies in it, and one that crosses it at right angles."""
     flat = sheet([0.8, 0, 0], [0, 0.3, 0], 8, 3)

@@ -91,8 +91,10 @@ class SymmetricMatrix:
                 pool.wait([pool.submit(_divide, lower, mine, inverse, slice(*span)) for span, inverse in spans])
                 tasks = [pool.submit(_update, other, lower, slice(a, b)) for other in self.blocks[j:]]
                 pool.wait(tasks[:1])
-                # In double precision: the block's rounding would otherwise enter every later column.
-                inverse = np.linalg.inv(mine[0, :, a:].astype(np.float64) + 1j * mine[1, :, a:])
+                # In double precision, and of the symmetric part: the block's rounding would otherwise enter every later
+                # column, and grow from one to the next where parts of a target are tightly coupled (close plates).
+                block = mine[0, :, a:].astype(np.float64) + 1j * mine[1, :, a:]
+                inverse = np.linalg.inv((block + block.T) / 2)
                 pool.wait(tasks)
                 mine[:, :, :a] = lower[:2]
                 mine[0, :, a:], mine[1, :, a:] = inverse.real, inverse.imag

@@ -192,7 +192,7 @@ class _Column:
         if j:
             inner = np.concatenate([self.own[k] @ self.left[self.ends[k] : self.ends[k + 1]] for k in range(j)])
             block -= self.left.T @ inner
-        inverse = np.linalg.inv(block)
+        inverse = np.linalg.inv((block + block.T) / 2)
         matrix.diagonal[j] = ((inverse + inverse.T) / 2).astype(matrix.dtype)
 
     def tile(self, i):
