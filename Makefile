@@ -3,10 +3,12 @@
 # make bench-scattering: what a solve costs against what the machine can do (run nothing beside it)
 # make bench-learning: prediction times at the reference experiment's size
 # make bench-capsules: what the capsule network's training and prediction take, with and without XLA's convolution
-# make bench-thesis: solves at full size (ten minutes, 7 GB), and the whole reference experiment projected from them
+# make bench-thesis: solves at full size (ten minutes, 6 GB), and the whole reference experiment projected from them
 # make bench-compressed: compressed matrices beside whole ones, over unknowns and tolerance (half an hour, 6 GB)
 # make bench-imaging: 1,172,490 images from made-up fields, beside the disk's speed
 # make bench-bempp: the same sphere by bempp-cl, in an environment of its own, and here
+# make fields: the dataset of resources/fields anew where it is not complete (hours, 6 GB)
+# make check-fields: its fields beside those of finer meshes and of the other integral equation (hours, 20 GB)
 # make validate: the solver and the image formation beside closed forms, as figures (docs/validation.md)
 
 PYTHON ?= python3
@@ -14,8 +16,8 @@ CORES ?= 2
 BIN := .venv/bin
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
-.PHONY: report test lint environment validate bench-learning bench-capsules bench-scattering bench-bempp bench-thesis \
-	bench-imaging bench-compressed
+.PHONY: report test lint environment validate fields check-fields bench-learning bench-capsules \
+	bench-scattering bench-bempp bench-thesis bench-imaging bench-compressed
 
 report: environment
 	snakemake --cores $(CORES) report
@@ -29,6 +31,16 @@ lint: environment
 	snakefmt --check Snakefile workflow/rules
 	snakemake --lint
 	PYTHONPATH=workflow/scripts lint-imports
+
+fields: environment
+	missing=$$(PYTHONPATH=workflow/scripts python resources/fields/make.py missing) && \
+		{ [ -z "$$missing" ] || snakemake --cores $(CORES) $$missing --configfile config/thesis.yaml; }
+	PYTHONPATH=workflow/scripts python resources/fields/make.py keep
+	PYTHONPATH=workflow/scripts python resources/fields/make.py publish
+
+check-fields: environment
+	PYTHONPATH=workflow/scripts python resources/fields/check.py --threads $(CORES)
+	PYTHONPATH=workflow/scripts python resources/fields/make.py card
 
 validate: environment
 	PYTHONPATH=workflow/scripts:tests/scattering python benchmarks/validate.py --threads $(CORES)

@@ -1,10 +1,12 @@
 """The dataset, from a run of config/thesis.yaml: band by band, so that a run that is cut off loses nothing.
 
-    make.py missing    the bands that are not kept yet, as targets for snakemake
+    make.py missing    the bands of targets without a store that are not kept yet, as targets for snakemake
     make.py keep       keep those that the run has finished, in bands/, with what each solve took
-    make.py publish    join the bands of complete targets: <target>.zarr, solves.csv, meshes/
+    make.py publish    join the bands of each target that has all: <target>.zarr and its rows of solves.csv
+    make.py card       the tables and the figure of README.md, from solves.csv and accuracy.csv
 
-`make fields` does all three, and needs hours for what is missing.
+`make fields` does the first three, and takes hours for what is missing; `make check-fields` makes accuracy.csv (see
+check.py) and the card.
 """
 
 import argparse
@@ -37,14 +39,15 @@ LINE = re.compile(
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("what", choices=["missing", "keep", "publish"])
+    steps = {step.__name__: step for step in (missing, keep, publish, card)}
+    parser.add_argument("what", choices=steps)
     options = parser.parse_args()
     config = load(read_yaml(CONFIG))
-    {"missing": missing, "keep": keep, "publish": publish}[options.what](config, Path("results", config["name"]))
+    steps[options.what](config, Path("results", config["name"]))
 
 
 def missing(config, results):
-    names = [name for target in config["targets"] for name in _bands(config, target)]
+    names = [name for target in config["targets"] if not _store(target).exists() for name in _bands(config, target)]
     print(*(results / "scattering" / "bands" / f"{name}.zarr" for name in names if not _record(name).exists()))
 
 
@@ -52,7 +55,7 @@ def keep(config, results):
     for target in config["targets"]:
         for number, name in enumerate(_bands(config, target)):
             store = results / "scattering" / "bands" / f"{name}.zarr"
-            if _record(name).exists() or not (store / stores.SUMS).exists():
+            if _store(target).exists() or _record(name).exists() or not (store / stores.SUMS).exists():
                 continue
             stores.open_store(store)  # is it whole?
             copy = BANDS / store.name
@@ -86,41 +89,135 @@ def _took(config, results, target, number):
 
 
 def publish(config, results):
-    rows = []
+    path = HERE / "solves.csv"
+    rows = pd.read_csv(path).to_dict("records") if path.exists() else []
     for target in config["targets"]:
         names = _bands(config, target)
         if not all(_record(name).exists() for name in names):
-            print(f"{target}: not complete yet")
+            print(f"{target}: {'there' if _store(target).exists() else 'not complete yet'}")
             continue
         records = [json.loads(_record(name).read_text()) for name in names]
-        for number, record in enumerate(records):
-            rows += [
-                {"target": target, "band": number} | solve | {"planned_s": record["planned_s"] / len(record["solves"])}
-                for solve in record["solves"]
-            ]
-        joined = HERE / f"{target}.zarr"
-        join_bands([BANDS / f"{name}.zarr" for name in names], joined)
-        with stores.open_store(joined) as dataset:
+        join_bands([BANDS / f"{name}.zarr" for name in names], _store(target))
+        with stores.open_store(_store(target)) as dataset:
             dataset = dataset.load()
-        dataset.attrs |= {
-            "title": f"Monostatic full-wave backscatter of a perfectly conducting {target} in free space",
-            "target": target,
-            "role": config["targets"][target]["role"],
-            "symmetry": config["targets"][target].get("symmetry", []),
-            "licence": "CC-BY-4.0",
-            "made_by": f"isarflow, commit {' '.join(sorted({record['commit'] for record in records}))}",
-            "date": max(record["date"] for record in records),
-            "cad_sha256": records[0]["cad_sha256"],
-            "edges_per_wavelength": config["mesh"]["edges_per_wavelength"],
-            "mesh_sha256": [record["mesh_sha256"] for record in records for _ in record["solves"]],
-            "seconds": [_seconds(solve) for record in records for solve in record["solves"]],
-        }
-        shutil.rmtree(joined)
-        chunks = {**dataset.field.sizes, "elevation": 1}
+        dataset.attrs |= _attributes(config, target, records)
         dataset.field.encoding.clear()
-        stores.write(dataset, joined, {"field": {"chunks": tuple(chunks.values())}})
-        print(f"{joined}: {dict(dataset.sizes)}, residual at most {max(dataset.attrs['residual']):.1e}")
-    pd.DataFrame(rows).to_csv(HERE / "solves.csv", index=False, float_format="%.6g")
+        chunks = tuple({**dataset.field.sizes, "elevation": 1}.values())
+        shutil.rmtree(_store(target))
+        stores.write(dataset, _store(target), {"field": {"chunks": chunks}})
+        rows += [
+            {"target": target, "band": band} | solve | {"planned_s": record["planned_s"] / len(record["solves"])}
+            for band, record in enumerate(records)
+            for solve in record["solves"]
+        ]
+        pd.DataFrame(rows).to_csv(path, index=False, float_format="%.6g")
+        for name in names:
+            shutil.rmtree(BANDS / f"{name}.zarr")
+            _record(name).unlink()
+        print(f"{target}: {dict(dataset.sizes)}, residual at most {max(dataset.attrs['residual']):.1e}")
+
+
+def _attributes(config, target, records):
+    return {
+        "title": f"Monostatic full-wave backscatter of a perfectly conducting target ({target}) in free space",
+        "target": target,
+        "role": config["targets"][target]["role"],
+        "symmetry": config["targets"][target].get("symmetry", []),
+        "licence": "CC-BY-4.0",
+        "made_by": f"isarflow, commit {' '.join(sorted({record['commit'] for record in records}))}",
+        "date": max(record["date"] for record in records),
+        "processor": ", ".join(sorted({record["processor"] for record in records})),
+        "cad_sha256": records[0]["cad_sha256"],
+        "edges_per_wavelength": config["mesh"]["edges_per_wavelength"],
+        "mesh_sha256": [record["mesh_sha256"] for record in records for _ in record["solves"]],
+        "seconds": [_seconds(solve) for record in records for solve in record["solves"]],
+    }
+
+
+def card(config, results):
+    accuracy, solves = pd.read_csv(HERE / "accuracy.csv"), pd.read_csv(HERE / "solves.csv")
+    draw_accuracy(accuracy, HERE / "accuracy.png")
+    text = (HERE / "README.md").read_text()
+    for name, lines in (("accuracy", accuracy_lines(accuracy)), ("times", time_lines(solves))):
+        begin, end = f"<!-- {name} -->\n", f"<!-- end of {name} -->"
+        before, rest = text.split(begin)
+        text = before + begin + "\n".join(lines) + "\n" + rest[rest.index(end) :]
+    (HERE / "README.md").write_text(text)
+
+
+def accuracy_lines(accuracy):
+    """A table in Markdown: of each target and frequency the worst of the polarizations."""
+    worst = accuracy.groupby(["target", "ghz", "reference"], sort=False).max(numeric_only=True)
+    head = [
+        "target",
+        "GHz",
+        "finer: level, median",
+        "90 %",
+        "error",
+        "cfie: level, median",
+        "90 %",
+        "error",
+        "whole: error",
+    ]
+    yield "| " + " | ".join(head) + " |"
+    yield "|---" * len(head) + "|"
+    for (target, ghz), rows in worst.groupby(["target", "ghz"], sort=False):
+        cells = [target, f"{ghz:.2f}"]
+        for reference in ("finer", "cfie"):
+            row = rows.loc[(target, ghz, reference)] if (target, ghz, reference) in rows.index else None
+            cells += ["", "", ""] if row is None else [
+                f"{row.level_median_db:.2f} dB", f"{row.level_90_percent_db:.2f} dB", f"{row.error_rms_db:.0f} dB"
+            ]  # fmt: skip
+        whole = (target, ghz, "whole")
+        cells.append(f"{rows.loc[whole].error_largest_db:.0f} dB" if whole in rows.index else "")
+        yield "| " + " | ".join(cells) + " |"
+
+
+def time_lines(solves):
+    """A table in Markdown: unknowns, residual, times of each target, beside what was planned."""
+    parts = ["assembly_s", "factorization_s", "directions_s"]
+    solves = solves.assign(took=solves[parts].sum(axis=1))
+    yield "| target | solves | unknowns | largest residual | took | planned | longest solve |"
+    yield "|---" * 7 + "|"
+    groups = [*solves.groupby("target", sort=False), ("all", solves)]
+    for target, rows in groups:
+        cells = [target, f"{len(rows)}", f"{rows.unknowns.min():,.0f} to {rows.unknowns.max():,.0f}"]
+        cells += [
+            f"{rows.residual.max():.1e}",
+            f"{rows.took.sum() / 3600:.2f} h",
+            f"{rows.planned_s.sum() / 3600:.2f} h",
+        ]
+        yield "| " + " | ".join([*cells, f"{rows.took.max():.0f} s"]) + " |"
+
+
+def draw_accuracy(accuracy, path):
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    styles = {
+        "finer": ("o-", "14 edges a wavelength"),
+        "cfie": ("d--", "CFIE, same mesh"),
+        "whole": ("s:", "whole matrices, same mesh"),
+    }
+    worst = accuracy.groupby(["target", "ghz", "reference"], sort=False).max(numeric_only=True).reset_index()
+    figure, axes = plt.subplots(1, 2, figsize=(10, 4), layout="constrained")
+    colors = dict(zip(worst.target.unique(), plt.cm.tab10.colors, strict=False))
+    for (target, reference), line in worst.groupby(["target", "reference"], sort=False):
+        look, color = styles[reference][0], colors[target]
+        axes[0].semilogy(line.ghz, line.level_median_db, look, color=color)
+        axes[1].plot(line.ghz, line.error_rms_db, look, color=color)
+    axes[0].set(xlabel="frequency [GHz]", ylabel="median difference of level [dB]")
+    axes[1].set(xlabel="frequency [GHz]", ylabel="rms error, relative to the peak [dB]")
+    for target, color in colors.items():
+        axes[1].plot([], [], color=color, label=target)
+    for look, name in styles.values():
+        axes[1].plot([], [], look, color="grey", label=name)
+    axes[1].legend(fontsize="small", loc="center left", bbox_to_anchor=(1.0, 0.5))
+    for ax in axes:
+        ax.grid(alpha=0.3)
+    figure.savefig(path, dpi=120)
 
 
 def _seconds(solve):
@@ -129,6 +226,10 @@ def _seconds(solve):
 
 def _bands(config, target):
     return [f"{target}-{band}" for band in range(config["mesh"]["bands"])]
+
+
+def _store(target):
+    return HERE / f"{target}.zarr"
 
 
 def _record(name):
