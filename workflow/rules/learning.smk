@@ -189,6 +189,6 @@ use rule export_hdf5 as export_zarr with:
 
 
 rule export:
-    localrule: True
     input:
         expand(f"{RESULTS}/learning/export/{{images}}.{{form}}", images=["clean", *SNRS], form=["h5", "zarr"]),
+    localrule: True
