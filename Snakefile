@@ -26,6 +26,7 @@ include: "workflow/rules/report.smk"
 
 localrules:
     all,
+    export,
 
 
 onstart:
@@ -53,5 +54,12 @@ rule all:
     input:
         rules.report.output,
         expand(f"{RESULTS}/imaging/{{target}}/{{snr}}.zarr", target=TARGETS, snr=SNRS)
+        if images_are_made(config)
+        else [],
+
+
+rule export:
+    input:
+        expand(f"{RESULTS}/learning/export/{{images}}.{{form}}", images=["clean", *SNRS], form=["h5", "zarr"])
         if images_are_made(config)
         else [],

@@ -40,7 +40,7 @@ def test_message_names_the_key(project, case):
 def test_what_shows_when_a_run_begins_is_one_message_too(project):
     """Solves that no machine has the memory for, and a mesh that is none; neither leaves the folder locked."""
     page = project.write("page.stl", "<!DOCTYPE html>" + 100 * " ")
-    large = "radar: {center_frequency: 2.0e+10, bandwidth: 1.0e+10}"
+    large = "radar: {center_frequency: 2.8e+10, bandwidth: 1.0e+10}"
     for overlay, expected in (
         (large, "config key 'targets.drone': resources/cad/drone.stl would need about"),
         (f"targets: {{drone: {{mesh: {page}}}}}", "config key 'targets.drone.mesh': page.stl is not an STL file,"),

@@ -186,9 +186,3 @@ use rule export_hdf5 as export_zarr with:
         f"{RESULTS}/logs/learning/export/{{images}}-zarr.log",
     benchmark:
         f"{RESULTS}/benchmarks/learning/export/{{images}}-zarr.tsv"
-
-
-rule export:
-    input:
-        expand(f"{RESULTS}/learning/export/{{images}}.{{form}}", images=["clean", *SNRS], form=["h5", "zarr"]),
-    localrule: True
