@@ -10,7 +10,6 @@ check.py) and the card.
 """
 
 import argparse
-import hashlib
 import json
 import platform
 import re
@@ -24,6 +23,7 @@ import pandas as pd
 from core import store as stores
 from core.sweep import sweeps
 from scattering import needs
+from scattering.field_files import digest
 from scattering.store import join_bands
 from setup.config import load
 from setup.yaml_file import read_yaml
@@ -78,8 +78,8 @@ def _took(config, results, target, number):
         "commit": _said("git", "rev-parse", "HEAD"),
         "date": date.today().isoformat(),
         "processor": _processor(),
-        "cad_sha256": _sha256(config["targets"][target]["mesh"]),
-        "mesh_sha256": _sha256(mesh),
+        "cad_sha256": digest(config["targets"][target]["mesh"]),
+        "mesh_sha256": digest(mesh),
         "triangles": figures["triangles"],
         "edge_mean_m": figures["edge"]["mean"],
         "planned_s": round(need["seconds"], 1),
@@ -97,24 +97,19 @@ def publish(config, results):
             print(f"{target}: {'there' if _store(target).exists() else 'not complete yet'}")
             continue
         records = [json.loads(_record(name).read_text()) for name in names]
-        join_bands([BANDS / f"{name}.zarr" for name in names], _store(target))
-        with stores.open_store(_store(target)) as dataset:
-            dataset = dataset.load()
-        dataset.attrs |= _attributes(config, target, records)
-        dataset.field.encoding.clear()
-        chunks = tuple({**dataset.field.sizes, "elevation": 1}.values())
-        shutil.rmtree(_store(target))
-        stores.write(dataset, _store(target), {"field": {"chunks": chunks}})
+        bands = [BANDS / f"{name}.zarr" for name in names]
+        join_bands(bands, _store(target), _attributes(config, target, records))
         rows += [
             {"target": target, "band": band} | solve | {"planned_s": record["planned_s"] / len(record["solves"])}
             for band, record in enumerate(records)
             for solve in record["solves"]
         ]
         pd.DataFrame(rows).to_csv(path, index=False, float_format="%.6g")
-        for name in names:
-            shutil.rmtree(BANDS / f"{name}.zarr")
+        for name, band in zip(names, bands, strict=True):
+            shutil.rmtree(band)
             _record(name).unlink()
-        print(f"{target}: {dict(dataset.sizes)}, residual at most {max(dataset.attrs['residual']):.1e}")
+        worst = max(solve["residual"] for record in records for solve in record["solves"])
+        print(f"{target}: {sum(len(record['solves']) for record in records)} frequencies, residual at most {worst:.1e}")
 
 
 def _attributes(config, target, records):
@@ -234,10 +229,6 @@ def _store(target):
 
 def _record(name):
     return BANDS / f"{name}.json"
-
-
-def _sha256(path):
-    return hashlib.sha256(Path(path).read_bytes()).hexdigest()
 
 
 def _said(*command):

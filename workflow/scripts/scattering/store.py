@@ -38,12 +38,13 @@ def write_field(store_path, field, polarizations, frequency, elevation, azimuth,
     _write(dataset, store_path)
 
 
-def join_bands(band_paths, store_path):
-    """Put the bands of a target together along frequency, with the attributes of all."""
+def join_bands(band_paths, store_path, attrs=None):
+    """Put the bands of a target together along frequency, with the attributes of all and these besides."""
     parts = [open_store(path).load() for path in band_paths]
     dataset = xr.concat(parts, "frequency", combine_attrs="override", data_vars="all")
     for name in ("unknowns", "residual"):
         dataset.attrs[name] = [value for part in parts for value in part.attrs[name]]
+    dataset.attrs |= attrs or {}
     _write(dataset, store_path)
 
 
