@@ -72,7 +72,9 @@ def _took(config, results, target, number):
     sweep = sweeps(config["radar"], config["aspect"], config["mesh"]["bands"])[number]
     planes = len(config["targets"][target].get("symmetry", []))
     need = needs.need(figures, planes, sweep, needs.method(config, target))
-    log = (results / "logs" / "scattering" / "bands" / f"{target}-{number}.log").read_text()
+    name = f"scattering/bands/{target}-{number}"
+    log = (results / "logs" / f"{name}.log").read_text()
+    job = pd.read_csv(results / "benchmarks" / f"{name}.tsv", sep="\t").iloc[-1]
     names = ("ghz", "unknowns", "residual", "assembly_s", "factorization_s", "directions_s")
     return {
         "commit": _said("git", "rev-parse", "HEAD"),
@@ -84,6 +86,7 @@ def _took(config, results, target, number):
         "edge_mean_m": figures["edge"]["mean"],
         "planned_s": round(need["seconds"], 1),
         "planned_mb": round(need["megabytes"]),
+        "processor_s": round(float(job["cpu_time"]), 1),  # of all cores, whatever else ran beside it
         "solves": [dict(zip(names, map(float, found), strict=True)) for found in LINE.findall(log)],
     }
 
@@ -100,7 +103,9 @@ def publish(config, results):
         bands = [BANDS / f"{name}.zarr" for name in names]
         join_bands(bands, _store(target), _attributes(config, target, records))
         rows += [
-            {"target": target, "band": band} | solve | {"planned_s": record["planned_s"] / len(record["solves"])}
+            {"target": target, "band": band}
+            | solve
+            | {key: record[key] / len(record["solves"]) for key in ("processor_s", "planned_s")}
             for band, record in enumerate(records)
             for solve in record["solves"]
         ]
@@ -172,14 +177,15 @@ def time_lines(solves):
     """A table in Markdown: unknowns, residual, times of each target, beside what was planned."""
     parts = ["assembly_s", "factorization_s", "directions_s"]
     solves = solves.assign(took=solves[parts].sum(axis=1))
-    yield "| target | solves | unknowns | largest residual | took | planned | longest solve |"
-    yield "|---" * 7 + "|"
+    yield "| target | solves | unknowns | largest residual | took | of processors | planned | longest solve |"
+    yield "|---" * 8 + "|"
     groups = [*solves.groupby("target", sort=False), ("all", solves)]
     for target, rows in groups:
         cells = [target, f"{len(rows)}", f"{rows.unknowns.min():,.0f} to {rows.unknowns.max():,.0f}"]
         cells += [
             f"{rows.residual.max():.1e}",
             f"{rows.took.sum() / 3600:.2f} h",
+            f"{rows.processor_s.sum() / 3600:.2f} h",
             f"{rows.planned_s.sum() / 3600:.2f} h",
         ]
         yield "| " + " | ".join([*cells, f"{rows.took.max():.0f} s"]) + " |"
