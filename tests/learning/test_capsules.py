@@ -58,18 +58,6 @@ def test_routing_of_many_is_the_loop_of_the_paper(random):
         np.testing.assert_allclose(capsules.route(votes, 3)[image], vectors, atol=1e-6)
 
 
-@pytest.mark.parametrize("stride", [1, 2])
-def test_convolution_is_that_of_jax(random, stride):
-    images = random.standard_normal((2, 14, 17, 3)).astype(np.float32)
-    kernel = random.standard_normal((9, 9, 3, 4)).astype(np.float32)
-    offset = random.standard_normal(4).astype(np.float32)
-    expected = offset + jax.lax.conv_general_dilated(
-        images, kernel, (stride, stride), "VALID", dimension_numbers=("NHWC", "HWIO", "NHWC")
-    )
-    found = capsules.convolve(images, kernel.reshape(-1, 4), offset, stride)
-    np.testing.assert_allclose(found, expected, atol=2e-4)
-
-
 def test_margin_loss_by_hand():
     vectors = np.array([[[0.5, 0.0], [0.0, 0.3]], [[0.95, 0.0], [0.05, 0.0]], [[0.6, 0.0], [0.0, 0.0]]])
     truth = np.array([[1.0, 0.0], [1.0, 0.0], [0.0, 0.0]])  # the last image is of no class

@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from learning.convolution import KERNEL, convolve, outputs, spectra, transforms_pay
 from learning.training_loop import glorot
 
-KERNEL = 9  # pixels a side of both convolutions
 STRIDE = 2  # of the primary capsules' convolution
 PRIMARY, CLASS = 8, 16  # dimensions of a primary capsule, and of a class capsule
 SMALLEST = 2 * KERNEL - 1  # pixels a side that leave one primary capsule
@@ -28,23 +28,6 @@ def squash(vectors):
 def lengths(vectors):
     """Lengths of vectors (..., d), with a gradient also at zero: shape (...)."""
     return ((vectors**2).sum(-1) + TINY) ** 0.5
-
-
-def convolve(images, weights, offset, stride):
-    """Images (n, rows, columns, channels) to outputs (n, rows', columns', filters).
-
-    weights: (KERNEL^2 channels, filters); offset: (filters,). Slices and one matrix product: XLA's own convolution has
-    a gradient that is 30 times slower on CPUs.
-    """
-    rows, columns = (stride * ((size - KERNEL) // stride) + 1 for size in images.shape[1:3])
-    slices = [
-        images[:, row : row + rows : stride, column : column + columns : stride]
-        for row in range(KERNEL)
-        for column in range(KERNEL)
-    ]
-    seen = images.__array_namespace__().concatenate(slices, axis=-1)
-    # NumPy would make of four dimensions as many small products.
-    return (seen.reshape(-1, len(weights)) @ weights + offset).reshape(*seen.shape[:3], -1)
 
 
 def route(votes, routings):
@@ -67,7 +50,8 @@ def route(votes, routings):
 def activations(weights, images, routings):
     """Activation vectors (n, classes, CLASS) of images (n, rows, columns, channels).
 
-    A convolution with rectified outputs, then primary capsules, each of which votes for every class.
+    A convolution with rectified outputs, then primary capsules, each of which votes for every class. weights: by name,
+    as of `initial_weights`; "primary" may be `primary_spectra` instead.
     """
     library = images.__array_namespace__()
     features = library.maximum(convolve(images, weights["convolution"], weights["convolution_offset"], 1), 0)
@@ -76,6 +60,17 @@ def activations(weights, images, routings):
     count, classes = weights["votes"].shape[0], weights["votes"].shape[-1] // CLASS
     votes = library.matmul(capsules.swapaxes(0, 1), weights["votes"])
     return route(votes.reshape(count, len(images), classes, CLASS), routings)
+
+
+def spectra_pay(weights, shape):
+    """Whether `primary_spectra` pay for images (n, rows, columns, channels) of this shape, all of them together."""
+    features = shape[0], *outputs(shape[1:3], 1), weights["convolution"].shape[-1]
+    return transforms_pay(features, weights["primary"].shape[-1], STRIDE)
+
+
+def primary_spectra(weights, shape):
+    """What `activations` takes for the weights "primary", too, with images of this shape, and else may make anew."""
+    return spectra(weights["primary"], outputs(shape[1:3], 1), STRIDE)
 
 
 def reconstruct(weights, vectors, mask, bounded):
@@ -106,7 +101,7 @@ def margin_loss(vectors, truth):
 def layers(shape, classes, width, capsules, decoder):
     """The layers by name, each a `Layer`; arguments as of `initial_weights`."""
     rows, columns, channels = shape
-    places = int(np.prod([(size - 2 * (KERNEL - 1) - 1) // STRIDE + 1 for size in (rows, columns)]))
+    places = math.prod(outputs(outputs((rows, columns), 1), STRIDE))
     pixels = rows * columns * channels
     return {
         "convolution": Layer((KERNEL**2 * channels, width), KERNEL**2 * (channels + width)),

@@ -96,6 +96,7 @@ class Model(Classifier):
     }
     by_snr = True
     smallest = 17  # capsules.SMALLEST, as a number that is read and not run
+    _spectra = None, None  # the primary capsules' weights and their spectra: made once for all predictions
 
     def fit(self, images, labels, validation=None, snrs=None, views=None):
         self.classes_ = np.unique(labels[labels != OTHER])
@@ -157,6 +158,8 @@ class Model(Classifier):
             return seen, aims, y[rows]
 
         def validate(weights):
+            if capsules.spectra_pay(weights, held_out[0].shape):
+                weights = weights | {"primary": capsules.primary_spectra(weights, held_out[0].shape)}
             chunks = [
                 [array[start : start + CHUNK] for array in held_out] for start in range(0, len(held_out[0]), CHUNK)
             ]
@@ -172,7 +175,7 @@ class Model(Classifier):
             checkpoint = Checkpoint(self.checkpoints, settings, self.seed, *shown)
         sizes = settings["width"], settings["capsules"], settings["decoder"]
         weights = capsules.initial_weights(random, x.shape[1:], y.shape[1], *sizes)
-        steps = Settings(optax.adam(rate), settings["epochs"], settings["patience"], checkpoint)
+        steps = Settings(optax.adam(rate), rate, settings["epochs"], settings["patience"], checkpoint)
         learned, self.curve_ = minimize(loss, weights, batches, inputs, steps, validate if held_out else None)
         self._keep(learned)
 
@@ -197,6 +200,10 @@ class Model(Classifier):
     def _vectors(self, x):
         """Activation vectors (n, classes, CLASS) of inputs (n, rows, columns, channels)."""
         weights, routings = self._weights(), self.settings["routings"]
+        if capsules.spectra_pay(weights, x.shape):
+            if self._spectra[0] is not self.primary_:
+                self._spectra = self.primary_, capsules.primary_spectra(weights, x.shape)
+            weights["primary"] = self._spectra[1]
         parts = [capsules.activations(weights, x[i : i + CHUNK], routings) for i in range(0, len(x), CHUNK)]
         return np.concatenate(parts)
 
