@@ -2,7 +2,7 @@
 # make test:   the whole test suite;   make lint: what CI checks besides
 # make bench-scattering: what a solve costs against what the machine can do (run nothing beside it)
 # make bench-learning: prediction times at the reference experiment's size
-# make bench-capsules: what the capsule network's training and prediction take, with and without XLA's convolution
+# make bench-capsules: what the capsule network's training and prediction take, also with other convolutions
 # make bench-thesis: solves at full size (ten minutes, 6 GB), and the whole reference experiment projected from them
 # make bench-compressed: compressed matrices beside whole ones, over unknowns and tolerance (half an hour, 6 GB)
 # make bench-imaging: 1,172,490 images from made-up fields, beside the disk's speed
@@ -37,6 +37,7 @@ fields: environment
 		{ [ -z "$$missing" ] || snakemake --cores $(CORES) $$missing --configfile config/thesis.yaml; }
 	PYTHONPATH=workflow/scripts python resources/fields/make.py keep
 	PYTHONPATH=workflow/scripts python resources/fields/make.py publish
+	PYTHONPATH=workflow/scripts python resources/fields/make.py splits
 
 check-fields: environment
 	PYTHONPATH=workflow/scripts python resources/fields/check.py --threads $(CORES)

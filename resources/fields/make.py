@@ -3,9 +3,10 @@
     make.py missing    the bands of targets without a store that are not kept yet, as targets for snakemake
     make.py keep       keep those that the run has finished, in bands/, with what each solve took
     make.py publish    join the bands of each target that has all: <target>.zarr and its rows of solves.csv
+    make.py splits     splits.csv: the side of every target and azimuth under the config's splits
     make.py card       the tables and the figure of README.md, from solves.csv and accuracy.csv
 
-`make fields` does the first three, and takes hours for what is missing; `make check-fields` makes accuracy.csv (see
+`make fields` does the first four, and takes hours for what is missing; `make check-fields` makes accuracy.csv (see
 check.py) and the card.
 """
 
@@ -18,10 +19,13 @@ import subprocess
 from datetime import date
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 
 from core import store as stores
-from core.sweep import sweeps
+from core.sweep import azimuths, sweeps
+from learning import export
+from learning.split import SIDES
 from scattering import needs
 from scattering.field_files import digest
 from scattering.store import join_bands
@@ -39,7 +43,7 @@ LINE = re.compile(
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    steps = {step.__name__: step for step in (missing, keep, publish, card)}
+    steps = {step.__name__: step for step in (missing, keep, publish, splits, card)}
     parser.add_argument("what", choices=steps)
     options = parser.parse_args()
     config = load(read_yaml(CONFIG))
@@ -132,6 +136,17 @@ def _attributes(config, target, records):
         "mesh_sha256": [record["mesh_sha256"] for record in records for _ in record["solves"]],
         "seconds": [_seconds(solve) for record in records for solve in record["solves"]],
     }
+
+
+def splits(config, results):
+    """One row for each target and azimuth; `none` is an azimuth that lies in a guard between two sides."""
+    targets, azimuth = config["targets"], azimuths(config["aspect"])
+    roles, planes = ({name: of.get(key, []) for name, of in targets.items()} for key in ("role", "symmetry"))
+    divided = config["learning"]["split"], config["seed"], config["imaging"]["aperture"]
+    rows = pd.MultiIndex.from_product([sorted(targets), azimuth.round(6)], names=["target", "azimuth"])
+    names = np.array([*SIDES, "none"])
+    sides = {name: names[table].ravel() for name, table in export.splits(azimuth, roles, planes, *divided).items()}
+    pd.DataFrame(sides, rows).to_csv(HERE / "splits.csv")
 
 
 def card(config, results):

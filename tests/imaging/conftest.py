@@ -61,7 +61,7 @@ def store(tmp_path):
         elevation=np.array([-30.0, 0.0, 30.0]),
         azimuth=np.arange(60) * 6.0,
         imaging={"imager": "fourier", "aperture": 5, "window": "hamming", "reformat": "polar", "upsample": "none"},
-        noise={"seed": 3, "realizations": 2, "definition": "peak_3db"},
+        noise={"seed": 3, "realizations": 2, "definition": "peak_3db", "per": "image"},
         folder=tmp_path,
         write=write_field,
     )

@@ -5,7 +5,7 @@ import pytest
 
 from core.errors import InputError
 from core.sweep import snr_label, snr_of_label
-from imaging.noise import definition_offset, generator, signal_power, white_noise
+from imaging.noise import definition_offset, generator, signal_power, variances, white_noise
 
 
 @pytest.fixture
@@ -16,10 +16,16 @@ def samples():
     return (values * 10 ** random.uniform(-3, 1, (1000, 1))).astype(np.complex64)
 
 
+def noise_for(samples, snr_db, definition, per="image"):
+    """Noise for apertures (images, S), drawn as that of the drone."""
+    variance = variances(signal_power(samples, definition), snr_db, per)
+    return white_noise(variance, samples.shape[1], generator(0, "drone", snr_db, 0))
+
+
 @pytest.mark.parametrize("definition", ["peak_3db", "mean"])
 @pytest.mark.parametrize("snr_db", [-24, 0, 7.5])
 def test_measured_snr(samples, definition, snr_db):
-    noise = white_noise(samples, snr_db, definition, generator(0, "drone", snr_db, 0))
+    noise = noise_for(samples, snr_db, definition)
     ratios = []
     for signal, added in zip(samples.astype(complex), noise, strict=True):
         power = np.abs(signal) ** 2
@@ -30,7 +36,7 @@ def test_measured_snr(samples, definition, snr_db):
 
 
 def test_noise_is_circular_and_white(samples):
-    noise = white_noise(samples, 0, "mean", generator(0, "drone", 0, 0)).astype(complex)
+    noise = noise_for(samples, 0, "mean").astype(complex)
     noise /= np.sqrt(signal_power(samples, "mean"))[:, None]
     spread = 5 / np.sqrt(len(noise))  # five standard deviations of an average over the apertures
     covariance = noise.T @ noise.conj() / len(noise)
@@ -57,7 +63,13 @@ def test_definition_offset():
     signal = np.array([[1, 1, 0.1, 0.1], [1, 1, 1, 1], [0, 0, 0, 0]], np.complex64)
     assert definition_offset(signal)[:2] == pytest.approx([10 * np.log10(1 / 0.505), 0], abs=1e-5)
     assert np.isnan(definition_offset(signal)[2])
-    assert not white_noise(signal, 0, "mean", generator(0, "a", 0, 0))[2].any()
+    assert not noise_for(signal, 0, "mean")[2].any()
+
+
+def test_the_noise_of_a_sweep_is_as_strong_in_all_its_images(samples):
+    variance = variances(signal_power(samples, "mean"), 6, "sweep")
+    assert np.ptp(variance) == 0
+    assert 10 * np.log10(signal_power(samples, "mean").mean() / variance[0]) == pytest.approx(6)
 
 
 def test_labels():

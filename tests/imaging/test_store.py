@@ -55,6 +55,35 @@ def test_clean_states_the_offset_of_the_definitions(store):
     assert np.mean(rows) > 0.5
 
 
+def test_every_image_states_its_own_snr(store):
+    offset = clean(store).snr_definition_offset
+    for elevation in range(3):
+        samples = apertures(store.field[:, elevation], store.azimuth, 5)
+        np.testing.assert_allclose(offset[elevation], definition_offset(samples), atol=1e-4)
+    each = noisy(store)
+    np.testing.assert_allclose(each.snr_peak_3db, 6, atol=1e-4)
+    np.testing.assert_allclose(each.snr_mean, 6 - offset, atol=1e-4)
+    shared = noisy(store, "shared.zarr", definition="mean", per="sweep")
+    np.testing.assert_allclose(shared.snr_peak_3db - shared.snr_mean, offset, atol=1e-4)
+    power = 10 ** (shared.snr_mean / 10)  # over that of the noise, which is the same in all images of an elevation
+    np.testing.assert_allclose(power.mean("azimuth"), 10**0.6, rtol=1e-4)
+    assert power.std("azimuth").min() > 0.1
+
+
+@pytest.mark.parametrize(
+    ("per", "shared"), [("sweep", [1, 0.8, 0.6, 0.4, 0.2, 0, 0]), ("image", [1, 0, 0, 0, 0, 0, 0])]
+)
+def test_noise_of_neighbouring_apertures_correlates_by_the_samples_they_share(store, per, shared):
+    store.imaging |= {"window": "boxcar", "reformat": "none"}
+    signal, data = clean(store), noisy(store, per=per, snr_db=20, realizations=12)
+    noise = (data.image * data.peak - signal.image * signal.peak).values
+    noise = noise / np.sqrt((np.abs(noise) ** 2).mean(axis=(0, 2, 3, 4), keepdims=True))
+    # A pixel's phase turns from one aperture to the next as its scatterer would come nearer: alike in all of them.
+    for lag, expected in enumerate(shared):
+        pairs = (noise * np.roll(noise, lag, axis=2).conj()).mean(axis=(0, 1, 2)) / (np.abs(noise) ** 2).mean()
+        assert np.abs(pairs).mean() == pytest.approx(expected, abs=0.04), lag
+
+
 def test_strong_signal_hides_the_noise(store):
     first, second = clean(store), noisy(store, snr_db=90)
     np.testing.assert_allclose(second.image.isel(realization=1), first.image, atol=1e-3)
@@ -74,7 +103,7 @@ def test_realizations_are_a_prefix(store):
     assert not np.isclose(three.image[0], three.image[1]).any(axis=(1, 2, 3)).all()
 
 
-@pytest.mark.parametrize("change", [{"seed": 4}, {"target": "ufo"}, {"snr_db": 6.5}])
+@pytest.mark.parametrize("change", [{"seed": 4}, {"target": "ufo"}, {"snr_db": 6.5}, {"per": "sweep"}])
 def test_other_names_other_noise(store, change):
     first, second = noisy(store), noisy(store, **change)
     noise = [data.image * data.peak - clean(store).image * clean(store).peak for data in (first, second)]

@@ -1,6 +1,7 @@
 """Made-up targets, whose images are written, learned from and predicted."""
 
 import hashlib
+import json
 
 import numpy as np
 import pandas as pd
@@ -9,10 +10,10 @@ import xarray as xr
 from core import store
 from learning import images
 from learning.experiments import LEARNED, runs
-from learning.predict import predict
+from learning.predict import Tested, predict
 from learning.train import Training, train
 
-SPLIT = {"scheme": "random", "train": 0.7, "validation": 0.33}
+SPLIT = {"scheme": "random", "train": 0.7, "validation": 0.33, "folds": 4}
 ELEVATION, AZIMUTHS, RANGE, CROSSRANGE = [-15.0, 0.0, 15.0], 24, 6, 5
 ALL = {"elevation": "all", "snr_db": "clean"}
 APERTURE = 3
@@ -25,6 +26,7 @@ SETTINGS = {
     "fcnn": FCNN,
 }
 ROLES = {"dart": "known", "disc": "known", "cube": "unknown", "wing": "other"}
+PLANES = {"dart": [], "disc": [], "cube": ["xz"], "wing": ["xz", "yz"]}
 
 
 def aspects():
@@ -42,12 +44,12 @@ def scene(name):
     return images
 
 
-def run_of(selection=ALL, name="multi", **more):
-    """A run as the rules hand it to a training."""
+def run_of(selection=ALL, name="multi", seed=0, **more):
+    """A run as the rules hand it to a training; of a split by sector that of the first fold."""
     experiment = {"train": selection, "models": list(SETTINGS), **more}
-    (run,) = runs(
-        {"targets": {"cube": {"role": "unknown"}}, "learning": {"split": SPLIT, "experiments": {name: experiment}}}
-    ).values()
+    learning = {"split": SPLIT, "experiments": {name: experiment}}
+    sweep = {"seed": seed, "imaging": {"aperture": APERTURE}}
+    run, *_ = runs({"targets": {"cube": {"role": "unknown"}}, "learning": learning, **sweep}).values()
     return {key: run[key] for key in LEARNED}
 
 
@@ -59,8 +61,15 @@ def write(path, images, azimuth):
     if images.ndim == 5:
         coordinates["realization"] = np.arange(len(images))
     attrs = {"range_wavenumber": 40.0}
-    dataset = xr.Dataset({"image": (names, images.astype(np.complex64))}, coordinates, attrs)
-    store.write(dataset, path)
+    data = {"image": (names, images.astype(np.complex64))}
+    if images.ndim == 5:
+        directions = (len(ELEVATION), len(azimuth))
+        data["snr_mean"] = (
+            ("elevation", "azimuth"),
+            np.arange(np.prod(directions), dtype=np.float32).reshape(directions),
+        )
+        data["snr_peak_3db"] = (("elevation", "azimuth"), np.full(directions, 2.0, np.float32))
+    store.write(xr.Dataset(data, coordinates, attrs), path)
 
 
 def noisy(name, snr_db, realizations=2):
@@ -74,15 +83,21 @@ def noisy(name, snr_db, realizations=2):
 def fitted(stores, folder, name="knn", selection=ALL, seed=0, experiment="multi", settings=None, **more):
     targets = {images.target_of(store) for store in stores}
     roles = {target: ROLES[target] for target in targets if target in ROLES} | more.pop("roles", {})
-    run = run_of(selection, experiment, **more)
-    train(stores, Training(run, name, settings or SETTINGS[name], roles, SPLIT, APERTURE, seed), folder)
+    run = run_of(selection, experiment, seed, **more)
+    train(stores, Training(run, name, settings or SETTINGS[name], roles, PLANES, seed), folder)
     return folder
 
 
-def tables_of(stores, folder, tmp_path, is_open=False, roles=ROLES):
+def sides_of(folder, target="dart"):
+    """Indices and azimuths of each side of a target, as the model's folder says."""
+    return json.loads((folder / "split.json").read_text())["targets"][target]
+
+
+def tables_of(stores, folder, tmp_path, is_open=False, roles=ROLES, realizations=9):
     """The prediction tables of the stores' SNRs, by their labels."""
     labels = {store.rpartition("/")[2].removesuffix(".zarr") for store in stores}
-    predict(stores, roles, is_open, folder, [tmp_path / f"{label}.csv" for label in labels])
+    tested = Tested(roles, PLANES, is_open, realizations)
+    predict(stores, tested, folder, [tmp_path / f"{label}.csv" for label in labels])
     return {label: pd.read_csv(tmp_path / f"{label}.csv") for label in labels}
 
 

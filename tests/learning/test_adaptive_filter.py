@@ -138,7 +138,7 @@ def test_the_cleanest_of_some_snrs():
 def test_memory_stays_within_the_plan_where_covariances_are_most_of_it(random):
     images = complex_noise(random, 40, 32, 32).astype(np.complex64)
     labels, snrs = np.repeat(["a", "b"], 20), np.tile(["snr_0dB", "snr_6dB"], 20)
-    planned = megabytes(len(images), 32 * 32, covariances=2) - megabytes(0, 0, 0)
+    planned = megabytes(len(images), 32 * 32, covariances=2, pairs=False) - megabytes(0, 0, 0, False)
     tracemalloc.start()
     build("adaptive_filter", {"loading": 1e-4}, 0).fit(images, labels, snrs=snrs)
     peak = tracemalloc.get_traced_memory()[1] / 1e6

@@ -9,7 +9,13 @@ from learning.training_loop import Batches
 
 def learning(**experiments):
     targets = {"a": {"role": "known"}, "u": {"role": "unknown"}}
-    return {"targets": targets, "learning": {"split": {"scheme": "random"}, "experiments": experiments}}
+    split = {"scheme": "random", "train": 0.7, "validation": 0.33, "folds": 3}
+    return {
+        "targets": targets,
+        "learning": {"split": split, "experiments": experiments},
+        "seed": 5,
+        "imaging": {"aperture": 11},
+    }
 
 
 def one(snr_db, **more):
@@ -18,7 +24,7 @@ def one(snr_db, **more):
 
 def test_an_experiment_is_a_run():
     found = runs(learning(a=one("clean"), b=one(-6, open=True, split="sector", upsample=32)))
-    assert list(found) == ["a", "b"]
+    assert list(found) == ["a", "b_fold1", "b_fold2", "b_fold3"]
     assert found["a"] == {
         "name": "a",
         "experiment": "a",
@@ -29,10 +35,35 @@ def test_an_experiment_is_a_run():
         "open": False,
         "lacks_unknown": False,
         "split": "random",
+        "division": {
+            "scheme": "random",
+            "fold": 0,
+            "settings": {"train": 0.7, "validation": 0.33},
+            "seed": 5,
+            "aperture": 11,
+        },
+        "first": True,
         "upsample": "none",
     }
-    assert (found["b"]["snrs"], found["b"]["open"]) == ([-6], True)
-    assert (found["b"]["split"], found["b"]["upsample"]) == ("sector", 32)
+    for fold in (1, 2, 3):
+        run = found[f"b_fold{fold}"]
+        assert (run["experiment"], run["snrs"], run["open"]) == ("b", [-6], True)
+        assert (run["split"], run["upsample"], run["first"]) == ("sector", 32, fold == 1)
+        assert run["division"] == {
+            "scheme": "sector",
+            "fold": fold,
+            "settings": {"folds": 3, "validation": 0.33},
+            "seed": 5,
+            "aperture": 11,
+        }
+
+
+def test_an_experiment_may_name_its_folds():
+    found = runs(
+        learning(a=one("clean", split="sector", folds=[3, 2]), b=one({"each": [0, 6]}, split="sector", folds=[1]))
+    )
+    assert [*found] == ["a_fold2", "a_fold3", "b_snr_0dB_fold1", "b_snr_6dB_fold1"]
+    assert [run["first"] for run in found.values()] == [True, False, True, True]
 
 
 def test_each_snr_is_a_run_of_its_own():

@@ -4,14 +4,14 @@ import h5py
 import numpy as np
 import pytest
 import xarray as xr
-from scenes import APERTURE, AZIMUTHS, ELEVATION, ROLES, SPLIT, aspects
+from scenes import APERTURE, AZIMUTHS, ELEVATION, PLANES, ROLES, SPLIT, aspects
 
 from learning.export import export
-from learning.split import SIDES, split
+from learning.split import SIDES, divisions, split
 
 
 def exported(stores, path, aperture=APERTURE):
-    export(stores, path, ROLES, SPLIT, 3, aperture)
+    export(stores, path, ROLES, PLANES, SPLIT, 3, aperture)
     return path
 
 
@@ -59,12 +59,14 @@ def test_every_image_is_there_once_and_is_what_is_said_of_it(forms, noisy_stores
 
 def test_sides_are_those_that_models_learn_by(forms):
     (data, attrs), _ = forms
-    for scheme in ("random", "sector"):
-        sides = split(aspects(), SPLIT, 3, APERTURE, scheme)
-        for number, side in enumerate(SIDES):
-            assert attrs["sides"][number] == side
-            found = np.unique(data["azimuth"][data[f"split_{scheme}"] == number])
-            np.testing.assert_allclose(found, aspects()[sides[side]], rtol=1e-6)
+    for scheme, names in {"random": ["random"], "sector": [f"sector_{fold}" for fold in (1, 2, 3, 4)]}.items():
+        for name, division in zip(names, divisions(scheme, SPLIT, 3, APERTURE), strict=True):
+            for label, target in enumerate(attrs["targets"]):
+                sides = split(aspects(), PLANES[target], division)
+                for number, side in enumerate(SIDES):
+                    assert attrs["sides"][number] == side
+                    found = data["azimuth"][(data[f"split_{name}"] == number) & (data["label"] == label)]
+                    np.testing.assert_allclose(np.unique(found), aspects()[sides[side]], rtol=1e-6)
 
 
 def test_images_without_noise_have_an_infinite_snr(stores, tmp_path):
@@ -76,5 +78,5 @@ def test_images_without_noise_have_an_infinite_snr(stores, tmp_path):
 def test_a_sweep_too_short_for_a_split_goes_without_it(stores, tmp_path, capsys):
     with h5py.File(exported(stores("clean", tuple(ROLES)), tmp_path / "clean.h5", aperture=15)) as file:
         assert "split_random" in file
-        assert "split_sector" not in file
-    assert "Warning: no split_sector" in capsys.readouterr().out
+        assert not [name for name in file if name.startswith("split_sector")]
+    assert "Warning: no split_sector_1" in capsys.readouterr().out

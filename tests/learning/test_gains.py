@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from learning import judge
 from learning.experiments import REFERENCE
 from learning.scores import score
 
@@ -23,6 +24,7 @@ def table(seed, quality):
         frame["predicted"] = np.where(random.random(len(frame)) < 0.8, frame["truth"], "a")
         frame.loc[frame["predicted"] == "other", "predicted"] = "b"
         frame["side"] = np.where(frame["azimuth"] < 8, "validation", "test")
+        frame["fold"], frame["block"] = 0, (frame["azimuth"] // 4).astype(int)
         frame[f"known_{KNOWN_SCORE}"] = random.normal(quality * (role == "known"), 1)
         parts.append(frame)
     return pd.concat(parts, ignore_index=True)
@@ -30,7 +32,7 @@ def table(seed, quality):
 
 @pytest.fixture
 def scores(tmp_path):
-    """Of the thesis's method, another on the same azimuths, and one under another split."""
+    """Of the thesis's method, another on the same azimuths, one under another split, and one of other training SNRs."""
     shared = {
         "elevation": "all",
         "snrs": ["clean"],
@@ -43,15 +45,18 @@ def scores(tmp_path):
         "theirs": shared | {"experiment": "theirs"},
         "ours": shared | {"experiment": "ours"},
         "far": shared | {"experiment": "far", "split": "sector"},
+        "noisy": shared | {"experiment": "noisy", "snrs": ["clean", 0]},
     }
     paths = []
-    for run, model, quality in (("theirs", MODEL, 0.3), ("ours", "mine", 3.0), ("far", "mine", 3.0)):
+    learned = (("theirs", MODEL, 0.3), ("ours", "mine", 3.0), ("far", "mine", 3.0), ("noisy", "mine", 3.0))
+    for run, model, quality in learned:
         for snr in (0, 20):
             path = tmp_path / run / model / f"snr_{snr}dB.csv"
             path.parent.mkdir(parents=True, exist_ok=True)
             table(len(run) + snr, quality + snr / 20).to_csv(path, index=False)
             paths.append(path)
-    score(paths, runs, 0, tmp_path / "scores.csv", tmp_path / "confusion.csv", tmp_path / "validation.csv")
+    tables = [tmp_path / f"{name}.csv" for name in ("scores", "confusion", "validation")]
+    score(paths, runs, "mean", 0, *tables)
     return pd.read_csv(tmp_path / "scores.csv", keep_default_na=False).astype({"value": float, "test_snr_db": float})
 
 
@@ -74,5 +79,22 @@ def test_the_interval_is_of_the_same_resamples(scores):
     assert (ours["low"] > 0).all() and (ours["low"] < ours["value"]).all() and (ours["value"] < ours["high"]).all()
 
 
-def test_another_split_is_not_compared(scores):
-    assert "far" not in set(scores[scores["metric"] == "f1_weighted_gain"]["experiment"])
+def test_another_split_and_other_training_are_not_compared(scores):
+    assert set(scores[scores["metric"] == "f1_weighted_gain"]["experiment"]) == {"theirs", "ours"}
+
+
+def test_the_gain_is_over_the_folds_that_both_have():
+    """The reference was fitted for the second and third of three folds only."""
+    frames = [table(fold, 2.0).assign(fold=fold, block=fold) for fold in (1, 2, 3)]
+    references = [table(fold + 9, 0.3).assign(fold=fold, block=fold) for fold in (2, 3)]
+
+    def decided(parts):
+        found = judge.decide(pd.concat(parts, ignore_index=True), True)
+        return next(one for one in found if one.threshold == "blind")
+
+    value, low, high, images = judge.gain(decided(frames), decided(references), 0)
+    ours, theirs = (judge.rows(decided(parts), 0) for parts in (frames[1:], references))
+    f1 = [next(row[2] for row in rows if row[:2] == ("", "f1_weighted")) for rows in (ours, theirs)]
+    assert value == pytest.approx(f1[0] - f1[1]) and low < value < high
+    assert images == sum((part["side"] == "test").sum() - 16 * 5 for part in frames[1:])  # less those of role other
+    assert judge.gain(decided(frames[:1]), decided(references), 0) is None

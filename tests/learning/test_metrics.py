@@ -3,11 +3,13 @@ import time
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.stats import norm
 from sklearn import metrics as reference
 
 from learning.experiments import runs
-from learning.metrics import confusion, interval, metrics_of, resampled, separation, weights
+from learning.metrics import confusion, equal_blocks, interval, metrics_of, resampled, separation, weights
 from learning.scores import score
+from learning.split import blocks, divisions, folded, split
 
 LABELS = ["dart", "disc", "wing"]
 
@@ -51,7 +53,9 @@ def test_resampled_metrics_are_those_of_repeated_observations():
 
 
 def intervals(counts, seed):
-    return {name: interval(values) for name, values in resampled(counts, LABELS, LABELS, seed).items()}
+    values, draws = metrics_of(counts.sum(axis=0), LABELS, LABELS), resampled(counts, LABELS, LABELS, seed)
+    equal = equal_blocks(counts.sum(axis=(1, 2)))
+    return {name: interval(values[name], draws[name], equal) for name in values}
 
 
 def test_intervals_are_seeded_and_contain_the_value():
@@ -64,18 +68,63 @@ def test_intervals_are_seeded_and_contain_the_value():
         assert low < value < high, name
 
 
-def test_intervals_cover_the_truth_where_images_of_an_azimuth_share_their_fate():
-    # Each azimuth's 20 images are all right or all wrong: 60 independent draws, not 1200.
-    covered, widths = 0, []
-    for seed in range(200):
-        right = np.random.default_rng(seed).random(60) < 0.7
-        counts = np.zeros((60, 3, 3), int)
-        counts[:, 0, 0], counts[:, 0, 1] = 20 * right, 20 * ~right
+def outcomes_of_a_sweep(random, aspects, accuracy, own):
+    """Whether the images of each aspect (n,) are classified rightly, (n, 6): made-up data of a known accuracy.
+
+    An image is right where what it shows of the target, the sum of the samples of its aperture, is large enough, plus
+    noise of its own with a share `own` of the variance. Neighbours share samples, so their fates are correlated.
+    """
+    place = np.round((aspects - aspects.min()) / (360 / 242)).astype(int)
+    shared = np.convolve(random.standard_normal(place.max() + 42), np.ones(21) / np.sqrt(21), "same")[21:][place]
+    noise = random.standard_normal((len(aspects), 6))
+    return np.sqrt(1 - own) * shared[:, None] + np.sqrt(own) * noise > norm.ppf(1 - accuracy)
+
+
+@pytest.mark.parametrize(
+    ("scheme", "planes", "count"), [("random", (), 12), ("random", ("xz",), 6), ("sector", ("xz",), 6)]
+)
+@pytest.mark.parametrize(("accuracy", "own"), [(0.6, 0.5), (0.8, 0.5), (0.9, 0.8)])
+def test_intervals_cover_the_truth_where_neighbours_share_their_samples(scheme, planes, count, accuracy, own):
+    azimuths, settings = np.arange(242) * 360 / 242, {"train": 0.7, "validation": 0.33, "folds": 6}
+    tested, block = [], []
+    for division in divisions(scheme, settings, 0, 21):
+        tested.append(split(azimuths, planes, division)["test"])
+        block.append(blocks(azimuths, planes, division)[tested[-1]])
+    aspects, block = folded(azimuths[np.concatenate(tested)], planes), np.concatenate(block)
+    block -= block.min()
+    assert block.max() + 1 == count
+    random, covered, times = np.random.default_rng(7), 0, 1000
+    for seed in range(times):
+        right = np.concatenate([outcomes_of_a_sweep(random, aspects, accuracy, own) for _ in LABELS[:2]], axis=1)
+        counts = np.zeros((count, 3, 3), int)
+        np.add.at(counts, (block, 0, 0), right.sum(axis=1))
+        np.add.at(counts, (block, 0, 1), (~right).sum(axis=1))
         low, high = intervals(counts, seed)["accuracy"]
-        covered += low <= 0.7 <= high
-        widths.append(high - low)
-    assert 0.89 <= covered / 200 <= 0.99
-    assert np.mean(widths) == pytest.approx(2 * 1.96 * np.sqrt(0.7 * 0.3 / 60), rel=0.1)
+        covered += low <= accuracy <= high
+    assert 0.93 <= covered / times <= 0.97
+
+
+def test_blocks_of_unequal_size_say_less():
+    assert equal_blocks(np.array([5, 5, 5])) == pytest.approx(3)
+    assert equal_blocks(np.array([8, 1, 1])) == pytest.approx(100 / 66)
+
+
+def test_an_interval_of_many_independent_blocks_is_that_of_the_normal_distribution():
+    # The spread of a mean of 400 blocks, but for what neighbours may have in common.
+    random = np.random.default_rng(0)
+    low, high = interval(0.2, 0.2 + 0.01 * random.standard_normal(100_000), 400, share=False)
+    assert (high - low) / 2 == pytest.approx(1.966 * 0.01 * np.sqrt(1.5), rel=0.01)
+    assert (high + low) / 2 == pytest.approx(0.2)
+    share = interval(0.2, 0.2 + 0.01 * random.standard_normal(100_000), 400)
+    assert share == pytest.approx((low, high), abs=2e-3) and share[1] - 0.2 > 0.2 - share[0]
+
+
+def test_a_single_block_has_no_interval_and_no_error_has_no_width():
+    assert np.isnan(interval(0.5, np.full(9, 0.5), 1)).all()
+    assert interval(1.0, np.ones(9), 6) == (1, 1)
+    assert interval(0.0, np.zeros(9), 6) == (0, 0)
+    low, high = interval(0.99, 0.99 + 0.02 * np.random.default_rng(0).standard_normal(1000), 6)
+    assert 0 < low < 0.99 < high < 1
 
 
 def scored_images(seed=0, azimuths=12, count=600):
@@ -124,9 +173,9 @@ def test_separation_needs_both_kinds():
         assert all(np.isnan(values).all() for values in result.values())
 
 
-def test_an_interval_covers_95_percent():
-    low, high = interval(np.arange(1001.0))
-    assert (low, high) == pytest.approx((25, 975))
+def with_blocks(frame, offset=3.0):
+    """The table with the columns of a random split: four blocks of azimuths, and an SNR of its own for each image."""
+    return frame.assign(fold=0, block=(frame["azimuth"] // 90).astype(int), snr_mean=-offset, snr_peak_3db=0.0)
 
 
 def table(elevations=(0.0, 15.0), azimuths=12, seed=0, right=0.8):
@@ -136,6 +185,7 @@ def table(elevations=(0.0, 15.0), azimuths=12, seed=0, right=0.8):
     random = np.random.default_rng(seed)
     frame["truth"] = frame["target"]
     frame["role"], frame["side"] = "known", "test"
+    frame = with_blocks(frame)
     frame["predicted"] = np.where(random.random(len(frame)) < right, frame["truth"], random.choice(LABELS, len(frame)))
     return frame
 
@@ -150,22 +200,30 @@ COLUMNS = [
     "elevation",
     "score",
     "threshold",
+    "snr_definition",
+    "fold",
     "metric",
     "value",
     "low",
     "high",
     "n",
 ]
-TEXT = ("training", "score", "threshold")
+TEXT = ("training", "score", "threshold", "fold")
 EXPERIMENTS = {
     "single": {"train": {"elevation": [0], "snr_db": "clean"}, "models": ["knn"]},
     "multi": {"train": {"elevation": "all", "snr_db": 6}, "models": ["knn"]},
     "open": {"train": {"elevation": "all", "snr_db": {"each": [6]}}, "models": ["knn"], "open": True},
+    "far": {"train": {"elevation": "all", "snr_db": 6}, "models": ["knn"], "open": True, "split": "sector"},
 }
 RUNS = runs(
     {
         "targets": {"kite": {"role": "unknown"}},
-        "learning": {"split": {"scheme": "random"}, "experiments": EXPERIMENTS},
+        "learning": {
+            "split": {"scheme": "random", "train": 0.7, "validation": 0.33, "folds": 3},
+            "experiments": EXPERIMENTS,
+        },
+        "seed": 0,
+        "imaging": {"aperture": 3},
     }
 )
 
@@ -178,7 +236,7 @@ def scored(folder, tables):
         if set(frame["side"]) == {"test"}:  # no split leaves the validation without an image
             frame = pd.concat([frame, frame.assign(side="validation")])
         frame.to_csv(paths[-1], index=False)
-    score(paths, RUNS, 0, folder / "scores.csv", folder / "confusion.csv", folder / "validation.csv")
+    score(paths, RUNS, "peak_3db", 0, folder / "scores.csv", folder / "confusion.csv", folder / "validation.csv")
     return [read(folder / f"{name}.csv") for name in ("scores", "confusion")]
 
 
@@ -217,7 +275,7 @@ def test_a_run_has_the_same_scores_whatever_else_is_scored(tmp_path):
 
 
 def test_no_experiment_gives_tables_without_rows(tmp_path):
-    score([], {}, 0, *(tmp_path / f"{name}.csv" for name in ("scores", "confusion", "validation")))
+    score([], {}, "mean", 0, *(tmp_path / f"{name}.csv" for name in ("scores", "confusion", "validation")))
     assert len(pd.read_csv(tmp_path / "scores.csv")) == len(pd.read_csv(tmp_path / "validation.csv")) == 0
 
 
@@ -247,7 +305,7 @@ def open_table(seed=0, azimuths=12):
     frame["predicted"] = np.where(known & (random.random(len(frame)) < 0.9), frame["target"], "disc")
     frame["known_energy"] = random.normal(np.where(known, 1.5, 0), 1)
     frame["known_flat"] = 0.5
-    return frame
+    return with_blocks(frame)
 
 
 def test_the_scores_of_an_open_run(tmp_path):
@@ -328,7 +386,7 @@ def test_the_validation_table_of_closed_runs(tmp_path):
     test, held_out = table(), table(seed=5, right=0.5).assign(side="validation")
     scored(tmp_path, {"single/knn/snr_0dB": pd.concat([test, held_out]), "open_snr_6dB/knn/snr_0dB": open_table()})
     found = read(tmp_path / "validation.csv")
-    assert list(found) == [name for name in COLUMNS if name not in ("low", "high")]
+    assert list(found) == [name for name in COLUMNS if name not in ("snr_definition", "fold", "low", "high")]
     closed = found[found["experiment"] == "single"].set_index(["elevation", "metric"])
     assert len(closed) == 4
     for subset, rows in (("all", held_out), ("trained", held_out[held_out["elevation"] == 0])):
@@ -357,6 +415,79 @@ def test_what_is_compared_on_validation_images_does_not_know_the_test_images(tmp
 
 def test_an_open_run_without_unknown_targets_says_that_it_is_closed(tmp_path, capsys):
     runs_of = {name: run | {"open": False, "lacks_unknown": run["open"]} for name, run in RUNS.items()}
-    score([], runs_of, 0, *(tmp_path / f"{name}.csv" for name in ("scores", "confusion", "validation")))
+    score([], runs_of, "mean", 0, *(tmp_path / f"{name}.csv" for name in ("scores", "confusion", "validation")))
     lines = [line for line in capsys.readouterr().out.splitlines() if "Warning" in line]
-    assert len(lines) == 1 and "'open' is open, but no target has role unknown" in lines[0]
+    assert [line.split("'")[1] for line in lines] == ["far", "open"]
+    assert all("is open, but no target has role unknown" in line for line in lines)
+
+
+def folds_table(seed=0):
+    """Predictions of three folds, each of its own azimuths, the first with worse models than the others."""
+    parts = []
+    for fold, right in ((1, 0.4), (2, 0.9), (3, 0.95)):
+        frame = open_table(seed + fold)
+        wrong = (frame["role"] == "known") & (np.random.default_rng(fold).random(len(frame)) > right)
+        frame.loc[wrong, "predicted"] = "disc"
+        # Scores of another fold's model do not compare with these.
+        parts.append(frame.assign(fold=fold, block=fold, known_energy=frame["known_energy"] + 10 * fold))
+    return parts
+
+
+def test_folds_are_judged_each_by_its_own_models_and_count_together(tmp_path):
+    parts = folds_table()
+    paths = {f"far_fold{fold}/knn/snr_0dB": frame for fold, frame in enumerate(parts, start=1)}
+    scores, confusions = scored(tmp_path, paths)
+    assert set(scores["experiment"]) == {"far"} and set(scores["split"]) == {"sector"}
+    row = scores[scores["fold"] == ""].set_index(["score", "threshold", "metric"])
+    predicted, truth, threshold, auroc = [], [], [], []
+    for frame in parts:
+        one, _ = scored(tmp_path / "alone", {"open_snr_6dB/knn/snr_0dB": frame.assign(fold=0)})
+        alone = one.set_index(["score", "threshold", "metric"])["value"]
+        threshold.append(alone["energy", "blind", "threshold"])
+        auroc.append(alone["energy", "", "auroc"])
+        test = frame[(frame["side"] == "test") & (frame["role"] != "other")]
+        predicted += np.where(test["known_energy"] >= threshold[-1], test["predicted"], "other").tolist()
+        truth += test["truth"].tolist()
+        fold = scores[scores["fold"] == str(test["fold"].iloc[0])].set_index(["score", "threshold", "metric"])
+        assert fold.loc[("energy", "blind", "f1_weighted"), "value"] == pytest.approx(
+            alone["energy", "blind", "f1_weighted"]
+        )
+        assert fold["low"].isna().all() and fold["high"].isna().all()
+    every = row.loc["energy", "blind", "f1_weighted"]
+    assert every["value"] == pytest.approx(reference.f1_score(truth, predicted, average="weighted"))
+    assert every["n"] == len(truth) and every["low"] < every["value"] < every["high"]
+    assert row.loc["energy", "blind", "threshold"]["value"] == pytest.approx(np.mean(threshold))
+    assert row.loc["energy", "", "auroc"]["value"] == pytest.approx(np.mean(auroc))
+    assert confusions[(confusions["score"] == "energy") & (confusions["threshold"] == "blind")]["count"].sum() == len(
+        truth
+    )
+
+
+def test_scores_at_equal_snr_by_the_other_definition(tmp_path):
+    """Images whose SNR by `mean` is 3 dB less for the dart and 4.5 dB less for the others."""
+    snrs = (-6, -3, 0, 3, 6, 9)
+    frames = {snr: table(seed=snr + 10, right=0.5 + 0.05 * (snr + 6) / 3) for snr in snrs}
+    shifts = {}
+    for snr, frame in frames.items():
+        shifts[snr] = np.where(frame["target"] == "dart", 3.0, 4.5)
+        frames[snr] = frame.assign(snr_peak_3db=float(snr), snr_mean=snr - shifts[snr])
+    scores, _ = scored(tmp_path, {f"multi/knn/snr_{snr}dB": frame for snr, frame in frames.items()})
+    found = scores[(scores["snr_definition"] == "mean") & (scores["metric"] == "accuracy")].set_index("test_snr_db")
+    # At most 9 - 4.5 = 4.5 dB, at least -6 - 3 = -9 dB, of the SNRs that the run has.
+    assert found.index.tolist() == [-6, -3, 0, 3]
+    right = {snr: (frame["truth"] == frame["predicted"]).to_numpy() for snr, frame in frames.items()}
+    dart = (frames[0]["target"] == "dart").to_numpy()
+    for snr in (-6, -3, 0, 3):
+        between = (right[snr + 3][~dart].mean() + right[min(snr + 6, 9)][~dart].mean()) / 2
+        expected = right[snr + 3][dart].mean() * dart.mean() + between * (1 - dart.mean())
+        row = found.loc[snr]
+        assert row["value"] == pytest.approx(expected)
+        assert row["low"] < row["value"] < row["high"] and row["n"] == len(dart)
+    own = scores[scores["snr_definition"] == "peak_3db"]
+    assert set(own["test_snr_db"]) == set(snrs) and {"accuracy", "recall_dart"} < set(own["metric"])
+    assert set(scores[scores["snr_definition"] == "mean"]["metric"]) == {"accuracy", "f1_weighted", "f1_macro"}
+
+
+def test_a_single_block_has_scores_without_intervals(tmp_path):
+    scores, _ = scored(tmp_path, {"multi/knn/snr_0dB": table().assign(block=0)})
+    assert scores["value"].notna().all() and scores["low"].isna().all() and scores["high"].isna().all()

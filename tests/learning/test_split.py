@@ -1,81 +1,181 @@
+"""Who trains, validates and tests: no side sees another's samples, mirrored ones either, and every aspect is tested."""
+
 import itertools
 
 import numpy as np
 import pytest
 
 from core.errors import InputError
-from learning.split import SIDES, split
+from learning.split import SIDES, Division, blocks, check, divisions, folded, split
 
-SETTINGS = {"scheme": "random", "train": 0.7, "validation": 0.33}
+SETTINGS = {"scheme": "random", "train": 0.7, "validation": 0.33, "folds": 6}
+PLANES = [(), ("xz",), ("yz",), ("xz", "yz")]
+SWEEPS = [(36, 5), (121, 11), (242, 21)]  # azimuths and aperture of config/smoke.yaml, config.yaml and thesis.yaml
 
 
 def circle(count):
     return np.arange(count) * (360 / count)
 
 
+def at_random(seed=0, aperture=5, **settings):
+    (division,) = divisions("random", SETTINGS | settings, seed, aperture)
+    return division
+
+
+def by_sector(aperture, seed=0, **settings):
+    return divisions("sector", SETTINGS | settings, seed, aperture)
+
+
+def mirrored(angles, planes):
+    """The angles and their mirror images in degrees, (images, n)."""
+    images = [angles]
+    if "xz" in planes:
+        images += [-angle for angle in images]
+    if "yz" in planes:
+        images += [180 - angle for angle in images]
+    return np.array(images)
+
+
+def samples(azimuths, index, aperture, planes, closed):
+    """The angles in degrees whose field the images of these azimuths hold, mirror images with them: a set."""
+    offsets = index[:, None] + np.arange(aperture) - aperture // 2
+    step = azimuths[1] - azimuths[0]
+    held = azimuths[0] + step * (offsets % len(azimuths) if closed else offsets).ravel()
+    return set((np.round(mirrored(held, planes) % 360, 4) % 360).ravel().tolist())
+
+
 @pytest.mark.parametrize("count", [10, 121, 242])
+@pytest.mark.parametrize("planes", PLANES)
 @pytest.mark.parametrize("share", [0.5, 0.57, 0.7])
-def test_random_sides_are_disjoint_complete_and_of_the_right_size(count, share):
-    sides = split(circle(count), SETTINGS | {"train": share}, 0, 5, "random")
+def test_random_sides_are_disjoint_complete_and_of_the_right_size(count, planes, share):
+    sides = split(circle(count), planes, at_random(train=share))
     assert sorted(np.concatenate([*sides.values()])) == list(range(count))
-    assert len(sides["train"]) == (count * round(share * 100)) // 100
-    assert len(sides["validation"]) == max(int(0.33 * (count - len(sides["train"]))), 1)
     assert all((np.diff(index) > 0).all() for index in sides.values())
+    aspects = {side: len(set(np.round(folded(circle(count)[index], planes), 6))) for side, index in sides.items()}
+    every = sum(aspects.values())
+    assert aspects["train"] == min((every * round(share * 100)) // 100, every - 2)
+    assert aspects["validation"] == max(int(0.33 * (every - aspects["train"])), 1)
 
 
+@pytest.mark.parametrize(("count", "aperture"), SWEEPS)
+@pytest.mark.parametrize("planes", PLANES)
 @pytest.mark.parametrize("scheme", ["random", "sector"])
-def test_the_seed_and_nothing_else_decides(scheme):
-    first = split(circle(121), SETTINGS, 0, 11, scheme)
+def test_no_side_holds_a_mirror_image_of_anothers_view(count, aperture, planes, scheme):
+    azimuths = circle(count)
+    for division in divisions(scheme, SETTINGS, 0, aperture):
+        sides = split(azimuths, planes, division)
+        views = {
+            side: set((np.round(mirrored(azimuths[index], planes) % 360, 4) % 360).ravel().tolist())
+            for side, index in sides.items()
+        }
+        for one, other in itertools.combinations(SIDES, 2):
+            assert not views[one] & views[other]
+
+
+@pytest.mark.parametrize(("count", "aperture"), SWEEPS)
+@pytest.mark.parametrize("planes", PLANES)
+@pytest.mark.parametrize("closed", [True, False])
+def test_by_sector_no_side_shares_a_sample_or_a_mirrored_one(count, aperture, planes, closed):
+    azimuths = circle(count) if closed else np.arange(count) * (300 / count) - 140
+    every = by_sector(aperture)
+    for division in every:
+        sides = split(azimuths, planes, division)
+        held = {side: samples(azimuths, index, aperture, planes, closed) for side, index in sides.items()}
+        for one, other in itertools.combinations(SIDES, 2):
+            assert not held[one] & held[other]
+        # Nothing is given away: whoever is on no side shares a sample with the test's or the validation's images, or is
+        # nearer to them than an aperture where mirror images fall between the samples.
+        left_out = np.setdiff1d(np.arange(count), np.concatenate([*sides.values()]))
+        aspects = folded(azimuths, planes)
+        others = aspects[np.concatenate([sides["validation"], sides["test"]])]
+        distances = np.abs(aspects[left_out, None] - others)
+        if closed and not planes:
+            distances = np.minimum(distances, 360 - distances)
+        assert (distances.min(axis=1, initial=np.inf) < aperture * (azimuths[1] - azimuths[0]) - 1e-9).all()
+    # Every azimuth is tested by one of the folds.
+    tested = np.concatenate([split(azimuths, planes, division)["test"] for division in every])
+    assert sorted(tested) == list(range(count))
+
+
+@pytest.mark.parametrize(("count", "aperture"), SWEEPS)
+@pytest.mark.parametrize("planes", PLANES[:3])
+def test_every_fold_of_a_target_with_one_plane_or_none_trains_a_good_part(count, aperture, planes):
+    for division in by_sector(aperture):
+        sides = split(circle(count), planes, division)
+        check(sides, division, "a", count)
+        if planes:
+            assert len(sides["train"]) > 0.13 * count
+        else:  # three guards, and no more
+            assert sum(map(len, sides.values())) == count - 3 * (aperture - 1)
+        assert len(sides["validation"]) >= 1 and len(sides["test"]) == pytest.approx(count / 6, abs=3)
+
+
+def test_sectors_are_arcs():
+    for division in by_sector(11):
+        sides = split(circle(121), ("xz",), division)
+        for side in ("validation", "test"):
+            aspects = np.unique(np.round(folded(circle(121)[sides[side]], ("xz",)), 6))
+            np.testing.assert_allclose(np.diff(aspects), 360 / 121, rtol=1e-4)
+
+
+@pytest.mark.parametrize("planes", PLANES)
+def test_aspects_are_those_of_the_mirror_images(planes):
+    azimuths = np.random.default_rng(1).uniform(0, 360, 50)
+    aspects = folded(azimuths, planes)
+    for image in mirrored(azimuths, planes):
+        folded_image = folded(image % 360, planes) if planes else aspects
+        np.testing.assert_allclose(folded_image, aspects, atol=1e-9)
+    low, high = {(): (0, 360), ("xz",): (0, 180), ("yz",): (-90, 90), ("xz", "yz"): (0, 90)}[planes]
+    assert aspects.min() >= low and aspects.max() <= high
+    assert len(np.unique(np.round(aspects, 9))) == 50  # no two others become one
+
+
+def test_the_seed_and_nothing_else_decides():
+    first = split(circle(121), ("xz",), at_random())
     np.random.default_rng(0).random(5)
-    again = split(circle(121), dict(reversed(SETTINGS.items())), 0, 11, scheme)
+    again = split(circle(121), ("xz",), Division("random", 0, {"validation": 0.33, "train": 0.7}, 0, 5))
     assert [first[side].tolist() for side in SIDES] == [again[side].tolist() for side in SIDES]
-    assert split(circle(121), SETTINGS, 1, 11, scheme)["train"].tolist() != first["train"].tolist()
+    assert split(circle(121), ("xz",), at_random(seed=1))["train"].tolist() != first["train"].tolist()
 
 
 def test_training_azimuths_are_spread_over_the_circle():
-    train = split(circle(1000), SETTINGS, 0, 5, "random")["train"]
+    train = split(circle(1000), (), at_random())["train"]
     quarters = np.bincount(train // 250)
     assert quarters.min() > 150 and quarters.max() < 200
 
 
-@pytest.mark.parametrize(("count", "aperture"), [(36, 5), (121, 11), (242, 21)])
-@pytest.mark.parametrize("closed", [True, False])
-@pytest.mark.parametrize("seed", range(5))
-def test_images_of_two_sectors_share_no_sample(count, aperture, closed, seed):
-    azimuths = circle(count) if closed else np.arange(count) * (300 / count)
-    sides = split(azimuths, SETTINGS, seed, aperture, "sector")
-    samples = {}
-    for side, index in sides.items():
-        offsets = index[:, None] + np.arange(aperture) - aperture // 2
-        samples[side] = set((offsets % count if closed else offsets).ravel().tolist())
-    for one, other in itertools.combinations(SIDES, 2):
-        assert not samples[one] & samples[other]
-    # No azimuth is given away beyond the guards, and each side is one sector.
-    guards = 3 if closed else 2
-    used = count - guards * (aperture - 1)
-    assert sum(map(len, sides.values())) == used
-    assert len(sides["train"]) == (7 * used) // 10
-    for index in sides.values():
-        gaps = np.diff(np.concatenate([index, [index[0] + count]])) if closed else np.diff(index)
-        assert (gaps != 1).sum() == (1 if closed else 0)
-
-
-def test_the_seed_turns_the_sectors():
-    starts = {split(circle(121), SETTINGS, seed, 11, "sector")["test"][0] for seed in range(20)}
-    assert len(starts) > 10
-
-
 @pytest.mark.parametrize(
-    ("count", "scheme", "left"),
-    [(2, "random", "1 to train, 1 to validate, 0 to test"), (30, "sector", "0 to train, .* and 10 as a guard")],
+    ("count", "planes", "division", "left"),
+    [
+        (2, (), at_random(), r"split\.train': 0\.7 of kite's 2 azimuths.*1 to validate, 0 to test"),
+        (30, ("xz",), by_sector(11)[1], r"split\.folds': fold 2 of 6.*kite's 30.*0 to train.* 10 as a guard"),
+    ],
 )
-def test_an_empty_side_is_refused(count, scheme, left):
-    with pytest.raises(InputError, match=rf"split\.train': 0\.7 of {count} azimuths.*{left}.*aspect\.azimuth"):
-        split(circle(count), SETTINGS, 0, 11, scheme)
+def test_an_empty_side_is_refused(count, planes, division, left):
+    with pytest.raises(InputError, match=left):
+        check(split(circle(count), planes, division), division, "kite", count)
 
 
 @pytest.mark.parametrize("count", [3, 4, 5, 8])
 @pytest.mark.parametrize("share", [0.5, 0.7, 0.99])
 def test_a_few_azimuths_leave_one_for_each_side(count, share):
-    sides = split(circle(count), SETTINGS | {"train": share}, 0, 3, "random")
+    sides = split(circle(count), (), at_random(train=share))
     assert all(len(index) >= 1 for index in sides.values())
+
+
+@pytest.mark.parametrize(("count", "aperture"), SWEEPS)
+@pytest.mark.parametrize("planes", PLANES)
+def test_blocks_are_arcs_of_an_aperture_or_folds(count, aperture, planes):
+    azimuths = circle(count)
+    found = blocks(azimuths, planes, at_random(aperture=aperture))
+    aspects = folded(azimuths, planes)
+    for block in range(found.max() + 1):
+        assert np.ptp(aspects[found == block]) < aperture * 360 / count
+    lengths = {(): 360, ("xz",): 180, ("yz",): 180, ("xz", "yz"): 90}[planes]
+    assert found.max() + 1 == pytest.approx(lengths / (aperture * 360 / count), abs=1.01)
+    # A view and its mirror image are in the same block.
+    if count % 2 == 0 or "yz" not in planes:
+        for image in mirrored(azimuths, planes):
+            place = np.round((image % 360) / (360 / count)).astype(int) % count
+            assert (found[place] == found).all()
+    assert set(blocks(azimuths, planes, by_sector(aperture)[3])) == {4}

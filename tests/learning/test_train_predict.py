@@ -13,6 +13,7 @@ from scenes import (
     CROSSRANGE,
     ELEVATION,
     FCNN,
+    PLANES,
     RANGE,
     ROLES,
     SETTINGS,
@@ -20,6 +21,7 @@ from scenes import (
     digest,
     fitted,
     scene,
+    sides_of,
     tables_of,
     write,
 )
@@ -32,21 +34,28 @@ from learning.predict import classify
 from learning.thresholds import choose
 
 
+def every(azimuth):
+    """These azimuths of every target."""
+    return dict.fromkeys(ROLES, azimuth)
+
+
 def test_rows_carry_where_they_come_from(stores):
-    pixels, rows = images.read(stores("snr_0dB", ("disc", "dart")), aspects()[[3, 5]], [15])
+    pixels, rows = images.read(
+        stores("snr_0dB", ("disc", "dart")), {"disc": aspects()[[3, 5]], "dart": aspects()[[5]]}, [15]
+    )
     assert set(rows.label) == {"snr_0dB"}
-    assert rows.target.tolist() == ["dart"] * 4 + ["disc"] * 4
-    assert rows.azimuth.tolist() == [45, 45, 75, 75] * 2
-    assert rows.realization.tolist() == [0, 1] * 4
+    assert rows.target.tolist() == ["dart"] * 2 + ["disc"] * 4
+    assert rows.azimuth.tolist() == [75, 75, 45, 45, 75, 75]
+    assert rows.realization.tolist() == [0, 1] * 3
     assert set(rows.elevation) == {15}
     with xr.open_zarr(stores("snr_0dB", ["disc"])[0]) as dataset:
         expected = dataset["image"].sel(realization=1, elevation=15, azimuth=75).values
-    np.testing.assert_array_equal(pixels[7], expected)
+    np.testing.assert_array_equal(pixels[5], expected)
 
 
 def test_an_angle_that_no_store_has_is_named(stores):
     with pytest.raises(InputError, match=r"dart.clean\.zarr has no elevation 7 degrees; it has -15, 0, 15"):
-        images.read(stores("clean"), aspects()[:2], [7])
+        images.read(stores("clean"), every(aspects()[:2]), [7])
 
 
 def test_images_that_are_not_finite_are_refused(tmp_path):
@@ -54,7 +63,7 @@ def test_images_that_are_not_finite_are_refused(tmp_path):
     broken[0, 0, 1, 1] = np.nan
     write(tmp_path / "dart" / "clean.zarr", broken, aspects())
     with pytest.raises(InputError, match="not finite"):
-        images.read([tmp_path / "dart" / "clean.zarr"], aspects())
+        images.read([tmp_path / "dart" / "clean.zarr"], every(aspects()))
 
 
 def test_the_model_folder(stores, tmp_path):
@@ -95,7 +104,7 @@ def test_random_numbers_of_a_model_are_its_own(stores, tmp_path):
 
 def test_an_added_target_leaves_the_split_alone(stores, tmp_path):
     two, four = (
-        json.loads((fitted(stores("clean", names), tmp_path / str(len(names))) / "split.json").read_text())
+        sides_of(fitted(stores("clean", names), tmp_path / str(len(names))))
         for names in (("dart", "disc"), ("dart", "disc", "cube", "wing"))
     )
     assert two == four
@@ -104,23 +113,23 @@ def test_an_added_target_leaves_the_split_alone(stores, tmp_path):
 def test_no_test_azimuth_was_trained_on(stores, tmp_path):
     """From the stored indices, and from the training images themselves."""
     folder = fitted(stores("snr_0dB"), tmp_path / "knn")
-    sides = json.loads((folder / "split.json").read_text())
+    sides = sides_of(folder)
     index = [number for side in ("train", "validation", "test") for number in sides[side]["index"]]
     assert sorted(index) == list(range(AZIMUTHS))
     table = tables_of(stores("snr_0dB"), folder, tmp_path)["snr_0dB"]
     tested = table.loc[table["side"] == "test", "azimuth"]
     assert np.allclose(np.sort(tested.unique()), aspects()[sides["test"]["index"]])
     # One training image at distance 0 from a test image would be the image itself.
-    unseen, _ = images.read(stores("snr_0dB"), sides["test"]["azimuth"])
+    unseen, _ = images.read(stores("snr_0dB"), every(sides["test"]["azimuth"]))
     assert load(folder).decision_function(unseen).max() < -0.01
-    seen, _ = images.read(stores("snr_0dB"), sides["train"]["azimuth"])
+    seen, _ = images.read(stores("snr_0dB"), every(sides["train"]["azimuth"]))
     assert (load(folder).decision_function(seen).max(axis=1) > -0.01).all()
 
 
 def test_in_sector_no_test_image_shares_a_sample_with_a_training_one(stores, tmp_path):
     folder = fitted(stores("snr_0dB"), tmp_path / "knn", split="sector")
-    sides = json.loads((folder / "split.json").read_text())
-    assert sides["scheme"] == "sector"
+    sides = sides_of(folder)
+    assert json.loads((folder / "split.json").read_text())["division"]["scheme"] == "sector"
     half = APERTURE // 2
     samples = {
         side: {(number + offset) % AZIMUTHS for number in sides[side]["index"] for offset in range(-half, half + 1)}
@@ -132,16 +141,20 @@ def test_in_sector_no_test_image_shares_a_sample_with_a_training_one(stores, tmp
     assert np.allclose(np.sort(tested.unique()), aspects()[sides["test"]["index"]])
 
 
-def test_a_class_without_images_is_refused(stores, tmp_path):
-    with pytest.raises(InputError, match="class 'ghost' has no training image"):
-        fitted(stores("clean"), tmp_path / "knn", roles={"ghost": "known"})
+def test_a_class_without_images_is_refused(tmp_path):
+    stores = [tmp_path / name / "clean.zarr" for name in ("dart", "disc")]
+    for store in stores:
+        write(store, scene(store.parent.name)[:, :2], aspects()[:2])
+    with pytest.raises(InputError, match=r"'learning\.split\.train': 0\.7 of dart's 2 azimuths .* 0 to test"):
+        fitted(list(map(str, stores)), tmp_path / "knn")
 
 
 def test_the_prediction_table(stores, tmp_path):
     folder = fitted(stores("clean"), tmp_path / "svm", "svm", {"elevation": [0], "snr_db": "clean"})
     table = tables_of(stores("snr_-6dB"), folder, tmp_path / "one")["snr_-6dB"]
     keys = ["target", "elevation", "azimuth", "realization"]
-    assert list(table) == [*keys, "truth", "predicted", "role", "side", "score_dart", "score_disc"]
+    known = ["truth", "predicted", "role", "side", "fold", "block", "snr_mean", "snr_peak_3db"]
+    assert list(table) == [*keys, *known, "score_dart", "score_disc"]
     held_out = AZIMUTHS - int(0.7 * AZIMUTHS)
     validation = int(0.33 * held_out)
     assert len(table) == 2 * len(ELEVATION) * held_out * 2
@@ -149,7 +162,7 @@ def test_the_prediction_table(stores, tmp_path):
         "test": 2 * len(ELEVATION) * (held_out - validation) * 2,
         "validation": 2 * len(ELEVATION) * validation * 2,
     }
-    split = json.loads((folder / "split.json").read_text())
+    split = sides_of(folder)
     for side, rows in table.groupby("side"):
         assert np.allclose(np.sort(rows["azimuth"].unique()), aspects()[split[side]["index"]])
     assert set(table["role"]) == {"known"}
@@ -164,6 +177,37 @@ def test_the_prediction_table(stores, tmp_path):
     assert files[0] == files[1]
 
 
+def test_each_image_carries_its_fold_block_and_own_snr(stores, tmp_path):
+    folder = fitted(stores("clean"), tmp_path / "knn", split="sector")
+    table = tables_of(stores("snr_0dB"), folder, tmp_path)["snr_0dB"]
+    assert set(table["fold"]) == set(table["block"]) == {1}
+    elevation, azimuth = (
+        np.searchsorted(of, table[name]) for name, of in (("elevation", ELEVATION), ("azimuth", aspects()))
+    )
+    assert (table["snr_mean"] == elevation * AZIMUTHS + azimuth).all() and (table["snr_peak_3db"] == 2).all()
+    random = tables_of(stores("snr_0dB"), fitted(stores("clean"), tmp_path / "random"), tmp_path)["snr_0dB"]
+    assert (random["fold"] == 0).all()
+    assert (random["block"] == random["azimuth"] // (APERTURE * 360 / AZIMUTHS)).all()
+
+
+def test_every_target_is_divided_by_its_own_mirror_planes(stores, tmp_path):
+    folder = fitted(stores("clean"), tmp_path / "knn", open=True)
+    table = tables_of(stores("snr_0dB", ALL_TARGETS), folder, tmp_path, is_open=True)["snr_0dB"]
+    cube = table[table["target"] == "cube"].groupby("side")["azimuth"].agg(set)
+    for side, angles in cube.items():
+        assert {(-angle) % 360 for angle in angles} == angles, side
+    dart = table[table["target"] == "dart"].groupby("side")["azimuth"].agg(set)
+    assert {(-angle) % 360 for angle in dart["test"]} != dart["test"]
+
+
+def test_fewer_realizations_are_the_first_of_them(stores, tmp_path):
+    folder = fitted(stores("clean"), tmp_path / "knn")
+    both = tables_of(stores("snr_0dB"), folder, tmp_path / "two")["snr_0dB"]
+    one = tables_of(stores("snr_0dB"), folder, tmp_path / "one", realizations=1)["snr_0dB"]
+    first = both[both["realization"] == 0].reset_index(drop=True)
+    pd.testing.assert_frame_equal(one, first, atol=1e-5)
+
+
 def test_an_snr_has_the_same_table_whatever_else_is_predicted(stores, tmp_path):
     folder = fitted(stores("clean"), tmp_path / "knn")
     tables_of(stores("snr_0dB"), folder, tmp_path / "alone")
@@ -171,20 +215,20 @@ def test_an_snr_has_the_same_table_whatever_else_is_predicted(stores, tmp_path):
     assert (tmp_path / "alone/snr_0dB.csv").read_bytes() == (tmp_path / "both/snr_0dB.csv").read_bytes()
 
 
-EVERY = ("dart", "disc", "cube", "wing")
+ALL_TARGETS = ("dart", "disc", "cube", "wing")
 
 
 def test_the_table_of_an_open_run(stores, tmp_path):
     folder = fitted(stores("clean"), tmp_path / "fcnn", "fcnn", open=True)
-    table = tables_of(stores("snr_30dB", EVERY), folder, tmp_path, is_open=True)["snr_30dB"]
+    table = tables_of(stores("snr_30dB", ALL_TARGETS), folder, tmp_path, is_open=True)["snr_30dB"]
     known = [name.removeprefix("known_") for name in table if name.startswith("known_")]
     assert {"softmax", "max_logit", "energy", "openmax", "openmax_shifted", "neighbour", "mahalanobis"} < set(known)
     assert set(table.loc[table["role"] != "known", "truth"]) == {"other"}
-    sides = json.loads((folder / "split.json").read_text())
+    sides = sides_of(folder)
     for role, expected in (("known", 2), ("unknown", 2), ("other", 1)):
         assert table.loc[table["role"] == role, "side"].nunique() == expected
     for side in ("test", "validation"):
-        azimuths = np.sort(table.loc[table["side"] == side, "azimuth"].unique())
+        azimuths = np.sort(table.loc[(table["side"] == side) & (table["target"] == "dart"), "azimuth"].unique())
         assert np.allclose(azimuths, aspects()[sides[side]["index"]])
     assert set(table.loc[table["role"] == "other", "side"]) == {"validation"}
 
@@ -192,7 +236,7 @@ def test_the_table_of_an_open_run(stores, tmp_path):
 def test_what_unknown_targets_hold_changes_no_model(stores, tmp_path):
     """Garbage instead of the unknown targets: the same model byte for byte, and the same predictions of the rest."""
     folder = fitted(stores("clean"), tmp_path / "fcnn", "fcnn", open=True)
-    before = tables_of(stores("snr_30dB", EVERY), folder, tmp_path / "before", is_open=True)["snr_30dB"]
+    before = tables_of(stores("snr_30dB", ALL_TARGETS), folder, tmp_path / "before", is_open=True)["snr_30dB"]
     elsewhere = tmp_path / "imaging"
     for name in ("dart", "disc", "wing"):
         shutil.copytree(stores("snr_30dB", [name])[0], elsewhere / name / "snr_30dB.zarr")
@@ -202,7 +246,7 @@ def test_what_unknown_targets_hold_changes_no_model(stores, tmp_path):
     known = [str(elsewhere / name / "clean.zarr") for name in ("dart", "disc")]
     again = fitted(known, tmp_path / "again", "fcnn", open=True)
     assert digest(again) == digest(folder)
-    spoilt = [str(elsewhere / name / "snr_30dB.zarr") for name in EVERY]
+    spoilt = [str(elsewhere / name / "snr_30dB.zarr") for name in ALL_TARGETS]
     after = tables_of(spoilt, again, tmp_path / "after", is_open=True)["snr_30dB"]
     rest = before["role"] != "unknown"
     assert before[rest].equals(after[rest])
@@ -222,7 +266,7 @@ def test_a_class_other_is_learned_from_other_targets_and_noise(stores, tmp_path)
     assert config["classes"] == ["dart", "disc", "other"]
     assert config["observations"] == {"dart": each, "disc": each, "other": 2 * each}
     assert "kind" not in config["settings"] and "other" not in config["settings"]
-    table = tables_of(stores("snr_30dB", EVERY), folder, tmp_path, is_open=True)["snr_30dB"]
+    table = tables_of(stores("snr_30dB", ALL_TARGETS), folder, tmp_path, is_open=True)["snr_30dB"]
     rows = table.groupby("role")["predicted"]
     assert (rows.get_group("other") == "other").mean() > 0.9
     assert (rows.get_group("known") == "other").mean() < 0.1
@@ -247,9 +291,9 @@ def test_choices_are_made_on_the_validation_azimuths(stores, tmp_path):
     folder = fitted(stores("snr_0dB"), tmp_path / "lr_tuned", "lr_tuned", settings=settings)
     search = pd.read_csv(folder / "search.csv")
     assert search["penalty"].tolist() == [1e-9, 0.1, 1.0]
-    sides = json.loads((folder / "split.json").read_text())
+    sides = sides_of(folder)
     (held_out, truth), (seen, origin) = (
-        images.read(stores("snr_0dB"), sides[side]["azimuth"]) for side in ("validation", "train")
+        images.read(stores("snr_0dB"), every(sides[side]["azimuth"])) for side in ("validation", "train")
     )
     for line in search.itertuples():
         model = build("lr", {"penalty": line.penalty}, 0).fit(seen, origin["target"].to_numpy(str))
@@ -273,7 +317,7 @@ def test_known_scores_that_are_no_numbers_are_refused(stores, tmp_path, monkeypa
         kind, "evaluate", lambda self, some: plain(self, some)._replace(known={"odd": np.full(len(some), -np.inf)})
     )
     with pytest.raises(InputError, match="model knn of multi: its known score 'odd' is not a finite number"):
-        tables_of(stores("snr_0dB", EVERY), folder, tmp_path, is_open=True)
+        tables_of(stores("snr_0dB", ALL_TARGETS), folder, tmp_path, is_open=True)
 
 
 def test_images_are_up_sampled_for_one_run_only(stores, tmp_path):
@@ -299,7 +343,7 @@ def test_separable_classes_are_told_apart(name, stores, tmp_path):
 
 @pytest.mark.parametrize("name", SETTINGS)
 def test_shuffled_labels_give_chance(name, stores):
-    pixels, rows = images.read(stores("snr_0dB"), aspects())
+    pixels, rows = images.read(stores("snr_0dB"), every(aspects()))
     seen, targets = np.isin(rows.azimuth, aspects()[::2]), rows.target.to_numpy(str)
     right = []
     for seed in range(8):
@@ -311,7 +355,7 @@ def test_shuffled_labels_give_chance(name, stores):
 
 def test_batches_do_not_change_predictions(stores, tmp_path, monkeypatch):
     folder = fitted(stores("clean"), tmp_path / "knn")
-    pixels, _ = images.read(stores("snr_0dB"), aspects())
+    pixels, _ = images.read(stores("snr_0dB"), every(aspects()))
     whole = classify(load(folder), pixels)
     monkeypatch.setattr("learning.predict.BATCH", 50)
     parts = classify(load(folder), pixels)
@@ -323,7 +367,7 @@ def test_batches_do_not_change_predictions(stores, tmp_path, monkeypatch):
 def test_the_times_file(stores, tmp_path, monkeypatch):
     monkeypatch.setattr(timing, "REPEATS", {1: 5, timing.BATCH: 3})
     folders = [fitted(stores("clean"), tmp_path / name, name) for name in ("knn", "lr")]
-    timing.measure(stores("clean"), folders, 2, tmp_path / "times.json")
+    timing.measure(stores("clean"), PLANES, folders, 2, tmp_path / "times.json")
     times = json.loads((tmp_path / "times.json").read_text())
     assert times["machine"]["cpu"] and times["machine"]["cores"] >= 1 and times["threads"] == 2
     assert [record["model"] for record in times["models"]] == ["knn", "lr"]
@@ -347,8 +391,9 @@ def test_a_slow_model_is_timed_fewer_times(monkeypatch):
 def test_predictions_import_nothing_heavy(name, stores, tmp_path):
     folder = fitted(stores("clean"), tmp_path / name, name)
     program = (
-        "import sys; from learning.predict import predict; "
-        f"predict({stores('snr_0dB')!r}, {ROLES!r}, True, {str(folder)!r}, [{str(tmp_path / 'snr_0dB.csv')!r}]); "
+        "import sys; from learning.predict import Tested, predict; "
+        f"tested = Tested({ROLES!r}, {PLANES!r}, True, 1); "
+        f"predict({stores('snr_0dB')!r}, tested, {str(folder)!r}, [{str(tmp_path / 'snr_0dB.csv')!r}]); "
         "print(*sorted({'sklearn', 'jax', 'matplotlib'} & set(sys.modules)), 'end')"
     )
     done = subprocess.run(

@@ -25,7 +25,7 @@ def validated(weights):
 def train(epochs=6, validate=validated, patience=None, checkpoint=None, rate=0.05):
     random = np.random.default_rng(5)
     start = {"slope": random.standard_normal(3).astype(np.float32)}
-    settings = Settings(optax.adam(rate), epochs, patience, checkpoint)
+    settings = Settings(optax.adam(rate), lambda steps: rate / (1 + steps), epochs, patience, checkpoint)
     return minimize(loss, start, Batches(len(X), 8, random), lambda rows: (X[rows], Y[rows]), settings, validate)
 
 

@@ -3,8 +3,18 @@
 import fake
 import pytest
 
+from report import section_images, selection
+
 
 @pytest.fixture(scope="session")
 def whole(tmp_path_factory):
     """The report's folder; the results lie in its parent."""
     return fake.write(tmp_path_factory.mktemp("whole") / "fake", fake.SETTINGS)
+
+
+@pytest.fixture
+def few_pictures(monkeypatch):
+    """Smaller galleries, for tests that look at something else."""
+    for name in ("GALLERY_AZIMUTHS", "GALLERY_ELEVATIONS", "PLACES"):
+        monkeypatch.setattr(section_images, name, 2)
+    monkeypatch.setattr(selection, "GALLERY_SNRS", 2)

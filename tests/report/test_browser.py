@@ -189,8 +189,22 @@ def test_experiments_are_switched_on_and_off(page, whole):
     page.check("input[value='noisy capsule']")
     only_best = names()
     page.check("[name=every]")
-    assert len(names()) > len(only_best) == 1
+    assert len(names()) > len(only_best) == 2
     assert page.locator("#compare-plot title").first.text_content().endswith("at -12 dB")
+
+
+def test_one_fold_has_no_band_and_the_axis_names_the_definition_of_snr(page):
+    page.check("input[value='closed set']")
+    for box in page.locator("input[name=experiment]").all():
+        box.uncheck()
+    for experiment, bands in (("capsule sector", 0), ("capsule open", 1)):
+        page.check(f"input[value='{experiment}']")
+        page.check("input[name=model][value='capsule']")
+        assert page.locator("#compare-plot g.curve").count() == 1
+        assert page.locator("#compare-plot polygon.band").count() == bands
+        assert ("[" in page.locator("#compare-plot title").first.text_content()) == bool(bands)
+        page.uncheck(f"input[value='{experiment}']")
+    assert page.get_by_text("test SNR by peak_3db power [dB]").count() == 1
 
 
 def test_without_scripts_the_page_says_so_and_keeps_its_figures(browser, whole):

@@ -3,6 +3,7 @@
 import base64
 import copy
 import re
+import types
 from urllib.parse import unquote
 
 import fake
@@ -17,6 +18,7 @@ from report import (
     draw_images,
     draw_mesh,
     layout,
+    published,
     section_explore,
     section_headline,
     section_tried,
@@ -27,6 +29,7 @@ from report.plots import holds
 from report.results import Results, rejecting_f1
 from report.section_scattering import range_profiles, rcs_dbsm
 from report.selection import decoded_snrs, evenly, noise_snrs, noise_target, noisy_targets, target_order
+from report.vocabulary import select
 from setup.kinds import page_names
 
 NAMES = vocabulary.Names(page_names({"svm": {}, "knn": {}, "capsule": {}}))
@@ -128,7 +131,7 @@ def test_a_gain_counts_where_its_interval_is_above_0_and_the_thesis_is_not_there
     curve = pd.DataFrame(
         {
             "test_snr_db": [-15, -12, 0, 3, 12, 15],
-            "f1": [0.8, 0.8, 0.9, 0.95, 1.0, 1.0],
+            "reference": [0.5, 0.7, 0.85, 0.96, 0.99, 0.7],
             "gain": [0.3, 0.1, 0.05, -0.01, 0.01, 0.3],
             "low": [0.2, 0.05, -0.01, -0.02, 0.005, 0.2],
         }
@@ -137,6 +140,24 @@ def test_a_gain_counts_where_its_interval_is_above_0_and_the_thesis_is_not_there
     # At 12 dB the thesis's method has 0.99; -15 and 15 dB are outside the range.
     assert judged["test_snr_db"].tolist() == [-12, 0, 3]
     assert judged["above"].tolist() == [True, False, False]
+    assert section_tried._count(judged) == "at 1 of 3, not at 0, 3 dB"
+    assert section_tried._count(judged.assign(low=np.nan)) == "at none, as one fold has no interval"
+
+
+def test_a_gain_stands_beside_the_thesis_s_network_trained_at_the_same_snrs():
+    rows = []
+    for experiment, model, training, score, f1 in (
+        ("clean", "capsule", "clean", "zncc", 0.5),
+        ("noisy", "capsule", "all: clean, 0 dB", "zncc", 0.7),
+        ("noisy", "capsule", "all: clean, 0 dB", "mse", 0.1),
+        ("noisy", "knn", "all: clean, 0 dB", "softmax", 0.9),
+    ):
+        method = dict(zip(vocabulary.METHOD, ("sector", experiment, model, training, score), strict=True))
+        case = {"threshold": "blind", "test_snr_db": 0.0, "low": 0.1, "high": 0.3}
+        rows += [{**method, **case, "metric": "f1_weighted", "value": f1}]
+        rows += [{**method, **case, "metric": "f1_weighted_gain", "value": 0.2}] if model == "knn" else []
+    curve = section_tried._curve(pd.DataFrame(rows), method, "blind").iloc[0]
+    assert (curve["f1"], curve["reference"], curve["gain"], curve["low"]) == (0.9, 0.7, 0.2, 0.1)
 
 
 def test_methods_rank_by_their_mean_on_validation_images_over_the_middle_within_each_split():
@@ -205,6 +226,11 @@ def test_headline_knows_the_thesis_s_method_by_its_score():
     ]
 
 
+def test_lines_of_rejecting_everything_that_lie_on_each_other_are_one():
+    results = types.SimpleNamespace(_rejecting={"a": 0.333, "b": 0.3343, "c": 0.25, "d": 0.9})
+    assert Results.rejecting(results, ["a", "c", "b"]) == [0.25, 0.3343]
+
+
 def test_rejecting_everything_by_hand():
     # Half of the images are unknown: precision 1/2, recall 1, F1 2/3 for a half of the weight.
     assert rejecting_f1(pd.Series(dict.fromkeys("abcd", 70)), ["a", "b"]) == pytest.approx(1 / 3)
@@ -248,42 +274,46 @@ def test_a_capsule_network_is_the_thesis_s_only_at_its_size():
     assert thesis.difference("capsule", full) == ""
 
 
-class _Images:
-    """What `thesis.offset` reads of the results: the offset that each target's images have measured."""
-
-    def __init__(self, definition, offsets):
-        roles = dict(zip("abu", ("known", "known", "unknown"), strict=True))
-        self.targets = list(roles)
-        self.settings = {
-            "noise": {"definition": definition},
-            "targets": {name: {"role": role} for name, role in roles.items()},
-        }
-        self.offsets, self.published_scores = offsets, pd.DataFrame({"snr_db": [6.0], "value": ["0.90"]})
-
-    def images(self, target, store):
-        assert store == "clean"
-        return xr.Dataset(attrs=self.offsets.get(target, {}))
+def _curves(model, snrs, definition):
+    """Rows of accuracy of one model, as in scores.csv."""
+    columns = {"split": "random", "experiment": "one", "model": model, "training": "clean", "train_snr_db": np.nan}
+    columns |= {"score": "", "elevation": "all", "threshold": "", "metric": "accuracy", "fold": ""}
+    columns |= {"value": 0.01 * np.array(snrs), "low": 0.0, "high": 1.0, "n": 10, "snr_definition": definition}
+    return pd.DataFrame({"test_snr_db": np.array(snrs, float), **columns})
 
 
-def test_published_snrs_are_moved_by_the_measured_offset_of_the_targets_that_count():
-    measured = {name: {"snr_definition_offset_db": value} for name, value in zip("abu", (2.0, 3.0, 4.0), strict=True)}
-    results = _Images("peak_3db", measured)
-    assert thesis.offset(results, False) == 2.5 and thesis.offset(results, True) == 3.0
-    moved = thesis.statements(results, True)
-    assert moved["snr_db"].tolist() == [9.0] and moved["printed_snr_db"].tolist() == [6.0]
-    assert "moved by +3.0 dB" in thesis.marked({"": 3.0}, True)
-    assert "thesis, full-size network, 5.55 GHz" in thesis.marked({"": 3.0}, True, network=True)
-    # The same definition as the thesis's needs no move.
-    same = _Images("mean", {})
-    assert thesis.statements(same, False)["snr_db"].tolist() == [6.0] and "moved" not in thesis.marked({"": 0.0}, 1)
+def test_published_values_are_drawn_beside_curves_by_their_definition_of_snr():
+    rows = pd.concat([_curves("lr", [0, 6, 12], "peak_3db"), _curves("knn", [0, 6, 12], "peak_3db")])
+    there = pd.concat([_curves("lr", [0, 6], "mean"), _curves("knn", [0], "mean"), _curves("svm", [0], "mean")])
+    results = types.SimpleNamespace(definition="peak_3db", mean_scores=there)
+    statements = pd.DataFrame({"snr_db": [6.0], "value": ["0.90"]})
+    drawn, kept, definition, words = published.beside(results, rows.assign(panel="left"), statements)
+    assert drawn[["model", "test_snr_db", "snr_definition", "panel"]].to_numpy().tolist() == [
+        ["lr", 0, "mean", "left"],
+        ["lr", 6, "mean", "left"],
+        ["knn", 0, "mean", "left"],
+    ]
+    assert kept["snr_db"].tolist() == [6.0] and definition == "mean" and "at SNRs by mean power" in words
+    # A figure without published values stays as the config defines the SNR.
+    drawn, _, definition, words = published.beside(results, rows, statements.iloc[:0])
+    assert set(drawn["snr_definition"]) == {definition} == {"peak_3db"} and words == ""
+    # So does one of whose curves any has no row by mean power, and it says why.
+    results.mean_scores = select(there, model="lr")
+    drawn, kept, definition, words = published.beside(results, rows, statements)
+    assert len(drawn) == 6 and len(kept) == 0 and definition == "peak_3db"
+    assert words.startswith(" Published values are left out")
 
 
-@pytest.mark.parametrize("missing", [{}, {"snr_definition_offset_db": float("nan")}])
-def test_published_values_are_left_out_where_no_offset_was_measured(missing):
-    results = _Images("peak_3db", {"a": {"snr_definition_offset_db": 2.0}, "b": missing})
-    assert thesis.offset(results, False) is None
-    assert len(thesis.statements(results, False)) == 0
-    assert thesis.marked({"": None}, False).startswith(" Published values are left out")
+def test_the_confusion_matrices_published_are_sought_by_the_mean_offset_of_the_open_set():
+    measured = {"a": 2.0, "b": 3.0, "u": 7.0, "other": 90.0}
+    results = types.SimpleNamespace(
+        definition="peak_3db",
+        of_role={"known": ["a", "b"], "unknown": ["u"]}.get,
+        images=lambda target, store: xr.Dataset(attrs={"snr_definition_offset_db": measured[target]}),
+    )
+    assert published._offset(results) == 4.0
+    results.definition = "mean"
+    assert published._offset(results) == 0.0
 
 
 def test_explorer_holds_the_images_of_the_stores(whole):
@@ -330,8 +360,8 @@ def test_compare_opens_on_the_headline_s_curves(whole):
     lines = section_headline.comparison(results)["rejecting"]
     assert lines == {f"open set, {name} thresholds": [0.1667] for name in ("blind", "thesis")}
     # One known score of each model in each experiment is the best of them.
-    best = [one["words"] for one in opened if one["best"]]
-    assert len({words.partition(": ")[2] + words.split(",")[0] for words in best}) == len(best)
+    best = [(one["words"].partition(": ")[2], one["model"]) for one in opened if one["best"]]
+    assert len({(words, model) for words, model in best}) == len(best)
     assert len(best) < len(opened)
 
 

@@ -66,11 +66,26 @@ def test_a_curve_has_its_band_and_the_panels_their_labels_at_the_edges():
     drawing, grid = plots.panels(2, 2, 4, 4)
     for axes in grid.flat[:3]:
         plots.draw_curve(axes, rows, "red", label="a model")
-    plots.finish(drawing, grid, ylabel="F1")
+    plots.finish(drawing, grid, vocabulary.snr_axis("mean"), "F1")
+    label = "test SNR by mean power [dB]"
     (line,), (band,) = grid[0, 0].lines, grid[0, 0].collections
     assert line.get_xydata().tolist() == [[0, 0.5], [6, 0.9]]
     assert band.get_paths()[0].get_extents().bounds == pytest.approx((0, 0.4, 6, 0.6))
-    assert [axes.get_xlabel() for axes in grid.flat] == ["", "test SNR [dB]", "test SNR [dB]", ""]
+    assert [axes.get_xlabel() for axes in grid.flat] == ["", label, label, ""]
     assert [axes.get_ylabel() for axes in grid.flat] == ["F1", "", "F1", ""]
     assert grid[1, 0].axison and not grid[1, 1].axison
     assert [text.get_text() for text in drawing.legends[0].get_texts()] == ["a model"]
+
+
+def test_a_value_without_an_interval_stands_alone():
+    row = {"value": 0.91239, "low": 0.8, "high": 0.95}
+    assert vocabulary.with_interval(row) == "0.912 [0.800, 0.950]"
+    assert vocabulary.with_interval(row | {"low": np.nan, "high": np.nan}) == "0.912"
+
+
+def test_a_run_is_called_by_its_experiment_and_if_asked_for_by_its_fold():
+    run = {"name": "sector_fold1_snr_6dB_fold3", "division": {"fold": 3}}
+    assert vocabulary.run_title(run) == "sector fold1 snr 6dB"
+    assert vocabulary.run_title(run, fold=True) == "sector fold1 snr 6dB, fold 3"
+    whole = {"name": "multi_elevation", "division": {"fold": 0}}
+    assert vocabulary.run_title(whole, fold=True) == "multi elevation"

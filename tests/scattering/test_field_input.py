@@ -32,11 +32,11 @@ def place(tmp_path, monkeypatch):
     """Writes files (name: text) to a folder of their own and takes the field from `field`: the store, loaded."""
     monkeypatch.chdir(tmp_path)
 
-    def place(field, *polarizations, aspect=ASPECT, **texts):
+    def place(field, *polarizations, aspect=ASPECT, symmetry=(), **texts):
         for name, text in texts.items():
             (tmp_path / f"{name}.ffe").write_text(text)
         radar = RADAR | ({"polarizations": list(polarizations)} if polarizations else {})
-        write_external(field, "out.zarr", radar, aspect)
+        write_external(field, "out.zarr", radar, aspect, symmetry)
         return xr.open_zarr("out.zarr").load()
 
     return place
@@ -299,6 +299,28 @@ def test_store_with_a_spoilt_chunk_is_refused(place, given):
         place("given.zarr", "VV")
 
 
+CIRCLE = ASPECT | {"azimuth": {"count": 24}}
+PATTERNS = {  # of azimuth in rad: symmetric about these planes in V; H, received from V, turns round with the mirror
+    "xz": (lambda a: 2 + np.cos(a) + 1j * np.cos(3 * a), np.sin),
+    "yz": (lambda a: 2 + np.sin(a) + 1j * np.cos(2 * a), np.cos),
+}
+
+
+@pytest.mark.parametrize("plane", PATTERNS)
+def test_mirror_planes_are_those_that_the_field_has(place, tmp_path, plane):
+    radians = np.radians(azimuths(CIRCLE))
+    values = np.array([function(radians) for function in PATTERNS[plane]])
+    field = np.broadcast_to(values[:, None, None], (2, 4, 4, 24)).astype(np.complex64)
+    names = ("polarization", "frequency", "elevation", "azimuth")
+    axes = dict(zip(names, (["VV", "HV"], SWEEP[0], SWEEP[1], azimuths(CIRCLE)), strict=True))
+    xr.Dataset({"field": (names, field, {"units": "m"})}, axes).to_zarr("given.zarr", zarr_format=2)
+    store = place("given.zarr", "VV", "HV", aspect=CIRCLE, symmetry=[plane])
+    np.testing.assert_array_equal(store.field, field)
+    other = "yz" if plane == "xz" else "xz"
+    with pytest.raises(InputError, match=rf"^given\.zarr: the VV field differs .* in the plane {other} by \d+ % of"):
+        place("given.zarr", "VV", "HV", aspect=CIRCLE, symmetry=[plane, other])
+
+
 def test_folder_that_is_no_store_is_refused(place, tmp_path):
     (tmp_path / "empty.zarr").mkdir()
     with pytest.raises(InputError, match=r"empty\.zarr: not a store"):
@@ -317,7 +339,7 @@ def test_solved_field_fed_back_gives_the_same_images(tmp_path):
         first, second = xr.open_zarr(solved)[name], xr.open_zarr(fed)[name]
         assert first.values.tobytes() == second.values.tobytes() and first.attrs == second.attrs, name
     imaging = {"imager": "fourier", "aperture": 5, "window": "hamming", "reformat": "polar", "upsample": "none"}
-    noise = {"seed": 1, "realizations": 2, "definition": "peak_3db"}
+    noise = {"seed": 1, "realizations": 2, "definition": "peak_3db", "per": "image"}
     for path in (solved, fed):
         make_clean(path, None, path.with_suffix(".clean"), imaging)
         make_noisy(path, path.with_suffix(".noisy"), imaging, "sphere", 6, noise)

@@ -156,7 +156,7 @@ BAD = {
     "seed as text": ({"seed": "abc"}, "seed", "'abc'"),
     "split": ({"learning": {"split": {"train": 1.5}}}, "learning.split.train", "1.5"),
     "validation": ({"learning": {"split": {"validation": 0}}}, "learning.split.validation", "0"),
-    "scheme": ({"learning": {"split": {"scheme": "sectors"}}}, "learning.split.scheme", "sector (contiguous"),
+    "scheme": ({"learning": {"split": {"scheme": "sectors"}}}, "learning.split.scheme", "sector (arcs"),
     "model": (one_experiment(models=["svn"]), "learning.experiments.e.models", "did you mean 'svm'"),
     "model without a file": ({"learning": {"models": {"mine": {}}}}, "learning.models.mine", "mine.py"),
     "kind": ({"learning": {"models": {"mine": {"kind": "fcn"}}}}, "learning.models.mine.kind", "did you mean 'fcnn'"),
@@ -190,7 +190,7 @@ BAD = {
     ),
     "training elevation not swept": (one_experiment(elevation=[7]), "learning.experiments.e.train.elevation", "7"),
     "open": (one_experiment(open="yes"), "learning.experiments.e.open", "unknown targets"),
-    "split of an experiment": (one_experiment(split="half"), "learning.experiments.e.split", "sector (contiguous"),
+    "split of an experiment": (one_experiment(split="half"), "learning.experiments.e.split", "sector (arcs"),
     "images too small for a capsule network": (
         one_experiment(models=["capsule"]),
         "learning.experiments.e.upsample",
@@ -238,9 +238,18 @@ BAD = {
     "upsample below the image": (one_experiment(upsample=13), "learning.experiments.e.upsample", "14"),
     "no room for sectors": (
         {"aspect": {"azimuth": NARROW}, **one_experiment(split="sector")},
-        "learning.split.train",
+        "learning.split.folds",
         "10 as a guard",
     ),
+    "a fold too many": (
+        one_experiment(split="sector", folds=[2, 7]),
+        "learning.experiments.e.folds",
+        "fold 7 is none of 6",
+    ),
+    "folds of the other split": (one_experiment(folds=[2]), "learning.experiments.e.folds", "only the split by sector"),
+    "one fold": ({"learning": {"split": {"folds": 1}}}, "learning.split.folds", "by sector"),
+    "realizations": ({"learning": {"realizations": "none"}}, "learning.realizations", "models are tested on"),
+    "whose noise": ({"noise": {"per": "target"}}, "noise.per", "overlapping apertures"),
     "a target named other": ({"targets": {"other": KNOWN}}, "targets.other", "another name"),
     "runs of one name": (
         {
@@ -274,7 +283,11 @@ BAD = {
         "of 3 samples",
     ),
     "SNRs of one name": ({"noise": {"snr_db": [1.0, 1.0000001]}}, "noise.snr_db", "snr_1dB"),
-    "nothing left to test": ({"learning": {"split": {"train": 0.001}}}, "learning.split.train", "0 to train"),
+    "nothing left to train": (
+        {"learning": {"split": {"train": 0.001}, **one_experiment()["learning"]}},
+        "learning.split.train",
+        "0 to train",
+    ),
     "one class": ({"targets": {"*": None, "a": KNOWN}}, "learning.experiments", "two targets"),
     "no mapping": ([1, 2], "config: [1, 2]", "a mapping"),
     "text alone": ("quick", "config: 'quick'", "a mapping"),
@@ -334,7 +347,6 @@ BAD_FIELDS = {
             "unit": "mm",
             "rotate": [0, 0, 90],
             "length": 1,
-            "symmetry": ["xz"],
             "formulation": "cfie",
         }.items()
     },

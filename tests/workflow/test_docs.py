@@ -76,7 +76,8 @@ def exported(tmp_path, monkeypatch):
     path = tmp_path / "results/smoke/learning/export/snr_20dB.h5"
     path.parent.mkdir(parents=True)
     for form in (path, path.with_suffix(".zarr")):
-        export(stores, form, roles, {"train": 0.7, "validation": 0.33}, 0, 5)
+        split = {"train": 0.7, "validation": 0.33, "folds": 6}
+        export(stores, form, roles, {target: ["xz"] for target in roles}, split, 0, 5)
     return path
 
 
@@ -88,7 +89,7 @@ def loaded(number):
 
 def test_exported_images_load_with_numpy(exported):
     there = loaded(0)
-    assert there["x_train"].shape == (2 * 2 * 25 * 2, 6, 4)
+    assert there["x_train"].shape == (2 * 2 * 26 * 2, 6, 4)
     assert there["x_test"].shape == (2 * 2 * 8 * 2, 6, 4)
     assert set(there["y_train"]) == {0, 1}
     # The other form takes the same lines.
@@ -105,7 +106,7 @@ def test_exported_images_are_learned_with_scikit_learn(exported):
 def test_exported_images_load_with_pytorch(exported):
     pytest.importorskip("torch", reason="PyTorch is not installed")
     there = loaded(2)
-    assert len(there["train"]) == 3 * 2 * 25 * 2
+    assert len(there["train"]) == 3 * 2 * 26 * 2
     assert there["images"].shape[1:] == (1, 6, 4)
 
 

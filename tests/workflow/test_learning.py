@@ -21,7 +21,7 @@ CONFIG = """
 name: learn
 targets:
   '*': null
-  dart: {field: fields/dart.zarr, role: known}
+  dart: {field: fields/dart.zarr, role: known, symmetry: [xz]}
   disc: {field: fields/disc.zarr, role: known}
   kite: {field: fields/kite.zarr, role: unknown}
   cube: {field: fields/cube.zarr, role: other}
@@ -48,6 +48,7 @@ learning:
       train: {elevation: all, snr_db: clean}
       models: [matched_filter]
       split: sector
+      folds: [2, 5]
     noisy:
       train: {elevation: all, snr_db: {each: [0, 20]}}
       models: [lr]
@@ -64,7 +65,8 @@ learning:
 RUNS = {
     "closed": ["lr_tuned", "knn"],
     "opened": ["matched_filter", "fcnn_other"],
-    "far": ["matched_filter"],
+    "far_fold2": ["matched_filter"],
+    "far_fold5": ["matched_filter"],
     "noisy_snr_0dB": ["lr"],
     "noisy_snr_20dB": ["lr"],
     "mixed": ["fcnn"],
@@ -212,17 +214,20 @@ EDITS = {
     "a hyper-parameter": ("epochs: 10", "epochs: 9", {"train": 2, "predict": 2, **AFTER}),
     "a choice": ("penalty: [0.01, 1]", "penalty: [0.01, 2]", {"train": 1, "predict": 1, **AFTER}),
     "choices in another order": ("penalty: [0.01, 1]", "penalty: [1, 0.01]", {}),
-    "another split": ("      split: sector\n", "", {"train": 1, "predict": 1, **AFTER}),
+    "another split": ("      split: sector\n      folds: [2, 5]\n", "", {"train": 1, "predict": 1, **AFTER}),
+    "one more fold": ("folds: [2, 5]", "folds: [2, 5, 6]", {"train": 1, "predict": 1, "scores": 1, "report": 1}),
+    "more arcs": ("learning:\n", "learning:\n  split: {folds: 7}\n", {"train": 2, "predict": 2, **AFTER}),
+    "realizations tested": ("learning:\n", "learning:\n  realizations: 1\n", {"predict": 11, "scores": 1, "report": 1}),
     "closed": ("      open: true\n", "", AFTER_TEST | {"predict": 2}),
     "the default split's share": (
         "learning:\n",
         "learning:\n  split: {train: 0.6}\n",
-        {"train": 10, "predict": 10, "reconstruct": 1, **AFTER},
+        {"train": 9, "predict": 9, "reconstruct": 1, **AFTER},
     ),
     "the seed": (
         "name: learn\n",
         "name: learn\nseed: 4\n",
-        {"noise": 8, "pure_noise": 1, "train": 10, "predict": 10, "reconstruct": 1, **AFTER},
+        {"noise": 8, "pure_noise": 1, "train": 11, "predict": 11, "reconstruct": 1, **AFTER},
     ),
     "an unknown target": (
         "  cube:",

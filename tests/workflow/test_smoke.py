@@ -65,13 +65,20 @@ EDITS = {
     "imaging.upsample": ("aperture: 5", "aperture: 5, upsample: 12", IMAGED),
     "noise.realizations": ("realizations: 2", "realizations: 3", {"noise": 4, **TESTED}),
     "noise.definition": ("realizations: 2", "realizations: 2, definition: mean", {"noise": 4, **TESTED}),
+    "noise.per": ("realizations: 2", "realizations: 2, per: sweep", {"noise": 4, **TESTED}),
     "an SNR more": ("snr_db: [0, 20]", "snr_db: [10, 0, 20]", {"noise": 2, **TESTED}),
     "an SNR less": ("snr_db: [0, 20]", "snr_db: [20]", TESTED),
     "another SNR": ("snr_db: [0, 20]", "snr_db: [0, 10]", {"noise": 2, **TESTED}),
     "seed": ("name: smoke", "name: smoke\nseed: 1", {"noise": 4, **LEARNED}),
     # Learning.
     "two shares of the split swapped": ("learning:\n", "learning:\n  split: {train: 0.33, validation: 0.7}\n", LEARNED),
-    "learning.split.scheme": ("learning:\n", "learning:\n  split: {scheme: sector}\n", LEARNED),
+    "learning.split.scheme": (
+        "learning:\n",
+        "learning:\n  split: {scheme: sector}\n",
+        {**LEARNED, "train": 12, "predict": 12},
+    ),
+    "folds that no experiment has": ("learning:\n", "learning:\n  split: {folds: 3}\n", {"report": 1}),
+    "learning.realizations": ("learning:\n", "learning:\n  realizations: 1\n", TESTED),
     "a hyper-parameter": ("learning:\n", MODELS + "{knn: {k: 3}}\n", ONE_MODEL),
     "a model more": ("[lr, knn]", "[lr, knn, svm]", ONE_MODEL),
     "a model less": ("[lr, knn]", "[lr]", {"timing": 1, "scores": 1, "report": 1}),
@@ -204,7 +211,8 @@ def test_models_learn(results):
     scores = pd.read_csv(results / "learning/scores.csv")
     accuracy = scores[(scores.metric == "accuracy") & (scores.test_snr_db == 20)]
     assert len(accuracy) == 2
-    assert (accuracy.value > 0.8).all()
+    # 64 test images, none with a mirror image among the 104 that train: chance is 0.5 with a deviation of 0.06.
+    assert accuracy.value.mean() > 0.8 and accuracy.value.min() > 0.7
     assert ((scores.low <= scores.value + 1e-12) & (scores.value <= scores.high + 1e-12)).all()
 
 

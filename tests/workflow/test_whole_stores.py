@@ -18,8 +18,9 @@ from scattering.store import join_bands, write_field
 RADAR = {"center_frequency": 1e9, "bandwidth": 0.4e9, "frequencies": 6, "polarizations": ["VV"]}
 ASPECT = {"elevation": {"start": 0, "stop": 10, "step": 10}, "azimuth": {"count": 12}}
 IMAGING = {"imager": "fourier", "aperture": 3, "window": "hamming", "reformat": "polar", "upsample": "none"}
-NOISE = {"seed": 1, "realizations": 2, "definition": "mean"}
+NOISE = {"seed": 1, "realizations": 2, "definition": "mean", "per": "image"}
 FREQUENCY, ELEVATION, AZIMUTH = np.linspace(0.8e9, 1.2e9, 6), np.array([0.0, 10.0]), np.arange(12) * 30.0
+EVERY = {"a": AZIMUTH, "pure-noise": AZIMUTH}  # of each target
 SETTINGS = {"targets": {"a": {"mesh": "a.stl", "role": "known"}}, "radar": RADAR, "learning": {"experiments": {}}}
 STATED = {"models": {}, "scores": {}}  # no model says what the page calls it
 
@@ -72,7 +73,7 @@ READERS = {
     "another run's field": ("scattering/a.zarr", _given),
     "images, to learn from": (
         "imaging/a/clean.zarr",
-        lambda folder: images.read([folder / "imaging/a/clean.zarr"], AZIMUTH),
+        lambda folder: images.read([folder / "imaging/a/clean.zarr"], EVERY),
     ),
     "images, for their azimuths": (
         "imaging/a/clean.zarr",
@@ -80,11 +81,11 @@ READERS = {
     ),
     "noisy images": (
         "imaging/a/snr_3dB.zarr",
-        lambda folder: images.read([folder / "imaging/a/snr_3dB.zarr"], AZIMUTH),
+        lambda folder: images.read([folder / "imaging/a/snr_3dB.zarr"], EVERY),
     ),
     "images of noise": (
         "imaging/pure-noise/clean.zarr",
-        lambda folder: images.read([folder / "imaging/pure-noise/clean.zarr"], AZIMUTH),
+        lambda folder: images.read([folder / "imaging/pure-noise/clean.zarr"], EVERY),
     ),
     "images, to show them": (
         "imaging/a/clean.zarr",

@@ -66,8 +66,9 @@ BANDS = range(config["mesh"]["bands"])
 # The learning stage's runs by name, in one order whatever the config's.
 RUNS = dict(sorted(experiments.runs(config).items())) if images_are_made(config) else {}
 MODELS = config["learning"]["models"]
-# Run and model, as their folders are called.
+# Run and model, as their folders are called; those that times are measured of and pictures made are of the first fold.
 FITTED = sorted(f"{run}/{model}" for run in RUNS for model in RUNS[run]["models"])
+TIMED = sorted(f"{run}/{model}" for run in RUNS if RUNS[run]["first"] for model in RUNS[run]["models"])
 KNOWN = sorted(name for name in TARGETS if config["targets"][name]["role"] == "known")
 UNKNOWN = sorted(name for name in TARGETS if config["targets"][name]["role"] == "unknown")
 SNRS = [sweep.snr_label(snr) for snr in config["noise"]["snr_db"]]
@@ -199,12 +200,24 @@ def tested_targets(run):
 
 def decoders():
     """The models with a decoder, <run>/<model>, in runs that are tested on unknown targets."""
-    opened = [(run, model) for run in RUNS for model in RUNS[run]["models"] if RUNS[run]["open"]]
-    return sorted(f"{run}/{model}" for run, model in opened if "reconstruct" in model_kind(MODELS, model).methods)
+    opened = [run for run in RUNS if RUNS[run]["open"] and RUNS[run]["first"]]
+    fitted = [(run, model) for run in opened for model in RUNS[run]["models"]]
+    return sorted(f"{run}/{model}" for run, model in fitted if "reconstruct" in model_kind(MODELS, model).methods)
 
 
-def roles(targets):
-    return {name: config["targets"][name]["role"] for name in sorted(targets)}
+def of_targets(targets):
+    """Roles and mirror planes of these targets, for params."""
+    names = sorted(targets)
+    return {
+        "roles": {name: config["targets"][name]["role"] for name in names},
+        "planes": {name: sorted(symmetry(name)) for name in names},
+    }
+
+
+def tested_realizations():
+    """How many realizations of each view's noise are tested."""
+    tested, every = config["learning"]["realizations"], config["noise"]["realizations"]
+    return every if tested == "all" else min(tested, every)
 
 
 def megabytes_of(run, model):
@@ -214,5 +227,6 @@ def megabytes_of(run, model):
     pixels = sampled if run["upsample"] == "none" else run["upsample"] ** 2
     sets = len(trained_targets(model)) * sum(1 if snr == experiments.CLEAN else copies for snr in run["snrs"])
     sets = max(sets, copies)  # a prediction reads the noisy images of a target at a time
-    covariances = len(run["snrs"]) if model_kind(MODELS, model).stated.get("covariances", False) else 0
-    return int(experiments.megabytes(plan["images"] * sets, pixels, covariances))
+    stated = model_kind(MODELS, model).stated
+    covariances = len(run["snrs"]) if stated.get("covariances", False) else 0
+    return int(experiments.megabytes(plan["images"] * sets, pixels, covariances, stated.get("pairs", False)))

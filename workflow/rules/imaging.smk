@@ -46,7 +46,7 @@ rule noise:
     resources:
         mem_mb=lambda w: image_megabytes(config["noise"]["realizations"]),
     params:
-        settings=section(config, "imaging", "noise.definition", "noise.realizations", "seed"),
+        settings=section(config, "imaging", "noise.definition", "noise.per", "noise.realizations", "seed"),
     message:
         "imaging {wildcards.target}: form the images at {wildcards.snr}"
     script:

@@ -23,8 +23,9 @@ rule train:
     resources:
         mem_mb=lambda w: megabytes_of(w.run, w.model),
     params:
-        settings=lambda w: section(config, f"learning.models.{w.model}", "learning.split", "imaging.aperture", "seed")
-        | {"roles": roles(trained_targets(w.model)), "run": section(RUNS[w.run], *experiments.LEARNED)},
+        settings=lambda w: section(config, f"learning.models.{w.model}", "seed")
+        | of_targets(trained_targets(w.model))
+        | {"run": section(RUNS[w.run], *experiments.LEARNED)},
     message:
         "train {wildcards.run}/{wildcards.model} (progress in {log})"
     script:
@@ -50,7 +51,8 @@ rule predict:
     resources:
         mem_mb=lambda w: megabytes_of(w.run, w.model),
     params:
-        settings=lambda w: {"open": RUNS[w.run]["open"], "roles": roles(tested_targets(w.run))},
+        settings=lambda w: of_targets(tested_targets(w.run))
+        | {"is_open": RUNS[w.run]["open"], "realizations": tested_realizations()},
     message:
         "predict {wildcards.run}/{wildcards.model} at every SNR"
     script:
@@ -77,6 +79,8 @@ rule reconstruct:
     threads: 1
     resources:
         mem_mb=1000,
+    params:
+        settings=of_targets([*KNOWN, *UNKNOWN]),
     message:
         "reconstruct {wildcards.run}/{wildcards.model}: some images and what it makes of them"
     script:
@@ -86,7 +90,7 @@ rule reconstruct:
 rule timing:
     input:
         stores=expand(f"{RESULTS}/imaging/{{target}}/clean.zarr", target=KNOWN),
-        models=expand(f"{RESULTS}/learning/models/{{fitted}}", fitted=FITTED),
+        models=expand(f"{RESULTS}/learning/models/{{fitted}}", fitted=TIMED),
         code=code("learning/job_timing.py"),
         model_code=model_code(*{fitted.split("/")[1] for fitted in FITTED}),
     output:
@@ -105,7 +109,9 @@ rule timing:
     # All cores, so that nothing else runs at the same time. On a cluster one: a job there is told of all its node's.
     threads: 1 if workflow.remote_exec else workflow.resource_settings.cores or 1
     resources:
-        mem_mb=max([megabytes_of(*fitted.split("/")) for fitted in FITTED], default=1000),
+        mem_mb=max([megabytes_of(*fitted.split("/")) for fitted in TIMED], default=1000),
+    params:
+        settings=of_targets(KNOWN),
     message:
         "timing of every model: alone on all cores"
     script:
@@ -145,7 +151,7 @@ rule scores:
     resources:
         mem_mb=1000,
     params:
-        settings=section(config, "seed")
+        settings=section(config, "noise.definition", "seed")
         | {"runs": {run: section(RUNS[run], *experiments.LEARNED, "open", "lacks_unknown") for run in RUNS}},
     message:
         "scores of all predictions (progress in {log})"
@@ -172,7 +178,7 @@ rule export_hdf5:
     resources:
         mem_mb=lambda w: 500 + 3 * len(TARGETS) * image_megabytes(config["noise"]["realizations"]),
     params:
-        settings=lambda w: section(config, "imaging.aperture", "learning.split", "seed") | {"roles": roles(TARGETS)},
+        settings=lambda w: section(config, "imaging.aperture", "learning.split", "seed") | of_targets(TARGETS),
     message:
         "export the images of all targets, {wildcards.images}: {output}"
     script:

@@ -81,7 +81,8 @@ rule field:
     resources:
         mem_mb=1000,
     params:
-        settings=lambda w: {**section(config, "aspect", "radar"), **section(config["targets"][w.target], "field")},
+        settings=lambda w: section(config, "aspect", "radar")
+        | section(config["targets"][w.target], "field", *{"symmetry"}.intersection(config["targets"][w.target])),
     message:
         "scattering {wildcards.target}: take the field from elsewhere"
     script:

@@ -14,5 +14,6 @@ with job(snakemake):
             "seed": settings["seed"],
             "realizations": settings["noise.realizations"],
             "definition": settings["noise.definition"],
+            "per": settings["noise.per"],
         },
     )

@@ -1,8 +1,14 @@
-"""Receiver noise in the aperture: how strong for a given SNR, and from which random numbers."""
+"""Receiver noise in the aperture: how strong for a given SNR, and from which random numbers.
+
+It is drawn for each image by itself, also where neighbouring apertures share samples, or once for a whole sweep over
+azimuth, whose apertures then share it: what fuses several looks at a target must not be told that they are independent.
+"""
 
 import hashlib
 
 import numpy as np
+
+DEFINITIONS = ("mean", "peak_3db")  # of the signal's power
 
 
 def signal_power(samples, definition):
@@ -33,12 +39,16 @@ def generator(seed, target, snr_db, realization):
     return np.random.default_rng(int.from_bytes(hashlib.sha256(key.encode()).digest()))
 
 
-def white_noise(samples, snr_db, definition, random):
-    """Circular complex white Gaussian noise, `snr_db` below each aperture's signal.
+def variances(power, snr_db, per):
+    """The variance in m^2 of the noise in each image's aperture: (images,). power: of their signals, in m^2.
 
-    samples: (images, S), complex; the noise has its shape, in complex64.
-    Each image has noise of its own, also where neighbouring apertures share samples.
+    per: `image`, each its own, so that all have this SNR; or `sweep`, the same in all, `snr_db` below their mean power.
     """
-    variance = signal_power(samples, definition) / 10 ** (snr_db / 10)
-    parts = random.standard_normal((*samples.shape, 2), dtype=np.float32)
+    ratio = 10 ** (snr_db / 10)
+    return power / ratio if per == "image" else np.full(len(power), power.mean() / ratio)
+
+
+def white_noise(variance, samples, random):
+    """Circular complex white Gaussian noise of these variances (rows,), with so many samples each: complex64."""
+    parts = random.standard_normal((len(variance), samples, 2), dtype=np.float32)
     return parts.view(np.complex64)[..., 0] * np.sqrt(variance / 2).astype(np.float32)[:, None]

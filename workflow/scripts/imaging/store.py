@@ -11,7 +11,7 @@ from core import sweep
 from core.errors import InputError
 from imaging.formation import apertures, form_images
 from imaging.geometry import PURE_NOISE, centres, describe, geometry, imager_of, warnings
-from imaging.noise import definition_offset, generator, white_noise
+from imaging.noise import DEFINITIONS, definition_offset, generator, signal_power, variances, white_noise
 
 # What of the geometry stands in every store's attributes.
 STATED = ("aperture_angle", "range_resolution", "crossrange_resolution", "range_extent", "crossrange_extent")
@@ -24,6 +24,8 @@ VARIABLES = {
     "range": ("m", "down-range from the origin, negative towards the radar"),
     "crossrange": ("m", "cross-range from the origin"),
     "realization": ("1", "number of the noise sample"),
+    "snr_definition_offset": ("dB", "by how much the aperture's SNR is higher as peak_3db than as mean"),
+    **{f"snr_{name}": ("dB", f"SNR of the image's aperture, by the definition {name}") for name in DEFINITIONS},
 }
 COMMENTS = {
     "range": "along the line of sight of the image's centre direction",
@@ -35,7 +37,8 @@ def make_clean(field_path, mesh_path, image_path, imaging):
     """Form the images of a scattering store without noise and write them.
 
     The store has `image` (elevation, azimuth, range, crossrange), complex64, divided by its peak magnitude, and that
-    `peak` (elevation, azimuth) in m. imaging: the config's section.
+    `peak` (elevation, azimuth) in m; snr_definition_offset, of the same shape, is in dB what the choice of
+    noise.definition changes. imaging: the config's section.
     mesh_path: what the mesh stage says of the mesh, whose reach says if the target fits the unambiguous extent; None
     without a mesh. Images are of the field's first polarization, the first of radar.polarizations.
     """
@@ -52,24 +55,33 @@ def make_clean(field_path, mesh_path, image_path, imaging):
     images, peaks, offsets = map(np.array, zip(*formed, strict=True))
     offset = float(np.nanmean(offsets)) if np.isfinite(offsets).any() else 0.0
     print(f"SNR definitions: peak_3db reads {offset:.2f} dB higher than mean, on average over the images")
-    plan.write(image_path, images, peaks, {"snr_definition_offset_db": offset})
+    plan.write(image_path, images, peaks, {"snr_definition_offset_db": offset}, {"snr_definition_offset": offsets})
 
 
 def make_noisy(field_path, image_path, imaging, target, snr_db, noise):
     """Form the images of a scattering store at one SNR and write them, like `make_clean`'s with a leading realization.
 
-    noise: mapping with seed, realizations and definition. target: its name, part of the seed.
+    noise: mapping with seed, realizations, definition and per. target: its name, part of the seed.
+    The store has each image's own SNR besides, snr_<definition> (elevation, azimuth) in dB by each definition.
     """
     plan = _Plan(_open(field_path), imaging)
     randoms = [generator(noise["seed"], target, snr_db, number) for number in range(noise["realizations"])]
     images = np.empty((len(randoms), len(plan.elevation), len(plan.azimuth), *plan.shape), np.complex64)
     peaks = np.empty(images.shape[:3], np.float32)
+    own = {name: np.empty(peaks.shape[1:], np.float32) for name in DEFINITIONS}
     for row, samples in enumerate(plan.samples()):
+        powers = {name: signal_power(samples, name) for name in DEFINITIONS}
+        variance = variances(powers[noise["definition"]], snr_db, noise["per"])
+        for name, power in powers.items():
+            with np.errstate(invalid="ignore"):  # an aperture without signal has no SNR
+                own[name][row] = 10 * np.log10(power / variance)
         for number, random in enumerate(randoms):
-            noisy = samples + white_noise(samples, snr_db, noise["definition"], random)
+            noisy = samples + plan.noise(variance, noise["per"], random)
             images[number, row], peaks[number, row] = form_images(plan.imager, noisy)
-    attrs = {"snr_db": float(snr_db), "snr_definition": noise["definition"], "seed": noise["seed"]}
-    plan.write(image_path, images, peaks, attrs)
+    shared = {"snr_db": float(snr_db), "snr_definition": noise["definition"], "noise_per": noise["per"]}
+    plan.write(
+        image_path, images, peaks, shared | {"seed": noise["seed"]}, {f"snr_{name}": of for name, of in own.items()}
+    )
 
 
 def make_pure_noise(radar, aspect, image_path, imaging, seed):
@@ -85,7 +97,8 @@ def make_pure_noise(radar, aspect, image_path, imaging, seed):
     ones = np.ones([len(values) for values in axes.values()], np.complex64)
     plan = _Plan(xr.DataArray(ones, axes | {"polarization": radar["polarizations"][0]}, list(axes)), imaging)
     random = generator(seed, PURE_NOISE, 0, 0)
-    formed = [form_images(plan.imager, white_noise(samples, 0, "mean", random)) for samples in plan.samples()]
+    variance = np.ones(len(plan.azimuth))
+    formed = [form_images(plan.imager, plan.noise(variance, "image", random)) for _ in plan.elevation]
     plan.write(image_path, *map(np.array, zip(*formed, strict=True)), {"seed": seed})
 
 
@@ -105,8 +118,18 @@ class _Plan:
         for elevation in range(len(self.elevation)):
             yield apertures(self.field.values[:, elevation, :], self.sweep, self.imaging["aperture"])
 
-    def write(self, path, image, peak, attrs):
-        """Write a store of images (elevation, azimuth, range, crossrange), or with a leading realization."""
+    def noise(self, variance, per, random):
+        """Noise for the apertures' samples of one elevation, (images, S), of these variances (images,)."""
+        frequencies, aperture = len(self.field), self.imaging["aperture"]
+        if per == "image":
+            return white_noise(variance, frequencies * aperture, random)
+        return apertures(white_noise(np.full(frequencies, variance[0]), len(self.sweep), random), self.sweep, aperture)
+
+    def write(self, path, image, peak, attrs, others=None):
+        """Write a store of images (elevation, azimuth, range, crossrange), or with a leading realization.
+
+        others: variables (elevation, azimuth) by name.
+        """
         down, cross = self.imager.axes()
         coords = {"elevation": self.elevation, "azimuth": self.azimuth, "range": down, "crossrange": cross}
         axes = tuple(coords)
@@ -121,6 +144,8 @@ class _Plan:
             "range_wavenumber": self.imager.carrier(),
         }
         data = {"image": (axes, image), "peak": (axes[:-2], peak.astype(np.float32))}
+        directions = ("elevation", "azimuth")
+        data |= {name: (directions, np.asarray(of, np.float32)) for name, of in (others or {}).items()}
         dataset = xr.Dataset(data, coords, shared | attrs)
         for name, variable in dataset.variables.items():
             variable.attrs |= dict(zip(("units", "long_name"), VARIABLES[name], strict=True))

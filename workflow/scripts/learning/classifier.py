@@ -42,6 +42,7 @@ class Classifier:
     smallest: pixels a side that an image must have at least.
     covariances: whether `fit` keeps a matrix of pixels by pixels for each SNR: it counts in the memory that is planned,
     and images of more pixels than check.MOST_PIXELS are refused.
+    pairs: whether `fit` keeps a matrix of images by images: it counts in the memory that is planned.
     checkpoints: None, or a folder in which `fit` may keep its state, to go on from it after a kill.
     """
 
@@ -49,6 +50,7 @@ class Classifier:
     by_snr = False
     smallest = 1
     covariances = False
+    pairs = False
     checkpoints = None
 
     def __init__(self, settings, seed):

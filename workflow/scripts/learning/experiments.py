@@ -1,14 +1,17 @@
 """The experiments of a config, one by one: what each run trains on and is tested on."""
 
+from dataclasses import asdict
+
 import numpy as np
 
 from core.errors import InputError
 from core.sweep import snr_label, snr_of_label
+from learning.split import divisions
 
 CLEAN = "clean"
 TOLERANCE = 1e-4  # degrees: two angles nearer than this are the same one
 # What of a run decides what its models learn. The rest (its models, whether it is open) may change without a new fit.
-LEARNED = ("elevation", "experiment", "name", "random_snr", "snrs", "split", "upsample")
+LEARNED = ("division", "elevation", "experiment", "name", "random_snr", "snrs", "split", "upsample")
 
 # The reference thesis's method of the open set: model, training SNR, confidence score. Others are compared with it.
 REFERENCE = ("capsule", "clean", "zncc")
@@ -17,11 +20,13 @@ REFERENCE = ("capsule", "clean", "zncc")
 def runs(config):
     """Every run of a config's experiments: a mapping of its name, which is its folder's, to what it does.
 
-    An experiment is one run, but for `snr_db: {each: [...]}`, which is one for each SNR: <experiment>_<label>.
+    An experiment is one run, but for `snr_db: {each: [...]}`, which is one for each SNR: <experiment>_<label>; and of
+    a split by sector each is one for every fold: <experiment>_fold<number>.
     A run is a mapping of its name, experiment (that one's name), models, elevation (a list of degrees, or all), snrs
     (those of the training images, numbers or 'clean'), random_snr (whether each batch is drawn from one of them), open
     (whether unknown targets are tested), lacks_unknown (whether they should be and there are none), split (random or
-    sector) and upsample (pixels a side, or none).
+    sector), division (the fields of its `Division`), first (whether its fold is the experiment's first) and upsample
+    (pixels a side, or none).
     InputError for two runs of one name.
     """
     every, learning = {}, config["learning"]
@@ -42,13 +47,19 @@ def runs(config):
             "upsample": experiment.get("upsample", "none"),
         }
         each = {f"{name}_{label(value)}": [value] for value in values}
-        for run, snrs in (each if kind == "each" else {name: values}).items():
-            if run in every:
-                raise InputError(
-                    f"config key 'learning.experiments.{name}': its run {run} is also one of "
-                    f"'{every[run]['experiment']}'; give one another name."
-                )
-            every[run] = {**shared, "name": run, "snrs": snrs}
+        every_fold = divisions(shared["split"], learning["split"], config["seed"], config["imaging"]["aperture"])
+        wanted = experiment.get("folds") if shared["split"] == "sector" else None
+        tested = [division for division in every_fold if wanted is None or division.fold in wanted]
+        for trained, snrs in (each if kind == "each" else {name: values}).items():
+            for division in tested:
+                run = f"{trained}_fold{division.fold}" if division.fold else trained
+                if run in every:
+                    raise InputError(
+                        f"config key 'learning.experiments.{name}': its run {run} is also one of "
+                        f"'{every[run]['experiment']}'; give one another name."
+                    )
+                own = {"name": run, "snrs": snrs, "division": asdict(division), "first": division is tested[0]}
+                every[run] = shared | own
     return every
 
 
@@ -99,12 +110,14 @@ def snrs_in_words(snrs):
     return ", ".join(words)
 
 
-def megabytes(images, pixels, covariances):
+def megabytes(images, pixels, covariances, pairs):
     """Memory of a job of a model, in MB: 1000 for the libraries, and its images of so many pixels each.
 
     Of each image there are complex64 pixels and three copies of its real and imaginary parts in double precision, as
-    libraries make them. covariances: for how many SNRs the model keeps a matrix of pixels by pixels, 0 for none. Of
-    each of these there are two in single precision, and four in double of the one that is being learned.
+    libraries make them. pairs: whether the model keeps a number in double precision for each pair of images, besides
+    500 MB of them in another form. covariances: for how many SNRs the model keeps a matrix of pixels by pixels, 0 for
+    none. Of each of these there are two in single precision, and four in double of the one that is being learned.
     """
     matrices = 4 * 16 + 2 * 8 * covariances if covariances else 0
-    return 1000 + (images * pixels * (8 + 3 * 16) + matrices * pixels**2) / 1e6
+    kernel = 500 + 8 * images**2 / 1e6 if pairs else 0
+    return 1000 + kernel + (images * pixels * (8 + 3 * 16) + matrices * pixels**2) / 1e6

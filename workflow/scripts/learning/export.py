@@ -11,7 +11,7 @@ from core.errors import InputError
 from core.sweep import snr_of_label
 from learning import images
 from learning.experiments import CLEAN
-from learning.split import SCHEMES, SIDES, split
+from learning.split import SCHEMES, SIDES, check, divisions, split
 
 GUARD = "guard"  # an image that a split leaves out
 ROWS = 1024  # images of a chunk
@@ -27,17 +27,18 @@ ABOUT = {
 }
 
 
-def export(stores, path, roles, settings, seed, aperture):
+def export(stores, path, roles, planes, settings, seed, aperture):
     """Write the images of all targets at one SNR to `path`, an HDF5 file (.h5) or a zarr store (.zarr).
 
     Images of one store after those of another; row n of `image`, complex64, is what `label`, `elevation`, `azimuth`,
-    `realization`, `snr` and, for each scheme, `split_<scheme>` (the number of its side in the attribute 'sides') say of
-    it. stores: imaging/<target>/<label>.zarr; roles: {target: role}; settings: the config's `learning.split`.
+    `realization`, `snr`, `split_random` and `split_sector_<fold>` (the number of its side in the attribute 'sides') say
+    of it. stores: imaging/<target>/<label>.zarr; roles, planes: of the targets, the latter their mirror planes;
+    settings: the config's `learning.split`.
     """
     targets = sorted(roles)
     with xr.open_zarr(stores[0]) as first:
         grid, azimuth, attrs = (first["range"].values, first["crossrange"].values), first.azimuth.values, first.attrs
-    found, origin = images.read(stores, azimuth)
+    found, origin = images.read(stores, dict.fromkeys(targets, azimuth))
     sides = [*SIDES, GUARD]
     data = {
         "image": (("image", "range", "crossrange"), found),
@@ -46,16 +47,9 @@ def export(stores, path, roles, settings, seed, aperture):
         "realization": ("image", origin.realization.to_numpy(np.int16)),
         "snr": ("image", np.full(len(origin), _snr(stores[0]), np.float32)),
     }
-    place = np.searchsorted(azimuth, origin.azimuth)
-    for scheme in SCHEMES:
-        of_azimuth = np.full(len(azimuth), sides.index(GUARD), np.int8)
-        try:
-            for side, numbers in split(azimuth, settings, seed, aperture, scheme).items():
-                of_azimuth[numbers] = sides.index(side)
-        except InputError as error:  # the sweep is too short for it
-            print(f"Warning: no split_{scheme}: {error}")
-            continue
-        data[f"split_{scheme}"] = ("image", of_azimuth[place])
+    place = data["label"][1], np.searchsorted(azimuth, origin.azimuth)
+    for name, table in splits(azimuth, roles, planes, settings, seed, aperture).items():
+        data[f"split_{name}"] = ("image", table[place])
     dataset = xr.Dataset(data, dict(zip(("range", "crossrange"), grid, strict=True)))
     for name, variable in dataset.variables.items():
         variable.attrs |= dict(zip(("units", "long_name"), _about(name, sides), strict=True))
@@ -66,6 +60,30 @@ def export(stores, path, roles, settings, seed, aperture):
     print(f"{len(found)} images of {found.shape[1]} x {found.shape[2]} pixels: {path}")
 
 
+def splits(azimuth, roles, planes, settings, seed, aperture):
+    """The side of every target and azimuth, as numbers of SIDES and, last, GUARD: tables (targets, azimuths), int8.
+
+    A mapping of `random` and `sector_<fold>`; targets in order of their names. A division that leaves a known target a
+    side without images is left out.
+    """
+    tables = {}
+    for division in (one for scheme in SCHEMES for one in divisions(scheme, settings, seed, aperture)):
+        name = f"{division.scheme}_{division.fold}" if division.fold else division.scheme
+        table = np.full((len(roles), len(azimuth)), len(SIDES), np.int8)
+        try:
+            for row, target in enumerate(sorted(roles)):
+                found = split(azimuth, planes[target], division)
+                if roles[target] == "known":
+                    check(found, division, target, len(azimuth))
+                for number, side in enumerate(SIDES):
+                    table[row, found[side]] = number
+        except InputError as error:  # the sweep is too short for it
+            print(f"Warning: no split_{name}: {error}")
+        else:
+            tables[name] = table
+    return tables
+
+
 def _snr(path):
     label = Path(path).stem
     return np.inf if label == CLEAN else snr_of_label(label)
@@ -74,7 +92,7 @@ def _snr(path):
 def _about(name, sides):
     if name.startswith("split_"):
         numbered = ", ".join(f"{number} {side}" for number, side in enumerate(sides))
-        return "1", f"side of the {name.removeprefix('split_')} split: {numbered}"
+        return "1", f"side under {name.removeprefix('split_').replace('_', ' ')}: {numbered}"
     return ABOUT[name]
 
 

@@ -9,6 +9,7 @@ from core.errors import InputError
 from core.store import open_store
 from learning.experiments import TOLERANCE
 from learning.features import upsample
+from learning.split import split
 
 ORIGIN = ("elevation", "azimuth", "realization")
 
@@ -24,10 +25,17 @@ def azimuths(store):
         return dataset.azimuth.values.astype(float)
 
 
-def read(stores, azimuth, elevation="all", pixels="none"):
-    """All images of the stores at these azimuths and elevations (degrees; elevation may be 'all').
+def azimuths_of(store, planes, division, *sides):
+    """The azimuths in degrees of these sides of a store's target, ascending: arguments as of `split`."""
+    every = azimuths(store)
+    found = split(every, planes, division)
+    return every[np.sort(np.concatenate([found[side] for side in sides]))]
 
-    pixels: 'none', or how many a side the images are up-sampled to.
+
+def read(stores, azimuth, elevation="all", pixels="none"):
+    """All images of the stores at some azimuths and elevations (degrees; elevation may be 'all').
+
+    azimuth: a mapping of each target to its azimuths. pixels: 'none', or how many a side the images are up-sampled to.
     Gives the images, complex64 (n, range, crossrange), and a DataFrame of n rows that says where each comes from:
     columns label (of its SNR, as 'clean' or 'snr_6dB'), target, elevation, azimuth (degrees) and realization, which is
     0 in a store without noise. Rows are in the order of these columns, each store's angles as they stand there.
@@ -35,7 +43,9 @@ def read(stores, azimuth, elevation="all", pixels="none"):
     than the images have.
     """
     stores = sorted(map(Path, stores), key=lambda store: (store.stem, target_of(store)))
-    images, origins = zip(*(_read(store, azimuth, elevation, pixels) for store in stores), strict=True)
+    images, origins = zip(
+        *(_read(store, azimuth[target_of(store)], elevation, pixels) for store in stores), strict=True
+    )
     return np.concatenate(images), pd.concat(origins, ignore_index=True)
 
 
@@ -63,6 +73,13 @@ def _read(store, azimuth, elevation, pixels):
     origin.insert(0, "label", store.stem)
     origin.insert(1, "target", target_of(store))
     return images, origin
+
+
+def snrs(store, origin):
+    """Each image's own SNR in dB by each definition: columns by name, for the rows of a store's `origin`."""
+    with open_store(store) as dataset:
+        rows = [np.searchsorted(dataset[name].values, origin[name]) for name in ("elevation", "azimuth")]
+        return {name: dataset[name].values[*rows] for name in dataset if name.startswith("snr_")}
 
 
 def among(angles, others):

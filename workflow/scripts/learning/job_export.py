@@ -3,5 +3,6 @@ from learning.export import export
 
 with job(snakemake):
     settings = snakemake.params.settings
+    targets = settings["roles"], settings["planes"]
     split = settings["learning.split"], settings["seed"], settings["imaging.aperture"]
-    export(snakemake.input.stores, snakemake.output[0], settings["roles"], *split)
+    export(snakemake.input.stores, snakemake.output[0], *targets, *split)

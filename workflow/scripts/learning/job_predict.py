@@ -1,6 +1,6 @@
 from core.job import job
-from learning.predict import predict
+from learning.predict import Tested, predict
 
 with job(snakemake):
-    settings, inputs = snakemake.params.settings, snakemake.input
-    predict(inputs.stores, settings["roles"], settings["open"], inputs.model, snakemake.output.tables)
+    inputs = snakemake.input
+    predict(inputs.stores, Tested(**snakemake.params.settings), inputs.model, snakemake.output.tables)

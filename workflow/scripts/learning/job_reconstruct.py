@@ -2,4 +2,5 @@ from core.job import job
 from learning.reconstructions import reconstruct
 
 with job(snakemake):
-    reconstruct(snakemake.input.stores, snakemake.input.model, snakemake.output.reconstructions)
+    inputs = snakemake.input
+    reconstruct(inputs.stores, snakemake.params.settings["planes"], inputs.model, snakemake.output.reconstructions)

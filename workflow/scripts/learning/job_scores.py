@@ -4,4 +4,5 @@ from learning.scores import score
 with job(snakemake):
     settings, output = snakemake.params.settings, snakemake.output
     tables = output.scores, output.confusion, output.validation
-    score(snakemake.input.predictions, settings["runs"], settings["seed"], *tables)
+    how = settings["runs"], settings["noise.definition"], settings["seed"]
+    score(snakemake.input.predictions, *how, *tables)

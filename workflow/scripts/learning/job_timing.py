@@ -2,4 +2,5 @@ from core.job import job
 from learning.timing import measure
 
 with job(snakemake):
-    measure(snakemake.input.stores, snakemake.input.models, snakemake.threads, snakemake.output.times)
+    inputs, planes = snakemake.input, snakemake.params.settings["planes"]
+    measure(inputs.stores, planes, inputs.models, snakemake.threads, snakemake.output.times)

@@ -14,8 +14,7 @@ with job(snakemake):
         model=model,
         settings=settings[f"learning.models.{model}"],
         roles=settings["roles"],
-        split=settings["learning.split"],
-        aperture=settings["imaging.aperture"],
+        planes=settings["planes"],
         seed=settings["seed"],
     )
     # Not in the output's folder: Snakemake removes that before a job and after a failed one.

@@ -1,4 +1,4 @@
-"""Metrics from confusion counts, with intervals from a bootstrap over viewing azimuths.
+"""Metrics from confusion counts, with intervals from a bootstrap over blocks of viewing azimuths.
 
 Confusion counts have shape (..., truth, predicted); all functions work on any number of leading dimensions.
 """
@@ -6,20 +6,25 @@ Confusion counts have shape (..., truth, predicted); all functions work on any n
 import functools
 
 import numpy as np
+from scipy.special import expit, logit
+from scipy.stats import t
 
 RESAMPLES = 1000
 LEVEL = 0.95
+# Images share samples with their neighbours in the next block, too: over arcs of one aperture the variance of a sum is
+# two thirds of what it is in the long run, where correlation falls linearly to nothing over that length.
+NEIGHBOURS = 3 / 2
 KEPT = 0.95  # share of the known images above the threshold of fpr95
 
 
-def confusion(groups, truth, predicted, shape):
+def confusion(groups, truth, predicted, shape, weight=None):
     """Counts (groups, labels, labels) from the number of each observation's group, truth and predicted label.
 
-    shape: (groups, labels). The three arrays have shape (observations,).
+    shape: (groups, labels). The three arrays have shape (observations,), and so has weight: how often each counts.
     """
     count, labels = shape
     cells = (np.asarray(groups) * labels + truth) * labels + predicted
-    return np.bincount(cells, minlength=count * labels**2).reshape(count, labels, labels)
+    return np.bincount(cells, weight, minlength=count * labels**2).reshape(count, labels, labels)
 
 
 def metrics_of(counts, labels, judged):
@@ -55,27 +60,44 @@ def metrics_of_labels(truth, predicted, weight=1.0):
 
 
 @functools.cache
-def weights(azimuths, seed):
-    """How often each of so many azimuths is drawn in each bootstrap resample: (resamples, azimuths).
+def weights(blocks, seed):
+    """How often each of so many blocks is drawn in each bootstrap resample: (resamples, blocks).
 
-    Images of one azimuth are not independent, so whole azimuths are drawn with replacement. The draws follow from the
-    seed and the number of azimuths alone, so models tested on the same azimuths are compared on the same draws.
+    Images of one block are not independent, so whole blocks are drawn with replacement (Kuensch 1989). The draws follow
+    from the seed and the number of blocks alone, so models tested on the same blocks are compared on the same draws.
     """
     random = np.random.default_rng([seed, *b"bootstrap"])
-    return random.multinomial(azimuths, np.full(azimuths, 1 / azimuths), size=RESAMPLES)
+    return random.multinomial(blocks, np.full(blocks, 1 / blocks), size=RESAMPLES)
 
 
-def interval(values):
-    """The 95 % percentile interval of resampled values (resamples,): (low, high).
+def equal_blocks(sizes):
+    """How many blocks of equal size say as much as blocks of these sizes (blocks,) (Kish 1965)."""
+    return sizes.sum() ** 2 / (sizes**2).sum()
 
-    Where no image was ever wrong it has no width, and only says that the sample shows no error.
+
+def interval(value, resampled, blocks, share=True):
+    """The 95 % interval of a value from its values in resamples of so many blocks (resamples,): (low, high).
+
+    blocks: as `equal_blocks` counts them. Student's t with blocks - 1 degrees of freedom times the standard error, that
+    is the resamples' spread made larger by what the bootstrap does not know: blocks vary about their own mean
+    (n / (n - 1) in variance), and neighbours have something in common (NEIGHBOURS). Of a `share`, which lies between 0
+    and 1, it is laid out on the scale of log(value / (1 - value)), where it cannot leave them, and goes back; else it
+    is symmetric.
+    NaN for a single block, which says nothing of spread. Where no image was ever wrong it has no width, and only says
+    that the sample shows no error; where all errors lie in one or two blocks it is too narrow.
     """
-    tail = (1 - LEVEL) / 2
-    return tuple(np.quantile(values, [tail, 1 - tail]))
+    if blocks <= 1:
+        return np.nan, np.nan
+    error = np.std(resampled) * np.sqrt(NEIGHBOURS * blocks / (blocks - 1))
+    half = t.ppf((1 + LEVEL) / 2, blocks - 1) * error
+    if not share:
+        return value - half, value + half
+    slope = value * (1 - value)
+    return tuple(expit(logit(value) + side * half / slope) for side in (-1, 1)) if slope > 0 else (value, value)
 
 
 def resampled(counts, labels, judged, seed):
-    """The metrics of counts (azimuths, labels, labels) in each resample: a mapping of name to (resamples,)."""
+    """The metrics of counts (blocks, labels, labels) in each resample: a mapping of name to (resamples,)."""
     return metrics_of(np.tensordot(weights(len(counts), seed), counts, axes=1), labels, judged)
 
 
@@ -86,8 +108,8 @@ def separation(scores, known, right, groups, draws):
     oscr: the same, for known images that are also classified rightly: the area under the curve of correct
     classification against false positive rate (Dhamija et al. 2018).
     fpr95: share of the unknown images above the threshold that keeps 95 % of the known ones.
-    scores: (n,); known, right: (n,) booleans; groups: (n,) numbers of azimuths; draws: (draws, azimuths), how often
-    each azimuth counts. Without images of both kinds all are NaN.
+    scores: (n,); known, right: (n,) booleans; groups: (n,) numbers of blocks; draws: (draws, blocks), how often
+    each block counts. Without images of both kinds all are NaN.
     """
     draws = np.asarray(draws, float)
     count = draws.shape[1]
@@ -95,7 +117,7 @@ def separation(scores, known, right, groups, draws):
     unknown = [np.sort(scores[~known & (groups == group)]) for group in range(count)]
     known_total = draws @ np.bincount(known_groups, minlength=count).astype(float)
     unknown_total = draws @ np.array([len(part) for part in unknown], float)
-    # Pairs in which the known image scores higher, by its azimuth and that of the unknown one; then those of them in
+    # Pairs in which the known image scores higher, by its block and that of the unknown one; then those of them in
     # which it is also classified rightly.
     pairs = np.empty((2, count, count))
     for group, part in enumerate(unknown):

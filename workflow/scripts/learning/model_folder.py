@@ -1,10 +1,10 @@
 """A fitted model's folder, models/<run>/<model>/: what the model is, how its azimuths were divided, what it learned."""
 
-import itertools
 import json
 from pathlib import Path
 
 from learning.classifier import build
+from learning.split import Division
 
 CONFIG, SPLIT = "config.json", "split.json"
 
@@ -14,10 +14,9 @@ def config_of(folder):
     return json.loads((Path(folder) / CONFIG).read_text())
 
 
-def azimuths_of(folder, *sides):
-    """The azimuths in degrees of some sides ('test', 'validation', 'train') of the model's split, ascending."""
-    division = json.loads((Path(folder) / SPLIT).read_text())
-    return sorted(itertools.chain(*(division[side]["azimuth"] for side in sides)))
+def division_of(folder):
+    """How the model's azimuths were divided: a `Division`."""
+    return Division(**json.loads((Path(folder) / SPLIT).read_text())["division"])
 
 
 def load(folder):

@@ -1,6 +1,7 @@
 """Predictions of one fitted model at every SNR."""
 
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -10,24 +11,36 @@ from core.errors import InputError
 from learning import images
 from learning.classifier import OTHER, Outcome
 from learning.conformance import check_outcome, describe
-from learning.model_folder import azimuths_of, config_of, load
+from learning.model_folder import config_of, division_of, load
+from learning.split import blocks, split
 
 BATCH = 1024  # images at a time: bounds the memory, and as a constant keeps results the same bit for bit
 SCORE, KNOWN = "score_", "known_"
 SIDES = {"known": ("validation", "test"), "unknown": ("validation", "test"), "other": ("validation",)}
 
 
-def predict(stores, roles, is_open, folder, outputs):
+class Tested(NamedTuple):
+    """What a model is tested on. roles, planes: of the targets by name, the latter their mirror planes.
+
+    is_open: whether tables have confidence scores, too. realizations: of each view's noise, at most.
+    """
+
+    roles: dict
+    planes: dict
+    is_open: bool
+    realizations: int
+
+
+def predict(stores, tested, folder, outputs):
     """Classify images at azimuths that the model in `folder` was not trained at; write a table for each SNR.
 
-    stores: imaging/<target>/<label>.zarr of all SNRs; roles: of the targets; outputs: paths <label>.csv.
-    is_open: whether the table has confidence scores, too. Targets of role other are classified at the validation
-    azimuths only, with which thresholds are chosen.
+    stores: imaging/<target>/<label>.zarr of all SNRs; tested: a `Tested`; outputs: paths <label>.csv. Targets of role
+    other are classified at the validation azimuths only, with which thresholds are chosen.
     """
     model = load(folder)
     for output in tqdm(sorted(map(Path, outputs)), unit="SNR", desc="predicting", leave=False):
         at_snr = [store for store in stores if Path(store).stem == output.stem]
-        table = predict_at(model, at_snr, roles, is_open, folder)
+        table = predict_at(model, at_snr, tested, folder)
         output.parent.mkdir(parents=True, exist_ok=True)
         # Nine digits keep a single-precision number exactly.
         table.to_csv(output, index=False, float_format="%.9g")
@@ -36,24 +49,32 @@ def predict(stores, roles, is_open, folder, outputs):
         print(f"{output.stem}: {len(table)} images; of {len(known)} test images of known targets {right:.4f} are right")
 
 
-def predict_at(model, stores, roles, is_open, folder):
+def predict_at(model, stores, tested, folder):
     """The predictions at one SNR, a DataFrame.
 
-    Columns: target, elevation, azimuth (degrees), realization, truth, predicted, role, side, score_<class>..., and if
-    it is open known_<confidence score>... . truth is OTHER for a target that is not known.
+    Columns: target, elevation, azimuth (degrees), realization, truth, predicted, role, side, fold, block
+    (see `split.blocks`), snr_<definition> (the image's own SNR in dB by each definition), score_<class>..., and if it
+    is open known_<confidence score>... . truth is OTHER for a target that is not known.
     Rows: validation and test azimuths, all elevations and realizations, sorted by the first four columns.
     Raises InputError for a model that gives no proper Outcome, and for an open run's without a confidence score.
     """
-    config, held_out = config_of(folder), azimuths_of(folder, "validation")
+    config, division, is_open = config_of(folder), division_of(folder), tested.is_open
     run, who = config["run"], describe(config["model"], config["run"]["name"], config["kind"])
     tables, parts = [], []
     for store in sorted(stores, key=images.target_of):
-        role = roles[images.target_of(store)]
+        role = tested.roles[images.target_of(store)]
         # The last bits of a score depend on what else is in its batch. A closed run's test images are batches of their
         # own, an open run's stand among the validation images.
         parts += [(store, role, sides) for sides in ([SIDES[role]] if is_open else [[side] for side in SIDES[role]])]
     for store, role, sides in parts:
-        pixels, origin = images.read([store], azimuths_of(folder, *sides), pixels=run["upsample"])
+        target, azimuth = images.target_of(store), images.azimuths(store)
+        planes = tested.planes[target]
+        found, block = split(azimuth, planes, division), blocks(azimuth, planes, division)
+        index = np.sort(np.concatenate([found[side] for side in sides]))
+        pixels, origin = images.read([store], {target: azimuth[index]}, pixels=run["upsample"])
+        first = (origin["realization"] < tested.realizations).to_numpy()
+        pixels, origin = pixels[first], origin[first].reset_index(drop=True)
+        place = np.searchsorted(azimuth, origin["azimuth"])
         outcome = classify(model, pixels)
         check_outcome(outcome, len(pixels), model.classes_, who, f" of {store}")
         if is_open and not outcome.known:
@@ -65,8 +86,11 @@ def predict_at(model, stores, roles, is_open, folder):
             "truth": origin["target"] if role == "known" else OTHER,
             "predicted": outcome.labels,
             "role": role,
-            "side": np.where(images.among(origin["azimuth"], held_out), "validation", "test"),
+            "side": np.where(np.isin(place, found["validation"]), "validation", "test"),
+            "fold": division.fold,
+            "block": block[place],
         }
+        columns |= images.snrs(store, origin)
         columns |= {SCORE + name: column for name, column in zip(model.classes_, outcome.scores.T, strict=True)}
         columns |= {KNOWN + name: column for name, column in outcome.known.items()} if is_open else {}
         tables.append(origin.drop(columns="label").assign(**columns))

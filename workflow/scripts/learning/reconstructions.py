@@ -9,32 +9,36 @@ from core.store import open_store, write
 from core.sweep import snr_of_label
 from learning import images
 from learning.experiments import CLEAN
-from learning.model_folder import azimuths_of, config_of, load
+from learning.model_folder import config_of, division_of, load
 
 EXAMPLES = 5  # of each target
 
 
-def reconstruct(stores, folder, output):
+def reconstruct(stores, planes, folder, output):
     """Write what the model in `folder` makes of EXAMPLES test images of each target to a zarr store.
 
-    stores: imaging/<target>/<label>.zarr, without noise and at some SNRs. The examples lie evenly among the test
-    azimuths and the elevations, the same for every target; of noisy images the first realization.
+    stores: imaging/<target>/<label>.zarr, without noise and at some SNRs; planes: each target's mirror planes. The
+    examples lie evenly among the elevations and a target's test azimuths; of noisy images the first realization.
     Variables, magnitudes over (range, crossrange): truth (target, example), without noise; seen and made (snr, target,
     example), what the network sees and what it reconstructs; predicted (snr, target, example): the class.
     """
     model, run = load(folder), config_of(folder)["run"]
     targets = sorted({images.target_of(store) for store in stores})
     labels = sorted({Path(store).stem for store in stores} - {CLEAN}, key=snr_of_label)
-    elevation, azimuth = _examples(stores[0], azimuths_of(folder, "test"))
+    division = division_of(folder)
+    azimuths = {}  # by target, of the examples
     decoded = {}  # by target and label: images that the network sees, what it makes of them, predicted classes
     for store in map(Path, stores):
-        pixels, origin = images.read([store], azimuth, elevation, run["upsample"])
+        target = images.target_of(store)
+        elevation, azimuth = _examples(store, images.azimuths_of(store, planes[target], division, "test"))
+        azimuths[target] = azimuth
+        pixels, origin = images.read([store], {target: azimuth}, elevation, run["upsample"])
         # All pairs of these angles, and all realizations: of each example the first.
         rows = [
             np.flatnonzero(images.among(origin["elevation"], [e]) & images.among(origin["azimuth"], [a]))[0]
             for e, a in zip(elevation, azimuth, strict=True)
         ]
-        decoded[store.parent.name, store.stem] = model.reconstruct(pixels[rows])
+        decoded[target, store.stem] = model.reconstruct(pixels[rows])
     noisy = [[decoded[target, label] for target in targets] for label in labels]
     seen, made, predicted = (np.array([[part[i] for part in row] for row in noisy]) for i in range(3))
     places, axes = ("snr", "target", "example"), ("range", "crossrange")
@@ -49,7 +53,11 @@ def reconstruct(stores, folder, output):
             "snr": ("snr", [snr_of_label(label) for label in labels], {"units": "dB", "long_name": "SNR"}),
             "target": ("target", targets, {"units": "", "long_name": "target"}),
             "elevation": ("example", elevation, {"units": "degrees", "long_name": "elevation"}),
-            "azimuth": ("example", azimuth, {"units": "degrees", "long_name": "azimuth"}),
+            "azimuth": (
+                ("target", "example"),
+                np.array([azimuths[target] for target in targets]),
+                {"units": "degrees", "long_name": "azimuth"},
+            ),
         },
         attrs={"run": run["name"], "model": Path(folder).name},
     )
@@ -60,6 +68,6 @@ def reconstruct(stores, folder, output):
 def _examples(store, azimuths):
     """Elevations and azimuths, each (EXAMPLES,) in degrees, evenly among those of a store at these azimuths."""
     with open_store(store) as dataset:
-        elevation, azimuth = np.meshgrid(dataset.elevation.values, np.sort(azimuths), indexing="ij")
+        elevation, azimuth = np.meshgrid(dataset.elevation.values, azimuths, indexing="ij")
     places = np.linspace(0, elevation.size - 1, EXAMPLES + 2).astype(int)[1:-1]
     return elevation.ravel()[places], azimuth.ravel()[places]

@@ -1,4 +1,6 @@
-"""Division of the viewing azimuths between training, validation and test."""
+"""Division of a target's viewing azimuths between training, validation and test."""
+
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -6,60 +8,154 @@ from core.errors import InputError
 from core.sweep import closes_circle
 
 SIDES = ("train", "validation", "test")
+WORDS = ("to train", "to validate", "to test")
+# What each scheme takes from the config: shares of the aspects, and how many folds there are.
+SETTINGS = {"random": ("train", "validation"), "sector": ("folds", "validation")}
+ROUNDING = 1e-6  # degrees: two aspects nearer than this are the same one
 
 
-def split(azimuths, settings, seed, aperture, scheme):
-    """Indices into `azimuths` (degrees, uniform) of each side, ascending: a mapping train, validation, test.
+@dataclass(frozen=True)
+class Division:
+    """How a run divides the azimuths of every target.
 
-    settings: `learning.split` of the config, for its shares; scheme: `random` or `sector`; aperture: azimuth samples of
-    an image. Azimuths are divided, not images: one azimuth's images at all elevations, of all targets and
-    with all noise realizations fall on the same side. The division depends on nothing but the azimuths, the settings,
-    the aperture and the seed.
-    Raises InputError if a side is left empty.
+    scheme: `random` or `sector`; fold: of `sector` which of the folds, from 1; of `random` 0.
+    settings: what SETTINGS names of `learning.split` of the config.
+    seed: the config's; aperture: azimuth samples of an image.
     """
-    sides = dict(zip(SIDES, SCHEMES[scheme](np.asarray(azimuths), settings, seed, aperture), strict=True))
-    if not all(map(len, sides.values())):
-        guard = f" and {aperture - 1} as a guard between two sides" if scheme == "sector" else ""
+
+    scheme: str
+    fold: int
+    settings: dict
+    seed: int
+    aperture: int
+
+
+def divisions(scheme, settings, seed, aperture):
+    """The Division of every fold of a scheme. settings: `learning.split` of the config."""
+    own = {key: settings[key] for key in SETTINGS[scheme]}
+    folds = range(1, settings["folds"] + 1) if scheme == "sector" else [0]
+    return [Division(scheme, fold, own, seed, aperture) for fold in folds]
+
+
+def split(azimuths, planes, division):
+    """Indices into `azimuths` of each side, ascending: a mapping train, validation, test. A side may be empty.
+
+    azimuths: (n,) in degrees, uniform and ascending; planes: the target's mirror planes, `xz` and `yz`. What is divided
+    are aspects: a view and its mirror image are one and fall on the same side, and so do an azimuth's images at all
+    elevations and with all noise realizations. Nothing else than the arguments decides.
+    """
+    aspects, owners = np.unique(_rounded(folded(azimuths, planes)), return_inverse=True)
+    sides = SCHEMES[division.scheme](aspects, _least(azimuths, division), _circle(azimuths, planes), division)
+    return {side: np.flatnonzero(np.isin(owners, index)) for side, index in zip(SIDES, sides, strict=True)}
+
+
+def check(sides, division, target, count):
+    """Raise InputError if a side of a target that trains is empty. sides: what `split` gives for so many azimuths."""
+    if all(map(len, sides.values())):
+        return
+    left = ", ".join(f"{len(sides[side])} {words}" for side, words in zip(SIDES, WORDS, strict=True))
+    if division.scheme == "sector":
         raise InputError(
-            f"config key 'learning.split.train': {settings['train']} of {len(azimuths)} azimuths leaves "
-            f"{len(sides['train'])} to train, {len(sides['validation'])} to validate, {len(sides['test'])} to test"
-            f"{guard}; every side needs at least one (a larger 'aspect.azimuth' has more)."
+            f"config key 'learning.split.folds': fold {division.fold} of {division.settings['folds']} leaves of "
+            f"{target}'s {count} azimuths {left}, with {division.aperture - 1} as a guard between two sides; every "
+            "side needs at least one (more folds, a shorter 'imaging.aperture' or a larger 'aspect.azimuth' leave "
+            "more)."
         )
-    return {side: np.sort(index) for side, index in sides.items()}
+    raise InputError(
+        f"config key 'learning.split.train': {division.settings['train']} of {target}'s {count} azimuths leaves "
+        f"{left}; every side needs at least one (a larger 'aspect.azimuth' has more)."
+    )
 
 
-def random(azimuths, settings, seed, aperture):
-    """A share `train` of the azimuths, drawn at random, and of the others a share `validation`; the rest tests.
+def blocks(azimuths, planes, division):
+    """The number of the block that each azimuth's images belong to, (n,): images of two blocks count as independent.
+
+    Of `random`, arcs of an aperture of the folded aspects, as images that are nearer share samples. Of `sector` the
+    fold: what one fitted model says of its test images has that model in common.
+    """
+    if division.scheme == "sector":
+        return np.full(len(azimuths), division.fold)
+    aspects = _rounded(folded(azimuths, planes))
+    return ((aspects - aspects.min() + ROUNDING) // _least(azimuths, division)).astype(int)
+
+
+def folded(azimuths, planes):
+    """The aspect of each azimuth in degrees, (n,): the same for a view and its images in the target's mirror planes.
+
+    0 to 180 degrees for the plane xz (a and -a are one), -90 to 90 for yz (a and 180 - a), 0 to 90 for both; a line
+    that turns back at its ends. Without planes the azimuths themselves.
+    """
+    aspects = np.asarray(azimuths, float)
+    if "yz" in planes:
+        aspects = np.degrees(np.arcsin(np.clip(np.sin(np.radians(aspects)), -1, 1)))
+    if "xz" in planes:
+        aspects = np.abs((aspects + 180) % 360 - 180)
+    return aspects
+
+
+def random(aspects, least, circle, division):
+    """A share `train` of the aspects, drawn at random, and of the others a share `validation`; the rest tests.
 
     Neighbouring images share most of their aperture, so test images have near-copies among the training images:
     figures from this split flatter every model.
     """
-    order = np.random.default_rng([seed, *b"random split"]).permutation(len(azimuths))
-    return np.split(order, _ends(len(azimuths), settings))
-
-
-def sector(azimuths, settings, seed, aperture):
-    """One contiguous sector each, with aperture - 1 azimuths between two of them that no side uses.
-
-    So no image of one side shares a sample with an image of another. The shares are of the azimuths that are left.
-    On a closed circle the seed turns the sectors; a part of a circle is cut in the order train, validation, test.
-    """
-    count, guard = len(azimuths), aperture - 1
-    if closes_circle(azimuths):
-        order = (np.arange(count) + np.random.default_rng([seed, *b"sector split"]).integers(count)) % count
-        order = order[: count - guard]
-    else:
-        order = np.arange(count)
-    first, second = _ends(max(len(order) - 2 * guard, 0), settings)
-    return order[:first], order[first + guard : second + guard], order[second + 2 * guard :]
-
-
-def _ends(count, settings):
-    """Where training and validation end among `count` azimuths; both rounded down, but for one to validate."""
+    order = np.random.default_rng([division.seed, *b"random split"]).permutation(len(aspects))
+    count, settings = len(order), division.settings
     train = int(np.floor(settings["train"] * count + 1e-9))  # 0.57 x 100 is 56.99...
-    train = min(train, max(count - 2, 1))  # few azimuths leave one to validate and one to test
+    train = min(train, max(count - 2, 1))  # few aspects leave one to validate and one to test
     validation = max(int(np.floor(settings["validation"] * (count - train) + 1e-9)), 1)
-    return train, train + validation
+    return np.split(order, (train, train + validation))
+
+
+def sector(aspects, least, circle, division):
+    """One arc of the aspects tests, another far from it validates, and what is left trains, but for guards between.
+
+    Over all folds every aspect is tested once. Between two sides lie `least` degrees, an aperture, so that no image of
+    one side shares a sample, or a mirrored one, with an image of another. The validation arc is as long as its share
+    asks for beside the test's, and lies where it leaves the most to train.
+    """
+    test = np.array_split(np.arange(len(aspects)), division.settings["folds"])[division.fold - 1]
+    if not len(test):
+        return test, test, test
+    share = division.settings["validation"]
+    wanted = max(round(len(test) * share / (1 - share)), 1)
+    free = _apart(np.arange(len(aspects)), test, aspects, least, circle)
+    parts = [free] if circle else np.split(free, [np.searchsorted(free, test[0])])
+    arcs = [arc for part in parts for arc in (part[:wanted], part[-wanted:]) if len(arc)]
+    trained = [_apart(free, arc, aspects, least, circle) for arc in arcs]
+    if not arcs:
+        return free, free, test
+    # Something to train before a whole validation arc, and that before much to train.
+    best = max(range(len(arcs)), key=lambda i: (len(trained[i]) > 0, len(arcs[i]), len(trained[i])))
+    return trained[best], arcs[best], test
 
 
 SCHEMES = {"random": random, "sector": sector}
+
+
+def _apart(numbers, arc, aspects, least, circle):
+    """Those of the numbers of aspects that are `least` degrees or more from an arc of them, in order from its end.
+
+    circle: 360 where the aspects close a circle, else None.
+    """
+    after, before = aspects[numbers] - aspects[arc[-1]], aspects[arc[0]] - aspects[numbers]
+    if circle is None:
+        return numbers[(after >= least) | (before >= least)]
+    after, before = after % circle, before % circle
+    # Within the arc both go nearly all the way round.
+    far = (after >= least) & (before >= least) & (after + before < circle)
+    order = np.argsort(after, kind="stable")
+    return numbers[order[far[order]]]
+
+
+def _least(azimuths, division):
+    """Degrees between the centres of two images that share no sample; as much less as rounding asks for."""
+    return division.aperture * (azimuths[1] - azimuths[0]) - 2 * ROUNDING if len(azimuths) > 1 else 360.0
+
+
+def _circle(azimuths, planes):
+    return 360.0 if closes_circle(azimuths) and not planes else None
+
+
+def _rounded(aspects):
+    return np.round(aspects / ROUNDING) * ROUNDING

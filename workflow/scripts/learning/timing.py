@@ -10,7 +10,7 @@ import numpy as np
 import threadpoolctl
 
 from learning import images
-from learning.model_folder import azimuths_of, config_of, load
+from learning.model_folder import config_of, division_of, load
 
 BATCH = 256
 WARM_UP = {1: 50, BATCH: 5}  # calls that are not counted, by number of images
@@ -18,18 +18,23 @@ REPEATS = {1: 200, BATCH: 20}  # timed calls by number of images
 LIMIT = 20.0  # seconds for one number of images; a slow model gets fewer repeats
 
 
-def measure(stores, folders, threads, output):
+def measure(stores, planes, folders, threads, output):
     """Time the models in `folders` (models/<run>/<model>) on test images; write milliseconds per observation.
 
     A call goes from complex images to labels, features included; the median over calls counts. stores: the known
-    targets' without noise. `output` is a JSON file: machine, threads, and a list `models` with a record for each.
+    targets' without noise; planes: each one's mirror planes. `output` is a JSON file: machine, threads, and a list
+    `models` with a record for each.
     """
     records = []
     for folder in folders:
         model, config = load(folder), config_of(folder)
         run = config["run"]
         learned = [store for store in stores if images.target_of(store) in config["classes"]]
-        pool, _ = images.read(learned, azimuths_of(folder, "test"), pixels=run["upsample"])
+        azimuth = {
+            (target := images.target_of(store)): images.azimuths_of(store, planes[target], division_of(folder), "test")
+            for store in learned
+        }
+        pool, _ = images.read(learned, azimuth, pixels=run["upsample"])
         with threadpoolctl.threadpool_limits(threads):
             single, batch = (time_batches(model.predict, pool, size) for size in (1, BATCH))
         records.append(

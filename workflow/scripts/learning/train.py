@@ -2,18 +2,17 @@
 
 import contextlib
 import shutil
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
 
-from core.errors import InputError
 from learning import conformance, images
 from learning.classifier import ANY_SNR, OTHER, build, choices
 from learning.model_folder import CONFIG, SPLIT, write_json
-from learning.split import split
+from learning.split import Division, check, split
 
 CURVE, SECONDS, SEARCH = "curve.csv", "seconds.csv", "search.csv"
 
@@ -24,15 +23,14 @@ class Training:
 
     run: one of `experiments.runs`. model: its name in the config; settings: its own, where each list is a choice.
     roles: of the targets, by name; those that are not known, and pure noise, which has no role, are labelled OTHER.
-    split: `learning.split` of the config; aperture: azimuth samples of an image; seed: the config's.
+    planes: of the targets, by name, their mirror planes. seed: the config's.
     """
 
     run: dict
     model: str
     settings: dict
     roles: dict
-    split: dict
-    aperture: int
+    planes: dict
     seed: int
 
 
@@ -52,20 +50,25 @@ def train(stores, training, folder, checkpoints=None):
     learns a class OTHER. training: a `Training`; of the combinations of its choices the one that is most accurate on
     the validation azimuths is kept, the first of equals.
     checkpoints: a folder in which a long training keeps its state, to go on after a kill; it is removed in the end.
-    Writes model.npz (what was learned), config.json, split.json (indices and azimuths in degrees of each side) and,
-    for a model that has one, curve.csv and the seconds until each epoch, seconds.csv; for one with choices search.csv.
-    Raises InputError for a class without any image, and for a model that is not what `classifier.py` asks for.
+    Writes model.npz (what was learned), config.json, split.json (the `Division`, and of each target indices and
+    azimuths in degrees of each side) and, for a model that has one, curve.csv and the seconds until each epoch,
+    seconds.csv; for one with choices search.csv.
+    Raises InputError for a known target without images on one of its sides, and for a model that is not what
+    `classifier.py` asks for.
     """
     run, name, folder = training.run, training.model, Path(folder)
     kind = training.settings.get("kind", name)
     # Every model has its own random numbers, whatever else the config holds.
     seed = int(np.random.SeedSequence([training.seed, *f"{run['name']}/{name}".encode()]).generate_state(1)[0])
-    azimuth = images.azimuths(sorted(stores)[0])
-    sides = split(azimuth, training.split, training.seed, training.aperture, run["split"])
-    learned, held_out = (_read(stores, training, azimuth[sides[side]]) for side in ("train", "validation"))
+    division = Division(**run["division"])
+    azimuth = {images.target_of(store): images.azimuths(store) for store in sorted(stores)}
+    sides = {target: split(angles, training.planes.get(target, ()), division) for target, angles in azimuth.items()}
     for target in sorted(target for target, role in training.roles.items() if role == "known"):
-        if target not in learned.labels:
-            raise InputError(f"class '{target}' has no training image; its azimuths or elevations are empty.")
+        check(sides[target], division, target, len(azimuth[target]))
+    learned, held_out = (
+        _read(stores, training, {target: azimuth[target][found[side]] for target, found in sides.items()})
+        for side in ("train", "validation")
+    )
 
     who = conformance.describe(name, run["name"], kind)
     model, best, search = None, -1.0, []
@@ -99,9 +102,13 @@ def train(stores, training, folder, checkpoints=None):
         "image_shape": list(learned.images.shape[1:]),
     }
     write_json(folder / CONFIG, config)
-    indices = {side: {"index": index.tolist(), "azimuth": azimuth[index].tolist()} for side, index in sides.items()}
-    division = {"settings": training.split, "scheme": run["split"], "seed": training.seed, "azimuths": len(azimuth)}
-    write_json(folder / SPLIT, division | indices)
+    found = {
+        target: {
+            side: {"index": index.tolist(), "azimuth": azimuth[target][index].tolist()} for side, index in by.items()
+        }
+        for target, by in sides.items()
+    }
+    write_json(folder / SPLIT, {"division": asdict(division), "targets": found})
     if checkpoints is not None:
         shutil.rmtree(checkpoints, ignore_errors=True)
         for parent in list(Path(checkpoints).parents)[:2]:
@@ -123,7 +130,7 @@ def _fit(model, learned, held_out, keeps_snrs, who):
 
 
 def _read(stores, training, azimuth):
-    """The `Examples` at some azimuths of all stores: by SNR, then by target, whatever the order of the stores."""
+    """The `Examples` at some azimuths of each target: by SNR, then by target, whatever the order of the stores."""
     pixels, origin = images.read(stores, azimuth, training.run["elevation"], training.run["upsample"])
     role = origin["target"].map(training.roles)
     labels = np.where(role == "known", origin["target"], OTHER).astype(str)

@@ -15,7 +15,7 @@ from core.errors import InputError
 from learning.classifier import ANY_SNR
 
 BETWEEN = 20.0  # seconds between two writings of a checkpoint, at least
-COLUMNS = ("epoch", "seconds", "loss", "accuracy", "validation_loss", "validation_accuracy")
+COLUMNS = ("epoch", "seconds", "loss", "accuracy", "validation_loss", "validation_accuracy", "learning_rate")
 
 
 class Batches:
@@ -62,12 +62,14 @@ def glorot(random, shape, fans):
 class Settings:
     """How a training goes on, and when it ends.
 
-    optimizer: optax's. epochs: passes over the images, at most. patience: None, or after how many epochs without a
-    smaller validation loss training stops; the weights with the smallest are then the result, else the last ones.
+    optimizer: optax's; rate: its learning rate, a function of how many steps were taken. epochs: passes over the
+    images, at most. patience: None, or after how many epochs without a smaller validation loss training stops; the
+    weights with the smallest are then the result, else the last ones.
     checkpoint: None, or a `Checkpoint`: training goes on from what it holds, as if it had never stopped.
     """
 
     optimizer: object
+    rate: object
     epochs: int
     patience: int | None = None
     checkpoint: object = None
@@ -117,8 +119,9 @@ def minimize(loss, weights, batches, inputs, settings, validate=None):
             )
         held_out = validate(arrays_of(now["weights"])) if validate else (np.nan, np.nan)
         notes["seconds"] = before + time.perf_counter() - begin
-        rows.append([len(rows) + 1, round(notes["seconds"], 3), *map(float, (cost, accuracy, *held_out))])
-        validation_loss, validation_accuracy = rows[-1][-2:]
+        rate = settings.rate(len(rows) * batches.count)
+        rows.append([len(rows) + 1, round(notes["seconds"], 3), *map(float, (cost, accuracy, *held_out, rate))])
+        validation_loss, validation_accuracy = rows[-1][-3:-1]
         better = patience is None or not validation_loss >= notes["least"]  # also where there is no validation image
         notes["waited"] = 0 if better else notes["waited"] + 1
         if better:

@@ -1,6 +1,6 @@
 // The plot of weighted F1 whose experiments can be switched on and off (see section_headline.py).
 (() => {
-  const { form, data: { curves: data, rejecting } } = shared.start("compare");
+  const { form, data: { curves: data, rejecting, axis } } = shared.start("compare");
   const plot = shared.byId("compare-plot"), legend = shared.byId("compare-legend");
   const HEIGHT = 420, LEFT = 52, RIGHT = 12, TOP = 12, BOTTOM = 46;
 
@@ -39,7 +39,7 @@
     let [first, last] = [Math.min(...points.map((p) => p[0])), Math.max(...points.map((p) => p[0]))];
     if (first === last) [first, last] = [first - 1, last + 1];
     const [set] = checked("set"), rejected = rejecting[set] || [];
-    const low = Math.floor(10 * Math.min(...points.map((p) => p[2]), ...rejected)) / 10;
+    const low = Math.floor(10 * Math.min(...points.map((p) => p[2] ?? p[1]), ...rejected)) / 10;
     const x = (snr) => LEFT + ((snr - first) / (last - first)) * (right - LEFT);
     const y = (value) => TOP + ((1 - value) / (1 - low || 1)) * (bottom - TOP);
     const svg = add(null, "svg", { viewBox: `0 0 ${width} ${HEIGHT}`, width, height: HEIGHT, "aria-hidden": "true" });
@@ -54,7 +54,7 @@
       label(LEFT - 8, y(tick) + 5, "end", tick.toFixed(1));
     }
     const middle = (bottom + TOP) / 2;
-    label((LEFT + right) / 2, HEIGHT - 6, "middle", "test SNR [dB]");
+    label((LEFT + right) / 2, HEIGHT - 6, "middle", axis);
     label(14, middle, "middle", "weighted F1", { transform: `rotate(-90 14 ${middle})` });
     for (const value of rejected) {
       line(LEFT, right, y(value), y(value), "rejecting");
@@ -64,14 +64,16 @@
     for (const curve of curves) {
       const group = add(svg, "g", { class: "curve", "data-words": curve.words });
       const path = (column) => curve.points.map((p) => `${x(p[0]).toFixed(1)},${y(p[column]).toFixed(1)}`);
-      const band = [...path(3), ...path(2).reverse()].join(" ");
-      add(group, "polygon", { points: band, fill: curve.color, class: "band" });
+      if (curve.points.every((p) => p[2] !== null)) { // one fold has no interval
+        const band = [...path(3), ...path(2).reverse()].join(" ");
+        add(group, "polygon", { points: band, fill: curve.color, class: "band" });
+      }
       const dashes = curve.dashed ? { "stroke-dasharray": "6 4" } : {};
       add(group, "polyline", { points: path(1).join(" "), stroke: curve.color, fill: "none", ...dashes });
       for (const [snr, value, least, most] of curve.points) {
         const dot = add(group, "circle", { cx: x(snr), cy: y(value), r: 3.5, fill: curve.color });
-        const interval = `${value.toFixed(3)} [${least.toFixed(3)}, ${most.toFixed(3)}]`;
-        add(dot, "title", {}, `${curve.words}: ${interval} at ${snr} dB`);
+        const interval = least === null ? "" : ` [${least.toFixed(3)}, ${most.toFixed(3)}]`;
+        add(dot, "title", {}, `${curve.words}: ${value.toFixed(3)}${interval} at ${snr} dB`);
       }
       const item = document.createElement("li"), swatch = document.createElement("span"), pair = [item, group];
       swatch.className = curve.dashed ? "swatch dashed" : "swatch";

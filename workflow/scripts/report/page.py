@@ -66,7 +66,6 @@ def _parts(results):
         "warnings": section_run.warned(results),
         "thumbnails": thumbnails,
         "targets": section_run.cards(results, thumbnails),
-        "networks": section_run.networks(results) if results.learns else [],
         "headline": section_headline.headline(results) if results.learns else None,
         "comparison": section_headline.comparison(results) if results.learns else None,
         "explorer": section_explore.explorer(results) if results.images_are_made else None,

@@ -9,7 +9,6 @@ RELATIONS = {">=": ("≥", "^"), ">": (">", "^"), "<=": ("≤", "v"), "<": ("<",
 REJECTING = {"color": GREY, "ls": ":", "lw": 1.6, "label": "everything rejected"}
 BAND = 0.18  # how opaque a 95 % interval is
 LETTER, LINE = 0.075, 0.6  # inches
-SNR = "test SNR [dB]"
 
 
 def panels(rows, columns, width, height, sharex=True, sharey=True, layout="constrained"):
@@ -18,7 +17,7 @@ def panels(rows, columns, width, height, sharex=True, sharey=True, layout="const
     return drawing, drawing.subplots(rows, columns, squeeze=False, sharex=sharex, sharey=sharey)
 
 
-def finish(drawing, grid, xlabel=SNR, ylabel="", legend=True):
+def finish(drawing, grid, xlabel, ylabel="", legend=True):
     """Label a grid of axes at its outer edges, hide those in which nothing was drawn, and put one legend above all."""
     for column in grid.T:
         lowest = [axes for axes in column if axes.has_data()][-1:]
@@ -62,10 +61,10 @@ def draw_published(axes, rows, color):
         axes.plot(row.snr_db, float(row.value), RELATIONS[row.relation][1], **look)
 
 
-def draw_rejecting(axes, values):
-    """The weighted F1 of rejecting every image of the open set: a line for each of the values."""
-    for value in sorted({round(value, 4) for value in values}):
-        axes.axhline(value, **REJECTING)
+def draw_rejecting(axes, values, upright=False):
+    """The weighted F1 of rejecting every image of the open set: a line for each of the values, level or upright."""
+    for value in values:
+        (axes.axvline if upright else axes.axhline)(value, **REJECTING)
 
 
 def draw_pixels(axes, image, extent=None, **colors):

@@ -16,6 +16,7 @@ from learning.experiments import runs
 from learning.metrics import metrics_of
 from mesh.io import read_ply
 from report.selection import target_order
+from report.thesis import DEFINITION
 from report.vocabulary import PROTOCOLS, Names, select
 from scattering import needs
 
@@ -74,10 +75,35 @@ class Results:
         """A store of a target's images ('clean', 'snr_-6dB'), opened lazily: only the images shown are read."""
         return open_store(self.folder / "imaging" / target / f"{store}.zarr")
 
+    @property
+    def definition(self):
+        """The config's definition of SNR."""
+        return self.settings["noise"]["definition"]
+
+    @cached_property
+    def _every_score(self):
+        return self._learning_table("scores")
+
     @cached_property
     def scores(self):
-        """The scores of all runs. score and threshold are empty text in the rows of the closed set."""
-        return self._learning_table("scores")
+        """Scores of the test images of all folds together, by the config's definition of SNR.
+
+        score and threshold are empty text in the rows of the closed set; low and high are NaN for a single fold.
+        """
+        return select(self._every_score, snr_definition=self.definition, fold="")
+
+    @cached_property
+    def fold_scores(self):
+        """Accuracy and weighted F1 of each fold's test images alone; `fold` is its number as text, low and high NaN."""
+        return self._every_score[self._every_score["fold"] != ""]
+
+    @cached_property
+    def mean_scores(self):
+        """Rows as in `scores` by the reference thesis's definition of SNR, the mean power.
+
+        Where the config's is another one, only accuracy and F1, and maybe none at all.
+        """
+        return select(self._every_score, snr_definition=DEFINITION, fold="")
 
     @cached_property
     def confusion(self):
@@ -90,7 +116,7 @@ class Results:
         return self._learning_table("validation")
 
     def _learning_table(self, name):
-        text = dict.fromkeys(("elevation", "training", "score", "threshold"), str)
+        text = dict.fromkeys(("elevation", "training", "score", "threshold", "fold"), str)
         numbers = {column: [""] for column in ("train_snr_db", "test_snr_db", "value", "low", "high")}
         path = self.folder / "learning" / f"{name}.csv"
         return pd.read_csv(path, dtype=text, keep_default_na=False, na_values=numbers)  # a target may be called NA
@@ -101,39 +127,65 @@ class Results:
         return self.names.values(self.scores[self.scores["score"] != ""], "experiment")
 
     @cached_property
-    def rejecting(self):
-        """The weighted F1 of rejecting every test image of the open set, by split: from each target's images."""
+    def _rejecting(self):
+        """The weighted F1 of rejecting every test image of the open set, by experiment: from each target's images."""
         counts = select(self.confusion, threshold=PROTOCOLS, elevation="all")
         # Every model and confidence score is judged on the same images.
-        case = ["experiment", "model", "training", "test_snr_db", "score", "threshold"]
+        case = ["model", "training", "test_snr_db", "score", "threshold"]
         images = {
-            split: rows.merge(rows[case].iloc[:1], on=case).groupby("target")["count"].sum()
-            for split, rows in counts.groupby("split")
+            experiment: rows.merge(rows[case].iloc[:1], on=case).groupby("target")["count"].sum()
+            for experiment, rows in counts.groupby("experiment")
         }
-        return {split: rejecting_f1(count, self.of_role("known")) for split, count in images.items()}
+        return {experiment: rejecting_f1(count, self.of_role("known")) for experiment, count in images.items()}
+
+    def rejecting(self, experiments):
+        """The same of these experiments, ascending; of values that are alike to two decimals one."""
+        return sorted({round(value, 2): value for value in map(self._rejecting.get, experiments)}.values())
+
+    @cached_property
+    def folds(self):
+        """The numbers of the folds that each experiment is tested on; 0 for one split at random."""
+        folds = {}
+        for run in self.runs.values():
+            folds.setdefault(run["experiment"], set()).add(run["division"]["fold"])
+        return {experiment: sorted(numbers) for experiment, numbers in folds.items()}
+
+    def _fitted(self, file):
+        """(run, model, path) of every fitted model that has such a file."""
+        for run, settings in self.runs.items():
+            for model in settings["models"]:
+                path = self.folder / "learning" / "models" / run / model / file
+                if path.exists():
+                    yield run, model, path
 
     @cached_property
     def curves(self):
-        """Training curves by (run, model), of the models that have one, with the seconds until each epoch."""
+        """Training curves by (run, model), with the seconds until each epoch; of several folds the first one's."""
         curves = {}
-        for run, settings in self.runs.items():
-            for model in settings["models"]:
-                path = self.folder / "learning" / "models" / run / model / "curve.csv"
-                if path.exists():
-                    curves[run, model] = pd.read_csv(path)
-                    seconds = path.with_name("seconds.csv")
-                    if seconds.exists():
-                        curves[run, model] = curves[run, model].merge(pd.read_csv(seconds), on="epoch")
+        for run, model, path in self._fitted("curve.csv"):
+            if self.runs[run]["first"]:
+                curves[run, model] = pd.read_csv(path)
+                seconds = path.with_name("seconds.csv")
+                if seconds.exists():
+                    curves[run, model] = curves[run, model].merge(pd.read_csv(seconds), on="epoch")
         return curves
 
     @cached_property
+    def searches(self):
+        """Settings tried and the validation accuracy of each, by (run, model), of the models that had a choice."""
+        return {(run, model): pd.read_csv(path) for run, model, path in self._fitted("search.csv")}
+
+    @cached_property
     def decoders(self):
-        """(run, model) of the models that reconstruct images, in runs that are tested on unknown targets."""
+        """(run, model) of the models that reconstruct images, in runs that are tested on unknown targets.
+
+        Of several folds the first.
+        """
         return [
             (run, model)
             for run, settings in self.runs.items()
             for model in settings["models"]
-            if settings["open"] and self._reconstructions(run, model).exists()
+            if settings["open"] and settings["first"] and self._reconstructions(run, model).exists()
         ]
 
     def _reconstructions(self, run, model):

@@ -5,12 +5,26 @@ import itertools
 import numpy as np
 import pandas as pd
 
+from learning import thresholds
 from learning.experiments import CLEAN
 from report import thesis
+from report.conditions import conditions
 from report.layout import BLUE, VERMILION, Section, figure, number
 from report.plots import draw_curve, draw_pixels, draw_published, draw_rejecting, finish, panels
+from report.published import FULL_SIZE, beside, confusion_figure
 from report.selection import decoded_snrs
-from report.vocabulary import F1, PROTOCOLS, SPLITS, heading, of_run, select, split_text, title
+from report.vocabulary import (
+    F1,
+    PROTOCOLS,
+    SPLITS,
+    at_highest,
+    heading,
+    of_run,
+    run_title,
+    select,
+    snr_axis,
+    split_text,
+)
 
 SCORES = ("mse", "zncc")  # the reference thesis's, of an image and its reconstruction
 BINS = 50
@@ -35,7 +49,7 @@ def section(results):
     model, run = next(iter(first.items()))
     opened = [runs[name] for name, decoder in sorted(results.decoders, key=place) if decoder == model]
     # The thesis's matrices are of its split.
-    beside = next((other for other in opened if other["split"] == "random"), runs[run])
+    alike = next((other for other in opened if other["split"] == "random"), runs[run])
     scores = of_run(select(results.scores, elevation="all"), runs[run], model)
     found = names.values(scores[scores["score"] != ""], "score")
     # The thesis's two; of a model that has neither, its first two.
@@ -49,15 +63,13 @@ def section(results):
                 "A network with a decoder reconstructs each image from the class that it takes it for. What it cannot "
                 "reconstruct is none of the known classes: the confidence score compares the image with its "
                 "reconstruction, by minus the mean squared error (MSE) or by the zero-mean normalised "
-                f"cross-correlation (ZNCC). The first figures are of {thesis.network(model, results)} in {title(run)}, "
-                f"{split_text(runs[run]['split'])}. Numbers of all models and confidence scores stand with the open "
-                "set.",
+                f"cross-correlation (ZNCC). The first figures are of {thesis.network(model, results)} in "
+                f"{run_title(runs[run])}, {split_text(runs[run]['split'])}. Numbers of all models and confidence "
+                "scores stand with the open set.",
             ),
             figures=(
                 f1_figure(results, opened, model, shown),
-                *thesis.confusion_figure(
-                    results, "capsule_confusion", of_run(results.confusion, beside, model), adaptations
-                ),
+                *confusion_figure(results, "capsule_confusion", of_run(results.confusion, alike, model), adaptations),
                 *([histogram_figure(results, run, model, shown, scores)] if shown else []),
                 reconstruction_figure(results, run, model, "", EXAMPLES),
                 *(
@@ -76,43 +88,42 @@ def f1_figure(results, opened, model, shown):
 
     opened: the model's open runs, as `experiments.runs` gives them; shown: confidence scores.
     """
-    names, scores = results.names, select(results.scores, elevation="all", metric=F1)
-    look, network = names.model(model), thesis.network(model, results)
+    names, network = results.names, thesis.network(model, results)
+    looks = {"": ("closed set", names.model(model).color, "o")}
+    for look, score in ((names.score(score), score) for score in shown):
+        looks[score] = f"open set, {look.label}", look.color, look.marker
+    scores = select(results.scores, elevation="all", metric=F1, score=list(looks))
+    drawn = pd.concat(of_run(scores, run, model).assign(run=run["name"]) for run in opened)
+    statements = results.published_scores
+    # Model and metric of what the reference thesis states of the same, which it trains without noise, split at random.
+    stated = {(model, "f1"): "", **{(f"{model}_{score}", "weighted_f1"): score for score in shown}}
+    keys = statements[["model", "metric"]].itertuples(index=False, name=None)
+    statements = statements.assign(score=list(map(stated.get, keys)))
+    alike = [run["name"] for run in opened if run["split"] == "random" and run["snrs"] == [CLEAN]]
+    statements = statements[statements["score"].notna() & bool(alike)]
+    drawn, statements, definition, words = beside(results, drawn, statements, FULL_SIZE)
     drawing, grid = panels(len(PROTOCOLS), len(opened), max(1 + 3.6 * len(opened), 5.6), 6.0)
-    drawn, marked = [], False
     for (row, protocol), (column, run) in itertools.product(enumerate(PROTOCOLS), enumerate(opened)):
-        axes, own = grid[row, column], of_run(scores, run, model)
-        # Label, rows, colour, marker, and what the thesis calls the same: model and metric.
-        curves = [("closed set", select(own, score=""), look.color, "o", (model, "f1"))]
-        for score in shown:
-            rows, style = select(own, score=score, threshold=protocol), names.score(score)
-            printed = (f"{model}_{score}", "weighted_f1")
-            curves.append((f"open set, {style.label}", rows, style.color, style.marker, printed))
-        draw_rejecting(axes, [results.rejecting[run["split"]]])
-        for label, rows, color, marker, printed in curves:
-            draw_curve(axes, rows, color, marker, label=label)
-            if run["split"] == "random" and protocol == "thesis":  # as the reference thesis's
-                opens = printed[1] != "f1"
-                published = select(thesis.statements(results, opens), model=printed[0], metric=printed[1])
-                draw_published(axes, published, color)
-                marked = marked or len(published) > 0
-            drawn.append(rows.sort_values("test_snr_db").assign(run=run["name"], curve=label))
-        axes.set_title(f"{split_text(run['split'])}, {protocol} thresholds\n{title(run['name'])}")
-    finish(drawing, grid, ylabel="weighted F1")
-    data, first = pd.concat(drawn).drop_duplicates(), opened[0]  # the closed set stands in both rows
-    snr = data["test_snr_db"].max()
-    top = select(data, run=first["name"], test_snr_db=snr, threshold=["", PROTOCOLS[0]])
-    values = "; ".join(f"{row.curve} {row.value:.3f}" for row in top.itertuples())
-    shifts = {name: thesis.offset(results, name == "open set") for name in ("closed set", "open set")}
-    is_thesis = thesis.kind(model, results.settings) == "capsule"
+        axes = grid[row, column]
+        draw_rejecting(axes, results.rejecting([run["experiment"]]))
+        for score, (label, color, marker) in looks.items():
+            curve = select(drawn, run=run["name"], score=score, threshold=protocol if score else "")
+            draw_curve(axes, curve, color, marker, label=label)
+            if run["name"] in alike and protocol == "thesis":
+                draw_published(axes, select(statements, score=score), color)
+        axes.set_title(f"{split_text(run['split'])}, {protocol} thresholds\n{run_title(run)}")
+    finish(drawing, grid, snr_axis(definition), "weighted F1")
+    first, lead = opened[0], ["", PROTOCOLS[0]]
+    top = at_highest(select(drawn, run=first["name"], threshold=lead))
+    values = "; ".join(f"{looks[row.score][0]} {row.value:.3f}" for row in top.itertuples())
+    first = f"{heading(run_title(first))}, {split_text(first['split'])}"
     caption = (
         f"Weighted F1 of {network} with 95 % intervals: the known targets alone, and with unknown ones, by confidence "
-        f"score, with {PROTOCOLS[0]} and with {PROTOCOLS[1]} thresholds. {heading(first['name'])}, "
-        f"{split_text(first['split'])}, {PROTOCOLS[0]} thresholds, at {snr:g} dB: {values}."
-        f"{thesis.marked(shifts, marked, network=True) if is_thesis else ''}"
+        f"score, with {PROTOCOLS[0]} and with {PROTOCOLS[1]} thresholds. {first}, {PROTOCOLS[0]} thresholds, at "
+        f"{top['test_snr_db'].max():g} dB: {values}.{words}{conditions(results, drawn, definition)}"
     )
     alt = f"Weighted F1 of {network} against test SNR, in the closed set and in the open set."
-    return figure("capsule_f1", drawing, data, alt, caption, wide=len(opened) > 1)
+    return figure("capsule_f1", drawing, drawn, alt, caption, wide=len(opened) > 1)
 
 
 def plain(score, values):
@@ -123,7 +134,7 @@ def plain(score, values):
 def histogram_figure(results, run, model, shown, scores):
     """How the confidence scores of known and unknown test images lie: a row per SNR, a column per score.
 
-    shown: confidence scores; scores: the rows of the run and model, for the thresholds.
+    Of several folds the first, whose thresholds are drawn. shown: confidence scores; scores: the rows of all folds.
     """
     snrs = sorted(decoded_snrs(results.settings["noise"]["snr_db"]), reverse=True)
     tables = {snr: results.predictions(run, model, snr) for snr in snrs}
@@ -135,8 +146,10 @@ def histogram_figure(results, run, model, shown, scores):
         edges = np.linspace(every.min(), every.max() if every.max() > every.min() else every.min() + 1, BINS + 1)
         for axes, snr in zip(grid[:, column], snrs, strict=True):
             here = select(scores, score=score, test_snr_db=snr)
-            thresholds = select(here, metric="threshold").set_index("threshold")["value"]
-            thresholds = {protocol: plain(score, thresholds[protocol]) for protocol in PROTOCOLS}
+            chosen = {
+                protocol: plain(score, thresholds.choose(tables[snr], f"known_{score}", protocol))
+                for protocol in PROTOCOLS
+            }
             for role, color in (("known", BLUE), ("unknown", VERMILION)):
                 values = plain(score, select(tables[snr], side="test", role=role)[f"known_{score}"])
                 counts = np.histogram(values, edges)[0]
@@ -144,20 +157,22 @@ def histogram_figure(results, run, model, shown, scores):
                 axes.stairs(density, edges, fill=True, alpha=0.45, color=color, label=f"{role} targets")
                 axes.stairs(density, edges, color=color)
                 bins = {"snr_db": snr, "score": score, "role": role, "from": edges[:-1], "to": edges[1:]}
-                lines = {f"threshold_{protocol}": value for protocol, value in thresholds.items()}
+                lines = {f"threshold_{protocol}": value for protocol, value in chosen.items()}
                 drawn.append(pd.DataFrame({**bins, "images": counts, "density": density, **lines}))
-            for (protocol, value), dash in zip(thresholds.items(), ("--", ":"), strict=True):
+            for (protocol, value), dash in zip(chosen.items(), ("--", ":"), strict=True):
                 axes.axvline(value, color="black", ls=dash, lw=1.2, label=f"{protocol} threshold")
             axes.set_title(f"{label} at {snr:g} dB")
             rates.append(f"{label} at {snr:g} dB {select(here, metric='auroc')['value'].iloc[0]:.3f}")
         grid[-1, column].set_xlabel(label)
-    finish(drawing, grid, ylabel="density")
+    finish(drawing, grid, "", "density")
     names = " and ".join(results.names.score(score).label for score in shown)
     left = "left of a threshold by the MSE, right of it by any other score"
+    which = run_title(results.runs[run], fold=True)
+    folds = ", the mean over all folds" if len(results.folds[results.runs[run]["experiment"]]) > 1 else ""
     caption = (
-        f"{names} of image and reconstruction, test images of known and unknown targets. An image is taken for one of "
-        f"a known target {left if 'mse' in shown else 'right of a threshold'}. AUROC, the probability that the score "
-        f"puts an image of a known target before one of an unknown target: {'; '.join(rates)}."
+        f"{names} of image and reconstruction, test images of known and unknown targets in {which}. An image is taken "
+        f"for one of a known target {left if 'mse' in shown else 'right of a threshold'}. AUROC, the probability that "
+        f"the score puts an image of a known target before one of an unknown target{folds}: {'; '.join(rates)}."
     )
     alt = f"Histograms of {names} for test images of known and of unknown targets. AUROC: {'; '.join(rates)}."
     return figure("capsule_histograms", drawing, pd.concat(drawn), alt, caption, wide=len(shown) > 1)
@@ -199,10 +214,10 @@ def reconstruction_figure(results, run, model, suffix, count):
         said.append(f"at {snr:g} dB {', '.join(parts)}")
     levels = " and ".join(f"{snr:g}" for snr in snrs)
     caption = (
-        f"What {thesis.network(model, results)} in {title(dataset.attrs['run'])} makes of test images. Of each: "
-        f"without noise; with noise as the network sees it at {levels} dB; and its reconstruction, headed by the class "
-        "that it takes the image for. At the side elevation and azimuth; range goes up, cross-range to the right. Mean "
-        f"squared error between reconstruction and image without noise: {'; '.join(said)}."
+        f"What {thesis.network(model, results)} in {run_title(results.runs[run], fold=True)} makes of test images. Of "
+        f"each: without noise; with noise as the network sees it at {levels} dB; and its reconstruction, headed by the "
+        "class that it takes the image for. At the side elevation and azimuth; range goes up, cross-range to the "
+        f"right. Mean squared error between reconstruction and image without noise: {'; '.join(said)}."
     )
     alt = f"Test images of {', '.join(order)} without noise, as seen at {levels} dB, and as reconstructed."
     data = dataset.to_dataframe(dim_order=["target", "example", "snr", "range", "crossrange"]).reset_index().round(4)

@@ -7,9 +7,11 @@ from matplotlib.lines import Line2D
 
 from learning.experiments import CLEAN, REFERENCE
 from report import thesis
+from report.conditions import conditions, meaning
 from report.layout import BLACK, BLUE, VERMILION, figure
 from report.plots import REJECTING, draw_curve, draw_published, draw_rejecting, finish, panels
-from report.vocabulary import F1, METHOD, PROTOCOLS, SPLITS, middle_text, ranked, select, split_text, title
+from report.published import FULL_SIZE, beside
+from report.vocabulary import F1, METHOD, PROTOCOLS, SPLITS, middle_text, ranked, select, snr_axis, split_text, title
 
 # The sets of test images, as the page calls them, and the threshold in scores.csv.
 SETS = {**{f"open set, {protocol} thresholds": protocol for protocol in PROTOCOLS}, "closed set": ""}
@@ -32,41 +34,43 @@ def sets_of(results):
 def headline(results):
     """The best method of this run and the reference thesis's, in the open and in the closed set."""
     parts, network = list(sets_of(results)), thesis.network(REFERENCE[0], results)
+    lines = {name: curves(part, validation, results.names, network) for name, part, validation in parts}
+    drawn = pd.concat(curve.assign(set=name, curve=label) for name, every in lines.items() for label, curve, _ in every)
+    red = [name for name, every in lines.items() if any(look["color"] == VERMILION for _, _, look in every)]
+    printed = [
+        select(results.published_scores, model=model, metric=metric).assign(set=name)
+        for name, (model, metric) in PUBLISHED.items()
+        if name in red
+    ]
+    statements = pd.concat(printed or [results.published_scores.iloc[:0].assign(set="")])
+    drawn, statements, definition, words = beside(results, drawn, statements, FULL_SIZE)
     rows = len(parts) // 2 + 1
     drawing, grid = panels(rows, 2, 5.9, 3.1 * rows)
-    drawn, said, shifts, marked, theirs = [], [], {}, False, False
-    for axes, (name, part, validation) in zip(grid.flat, parts, strict=False):
-        lines = curves(part, validation, results.names, network)
-        for label, curve, look in lines:
+    said = []
+    for axes, (name, every) in zip(grid.flat, lines.items(), strict=False):
+        shown = select(drawn, set=name)
+        every = [(label, select(shown, curve=label), look) for label, _, look in every]
+        for _, curve, look in every:
             draw_curve(axes, curve, **look)
-            drawn.append(curve.assign(set=name, curve=label))
         if SETS[name]:
-            draw_rejecting(axes, [results.rejecting[split] for split in part["split"].unique()])
-        if any(look["color"] == VERMILION for _, _, look in lines):
-            theirs = True
-            if name in PUBLISHED:
-                model, metric = PUBLISHED[name]
-                published = select(thesis.statements(results, SETS[name] != ""), model=model, metric=metric)
-                draw_published(axes, published, VERMILION)
-                shifts[name.partition(",")[0]] = thesis.offset(results, SETS[name] != "")
-                marked = marked or len(published) > 0
-        best = [curve.iloc[0] for _, curve, look in lines if look["color"] == BLUE]
+            draw_rejecting(axes, results.rejecting(shown["experiment"]))
+        if name in red:
+            draw_published(axes, select(statements, set=name), VERMILION)
+        best = [curve.iloc[0] for _, curve, look in every if look["color"] == BLUE]
         named = f"\nbest: {results.names.method(best[0]['model'], best[0]['score'])}" if best else ""
         axes.set_title(f"{name}{named}")
         axes.tick_params(labelbottom=True)
-        said.append(f"{name.capitalize()}, {_values(lines)}")
-    finish(drawing, grid, ylabel="weighted F1", legend=False)
+        said.append(f"{name.capitalize()}, {_values(every)}")
+    finish(drawing, grid, snr_axis(definition), "weighted F1", legend=False)
     grid[0, 0].set_ylim(top=1.03)  # of all panels
-    data = pd.concat(drawn)
-    _legend(grid.flat[-1], data, network if theirs else "", marked)
-    whose = f", in blue, and in red of {network}, trained without noise, with ZNCC" if theirs else ""
-    splits = " By sector, test azimuths are far from those trained at; at random, they have near copies among them."
+    _legend(grid.flat[-1], drawn, network if red else "", len(statements))
+    whose = f", in blue, and in red of {network}, trained without noise, with ZNCC" if red else ""
     caption = (
         f"Weighted F1 on the test images, with 95 % intervals, of the method that is best on the validation images "
-        f"by its mean over {middle_text(data)}{whose}. {'. '.join(said)}."
-        f"{splits if data['split'].nunique() > 1 else ''}{thesis.marked(shifts, marked, network=True)}"
+        f"by its mean over {middle_text(parts[0][1])}{whose}. {'. '.join(said)}. {meaning(drawn['split'])}{words}"
+        f"{conditions(results, drawn, definition)}"
     )
-    return figure("headline", drawing, data, f"Weighted F1 against test SNR. {'; '.join(said)}.", caption, wide=True)
+    return figure("headline", drawing, drawn, f"Weighted F1 against test SNR. {'; '.join(said)}.", caption, wide=True)
 
 
 def _legend(axes, data, network, marked):
@@ -81,7 +85,7 @@ def _legend(axes, data, network, marked):
     if data["threshold"].any():
         entries.append(Line2D([], [], **REJECTING))
     if marked:
-        words = thesis.FULL_SIZE.replace(", 5", ",\n5")
+        words = FULL_SIZE.replace(", 5", ",\n5")
         entries.append(Line2D([], [], ls="", marker="^", mfc="white", mec=VERMILION, ms=8, mew=1.5, label=words))
     axes.legend(handles=entries, loc="center", fontsize=8, handlelength=2.4, labelspacing=0.9)
 
@@ -128,19 +132,20 @@ def comparison(results):
 
     Each curve has the set it belongs to, its experiment, model and words for both, a colour, whether it stands in the
     headline, whether its confidence score is its model's best on the validation images, and [SNR, value, low, high] by
-    SNR. rejecting: the weighted F1 of rejecting all test images, in each set where one may.
+    SNR. rejecting: the weighted F1 of rejecting all test images, in each set where one may. axis: its label; caption:
+    the conditions under which all hold.
     """
-    names, listed, lines = results.names, [], {}
-    for name, part, validation in sets_of(results):
+    names, listed, lines, parts = results.names, [], {}, list(sets_of(results))
+    for name, part, validation in parts:
         shown = {tuple(curve[METHOD].iloc[0]) for _, curve, _ in curves(part, validation, names, "")}
         # Of each model the best confidence score: the others are drawn when asked for.
         best = set(ranked(validation).drop_duplicates(METHOD[:-1])[METHOD].itertuples(index=False, name=None))
         if SETS[name]:
-            lines[name] = sorted({round(results.rejecting[split], 4) for split in part["split"]})
+            lines[name] = [round(value, 4) for value in results.rejecting(part["experiment"].unique())]
         for method, curve in names.groups(part, *METHOD):
             split, experiment, model, snrs, score = method
             trained = "trained without noise" if snrs == CLEAN else f"training SNR: {snrs}"
-            points = curve.sort_values("test_snr_db")[["test_snr_db", "value", "low", "high"]].round(4)
+            points = curve.sort_values("test_snr_db")[["test_snr_db", "value", "low", "high"]].round(4).astype(object)
             listed.append(
                 {
                     "set": name,
@@ -151,7 +156,12 @@ def comparison(results):
                     "dashed": split != SPLITS[0],
                     "shown": method in shown,
                     "best": method in best,
-                    "points": points.to_numpy().tolist(),
+                    "points": points.where(points.notna(), None).to_numpy().tolist(),  # JSON knows no NaN
                 }
             )
-    return {"curves": listed, "rejecting": lines}
+    return {
+        "curves": listed,
+        "rejecting": lines,
+        "axis": snr_axis(results.definition),
+        "caption": conditions(results, pd.concat(part for _, part, _ in parts)).strip(),
+    }

@@ -7,11 +7,13 @@ from core.errors import InputError
 from core.sweep import snr_label
 from imaging.geometry import imager_of, planned
 from imaging.point_response import point_response
-from report.draw_images import FLOOR_DB, edges, gallery, pixel_table
-from report.layout import Section, figure, table
+from report.conditions import noise_words
+from report.draw_images import COLUMNS, FLOOR_DB, edges, gallery, pixel_table
+from report.layout import BLACK, BLUE, Section, figure, table
 from report.plots import draw_pixels, finish, panels
 from report.selection import GALLERY_AZIMUTHS, GALLERY_ELEVATIONS, around, evenly, noise_snrs, noise_target
 
+BINS = 40  # of the histograms
 PLACES = 13  # of scatterers, along each axis of the extent
 # What is drawn of a scatterer: its measure's label, colour map, least and most, and the column of the CSV file.
 RESPONSE = {
@@ -37,6 +39,7 @@ def section(results):
             *(azimuth_gallery(results, name) for name in results.targets),
             elevation_gallery(results, shown),
             noise_gallery(results, shown),
+            *definitions_figure(results),
             response_figure(results.images(shown, "clean"), results.scattering(shown), results.settings["imaging"]),
         ),
         tables=(images_table(results),),
@@ -76,9 +79,9 @@ def images_table(results):
         "peak_3db over mean [dB]": "{snr_definition_offset_db:.2f}",
     }
     caption = (
-        "Noise-free images of each target, and the size of their stores. The last column says by how many dB the "
-        "same noise reads higher as SNR when signal power is the mean over samples within 3 dB of the aperture's "
-        "peak (peak_3db) than when it is the mean over the whole aperture (mean); this run uses "
+        "Noise-free images of each target, and the size of their stores. The last column says by how many dB, on "
+        "average over the images, the same noise reads higher as SNR when signal power is the mean over samples within "
+        "3 dB of the aperture's peak (peak_3db) than when it is the mean over the whole aperture (mean); this run uses "
         f"{noise['definition']}."
     )
     return table("images", pd.DataFrame(rows), shown, caption)
@@ -126,9 +129,40 @@ def noise_gallery(results, target):
     alt = f"One ISAR image of {target} with ever more noise, from none to an SNR of {snrs[0]:g} dB."
     caption = (
         f"{target} at azimuth {float(clean.azimuth):.0f}°, elevation {float(clean.elevation):g}°, with ever more "
-        f"noise, one realization. Noise is added before the image is formed; SNR definition: {noise['definition']}."
+        f"noise, one realization. Noise is added before the image is formed; SNR by "
+        f"{noise_words(noise, noise['definition'])}."
     )
     return gallery("gallery_snr", target, images, None, alt, caption)
+
+
+def definitions_figure(results):
+    """By how much the two definitions of SNR differ, image by image: a histogram for each target with its mean.
+
+    Nothing where no image has a signal.
+    """
+    offsets = {name: results.images(name, "clean").snr_definition_offset.values.ravel() for name in results.targets}
+    offsets = {name: of[np.isfinite(of)] for name, of in offsets.items() if np.isfinite(of).any()}
+    if not offsets:
+        return ()
+    bins = np.linspace(0, max(max(of.max() for of in offsets.values()), 0.1), BINS + 1)
+    rows = -(-len(offsets) // COLUMNS)
+    drawing, grid = panels(rows, min(COLUMNS, len(offsets)), 1 + 2.1 * min(COLUMNS, len(offsets)), 0.6 + 1.7 * rows)
+    tables = []
+    for axes, (name, of) in zip(grid.flat, offsets.items(), strict=False):
+        share = np.histogram(of, bins)[0] / len(of)
+        axes.stairs(share, bins, fill=True, color=BLUE, alpha=0.6)
+        axes.axvline(of.mean(), color=BLACK, ls="--", lw=1.2, label="mean")
+        axes.set_title(f"{name}: {of.mean():.1f} dB on average")
+        tables.append(pd.DataFrame({"target": name, "from_db": bins[:-1], "to_db": bins[1:], "share": share}))
+    finish(drawing, grid, "peak_3db over mean [dB]", "share of the images")
+    said = ", ".join(f"{name} {of.min():.1f} to {of.max():.1f}" for name, of in offsets.items())
+    caption = (
+        "By how many dB the SNR of an image is higher as peak_3db than as mean, over all noise-free images of a "
+        f"target; the dashed line is their mean. It spans, in dB: {said}. So one number does not turn SNRs of "
+        "one definition into the other's; scores by the other definition count each image at its own."
+    )
+    alt = f"Histograms of the difference between the two definitions of SNR, by target. It spans, in dB: {said}."
+    return (figure("snr_definitions", drawing, pd.concat(tables), alt, caption, wide=True),)
 
 
 def response_figure(dataset, scattering, imaging):

@@ -2,33 +2,29 @@
 
 import itertools
 
-import numpy as np
 import pandas as pd
 from matplotlib import colormaps
 from matplotlib.ticker import MaxNLocator
 
-from report import thesis
-from report.layout import Section, duration, figure, table
-from report.plots import RELATIONS, draw_curve, draw_matrix, draw_published, finish, holds, matrix, panels
+from report.conditions import conditions, meaning
+from report.layout import Section, duration, figure, number, table
+from report.plots import draw_curve, draw_matrix, draw_published, finish, matrix, panels
+from report.published import CLOSED, CONDITIONS, beside, statements_table
 from report.selection import TABLE_SNRS, evenly
 from report.vocabulary import (
     ACCURACY,
-    F1,
-    INTERVAL,
+    ELEVATIONS,
     at_highest,
     at_snrs,
     heading,
+    run_title,
     select,
-    split_text,
+    snr_axis,
     title,
     training_noise,
+    with_interval,
 )
 
-ELEVATIONS = {"all": "all elevations", "trained": "trained elevations"}
-# What a published condition is called in scores.csv.
-CONDITIONS = {"test at elevation 0": "trained", "test at all elevations": "all", "": "all"}
-# What a published metric of the closed set is called there, and on the page.
-PUBLISHED_METRICS = {"accuracy": (ACCURACY, "accuracy"), "f1": (F1, "weighted F1")}
 DASHES = {"solid": "-", "dashed": "--", "dotted": ":", "dash-dot": "-."}  # a class each
 MARKERS = "os^Dv<>"
 MATRICES = 4  # confusion matrices side by side
@@ -39,38 +35,41 @@ def section(results):
     scores, validation, confusion = (
         select(rows, score="") for rows in (results.scores, results.validation, results.confusion)
     )
-    train, published = results.settings["learning"]["experiments"], thesis.statements(results, False)
+    train = results.settings["learning"]["experiments"]
     pictures, matrices = [], []
     for name in results.names.values(scores, "experiment"):
         part, held_out = select(scores, experiment=name), select(validation, experiment=name, elevation="all")
-        words = f"{heading(name)}, {split_text(part['split'].iloc[0])}"
-        how = f"{words}: {_training(train[name]['train'])}"
+        how = f"{heading(name)}: {_training(train[name]['train'])}"
         held_out = select(held_out, metric=ACCURACY)
         if part["training"].nunique() > 1:
-            pictures.append(training_snr_figure(results.names, name, how, part, held_out))
+            pictures.append(training_snr_figure(results, name, how, part, held_out))
         else:
-            pictures.append(experiment_figure(results, name, how, part, held_out, published))
-            matrices.append(confusion_figure(results.names, name, words, select(confusion, experiment=name)))
+            pictures.append(experiment_figure(results, name, how, part, held_out))
+            matrices.append(confusion_figure(results, name, select(confusion, experiment=name)))
     return Section(
         id="learning",
         title="Learning",
         text=(
             "Each model learns the known targets from its experiment's training images and is tested at every SNR on "
-            "azimuths that it was not trained at: here on the known targets alone (the closed set). Bands and brackets "
-            "are 95 % intervals, from resampling whole azimuths. Split by sector, these azimuths are far from those "
-            "trained at; split at random, they have near copies among them.",
+            "aspects that it was not trained at: here on the known targets alone (the closed set). Bands and brackets "
+            "are 95 % intervals, from resampling blocks of test images: by sector the folds, at random arcs as long "
+            f"as an aperture. {meaning(scores['split'])}",
         ),
         figures=(*pictures, *matrices, *curves_figure(results)),
-        tables=(accuracy_table(results.names, select(scores, metric=ACCURACY)), *published_table(results, published)),
+        tables=(
+            accuracy_table(results.names, select(scores, metric=ACCURACY)),
+            *statements_table(results, "published", CLOSED),
+            *search_tables(results),
+        ),
     )
 
 
-def training_snr_figure(names, name, how, scores, validation):
+def training_snr_figure(results, name, how, scores, validation):
     """An experiment that trains at several SNRs: accuracy against the test SNR, a panel per model, a line for each.
 
     how: what it is, in words; scores, validation: its rows, the latter of accuracy alone.
     """
-    scores = select(scores, elevation="all")
+    names, scores = results.names, select(scores, elevation="all")
     accuracy = select(scores, metric=ACCURACY)
     trained, models = names.values(accuracy, "training"), names.groups(accuracy, "model")
     drawing, grid = panels(1, len(models), 1 + 4.4 * len(models), 3.8)
@@ -84,24 +83,25 @@ def training_snr_figure(names, name, how, scores, validation):
         chosen = select(validation, model=model).groupby("training")["value"].mean().idxmax()
         mean = select(rows, training=chosen)["value"].mean()
         best.append(f"{names.model(model).label} with training SNR {chosen} ({mean:.3f})")
-    finish(drawing, grid, ylabel="accuracy")
+    finish(drawing, grid, snr_axis(results.definition), "accuracy")
     caption = (
         f"{how}, tested at all elevations. Best on average over the SNRs on the validation images, with its accuracy "
-        f"on the test images: {', '.join(best)}."
+        f"on the test images: {', '.join(best)}.{conditions(results, scores)}"
     )
     alt = f"Experiment {title(name)}: accuracy against test SNR for each training SNR and model."
     return figure(f"learning_{name}", drawing, scores, alt, caption, wide=True)
 
 
-def experiment_figure(results, name, how, scores, validation, published):
+def experiment_figure(results, name, how, scores, validation):
     """An experiment: accuracy with the published statements as markers, then recall and precision of each class.
 
-    how, scores, validation: as of `training_snr_figure`; published: by `thesis.statements`.
+    how, scores, validation: as of `training_snr_figure`.
     """
-    names, accuracy, whole = results.names, select(scores, metric=ACCURACY), select(scores, elevation="all")
+    names, whole = results.names, select(scores, elevation="all")
     classes = [metric.removeprefix("recall_") for metric in scores["metric"].unique() if metric.startswith("recall_")]
     looks = {model: names.model(model) for model in names.values(scores, "model")}
-    published = select(published, experiment=name, metric="accuracy", model=list(looks))
+    statements = select(results.published_scores, experiment=name, metric="accuracy", model=list(looks))
+    accuracy, statements, definition, marks = beside(results, select(scores, metric=ACCURACY), statements)
     elevations = [key for key in ELEVATIONS if (accuracy["elevation"] == key).any()]
     drawing, grid = panels(1, len(elevations) + 2, 10.8, 3.4)
 
@@ -112,18 +112,19 @@ def experiment_figure(results, name, how, scores, validation, published):
     for axes, elevation in zip(grid.flat, elevations, strict=False):
         draw(axes, select(accuracy, elevation=elevation))
         colors = {model: look.color for model, look in looks.items()}
-        draw_published(axes, published[published["condition"].map(CONDITIONS) == elevation], colors)
-        axes.set(title=f"tested at {ELEVATIONS[elevation]}", ylabel="accuracy")
+        draw_published(axes, statements[statements["condition"].map(CONDITIONS) == elevation], colors)
+        axes.set(title=f"tested at {ELEVATIONS[elevation]}", ylabel="accuracy", xlabel=snr_axis(definition))
     dashes = list(zip(classes, itertools.cycle(DASHES), strict=False))
     for axes, metric in zip(grid[0, -2:], ("recall", "precision"), strict=True):
         for target, dash in dashes:
             draw(axes, select(whole, metric=f"{metric}_{target}"), DASHES[dash], band=False)
         axes.set(title=", ".join(map(" ".join, dashes)), ylabel=f"{metric} of each class")
-    finish(drawing, grid)
-    marks = thesis.marked({"": thesis.offset(results, False)}, len(published))
-    caption = f"{how}. {_most_accurate(looks, select(whole, metric=ACCURACY), validation)}{marks}"
+    finish(drawing, grid, snr_axis(results.definition))
+    drawn = scores if definition == results.definition else pd.concat([accuracy, scores])
+    best = _most_accurate(looks, select(whole, metric=ACCURACY), validation)
+    caption = f"{how}. {best}{marks}{conditions(results, scores, definition, results.definition)}"
     alt = f"Experiment {title(name)}: accuracy, and recall and precision of {', '.join(classes)}, against test SNR."
-    return figure(f"learning_{name}", drawing, scores, alt, caption, wide=True)
+    return figure(f"learning_{name}", drawing, drawn, alt, caption, wide=True)
 
 
 def _most_accurate(looks, accuracy, validation):
@@ -146,57 +147,76 @@ def _training(train):
     return f"trained {noise}, at elevation {', '.join(f'{angle:g}' for angle in train['elevation'])}°"
 
 
-def confusion_figure(names, name, words, confusion):
+def confusion_figure(results, name, confusion):
     """How often each true class was taken for which, at a middle SNR and at the highest; a column per model."""
     part = select(confusion, elevation="all")
     snrs = evenly(part["test_snr_db"].unique().tolist(), 3)[-2:]
     part = select(part, test_snr_db=snrs)
-    models = names.groups(part, "model")
+    models = results.names.groups(part, "model")
     columns = min(MATRICES, len(models))
     rows = len(snrs) * -(-len(models) // columns)
     drawing, grid = panels(rows, columns, 0.6 + 2.3 * columns, 0.4 + 2.1 * rows, sharex=False, sharey=False)
     for (row, snr), (place, ((model,), cells)) in itertools.product(enumerate(snrs), enumerate(models)):
         axes = grid[len(snrs) * (place // columns) + row, place % columns]
-        text = f"{names.model(model).label} at {snr:g} dB"
+        text = f"{results.names.model(model).label} at {snr:g} dB"
         draw_matrix(axes, matrix(select(cells, test_snr_db=snr)), text)
     finish(drawing, grid, "predicted class", "true class", legend=False)
     alt = f"Confusion matrices of {title(name)} at test SNRs of {' and '.join(f'{snr:g}' for snr in snrs)} dB."
     caption = (
-        f"{words}: test images at all elevations, true class (row) against predicted class; share of the row and "
-        "number."
+        f"{heading(name)}: test images at all elevations, true class (row) against predicted class; share of the row "
+        f"and number.{conditions(results, part)}"
     )
     return figure(f"confusion_{name}", drawing, part, alt, caption, wide=columns > WIDE)
 
 
 def curves_figure(results):
-    """Training curves: loss and accuracy over the epochs, a line per run; nothing where no model has epochs."""
+    """Training curves: loss, accuracy and learning rate over the epochs, a line per network and experiment.
+
+    Nothing where no model has epochs.
+    """
     curves = results.curves
     if not curves:
         return ()
-    drawing, grid = panels(1, 2, 9, 3.2 + 0.1 * len(curves), sharex=False, sharey=False)  # with what the legend needs
-    dashes, tables, times = {}, [], []
+    drawing, grid = panels(1, 3, 12, 3.2 + 0.1 * len(curves), sharex=False, sharey=False)  # with the legend
+    dashes, tables, ends, every = {}, [], [], results.settings["learning"]["models"]
     for (run, model), curve in curves.items():
-        look = results.names.model(model)
-        kind, label = next(dashes.setdefault(model, itertools.cycle(DASHES.values()))), f"{look.label}, {title(run)}"
-        for axes, column in zip(grid.flat, ("loss", "accuracy"), strict=True):
+        look, words = results.names.model(model), run_title(results.runs[run], fold=True)
+        kind, label = next(dashes.setdefault(model, itertools.cycle(DASHES.values()))), f"{look.label}, {words}"
+        thin = {"color": look.color, "lw": 0.7}
+        for axes, column in zip(grid.flat, ("loss", "accuracy"), strict=False):
             axes.plot(curve["epoch"], curve[column], kind, color=look.color, label=label)
-            thin = {"color": look.color, "marker": look.marker, "lw": 0.7}
-            axes.plot(curve["epoch"], curve[f"validation_{column}"], kind, **thin)
+            axes.plot(curve["epoch"], curve[f"validation_{column}"], kind, marker=look.marker, **thin)
             axes.set_ylabel(column)
-            axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+        if "learning_rate" in curve:  # a model of one's own may keep none
+            grid[0, 2].plot(curve["epoch"], curve["learning_rate"], kind, **thin)
+        ends.append(f"{look.label} in {words} {_end(curve, every[model].get('epochs'))}")
         tables.append(curve.assign(run=run, model=model))
-        if "seconds" in curve:
-            times.append(f"{look.label} in {title(run)} {duration(curve['seconds'].iloc[-1])}")
+    for axes in grid.flat:
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     grid[0, 0].set_yscale("log")
+    grid[0, 2].set_ylim(bottom=0)
+    grid[0, 2].set_ylabel("learning rate")
     finish(drawing, grid, "epoch")
-    took = f" Training took: {'; '.join(times)}." if times else ""
+    folded = any(len(results.folds[results.runs[run]["experiment"]]) > 1 for run, _ in curves)
+    first = " Of an experiment with several folds they are those of its first." if folded else ""
     caption = (
-        "Training of the networks: thick lines are on the training images, thin lines with markers on those at "
+        "Training curves of the networks: thick lines are on the training images, thin lines with markers on those at "
         "the validation azimuths. The loss is what each descends: cross-entropy, or of a capsule network the "
-        f"margin loss and the error of the reconstruction.{took}"
+        f"margin loss and the error of the reconstruction.{first} Training ended: {'; '.join(ends)}."
     )
-    alt = "Loss and accuracy of the networks over the epochs of their training."
+    alt = "Loss, accuracy and learning rate of the networks over the epochs of their training."
     return (figure("training_curves", drawing, pd.concat(tables), alt, caption, wide=True),)
+
+
+def _end(curve, planned):
+    """How a training ended, in words. planned: how many epochs it may have at most, where that is one number."""
+    last = curve.iloc[-1]
+    words = [f"after {last['epoch']:g}{f' of {planned}' if isinstance(planned, int) else ''} epochs"]
+    if "learning_rate" in curve:
+        words.append(f"at {number(last['learning_rate'] / curve['learning_rate'].max(), 2)} of its learning rate")
+    if "seconds" in curve:
+        words.append(f"in {duration(last['seconds'])}")
+    return " ".join(words)
 
 
 def accuracy_table(names, scores):
@@ -213,52 +233,35 @@ def accuracy_table(names, scores):
             "training SNR": trained,
             "tested at": ELEVATIONS.get(elevation, elevation),
         }
-        rows.append(head | at_snrs(curve, snrs, lambda row: INTERVAL.format(**row)))
+        rows.append(head | at_snrs(curve, snrs, with_interval))
     caption = "Accuracy at some test SNRs with its 95 % interval. The CSV file holds all SNRs."
     return table("accuracy", scores, rows, caption)
 
 
-def published_table(results, published):
-    """Published statements with our value at the same noise beside them; nothing where no experiment has a counterpart.
+def search_tables(results):
+    """The settings tried of each model that had a choice, and their accuracy on the validation images."""
+    tried = {}
+    for (run, model), search in results.searches.items():
+        # The first of equals, as in training.
+        chosen = search.index == search["validation_accuracy"].idxmax()
+        search = search.assign(run=run, experiment=run_title(results.runs[run]), chosen=chosen)
+        tried.setdefault(model, []).append(search)
+    return tuple(search_table(results, model, pd.concat(parts)) for model, parts in tried.items())
 
-    published: by `thesis.statements`. Between two test SNRs our value is interpolated; beyond the last it is that one.
-    """
-    rows = []
-    for line in select(published, metric=list(PUBLISHED_METRICS)).to_dict("records"):
-        same = {key: line[key] for key in ("experiment", "model")} | {"score": ""}
-        metric, elevation = PUBLISHED_METRICS[line["metric"]][0], CONDITIONS.get(line["condition"])
-        ours = select(results.scores, metric=metric, elevation=elevation, **same).sort_values("test_snr_db")
-        snrs = ours["test_snr_db"]
-        if not len(ours) or not snrs.is_unique or not snrs.min() <= line["printed_snr_db"] <= snrs.max():
-            continue
-        at = min(line["snr_db"], snrs.max())
-        value, low, high = (float(np.interp(at, snrs, ours[name])) for name in ("value", "low", "high"))
-        kept = holds(value, line["relation"], line["value"])
-        rows.append({**line, "here_at_snr_db": at, "ours": value, "low": low, "high": high, "holds": kept})
-    if not rows:
-        return ()
 
-    def model(row):
-        reduced = "" if thesis.full_size(row["model"], results.settings) else " (here reduced)"
-        return f"{results.names.model(row['model']).label}{reduced}"
-
-    columns = {
-        "experiment": lambda row: title(row["experiment"]),
-        "model": model,
-        "tested at": lambda row: ELEVATIONS[CONDITIONS[row["condition"]]],
-        "its SNR [dB]": "{printed_snr_db:g}",
-        "measure": lambda row: PUBLISHED_METRICS[row["metric"]][1],
-        f"thesis, {thesis.CENTER_FREQUENCY / 1e9:g} GHz": lambda row: f"{RELATIONS[row['relation']][0]} {row['value']}",
-        "SNR here [dB]": "{here_at_snr_db:.3g}",
-        "here": INTERVAL.replace("value", "ours"),
-        "as published": lambda row: "yes" if row["holds"] else "no",
-        "source": "{source}",
-    }
+def search_table(results, model, tried):
+    """A row for each of a model's settings, a column for each experiment. tried: of all runs; chosen, a boolean."""
+    own, shown = results.settings["learning"]["models"][model], []
+    choices = [name for name, value in own.items() if isinstance(value, list)]
+    for values, rows in tried.groupby(choices, sort=False, dropna=False):
+        line = {name: str(value).removesuffix(".0") for name, value in zip(choices, values, strict=True)}
+        for experiment, folds in rows.groupby("experiment", sort=False):
+            among = f" in {folds['chosen'].sum()} of {len(folds)} folds" if len(folds) > 1 else ""
+            mark = f" ✓{among}" if folds["chosen"].any() else ""
+            line[experiment] = f"{folds['validation_accuracy'].mean():.3f}{mark}"
+        shown.append(line)
     caption = (
-        "What the reference thesis states of the closed set, split at random, and the same here. Its networks are "
-        "full-size ones, its targets other models of the same kinds, and its frequency may differ from this run's, so "
-        "agreement is expected in kind only. Values here are at the same noise, which has another SNR where the "
-        "definitions differ: interpolated between test SNRs, or at the highest. “As published” rounds to the printed "
-        "decimals."
+        f"Settings tried for {results.names.model(model).words}: accuracy on the validation images of each experiment, "
+        "by which one is chosen (✓); of several folds the mean, as each fold chooses for itself."
     )
-    return (table("published", pd.DataFrame(rows), columns, caption),)
+    return table(f"search_{model}", tried, shown, caption)

@@ -2,26 +2,20 @@
 
 import itertools
 
-from report import thesis
+from report.conditions import conditions
 from report.layout import Section, figure, table
 from report.plots import draw_curve, draw_rejecting, finish, panels
-from report.vocabulary import F1, INTERVAL, PROTOCOLS, at_highest, heading, select, split_text, title
+from report.published import ADAPTATIONS, OPEN, confusion_figure, statements_table
+from report.vocabulary import F1, PROTOCOLS, at_highest, heading, select, snr_axis, title, with_interval
 
 COLUMNS = 4  # models side by side
-# The reference thesis's adaptations of its network: the model and confidence score here that are the same.
-PUBLISHED = {
-    "softmax_threshold": ("fcnn", "softmax"),
-    "openmax": ("fcnn", "openmax"),
-    "other_class": ("fcnn_other", "softmax"),
-}
 SEPARATION = {"auroc": "AUROC", "fpr95": "FPR at 95 % TPR", "oscr": "OSCR"}
 
 
 def section(results):
     scores = select(results.scores[results.scores["score"] != ""], elevation="all")
-    published = select(thesis.statements(results, True), metric="weighted_f1")
     known, unknown, other = (" and ".join(results.of_role(role)) for role in ("known", "unknown", "other"))
-    rejecting = " and ".join(sorted({f"{value:.3f}" for value in results.rejecting.values()}))
+    rejecting = " or ".join(f"{value:.3f}" for value in results.rejecting(results.opened))
     ours = select(results.confusion, experiment="fcnn_open")
     return Section(
         id="open",
@@ -31,18 +25,18 @@ def section(results):
             "confidence score is below a threshold is rejected as 'other'. Thresholds are chosen on images at the "
             "validation azimuths, for each SNR by itself, for the largest weighted F1. Under the thesis protocol these "
             "hold the unknown targets too, under the blind protocol only the known ones and those of role other"
-            f"{f' ({other})' if other else ''}. Scores that put the images in the same order, as softmax, maximum "
-            "logit and energy of a linear model of two classes do, lie on each other. OpenMax's score is its largest "
-            "probability of a known class. Rejecting everything gives a weighted F1 of "
-            f"{rejecting}: the dotted line.",
+            f"{f' ({other})' if other else ''}; every fold has thresholds of its own. Scores that put the images in "
+            "the same order, as softmax, maximum logit and energy of a linear model of two classes do, lie on each "
+            "other. OpenMax's score is its largest probability of a known class. Rejecting everything gives a weighted "
+            f"F1 of {rejecting}: the dotted line.",
         ),
         figures=(
             *(open_figure(results, name, select(scores, experiment=name)) for name in results.opened),
-            *thesis.confusion_figure(results, "published_confusion", ours, PUBLISHED),
+            *confusion_figure(results, "published_confusion", ours, ADAPTATIONS),
         ),
-        tables=tuple(
-            open_table(results.names, name, select(scores, experiment=name), select(published, experiment=name))
-            for name in results.opened
+        tables=(
+            *(open_table(results, name, select(scores, experiment=name)) for name in results.opened),
+            *statements_table(results, "published_open", OPEN),
         ),
     )
 
@@ -53,7 +47,7 @@ def open_figure(results, name, scores):
     scores: the experiment's rows.
     """
     names, part = results.names, select(scores, metric=F1)
-    split, models = part["split"].iloc[0], names.values(part, "model")
+    models = names.values(part, "model")
     columns = min(COLUMNS, len(models))
     rows = -(-len(models) // columns) * len(PROTOCOLS)
     drawing, grid = panels(rows, columns, max(1 + 2.6 * columns, 6), 1 + 2.2 * rows)
@@ -62,9 +56,9 @@ def open_figure(results, name, scores):
         for (score, _), curve in names.groups(select(part, model=model, threshold=protocol), "score", "training"):
             look = names.score(score)
             draw_curve(axes, curve, look.color, look.marker, band=False, lw=1, label=look.label)
-        draw_rejecting(axes, [results.rejecting[split]])
+        draw_rejecting(axes, results.rejecting([name]))
         axes.set_title(f"{names.model(model).label}, {protocol}")
-    finish(drawing, grid, ylabel="weighted F1")
+    finish(drawing, grid, snr_axis(results.definition), "weighted F1")
     snr, lead = part["test_snr_db"].max(), PROTOCOLS[0]
     case = {"experiment": name, "elevation": "all", "metric": F1, "threshold": lead, "test_snr_db": snr}
     top, held_out = (
@@ -73,44 +67,35 @@ def open_figure(results, name, scores):
     )
     model, _, score = best = held_out.idxmax()
     caption = (
-        f"{heading(name)}, {split_text(split)}: weighted F1 over the classes and 'other', unknown targets among the "
+        f"{heading(name)}: weighted F1 over the classes and 'other', unknown targets among the "
         f"test images, with {lead} thresholds and with {PROTOCOLS[1]} thresholds. Best at {snr:g} dB on the validation "
         f"images with {lead} thresholds: {names.model(model).label} with {names.score(score).label}, which has "
-        f"{top[best]:.3f} on the test images."
+        f"{top[best]:.3f} on the test images.{conditions(results, part)}"
     )
     alt = f"Open-set weighted F1 of {title(name)} against test SNR, for each model, confidence score and threshold."
     return figure(f"open_{name}", drawing, scores, alt, caption, wide=True)
 
 
-def open_table(names, name, scores, published):
+def open_table(results, name, scores):
     """Every model and confidence score of an experiment at the highest SNR: F1 under both protocols, and separation.
 
-    scores: the experiment's rows; published: the thesis's weighted F1 of the same experiment.
+    scores: the experiment's rows.
     """
-    top = at_highest(scores)
-    snr, theirs = top["test_snr_db"].max(), f"{thesis.FULL_SIZE}: F1"
-    printed = {
-        PUBLISHED[line.model]: line.value
-        for line in select(published, printed_snr_db=snr, model=list(PUBLISHED)).itertuples()
-    }
-    shown = []
+    names, top, shown = results.names, at_highest(scores), []
     for (model, trained, score), rows in names.groups(top, "model", "training", "score"):
         rows = rows.set_index(["threshold", "metric"])
         line = {"model": names.model(model).label}
         if top["training"].nunique() > 1:
             line["training SNR"] = trained
         line["confidence score"] = names.score(score).label
-        line |= {f"weighted F1, {protocol}": INTERVAL.format(**rows.loc[protocol, F1]) for protocol in PROTOCOLS}
+        line |= {f"weighted F1, {protocol}": with_interval(rows.loc[(protocol, F1)]) for protocol in PROTOCOLS}
         line |= {text: f"{rows.loc['', metric]['value']:.3f}" for metric, text in SEPARATION.items()}
-        shown.append(line | ({theirs: printed.get((model, score), "–")} if printed else {}))
-    shift = (published["snr_db"] - published["printed_snr_db"]).iloc[0] if printed else 0
-    moved = f" The thesis's are at {shift:+.1f} dB, as its SNR is defined otherwise."
+        shown.append(line)
     caption = (
-        f"{heading(name)}, {split_text(top['split'].iloc[0])}, at {snr:g} dB: weighted F1 with its 95 % interval with "
+        f"{heading(name)} at {top['test_snr_db'].max():g} dB: weighted F1 with its 95 % interval with "
         f"{PROTOCOLS[0]} and with {PROTOCOLS[1]} thresholds. AUROC: the probability that an image of a known target "
         "scores higher than one of an unknown target; FPR: the share of unknown images kept by the threshold that "
-        "keeps 95 % of the known ones; OSCR: the area under correct classification against false positives. The CSV "
-        "file holds all SNRs."
-        f"{moved if shift else ''}"
+        "keeps 95 % of the known ones; OSCR: the area under correct classification against false positives; of several "
+        f"folds these are means. The CSV file holds all SNRs.{conditions(results, top)}"
     )
     return table(f"open_{name}", scores, shown, caption)

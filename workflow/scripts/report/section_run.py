@@ -13,6 +13,7 @@ from core import sweep
 from imaging.geometry import planned
 from report import draw_mesh, thesis
 from report.caveats import warnings
+from report.conditions import noise_words
 from report.layout import Section, canvas, duration, figure, number, table
 
 ROOT = Path(__file__).parents[3]
@@ -41,8 +42,14 @@ def facts(results):
         count = _count(len(snrs), "SNR", "SNRs")
         pairs += [
             ("Images", f"{pixels}, {images['words']}"),
-            ("Noise", f"{count} from {min(snrs):g} to {max(snrs):g} dB, {realizations}"),
+            (
+                "Noise",
+                f"{count} from {min(snrs):g} to {max(snrs):g} dB, by {noise_words(noise, noise['definition'])}; "
+                f"{realizations} of each {noise['per']}{_tested(settings)}",
+            ),
         ]
+    if results.learns:
+        pairs.append(("Splits", _splits(results)))
     if results.learns and networks(results):
         pairs.append(("Capsule network", "; ".join(networks(results))))
     if len(results.benchmarks):
@@ -50,6 +57,22 @@ def facts(results):
     main = [text for text in _versions() if text.split()[0] in MAIN]
     pairs.append(("Made with", f"isarflow {version()}, commit {commit()}; {', '.join(main)}"))
     return pairs
+
+
+def _tested(settings):
+    tested = settings["learning"]["realizations"]
+    return "" if tested == "all" else f", of which {tested} tested"
+
+
+def _splits(results):
+    """The splits that experiments use, in words."""
+    split = results.settings["learning"]["split"]
+    words = {
+        "sector": f"by sector: {split['folds']} arcs of the aspects take turns to be tested",
+        "random": f"at random: {100 * split['train']:.3g} % of the aspects train",
+    }
+    used = {run["split"] for run in results.runs.values()}
+    return "; ".join(text for name, text in words.items() if name in used)
 
 
 def networks(results):

@@ -2,7 +2,7 @@
 
 from report import thesis
 from report.layout import Section, canvas, figure, number, table
-from report.vocabulary import select, title
+from report.vocabulary import run_title, select
 
 # Under which condition the published times have an experiment's counterpart.
 CONDITIONS = {
@@ -34,7 +34,7 @@ def section(results):
             f"ratios between models compare.{_left_out(results)}",
         ),
         figures=(times_figure(results, frame),),
-        tables=(times_table(results.names, frame),),
+        tables=(times_table(results, frame),),
     )
 
 
@@ -79,7 +79,9 @@ def times_figure(results, frame):
         entries += axes.plot([], [], ls="", color="black" if published else "#555555", **look)
     drawing.legend(entries, [text for text, _ in TIMES.values()], loc="outside upper center", ncols=3)
     axes.set_xscale("log")
-    axes.set_yticks(places, [f"{models(row.model).label}, {title(row.run)}" for row in frame.itertuples()])
+    axes.set_yticks(
+        places, [f"{models(row.model).label}, {run_title(results.runs[row.run])}" for row in frame.itertuples()]
+    )
     axes.set_ylim(len(frame) - 0.4, -0.6)
     axes.set_xlabel("time per image [ms]")
     fastest = frame.loc[frame["batch_ms"].idxmin()]
@@ -91,10 +93,10 @@ def times_figure(results, frame):
     return figure("prediction_times", drawing, frame, alt, caption)
 
 
-def times_table(names, frame):
+def times_table(results, frame):
     shown = {
-        "run": lambda row: title(row["run"]),
-        "model": lambda row: names.model(row["model"]).label,
+        "run": lambda row: run_title(results.runs[row["run"]]),
+        "model": lambda row: results.names.model(row["model"]).label,
         "training images": "{training_observations:,}",
         **{f"{text} [ms]": lambda row, key=key: number(row[key]) for key, (text, _) in TIMES.items()},
         "its training images": lambda row: number(row["published_training_observations"], 6),

@@ -7,6 +7,7 @@ import pandas as pd
 
 from learning.experiments import REFERENCE
 from report import thesis
+from report.conditions import conditions
 from report.layout import BLACK, PALETTE, Section, figure, signed, table
 from report.plots import draw_curve, draw_rejecting, finish, panels
 from report.vocabulary import (
@@ -19,6 +20,7 @@ from report.vocabulary import (
     middle_text,
     ranked,
     select,
+    snr_axis,
     split_text,
     title,
 )
@@ -27,6 +29,7 @@ SOLVED = 0.98  # weighted F1 of the thesis's method from which on there is nothi
 BEST = 3  # methods drawn for each split
 SHOWN_SNRS = (-12, -6, 0, 6, 12, 24)  # dB, of the table
 LEAD, OTHER = PROTOCOLS
+DASHES = ((0, (5, 2)), "-.", (0, (3, 1, 1, 1, 1, 1)))  # of the thesis's method by what it is trained at
 
 
 def section(results):
@@ -36,17 +39,17 @@ def section(results):
     )
     ranks, reference = summary(scores, validation), thesis.network(REFERENCE[0], results)
     gains = ranks[f"gain_{LEAD}"].notna().any()
-    compared = f" Gains are against {reference}, trained without noise, with ZNCC."
+    compared = f" Gains are over {reference} with ZNCC, trained at the same SNRs."
     return Section(
         id="tried",
         title="Everything tried on the open set",
         text=(
             "Every model and confidence score of every open experiment, split by sector first, in the order of its "
             f"mean weighted F1 over {middle_text(scores)} on the validation images with blind thresholds. All numbers "
-            f"are of the test images.{compared if gains else ''}",
+            f"are of the test images.{compared if gains else ''}{conditions(results, scores)}",
         ),
         figures=gain_figure(results, scores, ranks, reference),
-        tables=(tried_table(results.names, scores, ranks, gains),),
+        tables=(tried_table(results.names, scores, ranks, reference if gains else ""),),
     )
 
 
@@ -55,7 +58,7 @@ def summary(scores, validation):
 
     Means over the middle SNRs of weighted F1 and of its gain on the test images under each protocol <p>; validation is
     that of weighted F1 on the validation images under the first of them, which decides what is best. gain_<p> is NaN
-    where the thesis's method is not among them.
+    where no network of the thesis is trained at the same SNRs.
     """
     rows = select(scores, test_snr_db=middle(scores["test_snr_db"]))
     means = rows.groupby([*METHOD, "metric", "threshold"])["value"].mean().unstack(["metric", "threshold"])
@@ -67,31 +70,32 @@ def summary(scores, validation):
 
 
 def best(ranks):
-    """The rows of the best methods of each split, but the thesis's own; of one in several experiments the best one."""
-    model, trained, score = REFERENCE
-    others = ranks.drop(select(ranks, model=model, training=trained, score=score).index).dropna(subset=f"gain_{LEAD}")
+    """The rows of the best methods of each split that have a gain, but the thesis's own; of one in several experiments
+    the best one.
+    """
+    model, _, score = REFERENCE
+    others = ranks.drop(select(ranks, model=model, score=score).index).dropna(subset=f"gain_{LEAD}")
     return others.drop_duplicates(["split", "model", "training", "score"]).groupby("split").head(BEST)
 
 
 def judged(curve):
     """The middle SNRs of one method under one protocol at which the thesis's method leaves something to gain.
 
-    curve: columns test_snr_db, f1, gain, low, high (the gain's interval). Rows, with a column above: whether the
-    interval lies above 0.
+    curve: columns test_snr_db, f1, reference (the thesis's), gain, low, high (the gain's interval). Rows, with a column
+    above: whether the interval lies above 0.
     """
-    rows = curve[curve["test_snr_db"].isin(middle(curve["test_snr_db"])) & (curve["f1"] - curve["gain"] < SOLVED)]
+    rows = curve[curve["test_snr_db"].isin(middle(curve["test_snr_db"])) & (curve["reference"] < SOLVED)]
     return rows.assign(above=rows["low"] > 0)
 
 
 def _curve(scores, method, protocol):
     """What `judged` takes, of a row of `summary`."""
-    rows = (
-        select(scores, threshold=protocol, **{name: method[name] for name in METHOD})
-        .set_index("test_snr_db")
-        .sort_index()
-    )
-    gain = select(rows, metric=GAIN)[["value", "low", "high"]].rename(columns={"value": "gain"})
-    return gain.assign(f1=select(rows, metric=F1)["value"]).reset_index()
+    rows = select(scores, threshold=protocol, split=method["split"], training=method["training"])
+    own = select(rows, **{name: method[name] for name in METHOD}).set_index("test_snr_db").sort_index()
+    theirs = select(rows, metric=F1, model=REFERENCE[0], score=REFERENCE[2])
+    theirs = select(theirs, experiment=theirs["experiment"].min()).set_index("test_snr_db")
+    gain = select(own, metric=GAIN)[["value", "low", "high"]].rename(columns={"value": "gain"})
+    return gain.assign(f1=select(own, metric=F1)["value"], reference=theirs["value"]).reset_index()
 
 
 def gain_figure(results, scores, ranks, reference):
@@ -105,45 +109,51 @@ def gain_figure(results, scores, ranks, reference):
     labels = _labels(results.names, picks)
     looks = zip(itertools.cycle(PALETTE), itertools.cycle("os^Dv<"))
     looks = dict(zip(dict.fromkeys(labels), looks, strict=False))
+    dashes = dict(zip(picks["training"].unique(), itertools.cycle(DASHES), strict=False))
+    methods = list(zip(labels, picks.to_dict("records"), strict=True))
     columns = list(itertools.product(picks["split"].unique(), PROTOCOLS))
     drawing, grid = panels(2, len(columns), 1 + 2.5 * len(columns), 5.6, sharey="row")
     drawn, counts = [], []
     for (upper, lower), (split, protocol) in zip(grid.T, columns, strict=True):
         upper.set_title(f"{split_text(split)},\n{protocol} thresholds")
         lower.axhline(0, color=BLACK, lw=1)
-        theirs = {"color": BLACK, "ls": "--", "label": f"{reference.removeprefix('the ')}, ZNCC"}
-        for label, method in zip(labels, picks.to_dict("records"), strict=True):
-            if method["split"] != split:
-                continue
-            curve, (color, marker) = _curve(scores, method, protocol), looks[label]
-            rows, snrs = judged(curve), curve["test_snr_db"]
-            if theirs:  # the first, which is the best
-                upper.plot(snrs, curve["f1"] - curve["gain"], **theirs)
-                theirs = {}
-                counts.append(f"{split_text(split)}, {protocol} thresholds: {_count(rows)} ({label})")
-                draw_rejecting(upper, [results.rejecting[split]])
+        here = [(label, method) for label, method in methods if method["split"] == split]
+        left = {method["training"] for _, method in here}
+        curves = [_curve(scores, method, protocol) for _, method in here]
+        counts.append(f"{split_text(split)}, {protocol} thresholds: {_count(judged(curves[0]))} ({here[0][0]})")
+        draw_rejecting(upper, results.rejecting(method["experiment"] for _, method in here))
+        for curve, (label, method) in zip(curves, here, strict=True):
+            (color, marker), rows, training = looks[label], judged(curve), method["training"]
+            if training in left:  # once in each panel
+                left.remove(training)
+                theirs = f"{results.names.method(REFERENCE[0], REFERENCE[2])}, training SNR {training}"
+                upper.plot(curve["test_snr_db"], curve["reference"], color=BLACK, ls=dashes[training], label=theirs)
             draw_curve(upper, curve.assign(value=curve["f1"]), color, marker, band=False, label=label)
             draw_curve(lower, curve.assign(value=curve["gain"]), color, lw=1)
             lower.plot(rows["test_snr_db"], rows["gain"], color=color, marker=marker, ls="")
             drawn.append(curve.assign(threshold=protocol, **{name: method[name] for name in METHOD}))
     grid[1, 0].set_ylabel("gain in weighted F1")
-    finish(drawing, grid, ylabel="weighted F1")
-    counts = "; ".join(counts)
+    finish(drawing, grid, snr_axis(results.definition), "weighted F1")
+    counts, data = "; ".join(counts), pd.concat(drawn)
     alt = (
         f"Open-set weighted F1 of the best methods and of {reference} against test SNR, and their difference. The "
         f"interval of the best one's gain lies above 0 under {counts}."
     )
     caption = (
         f"The {BEST} methods of each split with the largest mean weighted F1 over {middle_text(scores)} on the "
-        f"validation images with {LEAD} thresholds, here on the test images, and their gain over {reference} on the "
-        "same images, with its 95 % interval from the same resamples. Markers stand at the SNRs of that range at which "
-        f"the latter is below {SOLVED:g}. At these, the interval of the best method's gain lies above 0 under {counts}."
+        f"validation images with {LEAD} thresholds, of those at whose training SNRs {reference} is trained, too: here "
+        "on the test images, and their gain over that network, with ZNCC, on the folds that both have, with its 95 % "
+        "interval from the same resamples. Markers stand at the SNRs of that range at which the latter is below "
+        f"{SOLVED:g}. At these, the interval of the best method's gain lies above 0 under {counts}."
+        f"{conditions(results, data)}"
     )
-    return (figure("best_gain", drawing, pd.concat(drawn), alt, caption, wide=True),)
+    return (figure("best_gain", drawing, data, alt, caption, wide=True),)
 
 
 def _count(rows):
     """At how many of the SNRs that `judged` gives the interval lies above 0, in words."""
+    if len(rows) and rows["low"].isna().all():
+        return "at none, as one fold has no interval"
     missed = ", ".join(f"{snr:g}" for snr in rows[~rows["above"]]["test_snr_db"])
     return f"at {rows['above'].sum()} of {len(rows)}{f', not at {missed} dB' if missed else ''}"
 
@@ -155,8 +165,11 @@ def _labels(names, picks):
     return [names.method(row.model, row.score) + at for row, at in zip(picks.itertuples(), trained, strict=True)]
 
 
-def tried_table(names, scores, ranks, gains):
-    """Every method, the best first within each split. gains: whether the thesis's method is among them."""
+def tried_table(names, scores, ranks, reference):
+    """Every method, the best first within each split.
+
+    reference: the network in words that gains are over; empty where there are none.
+    """
     curves = dict(list(select(scores, metric=F1, threshold=LEAD).groupby(METHOD)))
     snrs = sorted(set(scores["test_snr_db"]))
     near = sorted({min(snrs, key=lambda snr: abs(snr - aim)) for aim in SHOWN_SNRS})
@@ -173,14 +186,14 @@ def tried_table(names, scores, ranks, gains):
             "mean": f"{row[f'mean_{LEAD}']:.3f}",
             f"mean, {OTHER}": f"{row[f'mean_{OTHER}']:.3f}",
         }
-        if gains:
+        if reference:
             line |= {"gain": signed(row[f"gain_{LEAD}"]), f"gain, {OTHER}": signed(row[f"gain_{OTHER}"])}
         shown.append(line)
+    gain = f"; gain: the mean of what it is more than that of {reference} trained at the same SNRs, with ZNCC"
     caption = (
         f"Weighted F1 of the open set with {LEAD} thresholds at some SNRs, and its mean over {middle_text(scores)} "
         f"with {LEAD} and with {OTHER} thresholds, all on the test images; validation mean: the same mean on the "
-        "validation images, by which the rows are in order; gain: the mean of what it is more than that of the "
-        "network named above, on the same test images. The CSV file holds all SNRs, both protocols and the 95 % "
-        "intervals."
+        f"validation images, by which the rows are in order{gain if reference else ''}. The CSV file holds all SNRs, "
+        "both protocols and the 95 % intervals."
     )
     return table("tried", scores, shown, caption)

@@ -27,12 +27,12 @@ from report.layout import (
 
 ACCURACY, F1, GAIN = "accuracy", "f1_weighted", "f1_weighted_gain"  # metrics
 SPLITS = ("sector", "random")  # the harder first
+ELEVATIONS = {"all": "all elevations", "trained": "trained elevations"}  # that are tested
 PROTOCOLS = ("blind", "thesis")  # of thresholds, the harder first
 # What tells one thing tried from another.
 METHOD = ["split", "experiment", "model", "training", "score"]
-COUNTED = {False: ("known",), True: ("known", "unknown")}  # roles of the targets in a closed and an open set's scores
 MIDDLE = (-12, 12)  # dB: the SNRs by which methods are ranked
-INTERVAL = "{value:.3f} [{low:.3f}, {high:.3f}]"
+POWERS = {"mean": "mean power", "peak_3db": "peak_3db power"}  # by definition of SNR
 PROPER = {"fcnn": "FCNN", "openmax": "OpenMax", "svm": "SVM", "knn": "KNN", "lr": "LR", "mse": "MSE", "zncc": "ZNCC"}
 # By the places that models and confidence scores state.
 MODEL_COLORS = (BLUE, SKY, VERMILION, GREEN, BLACK, PURPLE, ORANGE, CRIMSON, TEAL, OLIVE, INDIGO, GREY)
@@ -132,6 +132,24 @@ def heading(name):
 def split_text(split):
     """A split in words."""
     return {"sector": "split by sector", "random": "split at random"}[split]
+
+
+def run_title(run, fold=False):
+    """A run in words, without its fold, or with it where it has one. run: what `experiments.runs` gives."""
+    number = run["division"]["fold"]
+    words = title(run["name"].removesuffix(f"_fold{number}"))
+    return f"{words}, fold {number}" if fold and number else words
+
+
+def snr_axis(definition):
+    """The label of an axis of test SNRs."""
+    return f"test SNR by {POWERS[definition]} [dB]"
+
+
+def with_interval(row):
+    """A value with its interval, which it may lack. row: its value, low and high, by these names."""
+    words = f"{row['value']:.3f}"
+    return words if pd.isna(row["low"]) else f"{words} [{row['low']:.3f}, {row['high']:.3f}]"
 
 
 def training_noise(snr_db):

@@ -13,14 +13,16 @@ from scattering.store import CONVENTION, COORDINATES, versions, write_field
 TOLERANCES = {"frequency": 1e-6, "elevation": ffe.ANGLE, "azimuth": ffe.ANGLE}  # relative, degrees, degrees
 UNITS = {"frequency": "Hz", "elevation": "degrees", "azimuth": "degrees"}
 KEYS = {"frequency": "radar", "elevation": "aspect.elevation", "azimuth": "aspect.azimuth"}
+MIRRORED = 0.1  # relative: by how much, rms, a field may differ from that of its mirror image; meshes are not symmetric
 SAME = 1e-4  # relative: samples of one direction that agree are one, as at both ends of a closed circle
 
 
-def write_external(field, store_path, radar, aspect):
+def write_external(field, store_path, radar, aspect, symmetry=()):
     """Write the store of a target whose config says `field`: its samples at the sweep's frequencies and directions.
 
-    field: a path to a zarr store or .ffe file, a list of .ffe files, or {V: ..., H: ...} of those.
-    Raises InputError if a sample of the sweep is missing, given twice or not finite.
+    field: a path to a zarr store or .ffe file, a list of .ffe files, or {V: ..., H: ...} of those. symmetry: the mirror
+    planes that the config says the target has.
+    Raises InputError if a sample of the sweep is missing, given twice or not finite, and if mirror images differ.
     """
     wanted = {"frequency": frequencies(radar), "elevation": elevations(aspect), "azimuth": azimuths(aspect)}
     take = _from_store if field_files.is_store(field) else _from_ffe
@@ -28,6 +30,8 @@ def write_external(field, store_path, radar, aspect):
     if not np.isfinite(samples).all():
         raise InputError(f"{', '.join(field_files.paths(field))}: the field holds values that are not finite.")
     _check_not_zero(samples, field, radar["polarizations"], wanted)
+    for plane in symmetry:
+        _check_mirrored(samples, field, radar["polarizations"], wanted["azimuth"], plane)
     attrs = {
         "formulation": "external",
         "origin": {path: field_files.digest(path) for path in field_files.paths(field)},
@@ -49,6 +53,22 @@ def _check_not_zero(samples, field, polarizations, wanted):
             raise InputError(
                 f"{', '.join(field_files.paths(field))}: the {way} field is 0 at all azimuths of {elevation:g} degrees "
                 f"elevation at {frequency / 1e9:g} GHz, and of {len(empty)} such rings in all; are files of it missing?"
+            )
+
+
+def _check_mirrored(samples, field, polarizations, azimuth, plane):
+    """Refuse a field that is not symmetric about a mirror plane, at azimuths whose mirror images are in the sweep."""
+    mirrored = -azimuth if plane == "xz" else 180 - azimuth
+    apart = np.abs((azimuth[:, None] - mirrored + 180) % 360 - 180)
+    there, here = np.nonzero(apart < ffe.ANGLE)
+    for way, part in zip(polarizations, samples, strict=True):
+        sign = 1 if way[0] == way[1] else -1  # H, the direction of increasing azimuth, turns round
+        scale = np.linalg.norm(part)
+        different = np.linalg.norm(part[..., there] - sign * part[..., here]) / scale if scale > 0 else 0
+        if different > MIRRORED:
+            raise InputError(
+                f"{', '.join(field_files.paths(field))}: the {way} field differs from its mirror image in the plane "
+                f"{plane} by {100 * different:.0f} % of itself; take the plane out of the target's 'symmetry'."
             )
 
 

@@ -3,4 +3,5 @@ from scattering.external import write_external
 
 with job(snakemake):
     settings = snakemake.params.settings
-    write_external(settings["field"], snakemake.output[0], settings["radar"], settings["aspect"])
+    sweep = settings["radar"], settings["aspect"]
+    write_external(settings["field"], snakemake.output[0], *sweep, settings.get("symmetry", ()))

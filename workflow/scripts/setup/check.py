@@ -16,7 +16,8 @@ from core.sweep import images_are_made
 from imaging.geometry import PURE_NOISE, centres, planned
 from learning.classifier import NOT_HYPER, OTHER, choices
 from learning.experiments import CLEAN, TOLERANCE, runs
-from learning.split import split
+from learning.split import Division, split
+from learning.split import check as check_sides
 from mesh import cad_kernel
 from scattering import field_files, needs
 from setup.kinds import MODELS, SECTIONS, check_kind, kind, settings_of
@@ -239,6 +240,12 @@ def _of_experiments(config, experiments):
     yield from _of_names("learning.experiments", experiments)
     every = runs({**config, "learning": {**learning, "experiments": experiments}})
     for name, experiment in experiments.items():
+        if "folds" in experiment and experiment.get("split", learning["split"]["scheme"]) != "sector":
+            yield f"'learning.experiments.{name}.folds': only the split by sector has folds; leave it out."
+        for fold in experiment.get("folds", ()):
+            if fold > learning["split"]["folds"]:
+                count = learning["split"]["folds"]
+                yield f"'learning.experiments.{name}.folds': fold {fold} is none of {count} ('learning.split.folds')."
         key, trained = f"learning.experiments.{name}", experiment["train"]["elevation"]
         if known < 2:
             yield (
@@ -276,7 +283,10 @@ def _of_experiments(config, experiments):
                     f"'{key}.train.snr_db': {model} with 'denoise' learns what an image is without its noise; give it "
                     "{random: [clean, ...]}."
                 )
-        split(images, learning["split"], config["seed"], config["imaging"]["aperture"], run["split"])
+        division = Division(**run["division"])
+        for name, target in config["targets"].items():
+            if target["role"] == "known":
+                check_sides(split(images, target.get("symmetry", ()), division), division, name, len(images))
 
 
 def _of_pixels(key, upsample, models, plan):

@@ -86,7 +86,8 @@ class Model(Classifier):
             weights[name] = glorot(random, (rows, columns), rows + columns)
             weights[f"{name}_offset"] = np.zeros(columns, np.float32)
         batches = Batches(len(x), self.settings["batch"], random, snrs)
-        settings = Settings(optax.adam(self.settings["learning_rate"]), self.settings["epochs"])
+        rate = optax.constant_schedule(self.settings["learning_rate"])
+        settings = Settings(optax.adam(rate), rate, self.settings["epochs"])
         learned, self.curve_ = minimize(
             loss, weights, batches, lambda rows: (x[rows], y[rows]), settings, validate if held_out else None
         )

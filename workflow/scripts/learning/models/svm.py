@@ -22,19 +22,21 @@ class Model(Classifier):
         "C": {"type": "number", "exclusiveMinimum": 0, "description": "box constraint"},
         "scale": {"type": "number", "exclusiveMinimum": 0, "description": "s of the kernel exp(-|x - y|^2 / s^2)"},
     }
+    pairs = True
 
     def fit(self, images, labels, validation=None, snrs=None, views=None):
         from sklearn.svm import SVC  # predictions do without scikit-learn
 
         x = real_imaginary(images, np.float64)
+        kernel = self._kernel(x, x, np.einsum("ij,ij->i", x, x))
         self.classes_ = np.unique(labels)
         dual = np.zeros((len(x), len(self.classes_)))
         intercept = np.zeros(len(self.classes_))
         # Of two classes each is the other's rest.
         fitted = range(1, 2) if len(self.classes_) == 2 else range(len(self.classes_))
         for index in fitted:
-            machine = SVC(C=self.settings["C"], gamma=self.settings["scale"] ** -2, cache_size=500)
-            machine.fit(x, labels == self.classes_[index])
+            machine = SVC(C=self.settings["C"], kernel="precomputed", cache_size=500)
+            machine.fit(kernel, labels == self.classes_[index])
             dual[machine.support_, index] = machine.dual_coef_[0]
             intercept[index] = machine.intercept_[0]
         if len(self.classes_) == 2:
@@ -44,11 +46,17 @@ class Model(Classifier):
         self.squared_norms_ = np.einsum("ij,ij->i", self.vectors_, self.vectors_)
         return self
 
-    def evaluate(self, images):
-        # Dual coefficients reach C in size and cancel, so single precision would not do.
-        kernel = squared_distances(real_imaginary(images, np.float64), self.vectors_, self.squared_norms_)
+    def _kernel(self, x, references, squared_norms):
+        """The kernel between x (n, features) and references (m, features), (n, m), by one product of matrices.
+
+        Dual coefficients reach C in size and cancel, so single precision would not do.
+        """
+        kernel = squared_distances(x, references, squared_norms)
         kernel *= -(self.settings["scale"] ** -2)
-        np.exp(kernel, out=kernel)
+        return np.exp(kernel, out=kernel)
+
+    def evaluate(self, images):
+        kernel = self._kernel(real_imaginary(images, np.float64), self.vectors_, self.squared_norms_)
         scores = kernel @ self.dual_ + self.intercept_
         margin = scores[:, self.classes_ != OTHER].max(axis=1)
         return Outcome(self.classes_[scores.argmax(axis=1)], scores, {"margin": margin})

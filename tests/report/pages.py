@@ -1,0 +1,76 @@
+"""A report's page, parsed and checked for what holds for every one."""
+
+import itertools
+import re
+from html.parser import HTMLParser
+
+import pandas as pd
+
+VOID = {"meta", "link", "img", "br", "input"}
+
+
+class Page(HTMLParser):
+    """Parses a page and keeps its tags; raises when an element is closed that is not the innermost open one."""
+
+    def __init__(self, path):
+        super().__init__()
+        self.tags, self.text, self.open, self.path = [], [], [], path
+        self.feed(path.read_text())
+        assert not self.open
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append((tag, dict(attrs)))
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        self.text.append(data)
+
+    def attributes(self, *names):
+        return [attrs for tag, attrs in self.tags if tag in names]
+
+    @property
+    def words(self):
+        return " ".join(" ".join(self.text).split())
+
+
+def check_whole(report):
+    """What holds for every report; returns the parsed page."""
+    page = Page(report / "index.html")
+    for attrs in page.attributes("img"):
+        assert attrs["alt"].strip()
+        assert attrs["src"].startswith("data:")
+    for attrs in page.attributes("script", "iframe", "object", "embed", "video", "audio", "source"):
+        assert "src" not in attrs and "data" not in attrs
+    assert all(attrs["href"].startswith("data:") for attrs in page.attributes("link"))
+    assert "@import" not in page.words and "url(" not in page.words
+    ids = [attrs["id"] for _, attrs in page.tags if "id" in attrs]
+    assert len(ids) == len(set(ids))
+    for attrs in page.attributes("a"):
+        target = attrs["href"]
+        if target.startswith("#"):
+            assert target[1:] in ids
+        else:
+            assert (report / target).stat().st_size > 0
+    levels = [int(tag[1]) for tag, _ in page.tags if tag in ("h1", "h2", "h3")]
+    assert levels[0] == 1 and levels.count(1) == 1
+    assert all(after <= before + 1 for before, after in itertools.pairwise(levels))
+    figures = {path.stem for path in (report / "figures").iterdir()}
+    assert len(figures) == len(page.attributes("img"))
+    for name in figures:
+        svg = (report / "figures" / f"{name}.svg").read_text()
+        assert "<path" in svg or "<image" in svg
+        assert "<dc:date>" not in svg
+        assert len(pd.read_csv(report / "tables" / f"figure_{name}.csv")) > 0
+    return page
+
+
+def table_rows(path, label):
+    """The cells of a table of the page as text, row by row, the heading first."""
+    html = path.read_text()
+    table = html[html.index(f'aria-labelledby="{label}">\n<thead>') :].partition("</table>")[0]
+    rows = [re.findall(r"<t[hd][^>]*>(.*?)</t[hd]>", row) for row in table.split("<tr>")]
+    return [row for row in rows if row]

@@ -1,0 +1,211 @@
+"""Prediction tables judged: which label each test image ends up with, and the metrics and intervals that follow."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import pandas as pd
+
+from learning import metrics, thresholds
+from learning.classifier import OTHER
+from learning.predict import KNOWN
+
+SHORT = ("accuracy", "f1_weighted", "f1_macro")  # metrics by another definition of SNR
+BY_FOLD = ("accuracy", "f1_weighted")  # metrics of each fold by itself
+
+
+@dataclass(frozen=True)
+class Decision:
+    """The test images of one SNR as one way of judging labels them.
+
+    score, threshold: what stands in these columns. test: the table's rows; predicted: their labels (n,), rejected ones
+    OTHER. fixed: metrics that do not follow from labels, as (name, value, low, high). validation: (metric, value,
+    number of images) at the validation azimuths. labels: all that occur; judged: those that can be true; blocks: those
+    that the images belong to (see `split.blocks`).
+    """
+
+    score: str
+    threshold: str
+    test: pd.DataFrame
+    predicted: np.ndarray
+    fixed: tuple = ()
+    validation: tuple = ()
+
+    @cached_property
+    def labels(self):
+        found = sorted({*self.test["truth"], *self.predicted}, key=lambda label: (label == OTHER, label))
+        return np.array(found)
+
+    @cached_property
+    def judged(self):
+        # In the closed set OTHER may be predicted, and is then wrong, but never true.
+        return self.labels if OTHER in set(self.test["truth"]) else self.labels[self.labels != OTHER]
+
+    @cached_property
+    def blocks(self):
+        return np.unique(self.test["block"])
+
+    def counts(self, labels, blocks, weight=None):
+        """Confusion counts (blocks, labels, labels) of these labels and blocks, each image counting by its weight."""
+        codes = [pd.Categorical(of, categories=labels).codes.astype(int) for of in (self.test["truth"], self.predicted)]
+        place = np.searchsorted(blocks, self.test["block"])
+        return metrics.confusion(place, *codes, (len(blocks), len(labels)), weight)
+
+
+def decide(table, is_open):
+    """The `Decision`s of a prediction table of all folds: the closed set's, and of an open run those of each score."""
+    return [_closed(table), *(_opened(table) if is_open else ())]
+
+
+def _closed(table):
+    """The known targets alone, as they were predicted."""
+    known = table[table["role"] == "known"]
+    test, held_out = (known[known["side"] == side] for side in ("test", "validation"))
+    reached = metrics.metrics_of_labels(held_out["truth"], held_out["predicted"])
+    validation = tuple((name, reached[name], len(held_out)) for name in BY_FOLD)
+    return Decision("", "", test, test["predicted"].to_numpy(), (), validation)
+
+
+def _opened(table):
+    """Known and unknown targets by each confidence score: without a threshold, and with that of each protocol."""
+    scores = [name for name in table if name.startswith(KNOWN)]
+    test = table[(table["side"] == "test") & table["role"].isin(["known", "unknown"])]
+    for column in scores:
+        name = column.removeprefix(KNOWN)
+        yield Decision(name, "", test, test["predicted"].to_numpy())
+        for protocol in thresholds.ROLES:
+            predicted, values, reached = pd.Series(index=test.index, dtype=object), [], []
+            # Every fold has models of its own, and so thresholds.
+            for fold, rows in table.groupby("fold"):
+                threshold = thresholds.choose(rows, column, protocol)
+                own = test[test["fold"] == fold]
+                predicted[own.index] = thresholds.apply(own[column], own["predicted"], threshold)
+                values.append(threshold)
+                reached.append(thresholds.reached(rows, column, protocol, threshold))
+            best, images = zip(*reached, strict=True)
+            validation = ("f1_weighted", np.average(best, weights=images), sum(images))
+            fixed = ("threshold", float(np.mean(values)), np.nan, np.nan)
+            yield Decision(name, protocol, test, predicted.to_numpy(str), (fixed,), (validation,))
+
+
+def rows(decision, seed):
+    """(fold, metric, value, low, high, images) of all metrics of a Decision: of all folds together, then of each."""
+    images = len(decision.test)
+    if decision.score and not decision.threshold:
+        for name, (value, low, high) in _separated(decision, seed).items():
+            yield "", name, value, low, high, images
+        return
+    labels, blocks = decision.labels, decision.blocks
+    counts = decision.counts(labels, blocks)
+    draws = metrics.resampled(counts, labels, decision.judged, seed)
+    for name, value in metrics.metrics_of(counts.sum(axis=0), labels, decision.judged).items():
+        yield "", name, value, *metrics.interval(value, draws[name], _equal_blocks(counts)), images
+    for row in decision.fixed:
+        yield "", *row, images
+    folds = decision.test["fold"].unique()
+    for fold in folds if len(folds) > 1 else ():
+        own = (decision.test["fold"] == fold).to_numpy()
+        values = metrics.metrics_of(decision.counts(labels, blocks, own.astype(float)).sum(axis=0), labels, labels)
+        for name in BY_FOLD:
+            yield fold, name, values[name], np.nan, np.nan, int(own.sum())
+
+
+def _separated(decision, seed):
+    """What a confidence score separates without a threshold: a mapping of metric to (value, low, high).
+
+    Scores of two models do not compare, so of several folds it is the mean of what each separates.
+    """
+    sizes = np.unique(decision.test["block"], return_counts=True)[1]
+    count = len(sizes)
+    draws = np.concatenate([np.ones((1, count)), metrics.weights(count, seed)])
+    parts = [part for _, part in decision.test.groupby("fold")]
+    if len(parts) == 1:
+        found = _separation(decision, parts[0], draws)
+    else:
+        alone = [_separation(decision, part, np.ones((1, 1))) for part in parts]
+        found = {name: draws @ np.concatenate([of[name] for of in alone]) / count for name in alone[0]}
+    equal = metrics.equal_blocks(sizes)
+    return {name: (of[0], *metrics.interval(of[0], of[1:], equal)) for name, of in found.items()}
+
+
+def _separation(decision, test, draws):
+    known, right = (test["role"] == "known").to_numpy(), (test["truth"] == test["predicted"]).to_numpy()
+    groups = np.unique(test["block"], return_inverse=True)[1]
+    return metrics.separation(test[KNOWN + decision.score].to_numpy(float), known, right, groups, draws)
+
+
+def cells(decision):
+    """(target, predicted, number of test images) of a Decision; none of a confidence score without a threshold."""
+    if decision.score and not decision.threshold:
+        return
+    found = pd.Series(decision.predicted).groupby(decision.test["target"].to_numpy())
+    counts = {target: of.value_counts() for target, of in found}
+    for target in sorted(counts):
+        for label in decision.labels:
+            yield target, label, int(counts[target].get(label, 0))
+
+
+def by_other_definitions(decided, definition, seed):
+    """Metrics SHORT at equal SNR by other definitions than the run's: (definition, snr, kind, row) of each.
+
+    decided: what `decide` gives, by SNR; kind: the `score` and `threshold`; row: (metric, value, low, high, images).
+    An image of the table at SNR s has by another definition the SNR s + d, with a d of its own. So it counts at the SNR
+    m as the run's images would at m - d, which lies between two of the run's SNRs: with both, by linear weights.
+    """
+    snrs = np.array(sorted(decided))
+    for position in range(len(decided[snrs[0]])):
+        several = [decided[snr][position] for snr in snrs]
+        if several[0].score and not several[0].threshold:
+            continue
+        for column in (name for name in several[0].test if name.startswith("snr_") and name != f"snr_{definition}"):
+            shifts = [decision.test[column].to_numpy(float) - snr for snr, decision in zip(snrs, several, strict=True)]
+            shifts = [np.nan_to_num(of) for of in shifts]
+            for snr in snrs[(snrs - shifts[0].max() >= snrs[0]) & (snrs - shifts[0].min() <= snrs[-1])]:
+                of_snr = [_hat(snr - of, snrs, number) for number, of in enumerate(shifts)]
+                yield from (
+                    (column.removeprefix("snr_"), snr, (several[0].score, several[0].threshold), row)
+                    for row in _weighted(several, of_snr, seed)
+                )
+
+
+def _hat(values, grid, number):
+    """How much a point of the grid counts in the linear interpolation at each of the values (n,)."""
+    return np.interp(values, grid, np.arange(len(grid)) == number)
+
+
+def _weighted(decisions, weights, seed):
+    """(metric, value, low, high, images) of metrics SHORT, from Decisions whose images count by their weights."""
+    labels = sorted({label for one in decisions for label in one.labels}, key=lambda label: (label == OTHER, label))
+    labels, blocks = np.array(labels), decisions[0].blocks
+    judged = [label for label in labels if any(label in one.judged for one in decisions)]
+    counts = sum(one.counts(labels, blocks, of) for one, of in zip(decisions, weights, strict=True) if of.any())
+    values, draws = (
+        metrics.metrics_of(counts.sum(axis=0), labels, judged),
+        metrics.resampled(counts, labels, judged, seed),
+    )
+    for name in SHORT:
+        low, high = metrics.interval(values[name], draws[name], _equal_blocks(counts))
+        yield name, values[name], low, high, round(counts.sum())
+
+
+def gain(decision, reference, seed):
+    """How much more the weighted F1 of a Decision is than a reference's on the same blocks: (value, low, high, images).
+
+    None where they have no block in common.
+    """
+    blocks = np.intersect1d(decision.blocks, reference.blocks)
+    if not len(blocks):
+        return None
+    f1, equal = [], None
+    for one in (decision, reference):
+        labels = one.labels
+        counts = one.counts(labels, one.blocks)[np.isin(one.blocks, blocks)]
+        equal = _equal_blocks(counts)  # of the same test images
+        drawn = metrics.resampled(counts, labels, labels, seed)["f1_weighted"]
+        f1.append((metrics.metrics_of(counts.sum(axis=0), labels, labels)["f1_weighted"], drawn, counts.sum()))
+    value, drawn = f1[0][0] - f1[1][0], f1[0][1] - f1[1][1]
+    return value, *metrics.interval(value, drawn, equal, share=False), int(f1[0][2])
+
+
+def _equal_blocks(counts):
+    return metrics.equal_blocks(counts.sum(axis=(1, 2)))

@@ -1,0 +1,61 @@
+"""Under which conditions the scores of a figure hold: a tail for its caption, the same everywhere."""
+
+from report import thesis
+from report.vocabulary import POWERS, PROTOCOLS, SPLITS, split_text, title
+
+MEANING = {
+    "sector": "Split by sector, arcs of the aspects take turns to be tested, an aperture away from all that trains.",
+    "random": "Split at random, test images have near copies among the training images.",
+}
+
+
+def conditions(results, rows, *definitions):
+    """Sizes of networks, thresholds, splits with their folds, and the definition of SNR, in sentences.
+
+    rows: what is drawn, with columns model, experiment, split and threshold; definitions: of its SNR, the config's
+    where none is given.
+    """
+    splits = [_split(results, split, rows) for split in SPLITS if split in set(rows["split"])]
+    thresholds = " and ".join(protocol for protocol in PROTOCOLS if protocol in set(rows["threshold"]))
+    noise = results.settings["noise"]
+    powers = [noise_words(noise, one) for one in dict.fromkeys(definitions or [noise["definition"]])]
+    parts = [
+        _networks(results, rows),
+        f"Thresholds: {thresholds}." if thresholds else "",
+        f"Images {' and '.join(splits)}.",
+        f"SNR by {' or '.join(powers)}{', as its axis says' if len(powers) > 1 else ''}.",
+    ]
+    return " " + " ".join(part for part in parts if part)
+
+
+def meaning(splits):
+    """What these splits are, a sentence for each."""
+    return " ".join(MEANING[split] for split in SPLITS if split in set(splits))
+
+
+def noise_words(noise, definition):
+    """What an SNR by a definition counts, in words. noise: the config's section."""
+    shared = noise["per"] == "sweep" and definition == noise["definition"]
+    return f"{POWERS[definition]}{' (mean of a sweep over azimuth)' if shared else ''}"
+
+
+def _networks(results, rows):
+    labels = {}  # of the networks of each size
+    for model in results.names.values(rows, "model"):
+        if size := thesis.size(model, results.settings):
+            kind, own = thesis.kind(model, results.settings), thesis.full_size(model, results.settings)
+            there = "" if own else f"; the thesis's {' and '.join(map(str, thesis.SIZES[kind].values()))}"
+            labels.setdefault(f"{size}{there}", []).append(results.names.model(model).label)
+    sizes = "; ".join(f"{' and '.join(named)} ({words})" for words, named in labels.items())
+    return f"Networks: {sizes}." if sizes else ""
+
+
+def _split(results, split, rows):
+    """A split in words, with its folds: those of an experiment that leaves some out by name."""
+    if split == "random":
+        return split_text(split)
+    count = results.settings["learning"]["split"]["folds"]
+    experiments = sorted(rows[rows["split"] == split]["experiment"].unique())
+    tested = {title(name): results.folds[name] for name in experiments if len(results.folds[name]) < count}
+    partial = [f"of {name} only fold {' and '.join(map(str, folds))}" for name, folds in tested.items()]
+    return f"{split_text(split)} ({count} folds{''.join(f'; {words}' for words in partial)})"
