@@ -48,8 +48,7 @@ def runs(config):
         }
         each = {f"{name}_{label(value)}": [value] for value in values}
         every_fold = divisions(shared["split"], learning["split"], config["seed"], config["imaging"]["aperture"])
-        wanted = experiment.get("folds") if shared["split"] == "sector" else None
-        tested = [division for division in every_fold if wanted is None or division.fold in wanted]
+        tested = [division for division in every_fold if division.fold in experiment.get("folds", [division.fold])]
         for trained, snrs in (each if kind == "each" else {name: values}).items():
             for division in tested:
                 run = f"{trained}_fold{division.fold}" if division.fold else trained

@@ -38,7 +38,8 @@ def read(stores, azimuth, elevation="all", pixels="none"):
     azimuth: a mapping of each target to its azimuths. pixels: 'none', or how many a side the images are up-sampled to.
     Gives the images, complex64 (n, range, crossrange), and a DataFrame of n rows that says where each comes from:
     columns label (of its SNR, as 'clean' or 'snr_6dB'), target, elevation, azimuth (degrees) and realization, which is
-    0 in a store without noise. Rows are in the order of these columns, each store's angles as they stand there.
+    0 in a store without noise; of noisy images also snr_<definition>, each one's own SNR in dB. Rows are in the order
+    of the former columns, each store's angles as they stand there.
     Raises InputError for an angle that a store does not have, for an image that is not finite, and for fewer pixels
     than the images have.
     """
@@ -52,13 +53,16 @@ def read(stores, azimuth, elevation="all", pixels="none"):
 def _read(store, azimuth, elevation, pixels):
     with open_store(store) as dataset:
         image = dataset["image"]
-        if "realization" not in image.dims:
+        is_noisy = "realization" in image.dims
+        if not is_noisy:
             image = image.expand_dims(realization=[0])
         image = _select(image, "azimuth", azimuth, store)
         if not isinstance(elevation, str):
             image = _select(image, "elevation", elevation, store)
         image = image.transpose(*ORIGIN, "range", "crossrange").load()
         carrier = dataset.attrs["range_wavenumber"] if pixels != "none" else None
+        own = [dataset[name] for name in dataset if is_noisy and name.startswith("snr_")]
+        own = {snr.name: snr.sel(elevation=image.elevation, azimuth=image.azimuth).values for snr in own}
     if not np.isfinite(image.values).all():
         raise InputError(f"{store} holds images that are not finite; delete it and make it again.")
     images = image.values.reshape(-1, *image.shape[-2:])
@@ -72,14 +76,9 @@ def _read(store, azimuth, elevation, pixels):
     origin = pd.MultiIndex.from_product([image[name].values for name in ORIGIN], names=ORIGIN).to_frame(index=False)
     origin.insert(0, "label", store.stem)
     origin.insert(1, "target", target_of(store))
+    for name, of_direction in own.items():
+        origin[name] = np.repeat(of_direction, image.sizes["realization"])
     return images, origin
-
-
-def snrs(store, origin):
-    """Each image's own SNR in dB by each definition: columns by name, for the rows of a store's `origin`."""
-    with open_store(store) as dataset:
-        rows = [np.searchsorted(dataset[name].values, origin[name]) for name in ("elevation", "azimuth")]
-        return {name: dataset[name].values[*rows] for name in dataset if name.startswith("snr_")}
 
 
 def among(angles, others):

@@ -20,8 +20,9 @@ class Decision:
 
     score, threshold: what stands in these columns. test: the table's rows; predicted: their labels (n,), rejected ones
     OTHER. fixed: metrics that do not follow from labels, as (name, value, low, high). validation: (metric, value,
-    number of images) at the validation azimuths. labels: all that occur; judged: those that can be true; blocks: those
-    that the images belong to (see `split.blocks`).
+    number of images) at the validation azimuths. is_final: whether these labels are the last word, not those before a
+    threshold. labels: all that occur; judged: those that can be true; blocks: those that the images belong to (see
+    `split.blocks`).
     """
 
     score: str
@@ -31,10 +32,13 @@ class Decision:
     fixed: tuple = ()
     validation: tuple = ()
 
+    @property
+    def is_final(self):
+        return not self.score or bool(self.threshold)
+
     @cached_property
     def labels(self):
-        found = sorted({*self.test["truth"], *self.predicted}, key=lambda label: (label == OTHER, label))
-        return np.array(found)
+        return _ordered({*self.test["truth"], *self.predicted})
 
     @cached_property
     def judged(self):
@@ -91,7 +95,7 @@ def _opened(table):
 def rows(decision, seed):
     """(fold, metric, value, low, high, images) of all metrics of a Decision: of all folds together, then of each."""
     images = len(decision.test)
-    if decision.score and not decision.threshold:
+    if not decision.is_final:
         for name, (value, low, high) in _separated(decision, seed).items():
             yield "", name, value, low, high, images
         return
@@ -102,10 +106,9 @@ def rows(decision, seed):
         yield "", name, value, *metrics.interval(value, draws[name], _equal_blocks(counts)), images
     for row in decision.fixed:
         yield "", *row, images
-    folds = decision.test["fold"].unique()
-    for fold in folds if len(folds) > 1 else ():
-        own = (decision.test["fold"] == fold).to_numpy()
-        values = metrics.metrics_of(decision.counts(labels, blocks, own.astype(float)).sum(axis=0), labels, labels)
+    # Of several folds each is a block of its own.
+    for fold, own in zip(blocks, counts, strict=True) if decision.test["fold"].nunique() > 1 else ():
+        values = metrics.metrics_of(own, labels, labels)
         for name in BY_FOLD:
             yield fold, name, values[name], np.nan, np.nan, int(own.sum())
 
@@ -136,7 +139,7 @@ def _separation(decision, test, draws):
 
 def cells(decision):
     """(target, predicted, number of test images) of a Decision; none of a confidence score without a threshold."""
-    if decision.score and not decision.threshold:
+    if not decision.is_final:
         return
     found = pd.Series(decision.predicted).groupby(decision.test["target"].to_numpy())
     counts = {target: of.value_counts() for target, of in found}
@@ -155,7 +158,7 @@ def by_other_definitions(decided, definition, seed):
     snrs = np.array(sorted(decided))
     for position in range(len(decided[snrs[0]])):
         several = [decided[snr][position] for snr in snrs]
-        if several[0].score and not several[0].threshold:
+        if not several[0].is_final:
             continue
         for column in (name for name in several[0].test if name.startswith("snr_") and name != f"snr_{definition}"):
             shifts = [decision.test[column].to_numpy(float) - snr for snr, decision in zip(snrs, several, strict=True)]
@@ -175,14 +178,11 @@ def _hat(values, grid, number):
 
 def _weighted(decisions, weights, seed):
     """(metric, value, low, high, images) of metrics SHORT, from Decisions whose images count by their weights."""
-    labels = sorted({label for one in decisions for label in one.labels}, key=lambda label: (label == OTHER, label))
-    labels, blocks = np.array(labels), decisions[0].blocks
+    labels, blocks = _ordered({label for one in decisions for label in one.labels}), decisions[0].blocks
     judged = [label for label in labels if any(label in one.judged for one in decisions)]
     counts = sum(one.counts(labels, blocks, of) for one, of in zip(decisions, weights, strict=True) if of.any())
-    values, draws = (
-        metrics.metrics_of(counts.sum(axis=0), labels, judged),
-        metrics.resampled(counts, labels, judged, seed),
-    )
+    values = metrics.metrics_of(counts.sum(axis=0), labels, judged)
+    draws = metrics.resampled(counts, labels, judged, seed)
     for name in SHORT:
         low, high = metrics.interval(values[name], draws[name], _equal_blocks(counts))
         yield name, values[name], low, high, round(counts.sum())
@@ -205,6 +205,11 @@ def gain(decision, reference, seed):
         f1.append((metrics.metrics_of(counts.sum(axis=0), labels, labels)["f1_weighted"], drawn, counts.sum()))
     value, drawn = f1[0][0] - f1[1][0], f1[0][1] - f1[1][1]
     return value, *metrics.interval(value, drawn, equal, share=False), int(f1[0][2])
+
+
+def _ordered(labels):
+    """Labels as an array in one order, OTHER last."""
+    return np.array(sorted(labels, key=lambda label: (label == OTHER, label)))
 
 
 def _equal_blocks(counts):

@@ -37,10 +37,10 @@ def predict(stores, tested, folder, outputs):
     stores: imaging/<target>/<label>.zarr of all SNRs; tested: a `Tested`; outputs: paths <label>.csv. Targets of role
     other are classified at the validation azimuths only, with which thresholds are chosen.
     """
-    model = load(folder)
+    model, divided = load(folder), divide(stores, tested.planes, division_of(folder))
     for output in tqdm(sorted(map(Path, outputs)), unit="SNR", desc="predicting", leave=False):
         at_snr = [store for store in stores if Path(store).stem == output.stem]
-        table = predict_at(model, at_snr, tested, folder)
+        table = predict_at(model, at_snr, tested, divided, folder)
         output.parent.mkdir(parents=True, exist_ok=True)
         # Nine digits keep a single-precision number exactly.
         table.to_csv(output, index=False, float_format="%.9g")
@@ -49,8 +49,26 @@ def predict(stores, tested, folder, outputs):
         print(f"{output.stem}: {len(table)} images; of {len(known)} test images of known targets {right:.4f} are right")
 
 
-def predict_at(model, stores, tested, folder):
-    """The predictions at one SNR, a DataFrame.
+class Divided(NamedTuple):
+    """How a target's azimuths (n,) in degrees are divided: what `split` and `blocks` give."""
+
+    azimuth: np.ndarray
+    sides: dict
+    blocks: np.ndarray
+
+
+def divide(stores, planes, division):
+    """The `Divided` of each target, by its name. planes: of each one."""
+    one_of_each = {images.target_of(store): store for store in stores}  # a target's stores have the same azimuths
+    azimuth = {target: images.azimuths(store) for target, store in one_of_each.items()}
+    return {
+        target: Divided(angles, *(part(angles, planes[target], division) for part in (split, blocks)))
+        for target, angles in azimuth.items()
+    }
+
+
+def predict_at(model, stores, tested, divided, folder):
+    """The predictions at one SNR, a DataFrame. divided: what `divide` gives.
 
     Columns: target, elevation, azimuth (degrees), realization, truth, predicted, role, side, fold, block
     (see `split.blocks`), snr_<definition> (the image's own SNR in dB by each definition), score_<class>..., and if it
@@ -58,7 +76,7 @@ def predict_at(model, stores, tested, folder):
     Rows: validation and test azimuths, all elevations and realizations, sorted by the first four columns.
     Raises InputError for a model that gives no proper Outcome, and for an open run's without a confidence score.
     """
-    config, division, is_open = config_of(folder), division_of(folder), tested.is_open
+    config, is_open = config_of(folder), tested.is_open
     run, who = config["run"], describe(config["model"], config["run"]["name"], config["kind"])
     tables, parts = [], []
     for store in sorted(stores, key=images.target_of):
@@ -67,9 +85,8 @@ def predict_at(model, stores, tested, folder):
         # own, an open run's stand among the validation images.
         parts += [(store, role, sides) for sides in ([SIDES[role]] if is_open else [[side] for side in SIDES[role]])]
     for store, role, sides in parts:
-        target, azimuth = images.target_of(store), images.azimuths(store)
-        planes = tested.planes[target]
-        found, block = split(azimuth, planes, division), blocks(azimuth, planes, division)
+        target = images.target_of(store)
+        azimuth, found, block = divided[target]
         index = np.sort(np.concatenate([found[side] for side in sides]))
         pixels, origin = images.read([store], {target: azimuth[index]}, pixels=run["upsample"])
         first = (origin["realization"] < tested.realizations).to_numpy()
@@ -87,10 +104,10 @@ def predict_at(model, stores, tested, folder):
             "predicted": outcome.labels,
             "role": role,
             "side": np.where(np.isin(place, found["validation"]), "validation", "test"),
-            "fold": division.fold,
+            "fold": run["division"]["fold"],
             "block": block[place],
         }
-        columns |= images.snrs(store, origin)
+        columns |= {name: origin.pop(name) for name in list(origin) if name.startswith("snr_")}
         columns |= {SCORE + name: column for name, column in zip(model.classes_, outcome.scores.T, strict=True)}
         columns |= {KNOWN + name: column for name, column in outcome.known.items()} if is_open else {}
         tables.append(origin.drop(columns="label").assign(**columns))

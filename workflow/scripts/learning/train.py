@@ -61,7 +61,8 @@ def train(stores, training, folder, checkpoints=None):
     # Every model has its own random numbers, whatever else the config holds.
     seed = int(np.random.SeedSequence([training.seed, *f"{run['name']}/{name}".encode()]).generate_state(1)[0])
     division = Division(**run["division"])
-    azimuth = {images.target_of(store): images.azimuths(store) for store in sorted(stores)}
+    one_of_each = {images.target_of(store): store for store in stores}  # a target's stores have the same azimuths
+    azimuth = {target: images.azimuths(store) for target, store in sorted(one_of_each.items())}
     sides = {target: split(angles, training.planes.get(target, ()), division) for target, angles in azimuth.items()}
     for target in sorted(target for target, role in training.roles.items() if role == "known"):
         check(sides[target], division, target, len(azimuth[target]))
