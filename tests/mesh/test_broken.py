@@ -194,9 +194,11 @@ def test_single_triangle_is_a_sheet(tmp_path):
     assert band["unknowns"] > 30 and band["boundary_edges"] > 0
 
 
-def test_triangle_smaller_than_an_edge_is_refused(tmp_path):
-    with pytest.raises(InputError, match="no inner edge"):
-        made(tmp_path, ([[0, 0, 0], [0.01, 0, 0], [0, 0.01, 0]], [[0, 1, 2]]), {"unit": "m"})
+def test_triangle_smaller_than_an_edge_gets_edges_of_its_own(tmp_path, monkeypatch):
+    monkeypatch.setattr("mesh.resolution.ACROSS", 20)
+    mesh, _, band = made(tmp_path, ([[0, 0, 0], [0.01, 0, 0], [0, 0.01, 0]], [[0, 1, 2]]), {"unit": "m"})
+    assert topology.areas(*mesh).sum() == pytest.approx(5e-5, rel=1e-6)
+    assert band["wanted_edge"] == pytest.approx(0.01 / 20) and band["unknowns"] > 300
 
 
 def test_non_manifold_edge_is_a_junction(tmp_path):
@@ -291,8 +293,10 @@ def test_length_is_checked(tmp_path):
 def test_mesh_of_another_target_is_refused(tmp_path, monkeypatch):
     """A twentieth of a wavelength, 15 mm, is the most that a mesh may be off."""
     path = save(tmp_path / "sphere.ply", *sphere())
+    monkeypatch.setattr("mesh.build.TRIES", 1)
+    monkeypatch.setattr("mesh.build.FINER", (1,))
     for off in (0.014, 0.016):
-        monkeypatch.setattr("mesh.build.band_mesh", lambda *_, off=off, **__: (sphere()[0] + [off, 0, 0], sphere()[1]))
+        monkeypatch.setattr("mesh.build._whole", lambda *_, off=off: (sphere()[0] + [off, 0, 0], sphere()[1]))
         if off < EDGE / 2:
             assert build(path, {}, MESH, RADAR)[1]["bands"][0]["hausdorff"]["to_source"] == pytest.approx(off, rel=0.02)
         else:
@@ -334,15 +338,21 @@ def test_wall_between_touching_solids_goes(tmp_path):
     assert topology.areas(*mesh).sum() == pytest.approx(10 * 0.2**2, rel=0.01)
 
 
-def test_rod_too_thin_for_its_edges_is_refused(tmp_path):
+def test_rod_a_tenth_of_an_edge_thick_is_kept(tmp_path):
+    """It costs what isotropic triangles cost that turn round it; its area is held to 5 % where 1 % would cost more."""
     turn = np.arange(12) * 2 * np.pi / 12
     ring = np.stack([0 * turn, 0.0015 * np.cos(turn), 0.0015 * np.sin(turn)], 1)
     vertices = np.concatenate([ring, ring + np.array([0.3, 0, 0]), [[0, 0, 0], [0.3, 0, 0]]])
     i, j = np.arange(12), (np.arange(12) + 1) % 12
     sides = np.concatenate([np.stack([i, i + 12, j], 1), np.stack([j, i + 12, j + 12], 1)])
     ends = np.concatenate([np.stack([j * 0 + 24, i, j], 1), np.stack([j * 0 + 25, j + 12, i + 12], 1)])
-    with pytest.raises(InputError, match=r"change its (area|volume) by \+\d"):
-        build(save(tmp_path / "rod.ply", vertices, np.concatenate([sides, ends])), {}, MESH, RADAR)
+    rod = save(tmp_path / "rod.ply", vertices, np.concatenate([sides, ends]))
+    (mesh,), measures = build(rod, {}, MESH, RADAR)
+    (band,) = measures["bands"]
+    assert topology.is_watertight(mesh[1])
+    assert band["area"]["after"] == pytest.approx(band["area"]["before"], rel=0.05)
+    assert band["volume"]["after"] == pytest.approx(band["volume"]["before"], rel=0.01)
+    assert re.match(r"changes its area by \+[1-4]\.\d % .*'mesh.edges_per_wavelength: \d+' should", band["missed"])
 
 
 def test_text_stl_cut_between_facets_is_refused(tmp_path):

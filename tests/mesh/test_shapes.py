@@ -9,8 +9,8 @@ from shapes_made import cube, save, sphere
 from core.errors import InputError
 from mesh import read, symmetry, topology
 from mesh.build import build, write
-from mesh.distance import hausdorff
 from mesh.io import read_ply, write_ply
+from mesh.misses import hausdorff
 from mesh.repair import repair
 from scattering.basis import fundamental_domain, unknowns
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from shapes_made import cone, cube, lofted, save, together
 
-from core.errors import InputError
 from mesh import topology
+from mesh.arrange import first_crossing
 from mesh.build import build
 
 RADAR = {"center_frequency": 1.0e9, "bandwidth": 0.0, "frequencies": 1, "polarizations": ["VV"]}
@@ -86,7 +86,7 @@ def test_knife_edge_is_kept(tmp_path, millimetres, planes):
     mesh, band = made(tmp_path, wedge(millimetres / 1000), planes)
     assert np.ptp(mesh[0], axis=0) == pytest.approx([0.1, 0.3, millimetres / 1000])
     assert band["area"]["after"] == pytest.approx(band["area"]["before"], rel=1e-3)
-    assert 0.8 <= band["unknowns"] / band["ideal_unknowns"] <= 1.2
+    assert 0.8 <= (band["unknowns"] - 1.5 * band["thin_triangles"]) / band["ideal_unknowns"] <= 1.2
 
 
 @pytest.mark.parametrize("radius", [0.03, 0.006])
@@ -101,19 +101,21 @@ def test_drone_with_flat_wings_is_meshed(tmp_path, planes):
     assert band["components"] == 1
     assert np.ptp(mesh[0][:, 1]) == pytest.approx(0.42, rel=0.01)
     assert band["area"]["after"] == pytest.approx(band["area"]["before"], rel=0.01)
-    assert band["thin_triangles"] > 100
+    rim = np.abs(topology.shape(mesh[0][mesh[1]])[0][:, 2]) < 0.5
+    centre = mesh[0][mesh[1]].mean(axis=1)
+    rim &= (np.abs(centre[:, 1]) > 0.1) & (centre[:, 0] > -0.06)  # of the wing, outside the tailplane
+    assert topology.areas(mesh[0], mesh[1][rim]).sum() == pytest.approx(0.001 * (4 * 0.11 + 2 * 0.07), rel=0.1)
 
 
-def test_curved_shell_thinner_than_its_chords_are_deep_is_refused_with_its_thickness(tmp_path):
+def test_curved_shell_thinner_than_its_chords_are_deep_is_meshed_without_crossing(tmp_path):
     """A cap of 0.1 m radius and 1 mm wall: chords of 30 mm are 1.1 mm off, so the two surfaces would cross."""
     angle = 2 * np.pi * np.arange(24) / 24
     bow = np.linspace(0.02, 1.2, 12)
     arcs = [(0.1, a) for a in bow] + [(0.099, a) for a in bow[::-1]]
     rings = [[[r * np.sin(a) * np.cos(b), r * np.sin(a) * np.sin(b), r * np.cos(a)] for b in angle] for r, a in arcs]
-    with pytest.raises(
-        InputError, match=r"near \(.*\) m, where it is about 1\.\d mm thick.*'mesh.edges_per_wavelength'"
-    ):
-        made(tmp_path, lofted(rings))
+    mesh, band = made(tmp_path, lofted(rings))
+    assert first_crossing(*mesh) is None
+    assert band["unknowns"] <= 4 * band["ideal_unknowns"]  # 3.4 when this was written
 
 
 def test_a_mesh_does_not_depend_on_what_was_meshed_before(tmp_path):

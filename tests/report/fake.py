@@ -161,7 +161,9 @@ def _mesh(folder, name, settings):
         write_ply(folder / f"{name}-{number}.ply", *surface)
         wavelength = sweep.C0 / band[-1]
         frequencies = {"first": float(band[0]), "last": float(band[-1]), "count": len(band)}
-        figures = {"frequencies": frequencies} | describe(surface, surface, wavelength, wavelength / 10)
+        figures = {"frequencies": frequencies} | describe(
+            surface, surface, ((0.0, surface[0][0]),) * 2, wavelength, wavelength / 10
+        )
         bands.append(figures)
     source = size(*surface) | {"vertices": len(surface[0]), "triangles": len(surface[1]), "thinned_by": 0.0}
     source["raw"] = size(*surface) | {"triangles": len(surface[1]) + 2}

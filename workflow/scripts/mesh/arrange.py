@@ -7,6 +7,7 @@ from scipy.spatial import cKDTree
 
 from core.errors import InputError
 from mesh import contact, topology
+from mesh.progress import say
 
 ROUNDS = 8  # rounding the cuts may make surfaces cross anew, by less each time
 FINER = 0.1  # after a cut, contacts are closed within this fraction: the whole distance would move the cuts again
@@ -33,6 +34,7 @@ def arrange(vertices, triangles, close, name):
             f"{name}: near {topology.place(fault.point)} surfaces part so slowly that, about {2 * close * 1000:.2g} mm "
             "from each other, they can be told neither apart nor together. Separate them, or draw them as one."
         ) from None
+    say(f"drop what no wave reaches of {len(triangles)} triangles")
     shut = hidden(vertices, triangles)
     rest, of_solid = triangles[~shut], solid[birth[~shut]]
     # A solid must not open; a sheet drawn twice encloses nothing and may become one.
@@ -62,6 +64,7 @@ def _cut(vertices, triangles, close, name):
     birth, overlapping, near, most, crossed = np.arange(len(triangles)), 0, close, np.inf, "an unknown place"
     for k in range(ROUNDS):
         before, flat = len(triangles), False
+        say(f"cut surfaces along each other, round {k + 1}: {before} triangles")
         triangles, birth = contact.tie(vertices, triangles, birth, near, name)
         if k == 0:  # what is left between surfaces that part slowly is a wedge, not a contact
             vertices, triangles, birth, flat = contact.overlay(vertices, triangles, birth, close, name)

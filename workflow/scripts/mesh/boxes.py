@@ -4,6 +4,7 @@ import numpy as np
 
 from core.errors import InputError
 from mesh import topology
+from mesh.progress import going
 
 LEAF, CHUNK = 5_000, 1_000_000  # pairs compared together, if space can be halved, and at most
 PAIRS = 10_000_000  # boxes that may overlap; a sound surface has about 13 for each triangle
@@ -26,6 +27,7 @@ def near_boxes(these, those, name):
     cells, pairs = [(np.arange(len(low)), np.arange(len(other_low)), *everywhere)], [np.zeros((0, 2), int)]
     count = alike = 0
     while cells:  # halve the space until few boxes are left in a cell
+        going(f"look for neighbours among {len(low)} triangles")
         here, there, start, stop = cells.pop()
         if len(here) == 0 or len(there) == 0:
             continue

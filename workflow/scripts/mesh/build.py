@@ -1,6 +1,7 @@
 """The mesh stage: a target's CAD file becomes one mesh for each frequency band."""
 
 import json
+from math import ceil
 from pathlib import Path
 from typing import NamedTuple
 
@@ -10,20 +11,23 @@ from core import sweep
 from core.errors import InputError
 from mesh import symmetry, topology
 from mesh.arrange import first_crossing
-from mesh.distance import thickness
+from mesh.distance import samples
+from mesh.ground import Ground
 from mesh.io import write_ply
 from mesh.measures import describe, size
+from mesh.misses import CROSSED, GOAL, Followed, farthest
+from mesh.progress import begin, say
 from mesh.read import check_size, in_metres, read_cad
-from mesh.remesh import Wanted, remesh, restore_volume
+from mesh.remesh import Size, remesh, restore_volume
 from mesh.repair import CLOSE, repair, thin
-from mesh.resolution import FINEST, check_resolution, wanted_edges
-from mesh.tidy import split_long_edges
+from mesh.resolution import OF_PIECE, check_resolution, wanted_edges
 
-DEVIATION = 1 / 100  # wavelengths that a remeshing step may move the surface; the goal for the whole is 1/40
 ASYMMETRY = 1 / 100  # wavelengths at the top frequency between a target and its mirror image
 WRONG = 1 / 20  # wavelengths between mesh and source: more is another target
 CHANGED = 0.05  # of its area or volume: likewise
-GOAL = 1 / 40, 0.01  # wavelengths, and share of area or volume: what a mesh should keep to
+MOST, CHEAP = 1.4, 1000  # times the triangles of the first mesh, or so many: more are not spent on its area alone
+FINER = 1.5, 2, 3  # times as many edges: what a refused mesh is tried with, to say what would do
+TRIES = 8  # meshes of a band, each finer where the last one misses
 THINNER = 1 / 2  # wanted edges: a source with much smaller triangles is thinned to these before it is remeshed
 
 
@@ -43,8 +47,9 @@ def load(path, target, mesh, radar, to_solve=False):
     `to_solve` also if it has too few edges across it.
     """
     vertices, triangles = read_cad(path)
-    vertices, edge = in_metres(vertices, target), wanted_edges(mesh, radar)[-1]
+    vertices = in_metres(vertices, target)
     used = vertices[topology.used(triangles)]
+    edge = wanted_edges(mesh, radar, np.ptp(used, axis=0))[-1]
     check_size(used, target, sweep.C0 / radar["center_frequency"], path)
     if to_solve:
         check_resolution(np.ptp(used, axis=0), mesh, radar, path)
@@ -63,21 +68,23 @@ def load(path, target, mesh, radar, to_solve=False):
     return Source(vertices, triangles, repairs, size(vertices, triangles) | counts | tolerances | {"raw": raw})
 
 
-def band_mesh(surface, wanted, thin_parts=False):
-    """The Wanted mesh of a surface, both (vertices, triangles), exactly symmetric about its mirror planes.
-
-    A closed target keeps its volume. With `thin_parts` also parts thinner than an edge are kept.
-    """
-    vertices, triangles = thin(*surface, THINNER * wanted.edge)
+def _half(surface, edge, axes):
+    """What a band's mesh is made of: the surface (vertices, triangles), thinned, on one side of its mirror planes."""
+    vertices, triangles = thin(*surface, THINNER * edge)
     close = CLOSE * np.linalg.norm(np.ptp(vertices, axis=0))
-    for axis in wanted.axes:
+    for axis in axes:
         vertices, triangles = symmetry.positive_half(vertices, triangles, close, axis)
-    vertices, triangles = remesh(vertices, triangles, wanted, surface if thin_parts else None)
+    return vertices, triangles
+
+
+def _whole(half, surface, axes):
+    """The mesh of a surface from that of its half, exactly symmetric; a closed target keeps its volume."""
+    vertices, triangles = half
     if topology.is_watertight(surface[1]):
         # Mirror planes go through the origin: closing the part there would add no volume.
-        volume = topology.tetrahedra(*surface).sum() / 2 ** len(wanted.axes)
-        vertices = restore_volume(vertices, triangles, surface, volume, wanted.axes)
-    for axis in wanted.axes:
+        volume = topology.tetrahedra(*surface).sum() / 2 ** len(axes)
+        vertices = restore_volume(vertices, triangles, surface, volume, axes)
+    for axis in axes:
         vertices, triangles = symmetry.with_mirror(vertices, triangles, axis)
     return vertices, triangles
 
@@ -93,31 +100,77 @@ def build(path, target, mesh, radar, to_solve=False):
 def build_bands(source, path, target, mesh, radar):
     """`build` from a target's Source."""
     axes = symmetry.axes(target.get("symmetry", []))
-    meshes, measures = [], []
-    for band, edge in zip(sweep.bands(radar, mesh["bands"]), wanted_edges(mesh, radar), strict=True):
+    meshes, measures, edges = [], [], wanted_edges(mesh, radar, source.measures["box"])
+    for band, edge in zip(sweep.bands(radar, mesh["bands"]), edges, strict=True):
         frequencies = {"first": float(band[0]), "last": float(band[-1]), "count": len(band)}
-        made, measured = _keeping_parts(source, edge, sweep.C0 / band[-1], axes, path)
+        made, measured = _followed(source, edge, sweep.C0 / band[-1], axes, path)
         meshes.append(made)
-        measures.append({"frequencies": frequencies} | measured)
+        measures.append({"frequencies": frequencies} | measured | {"missed": missed(measured)})
     symmetric = list(target.get("symmetry", []))
     return meshes, {"source": source.measures, "symmetry": symmetric, "repairs": source.repairs, "bands": measures}
 
 
-def _keeping_parts(source, edge, wavelength, axes, name):
-    """A band's mesh and its measures; made with care for thin parts where the usual way does not keep to the source."""
-    surface, wanted = source[:2], Wanted(edge, DEVIATION * wavelength, axes)
+def _followed(source, edge, wavelength, axes, name):
+    """A band's mesh and its measures; InputError if no mesh is the target.
 
-    def attempt(thin_parts):
-        made = band_mesh(surface, wanted, thin_parts)
-        return made, describe(made, surface, wavelength, edge, source.measures["thinned_by"], axes)
+    A refusal names a density that was tried and does, if one of FINER is.
+    """
+    made, measures = _shortened(source, edge, wavelength, axes)
+    fault = _fault(made, measures)
+    if fault is None:
+        if measures["unknowns"] == 0:
+            raise InputError(f"{name}: its mesh has no inner edge, so it can carry no current; it is too small.")
+        return made, measures
+    fault = f"{name}: edges of {edge * 1000:.3g} mm {fault[1]}{_diagnosis(fault[0], source, edge)}"
+    for factor in FINER:
+        finer = _shortened(source, edge / factor, wavelength, axes)
+        if _fault(*finer) is None:
+            raise InputError(
+                f"{fault} 'mesh.edges_per_wavelength: {ceil(factor * wavelength / edge)}' was tried and does."
+            )
+    most = f"Edges of {edge / FINER[-1] * 1000:.2g} mm do not either"
+    raise InputError(f"{fault} {most}: change the part there in the CAD program.")
 
-    made, measures = attempt(thin_parts=False)
-    if not _keeps(measures, *GOAL):
-        careful = attempt(thin_parts=True)
-        if _keeps(careful[1], *GOAL) or not _keeps(measures, WRONG, CHANGED):
-            made, measures = careful
-    _check(made, measures, surface, name)
-    return made, measures
+
+def _shortened(source, edge, wavelength, axes):
+    """A band's mesh and its measures: edges are shortened where it misses the source, until it does nowhere."""
+    surface, reach = source[:2], min(wavelength, max(source.measures["box"]))  # a small target is held to its own size
+    followed, size, half = Followed(*surface, edge), _by_piece(surface, Size(edge)), _half(surface, edge, axes)
+    start = best = fewest = None
+    wrong = True
+    for number in range(TRIES):
+        say(f"remesh to {edge * 1000:.3g} mm" + (f", shorter where mesh {number} missed" if number else ""))
+        start = remesh(*half, size, surface, axes, start)
+        made = _whole(start, surface, axes)
+        apart = followed.apart(made)
+        strays, lost = followed.misses(made, apart, reach)
+        fewest = fewest or len(made[1])
+        costly = len(made[1]) > max(MOST * fewest, CHEAP)
+        if len(strays[0]) == 0:
+            if best is None or wrong or not costly:
+                best = made, apart
+                wrong = abs(topology.areas(*made).sum() / source.measures["area"] - 1) > CHANGED
+            if len(lost[0]) == 0 or (costly and not wrong):
+                break
+        if (strays[1] != CROSSED).any():  # what is lost cannot be regained from the mesh
+            start = None
+        size = size.shortened(*(np.concatenate(pair) for pair in zip(strays, lost, strict=True)))
+    made, apart = best or (made, apart)
+    apart = [farthest(pair) for pair in apart[:2]]
+    return made, describe(made, surface, apart, wavelength, edge, source.measures["thinned_by"], axes)
+
+
+def _by_piece(surface, size):
+    """The Size with enough edges across each piece of a surface (vertices, triangles), however small."""
+    vertices, triangles = surface
+    count, piece = topology.components(triangles)
+    for number in range(count) if count > 1 else ():
+        mine = triangles[piece == number]
+        wanted = np.ptp(vertices[np.unique(mine)], axis=0).max() / OF_PIECE
+        if wanted < size.edge:
+            points = samples(vertices, mine, wanted)[0]
+            size = size.shortened(points, wanted / size(points))
+    return size
 
 
 def _keeps(band, apart, share):
@@ -131,56 +184,63 @@ def _keeps(band, apart, share):
     return max(band["hausdorff"].values()) <= apart * band["wavelength"] and max(changes) <= share
 
 
-def _check(mesh, band, source, name):
-    """Refuse a mesh that is not the target, or that carries no current."""
+def missed(band):
+    """What of its goals a mesh with the measures `band` misses, as a sentence, or None.
+
+    Chords leave a surface, and change its area, by the square of their length: so much shorter edges would do.
+    """
+    apart = max(band["hausdorff"].values()) / band["wavelength"]
+    found = [(apart / GOAL[0], f"is {apart:.3f} wavelengths from its source (goal {GOAL[0]:g})")]
+    for kind in ("area", "volume"):
+        before, after = band[kind]["before"], band[kind]["after"]
+        if before and after:
+            percent = 100 * (after / before - 1)
+            goal = 100 * GOAL[1]
+            found.append((abs(percent) / goal, f"changes its {kind} by {percent:+.1f} % (goal {goal:.0f} %)"))
+    found = [pair for pair in found if pair[0] > 1]
+    if not found:
+        return None
+    density = max(excess for excess, _ in found) ** 0.5 * band["wavelength"] / band["wanted_edge"]
+    texts = " and ".join(text for _, text in found)
+    return f"{texts}; 'mesh.edges_per_wavelength: {ceil(1.05 * density)}' should keep to it."
+
+
+def _fault(mesh, band):
+    """Why a mesh with the measures `band` is not the target: a place, or None, and what its edges do; None if it is."""
     vertices, triangles = mesh
     apart = max(band["hausdorff"].values())
-    place = fault = None
     if apart > WRONG * band["wavelength"]:
-        place = band["hausdorff_place"]
-        fault = f"cannot follow its surface, which they miss by {apart * 1000:.3g} mm"
-    elif not _keeps(band, WRONG, np.inf):
+        return band["hausdorff_place"], f"cannot follow its surface, which they miss by {apart * 1000:.3g} mm"
+    if not _keeps(band, WRONG, np.inf):
         ends, _, count = topology.edges(triangles)
         torn = ends[count != 2]
-        place = vertices[torn[0] if len(torn) else triangles[0]].mean(axis=0)
-        fault = "tear it open"
-    elif (crossed := first_crossing(*mesh)) is not None:
-        place, fault = crossed, "make its surfaces cross"
-    else:
-        for kind in ("area", "volume"):
-            before, after = band[kind]["before"], band[kind]["after"]
-            if before and after and abs(after / before - 1) > CHANGED:
-                fault = f"change its {kind} by {100 * (after / before - 1):+.1f} %"
-                break
-    if fault:
-        edge = band["wanted_edge"]
-        raise InputError(f"{name}: edges of {edge * 1000:.3g} mm {fault}{_advice(place, source, edge, band)}")
-    if band["unknowns"] == 0:
-        raise InputError(f"{name}: its mesh has no inner edge, so it can carry no current; it is too small.")
+        return vertices[torn[0] if len(torn) else triangles[0]].mean(axis=0), "tear it open"
+    crossed = first_crossing(*mesh)
+    if crossed is not None:
+        return crossed, "make its surfaces cross"
+    for kind in ("area", "volume"):
+        before, after = band[kind]["before"], band[kind]["after"]
+        if before and after and abs(after / before - 1) > CHANGED:
+            return None, f"change its {kind} by {100 * (after / before - 1):+.1f} %"
+    return None
 
 
-def _advice(place, source, edge, band):
-    """Where a mesh fails, how thick its source is there (at its thinnest if `place` is None), and what would help."""
-    vertices, triangles = split_long_edges(*source, edge / 2, edge / 2)
-    depth = thickness(vertices, triangles, source, edge)
-    centres = vertices[triangles].mean(axis=1)
-    if place is None:
-        at = depth.argmin()
-    else:
-        near = np.linalg.norm(centres - place, axis=1)
-        at = np.where(near <= near.min() + edge / 2, depth, np.inf).argmin()
-    if depth[at] >= edge:
-        return f" near {topology.place(centres[at])}. Raise 'mesh.edges_per_wavelength'."
-    density = band["wavelength"] / (2 * depth[at])
-    finer = (
-        f"Raise 'mesh.edges_per_wavelength' ({density:.0f} makes edges of twice that thickness), thicken"
-        if density <= FINEST
-        else "A higher 'mesh.edges_per_wavelength' may do; else thicken"
-    )
-    return (
-        f" near {topology.place(centres[at])}, where it is about {depth[at] * 1000:.2g} mm thick. {finer} that part, "
-        "or draw it as a sheet without thickness."
-    )
+def _diagnosis(place, source, edge):
+    """Where a mesh fails, or where the source is thinnest if `place` is None, and how near its walls are there."""
+    ground = Ground(*source[:2], edge)
+    points = samples(*source[:2], edge / 2)[0]
+    if place is not None:
+        apart = np.linalg.norm(points - place, axis=1)
+        points = points[apart <= apart.min() + edge / 2]
+    metal, air = ground.clearance(points)
+    thin = np.minimum(metal, air)
+    at = thin.argmin()
+    where = f" near {topology.place(points[at] if place is None else place)}"
+    if thin[at] >= edge:
+        return f"{where}."
+    if metal[at] <= air[at]:
+        return f"{where}, where the metal is about {thin[at] * 1000:.2g} mm thick."
+    return f"{where}, where two walls face each other across a gap of about {thin[at] * 1000:.2g} mm of air."
 
 
 def write(path, settings, measures_path, source_path, mesh_paths):
@@ -188,6 +248,8 @@ def write(path, settings, measures_path, source_path, mesh_paths):
 
     `settings` has the arguments of `build`: `target`, `mesh` and `radar`.
     """
+    begin(path)
+    say("read and repair the CAD file")
     source = load(path, **settings, to_solve=True)
     write_ply(source_path, source.vertices, source.triangles)
     meshes, measures = build_bands(source, path, **settings)
@@ -199,4 +261,6 @@ def write(path, settings, measures_path, source_path, mesh_paths):
             f"{Path(mesh_path).name}: {band['triangles']} triangles, {band['unknowns']} unknowns, "
             f"mean edge {band['edge_wavelengths']['mean']:.3f} wavelengths at {band['frequencies']['last'] / 1e9:g} GHz"
         )
+        if band["missed"]:
+            print(f"Warning: {Path(mesh_path).name} {band['missed']}")
     Path(measures_path).write_text(json.dumps(measures, indent=1) + "\n")

@@ -12,6 +12,7 @@ from igl.copyleft import cgal
 
 from mesh import topology
 from mesh.boxes import CHUNK, around, near_boxes
+from mesh.progress import going
 
 STEEP = np.cos(np.radians(30.0))  # a rim is put onto what its sheet stands on, not onto what it runs along
 FLAT = 1 - 1e-6  # cosine of the angle between normals of one plane
@@ -56,6 +57,7 @@ def tie(vertices, triangles, birth, close, name):
     """
     size, free = len(vertices), np.zeros(0, dtype=np.int64)
     for _ in range(20):
+        going(f"tie the edges of {len(triangles)} triangles to vertices that they pass")
         edges = topology.edges(triangles).ends
         edges = edges[~np.isin(edges @ [size, 1], free)]  # vertices stay, so what had none near it has none now
         used = topology.used(triangles)
@@ -129,6 +131,7 @@ def overlay(vertices, triangles, birth, close, name):
     rest = np.delete(np.arange(len(triangles)), involved)
     points, pieces, parents, chains = [vertices], [triangles[rest]], [birth[rest]], {}
     for cluster in np.unique(label[involved]):
+        going("cut parts that lie on each other")
         flat = involved[label[involved] == cluster]
         layout = _laid_out(vertices, triangles[flat], edges[np.unique(feet[np.isin(feet[:, 1], flat), 0])])
         number, new = _numbers(layout, vertices, triangles[flat], sum(map(len, points)))

@@ -4,7 +4,6 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from mesh import symmetry, topology
-from mesh.distance import hausdorff
 
 NARROW = 1 / 3  # wanted edges: a triangle between creases that is less high belongs to a thin feature
 
@@ -48,17 +47,18 @@ def mirror_error(vertices, axes):
     return max((float(tree.query(symmetry.mirrored(vertices, axis))[0].max()) for axis in axes), default=None)
 
 
-def describe(mesh, source, wavelength, edge, thinned_by=0.0, axes=()):
+def describe(mesh, source, apart, wavelength, edge, thinned_by=0.0, axes=()):
     """The measures of one band's mesh and of its source, both (vertices, triangles), as a mapping; lengths in metres.
 
-    The source may itself be `thinned_by` metres away from the CAD surface, which the distances then include. `axes`
-    are the mirror planes that the mesh is to have.
+    `apart` is their Hausdorff distance as two pairs of metres and a point, to the source and from it. The source may
+    itself be `thinned_by` metres away from the CAD surface, which the distances then include. `axes` are the mirror
+    planes that the mesh is to have.
     """
     vertices, triangles = mesh
     length, angle = topology.edge_lengths(*mesh), topology.shape(vertices[triangles])[2]
     before, after = size(*source), size(*mesh)
     lengths = {"mean": length.mean(), "max": length.max(), "p99": np.percentile(length, 99)}
-    (to_source, _), (from_source, _) = apart = hausdorff(mesh, source, edge / 2)
+    (to_source, _), (from_source, _) = apart
     at_edges, thin = topology.edges(triangles).count, in_thin_features(vertices, triangles, edge)
     return {
         "wavelength": wavelength,

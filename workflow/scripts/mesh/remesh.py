@@ -1,122 +1,196 @@
-"""Isotropic remeshing to one edge length, features and boundaries kept."""
+"""Isotropic remeshing to a length that may change from place to place, features and boundaries kept."""
 
 from typing import NamedTuple
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from mesh import topology
-from mesh.distance import distances, thickness
-from mesh.meshlab import loaded, remesh_isotropic
-from mesh.patches import remesh_patches
-from mesh.tidy import Limits, collapse_short_edges, flip_slivers, lift_chords, split_long_edges
+from mesh.distance import distances
+from mesh.edits import Limits, collapse, cut_edges, flip, lines
+from mesh.ground import Ground
+from mesh.progress import going
 
-SHORTEST, LONGEST = 0.5, 1.45  # wanted edges; those outside are pulled together or split afterwards
-P99 = 1.345  # wanted edges: 99 % of all edges are to be shorter than 1.35, after the volume is restored too
-MEAN = 0.965, 0.994  # wanted edges: a mean in this range needs no other try
-FIRST_AIM = 0.98  # wanted edges: the remesher makes longer edges than it is told
-LARGER = 1.03  # the most that the aim grows from one try to the next
-TRIES = 4
-DEEP = 0.2  # wanted edges: where a solid is thicker, collapses are bounded by the deviation alone
-FLAT = 1e-6  # wanted edges that a flip may move a flat patch; and degrees that it must gain
+GRADE = 0.35  # metres by which edges grow for each metre away from where they are short
+STEP = 0.7  # from one length of short edges to the next
+PASSES = 8
+AIM = 1.06  # wanted edges that the edits aim at: their mean comes out shorter
+STEPS = 0.95, 1.06  # the least and the most that the aim changes by where it was missed
+MORE = 4  # passes for that
+COARSE = 1.4  # of the aim: what the first of these passes collapses to
+SHORT, LONG = 0.8, 1.33  # of the aim: edges outside are collapsed or cut
+DEVIATION = 0.2  # wanted edges that one edit may move the surface, seen from a vertex; chords move a fourth of it
+LEAST_ANGLE = 20.0  # degrees; no vertex moves to make a smaller one
+STILL = 0.8  # cosine of the angle by which a moved vertex may turn a triangle
+RELAX = 0.7  # of the way to its neighbours' middle that a vertex moves
+P99, LONGEST = 1.345, 1.45  # wanted edges: 99 % are to be shorter than 1.35, all than 1.6
+MEAN = 0.965, 0.994  # wanted edges: a mean in this range needs no more passes
 LEAST_SLOPE = 1e-12  # of the volume
-ON_PLANE = 0.1  # wanted edges: the remesher leaves boundary vertices this near to the plane that they started in
+NO_LOSS = 1e-4  # of the volume: so little need not be restored, and flat faces stay where they are
 
 
-class Wanted(NamedTuple):
-    """What the mesh of a band is to be; lengths in metres."""
+class Size(NamedTuple):
+    """Wanted lengths of edges: `edge` metres, and near some places less."""
 
-    edge: float  # mean length of its edges
-    deviation: float  # how far one step of remeshing may move the surface
-    axes: tuple = ()  # mirror planes
+    edge: float
+    finer: tuple = ()  # of (power of STEP, KD tree of the places where edges shall be that much shorter)
+
+    def __call__(self, points):
+        """The wanted edge in metres at each of the points (P, 3), (P,)."""
+        wanted = np.full(len(points), self.edge)
+        for power, tree in self.finer:
+            length = self.edge * STEP**power
+            reach = (self.edge - length) / GRADE
+            apart = tree.query(points, distance_upper_bound=reach)[0]
+            wanted = np.minimum(wanted, length + GRADE * np.minimum(apart, reach))
+        return wanted
+
+    def shortened(self, points, share):
+        """The Size with edges of `share` (P,) of what they were wanted to be at points (P, 3)."""
+        power = np.ceil(np.log(self(points) / self.edge * share) / np.log(STEP) - 1e-9).astype(int)
+        finer = {power: tree.data for power, tree in self.finer}
+        for number in np.unique(power).tolist():
+            finer[number] = np.concatenate([finer.get(number, np.zeros((0, 3))), points[power == number]])
+        return Size(self.edge, tuple((number, cKDTree(places)) for number, places in sorted(finer.items())))
+
+    def scaled(self, factor):
+        """The Size with all lengths `factor` times as long."""
+        return Size(self.edge * factor, self.finer)
 
 
-def remesh(vertices, triangles, wanted, solid=None):
-    """Triangles with the Wanted edges, or shorter ones on average, on the same surface.
+def remesh(vertices, triangles, size, solid, axes=(), start=None):
+    """Triangles with edges of the given Size, or shorter ones on average, on the same surface.
 
-    A boundary in one of the mirror planes stays in it exactly. The coarsest of a few tries that keeps to the lengths is
-    taken: thin parts bring the mean down, and a regular start is only ever halved. With the whole `solid`
-    (vertices, triangles) no part of it is lost that is thinner than an edge, at the price of shorter edges.
+    A boundary in one of the mirror planes `axes` stays in it exactly. The surface is a part of the whole `solid`, both
+    (vertices, triangles); no part of it is lost for being thinner than an edge. With `start`, a mesh of it, only what
+    has another length than wanted is made anew.
     """
-    edge, longest = wanted.edge, LONGEST * wanted.edge
-    start = _start(vertices, triangles, wanted, solid)
-    best, fewest, aim = None, np.inf, FIRST_AIM
-    for _ in range(TRIES):
-        mesh = _remeshed(start, wanted, aim * edge, solid is not None)
-        mesh = _split(*mesh, wanted, longest, solid is not None)
-        lengths = topology.edge_lengths(*mesh) / edge
-        too_long = int(np.ceil((lengths > P99).sum() - 0.008 * len(lengths)))
-        if too_long > 0 and np.percentile(lengths, 99) > P99:  # cut no more than needed
-            mesh = _split(*mesh, wanted, np.sort(lengths)[-1 - too_long] * edge, solid is not None)
-            lengths = topology.edge_lengths(*mesh) / edge
-        mean = lengths.mean()
-        fits = mean <= MEAN[1] and np.percentile(lengths, 99) <= P99
-        if best is None or (fits and len(mesh[1]) < fewest):
-            best, fewest = mesh, len(mesh[1]) if fits else np.inf
+    ground, whole = Ground(vertices, triangles, size.edge / 4), Ground(*solid, size.edge)
+    source, aim, passes = (vertices, triangles), AIM, PASSES
+    if start is not None:
+        (vertices, triangles), passes = start, PASSES // 2
+    best, fewest = None, np.inf
+    for number in range(passes + MORE):
+        wanted = size.scaled(aim)
+        coarse = size.scaled(aim * COARSE) if number == passes else wanted  # a regular start is else only ever halved
+        limits = Limits(coarse, SHORT, LONG, DEVIATION, axes, lambda points: whole.clearance(points)[0])
+        vertices, triangles = collapse(vertices, triangles, limits)
+        vertices, triangles = split(vertices, triangles, wanted, LONG, ground)
+        triangles = flip(vertices, triangles, wanted(vertices), DEVIATION, axes)
+        vertices = relax(vertices, triangles, wanted(vertices), ground)
+        if number < passes - 1:
+            continue
+        made = _fitting(vertices, triangles, size, ground, axes)
+        mean = _ratios(*made, size).mean()
+        fits = mean <= MEAN[1]
+        if best is None or (fits and len(made[1]) < fewest):
+            best, fewest = made, len(made[1]) if fits else np.inf
         if fits and mean >= MEAN[0]:
             break
-        # Where thin parts hold the mean down, a much larger aim only tears at the rest.
-        aim *= min(sum(MEAN) / 2 / mean, LARGER if fits else MEAN[0])
-    return best
-
-
-def _start(vertices, triangles, wanted, solid):
-    """The surface without edges that are far too short or too long."""
-    edge, deviation, axes = wanted
-    if solid is None:
-        triangles = flip_slivers(vertices, triangles, deviation / 2, axes)
-        depth = None
-    else:
-        depth = thickness(vertices, triangles, solid, DEEP * edge)
-    limits = Limits(np.inf, deviation / 2, axes, depth)
-    vertices, triangles = collapse_short_edges(vertices, triangles, SHORTEST * edge, limits)
-    if solid is not None:
-        vertices, triangles = split_long_edges(vertices, triangles, edge, LONGEST * edge, features=True)
-        # Or the next step would put vertices into narrow strips, where diagonals run from end to end.
-        triangles = flip_slivers(vertices, triangles, FLAT * edge, axes, least=FLAT)
-    return split_long_edges(vertices, triangles, edge, LONGEST * edge)
-
-
-def _remeshed(start, wanted, aim, thin):
-    """One try with edges of about `aim` metres; `thin` if parts thinner than an edge are to be kept."""
-    edge, deviation, axes = wanted
-    if thin:
-        mesh = remesh_patches(*start, aim, deviation)
-    else:
-        mesh = remesh_isotropic(loaded(*start), aim, deviation)
-        mesh = _to_planes(*mesh, start, ON_PLANE * edge, axes)
+        aim *= np.clip(sum(MEAN) / 2 / mean, *STEPS) if number > passes else 1.0
+    vertices, triangles = best
     for axis in axes:
-        mesh = lift_chords(*mesh, start, axis)
-    if not thin:  # a collapse knows nothing of patches, and would fold a thin part, as would a flip
-        mesh = collapse_short_edges(*mesh, SHORTEST * edge, Limits(P99 * edge, deviation / 2, axes))
-    return mesh
+        vertices, triangles = lift_chords(vertices, triangles, source, axis)
+    return vertices, triangles
 
 
-def _split(vertices, triangles, wanted, longest, thin):
-    """The mesh with its edges above `longest` metres cut."""
-    vertices, triangles = split_long_edges(vertices, triangles, wanted.edge, longest)
-    return vertices, triangles if thin else flip_slivers(vertices, triangles, wanted.deviation / 2, wanted.axes)
+def _fitting(vertices, triangles, size, ground, axes):
+    """The mesh without too many long edges, cut no more than needed."""
+    ratio = np.sort(_ratios(vertices, triangles, size))
+    too_long = max(int(np.ceil((ratio > P99).sum() - 0.008 * len(ratio))), 0)
+    longest = min(LONGEST, ratio[-1 - too_long]) if too_long else LONGEST
+    vertices, triangles = split(vertices, triangles, size, longest, ground)
+    return vertices, flip(vertices, triangles, size(vertices), DEVIATION, axes)
 
 
-def _to_planes(vertices, triangles, source, near, axes):
-    """Boundary vertices within `near` metres of the mirror planes put on them; faces that then lie in one dropped."""
-    if len(axes) == 0:
-        return vertices, triangles
-    boundary = np.unique(topology.rims(triangles)[0])
-    for axis in axes:
-        vertices[boundary[np.abs(vertices[boundary, axis]) <= near], axis] = 0.0
-    if len(axes) == 2:
-        # Where the surface meets both planes, the remesher may have cut the corner between its two boundaries.
-        corners = source[0][np.unique(topology.rims(source[1])[0])]
-        for corner in corners[(corners[:, axes] == 0).all(axis=1)]:
-            vertices[boundary[np.linalg.norm(vertices[boundary] - corner, axis=1).argmin()]] = corner
-    lying = (vertices[triangles][:, :, list(axes)] == 0).all(axis=1)
-    for k, axis in enumerate(axes):  # but not those of the source
-        flat = source[1][(source[0][source[1]][:, :, axis] == 0).all(axis=1)]
-        if len(flat) and lying[:, k].any():
-            centres = vertices[triangles[lying[:, k]]].mean(axis=1)
-            lying[lying[:, k], k] = distances(centres, source[0], flat) > near
-    lying = lying.any(axis=1)
-    return topology.compact(vertices, triangles[~lying])
+def _ratios(vertices, triangles, size):
+    """Lengths of the edges over what is wanted, (E,)."""
+    ends = topology.edges(triangles).ends
+    return np.linalg.norm(vertices[ends[:, 1]] - vertices[ends[:, 0]], axis=1) / size(vertices)[ends].mean(axis=1)
+
+
+def split(vertices, triangles, size, longest, ground):
+    """Edges above `longest` wanted lengths cut, and put on the ground."""
+    while True:
+        going(f"cut long edges of {len(triangles)} triangles")
+        ends, sides, _ = topology.edges(triangles)
+        span = np.linalg.norm(vertices[ends[:, 1]] - vertices[ends[:, 0]], axis=1)
+        ratio = span / size(vertices)[ends].mean(axis=1)
+        cut = ratio > longest
+        if not cut.any():
+            return vertices, triangles
+        start, stop = vertices[ends].transpose(1, 0, 2)
+        # Whole numbers of equal parts on both sides: halving alone would end at any length.
+        parts = np.maximum(np.rint(ratio), 2)
+        points, feature = start + (parts // 2 / parts)[:, None] * (stop - start), topology.features(vertices, triangles)
+        normal = _vertex_normals(vertices, triangles)[ends[cut]].sum(axis=1)
+        normal /= np.maximum(np.linalg.norm(normal, axis=1), np.finfo(float).tiny)[:, None]
+        points[cut] = _grounded(points[cut], normal, feature[cut], ground, span[cut] / 3)
+        vertices, triangles = cut_edges(vertices, triangles, sides, np.where(cut, ratio, 0), points)
+
+
+def _grounded(points, normal, on_line, ground, most):
+    """Points put on the ground, or on its features, where that is within `most` metres; else as they are."""
+    place = np.empty_like(points)
+    place[~on_line] = ground.nearest(points[~on_line], normal[~on_line], most[~on_line])
+    place[on_line] = ground.on_line(points[on_line])
+    near = ((place - points) ** 2).sum(axis=1) <= most**2
+    return np.where(near[:, None], place, points)
+
+
+def _vertex_normals(vertices, triangles):
+    """Unit normals at the vertices, (V, 3), weighted by angles."""
+    weight, normal = topology.angles(vertices[triangles]), topology.shape(vertices[triangles])[0]
+    total = topology.gathered(triangles, weight[:, :, None] * normal[:, None], len(vertices))
+    return total / np.maximum(np.linalg.norm(total, axis=1), np.finfo(float).tiny)[:, None]
+
+
+def relax(vertices, triangles, wanted, ground):
+    """Vertices moved towards the middle of their triangles, along the surface; those on features along these.
+
+    `wanted` is the length of edges in metres at the vertices, (V,).
+    """
+    seen = lines(vertices, triangles)
+    normal, _, angle = topology.shape(vertices[triangles])
+    weight = topology.areas(vertices, triangles) / wanted[triangles].mean(axis=1) ** 2
+    middle = vertices[triangles].mean(axis=1)
+    moment = np.repeat(np.column_stack([weight[:, None] * middle, weight])[:, None], 3, axis=1)
+    total = topology.gathered(triangles, moment, len(vertices))
+    target = total[:, :3] / np.maximum(total[:, 3:], np.finfo(float).tiny)
+    line = (seen.count == 2) & ~seen.fixed
+    ends = seen.edges.ends[seen.feature]
+    target[line] = (topology.gathered(ends, vertices[ends[:, ::-1]], len(vertices)) / 2)[line]
+    move, up = RELAX * (target - vertices), _vertex_normals(vertices, triangles)
+    move[~line] -= ((move * up).sum(axis=1)[:, None] * up)[~line]
+    points = _grounded(vertices + move, up, line, ground, wanted)
+    points[seen.fixed] = vertices[seen.fixed]
+    for _ in range(10):  # who would turn or flatten a triangle stays
+        new, _, new_angle = topology.shape(points[triangles])
+        bad = (new * normal).sum(axis=1) < STILL
+        bad |= new_angle < np.minimum(angle, LEAST_ANGLE) - 1e-9
+        if not bad.any():
+            break
+        back = np.unique(triangles[bad])
+        points[back] = vertices[back]
+    return points
+
+
+def lift_chords(vertices, triangles, source, axis):
+    """Mend edges inside a half that lie in its mirror plane `axis`: there the mirror image would touch it.
+
+    Their middle is put where the half `source` (vertices, triangles) passes over it.
+    """
+    while True:
+        ends, sides, count = topology.edges(triangles)
+        chord = (vertices[ends][:, :, axis] == 0).all(axis=1) & (count > 1)
+        chord[sides[(vertices[triangles][:, :, axis] == 0).all(axis=1)]] = False  # sides of triangles in the plane
+        if not chord.any():
+            return vertices, triangles
+        points = vertices[ends].mean(axis=1)
+        points[chord, axis] += distances(points[chord], *source)
+        if (points[chord, axis] == 0).any():
+            return vertices, triangles  # the source itself touches its mirror image
+        vertices, triangles = cut_edges(vertices, triangles, sides, chord, points)
 
 
 def restore_volume(vertices, triangles, source, volume, axes):
@@ -126,6 +200,8 @@ def restore_volume(vertices, triangles, source, volume, axes):
     (vertices, triangles), along those faces' normals: flat parts stay as they are. Vertices in the mirror planes
     `axes` stay there.
     """
+    if abs(topology.tetrahedra(vertices, triangles).sum() - volume) < NO_LOSS * abs(volume):
+        return vertices
     corners = vertices[triangles]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])  # twice the area long
     depth = -distances(corners.mean(axis=1), *source, signed=True)

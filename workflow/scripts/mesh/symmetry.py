@@ -25,7 +25,7 @@ def mirrored(points, axis):
 
 def deviation(vertices, triangles, spacing, axis):
     """Largest distance in metres between a target and its mirror image, sampled every `spacing` metres, and where."""
-    points = samples(vertices, triangles, spacing)
+    points = samples(vertices, triangles, spacing)[0]
     apart = distances(mirrored(points, axis), vertices, triangles)
     return float(apart.max()), points[apart.argmax()]
 

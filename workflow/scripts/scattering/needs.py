@@ -65,7 +65,7 @@ def expected(config, name, size):
     """
     planes, scattering = _planes(config, name), method(config, name)
     solves = []
-    for sweep, edge in zip(_sweeps(config), wanted_edges(config["mesh"], config["radar"]), strict=True):
+    for sweep, edge in zip(_sweeps(config), wanted_edges(config["mesh"], config["radar"], size["box"]), strict=True):
         unknowns = ideal_unknowns(size["area"], edge)
         solves.append({"unknowns": unknowns} | need(closed(unknowns, size["box"]), planes, sweep, scattering))
     return solves

@@ -82,8 +82,9 @@ def _solves(config, sizes, fields, refuse):
             lines.append(f"Warning: {error}")
         try:
             label = f"config key 'targets.{name}': {target['mesh']}"
-            check_resolution(sizes[name]["box"], config["mesh"], config["radar"], label)
-        except InputError as error:  # its mesh job refuses it; the run may want others
+            precision = config["scattering"].get("precision", "double")  # another solver may have none
+            check_resolution(sizes[name]["box"], config["mesh"], config["radar"], label, precision)
+        except InputError as error:  # its jobs refuse it or warn; the run may want others
             lines.append(f"Warning: {error}")
     head, total = "Solves, by estimate from the CAD files' areas, on two cores:", f"  in all: {_span(seconds)}"
     return [head, *lines, total] if lines else []

@@ -1,0 +1,277 @@
+"""Local edits of a triangle mesh: edges cut, collapsed and flipped, vertices moved. Each works on many places at once.
+
+An edit takes the places that come first in their neighbourhood, does them all, and looks again.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from mesh import topology
+from mesh.progress import going
+
+TURN = np.cos(np.radians(40.0))  # no triangle may turn by more
+CAP = np.cos(np.radians(150.0))  # a triangle with a wider angle is all but a line
+GAIN = 1.0  # degrees by which a flip must widen the smallest angle
+SLIVER = 0.01  # wanted edges: of a triangle less high the normal says nothing
+FAIR = 15.0  # degrees; a collapse may bring the smallest angle down to this, or to half of what it was
+TIP = 0.7  # of a full turn: a vertex whose faces make less in all is a tip and stays
+STRAIGHT = np.cos(np.radians(40.0))  # where a feature turns by more is a corner, which stays
+TINY = 1 / 25  # wanted edges: across narrower strips features may be joined
+SWEPT = 1 / 10  # of the volume beneath the triangles that such a step moves: more would eat up a thin part
+ALIKE = 1 / 4  # octaves: lengths that are taken in any order
+GOLDEN = (np.sqrt(5) - 1) / 2  # its multiples' fractions are evenly spread
+DEEP = 4  # steps: what is beneath that far is not looked at
+ALONG = 0.3  # sine of the angle between such a step and a triangle
+FEW = 1 / 400  # of the edges: a round with fewer collapses is the last
+ROUNDS = 200  # of one edit; it ends long before
+
+
+class Lines(NamedTuple):
+    """The features of a mesh as its vertices see them."""
+
+    edges: topology.Edges
+    feature: np.ndarray  # (E,) creases, boundaries and junctions
+    count: np.ndarray  # (V,) features at each vertex
+    rim: np.ndarray  # (V,) True for vertices of boundaries and junctions
+    fixed: np.ndarray  # (V,) corners, ends and tips, which stay where they are
+
+
+def lines(vertices, triangles):
+    """The Lines of a mesh."""
+    edges, size = topology.edges(triangles), len(vertices)
+    feature = topology.features(vertices, triangles)
+    ends = edges.ends[feature]
+    count = np.bincount(ends.ravel(), minlength=size)
+    rim = np.zeros(size, dtype=bool)
+    rim[edges.ends[edges.count != 2]] = True
+    along = vertices[ends[:, 1]] - vertices[ends[:, 0]]
+    along /= np.maximum(np.linalg.norm(along, axis=1), np.finfo(float).tiny)[:, None]
+    away = np.zeros_like(vertices)  # of a straight line's two directions nothing is left
+    np.add.at(away, ends[:, 0], along)
+    np.add.at(away, ends[:, 1], -along)
+    bent = (away**2).sum(axis=1) > 2 - 2 * STRAIGHT
+    turn = np.bincount(triangles.ravel(), weights=topology.angles(vertices[triangles]).ravel(), minlength=size)
+    fixed = ((count != 0) & (count != 2)) | ((count == 2) & bent) | ((count == 0) & (turn < TIP * 360))
+    return Lines(edges, feature, count, rim, fixed)
+
+
+def _mixed(length):
+    """Ranks (N,) in the order of lengths (N,); mixed where these are alike, or one edge after the other would wait."""
+    octave = np.floor(np.log2(np.maximum(length, np.finfo(float).tiny)) / ALIKE)
+    return octave + np.arange(len(length)) * GOLDEN % 1.0
+
+
+def cut_edges(vertices, triangles, sides, weight, points):
+    """Cut the edges with a positive weight (E,) at their points (E, 3), the heaviest of each neighbourhood only.
+
+    `sides` (T, 3) and the order of the edges are those of topology.edges.
+    """
+    # An edge is cut if no side of its triangles is heavier: then each triangle has one cut at most.
+    rank = np.argsort(np.argsort(_mixed(weight), kind="stable"))
+    side = rank[sides].argmax(axis=1)
+    best = np.take_along_axis(sides, side[:, None], axis=1)[:, 0]
+    cut = (np.bincount(best, minlength=len(weight)) == np.bincount(sides.ravel())) & (weight > 0)
+    number = len(vertices) + np.cumsum(cut) - 1
+    hit = cut[best]
+    a, b, c = np.take_along_axis(triangles[hit], (side[hit, None] + np.arange(3)) % 3, axis=1).T
+    middle = number[best[hit]]
+    halves = [np.stack([a, middle, c], axis=1), np.stack([middle, b, c], axis=1)]
+    return np.concatenate([vertices, points[cut]]), np.concatenate([triangles[~hit], *halves]).astype(np.int32)
+
+
+class Limits(NamedTuple):
+    """What a collapse has to keep to, as functions of points (P, 3) where lengths follow the mesh's size."""
+
+    size: object  # wanted edges in metres, (P,), at points
+    shortest: float  # wanted edges: shorter ones are collapsed
+    longest: float  # wanted edges: none longer is made
+    deviation: float  # wanted edges: how far a triangle may move
+    axes: tuple = ()  # mirror planes: no edge beside them may come to lie in them
+    thickness: object = None  # metres of metal beneath points (P, 3), (P,)
+
+
+def collapse(vertices, triangles, limits):
+    """Pull together the ends of edges that are too short, shortest first, where the surface allows it.
+
+    One end moves onto the other where that keeps to the Limits. Features shrink along themselves only, so that vertices
+    in mirror planes stay there.
+    """
+    size = len(vertices)
+    wanted, refused = limits.size(vertices), np.zeros(0, dtype=np.int64)
+    for _ in range(ROUNDS):
+        going(f"collapse short edges of {len(triangles)} triangles")
+        seen = lines(vertices, triangles)
+        ends = seen.edges.ends
+        ratio = np.linalg.norm(vertices[ends[:, 1]] - vertices[ends[:, 0]], axis=1) / wanted[ends].mean(axis=1)
+        key = ends @ [size, 1]
+        short = np.flatnonzero((ratio < limits.shortest) & ~np.isin(key, refused))
+        if len(short) == 0:
+            break
+        # The shortest edge of each neighbourhood goes first.
+        rank = np.full(len(ends), np.inf)
+        rank[short] = _mixed(ratio[short])
+        first = np.full(size, np.inf)
+        np.minimum.at(first, ends.ravel(), np.repeat(rank, 2))
+        around = first.copy()  # also of the neighbours
+        np.minimum.at(around, ends[:, 0], first[ends[:, 1]])
+        np.minimum.at(around, ends[:, 1], first[ends[:, 0]])
+        tried = short[(around[ends[short]] == rank[short, None]).all(axis=1)]
+        gone, kept = np.concatenate([ends[tried], ends[tried][:, ::-1]]).T
+        cost = _cost(vertices, triangles, seen, gone, kept, np.tile(tried, 2), wanted, limits).reshape(2, -1)
+        better = cost.argmin(axis=0)
+        good = np.isfinite(cost.min(axis=0))
+        refused = np.concatenate([refused, key[tried[~good]]])
+        gone, kept = gone.reshape(2, -1), kept.reshape(2, -1)
+        pick = better[good], np.flatnonzero(good)
+        target = np.arange(size)
+        target[gone[pick]] = kept[pick]
+        triangles = target[triangles].astype(np.int32)
+        triangles = triangles[topology.have_three_corners(triangles)]
+        if len(tried) < FEW * len(ends):
+            break
+    return topology.compact(vertices, triangles)
+
+
+def stars(triangles, chosen, size):
+    """For each of the `chosen` vertices (N,) the triangles around it: which of them, (P,), and the triangle, (P,)."""
+    order = np.argsort(triangles.ravel(), kind="stable")
+    start = np.concatenate([[0], np.cumsum(np.bincount(triangles.ravel(), minlength=size))])
+    many = start[chosen + 1] - start[chosen]
+    which = np.repeat(np.arange(len(chosen)), many)
+    offset = np.arange(len(which)) - np.repeat(np.cumsum(many) - many, many)
+    return which, order[start[chosen][which] + offset] // 3
+
+
+def _cost(vertices, triangles, seen, gone, kept, edge, wanted, limits):
+    """Metres by which triangles move if the vertices `gone` (N,) are pulled onto `kept`; infinite if not allowed."""
+    size, count = len(vertices), len(gone)
+    step = vertices[kept] - vertices[gone]
+    deviation = limits.deviation * wanted[gone]
+    which, star = stars(triangles, gone, size)
+    corners = triangles[star]
+    points = vertices[corners]
+    normal, height, angle = topology.shape(points)
+    moves = (corners != kept[which, None]).all(axis=1)
+    cost = np.zeros(count)
+    np.maximum.at(cost, which, np.abs((normal * step[which]).sum(axis=1)))
+    bad = cost > deviation
+    # Both ends may have no neighbour in common but the apexes of the triangles between them.
+    near = np.unique((which[:, None] * size + corners).ravel())
+    other, far = stars(triangles, kept, size)
+    far = np.unique((other[:, None] * size + triangles[far]).ravel())
+    common = np.bincount(np.intersect1d(near, far, assume_unique=True) // size, minlength=count) - 2
+    bad |= common != np.bincount(which[~moves], minlength=count)
+    bad |= np.bincount(which[moves], minlength=count) == 0
+    # Features keep their course, unless a step is so small that they may leave it.
+    feature = seen.feature[edge]
+    tiny = (step**2).sum(axis=1) <= (TINY * wanted[gone]) ** 2
+    if limits.thickness is not None:
+        # From line to line: by way of what lies between them a plate would shrink little by little.
+        tiny &= (seen.count[gone] > 0) & (seen.count[kept] > 0) & ~feature
+        _keep_thin(tiny, which, points, normal, step, limits)
+    bad |= seen.rim[gone] & (seen.edges.count[edge] == 2)
+    bad |= (seen.count[gone] > 0) & ~feature & ~(tiny & (seen.count[gone] <= 2))
+    bad |= seen.fixed[gone] & ~tiny
+    bent = _bend(vertices, seen, gone, step)
+    cost = np.maximum(cost, bent)
+    bad |= bent > deviation
+    star_of = which
+    new = np.where(corners[moves] == gone[which[moves], None], kept[which[moves], None], corners[moves])
+    which = which[moves]
+    fresh, fresh_height, fresh_angle = topology.shape(vertices[new])
+    turn = (fresh * normal[moves]).sum(axis=1)
+    wrong = turn < np.where(height[moves] > SLIVER * wanted[gone[which]], TURN, -TURN)
+    least = np.full(count, 2 * FAIR)
+    np.minimum.at(least, star_of, angle)
+    wrong |= (fresh_height == 0) | (fresh_angle < least[which] / 2)
+    span = np.linalg.norm(vertices[new] - vertices[kept[which]][:, None], axis=2)
+    wrong |= (span > limits.longest * (wanted[new] + wanted[kept[which], None]) / 2).any(axis=1)
+    for axis in limits.axes:  # an edge inside the half may not lie in the mirror plane
+        on = vertices[:, axis] == 0
+        wrong |= on[kept[which]] & ~on[gone[which]] & (on[new].sum(axis=1) == 2)
+    bad[which[wrong]] = True
+    there = topology.triple(triangles, size)
+    bad[which[np.isin(topology.triple(new, size), there)]] = True
+    return np.where(bad, np.inf, cost)
+
+
+def _keep_thin(tiny, which, points, normal, step, limits):
+    """Take from the `tiny` steps (N,) those that would eat up a thin part, like the rim of a plate."""
+    height, length = np.abs((normal * step[which]).sum(axis=1)), np.linalg.norm(step, axis=1)[which]
+    mine = tiny[which] & (height > ALONG * length)  # a step sweeps nothing beside triangles that it runs along
+    which, height, length, points = which[mine], height[mine], length[mine], points[mine]
+    area = np.linalg.norm(np.cross(points[:, 1] - points[:, 0], points[:, 2] - points[:, 0]), axis=1)
+    deep = np.minimum(limits.thickness(points.mean(axis=1)), DEEP * length)
+    swept, beneath = (np.bincount(which, area * each, minlength=len(tiny)) for each in (height / 3, deep))
+    tiny &= swept <= SWEPT * beneath
+
+
+def _bend(vertices, seen, gone, step):
+    """Metres by which the features at the vertices `gone` (N,) leave their course when these make their step (N, 3)."""
+    bend, place = np.zeros(len(gone)), np.full(len(vertices), -1)
+    place[gone] = np.arange(len(gone))  # no vertex is there twice
+    ends = seen.edges.ends[seen.feature]
+    for here, there in (ends.T, ends.T[::-1]):
+        mine = place[here] >= 0
+        at, along = place[here[mine]], vertices[there[mine]] - vertices[here[mine]]
+        length = np.maximum(np.linalg.norm(along, axis=1), np.finfo(float).tiny)
+        np.maximum.at(bend, at, np.linalg.norm(np.cross(along, step[at]), axis=1) / length)
+    return bend
+
+
+def flip(vertices, triangles, wanted, deviation, axes=()):
+    """Exchange the diagonal of two triangles where that widens their smallest angle.
+
+    Only where the surface moves by less than `deviation` wanted edges, (V,) in metres at the vertices, and no triangle
+    turns much.
+    """
+    triangles, refused = triangles.copy(), np.zeros(0, dtype=np.int64)
+    for _ in range(ROUNDS):
+        edges = topology.edges(triangles)
+        pairs = topology.side_pairs(edges, edges.count == 2)
+        opposite = np.roll(topology.angles(vertices[triangles]), 1, axis=1).ravel()  # of corner k + 2, opposite side k
+        pairs = pairs[opposite[pairs].sum(axis=1) > 180]  # not Delaunay
+        pairs = pairs[~np.isin(edges.ends[edges.sides.ravel()[pairs[:, 0]]] @ [len(vertices), 1], refused)]
+        triangle, side = pairs // 3, pairs % 3
+        # From the diagonal a-b of triangles a-b-c and b-a-d to c-d.
+        a, b, c = (triangles[triangle[:, 0], (side[:, 0] + k) % 3] for k in range(3))
+        d = triangles[triangle[:, 1], (side[:, 1] + 2) % 3]
+        opposed = triangles[triangle[:, 1], side[:, 1]] == b
+        first, second = np.stack([a, d, c], axis=1), np.stack([d, b, c], axis=1)
+        before = [topology.shape(vertices[triangles[triangle[:, k]]]) for k in (0, 1)]
+        after = [topology.shape(vertices[corners]) for corners in (first, second)]
+        gain = np.minimum(after[0][2], after[1][2]) - np.minimum(before[0][2], before[1][2])
+        across = np.cross(vertices[b] - vertices[a], vertices[d] - vertices[c])
+        gap = np.abs((across * (vertices[c] - vertices[a])).sum(axis=1))
+        gap /= np.maximum(np.linalg.norm(across, axis=1), np.finfo(float).tiny)
+        most = deviation * wanted[a]
+        good = opposed & (c != d) & (gain > GAIN) & (gap <= most)
+        for (normal, height, _), apex in zip(before, (c, d), strict=True):
+            # The normal of a triangle whose apex lies all but on the edge to be flipped says nothing.
+            cap = (height < SLIVER * wanted[a]) & (_cosine(*vertices[[apex, a, b]]) < CAP)
+            good &= cap | np.all([(new[0] * normal).sum(axis=1) > TURN for new in after], axis=0)
+        size = len(vertices)  # an edge from c to d must not be there already
+        good &= ~np.isin(np.minimum(c, d).astype(np.int64) * size + np.maximum(c, d), edges.ends @ [size, 1])
+        for axis in axes:  # no edge inside a half may lie in the mirror plane
+            beside = (vertices[a, axis] != 0) | (vertices[b, axis] != 0)
+            good &= ~beside | (vertices[c, axis] != 0) | (vertices[d, axis] != 0)
+        refused = np.concatenate([refused, edges.ends[edges.sides.ravel()[pairs[~good, 0]]] @ [size, 1]])
+        # The best flip of each triangle's neighbourhood goes first; the others are looked at again.
+        rank = np.full(len(pairs), -1)
+        rank[good] = np.argsort(np.argsort(gain[good], kind="stable"), kind="stable")
+        best = np.full(len(vertices), -1)
+        quad = np.stack([a, b, c, d], axis=1)
+        np.maximum.at(best, quad.ravel(), np.repeat(rank, 4))
+        go = good & (best[quad] == rank[:, None]).all(axis=1)
+        if not go.any():
+            break
+        triangles[triangle[go, 0]], triangles[triangle[go, 1]] = first[go], second[go]
+    return triangles
+
+
+def _cosine(apex, start, stop):
+    """Cosine of the angle at `apex` (N, 3) between the directions to start and stop, (N,)."""
+    first, second = start - apex, stop - apex
+    length = np.linalg.norm(first, axis=1) * np.linalg.norm(second, axis=1)
+    return (first * second).sum(axis=1) / np.maximum(length, np.finfo(float).tiny)

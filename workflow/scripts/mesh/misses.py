@@ -1,0 +1,78 @@
+"""Where a mesh misses its source by more than it should, and how much shorter its edges are to be there."""
+
+import numpy as np
+
+from mesh import topology
+from mesh.arrange import crossings
+from mesh.distance import samples
+from mesh.ground import Ground
+
+GOAL = 1 / 40, 0.01  # wavelengths from the source, and share of its area or volume: what a mesh should keep to
+WELL = 0.8  # of the goals: what is asked for of each place
+SHARE = 0.25, 0.7  # the least and the most that edges are shortened at once
+CROSSED, TURNED = 0.5, 0.6  # the share of edges that cross, and of those that cut corners off
+ON = 1e-3  # wanted edges: a place nearer to the mesh is on it, whatever the normals at a crease
+
+
+class Followed:
+    """A source surface (vertices, triangles), sampled so that meshes with edges of `edge` metres can be held to it."""
+
+    def __init__(self, vertices, triangles, edge):
+        self.edge, self.ground = edge, Ground(vertices, triangles, edge)
+        self.points, self.area, owner = samples(vertices, triangles, edge / 2)
+        self.normal = self.ground.normal[owner]
+
+    def apart(self, mesh):
+        """How far a mesh (vertices, triangles) and the source are apart: points (P, 3) and metres (P,) of each.
+
+        First the mesh's corners and middles, from the source, then the source's samples, from the mesh; last the
+        mesh's triangle nearest to each of these.
+        """
+        vertices, triangles = mesh
+        ends = topology.edges(triangles).ends
+        probes = np.concatenate([vertices, vertices[ends].mean(axis=1), vertices[triangles].mean(axis=1)])
+        from_source, nearest = Ground(vertices, triangles, self.edge).distance(self.points)
+        return (probes, self.ground.distance(probes)[0]), (self.points, from_source), nearest
+
+    def misses(self, mesh, apart, wavelength):
+        """Places (P, 3) where a mesh misses, and the share of their length for edges there, (P,); `apart` is its own.
+
+        As two pairs: where it strays or crosses itself, and where it loses or gains area. Chords are as deep as the
+        square of their length.
+        """
+        vertices, triangles = mesh
+        *both, nearest = apart
+        limit, places, shares = WELL * GOAL[0] * wavelength, [], []
+        for points, distance in both:
+            far = distance > limit
+            places.append(points[far])
+            shares.append(np.clip(np.sqrt(limit / distance[far] / 2), *SHARE))
+        crossed = np.unique(crossings(vertices, triangles))
+        places.append(vertices[triangles[crossed]].mean(axis=1))
+        shares.append(np.full(len(crossed), CROSSED))
+        strays = np.concatenate(places), np.concatenate(shares)
+        lost = self.area.sum() - topology.areas(vertices, triangles).sum()
+        if abs(lost) > WELL * GOAL[1] * self.area.sum():
+            turned = 1 - np.abs((topology.shape(vertices[triangles])[0][nearest] * self.normal).sum(axis=1))
+            turned[(both[1][1] <= ON * self.edge) | (self.area == 0)] = 0
+            order = np.argsort(-turned, kind="stable")
+            left = np.cumsum((turned * self.area)[order][::-1])[::-1]
+            worst = order[(left > WELL / 2 * GOAL[1] * self.area.sum()) & (turned[order] > 0)]
+            return strays, (self.points[worst], np.full(len(worst), TURNED))
+        return strays, (np.zeros((0, 3)), np.zeros(0))
+
+
+def farthest(pair):
+    """Of points (P, 3) and their distances (P,) the largest distance, and its point."""
+    points, distance = pair
+    return float(distance.max()), points[distance.argmax()]
+
+
+def hausdorff(mesh, source, spacing):
+    """Largest distance from mesh to source and from source to mesh, each (vertices, triangles), and where.
+
+    Returns ((metres, point), (metres, point)), the point on the surface that the distance is measured from. The source
+    is sampled every `spacing` metres.
+    """
+    *both, _ = Followed(*source, 2 * spacing).apart(mesh)
+    return tuple(farthest(pair) for pair in both)

@@ -1,0 +1,36 @@
+"""Lines in the log that say what the stage is doing, and the bound on how long it may take."""
+
+import time
+
+from core.errors import InputError
+
+EVERY = 8.0  # seconds of one step without a line
+MOST = 1800.0  # seconds of processor time for a target
+
+_job = None  # [name, start, processor's start, last line]; silent until a job begins
+
+
+def begin(name):
+    """Start the clock of a target's job."""
+    global _job
+    _job = [name, time.monotonic(), time.process_time(), time.monotonic()]
+
+
+def say(text):
+    """A line with the seconds since the job began."""
+    if _job is not None:
+        _job[3] = time.monotonic()
+        print(f"{_job[3] - _job[1]:5.0f} s  {text}", flush=True)
+
+
+def going(text):
+    """A line if the last one is long ago. Raises InputError if the job has taken too long; `text` says with what."""
+    if _job is None:
+        return
+    if time.process_time() - _job[2] > MOST:
+        raise InputError(
+            f"{_job[0]}: its meshes took more than {MOST / 60:.0f} minutes, the last of them to {text}. Export it with "
+            "fewer triangles, or without what is much smaller than an edge."
+        )
+    if time.monotonic() - _job[3] > EVERY:
+        say(f"... {text}")
