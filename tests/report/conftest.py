@@ -1,6 +1,7 @@
-"""One report of a made-up run with all stages, drawn once for all tests that look at it."""
+"""The report, and the page of the thesis, of made-up runs with all stages, each drawn once for all tests of it."""
 
 import fake
+import fake_thesis
 import pytest
 
 from report import section_images, selection
@@ -18,3 +19,9 @@ def few_pictures(monkeypatch):
     for name in ("GALLERY_AZIMUTHS", "GALLERY_ELEVATIONS", "PLACES"):
         monkeypatch.setattr(section_images, name, 2)
     monkeypatch.setattr(selection, "GALLERY_SNRS", 2)
+
+
+@pytest.fixture(scope="session")
+def thesis_page(tmp_path_factory):
+    """The folder of the page of the thesis of a run that has all of it; the results lie two levels above."""
+    return fake_thesis.write(tmp_path_factory.mktemp("thesis") / "fake", fake_thesis.settings())

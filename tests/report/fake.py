@@ -200,7 +200,7 @@ def _scattering(path, name, settings, frequency, elevation, azimuth):
 
 def _images(folder, settings, elevation, azimuth):
     """Random pixels, each image with its peak at 1."""
-    random = np.random.default_rng(5)
+    random = np.random.default_rng([5, *folder.name.encode()])
     pixels = (settings["radar"]["frequencies"], settings["imaging"]["aperture"])
     noise = settings["noise"]
     for store in ("clean", *map(sweep.snr_label, noise["snr_db"])):
@@ -225,6 +225,7 @@ def _images(folder, settings, elevation, azimuth):
                 "crossrange_resolution": 0.2,
                 "range_extent": 1.5,
                 "crossrange_extent": 1.0,
+                "range_wavenumber": 21.0,
                 "snr_definition_offset_db": OFFSET,
             },
         )

@@ -322,6 +322,22 @@ def test_what_troubleshooting_says_of_a_deleted_file(smoke, results, tmp_path):
         (tmp_path / "drone.zarr").rename(store)
 
 
+def test_the_thesis_s_page_shows_what_there_is_and_names_the_rest(smoke, results):
+    assert smoke.planned("thesis_page", *SMOKE) == {"thesis_page": 1}
+    finished = smoke.run("--cores", 1, "thesis_page", *SMOKE)
+    assert finished.returncode == 0, finished.stdout
+    page = (results / "report/thesis/README.md").read_text()
+    scores = pd.read_csv(results / "learning/scores.csv", keep_default_na=False).astype({"value": float})
+    rows = scores.query("model == 'knn' and metric == 'accuracy' and snr_definition == 'mean'")
+    (line,) = (line for line in page.splitlines() if line.startswith("| KNN, split at random |"))
+    assert len(rows) and [cell.split()[0] for cell in line.split(" | ")[1:]] == [f"{value:.3f}" for value in rows.value]
+    assert "experiment `capsule_open` in the open set, split at random" in page
+    assert (results / "report/thesis/fig-4-12.png").stat().st_size > 10_000
+    assert smoke.planned("thesis_page", *SMOKE) == smoke.planned("report", *SMOKE) == {}
+    with edited(smoke.folder / "resources/reference/thesis_settings.csv"):
+        assert smoke.planned("report", *SMOKE) == {}  # which does not show them
+
+
 # Last, as it makes images that no other job needs.
 def test_images_of_one_snr_are_exported_and_load_as_docs_say(smoke, results, monkeypatch):
     name = f"{RESULTS}/learning/export/snr_20dB.h5"

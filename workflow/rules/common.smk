@@ -32,7 +32,7 @@ from setup.yaml_file import read_yaml
 from core.sweep import images_are_made
 from imaging.geometry import PURE_NOISE, megabytes, planned
 from learning import experiments
-from report.selection import decoded_snrs, noise_snrs, noisy_targets
+from report.selection import decoded_snrs, noise_snrs, noisy_targets, thesis_images, thesis_networks
 from scattering import field_files, needs
 
 
@@ -72,6 +72,8 @@ TIMED = sorted(f"{run}/{model}" for run in RUNS if RUNS[run]["first"] for model 
 KNOWN = sorted(name for name in TARGETS if config["targets"][name]["role"] == "known")
 UNKNOWN = sorted(name for name in TARGETS if config["targets"][name]["role"] == "unknown")
 SNRS = [sweep.snr_label(snr) for snr in config["noise"]["snr_db"]]
+# Run and model of the networks that the page of the thesis judges anew.
+JUDGED = [f"{run}/{model}" for run, model in thesis_networks(RUNS)]
 # At which SNRs the page shows what models with a decoder make of images.
 DECODED_SNRS = [sweep.snr_label(snr) for snr in decoded_snrs(config["noise"]["snr_db"])]
 

@@ -1,5 +1,7 @@
 # report: one page that shows what was run and what came out, with its figures and tables beside it.
 # takes: what it shows of every stage            makes: report/index.html, report/figures/*.svg, report/tables/*.csv
+# Besides, on demand, the same beside every figure and table of the reference thesis.
+# makes: report/thesis/README.md, report/thesis/*.png
 
 
 rule report:
@@ -55,3 +57,42 @@ rule report:
         "report: write {output.page} (progress in {log})"
     script:
         "../scripts/report/job_report.py"
+
+
+# Takes what the run has: what it does not have, the page names.
+rule thesis_page:
+    input:
+        scores=rules.report.input.scores,
+        times=rules.report.input.times,
+        models=rules.report.input.curves,
+        reconstructions=rules.report.input.reconstructions,
+        predictions=expand(f"{RESULTS}/learning/predictions/{{fitted}}/{{snr}}.csv", fitted=JUDGED, snr=SNRS),
+        images=[
+            f"{RESULTS}/imaging/{target}/{images}.zarr"
+            for target, images in (thesis_images(config, RUNS) if images_are_made(config) else ())
+        ],
+        published=[
+            in_repository(f"resources/reference/thesis_{table}.csv")
+            for table in ("results", "prediction_times", "confusion", "settings")
+        ],
+        code=code("report/job_thesis.py"),
+        model_code=model_code(*{fitted.split("/")[1] for fitted in JUDGED}),
+    output:
+        page=directory(f"{RESULTS}/report/thesis"),
+    log:
+        f"{RESULTS}/logs/thesis_page.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/thesis_page.tsv"
+    conda:
+        "../../envs/report.yaml"
+    threads: 1
+    resources:
+        # A network classifies all of a target's images at an SNR.
+        mem_mb=max([megabytes_of(*fitted.split("/")) for fitted in JUDGED], default=2000),
+    params:
+        settings=section(config, *config),
+        stated=page_names(MODELS),
+    message:
+        "thesis_page: write {output.page}/README.md (progress in {log})"
+    script:
+        "../scripts/report/job_thesis.py"

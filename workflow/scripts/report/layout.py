@@ -19,6 +19,7 @@ BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK, CRIMSON, TEAL, OLIVE, INDIGO
 
 # What of an SVG file may stand in a URI between quotes as it is. As base64 the page would be a quarter larger.
 UNQUOTED = " /:;=,+()'!*@$?[]{}|^`~"
+PNG_DPI = 120
 SCALE = 1.55  # CSS pixels per point; true size would be 4/3
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
@@ -127,6 +128,13 @@ def to_svg(drawing):
     drawing.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
     # A hundredth of a point is less than anyone sees, and the file a good part smaller.
     return re.sub(rb' d="[^"]*"', lambda path: re.sub(rb"(\.\d\d)\d+", rb"\1", path[0]), buffer.getvalue())
+
+
+def to_png(drawing):
+    """What was drawn on a canvas as PNG bytes, the same bytes every time."""
+    buffer = io.BytesIO()
+    drawing.savefig(buffer, format="png", dpi=PNG_DPI, metadata={"Software": None})
+    return buffer.getvalue()
 
 
 def circle_ticks(axis, values):

@@ -1,6 +1,7 @@
 """How scores are drawn: panels over the SNR, curves with their confidence bands, published markers, matrices."""
 
 import numpy as np
+from matplotlib import colormaps
 
 from report.layout import GREY, canvas
 
@@ -8,6 +9,7 @@ from report.layout import GREY, canvas
 RELATIONS = {">=": ("≥", "^"), ">": (">", "^"), "<=": ("≤", "v"), "<": ("<", "v"), "=": ("=", "o")}
 REJECTING = {"color": GREY, "ls": ":", "lw": 1.6, "label": "everything rejected"}
 BAND = 0.18  # how opaque a 95 % interval is
+TRAININGS = "os^Dv<>"  # markers by training SNR
 LETTER, LINE = 0.075, 0.6  # inches
 
 
@@ -65,6 +67,24 @@ def draw_rejecting(axes, values, upright=False):
     """The weighted F1 of rejecting every image of the open set: a line for each of the values, level or upright."""
     for value in values:
         (axes.axvline if upright else axes.axhline)(value, **REJECTING)
+
+
+def draw_trainings(axes, curves, trained):
+    """Draw curves of a model by what it was trained at, from dark to light. curves: (training, rows); trained: all."""
+    for training, rows in curves:
+        place = trained.index(training)
+        color = colormaps["viridis"](0.9 * place / max(len(trained) - 1, 1))
+        marker = TRAININGS[place % len(TRAININGS)]
+        draw_curve(axes, rows, color, marker, band=False, label=f"training SNR: {training}")
+
+
+def draw_density(axes, values, edges, color, label):
+    """Draw a histogram of values as a density. Gives the number of values in each bin, and the density."""
+    counts = np.histogram(values, edges)[0]
+    density = counts / max(counts.sum(), 1) / np.diff(edges)
+    axes.stairs(density, edges, fill=True, alpha=0.45, color=color, label=label)
+    axes.stairs(density, edges, color=color)
+    return counts, density
 
 
 def draw_pixels(axes, image, extent=None, **colors):

@@ -56,25 +56,34 @@ def beside(results, rows, statements, whose=f"thesis, {thesis.CENTER_FREQUENCY /
     return same, statements, thesis.DEFINITION, words
 
 
+def value_at(results, curve, snr):
+    """A curve's value at an SNR in dB: a mapping of ours, low, high and here_at_snr_db.
+
+    curve: rows of `Results.mean_scores`. Between two test SNRs it is interpolated; beyond the last at which all images
+    have one it is that one. None for an SNR that this run does not reach, and where a curve is none or several.
+    """
+    curve = curve.sort_values("test_snr_db")
+    snrs, highest = curve["test_snr_db"], max(results.settings["noise"]["snr_db"])
+    if not len(curve) or not snrs.is_unique or not snrs.min() <= snr <= highest:
+        return None
+    at = min(snr, snrs.max())
+    value, low, high = (float(np.interp(at, snrs, curve[column])) for column in ("value", "low", "high"))
+    return {"ours": value, "low": low, "high": high, "here_at_snr_db": at}
+
+
 def statements_table(results, name, metrics):
     """Published statements with our value at the same SNR beside them; nothing where no experiment has a counterpart.
 
     metrics: CLOSED or OPEN. Between two test SNRs our value is interpolated; beyond the last it is that one.
     """
-    rows, highest = [], max(results.settings["noise"]["snr_db"])
+    rows = []
     for line in select(results.published_scores, metric=list(metrics)).to_dict("records"):
         model, score = ADAPTATIONS.get(line["model"], (line["model"], ""))
         case = {"experiment": line["experiment"], "model": model, "score": score, "metric": metrics[line["metric"]][0]}
         case |= {"threshold": "thesis" if score else "", "elevation": CONDITIONS.get(line["condition"])}
-        ours = select(results.mean_scores, **case).sort_values("test_snr_db")
-        snrs = ours["test_snr_db"]
-        if not len(ours) or not snrs.is_unique or not snrs.min() <= line["snr_db"] <= highest:
-            continue
-        at = min(line["snr_db"], snrs.max())
-        value, low, high = (float(np.interp(at, snrs, ours[column])) for column in ("value", "low", "high"))
-        kept = holds(value, line["relation"], line["value"])
-        here = {"ours": value, "low": low, "high": high, "here_at_snr_db": at, "holds": kept}
-        rows.append({**line, "model": model, "score": score, **here})
+        if here := value_at(results, select(results.mean_scores, **case), line["snr_db"]):
+            here["holds"] = holds(here["ours"], line["relation"], line["value"])
+            rows.append({**line, "model": model, "score": score, **here})
     if not rows:
         return ()
 

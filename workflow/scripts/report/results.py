@@ -106,6 +106,13 @@ class Results:
         return select(self._every_score, snr_definition=DEFINITION, fold="")
 
     @cached_property
+    def by_definition(self):
+        """Rows as in `scores` by each definition of SNR, the config's first: a mapping; the other's may be few."""
+        every = self._every_score
+        names = sorted(every["snr_definition"].unique(), key=lambda name: (name != self.definition, name))
+        return {name: select(every, snr_definition=name, fold="") for name in names}
+
+    @cached_property
     def confusion(self):
         """Counts of predicted classes by target, with the columns of `scores` before them."""
         return self._learning_table("confusion")
@@ -231,6 +238,11 @@ class Results:
         return pd.read_csv(REFERENCE / "thesis_confusion.csv")
 
     @cached_property
+    def published_settings(self):
+        """Hyper-parameters: columns model, setting, value (text, as it was printed) and source."""
+        return pd.read_csv(REFERENCE / "thesis_settings.csv", dtype=str, keep_default_na=False)
+
+    @cached_property
     def benchmarks(self):
         """Seconds and peak memory of every job that kept a record: columns step, job, s, max_rss. May be empty."""
         rows, folder = [], self.folder / "benchmarks"
@@ -242,7 +254,7 @@ class Results:
                 step, *job = job
             # Solves stand in a folder of their own, <target>-<band>: a target's name may hold hyphens, too.
             whose = job[1].rpartition("-")[0] if job[:1] == ["bands"] else "".join(job[:1])
-            if step != "report" and (not job or whose in named):
+            if step not in ("report", "thesis_page") and (not job or whose in named):
                 line = pd.read_csv(path, sep="\t", na_values="-").iloc[-1]
                 rows.append({"step": step, "job": "/".join(job), "s": line["s"], "max_rss": line["max_rss"]})
         return pd.DataFrame(rows, columns=["step", "job", "s", "max_rss"])

@@ -10,7 +10,7 @@ from learning.experiments import CLEAN
 from report import thesis
 from report.conditions import conditions
 from report.layout import BLUE, VERMILION, Section, figure, number
-from report.plots import draw_curve, draw_pixels, draw_published, draw_rejecting, finish, panels
+from report.plots import draw_curve, draw_density, draw_pixels, draw_published, draw_rejecting, finish, panels
 from report.published import FULL_SIZE, beside, confusion_figure
 from report.selection import decoded_snrs
 from report.vocabulary import (
@@ -152,10 +152,7 @@ def histogram_figure(results, run, model, shown, scores):
             }
             for role, color in (("known", BLUE), ("unknown", VERMILION)):
                 values = plain(score, select(tables[snr], side="test", role=role)[f"known_{score}"])
-                counts = np.histogram(values, edges)[0]
-                density = counts / max(counts.sum(), 1) / np.diff(edges)
-                axes.stairs(density, edges, fill=True, alpha=0.45, color=color, label=f"{role} targets")
-                axes.stairs(density, edges, color=color)
+                counts, density = draw_density(axes, values, edges, color, f"{role} targets")
                 bins = {"snr_db": snr, "score": score, "role": role, "from": edges[:-1], "to": edges[1:]}
                 lines = {f"threshold_{protocol}": value for protocol, value in chosen.items()}
                 drawn.append(pd.DataFrame({**bins, "images": counts, "density": density, **lines}))

@@ -3,12 +3,11 @@
 import itertools
 
 import pandas as pd
-from matplotlib import colormaps
 from matplotlib.ticker import MaxNLocator
 
 from report.conditions import conditions, meaning
 from report.layout import Section, duration, figure, number, table
-from report.plots import draw_curve, draw_matrix, draw_published, finish, matrix, panels
+from report.plots import draw_curve, draw_matrix, draw_published, draw_trainings, finish, matrix, panels
 from report.published import CLOSED, CONDITIONS, beside, statements_table
 from report.selection import TABLE_SNRS, evenly
 from report.vocabulary import (
@@ -26,7 +25,6 @@ from report.vocabulary import (
 )
 
 DASHES = {"solid": "-", "dashed": "--", "dotted": ":", "dash-dot": "-."}  # a class each
-MARKERS = "os^Dv<>"
 MATRICES = 4  # confusion matrices side by side
 WIDE = 3  # more than so many side by side take the whole width of the page
 
@@ -76,10 +74,7 @@ def training_snr_figure(results, name, how, scores, validation):
     best = []
     for axes, ((model,), rows) in zip(grid.flat, models, strict=True):
         axes.set_title(names.model(model).label)
-        for (train,), curve in names.groups(rows, "training"):
-            place = trained.index(train)
-            color, marker = colormaps["viridis"](0.9 * place / (len(trained) - 1)), MARKERS[place % len(MARKERS)]
-            draw_curve(axes, curve, color, marker, band=False, label=f"training SNR: {train}")
+        draw_trainings(axes, [(train, curve) for (train,), curve in names.groups(rows, "training")], trained)
         chosen = select(validation, model=model).groupby("training")["value"].mean().idxmax()
         mean = select(rows, training=chosen)["value"].mean()
         best.append(f"{names.model(model).label} with training SNR {chosen} ({mean:.3f})")
@@ -189,7 +184,7 @@ def curves_figure(results):
             axes.set_ylabel(column)
         if "learning_rate" in curve:  # a model of one's own may keep none
             grid[0, 2].plot(curve["epoch"], curve["learning_rate"], kind, **thin)
-        ends.append(f"{look.label} in {words} {_end(curve, every[model].get('epochs'))}")
+        ends.append(f"{look.label} in {words} {training_end(curve, every[model].get('epochs'))}")
         tables.append(curve.assign(run=run, model=model))
     for axes in grid.flat:
         axes.xaxis.set_major_locator(MaxNLocator(integer=True))
@@ -208,7 +203,7 @@ def curves_figure(results):
     return (figure("training_curves", drawing, pd.concat(tables), alt, caption, wide=True),)
 
 
-def _end(curve, planned):
+def training_end(curve, planned):
     """How a training ended, in words. planned: how many epochs it may have at most, where that is one number."""
     last = curve.iloc[-1]
     words = [f"after {last['epoch']:g}{f' of {planned}' if isinstance(planned, int) else ''} epochs"]

@@ -10,6 +10,17 @@ UNITS = {"fcnn": {"width": "hidden units"}, "capsule": {"width": "filters", "cap
 DECODER = 512  # units of its capsule network's first decoder layer
 PIXELS = 32  # a side, of the images that its capsule network sees
 CENTER_FREQUENCY = 5.55e9  # Hz
+# Its sweep and images (its tables 3.1 to 3.3): keys of the config, value, and the unit in which it is written.
+SWEEP = {
+    "centre frequency": (("radar", "center_frequency"), 5.55e9, 1e9, " GHz"),
+    "bandwidth": (("radar", "bandwidth"), 3e9, 1e9, " GHz"),
+    "frequencies": (("radar", "frequencies"), 27, 1, ""),
+    "azimuths of a circle": (("aspect", "azimuth", "count"), 242, 1, ""),
+    "step of elevation": (("aspect", "elevation", "step"), 5, 1, "°"),
+    "azimuth samples of an image": (("imaging", "aperture"), 21, 1, ""),
+}
+REALIZATIONS = 3  # of the noise, all of them tested
+MACHINE = "Intel i7-7700HQ"
 DEFINITION = "mean"  # of SNR, in the listing that made its figures
 
 

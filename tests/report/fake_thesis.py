@@ -1,0 +1,148 @@
+"""Made-up results with every experiment of the thesis, real fully connected networks and their real predictions."""
+
+import copy
+import itertools
+from dataclasses import asdict
+from unittest import mock
+from zlib import crc32
+
+import fake
+import fake_learning
+import numpy as np
+import pandas as pd
+
+from core.sweep import snr_label
+from learning import images
+from learning.classifier import OTHER, build, choices
+from learning.experiments import label, runs
+from learning.model_folder import CONFIG, SPLIT, write_json
+from learning.predict import Tested, predict
+from learning.split import Division
+from report.thesis_page import write_page
+
+SNRS = [-18, -12, -6, 0, 3, 6, 12, 24]
+LISTS = {
+    "svm_tuned": {"C": [1, 1000], "scale": [1, 2.75]},
+    "knn_tuned": {"k": [1, 3]},
+    "fcnn_tuned": {"width": [4, 756]},
+}
+SCORES = {"fcnn": ("softmax", "openmax"), "capsule": ("mse", "zncc", "length", "mixture")}
+SCORES |= {"capsule_complex": ("mse", "coherence")}
+FCNN = {"width": 6, "epochs": 2, "batch": 16, "learning_rate": 0.01, "openmax_tail": 5, "openmax_alpha": 1}
+
+
+def settings():
+    """The config of a run that has all that the thesis has."""
+    config = copy.deepcopy(fake.SETTINGS)
+    config["targets"]["disc"] = {"mesh": "disc.stl", "role": "unknown"}
+    config["noise"] |= {"snr_db": list(SNRS), "definition": "mean"}
+    models, experiments = config["learning"]["models"], config["learning"]["experiments"]
+    models |= {name: {"kind": name.removesuffix("_tuned"), **lists} for name, lists in LISTS.items()}
+    models |= {"fcnn": dict(FCNN), "fcnn_other": {"kind": "fcnn", "other": True, **FCNN}}
+    models["capsule_complex"] = {"kind": "capsule", "width": 16, "capsules": 2, "complex": True}
+    clean, each = {"elevation": "all", "snr_db": "clean"}, {"elevation": "all", "snr_db": {"each": [-18, 0, 24]}}
+    experiments["multi_elevation"] = {"train": clean, "models": ["lr", "lr_tuned", "svm", "knn"]}
+    experiments["tuning"] = {"train": clean, "models": list(LISTS)}
+    experiments["noisy_training"] = {"train": each, "models": ["lr", "svm"]}
+    experiments["upsampling"] = {"train": each, "models": ["lr", "svm"], "upsample": 64}
+    experiments["fcnn_open"] = {"train": clean, "models": ["fcnn", "fcnn_other"], "open": True}
+    experiments["fcnn_listing"] = copy.deepcopy(experiments["fcnn_open"])
+    experiments["fcnn_listing"]["train"]["snr_db"] = 24
+    experiments["sector"] = {"train": clean, "models": ["lr", "knn", "fcnn"], "open": True, "split": "sector"}
+    experiments["capsule_sector"]["folds"] = [1, 2, 3]
+    experiments["noisy_capsule"]["train"]["snr_db"] = {"random": ["clean", 0, 24]}
+    experiments["noisy_capsule"]["models"] = ["capsule", "capsule_complex"]
+    for name in ("sector_fcnn", "capsule_closed"):
+        del experiments[name]
+    return config
+
+
+def make(folder, config):
+    """Fill `folder` (results/<name>) with results of the config, as far as the page of the thesis reads them."""
+    with (
+        mock.patch.dict(fake_learning.SCORES, SCORES),
+        mock.patch.object(fake_learning, "DECODERS", ("capsule", "capsule_complex", "capsule_denoise")),
+    ):
+        fake.make(folder, config)
+    _tell_apart(folder / "learning" / "scores.csv")
+    for name, run in runs(config).items():
+        for model in run["models"]:
+            path = folder / "learning" / "models" / name / model
+            if model in LISTS:
+                _searched(path, model)
+            if model.startswith("fcnn") and model not in LISTS and run["split"] == "random":
+                _fit(folder, path, run, model, config)
+            if (name, model) == ("capsule_open", "capsule"):
+                _capsule(folder / "learning" / "predictions" / name / model, config)
+
+
+def _tell_apart(path):
+    """Make the values of every curve its own, so that a page that takes another one is found out."""
+    scores = pd.read_csv(path, dtype={"fold": str}, keep_default_na=False, na_values={"low": [""], "high": [""]})
+    own = scores[[column for column in scores if column not in ("test_snr_db", "value", "low", "high", "n")]]
+    less = own.astype(str).agg("/".join, axis=1).map(lambda key: crc32(key.encode()) % 60 / 1000)
+    less += 0.03 * ((scores["model"] == "svm") & (scores["test_snr_db"] == 24))  # whose maximum is before the end
+    for column in ("value", "low", "high"):
+        scores[column] = (scores[column] - less).where(scores["metric"] != "threshold", scores[column])
+    scores.to_csv(path, index=False)
+
+
+def write(folder, config):
+    """The results and their page; returns its folder."""
+    make(folder, config)
+    return again(folder, config)
+
+
+def again(folder, config):
+    page = folder / "report" / "thesis"
+    write_page(folder, config, fake.names(config), page)
+    return page
+
+
+def _searched(path, model):
+    """The settings tried: each better than the one before."""
+    tried = pd.DataFrame(choices({"kind": model, **LISTS[model]}))
+    tried.assign(validation_accuracy=np.linspace(0.8, 0.9, len(tried))).to_csv(path / "search.csv", index=False)
+
+
+def _fit(folder, path, run, model, config):
+    """A small network fitted to the training azimuths, and its predictions at all SNRs."""
+    own, division = config["learning"]["models"][model], Division(**run["division"])
+    roles = {name: target["role"] for name, target in config["targets"].items()}
+    store = {name: folder / "imaging" / name / f"{label(run['snrs'][0])}.zarr" for name in roles}
+    known = [name for name, role in roles.items() if role == "known"]
+    azimuth = {name: images.azimuths_of(store[name], (), division, "train") for name in known}
+    pixels, origin = images.read([store[name] for name in known], azimuth)
+    labels = origin["target"].to_numpy(str)
+    if own.get("other"):
+        random = np.random.default_rng(7)
+        noise = random.normal(size=(40, *pixels.shape[1:], 2)) @ [0.1, 0.1j]
+        pixels, labels = np.concatenate([pixels, noise.astype(np.complex64)]), np.append(labels, [OTHER] * 40)
+    fitted = build("fcnn", own, config["seed"]).fit(pixels, labels)
+    fitted.save(path)
+    write_json(path / CONFIG, {"run": run, "model": model, "kind": "fcnn", "settings": own, "seed": config["seed"]})
+    write_json(path / SPLIT, {"division": asdict(division), "targets": {}})
+    stores = [folder / "imaging" / name / f"{snr_label(snr)}.zarr" for name in roles for snr in SNRS]
+    tables = folder / "learning" / "predictions" / run["name"] / model
+    tested = Tested(roles, dict.fromkeys(roles, ()), True, 1)
+    predict(stores, tested, path, [tables / f"{snr_label(snr)}.csv" for snr in SNRS])
+
+
+def _capsule(folder, config):
+    """Predictions at all SNRs: confidence scores of known and unknown targets that overlap, the more the more noise."""
+    random = np.random.default_rng(11)
+    roles = {name: target["role"] for name, target in config["targets"].items()}
+    known = sorted(name for name, role in roles.items() if role == "known")
+    for snr in SNRS:
+        lines = itertools.product(sorted(roles), range(6), range(10))
+        table = pd.DataFrame(lines, columns=["target", "block", "image"])
+        table["role"] = table["target"].map(roles)
+        table["truth"] = table["target"].where(table["role"] == "known", OTHER)
+        right = random.uniform(size=len(table)) < 0.9
+        table["predicted"] = table["target"].where((table["role"] == "known") & right, random.choice(known, len(table)))
+        table["side"], table["fold"] = np.where(table["image"] < 6, "test", "validation"), 0
+        apart = (table["role"] == "known") * (snr + 24) / 20
+        for score in SCORES["capsule"]:
+            table[f"known_{score}"] = (apart + random.normal(size=len(table))).round(2) - 5 * (score == "mse")
+        folder.mkdir(parents=True, exist_ok=True)
+        table.to_csv(folder / f"{snr_label(snr)}.csv", index=False)

@@ -1,0 +1,106 @@
+"""The slips of the thesis on its page, against slow plain ways to compute them."""
+
+import itertools
+
+import numpy as np
+import pandas as pd
+import pytest
+from sklearn.metrics import f1_score
+from thesis_pages import parts, tables
+
+from learning import images, thresholds
+from learning.classifier import OTHER
+from learning.model_folder import load
+from report import thesis_anew
+
+
+def _slow_f1(truth, predicted):
+    return f1_score(truth, predicted, average="weighted", zero_division=0)
+
+
+@pytest.mark.parametrize("run", ["fcnn_open", "fcnn_listing"])
+def test_all_azimuths_are_counted_as_one_image_at_a_time_would_be(thesis_page, run):
+    folder = thesis_page.parents[1]
+    network, words = load(folder / "learning" / "models" / run / "fcnn"), {"fcnn_open": "without noise"}
+    predictions = pd.read_csv(folder / "learning/predictions" / run / "fcnn" / "snr_24dB.csv", keep_default_na=False)
+    for score, heading in (("softmax", "softmax with a threshold"), ("openmax", "OpenMax")):
+        threshold = thresholds.choose(predictions, f"known_{score}", "thesis")
+        truth, predicted = [], []
+        for target in ("drone", "missile", "ufo", "disc"):
+            store = folder / "imaging" / target / "snr_24dB.zarr"
+            pixels, _ = images.read([store], {target: images.azimuths(store)})
+            for image in pixels:
+                outcome = network.evaluate(image[None])
+                known = outcome.known[score][0] >= threshold
+                truth.append(target if target in ("drone", "missile") else OTHER)
+                predicted.append(outcome.labels[0] if known else OTHER)
+        assert len(truth) == 4 * 3 * 24 * 2  # targets, elevations, azimuths, realizations
+        expected = _slow_f1(truth, predicted)
+        tested = predictions[(predictions["side"] == "test")]
+        kept = np.where(tested[f"known_{score}"] >= threshold, tested["predicted"], OTHER)
+        own = _slow_f1(tested["truth"], kept)
+        assert abs(expected - own) > 1e-3  # else the test could not tell them apart
+        table = next(table for table in tables(parts(thesis_page)["Slips of the document"]) if "FCNN" in table)
+        row = table.set_index("FCNN").loc[f"{heading}, trained {words.get(run, 'at 24 dB')}"]
+        assert (row["weighted F1"], row["their weighted F1"]) == (f"{own:.4f}", f"{expected:.4f}")
+        assert row["all images"] == "576" and row["test images"] == f"{len(tested)}"
+        assert row["what that adds"] == f"{expected - own:+.4f}".replace("-", "−")
+
+
+def _slow_threshold(scores, known):
+    """The lowest threshold with the fewest errors, by trying all."""
+    levels = sorted(set(scores))
+    tried = [
+        levels[0],
+        *((a + b) / 2 for a, b in itertools.pairwise(levels)),
+        np.nextafter(levels[-1], np.inf),
+    ]
+    errors = []
+    for threshold in tried:
+        below = sum(1 for score, is_known in zip(scores, known, strict=True) if is_known and score < threshold)
+        above = sum(1 for score, is_known in zip(scores, known, strict=True) if not is_known and score >= threshold)
+        errors.append(below + above)
+    return tried[errors.index(min(errors))]
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_the_threshold_of_the_fewest_errors_against_all_of_them(seed):
+    random = np.random.default_rng(seed)
+    known = random.uniform(size=40) < (0.5, 0.9, 0.1)[seed % 3]
+    scores = (random.normal(size=40) + known * (0, 1, 4)[seed % 3]).round(1)  # with many that are equal
+    found = thesis_anew.fewest_errors(scores, known)
+    assert found == pytest.approx(_slow_threshold(scores.tolist(), known.tolist()), abs=1e-12)
+
+
+def test_thresholds_from_test_images_change_the_f1_as_the_page_says(thesis_page):
+    folder = thesis_page.parents[1]
+    for network, name, scores in (
+        ("fcnn_open/fcnn", "FCNN", {"softmax": "softmax", "openmax": "OpenMax"}),
+        ("capsule_open/capsule", "capsule", {"mse": "MSE", "zncc": "ZNCC"}),
+    ):
+        table = pd.read_csv(folder / "learning/predictions" / network / "snr_24dB.csv", keep_default_na=False)
+        test = table[(table["side"] == "test") & table["role"].isin(["known", "unknown"])]
+        for score, label in scores.items():
+            column = test[f"known_{score}"]
+            f1 = []
+            chosen = thresholds.choose(table, f"known_{score}", "thesis")
+            for threshold in (chosen, _slow_threshold(column.tolist(), (test["role"] == "known").tolist())):
+                f1.append(_slow_f1(test["truth"], np.where(column >= threshold, test["predicted"], OTHER)))
+            rows = next(
+                t for t in tables(parts(thesis_page)["Slips of the document"]) if "its weighted F1" in t
+            ).set_index("")
+            row = rows.loc[f"{name}, {label}"]
+            assert (row["weighted F1"], row["its weighted F1"]) == (f"{f1[0]:.4f}", f"{f1[1]:.4f}")
+            assert row["what that adds"].split()[0] == f"{f1[1] - f1[0]:+.4f}".replace("-", "−")
+    assert abs(f1[1] - f1[0]) > 1e-3
+
+
+def test_the_document_s_own_tables_are_added_up(thesis_page):
+    """Fig. 5.4 by hand: of the first matrix the classes have F1 0.7204, 0.9428 and 0.7609."""
+    drone = 2 * 12928 / (13794 + 12928 + 2256 + 6912)
+    missile = 2 * 12360 / (13794 + 12360 + 67)
+    other = 2 * (11471 + 6882) / (2 * 13794 + 866 + 1434 + 11471 + 6882)
+    expected = 0.25 * drone + 0.25 * missile + 0.5 * other
+    text = parts(thesis_page)["Slips of the document"]
+    assert f"softmax with a threshold 0.7981 printed, {expected:.4f} from the matrix" in text
+    assert "class 'other' 0.9179 printed, 0.9179 from the matrix" in text
