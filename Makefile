@@ -9,14 +9,16 @@
 # make bench-bempp: the same sphere by bempp-cl, in an environment of its own, and here
 # make fields: the dataset of resources/fields anew where it is not complete (hours, 6 GB)
 # make check-fields: its fields beside those of finer meshes and of the other integral equation (hours, 20 GB)
+# make results: publish the full-size run's page of the reference thesis, docs/results.md, and its scores (RUN=thesis)
 # make validate: the solver and the image formation beside closed forms, as figures (docs/validation.md)
 
 PYTHON ?= python3
 CORES ?= 2
+RUN ?= thesis
 BIN := .venv/bin
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
-.PHONY: report test lint environment validate fields check-fields bench-learning bench-capsules \
+.PHONY: report test lint environment results validate fields check-fields bench-learning bench-capsules \
 	bench-scattering bench-bempp bench-thesis bench-imaging bench-compressed
 
 report: environment
@@ -42,6 +44,9 @@ fields: environment
 check-fields: environment
 	PYTHONPATH=workflow/scripts python resources/fields/check.py --threads $(CORES)
 	PYTHONPATH=workflow/scripts python resources/fields/make.py card
+
+results: environment
+	python resources/results/publish.py results/$(RUN)
 
 validate: environment
 	PYTHONPATH=workflow/scripts:tests/scattering python benchmarks/validate.py --threads $(CORES)

@@ -1,0 +1,55 @@
+"""What `make results` publishes: the page of the thesis with its pictures, and the scores that it is made of."""
+
+import importlib.util
+import lzma
+import os
+
+import pandas as pd
+import pytest
+from thesis_pages import check_links
+
+from setup.config import ROOT
+
+
+@pytest.fixture
+def publisher():
+    spec = importlib.util.spec_from_file_location("publish", ROOT / "resources/results/publish.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_a_page_is_published_with_its_pictures_and_scores(thesis_page, publisher, tmp_path):
+    (tmp_path / "docs/img/results").mkdir(parents=True)
+    (tmp_path / "docs/img/results/fig-9-9.png").touch()  # of an earlier page
+    publisher.publish(thesis_page.parents[1], tmp_path)
+    drawn = check_links(tmp_path / "docs", "results.md")
+    assert sorted(drawn) == [f"img/results/{path.name}" for path in sorted(thesis_page.glob("*.png"))]
+    assert len(list((tmp_path / "docs/img/results").iterdir())) == len(drawn)
+    about = (tmp_path / "resources/results/README.md").read_text()
+    for name in ("scores", "confusion", "validation"):
+        table = (thesis_page.parents[1] / f"learning/{name}.csv").read_bytes()
+        packed = (tmp_path / f"resources/results/{name}.csv.xz").read_bytes()
+        assert lzma.decompress(packed) == table and len(packed) < len(table) / 4
+        assert f"| `{name}.csv.xz` |" in about and f"| {table.count(bytes([10])) - 1:,} |" in about
+    assert "| processor | A processor |" in about and "commit" in about
+    scores = pd.read_csv(tmp_path / "resources/results/scores.csv.xz", keep_default_na=False)
+    assert scores.equals(pd.read_csv(thesis_page.parents[1] / "learning/scores.csv", keep_default_na=False))
+
+
+def test_nothing_is_published_of_a_run_without_a_page_or_with_an_older_one(thesis_page, publisher, tmp_path):
+    with pytest.raises(SystemExit, match=r"There is no .*README.md; make it: snakemake --cores 2 thesis_page"):
+        publisher.publish(tmp_path, tmp_path)
+    readme = thesis_page / "README.md"
+    times = readme.stat()
+    os.utime(readme, (times.st_atime, 0))
+    try:
+        with pytest.raises(SystemExit, match="is older than the run's scores"):
+            publisher.publish(thesis_page.parents[1], tmp_path)
+    finally:
+        os.utime(readme, (times.st_atime, times.st_mtime))
+    assert not (tmp_path / "docs").exists()
+
+
+def test_nothing_made_up_is_committed():
+    assert not (ROOT / "docs/results.md").exists() or "`fake`" not in (ROOT / "docs/results.md").read_text()
