@@ -4,15 +4,18 @@ import copy
 import json
 import re
 from html import unescape
+from types import MappingProxyType
 
 import fake
 import fake_learning
 import matplotlib
+import numpy as np
 import pandas as pd
 import pytest
+import xarray as xr
 from pages import Page, table_rows
 
-from report import section_headline, section_learning, section_open, section_tried
+from report import section_headline, section_images, section_learning, section_open, section_tried
 from report.layout import style
 from report.plots import REJECTING
 from report.results import Results
@@ -229,6 +232,39 @@ def test_the_definitions_of_snr_differ_image_by_image(whole):
     means = (middle * data["share"]).groupby(data["target"]).sum()
     assert means.to_numpy() == pytest.approx(fake_learning.OFFSET, abs=0.06)
     assert "drone 0.0 to 4.2" in caption_of(whole, "snr_definitions")
+
+
+class _Random:
+    """Images of noise of four targets, one of the unknown ones' nearly the same as one of a known target's."""
+
+    surfaces = MappingProxyType({})
+
+    def __init__(self):
+        random, axes = np.random.default_rng(4), ("elevation", "azimuth", "range", "crossrange")
+        coords = dict(
+            zip(axes, ([-30.0, 2.0], np.arange(8) * 45.0, np.arange(6) * 0.1, np.arange(5) * 0.1), strict=True)
+        )
+        parts = {name: random.standard_normal((2, 8, 6, 5, 2)) @ [1, 1j] for name in "abuv"}
+        parts["v"][1, 5] = parts["b"][1, 2] * 1.3j + 0.05  # the phase counts for nothing, nor does the size
+        parts["u"][0, 0] = parts["a"][0, 0]  # far from the horizon
+        self.stores = {
+            name: xr.Dataset({"image": (axes, of.astype(np.complex64))}, coords) for name, of in parts.items()
+        }
+
+    def of_role(self, role):
+        return ["a", "b"] if role == "known" else ["u", "v"]
+
+    def images(self, name, store):
+        return self.stores[name]
+
+
+def test_the_images_that_look_alike_are_those_with_the_largest_correlation():
+    with style():
+        (figure,) = section_images.alike_figure(_Random())
+    assert "v 225° and b 90°, 1.00." in figure.caption
+    shown = figure.data["image"].unique().tolist()
+    assert shown[2:] == ["2: v 225°", "2: b 90°"] and shown[0].startswith("1: u ")
+    assert "elevation 2°" in figure.caption and "u 0° and a 0°" not in figure.caption
 
 
 def test_every_plot_of_the_open_set_has_the_line_of_rejecting_everything(whole):

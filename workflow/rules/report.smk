@@ -19,7 +19,7 @@ rule report:
         ),
         published=[
             in_repository(f"resources/reference/thesis_{table}.csv")
-            for table in ("results", "prediction_times", "confusion")
+            for table in ("results", "prediction_times", "confusion", "galleries")
         ],
         code=code("report/job_report.py") + page_files() + imager_code() + solver_code(),
     output:

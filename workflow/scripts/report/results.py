@@ -234,6 +234,11 @@ class Results:
         return pd.read_csv(REFERENCE / "thesis_prediction_times.csv", keep_default_na=False)
 
     @cached_property
+    def published_galleries(self):
+        """What the figures of images show that were published, by target."""
+        return pd.read_csv(REFERENCE / "thesis_galleries.csv", dtype=str)
+
+    @cached_property
     def published_confusion(self):
         return pd.read_csv(REFERENCE / "thesis_confusion.csv")
 

@@ -39,6 +39,7 @@ def section(results):
             *(azimuth_gallery(results, name) for name in results.targets),
             elevation_gallery(results, shown),
             noise_gallery(results, shown),
+            *alike_figure(results),
             *definitions_figure(results),
             response_figure(results.images(shown, "clean"), results.scattering(shown), results.settings["imaging"]),
         ),
@@ -93,6 +94,8 @@ def azimuth_gallery(results, target):
     cut = cut.isel(azimuth=around(cut.sizes["azimuth"], GALLERY_AZIMUTHS))
     at = f"elevation {float(cut.elevation):g}°"
     note = "At azimuth 0° the radar is on the x axis, before the nose of what has one."
+    for line in results.published_galleries[results.published_galleries["target"] == target].to_dict("records"):
+        note += f" The thesis's figure {line['figure']} is of a target of this kind: {line['shows']}."
     return angle_gallery(results, f"images_{target}", target, "azimuth", cut, at, note)
 
 
@@ -133,6 +136,46 @@ def noise_gallery(results, target):
         f"{noise_words(noise, noise['definition'])}."
     )
     return gallery("gallery_snr", target, images, None, alt, caption)
+
+
+def alike_figure(results):
+    """Of each unknown target the image that looks most like one of a known target, beside that one, without noise.
+
+    Likeness is the zero-mean normalised cross-correlation of magnitudes, over all azimuths at the elevation nearest 0.
+    Nothing without targets of both roles.
+    """
+    cuts = {
+        name: results.images(name, "clean").image.sel(elevation=0, method="nearest").load()
+        for name in results.of_role("known") + results.of_role("unknown")
+    }
+    rows = {name: _standardized(np.abs(cut.values).reshape(len(cut), -1)) for name, cut in cuts.items()}
+    images, said = {}, []
+    for number, unknown in enumerate(results.of_role("unknown"), start=1):
+        likeness = {known: rows[unknown] @ rows[known].T for known in results.of_role("known")}
+        if not likeness:
+            return ()
+        known = max(likeness, key=lambda name: likeness[name].max())
+        there, here = np.unravel_index(likeness[known].argmax(), likeness[known].shape)
+        pair = {name: cuts[name].isel(azimuth=place) for name, place in ((unknown, there), (known, here))}
+        named = {f"{name} {float(image.azimuth):.4g}°": image for name, image in pair.items()}
+        images |= {f"{number}: {title}": image for title, image in named.items()}
+        said.append(f"{' and '.join(named)}, {likeness[known].max():.2f}")
+    if not images:
+        return ()
+    caption = (
+        "Of each unknown target the noise-free image that looks most like one of a known target, and that one, over "
+        f"all azimuths at elevation {float(next(iter(images.values())).elevation):g}°; with the zero-mean normalised "
+        f"cross-correlation of their magnitudes: {'; '.join(said)}. Whoever has only seen the known targets may take "
+        "one for the other."
+    )
+    alt = f"Pairs of ISAR images of unknown and known targets that look alike: {'; '.join(said)}."
+    return (gallery("images_alike", "", images, None, alt, caption),)
+
+
+def _standardized(rows):
+    """Rows (n, d) without their means and of length 1; one that is constant stays zero."""
+    rows = rows - rows.mean(axis=1, keepdims=True)
+    return rows / np.maximum(np.linalg.norm(rows, axis=1, keepdims=True), 1e-12)
 
 
 def definitions_figure(results):
