@@ -1,4 +1,5 @@
 # make report: the default experiment, from CAD to results/quick/report/index.html
+# make thesis: the reference experiment at full size, from the fields of resources/fields (hours of learning)
 # make test:   the whole test suite;   make lint: what CI checks besides
 # make bench-scattering: what a solve costs against what the machine can do (run nothing beside it)
 # make bench-learning: prediction times at the reference experiment's size
@@ -18,11 +19,14 @@ RUN ?= thesis
 BIN := .venv/bin
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
-.PHONY: report test lint environment results validate fields check-fields bench-learning bench-capsules \
+.PHONY: report thesis test lint environment results validate fields check-fields bench-learning bench-capsules \
 	bench-scattering bench-bempp bench-thesis bench-imaging bench-compressed
 
 report: environment
 	snakemake --cores $(CORES) report
+
+thesis: environment
+	snakemake --cores $(CORES) report thesis_page --configfile config/thesis.yaml config/thesis-fields.yaml
 
 test: environment
 	python -m pytest -n $(CORES) --dist loadfile --no-loadscope-reorder
