@@ -20,7 +20,7 @@ os.environ.update(PYTHONPATH=SCRIPTS)
 if {Quietness.PROGRESS, Quietness.ALL} & set(workflow.output_settings.quiet or ()):
     os.environ.update(ISARFLOW_QUIET="yes")  # jobs draw no progress bars
 
-from setup import disk, lock
+from setup import disk, lock, together
 from core import folders, sweep
 from setup.check import model_kind
 from setup.kinds import IMAGERS, SOLVERS, kind, page_names
@@ -63,8 +63,17 @@ TARGETS = list(config["targets"])
 MESHED = [target for target in TARGETS if "mesh" in config["targets"][target]]
 GIVEN = [target for target in TARGETS if target not in MESHED]
 BANDS = range(config["mesh"]["bands"])
-# The learning stage's runs by name, in one order whatever the config's.
-RUNS = dict(sorted(experiments.runs(config).items())) if images_are_made(config) else {}
+# The config for each of its seeds, by the folder of what follows from the seed. Of further seeds that is a folder in the
+# run's own, and what does not follow from it is the run's.
+SEEDED = {f"{RESULTS}/seed_{seed}": {**config, "seed": seed} for seed in config.pop("further_seeds", [])}
+SEEDED = {RESULTS: config, **SEEDED}
+COMPARED = config.pop("compare", [])  # other runs, by name
+# The learning stage's runs by name, in one order whatever the config's; of every seed, and of the first.
+RUNS_OF = {
+    root: dict(sorted(experiments.runs(seeded).items())) if images_are_made(config) else {}
+    for root, seeded in SEEDED.items()
+}
+RUNS = RUNS_OF[RESULTS]
 MODELS = config["learning"]["models"]
 # Run and model, as their folders are called; those that times are measured of and pictures made are of the first fold.
 FITTED = sorted(f"{run}/{model}" for run in RUNS for model in RUNS[run]["models"])
@@ -72,6 +81,8 @@ TIMED = sorted(f"{run}/{model}" for run in RUNS if RUNS[run]["first"] for model 
 KNOWN = sorted(name for name in TARGETS if config["targets"][name]["role"] == "known")
 UNKNOWN = sorted(name for name in TARGETS if config["targets"][name]["role"] == "unknown")
 SNRS = [sweep.snr_label(snr) for snr in config["noise"]["snr_db"]]
+# Those of which a model's predictions are one job.
+SNR_SETS = together.sets(RESULTS, SNRS, workflow.is_main_process)
 # Run and model of the networks that the page of the thesis judges anew.
 JUDGED = [f"{run}/{model}" for run, model in thesis_networks(RUNS)]
 # At which SNRs the page shows what models with a decoder make of images.
@@ -102,7 +113,7 @@ def page_files():
 
 def expected(refuse):
     """What is said before anything runs (see `overview`)."""
-    return unnamed(config, *OVERLAYS) + or_exit(overview, config, RESULTS, refuse)
+    return unnamed(config, *OVERLAYS) + or_exit(overview, config, RESULTS, refuse, len(SEEDED))
 
 
 def watched(path):
@@ -190,9 +201,27 @@ def trained_targets(model):
 
 def training_stores(wildcards):
     labels = [experiments.label(snr) for snr in RUNS[wildcards.run]["snrs"]]
-    stores = [f"{target}/{label}.zarr" for target in trained_targets(wildcards.model) for label in labels]
-    stores += [f"{PURE_NOISE}/clean.zarr"] if MODELS[wildcards.model].get("other", False) else []
-    return [f"{RESULTS}/imaging/{store}" for store in stores]
+    # Of another seed are only those with noise.
+    roots = {label: RESULTS if label == experiments.CLEAN else wildcards.root for label in labels}
+    targets = trained_targets(wildcards.model)
+    stores = [f"{roots[label]}/imaging/{target}/{label}.zarr" for target in targets for label in labels]
+    learns_noise = MODELS[wildcards.model].get("other", False)
+    return stores + ([f"{wildcards.root}/imaging/{PURE_NOISE}/clean.zarr"] if learns_noise else [])
+
+
+def compared():
+    """The folders of the runs that stand beside each other, by name: this one, its other seeds, and other runs."""
+    roots = {config["name"]: RESULTS} | {os.path.basename(root): root for root in SEEDED if root != RESULTS}
+    return roots | or_exit(folders.of_others, COMPARED, len(roots))
+
+
+def judged_of(root):
+    """What a run's differences to another come from: its scores, predictions, and what its models are."""
+    if root not in SEEDED:
+        return folders.judged(root)
+    models = expand("{root}/learning/models/{fitted}", root=root, fitted=FITTED)
+    predictions = expand("{root}/learning/predictions/{fitted}/{snr}.csv", root=root, fitted=FITTED, snr=SNRS)
+    return [f"{root}/learning/scores.csv", *models, *predictions]
 
 
 def tested_targets(run):

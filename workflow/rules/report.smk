@@ -2,6 +2,8 @@
 # takes: what it shows of every stage            makes: report/index.html, report/figures/*.svg, report/tables/*.csv
 # Besides, on demand, the same beside every figure and table of the reference thesis.
 # makes: report/thesis/README.md, report/thesis/*.png
+# And the run beside its other seeds and other runs.
+# takes: learning/ of each                       makes: report/compare.html, report/compare.csv
 
 
 rule report:
@@ -96,3 +98,30 @@ rule thesis_page:
         "thesis_page: write {output.page}/README.md (progress in {log})"
     script:
         "../scripts/report/job_thesis.py"
+
+
+# Of other runs it takes what is there: they have configs of their own.
+rule compare:
+    input:
+        tables=lambda w: [table for root in compared().values() for table in judged_of(root)],
+        over_seeds=rules.seeds.output if len(SEEDED) > 1 else [],
+        validation=f"{RESULTS}/learning/validation.csv",
+        code=code("report/job_compare.py") + [in_repository("workflow/scripts/report/templates/side_by_side.html")],
+    output:
+        page=f"{RESULTS}/report/compare.html",
+        table=f"{RESULTS}/report/compare.csv",
+    log:
+        f"{RESULTS}/logs/compare.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/compare.tsv"
+    conda:
+        "../../envs/report.yaml"
+    threads: 1
+    resources:
+        mem_mb=2000,
+    params:
+        settings=lambda w: section(config, "noise.definition", "seed") | {"roots": compared()},
+    message:
+        "compare: write {output.page} (progress in {log})"
+    script:
+        "../scripts/report/job_compare.py"

@@ -74,6 +74,8 @@ def _problems(config):
             f"'from': '{config['from']}' is this run's own 'name'; give it the name of another run, whose meshes and "
             "fields it takes, or leave it out."
         )
+    if config["name"] in config.get("compare", ()):
+        yield f"'compare': '{config['name']}' is this run's own 'name'; give it the names of others."
     yield from _of_band(**config["radar"])
     yield from _of_angles(config)
     if images_are_made(config):

@@ -27,11 +27,14 @@ EXPONENT = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+")
 def load(*overlays):
     """The full, checked config: config/config.yaml with each of the overlays, mappings, laid over it in turn.
 
+    `seed` is the first of its seeds, where it has several; the others are noted as `further_seeds`.
     Raises InputError with one message that names the key, its value and what would be right.
     """
     config = _changed(functools.reduce(overlay.merge, overlays, read_yaml(BASE)), _number)
     check_schema(config, rules(config))
     write_out(config)
+    if isinstance(config["seed"], list):
+        config["seed"], *config["further_seeds"] = config["seed"]
     for target in config["targets"].values():
         target |= {key: _changed(target[key], _from_here) for key in ("mesh", "field") if key in target}
     learning = config["learning"]

@@ -18,11 +18,11 @@ from setup.config import BASE, read_yaml
 from setup.disk import shortage
 
 
-def overview(config, results, refuse=False):
+def overview(config, results, refuse=False, seeds=1):
     """Lines of text: what solves will need, what images resolve and take, and warnings of what may surprise.
 
     results: the folder of the run's results. With `refuse` a target that this machine has no memory for raises
-    InputError; else it is one of the warnings, for another machine may solve it.
+    InputError; else it is one of the warnings, for another machine may solve it. seeds: how many there are.
     """
     fields, sizes, lines = of_fields(results, config), {}, []
     if "from" in config:
@@ -38,7 +38,7 @@ def overview(config, results, refuse=False):
             lines.append(f"Warning: {name}: {error}")
     lines += _solves(config, sizes, fields, refuse)
     if images_are_made(config):
-        lines += _images(config, results)
+        lines += _images(config, results, seeds)
         reaches = {name: size and size["reach"] for name, size in sizes.items()}
         for name in (name for name, reach in reaches.items() if reach is None):
             lines.append(f"  {name}: whether it fits the unambiguous extent is not known yet.")
@@ -95,10 +95,10 @@ def _span(seconds):
     return f"{seconds / unit:,.0f} to {2.5 * seconds / unit:,.0f} {text}"
 
 
-def _images(config, results):
+def _images(config, results, seeds):
     plan, noise = planned(config), config["noise"]
     clean, noisy = plan["bytes"], noise["realizations"] * plan["bytes"]
-    most = len(config["targets"]) * (clean + noisy * len(noise["snr_db"]))
+    most = len(config["targets"]) * (clean + noisy * len(noise["snr_db"]) * seeds)
     return [
         "Images of every target:",
         *(f"  {line}" for line in describe(plan)),
