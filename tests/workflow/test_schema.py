@@ -47,7 +47,7 @@ def refused(config, path, edit):
     config = copy.deepcopy(config)
     holder = config
     for key in path[:-1]:
-        holder = holder[key]
+        holder = holder.setdefault(key, {"from": [0, 0], "through": [90, 0], "angle": {"count": 4}})
     edit(holder)
     with pytest.raises(InputError) as caught:
         check_schema(config, rules(config))

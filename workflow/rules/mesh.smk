@@ -35,7 +35,9 @@ rule mesh:
             "mesh": section(config["mesh"], "bands", "edges_per_wavelength"),
             "target": section(
                 config["targets"][w.target],
-                *{"length", "rotate", "symmetry", "unit"}.intersection(config["targets"][w.target]),
+                *{"length", "rotate", "scale", "symmetry", "translate", "unit"}.intersection(
+                    config["targets"][w.target]
+                ),
             ),
         },
     message:

@@ -27,7 +27,7 @@ def solve_band(mesh_path, store_path, sweep, scattering, symmetry, threads, targ
     frequency = sweep.frequency
     print(
         f"{len(triangles)} triangles, {len(frequency)} frequencies from {frequency[0] / 1e9:g} to "
-        f"{frequency[-1] / 1e9:g} GHz, {len(sweep.elevation)} x {len(sweep.azimuth)} directions"
+        f"{frequency[-1] / 1e9:g} GHz, {' x '.join(map(str, sweep.shape))} directions"
     )
     form = "{desc}: {percentage:.0f} %, {elapsed} so far, about {remaining} left"
     with tqdm(total=len(frequency), bar_format=form, file=sys.stderr) as bar:

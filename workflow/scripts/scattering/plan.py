@@ -131,5 +131,7 @@ def _sampled(box, sweep, single):
     """Directions whose excitation is computed at the highest frequency, without mirror planes."""
     tolerance = TOLERANCE[np.dtype(np.complex64 if single else np.complex128)]
     x = 2 * np.pi * sweep.frequency[-1] / C0 * float(np.hypot(*box[:2]) / 2)
-    given = len(sweep.azimuth)
-    return sum(min(given, samples_of_ring(x * cos(radians(angle)), tolerance)) for angle in sweep.elevation)
+    counts = np.unique(sweep.each[0], return_counts=True)
+    return sum(
+        min(given, samples_of_ring(x * cos(radians(angle)), tolerance)) for angle, given in zip(*counts, strict=True)
+    )

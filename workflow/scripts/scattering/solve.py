@@ -8,7 +8,7 @@ import jax
 import numpy as np
 
 from core.errors import InputError
-from core.sweep import C0
+from core.sweep import C0, Sweep, unit_vectors
 from scattering.assembly import Entries, assemble
 from scattering.basis import fundamental_domain, rwg
 from scattering.device import GeneralOnDevice, SymmetricOnDevice, give_back
@@ -18,7 +18,7 @@ from scattering.lowrank import LowRankMatrix
 from scattering.operators import cfie, efie
 from scattering.plan import COLUMNS
 from scattering.sampled import fill
-from scattering.sampling import directions, middle_of, sample
+from scattering.sampling import middle_of, rings, sample
 from scattering.solver import Solution
 
 OPERATORS = {"efie": efie, "cfie": cfie}
@@ -50,6 +50,7 @@ def solve(
     progress=lambda frequency, part, done: None,
     formulation="efie",
     tolerance=None,
+    paired=False,
 ):
     """Backscatter amplitude of a perfectly conducting mesh, in metres (see `farfield` for signs and references).
 
@@ -59,13 +60,15 @@ def solve(
     progress(number, part, fraction) is called as the work goes on. Returns a Solution.
     formulation: efie, or cfie for closed meshes with outward normals;
     tolerance: None for whole matrices, or for compressed ones what they may leave out, relative to the diagonal's norm
-    (efie and single precision; see `sampled` and `lowrank`).
+    (efie and single precision; see `sampled` and `lowrank`);
+    paired: elevation and azimuth, (D,) each, are directions one by one, and the field is (P, F, D).
     Raises InputError if the mesh lacks the symmetry or, for cfie, is open or turned inwards, or if a frequency cannot
     be solved to a residual of 1e-3.
     """
     if tolerance is not None and (formulation, precision) != ("efie", "single"):
         raise ValueError("compressed matrices are those of the EFIE, in single precision")
     operator, dtype = OPERATORS[formulation], DTYPES[precision]
+    sweep = Sweep(frequencies, np.asarray(elevation), np.asarray(azimuth), polarizations, paired)
     operator.check_mesh(vertices, triangles)
     surface = fundamental_domain(vertices, triangles, symmetry)
     bases = [rwg(surface, parity) for parity in surface.parities]
@@ -75,12 +78,12 @@ def solve(
     # About its middle a target needs the fewest directions, and coordinates of single precision have the most digits.
     middle = middle_of(surface)
     surface = replace(surface, vertices=surface.vertices - middle)
-    path = 2 * directions(elevation, azimuth)[0] @ middle
+    path = 2 * unit_vectors(*sweep.each)[0] @ middle
+    of_rings = rings(*sweep.each)
     near = operator.near_terms(surface)
 
     ways = sorted(set("".join(polarizations)))
-    shape = (len(polarizations), len(frequencies), len(elevation), len(azimuth))
-    field = np.empty(shape, np.complex128)
+    field = np.empty((len(polarizations), len(frequencies), len(path)), np.complex128)
     residual = np.zeros(len(frequencies))
     seconds = {part: np.zeros(len(frequencies)) for part in PARTS}
 
@@ -94,7 +97,7 @@ def solve(
         system.factorize(partial(progress, n, "factorization"))
         clock.lap("factorization")
         give_back()
-        samples = sample(surface, k, elevation, azimuth, dtype)
+        samples = sample(surface, k, [ring[0] for ring in of_rings], [ring[1] for ring in of_rings], dtype)
         of_waves = partial(excitation, surface, bases, k, dtype=dtype)
         # A few directions tell whether the solution is good enough as it is.
         some = slice(None, None, -(-len(samples.u) // PROBED_DIRECTIONS))
@@ -105,17 +108,18 @@ def solve(
         residual[n] = system.residual(of_waves(*few, wave=operator.excited))
         refined = residual[n] > system.promise
         # The refinement takes the matrix once more, and therefore all directions at once.
-        for rings, u, polarization, groups in samples.parts(ways, np.inf if refined else COLUMNS):
-            progress(n, "directions", rings[0] / len(samples.rings))
+        for numbers, u, polarization, groups in samples.parts(ways, np.inf if refined else COLUMNS):
+            progress(n, "directions", numbers[0] / len(samples.rings))
             received = of_waves(u, polarization)
             excited = received if operator.SYMMETRIC else of_waves(u, polarization, wave=operator.excited)
             if refined:
                 between, residual[n] = system.refined(received, excited, groups)
             else:
                 between = system.between(received, excited, groups)
-            for place, ring in enumerate(rings):
+            for place, ring in enumerate(numbers):
                 of_ring = [of_parity[place] for of_parity in between]
-                field[:, n, ring] = _amplitudes(of_ring, samples.weights[ring], polarizations, ways)
+                *_, azimuths, there = of_rings[ring]
+                field[:, n, there] = _amplitudes(of_ring, samples.weights[ring], polarizations, ways)[:, azimuths]
         field[:, n] *= np.exp(1j * k * path)
         clock.lap("directions")
         # Written so that a NaN fails too.
@@ -127,7 +131,7 @@ def solve(
             )
         progress(n, "done", 1.0)
 
-    return Solution(field, residual, seconds, unknowns)
+    return Solution(field.reshape(*field.shape[:2], *sweep.shape), residual, seconds, unknowns)
 
 
 def _amplitudes(between, weights, polarizations, ways):

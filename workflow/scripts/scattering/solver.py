@@ -22,7 +22,9 @@ from core.kinds import load_class
 
 @dataclasses.dataclass
 class Solution:
-    """field: (P, F, E, A) complex, m; seconds: {part: (F,)}; of linear systems, residual: (F,), and unknowns: int
+    """field: (P, F, E, A) complex, m, or (P, F, D) of a sweep that is paired; seconds: {part: (F,)}
+
+    Of linear systems, residual: (F,), and unknowns: int
 
     used: settings that differ from what was asked, for the store's attributes
     """

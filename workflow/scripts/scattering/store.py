@@ -20,19 +20,17 @@ COORDINATES = {
 
 
 def write_field(store_path, field, polarizations, frequency, elevation, azimuth, attrs):
-    """Write a scattering store. field: complex64 (polarization, frequency, elevation, azimuth) in m; Hz, degrees."""
+    """Write a scattering store. field: complex64 (polarization, frequency, elevation, azimuth) in m; Hz, degrees.
+
+    Of directions one by one the field is (polarization, frequency, direction), elevation and azimuth (direction,).
+    """
+    axes = dict(zip(COORDINATES, COORDINATES, strict=True))
+    if field.ndim == 3:
+        axes |= dict.fromkeys(("elevation", "azimuth"), "direction")
+    values = zip(COORDINATES, (polarizations, frequency, elevation, azimuth), strict=True)
     dataset = xr.Dataset(
-        {
-            "field": (
-                tuple(COORDINATES),
-                field,
-                {"units": "m", "long_name": "backscatter amplitude"},
-            )
-        },
-        coords={
-            name: (name, values, COORDINATES[name])
-            for name, values in zip(COORDINATES, (polarizations, frequency, elevation, azimuth), strict=True)
-        },
+        {"field": (tuple(dict.fromkeys(axes.values())), field, {"units": "m", "long_name": "backscatter amplitude"})},
+        coords={name: (axes[name], value, COORDINATES[name]) for name, value in values},
         attrs={"convention": CONVENTION, **attrs},
     )
     _write(dataset, store_path)
@@ -55,6 +53,6 @@ def versions(*packages):
 
 
 def _write(dataset, path):
-    # A strip of all directions at one frequency is what a solve makes and what a plot reads.
-    chunks = (dataset.sizes["polarization"], dataset.sizes["frequency"], 1, dataset.sizes["azimuth"])
-    write(dataset, path, {"field": {"chunks": chunks}})
+    # The whole sweep of an elevation is what an image takes.
+    chunks = [1 if name == "elevation" else dataset.sizes[name] for name in dataset.field.dims]
+    write(dataset, path, {"field": {"chunks": tuple(chunks)}})
