@@ -9,6 +9,7 @@ from core.store import open_store
 from core.sweep import C0, Sweep, unit_vectors
 from mesh.io import write_ply
 from scattering.band import solve_band
+from scattering.interpolation import between, is_dense, order
 from scattering.solve import solve
 
 LETTERS = ["VV", "HH", "HV"]
@@ -56,3 +57,19 @@ def test_a_moved_target_has_the_phase_of_its_place(ellipsoid, grid):
 def test_a_scaled_target_is_the_same_at_a_scaled_wavelength(ellipsoid, grid):
     scaled = solve(ellipsoid[0] * 2.5, ellipsoid[1], [FREQUENCY / 2.5], ELEVATION, AZIMUTH, LETTERS).field[:, 0]
     assert np.abs(scaled - 2.5 * grid).max() < 1e-4 * np.abs(scaled).max()
+
+
+@pytest.mark.parametrize("azimuth", [np.arange(0.0, 360.0, 7.5), np.arange(10.0, 121.0, 5.0)], ids=["circle", "arc"])
+def test_the_series_between_azimuths_is_a_densely_solved_cut(ellipsoid, azimuth):
+    dense = np.linspace(azimuth[0], azimuth[-1], 97)
+    every = np.concatenate([azimuth, dense])
+    field = solve(*ellipsoid, [FREQUENCY], np.full(len(every), 20.0), every, LETTERS, paired=True).field[:, 0]
+    few, many = field[:, : len(azimuth)], field[:, len(azimuth) :]
+    highest = order(FREQUENCY, 0.4, 20.0)
+    assert is_dense(azimuth, highest)
+    apart = np.abs(between(azimuth, few, highest, dense) - many) / np.abs(many).max()
+    inner = slice(None) if len(azimuth) == 48 else (dense > azimuth[2]) & (dense < azimuth[-3])
+    assert apart[:, inner].max() < METHOD["tolerance"]
+    # Measured: 5.4e-5 in the gap at an arc's end, beyond which nothing is known.
+    assert apart.max() < 1e-4
+    assert np.abs(between(azimuth, few, highest, azimuth) - few).max() < METHOD["tolerance"] * np.abs(many).max()

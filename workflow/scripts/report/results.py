@@ -71,6 +71,10 @@ class Results:
         """The scattering store of a target, opened lazily."""
         return open_store(self.fields / "scattering" / f"{target}.zarr")
 
+    def reach(self, target):
+        """How far from the origin a target reaches, in m; None of one that is given by its field."""
+        return self.meshes[target]["source"]["reach"] if target in self.meshed else None
+
     def images(self, target, store):
         """A store of a target's images ('clean', 'snr_-6dB'), opened lazily: only the images shown are read."""
         return open_store(self.folder / "imaging" / target / f"{store}.zarr")

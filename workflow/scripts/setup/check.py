@@ -81,7 +81,9 @@ def _problems(config):
     for name, target in config["targets"].items():
         if name in RESERVED:
             yield f"'targets.{name}': {RESERVED[name]}"
-        elif "field" in target:
+            continue
+        yield from _of_reference(f"'targets.{name}.reference'", target.get("reference", []))
+        if "field" in target:
             yield from _of_field(f"'targets.{name}.field'", target["field"], config)
         else:
             yield from _of_mesh(f"targets.{name}", target)
@@ -129,6 +131,14 @@ def _of_field(key, field, config):
             field_files.by_transmission(field, config["radar"]["polarizations"])
         except InputError as error:
             yield f"{key}: {error}"
+
+
+def _of_reference(key, reference):
+    for path in map(Path, field_files.paths(reference)):
+        if path.suffix.lower() != ".ffe" and not (path.suffix.lower() == ".csv" and reference == str(reference)):
+            yield f"{key}: {path} is not one CSV file, nor a .ffe file."
+        if not os.path.isfile(path):
+            yield f"{key}: there is no file {path}{WHERE}."
 
 
 def _of_targets_solver(config):

@@ -34,7 +34,7 @@ def load(*overlays):
     config["radar"] = sweeps.with_band(config["radar"])
     write_out(config)
     for target in config["targets"].values():
-        target |= {key: _changed(target[key], _from_here) for key in ("mesh", "field") if key in target}
+        target |= {key: _changed(target[key], _from_here) for key in ("mesh", "field", "reference") if key in target}
     learning = config["learning"]
     # A model whose `kind` is another model has that one's settings where it has none of its own.
     learning["models"] = {
