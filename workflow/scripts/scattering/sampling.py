@@ -129,7 +129,7 @@ def _fold(surface, azimuth):
     """Azimuths (K,) in degrees that are not mirror images of each other, and the way back to all.
 
     The way is a (G, A, K) of signs for V and for H: the functions of a parity take their character from direction to
-    image. A reflection in the plane xz or yz maps V to V and H to -H.
+    image. A reflection in the plane xz or yz maps V to V and H to -H; one in xy leaves the ring, and takes no part.
     """
     angle = np.deg2rad(azimuth)
     points = np.stack([np.cos(angle), np.sin(angle), np.zeros(len(angle))], 1)

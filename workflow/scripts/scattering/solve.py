@@ -79,7 +79,10 @@ def solve(
     middle = middle_of(surface)
     surface = replace(surface, vertices=surface.vertices - middle)
     path = 2 * unit_vectors(*sweep.each)[0] @ middle
-    of_rings = rings(*sweep.each)
+    elevations, azimuths = sweep.each
+    # The mirror image of a direction in the plane xy has the same field, but for the sign of V.
+    mirrored = "xy" in symmetry and elevations < 0
+    of_rings = rings(np.where(mirrored, -elevations, elevations), azimuths)
     near = operator.near_terms(surface)
 
     ways = sorted(set("".join(polarizations)))
@@ -120,7 +123,8 @@ def solve(
                 of_ring = [of_parity[place] for of_parity in between]
                 *_, azimuths, there = of_rings[ring]
                 field[:, n, there] = _amplitudes(of_ring, samples.weights[ring], polarizations, ways)[:, azimuths]
-        field[:, n] *= np.exp(1j * k * path)
+        for row, ways_of in zip(field[:, n], polarizations, strict=True):
+            row *= np.where(mirrored & (ways_of[0] != ways_of[1]), -1, 1) * np.exp(1j * k * path)
         clock.lap("directions")
         # Written so that a NaN fails too.
         if not residual[n] <= MAX_RESIDUAL:
