@@ -34,6 +34,7 @@ def test_a_list_of_frequencies_stands_for_centre_and_bandwidth():
         {"aspect": {"directions": [[0, 0]]}},
         {"aspect": {"great_circle": CIRCLE}},
         {"radar": {"frequencies": 1, "bandwidth": 0}},
+        {"scattering": {"bistatic": {"receivers": [[0, 30]]}}},
     ],
 )
 def test_what_makes_no_images_is_said_with_its_key(overlay):
@@ -64,6 +65,11 @@ def test_a_list_of_elevations_still_makes_images():
         ([{"aspect": {"great_circle": CIRCLE | {"through": [0, 180]}}}], "lie on one line"),
         ([{"aspect": {"great_circle": CIRCLE | {"angle": {"count": 3, "step": 1}}}}], "it has count, step"),
         ([{"aspect": {"azimuth": {"start": 0, "stop": 0, "step": 1}}}], "Write these as a list"),
+        (
+            [{"scattering": {"bistatic": {"receivers": [[0, 0]]}}, "targets": {"a": {"reference": "README.md"}}}],
+            "'targets.a.reference': it is of backscatter",
+        ),
+        ([{"targets": {"a": {"reference": "README.md"}}}], "README.md is not one CSV file"),
         ([{"targets": {"a": {"scale": 0}}}], "'targets.a.scale': 0 is not more than 0"),
         ([{"targets": {"a": {"translate": [1, 2]}}}], "'targets.a.translate': [1, 2] has fewer than 3 entries"),
     ],

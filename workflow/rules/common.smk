@@ -138,7 +138,7 @@ def planned_solve(wildcards, input):
         # The mesh is yet to be made anew: for Snakemake as if there were none.
         raise FileNotFoundError(ENOENT, "no such band", input.measures)
     target, band = wildcards.target, int(wildcards.band)
-    asked = sweep.sweeps(config["radar"], config["aspect"], config["mesh"]["bands"])[band]
+    asked = sweep.sweeps(config["radar"], config["aspect"], config["mesh"]["bands"], config["scattering"])[band]
     return needs.need(bands[band], len(symmetry(target)), asked, needs.method(config, target))
 
 

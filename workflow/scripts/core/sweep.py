@@ -89,6 +89,7 @@ class Sweep:
     azimuth: np.ndarray
     polarizations: list
     paired: bool = False
+    receivers: tuple = ()  # bistatic: elevation and azimuth of each, (R,)
 
     @property
     def each(self):
@@ -103,11 +104,13 @@ class Sweep:
         return (len(self.elevation),) if self.paired else (len(self.elevation), len(self.azimuth))
 
 
-def sweeps(radar, aspect, count):
-    """The Sweep of each of `count` bands, lowest first."""
+def sweeps(radar, aspect, count, scattering=None):
+    """The Sweep of each of `count` bands, lowest first, bistatic if the config's `scattering` says so."""
+    bistatic = (scattering or {}).get("bistatic")
+    receivers = tuple(np.array(bistatic["receivers"], float).T) if bistatic else ()
     grid = is_grid(aspect)
     where = (elevations(aspect), azimuths(aspect)) if grid else directions(aspect)
-    return [Sweep(band, *where, radar["polarizations"], not grid) for band in bands(radar, count)]
+    return [Sweep(band, *where, radar["polarizations"], not grid, receivers) for band in bands(radar, count)]
 
 
 def closes_circle(azimuth):
@@ -131,6 +134,8 @@ def why_no_images(config):
         return "'aspect' names directions one by one, and an image takes azimuths that follow each other."
     if isinstance(aspect["azimuth"], list):
         return "'aspect.azimuth' is a list, and an image takes evenly spaced azimuths, {count} or {start, stop, step}."
+    if "bistatic" in config.get("scattering", ()):
+        return "'scattering.bistatic' has receivers apart from the radar, and images are of backscatter."
     return None
 
 

@@ -9,6 +9,7 @@ from report.page import write_page
 from report.rcs_figures import rcs_dbsm
 from report.results import Results
 
+RECEIVER = {"receiver_elevation": "receiver_elevation_deg", "receiver_azimuth": "receiver_azimuth_deg"}
 COLUMNS = ("frequency_hz", "elevation_deg", "azimuth_deg", "polarization", "rcs_dbsm", "phase_deg")
 CURVES = 5  # cuts in one plot at most
 PERCENTS = (5, 25, 50, 75, 95)
@@ -37,25 +38,34 @@ def write_rcs(folder, settings, page, tables, parts):
 
 
 def as_table(dataset):
-    """A store as a table of COLUMNS, a row for each polarization, frequency and direction."""
-    names = {"frequency": "frequency_hz", "elevation": "elevation_deg", "azimuth": "azimuth_deg"}
+    """A store as a table of COLUMNS, a row for each polarization, frequency and direction.
+
+    A bistatic one has the columns of RECEIVER besides, and a row for each receiver.
+    """
+    names = {"frequency": "frequency_hz", "elevation": "elevation_deg", "azimuth": "azimuth_deg"} | RECEIVER
     frame = dataset.field.to_dataframe().reset_index().rename(columns=names)
     field = frame["field"].to_numpy()
     frame["rcs_dbsm"], frame["phase_deg"] = rcs_dbsm(field), np.degrees(np.angle(field))
-    return frame[list(COLUMNS)]
+    return frame[[*COLUMNS[:3], *(name for name in RECEIVER.values() if name in frame), *COLUMNS[3:]]]
 
 
 def _section(results, name):
     dataset = results.scattering(name).load()
     reach = results.reach(name)
-    figures = [
-        rcs_figures.cut_figure(name, dataset, reach, CURVES),
-        rcs_figures.polar_figure(name, dataset, reach, CURVES),
-        rcs_figures.map_figure(name, dataset),
-        rcs_figures.frequency_figure(name, dataset, CURVES),
-        rcs_figures.distribution_figure(name, dataset),
-    ]
-    tables, text = [_percentiles(name, dataset)], []
+    figures, text = [], []
+    for title, part in rcs_figures.by_transmitter(name, dataset, CURVES):
+        figures += [
+            rcs_figures.cut_figure(title, part, reach, CURVES),
+            rcs_figures.polar_figure(title, part, reach, CURVES),
+            rcs_figures.map_figure(title, part),
+            rcs_figures.frequency_figure(title, part, CURVES),
+        ]
+    figures.append(rcs_figures.distribution_figure(name, dataset))
+    tables = [_percentiles(name, dataset)]
+    if "receiver" in dataset.sizes:
+        text.append(
+            "Bistatic: each figure is over the receivers, its name has the transmitter's elevation and azimuth."
+        )
     reference = results.settings["targets"][name].get("reference")
     if reference is not None:
         compared = rcs_compare.compare(reference, dataset, reach)

@@ -43,6 +43,22 @@ def center_frequency(dataset):
     return float(frequency[np.argmin(np.abs(frequency - (frequency[0] + frequency[-1]) / 2))])
 
 
+def by_transmitter(target, dataset, most):
+    """A store with its target's name; a bistatic one as stores over receivers, of up to `most` transmitters."""
+    if "receiver" not in dataset.sizes:
+        return [(target, dataset)]
+    flat = dataset.field if "direction" in dataset.sizes else dataset.field.stack(direction=["elevation", "azimuth"])
+    parts = []
+    for number in evenly(range(flat.sizes["direction"]), most):
+        one = flat.isel(direction=number)
+        title = f"{target}_from_{float(one.elevation):g}_{float(one.azimuth):g}"
+        one = one.drop_vars(["direction", "elevation", "azimuth"], errors="ignore").rename(
+            receiver="direction", receiver_elevation="elevation", receiver_azimuth="azimuth"
+        )
+        parts.append((title, one.to_dataset(name="field").assign_attrs(kind="bistatic")))
+    return parts
+
+
 def cut(dataset, reach, most):
     """Of a store: against what it is drawn, the label of that axis, the samples and the curves.
 
@@ -108,9 +124,10 @@ def cut_figure(target, dataset, reach, most):
     at = "" if across == "frequency" else f" at {center_frequency(dataset) / 1e9:.4g} GHz"
     if frame["elevation"].nunique() == 1:
         at += f", elevation {frame['elevation'].iloc[0]:g}°"
+    kind = dataset.attrs.get("kind", "backscatter")
     alt = f"RCS of {target} against {across}{at}, from {frame['rcs_dbsm'].min():.0f} to {peak['rcs_dbsm']:.0f} dBsm."
     caption = (
-        f"{target}: backscatter RCS{at}. The largest is {peak['rcs_dbsm']:.1f} dBsm, at azimuth "
+        f"{target}: {kind} RCS{at}. The largest is {peak['rcs_dbsm']:.1f} dBsm, at azimuth "
         f"{peak['azimuth']:.1f}°, elevation {peak['elevation']:.1f}°; the median is "
         f"{frame['rcs_dbsm'].median():.1f} dBsm.{_how(across, curves)}"
     )

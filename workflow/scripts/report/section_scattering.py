@@ -5,7 +5,7 @@ import pandas as pd
 
 from core.sweep import C0
 from report.layout import Section, canvas, circle_ticks, figure, number, table
-from report.rcs_figures import cut_figure, rcs_dbsm
+from report.rcs_figures import by_transmitter, cut_figure, rcs_dbsm
 from scattering.solver import build
 
 CURVES = 5  # elevations in one plot at most
@@ -16,7 +16,8 @@ def section(results):
     figures, origins = [], []
     for name in results.targets:
         dataset = results.scattering(name)
-        figures.append(cut_figure(name, dataset, results.reach(name), 1 if results.images_are_made else CURVES))
+        for title, part in by_transmitter(name, dataset, CURVES):
+            figures.append(cut_figure(title, part, results.reach(name), 1 if results.images_are_made else CURVES))
         if results.images_are_made:
             figures.append(profile_figure(name, dataset))
         if name not in results.meshed:

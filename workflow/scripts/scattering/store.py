@@ -19,18 +19,29 @@ COORDINATES = {
 }
 
 
-def write_field(store_path, field, polarizations, frequency, elevation, azimuth, attrs):
+def write_field(store_path, field, polarizations, frequency, elevation, azimuth, attrs, receivers=()):
     """Write a scattering store. field: complex64 (polarization, frequency, elevation, azimuth) in m; Hz, degrees.
 
     Of directions one by one the field is (polarization, frequency, direction), elevation and azimuth (direction,).
+    receivers: elevation and azimuth (R,) of a bistatic field, whose last dimension they are.
     """
     axes = dict(zip(COORDINATES, COORDINATES, strict=True))
-    if field.ndim == 3:
+    if field.ndim == 3 + bool(receivers):
         axes |= dict.fromkeys(("elevation", "azimuth"), "direction")
     values = zip(COORDINATES, (polarizations, frequency, elevation, azimuth), strict=True)
+    coordinates = {name: (axes[name], value, COORDINATES[name]) for name, value in values}
+    dims, name = list(dict.fromkeys(axes.values())), "backscatter amplitude"
+    if receivers:
+        dims, name = [*dims, "receiver"], "bistatic amplitude"
+        for angle, of in zip(("elevation", "azimuth"), receivers, strict=True):
+            coordinates[f"receiver_{angle}"] = (
+                "receiver",
+                of,
+                {"units": "degrees", "long_name": f"{angle} of the receiver"},
+            )
     dataset = xr.Dataset(
-        {"field": (tuple(dict.fromkeys(axes.values())), field, {"units": "m", "long_name": "backscatter amplitude"})},
-        coords={name: (axes[name], value, COORDINATES[name]) for name, value in values},
+        {"field": (dims, field, {"units": "m", "long_name": name})},
+        coords=coordinates,
         attrs={"convention": CONVENTION, **attrs},
     )
     _write(dataset, store_path)

@@ -38,6 +38,7 @@ def problems(config):
         yield from _of_band(**config["radar"])
     aspect = config["aspect"]
     yield from _of_form(aspect)
+    yield from _of_bistatic(config)
     if not sweep.is_grid(aspect):
         yield from _of_directions(config)
         return
@@ -91,6 +92,15 @@ def _of_directions(config):
             yield (
                 f"'targets.{name}.field': a field from elsewhere is taken on a grid; write 'aspect.elevation' and "
                 "'aspect.azimuth', which may be lists, or leave the target out."
+            )
+
+
+def _of_bistatic(config):
+    for name, target in config["targets"].items() if "bistatic" in config["scattering"] else ():
+        for key in (key for key in ("field", "reference") if key in target):
+            yield (
+                f"'targets.{name}.{key}': it is of backscatter, and 'scattering.bistatic' has receivers apart from the "
+                "radar; leave one of them out."
             )
 
 
