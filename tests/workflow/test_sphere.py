@@ -37,7 +37,7 @@ def test_sphere_from_a_users_file_agrees_with_mie(project_of):
     project.write("config/sphere.yaml", CONFIG)
     truth = 10 * np.log10(4 * np.pi * np.abs(mie.backscatter(2 * np.pi * FREQUENCY / C0, RADIUS)) ** 2)
     project.write("mie.csv", f"azimuth_deg,polarization,rcs_dbsm\n0,VV,{truth}\n45,HH,{truth - 1}\n")
-    finished = project.run("--cores", 2, "report", "rcs", "--configfile", "config/sphere.yaml")
+    finished = project.run("--cores", 2, "report", "rcs", "check", "--configfile", "config/sphere.yaml")
     assert finished.returncode == 0, finished.stdout
     assert "No images, scattering alone: 'radar.frequencies' is a list" in finished.stdout
     field = xr.open_zarr(project.folder / "results/sphere/scattering/sphere.zarr").field
@@ -54,6 +54,9 @@ def test_sphere_from_a_users_file_agrees_with_mie(project_of):
     compared = pd.read_csv(project.folder / "results/sphere/rcs/tables/rcs_compared_sphere.csv")
     assert compared.set_index("polarization")["bias_db"].round(1).to_dict() == {"VV": 0.0, "HH": 1.0}
     assert "beside mie.csv" in (project.folder / "results/sphere/rcs/index.html").read_text()
+    checked = (project.folder / "results/sphere/check.txt").read_text()
+    assert "size 0.3 x 0.3 x 0.3 m" in checked
+    assert "up to 1 GHz: about" in checked
     refused = project.run("--dry-run", "results/sphere/imaging/sphere/clean.zarr", "--configfile", "config/sphere.yaml")
     assert refused.returncode != 0
     assert "There are no images: config key 'radar.frequencies' is a list" in refused.stdout
