@@ -64,6 +64,6 @@ rule all:
 
 rule export:
     input:
-        expand(f"{RESULTS}/learning/export/{{images}}.{{form}}", images=["clean", *SNRS], form=["h5", "zarr"])
-        if images_are_made(config)
-        else [],
+        lambda w: for_images(
+            expand(f"{RESULTS}/learning/export/{{images}}.{{form}}", images=["clean", *SNRS], form=["h5", "zarr"])
+        ),

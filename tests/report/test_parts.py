@@ -26,8 +26,9 @@ from report import (
     vocabulary,
 )
 from report.plots import holds
+from report.rcs_figures import rcs_dbsm
 from report.results import Results, rejecting_f1
-from report.section_scattering import range_profiles, rcs_dbsm
+from report.section_scattering import range_profiles
 from report.selection import decoded_snrs, evenly, noise_snrs, noise_target, noisy_targets, target_order
 from report.vocabulary import select
 from setup.kinds import page_names

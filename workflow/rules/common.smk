@@ -29,7 +29,7 @@ from setup.config import load, of_command_line, section, unnamed
 from core.errors import InputError
 from setup.overview import overview
 from setup.yaml_file import read_yaml
-from core.sweep import images_are_made
+from core.sweep import images_are_made, why_no_images
 from imaging.geometry import PURE_NOISE, megabytes, planned
 from learning import experiments
 from report.selection import decoded_snrs, noise_snrs, noisy_targets, thesis_images, thesis_networks
@@ -149,7 +149,7 @@ def planned_solve(wildcards, input):
         # The mesh is yet to be made anew: for Snakemake as if there were none.
         raise FileNotFoundError(ENOENT, "no such band", input.measures)
     target, band = wildcards.target, int(wildcards.band)
-    asked = sweep.sweeps(config["radar"], config["aspect"], config["mesh"]["bands"])[band]
+    asked = sweep.sweeps(config["radar"], config["aspect"], config["mesh"]["bands"], config["scattering"])[band]
     return needs.need(bands[band], len(symmetry(target)), asked, needs.method(config, target))
 
 
@@ -165,6 +165,13 @@ def solve_minutes(wildcards, input, attempt):
 def image_megabytes(copies):
     """The memory of a job that makes so many copies of a target's images."""
     return STARTING + int(megabytes(planned(config), copies))
+
+
+def for_images(path):
+    """A path that images are made of; ends the run where the config's sweep makes none."""
+    if not images_are_made(config):
+        sys.exit(f"There are no images: config key {why_no_images(config)} Ask for `rcs` or `report` instead.")
+    return path
 
 
 def images_shown():

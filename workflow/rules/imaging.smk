@@ -6,7 +6,7 @@
 
 rule image:
     input:
-        field=f"{FIELDS}/scattering/{{target}}.zarr",
+        field=lambda w: for_images(f"{FIELDS}/scattering/{w.target}.zarr"),
         mesh=lambda w: f"{FIELDS}/mesh/{w.target}.json" if w.target in MESHED else [],
         code=code("imaging/job_image.py") + imager_code(),
     output:
@@ -32,7 +32,7 @@ rule image:
 # One thread: the last bits of a product depend on how many BLAS uses.
 rule noise:
     input:
-        field=f"{FIELDS}/scattering/{{target}}.zarr",
+        field=lambda w: for_images(f"{FIELDS}/scattering/{w.target}.zarr"),
         code=code("imaging/job_noise.py") + imager_code(),
     output:
         directory("{root}/imaging/{target}/{snr}.zarr"),

@@ -4,6 +4,8 @@
 # makes: report/thesis/README.md, report/thesis/*.png
 # And the run beside its other seeds and other runs.
 # takes: learning/ of each                       makes: report/compare.html, report/compare.csv
+# And the radar cross-section of every target as numbers and a page.
+# makes: rcs/<target>.csv, rcs/index.html, rcs/figures/*.svg, rcs/tables/*.csv
 
 
 rule report:
@@ -125,3 +127,36 @@ rule compare:
         "compare: write {output.page} (progress in {log})"
     script:
         "../scripts/report/job_compare.py"
+
+
+rule rcs:
+    input:
+        mesh_measures=rules.report.input.mesh_measures,
+        meshes=rules.report.input.meshes,
+        scattering=rules.report.input.scattering,
+        references=[
+            path for target in TARGETS for path in field_files.paths(config["targets"][target].get("reference", []))
+        ],
+        code=code("report/job_rcs.py"),
+        page_files=page_files(),
+        solver_code=solver_code(),
+    output:
+        page=f"{RESULTS}/rcs/index.html",
+        samples=expand(f"{RESULTS}/rcs/{{target}}.csv", target=TARGETS),
+        figures=directory(f"{RESULTS}/rcs/figures"),
+        tables=directory(f"{RESULTS}/rcs/tables"),
+    log:
+        f"{RESULTS}/logs/rcs.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/rcs.tsv"
+    conda:
+        "../../envs/report.yaml"
+    threads: 1
+    resources:
+        mem_mb=2000,
+    params:
+        settings=section(config, *config),
+    message:
+        "rcs: write {output.page} (progress in {log})"
+    script:
+        "../scripts/report/job_rcs.py"

@@ -35,7 +35,13 @@ def write_report(folder, settings, stated, page, figures, tables):
     results = Results(folder, settings, stated)
     with style():
         parts = _parts(results)
-    html = _environment().get_template("template.html").render(name=settings["name"], **parts)
+    write_page(f"Radar target recognition: {settings['name']}", parts, page, figures, tables)
+
+
+def write_page(title, parts, page, figures, tables):
+    """Write a page of these parts, all that the template shows by its names for them; the rest as in `write_report`."""
+    parts = {"headline": None, "comparison": None, "explorer": None} | parts
+    html = _environment().get_template("template.html").render(title=title, **parts)
     drawn = [*parts["thumbnails"].values(), *([parts["headline"]] if parts["headline"] else [])]
     drawn += [figure for section in parts["sections"] for figure in section.figures]
     listed = [table for section in parts["sections"] for table in section.tables]

@@ -53,7 +53,9 @@ class Results:
         meshes = {name: json.loads((self.fields / "mesh" / f"{name}.json").read_text()) for name in self.meshed}
         for name, measures in meshes.items():
             planes, how = len(self.settings["targets"][name].get("symmetry", [])), needs.method(self.settings, name)
-            asked = sweeps(self.settings["radar"], self.settings["aspect"], self.settings["mesh"]["bands"])
+            stages = ("radar", "aspect", "mesh", "scattering")
+            radar, aspect, mesh, scattering = (self.settings[name] for name in stages)
+            asked = sweeps(radar, aspect, mesh["bands"], scattering)
             for band, sweep in zip(measures["bands"], asked, strict=True):
                 band["solve"] = needs.need(band, planes, sweep, how)
         return meshes
@@ -70,6 +72,10 @@ class Results:
     def scattering(self, target):
         """The scattering store of a target, opened lazily."""
         return open_store(self.fields / "scattering" / f"{target}.zarr")
+
+    def reach(self, target):
+        """How far from the origin a target reaches, in m; None of one that is given by its field."""
+        return self.meshes[target]["source"]["reach"] if target in self.meshed else None
 
     def images(self, target, store):
         """A store of a target's images ('clean', 'snr_-6dB'), opened lazily: only the images shown are read."""

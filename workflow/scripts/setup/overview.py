@@ -7,7 +7,7 @@ import numpy as np
 
 from core.errors import InputError
 from core.folders import of_fields
-from core.sweep import C0, images_are_made
+from core.sweep import C0, images_are_made, why_no_images
 from imaging.geometry import describe, planned
 from mesh import cad_kernel, topology
 from mesh.read import check_size, in_metres, read_cad
@@ -45,6 +45,8 @@ def overview(config, results, refuse=False, seeds=1):
         for name, text in warnings(config, reaches):
             lines.append(f"Warning: {text if name == LEARNING else f'{name}: {text}'}")
         lines += _untrained(config["learning"])
+    else:
+        lines.append(f"No images, scattering alone: {why_no_images(config)}")
     return lines
 
 
