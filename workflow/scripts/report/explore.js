@@ -331,6 +331,7 @@ page.live.explore = (data) => {
   azimuth.value = Math.floor(centres.length / 8);
   elevation.value = data.elevations.reduce((best, value, k) => (Math.abs(value) < Math.abs(data.elevations[best]) ? k : best), 0);
   floor.value = -data.floor;
+  pad.value = Math.min(data.pixels[0] < 32 ? 2 : 0, pad.length - 1); // coarse pixels hide what an image shows
   form.addEventListener("input", draw);
   form.addEventListener("submit", (event) => event.preventDefault());
   draw();

@@ -84,12 +84,14 @@ def headline(results):
     finish(drawing, grid, snr_axis(definition), "weighted F1", more=extra if "open set" in rows else extra[1:])
     said = "; ".join(f"{name}, {_values(part)}" for name, part in drawn.groupby("set", sort=False))
     whose = f", and, with squares, of {network}, trained without noise, with ZNCC" if red else ""
+    broken = "Broken lines: thresholds chosen with images of unknown targets, as in the thesis. "
+    broken = broken if "open set" in rows else ""
     said = said[:1].upper() + said[1:]
     caption = (
         f"Weighted F1 on the test images, with 95 % intervals, of the method that is best on the validation images "
-        f"by its mean over {middle_text(results.validation)}{whose}. Broken lines: thresholds chosen with images of "
-        "unknown targets, as in the thesis. Dotted: rejecting every image, or naming one class for all. "
-        f"{said}. {meaning(drawn['split'])}{words}{conditions(results, drawn, definition)}"
+        f"by its mean over {middle_text(results.validation)}{whose}. {broken}Dotted: "
+        f"rejecting every image, or naming one class for all. {said}. {meaning(drawn['split'])}{words}"
+        f"{conditions(results, drawn, definition)}"
     )
     return figure("headline", drawing, drawn, f"Weighted F1 against test SNR. {said}.", caption, wide=True)
 

@@ -86,7 +86,8 @@ def _bounds(results):
         reach = {name: mesh["source"]["reach"] for name, mesh in results.meshes.items()}
         folded = [name for name in reach if 2 * reach[name] > min(images["range_extent"], images["crossrange_extent"])]
         if folded:
-            parts.append(f"{' and '.join(folded)} reach beyond that, so that parts of them fold over")
+            reaches = "reaches" if len(folded) == 1 else "reach"
+            parts.append(f"{' and '.join(folded)} {reaches} beyond that, so that parts fold over")
     if results.learns:
         known = results.of_role("known")
         parts.append(f"{_several(len(known), 'class', 'classes')}, each of one model of its kind, without clutter")
