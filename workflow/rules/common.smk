@@ -32,7 +32,8 @@ from setup.yaml_file import read_yaml
 from core.sweep import images_are_made, why_no_images
 from imaging.geometry import PURE_NOISE, megabytes, planned
 from learning import experiments
-from report.selection import decoded_snrs, noise_snrs, noisy_targets, thesis_images, thesis_networks
+from report.selection import decoded_snrs, mistaken, mistaken_snr, noise_snrs, noisy_targets
+from report.selection import thesis_images, thesis_networks
 from scattering import field_files, needs
 
 
@@ -183,6 +184,21 @@ def images_shown():
         *expand(f"{RESULTS}/imaging/{{target}}/clean.zarr", target=TARGETS),
         *expand(f"{RESULTS}/imaging/{{target}}/{{snr}}.zarr", target=noisy_targets(config["targets"], RUNS), snr=noisy),
     ]
+
+
+def full_size_scores():
+    """The scores of the full-size run that the repository keeps; none until it does."""
+    paths = [in_repository(f"resources/results/{table}.csv.xz") for table in ("scores", "validation")]
+    return [path for path in paths if os.path.exists(path)]
+
+
+def predictions_shown():
+    """The predictions, image by image, that the page shows something of."""
+    shown = {(fitted, snr) for fitted in decoders() for snr in DECODED_SNRS}
+    if RUNS:
+        run, model = mistaken(RUNS)
+        shown.add((f"{run}/{model}", sweep.snr_label(mistaken_snr(config["noise"]["snr_db"]))))
+    return [f"{RESULTS}/learning/predictions/{fitted}/{snr}.csv" for fitted, snr in sorted(shown)]
 
 
 def imager_code():

@@ -13,18 +13,18 @@ rule report:
         mesh_measures=expand(f"{FIELDS}/mesh/{{target}}.json", target=MESHED),
         meshes=expand(f"{FIELDS}/mesh/{{target}}-{{part}}.ply", target=MESHED, part=["source", *BANDS]),
         scattering=expand(f"{FIELDS}/scattering/{{target}}.zarr", target=TARGETS),
+        sphere=f"{FIELDS}/scattering/check/sphere.json" if MESHED else [],
         images=images_shown(),
         scores=[f"{RESULTS}/learning/{table}.csv" for table in ("scores", "confusion", "validation") if FITTED],
         times=f"{RESULTS}/learning/times.json" if FITTED else [],
         curves=[f"{RESULTS}/learning/models/{fitted}" for fitted in FITTED],
         reconstructions=[f"{RESULTS}/learning/reconstructions/{fitted}.zarr" for fitted in decoders()],
-        predictions=expand(
-            f"{RESULTS}/learning/predictions/{{fitted}}/{{snr}}.csv", fitted=decoders(), snr=DECODED_SNRS
-        ),
+        predictions=predictions_shown(),
         published=[
             in_repository(f"resources/reference/thesis_{table}.csv")
             for table in ("results", "prediction_times", "confusion", "galleries")
         ],
+        full_size=full_size_scores(),
         code=code("report/job_report.py") + page_files() + imager_code() + solver_code(),
     output:
         # Not in Snakemake's own report: browsers do not open so large a page from within another.

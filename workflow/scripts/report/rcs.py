@@ -5,7 +5,7 @@ import pandas as pd
 
 from report import rcs_compare, rcs_figures, section_run
 from report.layout import Section, style, table
-from report.page import write_page
+from report.page import Part, write_page
 from report.rcs_figures import rcs_dbsm
 from report.results import Results
 
@@ -27,14 +27,18 @@ def write_rcs(folder, settings, page, tables, parts):
     with style():
         thumbnails = {name: section_run.thumbnail(name, surface) for name, surface in results.surfaces.items()}
         sections = [_section(results, name) for name in results.targets]
+    parts_of_page = (
+        Part("rcs", "Radar cross-section", sections=tuple(sections)),
+        Part("run", "The run", sections=(section_run.section(results),)),
+    )
     shown = {
         "facts": [pair for pair in section_run.facts(results) if pair[0] in ("Run", "Radar", "Aspect", "Made with")],
-        "warnings": [],
+        "warnings": (),
         "thumbnails": thumbnails,
         "targets": section_run.cards(results, thumbnails),
-        "sections": [*sections, section_run.section(results)],
+        "parts": parts_of_page,
     }
-    write_page(f"Radar cross-section: {settings['name']}", shown, page, *parts)
+    write_page(f"Radar cross-section: {settings['name']}", settings["name"], shown, page, *parts)
 
 
 def as_table(dataset):

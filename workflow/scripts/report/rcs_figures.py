@@ -1,6 +1,7 @@
 """Radar cross-section (RCS) as figures: cuts, maps, frequency sweeps and how it is distributed."""
 
-from dataclasses import dataclass
+import itertools
+from dataclasses import dataclass, replace
 
 import matplotlib
 import matplotlib.ticker
@@ -8,11 +9,12 @@ import numpy as np
 import pandas as pd
 
 from core.sweep import closes_circle, unit_vectors
-from report.layout import canvas, circle_ticks, figure
+from report.layout import PALETTE, canvas, circle_ticks, figure
 from report.plots import draw_legend, panels
 from report.selection import evenly
-from scattering.interpolation import between, is_dense, order
+from scattering.interpolation import between, is_dense, order, order_told
 
+ACROSS, WIDE = 4, 6  # polar plots side by side; inches above which a figure takes the whole page
 FLOOR = 50  # dB below the largest: deep nulls would flatten the rest
 POINTS = 4  # drawn for each of the samples that a curve's bandwidth asks for
 LABELS = {"azimuth": "azimuth [°]", "elevation": "elevation [°]", "frequency": "frequency [GHz]"}
@@ -62,9 +64,9 @@ def by_transmitter(target, dataset, most):
 def cut(dataset, reach, most):
     """Of a store: against what it is drawn, the label of that axis, the samples and the curves.
 
-    At the middle frequency against azimuth at up to `most` elevations, with one at that nearest 0; else against
-    elevation, along single directions, or against frequency. reach: the target's from the origin in m, by which
-    curves over azimuth are interpolated; None if it is not known.
+    At the middle frequency against azimuth at up to `most` elevations; else against elevation, along single directions,
+    or against frequency. reach: the target's from the origin in m, by which curves over azimuth are interpolated; None
+    if it is not known.
     """
     field, sizes = dataset.field, dataset.sizes
     if "direction" in sizes:
@@ -77,8 +79,6 @@ def cut(dataset, reach, most):
         field = field.sel(frequency=center_frequency(dataset))
     if across == "azimuth":
         chosen = evenly(dataset.elevation.values.tolist(), most)
-        if most == 1:
-            chosen = [float(dataset.elevation.sel(elevation=0, method="nearest"))]
         field = field.sel(elevation=chosen)
     x, label = _axis(dataset, across)
     other = {"azimuth": "elevation", "elevation": "azimuth"}.get(across)
@@ -93,6 +93,9 @@ def cut(dataset, reach, most):
                 elevation = float(field.elevation.values.ravel()[0] if value is None else value)
                 highest = order(float(field.frequency), reach, elevation)
                 smooth = is_dense(x, highest)
+            elif across == "azimuth" and closes_circle(x):
+                highest = order_told(one)
+                smooth = highest is not None
             if smooth:
                 span = 360.0 if closes_circle(x) else x[-1] - x[0]
                 drawn = np.linspace(x[0], x[0] + span, int(POINTS * (2 * highest + 1) * span / 360) + 2)
@@ -111,15 +114,50 @@ def cut_figure(target, dataset, reach, most):
     polarizations = dataset.polarization.values.tolist()
     drawing, grid = panels(len(polarizations), 1, 5.4, 0.8 + 2.1 * len(polarizations), sharey=False)
     for axes, polarization in zip(grid[:, 0], polarizations, strict=True):
-        _draw(axes, [curve for curve in curves if curve.polarization == polarization])
+        mine = [curve for curve in curves if curve.polarization == polarization]
+        _draw(axes, mine, _colors(len(mine)))
         axes.set(ylabel=f"{polarization} RCS [dBsm]")
         axes.margins(x=0.01)
-        levels = np.concatenate([curve.levels for curve in curves if curve.polarization == polarization])
+        levels = np.concatenate([curve.levels for curve in mine])
         axes.set_ylim(bottom=max(levels.min() - 2, levels.max() - FLOOR))
         if across in ("azimuth", "elevation"):
             circle_ticks(axes.xaxis, frame[across])
     grid[-1, 0].set_xlabel(label)
     draw_legend(drawing, grid.flat)
+    alt, caption = _words(target, dataset, across, frame, curves)
+    return figure(f"rcs_{target}", drawing, frame, alt, caption)
+
+
+def polar_figure(target, dataset, reach, most, name="rcs_polar"):
+    """The same cut in polar coordinates, a panel for each elevation; None where it does not go most of the way round."""
+    across, _, frame, curves = cut(dataset, reach, most)
+    if across not in ("azimuth", "direction") or np.ptp(curves[0].x) < 180 or _axis(dataset, across)[1] == NUMBER:
+        return None
+    frame.insert(0, "target", target)
+    labels = list(dict.fromkeys(curve.label for curve in curves))
+    columns = min(len(labels), ACROSS)
+    rows = -(-len(labels) // columns)
+    drawing = canvas(max(2.7 * columns, 4.2), 0.5 + (2.9 if len(labels) > 1 else 3.9) * rows)
+    largest, every = max(curve.levels.max() for curve in curves), []
+    for place, label in enumerate(labels):
+        axes = drawing.add_subplot(rows, columns, place + 1, projection="polar")
+        mine = [replace(curve, label=f"{curve.polarization} [dBsm]") for curve in curves if curve.label == label]
+        _draw(axes, mine, PALETTE, np.deg2rad)
+        axes.set_title(label.replace("-", "\N{MINUS SIGN}"))
+        axes.set_ylim(max(min(curve.y.min() for curve in curves) - 2, largest - FLOOR), largest + 1)
+        axes.set_xticks(np.radians(np.arange(0, 360, 45)))
+        axes.yaxis.set_major_locator(matplotlib.ticker.MaxNLocator(4, steps=[1, 2, 5, 10]))
+        axes.set_rlabel_position(67.5)
+        axes.tick_params(labelsize=7, pad=0)
+        every.append(axes)
+    draw_legend(drawing, every)
+    alt, caption = _words(target, dataset, across, frame, curves)
+    start = "" if across == "azimuth" else " 0° is the first direction."
+    return figure(f"{name}_{target}", drawing, frame, alt, caption + start, wide=drawing.get_figwidth() > WIDE)
+
+
+def _words(target, dataset, across, frame, curves):
+    """The alternative text and the caption of a cut."""
     peak = frame.loc[frame["rcs_dbsm"].idxmax()]
     at = "" if across == "frequency" else f" at {center_frequency(dataset) / 1e9:.4g} GHz"
     if frame["elevation"].nunique() == 1:
@@ -131,34 +169,7 @@ def cut_figure(target, dataset, reach, most):
         f"{peak['azimuth']:.1f}°, elevation {peak['elevation']:.1f}°; the median is "
         f"{frame['rcs_dbsm'].median():.1f} dBsm.{_how(across, curves)}"
     )
-    return figure(f"rcs_{target}", drawing, frame, alt, caption)
-
-
-def polar_figure(target, dataset, reach, most):
-    """The same cut in polar coordinates, or None where it does not go most of the way round."""
-    across, _, frame, curves = cut(dataset, reach, most)
-    if across not in ("azimuth", "direction") or np.ptp(curves[0].x) < 180 or _axis(dataset, across)[1] == NUMBER:
-        return None
-    polarizations = list(dict.fromkeys(curve.polarization for curve in curves))
-    drawing = canvas(5.4, 0.5 + 3.6 * -(-len(polarizations) // 2))
-    columns = min(2, len(polarizations))
-    every = []
-    for place, polarization in enumerate(polarizations):
-        axes = drawing.add_subplot(-(-len(polarizations) // columns), columns, place + 1, projection="polar")
-        mine = [curve for curve in curves if curve.polarization == polarization]
-        _draw(axes, mine, np.deg2rad)
-        largest = max(curve.levels.max() for curve in mine)
-        axes.set_ylim(largest - FLOOR, largest + 3)
-        axes.yaxis.set_major_locator(matplotlib.ticker.MultipleLocator(20))
-        axes.set_rlabel_position(100)  # between the nose and the side, where curves are seldom large
-        axes.set_title(f"{polarization} RCS [dBsm]")
-        every.append(axes)
-    draw_legend(drawing, every)
-    frame.insert(0, "target", target)
-    alt = f"RCS of {target} all round, in polar coordinates."
-    start = "the nose" if across == "azimuth" else "the first direction"
-    caption = f"{target}: the same in polar coordinates, to {FLOOR} dB below the largest; 0° is {start}."
-    return figure(f"rcs_polar_{target}", drawing, frame, alt, caption)
+    return alt, caption
 
 
 def map_figure(target, dataset):
@@ -241,8 +252,8 @@ def distribution_figure(target, dataset):
     )
 
 
-def _draw(axes, curves, turned=lambda angle: angle):
-    for curve, color in zip(curves, _colors(len(curves)), strict=True):
+def _draw(axes, curves, colors, turned=lambda angle: angle):
+    for curve, color in zip(curves, itertools.cycle(colors), strict=False):
         marker = "o" if len(curve.samples) < 3 else None
         axes.plot(turned(curve.x), curve.y, color=color, marker=marker, label=curve.label or None)
         if not curve.smooth and len(curve.samples) >= 3:

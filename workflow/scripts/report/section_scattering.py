@@ -5,10 +5,10 @@ import pandas as pd
 
 from core.sweep import C0
 from report.layout import Section, canvas, circle_ticks, figure, number, table
-from report.rcs_figures import by_transmitter, cut_figure, rcs_dbsm
+from report.rcs_figures import by_transmitter, cut_figure, polar_figure, rcs_dbsm
 from scattering.solver import build
 
-CURVES = 5  # elevations in one plot at most
+CURVES = 7  # elevations in one plot at most
 DYNAMIC_RANGE = 40  # dB, of range profiles
 
 
@@ -17,7 +17,8 @@ def section(results):
     for name in results.targets:
         dataset = results.scattering(name)
         for title, part in by_transmitter(name, dataset, CURVES):
-            figures.append(cut_figure(title, part, results.reach(name), 1 if results.images_are_made else CURVES))
+            drawn = title, part, results.reach(name), CURVES
+            figures.append(polar_figure(*drawn, name="rcs") or cut_figure(*drawn))
         if results.images_are_made:
             figures.append(profile_figure(name, dataset))
         if name not in results.meshed:
@@ -30,13 +31,26 @@ def section(results):
         id="scattering",
         title="Scattering",
         text=(
-            f"{solved}Radar cross section (RCS) is 4π|f|² of the scattering amplitude f, in decibels over one square "
-            "metre (dBsm).",
+            f"{solved}{_sphere(results)}Radar cross section (RCS) is 4π|f|² of the scattering amplitude f, in decibels "
+            "over one square metre (dBsm).",
             *origins,
         ),
         figures=tuple(figures),
         tables=(solution_table(results),),
     )
+
+
+def _sphere(results):
+    """How the run's solver does on a sphere, in a sentence."""
+    if not results.sphere or "refused" in results.sphere:
+        return ""
+    found = results.sphere
+    return (
+        f"A sphere of {found['radius_wavelengths']:g} wavelengths' radius, solved in this run with the same settings "
+        f"at {found['edges_per_wavelength']:g} edges a wavelength, has a backscatter {found['error_db']:+.3f} dB and "
+        f"{found['phase_deg']:+.2f}° from the Mie series ({found['rcs_db']:.3f} and {found['mie_db']:.3f} dB over the "
+        "square wavelength). "
+    ).replace("-", "−")
 
 
 def range_profiles(field, frequency, oversampling=8):

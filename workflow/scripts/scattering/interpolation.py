@@ -12,6 +12,10 @@ from core.sweep import C0, closes_circle
 from scattering.sampling import samples_of_ring
 
 ACCURACY = 1e-5  # of the excitation's largest value, what the orders beyond M are
+QUIET, HIGHEST = (
+    1e-4,
+    0.9,
+)  # of a field's power: what its highest harmonics hold at most, where all are told; from which on
 CUT = 1e-6  # relative: singular values below it hold nothing but rounding
 
 
@@ -19,6 +23,17 @@ def order(frequency, reach, elevation):
     """The highest order 2 M of backscatter in azimuth. frequency: Hz; reach: m; elevation: degrees."""
     x = 2 * np.pi * frequency / C0 * reach * np.cos(np.radians(elevation))
     return samples_of_ring(x, ACCURACY) - 2
+
+
+def order_told(field):
+    """The highest order that samples (A,) over a whole circle tell apart, or None where the field has higher ones.
+
+    For a field of unknown reach: it ends below that order if its highest harmonics are all but empty.
+    """
+    power = np.abs(np.fft.fftshift(np.fft.fft(field))) ** 2
+    highest = (len(field) - 1) // 2
+    high = np.abs(np.arange(len(field)) - len(field) // 2) > HIGHEST * highest
+    return highest if power[high].sum() <= QUIET * power.sum() else None
 
 
 def is_dense(azimuth, highest):
