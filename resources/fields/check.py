@@ -33,7 +33,7 @@ from setup.yaml_file import read_yaml
 HERE = Path(__file__).parent
 CONFIG = "config/thesis.yaml"
 FINER = 14  # edges a wavelength
-# A finer mesh's residual of some 1e-4 is far below what the meshes differ by; refining it would take longer than the solve.
+# A residual of some 1e-4 is far below what the meshes differ by; refining it would take longer than the solve.
 PROMISE = 100
 SHOWN = 30  # dB below the peak over all directions, down to which levels are compared
 REFERENCES = ["whole", "cfie", "finer"]

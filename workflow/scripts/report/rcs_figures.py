@@ -129,7 +129,7 @@ def cut_figure(target, dataset, reach, most):
 
 
 def polar_figure(target, dataset, reach, most, name="rcs_polar"):
-    """The same cut in polar coordinates, a panel for each elevation; None where it does not go most of the way round."""
+    """The same cut in polar coordinates, a panel for each elevation; None where it does not go most of the way."""
     across, _, frame, curves = cut(dataset, reach, most)
     if across not in ("azimuth", "direction") or np.ptp(curves[0].x) < 180 or _axis(dataset, across)[1] == NUMBER:
         return None
