@@ -166,13 +166,15 @@ def _gains(scores, settings):
 
 
 def _mistaken(folder, run, model, settings):
-    """The predictions whose mistakes the page shows, of a model without a decoder: those of others have been made."""
+    """The predictions whose mistakes the page shows, where a decoder's at other SNRs are not among them."""
     roles = {name: target["role"] for name, target in settings["targets"].items()}
     store = folder / "predictions" / run / model / f"{sweep.snr_label(mistaken_snr(settings['noise']['snr_db']))}.csv"
     if not store.exists():
         store.parent.mkdir(parents=True, exist_ok=True)
         frame = _predicted(roles, settings)
-        frame.assign(known_softmax=1.0 - (frame["role"] != "known")).to_csv(store, index=False)
+        for score in SCORES.get(model, ("softmax",)):
+            frame[f"known_{score}"] = 1.0 - (frame["role"] != "known")
+        frame.to_csv(store, index=False)
 
 
 def _predicted(roles, settings):

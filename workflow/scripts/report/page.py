@@ -58,7 +58,7 @@ def write_report(folder, settings, stated, page, figures, tables):
 
 
 def write_page(title, name, shown, page, figures, tables):
-    """Write a page with a title, a run's name, and what the template shows by its names; the rest as in `write_report`."""
+    """Write a page with a title, a run's name, and what the template shows, by name; the rest as in `write_report`."""
     bare = {"summary": (), "checks": (), "headline": None, "full_size": (), "live": {}, "comparison": None}
     shown = bare | shown | {"glossary": GLOSSARY}
     sections = [section for part in shown["parts"] for section in part.sections]
