@@ -261,7 +261,7 @@ def test_a_run_takes_the_meshes_and_fields_of_another(smoke):
             {**ONE_UNKNOWN, **learned, "image": 4},
         ),
         "settings": (other.replace("count: 36", "count: 40"), {"solve": 6, "scattering": 3, **learned}),
-        "unknown run": (other.replace("from: smoke", "from: none"), {**ALL, "sphere": 1, **learned}),
+        "unknown run": (other.replace("from: smoke", "from: none"), {**ALL, **SPHERE, **learned}),
     }
     paths = [smoke.write(f"config/from_{n}.yaml", config) for n, (config, _) in enumerate(configs.values())]
     found = smoke.all_planned(*(["report", "--configfile", path] for path in paths))
