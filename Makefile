@@ -1,5 +1,7 @@
 # make report: the default experiment, from CAD to results/quick/report/index.html
+# make thesis: the reference experiment at full size, from the fields of resources/fields (hours of learning)
 # make test:   the whole test suite;   make lint: what CI checks besides
+# make docs: the pages as a site, results/docs/index.html
 # make bench-scattering: what a solve costs against what the machine can do (run nothing beside it)
 # make bench-learning: prediction times at the reference experiment's size
 # make bench-capsules: what the capsule network's training and prediction take, also with other convolutions
@@ -18,11 +20,16 @@ RUN ?= thesis
 BIN := .venv/bin
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
-.PHONY: report test lint environment results validate fields check-fields bench-learning bench-capsules \
+.PHONY: report thesis test lint docs environment results validate fields check-fields bench-learning bench-capsules \
 	bench-scattering bench-bempp bench-thesis bench-imaging bench-compressed
 
 report: environment
 	snakemake --cores $(CORES) report
+
+# Large pages for what training takes from the heap: a step of the capsule network takes a quarter less.
+thesis: export GLIBC_TUNABLES = glibc.malloc.hugetlb=1
+thesis: environment
+	snakemake --cores $(CORES) report thesis_page --configfile config/thesis.yaml config/thesis-fields.yaml
 
 test: environment
 	python -m pytest -n $(CORES) --dist loadfile --no-loadscope-reorder
@@ -33,6 +40,11 @@ lint: environment
 	snakefmt --check Snakefile workflow/rules
 	snakemake --lint
 	PYTHONPATH=workflow/scripts lint-imports
+
+docs: environment
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r envs/requirements-docs.lock
+	$(BIN)/python -m sphinx -W --keep-going -q -b html -c docs . results/docs
+	cp results/docs/README.html results/docs/index.html
 
 fields: environment
 	missing=$$(PYTHONPATH=workflow/scripts python resources/fields/make.py missing) && \

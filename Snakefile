@@ -15,6 +15,7 @@ wildcard_constraints:
     run=one_of(RUNS),
     model=one_of(config["learning"]["models"]),
     snr=one_of(SNRS),
+    root=one_of(SEEDED),
 
 
 include: "workflow/rules/mesh.smk"
@@ -33,6 +34,8 @@ onstart:
     # On a cluster other machines solve.
     lines = expected(refuse=workflow.local_exec)
     or_exit(lock.take, RESULTS, not workflow.local_exec)
+    if RUNS:
+        together.keep(RESULTS, SNR_SETS)
     logger.info("\n".join(lines))
 
 
@@ -53,6 +56,7 @@ rule all:
     default_target: True
     input:
         rules.report.output,
+        rules.seeds.output if RUNS and len(SEEDED) > 1 else [],
         expand(f"{RESULTS}/imaging/{{target}}/{{snr}}.zarr", target=TARGETS, snr=SNRS)
         if images_are_made(config)
         else [],
@@ -60,6 +64,6 @@ rule all:
 
 rule export:
     input:
-        expand(f"{RESULTS}/learning/export/{{images}}.{{form}}", images=["clean", *SNRS], form=["h5", "zarr"])
-        if images_are_made(config)
-        else [],
+        lambda w: for_images(
+            expand(f"{RESULTS}/learning/export/{{images}}.{{form}}", images=["clean", *SNRS], form=["h5", "zarr"])
+        ),

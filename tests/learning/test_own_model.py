@@ -5,10 +5,13 @@ import shutil
 import sys
 import types
 
+import numpy as np
+import pandas as pd
 import pytest
 from scenes import ROLES, digest, fitted, tables_of
 
 from core.errors import InputError
+from learning.model_folder import load
 from setup.config import ROOT
 
 PLAIN = """
@@ -39,11 +42,12 @@ LABELS = "self.classes_[scores.argmax(axis=1)]"
 def own(monkeypatch, stores, tmp_path):
     """A function that trains the model of a text, as models/mine.py, and gives its folder."""
 
-    def trained(code, **more):
+    def trained(code, settings=None, **more):
         module = types.ModuleType("learning.models.mine")
         monkeypatch.setitem(sys.modules, module.__name__, module)
         exec(compile(code, "mine.py", "exec"), module.__dict__)
-        return fitted(stores("clean"), tmp_path / "mine", "mine", settings={"kind": "mine", "power": 1}, **more)
+        settings = settings or {"kind": "mine", "power": 1}
+        return fitted(stores("clean"), tmp_path / "mine", "mine", settings=settings, **more)
 
     return trained
 
@@ -152,18 +156,66 @@ def test_a_model_whose_arrays_lie_in_another_order_when_loaded_is_taken(own):
     own(PLAIN.replace(LEARNED, "        self.means_ = np.repeat(self.means_, 2, axis=2)[:, :, ::2]\n" + LEARNED))
 
 
-def test_the_forest_of_the_docs_is_kept_by_methods_of_its_own(own, stores, tmp_path):
+def example(word):
+    """The example of docs/adding-a-model.md that holds a word."""
     page = (ROOT / "docs" / "adding-a-model.md").read_text()
-    (code,) = re.findall(r"```python\n([^`]*RandomForest.*?)```", page, re.DOTALL)
-    code = code.replace('settings["trees"]', 'settings["power"] * 20')
-    table = tables_of(stores("snr_30dB"), own(code), tmp_path)["snr_30dB"]
-    assert (table["truth"] == table["predicted"]).mean() > 0.9
-    assert set(digest(tmp_path / "mine")) >= {"forest.joblib", "model.npz"}
+    (code,) = re.findall(rf"```python\n([^`]*{word}[^`]*?)```", page, re.DOTALL)
+    return code
+
+
+def test_the_forest_of_the_docs_learns_and_is_kept(own, stores, tmp_path):
+    code = example("RandomForest").replace('settings["trees"]', 'settings["power"] * 20')
+    table = tables_of(stores("snr_30dB", sorted(ROLES)), own(code), tmp_path, is_open=True)["snr_30dB"]
+    known = table[table["role"] == "known"]
+    assert (known["truth"] == known["predicted"]).mean() > 0.9
+    assert known["known_probability"].mean() > table.loc[table["role"] == "unknown", "known_probability"].mean()
     first = digest(tmp_path / "mine")
+    assert set(first) >= {"estimator.joblib", "model.npz"}
     shutil.rmtree(tmp_path / "mine")
     assert digest(own(code)) == first  # the same config, the same bytes
-    with pytest.raises(InputError, match=r"after it was saved and loaded.*not loaded: forest"):
-        own(code.replace("def load", "def _load"))
+    with pytest.raises(InputError, match=r"after it was saved and loaded.*not loaded: .*fitted"):
+        own(code + "\n    def load(self, folder):\n        return self\n")
+
+
+def test_an_estimator_without_probabilities_gives_its_decision_function(own, stores, tmp_path):
+    code = example("RandomForest").replace("sklearn.ensemble", "sklearn.linear_model")
+    code = re.sub(r"RandomForestClassifier\(.*\)", "RidgeClassifier()", code).replace("RandomForest", "Ridge")
+    table = tables_of(stores("snr_30dB"), own(code), tmp_path, is_open=True)["snr_30dB"]
+    assert (table["truth"] == table["predicted"]).mean() > 0.9
+    np.testing.assert_allclose(table["score_dart"], -table["score_disc"])
+    np.testing.assert_allclose(table["known_max_logit"], table[["score_dart", "score_disc"]].max(axis=1))
+
+
+ADAPTERS = {"scikit_learn import ScikitLearn": "estimator", "pytorch import PyTorch": "network"}
+
+
+@pytest.mark.parametrize("base", ADAPTERS)
+def test_a_model_without_the_one_method_is_told_so(own, base):
+    if "torch" in base:
+        pytest.importorskip("torch", reason="PyTorch is not installed")
+    with pytest.raises(InputError, match=f"learning.models.mine: its Model lacks {ADAPTERS[base]}"):
+        own(f"from learning.{base}\n\n\nclass Model({base.split()[-1]}):\n    pass\n")
+
+
+def test_the_pytorch_network_of_the_docs_learns_and_is_kept(own, stores, tmp_path):
+    pytest.importorskip("torch", reason="PyTorch is not installed")
+    settings = {"kind": "mine", "width": 8, "epochs": 12, "batch": 16, "learning_rate": 0.01, "patience": 4}
+    folder = own(example("Conv2d"), settings=settings)
+    table = tables_of(stores("snr_30dB", sorted(ROLES)), folder, tmp_path, is_open=True)["snr_30dB"]
+    known = table[table["role"] == "known"]
+    assert (known["truth"] == known["predicted"]).mean() > 0.9
+    curve = pd.read_csv(folder / "curve.csv")
+    assert curve["loss"].iloc[-1] < 0.5 * curve["loss"].iloc[0]
+    assert len(curve) == min(
+        12, curve["validation_loss"].idxmin() + 1 + 4
+    )  # it ends after four epochs without a smaller
+    model = load(folder)
+    assert sorted(name for name in vars(model) if name.startswith("weights.")) == sorted(
+        f"weights.{layer}.{what}_" for layer in (0, 4) for what in ("weight", "bias")
+    )
+    first = digest(folder)
+    shutil.rmtree(folder)
+    assert digest(own(example("Conv2d"), settings=settings)) == first  # the same config, the same bytes
 
 
 def test_integers_and_text_are_kept_too(own):

@@ -12,7 +12,7 @@ from core import sweep
 from learning.experiments import runs, train_snr_db, training
 from learning.judge import SHORT
 from learning.scores import COLUMNS, CONFUSION, VALIDATION
-from report.selection import decoded_snrs
+from report.selection import decoded_snrs, mistaken, mistaken_snr
 
 # Else softmax.
 SCORES = {
@@ -47,7 +47,8 @@ def learn(folder, settings):
                 cells += counted
                 times.append(_time(run, place, model))
                 if run["open"] and model in DECODERS:
-                    _decoded(folder, run, model, roles, settings["noise"]["snr_db"])
+                    _decoded(folder, run, model, roles, settings)
+    _mistaken(folder, *mistaken(every), settings)
     machine = {"cpu": "A processor", "cores": 2}
     (folder / "times.json").write_text(json.dumps({"machine": machine, "threads": 1, "models": times}))
     scores = pd.DataFrame(rows, columns=COLUMNS)
@@ -164,16 +165,41 @@ def _gains(scores, settings):
     return both[COLUMNS]
 
 
-def _decoded(folder, run, model, roles, snrs):
+def _mistaken(folder, run, model, settings):
+    """The predictions whose mistakes the page shows, where a decoder's at other SNRs are not among them."""
+    roles = {name: target["role"] for name, target in settings["targets"].items()}
+    store = folder / "predictions" / run / model / f"{sweep.snr_label(mistaken_snr(settings['noise']['snr_db']))}.csv"
+    if not store.exists():
+        store.parent.mkdir(parents=True, exist_ok=True)
+        frame = _predicted(roles, settings)
+        for score in SCORES.get(model, ("softmax",)):
+            frame[f"known_{score}"] = 1.0 - (frame["role"] != "known")
+        frame.to_csv(store, index=False)
+
+
+def _predicted(roles, settings):
+    """Rows of predictions without known scores: one view in ten of each known target is taken for the first of them."""
+    elevations, azimuths = sweep.elevations(settings["aspect"]), sweep.azimuths(settings["aspect"])
+    targets, known = sorted(roles), sorted(name for name, role in roles.items() if role == "known")
+    views = list(itertools.islice(itertools.cycle(itertools.product(elevations, azimuths)), 2 * TESTED))
+    frame = pd.DataFrame({"target": np.repeat(targets, 2 * TESTED), "realization": 0})
+    frame[["elevation", "azimuth"]] = views * len(targets)
+    frame["role"] = frame["target"].map(roles)
+    frame["truth"] = frame["target"].where(frame["role"] == "known", "other")
+    mistaken = np.arange(len(frame)) % 10 == 3
+    frame["predicted"] = frame["target"].where((frame["role"] == "known") & ~mistaken, known[0])
+    frame["side"] = np.tile(np.repeat(["test", "validation"], TESTED), len(targets))
+    for name in known:
+        frame[f"score_{name}"] = (frame["predicted"] == name) - 0.001 * frame["azimuth"] / 360
+    return frame
+
+
+def _decoded(folder, run, model, roles, settings):
     """Predictions with known scores that tell known from unknown targets, and reconstructions of noise."""
-    random, snrs = np.random.default_rng(9), decoded_snrs(snrs)
+    random, snrs = np.random.default_rng(9), decoded_snrs(settings["noise"]["snr_db"])
     targets, known = sorted(roles), sorted(name for name, role in roles.items() if role == "known")
     for snr in snrs:
-        frame = pd.DataFrame({"target": np.repeat(targets, 2 * TESTED)})
-        frame["role"] = frame["target"].map(roles)
-        frame["truth"] = frame["target"].where(frame["role"] == "known", "other")
-        frame["predicted"] = frame["target"].where(frame["role"] == "known", known[0])
-        frame["side"] = np.tile(np.repeat(["test", "validation"], TESTED), len(targets))
+        frame = _predicted(roles, settings)
         far = (frame["role"] != "known").to_numpy() * 1.0
         for score in SCORES[model]:
             sign = -1 if score == "mse" else 1

@@ -1,5 +1,7 @@
 """A report's page, parsed and checked for what holds for every one."""
 
+import base64
+import gzip
 import itertools
 import re
 from html.parser import HTMLParser
@@ -27,7 +29,9 @@ class Page(HTMLParser):
         assert self.open.pop() == tag
 
     def handle_data(self, data):
-        self.text.append(data)
+        # What a page holds packed, its scripts and its style say nothing to a reader.
+        if self.open and self.open[-1] not in ("script", "style"):
+            self.text.append(data)
 
     def attributes(self, *names):
         return [attrs for tag, attrs in self.tags if tag in names]
@@ -40,9 +44,16 @@ class Page(HTMLParser):
 def check_whole(report):
     """What holds for every report; returns the parsed page."""
     page = Page(report / "index.html")
-    for attrs in page.attributes("img"):
+    pictures = [attrs for attrs in page.attributes("img") if "data-file" in attrs]
+    for attrs in pictures:
         assert attrs["alt"].strip()
         assert attrs["src"].startswith("data:")
+    # Without scripts what the page holds packed cannot be drawn: then the files beside it are.
+    beside = [attrs["src"] for attrs in page.attributes("img") if "data-file" not in attrs]
+    assert all((report / path).exists() for path in beside)
+    held = unpacked(report / "index.html")
+    for path in (path for path in held if not path.endswith(".json")):
+        assert held[path] == (report / path).read_bytes()
     for attrs in page.attributes("script", "iframe", "object", "embed", "video", "audio", "source"):
         assert "src" not in attrs and "data" not in attrs
     assert all(attrs["href"].startswith("data:") for attrs in page.attributes("link"))
@@ -54,18 +65,29 @@ def check_whole(report):
         if target.startswith("#"):
             assert target[1:] in ids
         else:
-            assert (report / target).stat().st_size > 0
+            assert held[target] and "download" in attrs
     levels = [int(tag[1]) for tag, _ in page.tags if tag in ("h1", "h2", "h3")]
     assert levels[0] == 1 and levels.count(1) == 1
     assert all(after <= before + 1 for before, after in itertools.pairwise(levels))
     figures = {path.stem for path in (report / "figures").iterdir()}
-    assert len(figures) == len(page.attributes("img"))
+    assert len(figures) == len(pictures)
     for name in figures:
         svg = (report / "figures" / f"{name}.svg").read_text()
         assert "<path" in svg or "<image" in svg
         assert "<dc:date>" not in svg
         assert len(pd.read_csv(report / "tables" / f"figure_{name}.csv")) > 0
     return page
+
+
+def unpacked(path):
+    """The files that a page holds, by their path from it."""
+    packed = re.findall(r'<script type="text/plain" data-file="([^"]+)">([^<]+)</script>', path.read_text())
+    return {name: gzip.decompress(base64.b64decode(content)) for name, content in packed}
+
+
+def headings(page):
+    """The anchors of a page's parts and sections, in order."""
+    return [attrs["id"] for attrs in page.attributes("h2", "h3")]
 
 
 def table_rows(path, label):

@@ -1,6 +1,5 @@
 """The numbers that the report works out itself: range profiles, selections, what a published statement says."""
 
-import base64
 import copy
 import re
 import types
@@ -19,15 +18,15 @@ from report import (
     draw_mesh,
     layout,
     published,
-    section_explore,
     section_headline,
     section_tried,
     thesis,
     vocabulary,
 )
 from report.plots import holds
+from report.rcs_figures import rcs_dbsm
 from report.results import Results, rejecting_f1
-from report.section_scattering import range_profiles, rcs_dbsm
+from report.section_scattering import range_profiles
 from report.selection import decoded_snrs, evenly, noise_snrs, noise_target, noisy_targets, target_order
 from report.vocabulary import select
 from setup.kinds import page_names
@@ -213,7 +212,7 @@ def test_headline_picks_the_best_by_the_middle_snrs_of_the_validation_images_and
         "the network (tiny) (sector)",
     ]
     assert lines[1][1]["value"].tolist() == pytest.approx([0.7, 0.5, 0.4])
-    assert [look["ls"] for _, _, look in lines] == ["-", "--", "-"]
+    assert [theirs for _, _, theirs in lines] == [False, False, True]
 
 
 def test_headline_knows_the_thesis_s_method_by_its_score():
@@ -314,38 +313,6 @@ def test_the_confusion_matrices_published_are_sought_by_the_mean_offset_of_the_o
     assert published._offset(results) == 4.0
     results.definition = "mean"
     assert published._offset(results) == 0.0
-
-
-def test_explorer_holds_the_images_of_the_stores(whole):
-    results = Results(whole.parent, fake.SETTINGS, fake.names(fake.SETTINGS))
-    data = section_explore.explorer(results)
-    assert [one["name"] for one in data["targets"]] == ["drone", "missile", "ufo"]
-    assert data["elevations"] == [-30, 0, 30]
-    ufo = data["targets"][2]
-    assert ufo["snrs"] == ["no noise", "24 dB", "12 dB", "2.5 dB", "0 dB", "-12 dB"]
-    levels = np.frombuffer(base64.b64decode(ufo["images"]), np.uint8)
-    levels = levels.reshape(6, 3, len(data["azimuths"]), *data["pixels"])
-    store = xr.open_zarr(whole.parent / "imaging" / "ufo" / "snr_0dB.zarr").image.isel(realization=0)
-    image = store.sel(elevation=30, azimuth=data["azimuths"][5])
-    shown = draw_images.FLOOR_DB * (1 - levels[4, 2, 5] / 255)
-    expected = np.maximum(draw_images.decibels(image.transpose("range", "crossrange").values), draw_images.FLOOR_DB)
-    np.testing.assert_allclose(shown, expected, atol=0.08)
-    mesh = ufo["mesh"]
-    vertices = mesh["scale"] * np.frombuffer(base64.b64decode(mesh["vertices"]), "<i2").reshape(-1, 3)
-    triangles = np.frombuffer(base64.b64decode(mesh["triangles"]), "<u2").reshape(-1, 3)
-    np.testing.assert_allclose(vertices[triangles], results.surfaces["ufo"][0][results.surfaces["ufo"][1]], atol=1e-5)
-
-
-def test_explorer_grows_no_further_than_a_page_bears(whole, monkeypatch):
-    monkeypatch.setattr(section_explore, "MOST_TRIANGLES", 10)
-    # 6 stores of 3 targets with 25 pixels: at 4 azimuths or more 3 elevations, or one, at one azimuth what there is.
-    for most, elevations, azimuths in ((12_000, 3, 8), (6_000, 3, 4), (4_000, 1, 8), (900, 1, 2)):
-        monkeypatch.setattr(section_explore, "MOST_PIXELS", most)
-        data = section_explore.explorer(Results(whole.parent, fake.SETTINGS, fake.names(fake.SETTINGS)))
-        assert (len(data["elevations"]), len(data["azimuths"])) == (elevations, azimuths)
-        assert sum(len(base64.b64decode(one["images"])) for one in data["targets"]) <= most
-        assert data["azimuths"] == [360 * (k * 24 // azimuths) / 24 for k in range(azimuths)]
-        assert [one["mesh"] for one in data["targets"]] == [None, None, None]
 
 
 def test_compare_opens_on_the_headline_s_curves(whole):

@@ -9,16 +9,17 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
-from pages import Page, check_whole, table_rows
+from pages import Page, check_whole, headings, table_rows
 
 ONE_ELEVATION = {"start": 10, "stop": 10, "step": 1}
 
 
 def test_page_shows_all_stages(whole):
     page = check_whole(whole)
-    headings = [attrs["id"] for attrs in page.attributes("h2")]
-    expected = "headline compare explore meshes scattering images learning open capsule tried splits times made"
-    assert headings == expected.split()
+    expected = "checks headline look explore fields meshes scattering imaging images recognition compare matrices"
+    expected += " learning open capsule tried alike splits run facts times made glossary"
+    assert headings(page) == expected.split()
+    assert len([attrs for attrs in page.attributes("details") if attrs.get("class") == "part"]) == 5
     figures = {attrs["id"] for attrs in page.attributes("figure")}
     for target in fake.SETTINGS["targets"]:
         assert {f"figure-{kind}_{target}" for kind in ("mesh", "rcs", "range_profiles", "images")} <= figures
@@ -28,13 +29,14 @@ def test_page_shows_all_stages(whole):
         assert (f"figure-confusion_{experiment}" in figures) == (experiment != "noisy_training")
     assert {"figure-headline", "figure-gallery_snr", "figure-prediction_times", "figure-training_curves"} <= figures
     assert {"figure-open_fcnn_open", "figure-published_confusion", "figure-best_gain"} <= figures
+    assert {"figure-mistaken", "figure-map"} <= figures
     parts = ("f1", "confusion", "histograms", "reconstructions", "reconstructions_capsule_denoise")
     assert {f"figure-capsule_{part}" for part in parts} <= figures
 
 
 def test_warnings_of_the_run_stand_near_the_top(whole):
     html = (whole / "index.html").read_text()
-    box = html[html.index('<div class="warnings"') : html.index('<div class="overview">')]
+    box = html[html.index('<details class="warnings"') : html.index('<ul class="targets">')]
     assert box.index("<summary>") < box.index("<ul>")
     # The made-up missile's half axis is 0.5 m; at 24 azimuths and 1 GHz cross-range is unambiguous over 0.57 m.
     half = 0.299792458 / (2 * 2 * np.pi / 24) / 2
@@ -124,22 +126,8 @@ def test_a_network_of_ones_own_has_the_capsules_section(tmp_path, few_pictures):
     }
     report = fake.write(tmp_path / "fake", settings)
     page = check_whole(report)
-    headings = [attrs["id"] for attrs in page.attributes("h2")]
-    assert headings == [
-        "headline",
-        "compare",
-        "explore",
-        "meshes",
-        "scattering",
-        "images",
-        "learning",
-        "open",
-        "capsule",
-        "tried",
-        "splits",
-        "times",
-        "made",
-    ]
+    expected = "imaging images recognition compare matrices learning open capsule tried alike splits"
+    assert headings(page)[7:-5] == expected.split()
     figures = {path.stem for path in (report / "figures").iterdir()}
     assert {"capsule_f1", "capsule_confusion", "capsule_histograms", "capsule_reconstructions"} <= figures
     assert "best_gain" not in figures
@@ -151,8 +139,7 @@ def test_no_decoder_leaves_out_the_capsule(tmp_path, few_pictures):
     settings["learning"]["experiments"] = {"fcnn_open": settings["learning"]["experiments"]["fcnn_open"]}
     report = fake.write(tmp_path / "fake", settings)
     page = check_whole(report)
-    headings = [attrs["id"] for attrs in page.attributes("h2")]
-    assert "tried" in headings and "capsule" not in headings
+    assert "tried" in headings(page) and "capsule" not in headings(page)
     assert "gain" not in table_rows(report / "index.html", "table-tried")[0]
     assert not (report / "figures" / "best_gain.svg").exists()
 
@@ -198,7 +185,7 @@ def test_a_reduced_network_is_called_so_with_its_size(whole):
         "of those at whose training SNRs",
         "Weighted F1 of",
         "The first figures are of",
-        "in red of",
+        "with squares, of",
     ):
         assert f"{place} {size}" in words, place
     assert "thesis's capsule network" not in words
@@ -222,7 +209,8 @@ def test_no_experiments_leave_out_learning(tmp_path, few_pictures):
     settings["learning"]["experiments"] = {}
     settings["targets"] = {"ufo": settings["targets"]["ufo"]}
     page = check_whole(fake.write(tmp_path / "fake", settings))
-    assert [attrs["id"] for attrs in page.attributes("h2")] == ["explore", "meshes", "scattering", "images", "made"]
+    expected = "checks look explore fields meshes scattering imaging images run facts made glossary"
+    assert headings(page) == expected.split()
 
 
 def test_one_frequency_shows_meshes_and_rcs_only(tmp_path):
@@ -233,7 +221,7 @@ def test_one_frequency_shows_meshes_and_rcs_only(tmp_path):
     report = fake.write(tmp_path / "fake", settings)
     page = check_whole(report)
     assert not page.attributes("b") and "<b>.stl" in page.words
-    assert [attrs["id"] for attrs in page.attributes("h2")] == ["meshes", "scattering", "made"]
+    assert headings(page) == ["checks", "fields", "meshes", "scattering", "run", "facts", "made", "glossary"]
     # Here every elevation and polarization is drawn.
     rcs = pd.read_csv(report / "tables" / "figure_rcs_ufo.csv")
     assert sorted(rcs["elevation"].unique()) == [-30, 0, 30]

@@ -55,7 +55,7 @@ def test_every_figure_and_table_is_there_in_the_document_s_order(thesis_page):
 def test_the_head_says_what_run_it_is(thesis_page):
     facts = tables(parts(thesis_page)[""])[0].set_index("")["this run"]
     assert facts["config"] == "`fake`, seed 3" and facts["processor"] == "A processor"
-    assert facts["images"].startswith("4,608 noisy ones of 5 × 5 pixels: 4 targets, 3 elevations, 24 azimuths, 8 SNRs")
+    assert facts["images"].startswith("4,608 noisy ones of 5 × 3 pixels: 4 targets, 3 elevations, 24 azimuths, 8 SNRs")
     assert facts["capsule network"].startswith("reduced: 16 filters, 2 capsule channels; the thesis's has 256 and 32")
     assert re.fullmatch(r"\d{4}-\d\d-\d\d, of the scores", facts["date"]) and "commit" in facts["code"]
 

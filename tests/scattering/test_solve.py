@@ -84,7 +84,7 @@ def plain(ellipsoid):
     return solve(*ellipsoid, [FREQUENCY], ELEVATION, AZIMUTH, ["VV", "HH", "HV", "VH"])
 
 
-@pytest.mark.parametrize("symmetry", [["xz"], ["yz"], ["xz", "yz"]])
+@pytest.mark.parametrize("symmetry", [["xz"], ["yz"], ["xy"], ["xz", "yz"], ["xz", "xy"], ["xz", "yz", "xy"]])
 def test_mirrored_solve_equals_plain_one(ellipsoid, plain, symmetry):
     mirrored = solve(*ellipsoid, [FREQUENCY], ELEVATION, AZIMUTH, ["VV", "HH", "HV", "VH"], symmetry)
     assert mirrored.unknowns == plain.unknowns

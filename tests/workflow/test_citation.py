@@ -1,5 +1,6 @@
 """CITATION.cff, pyproject.toml and LICENSE say the same."""
 
+import re
 import tomllib
 
 from setup.config import ROOT
@@ -16,3 +17,13 @@ def test_citation_is_whole_and_agrees_with_the_project():
     assert "GNU GENERAL PUBLIC LICENSE\n                       Version 3" in (ROOT / "LICENSE").read_text()
     (thesis,) = citation["references"]
     assert {"type", "title", "authors"} <= set(thesis)  # what the format requires of a reference
+
+
+def test_the_changelog_begins_with_the_version():
+    versions = re.findall(
+        r"^## \[([\d.]+)\] - (unreleased|\d{4}-\d\d-\d\d)$", (ROOT / "CHANGELOG.md").read_text(), re.MULTILINE
+    )
+    citation = read_yaml(ROOT / "CITATION.cff")
+    assert versions[0][0] == citation["version"]
+    # A version that has a date has the same one where it is cited.
+    assert str(citation.get("date-released", "unreleased")) == versions[0][1]

@@ -97,7 +97,7 @@ BAD = {
     "not a mesh": ({"targets": {"a": {"mesh": "README.md", "role": "known"}}}, "targets.a.mesh", ".stl"),
     "mesh left out": ({"targets": {"a": {"role": "known"}}}, "targets.a.mesh", "missing"),
     "role": ({"targets": {"a": {**KNOWN, "role": "friend"}}}, "targets.a.role", "known"),
-    "symmetry": ({"targets": {"a": {**KNOWN, "symmetry": ["xy"]}}}, "targets.a.symmetry", "xz"),
+    "symmetry": ({"targets": {"a": {**KNOWN, "symmetry": ["zx"]}}}, "targets.a.symmetry", "xz"),
     "formulation": ({"targets": {"a": {**KNOWN, "formulation": "mfie"}}}, "targets.a.formulation", "of this target"),
     "name that is a date": ({"name": datetime.date(2024, 1, 1)}, "'name'", "2024-01-01 (to YAML a date; in quotes"),
     "name that is true": (

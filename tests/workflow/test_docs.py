@@ -8,6 +8,7 @@ import pytest
 import xarray as xr
 import zarr
 
+import isarflow
 from core import store
 from learning.export import export
 from scattering.external import write_external
@@ -16,7 +17,7 @@ from setup.yaml_file import read_yaml
 
 PAGES = [
     *sorted((ROOT / "docs").glob("*.md")),
-    *(ROOT / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md")),
+    *(ROOT / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "config/README.md")),
 ]
 
 
@@ -60,10 +61,10 @@ def test_example_store_is_taken_as_it_is(points):
         np.testing.assert_array_equal(taken, made)
 
 
-@pytest.fixture
-def exported(tmp_path, monkeypatch):
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
     """The file that exported-images.md loads: two targets, one bright in down-range's first half, one in its second."""
-    monkeypatch.chdir(tmp_path)
+    folder = tmp_path_factory.mktemp("exported")
     random, azimuth = np.random.default_rng(0), np.arange(36) * 10.0
     axes = {"realization": [0, 1], "elevation": [0.0, 30.0], "azimuth": azimuth}
     axes |= {"range": np.arange(6) * 0.1, "crossrange": np.arange(4) * 0.1}
@@ -71,14 +72,20 @@ def exported(tmp_path, monkeypatch):
     for target, rows in zip(roles, (slice(0, 3), slice(3, 6), slice(2, 4)), strict=True):
         image = 0.1 * random.standard_normal((2, 2, 36, 6, 4)) + 0j
         image[..., rows, :] += np.exp(2j * np.pi * random.random(image[..., rows, :].shape))
-        stores.append(str(tmp_path / target / "snr_20dB.zarr"))
+        stores.append(str(folder / target / "snr_20dB.zarr"))
         store.write(xr.Dataset({"image": (tuple(axes), image.astype(np.complex64))}, axes), stores[-1])
-    path = tmp_path / "results/smoke/learning/export/snr_20dB.h5"
+    path = folder / "results/smoke/learning/export/snr_20dB.h5"
     path.parent.mkdir(parents=True)
     for form in (path, path.with_suffix(".zarr")):
         split = {"train": 0.7, "validation": 0.33, "folds": 6}
         export(stores, form, roles, {target: ["xz"] for target in roles}, split, 0, 5)
     return path
+
+
+@pytest.fixture
+def exported(made, monkeypatch):
+    monkeypatch.chdir(made.parents[4])
+    return made
 
 
 def loaded(number):
@@ -87,27 +94,54 @@ def loaded(number):
     return space
 
 
-def test_exported_images_load_with_numpy(exported):
+def test_exported_images_load_in_a_few_lines(exported):
     there = loaded(0)
-    assert there["x_train"].shape == (2 * 2 * 26 * 2, 6, 4)
-    assert there["x_test"].shape == (2 * 2 * 8 * 2, 6, 4)
+    train, test = there["train"], there["test"]
+    assert train.x.shape == (2 * 2 * 26 * 2, 6, 4) and train.x.dtype == np.complex64
+    assert len(test) == 2 * 2 * 8 * 2
+    assert (train.snr == 20).all() and set(train.role) == {"known"}
+    # Bright in the half that belongs to the name.
+    power = (abs(train.x) ** 2).sum(axis=2)
+    assert (train.y == np.where(power[:, :3].sum(axis=1) > power[:, 3:].sum(axis=1), "dart", "disc")).all()
+
+
+def test_exported_images_of_several_files_roles_and_splits(exported):
+    both = isarflow.load(exported, exported, split="sector_2", roles=("unknown", "known"))
+    assert len(both) == 2 * 3 * 2 * 2 * 36
+    assert dict(zip(both.y, both.role, strict=True)) == {"dart": "known", "disc": "known", "wing": "unknown"}
+    with h5py.File(exported) as file:
+        sides = file.attrs["sides"][file["split_sector_2"][:]]
+        for name in ("elevation", "azimuth", "realization"):
+            np.testing.assert_array_equal(getattr(both, name), np.tile(file[name][:], 2))
+    np.testing.assert_array_equal(both.side, np.tile(sides, 2))
+    with pytest.raises(ValueError, match="no split 'sector'; it has random, sector_1"):
+        isarflow.load(exported, split="sector")
+    with pytest.raises(FileNotFoundError, match=r"snakemake --cores 2 nowhere\.h5"):
+        isarflow.load("nowhere.h5")
+
+
+def test_exported_images_load_with_numpy(exported):
+    there = loaded(1)
+    images = loaded(0)
+    np.testing.assert_array_equal(there["x_train"], images["train"].x)
+    np.testing.assert_array_equal(there["x_test"], images["test"].x)
     assert set(there["y_train"]) == {0, 1}
     # The other form takes the same lines.
     same = {"file": zarr.open(str(exported.with_suffix(".zarr"))), "np": np}
-    lines = blocks("exported-images.md", "python")[0].splitlines()
+    lines = blocks("exported-images.md", "python")[1].splitlines()
     exec("\n".join(line.strip() for line in lines if "known" in line), same)
     np.testing.assert_array_equal(same["x"][same["side"] == 0], there["x_train"])
 
 
 def test_exported_images_are_learned_with_scikit_learn(exported):
-    assert loaded(1)["accuracy"] > 0.95
+    assert loaded(2)["accuracy"] > 0.95
 
 
 def test_exported_images_load_with_pytorch(exported):
     pytest.importorskip("torch", reason="PyTorch is not installed")
-    there = loaded(2)
-    assert len(there["train"]) == 3 * 2 * 26 * 2
-    assert there["images"].shape[1:] == (1, 6, 4)
+    there = loaded(3)
+    assert len(there["dataset"]) == 2 * 2 * 26 * 2
+    assert there["x"].shape[1:] == (1, 6, 4)
 
 
 def test_exported_images_are_what_the_matlab_example_reads(exported):

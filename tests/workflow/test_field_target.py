@@ -96,7 +96,14 @@ def test_meshed_target_beside_fields_gets_its_mesh_and_solve(kept):
     kept.edit(
         "config/tiny.yaml", "mesh: {bands", "  drone: {mesh: resources/cad/drone.stl, role: unknown}\nmesh: {bands"
     )
-    assert kept.planned("report", *TINY) == {"mesh": 1, "solve": 1, "scattering": 1, "image": 1, "report": 1}
+    assert kept.planned("report", *TINY) == {
+        "mesh": 1,
+        "solve": 1,
+        "scattering": 1,
+        "sphere": 1,
+        "image": 1,
+        "report": 1,
+    }
 
 
 # The last: the job that fails leaves its target without a store.

@@ -288,7 +288,7 @@ class Model(Classifier):
     assert finished.returncode == 0, finished.stdout
     scores = pd.read_csv(restored.folder / "results/learn/learning/scores.csv")
     aurocs = scores[scores["metric"] == "auroc"].set_index(["model", "score"])["value"]
-    for own in (("mine", "likeness"), ("forest", "vote")):
+    for own in (("mine", "likeness"), ("forest", "probability")):
         assert (aurocs.loc[[own]] > 0).all()
 
 

@@ -6,16 +6,21 @@ import pytest
 
 from setup.config import ROOT
 
+TEXTS = [path.read_text() for path in sorted((ROOT / "workflow/rules").glob("*.smk"))]
 RULES = {
-    name: body
-    for path in sorted((ROOT / "workflow/rules").glob("*.smk"))
-    for name, body in re.findall(r"^rule (\w+):\n((?:(?:    .*)?\n)+)", path.read_text(), re.MULTILINE)
+    name: body for text in TEXTS for name, body in re.findall(r"^rule (\w+):\n((?:(?:    .*)?\n)+)", text, re.MULTILINE)
+}
+# One that is made for each of several sets, in a loop.
+RULES |= {
+    re.search(r'name:\s+"(\w+)"', body)[1]: re.sub("^    ", "", body, flags=re.MULTILINE)
+    for text in TEXTS
+    for body in re.findall(r"^    rule:\n((?:(?:        .*)?\n)+)", text, re.MULTILINE)
 }
 
 
 def test_all_rules_are_found():
-    count = sum(path.read_text().count("\nrule ") for path in (ROOT / "workflow/rules").glob("*.smk"))
-    assert len(RULES) == count > 10
+    assert len(RULES) == sum(len(re.findall(r"^ *rule\b.*:$", text, re.MULTILINE)) for text in TEXTS) > 10
+    assert "predict" in RULES
 
 
 @pytest.mark.parametrize("rule", RULES)

@@ -12,6 +12,11 @@ from setup.schema import check_schema, schema
 
 # Of mappings of names that the user gives, one that the default config has.
 NAMED = {"targets": "drone", "models": "knn", "experiments": "fcnn_open"}
+# Of mappings that the default config has not, one that is right.
+OPTIONAL = {
+    "great_circle": {"from": [0, 0], "through": [90, 0], "angle": {"count": 4}},
+    "bistatic": {"receivers": [[0, 0]]},
+}
 WRONG = ("?!", -1e40, float("nan"), None, [{}])  # right for no key
 
 
@@ -47,7 +52,7 @@ def refused(config, path, edit):
     config = copy.deepcopy(config)
     holder = config
     for key in path[:-1]:
-        holder = holder[key]
+        holder = holder.setdefault(key, copy.deepcopy(OPTIONAL.get(key)))
     edit(holder)
     with pytest.raises(InputError) as caught:
         check_schema(config, rules(config))

@@ -75,6 +75,7 @@ def test_smoke_config_runs_in_jobs_of_slurm(smoke):
     planned = Counter({rule: int(count) for rule, count in re.findall(r"^(\w+) +(\d+)$", output, re.MULTILINE)})
     assert planned.pop("total") == planned.total() >= 26
     assert planned.pop("scattering") == 3  # joins the bands, here and not in a job
+    assert planned.pop("sphere") == 1
     assert {rule: len(found) for rule, found in jobs.items()} == dict(planned)
     assert {job["JobState"] for found in jobs.values() for job in found} == {"COMPLETED"}
     results = project.folder / RESULTS

@@ -18,9 +18,11 @@ SMOKE = ("--configfile", "config/smoke.yaml")
 RESULTS = "results/smoke"
 TESTED = {"predict": 2, "scores": 1, "report": 1}
 LEARNED = {"train": 2, "timing": 1, **TESTED}
+ADDED = {"predict_2": 2, "scores": 1, "report": 1}  # of SNRs that a model predicts beside those it has
 IMAGED = {"image": 3, "noise": 4, **LEARNED}
 SOLVED = {"solve": 6, "scattering": 3, **IMAGED}
 ALL = {"mesh": 3, **SOLVED}
+SPHERE = {"sphere": 1}  # which the solver is checked with
 ONE_MODEL = {"train": 1, "timing": 1, "predict": 1, "scores": 1, "report": 1}
 ONE_UNKNOWN = {"mesh": 1, "solve": 2, "scattering": 1, "image": 1, "report": 1}
 ONE_SOLVE = {rule: count for rule, count in ONE_UNKNOWN.items() if rule != "mesh"}
@@ -47,17 +49,17 @@ EDITS = {
         {"report": 1},
     ),
     # Everything.
-    "name": ("name: smoke", "name: smaller", ALL),
+    "name": ("name: smoke", "name: smaller", ALL | SPHERE),
     "mesh.bands": ("bands: 2", "bands: 1", ALL | {"solve": 3}),
     "more mesh.bands": ("bands: 2", "bands: 3", ALL | {"solve": 9}),
-    "mesh.edges_per_wavelength": ("bands: 2", "bands: 2, edges_per_wavelength: 11", ALL),
+    "mesh.edges_per_wavelength": ("bands: 2", "bands: 2, edges_per_wavelength: 11", ALL | SPHERE),
     "radar.center_frequency": ("0.9e9", "0.8e9", ALL),
     "radar.bandwidth": ("0.4e9", "0.3e9", ALL),
     "radar.polarizations": ("frequencies: 5", "frequencies: 5, polarizations: [HH]", SOLVED),
     "two elevations' signs swapped": ("start: 0, stop: 30", "start: -30, stop: 0", SOLVED),
     "aspect.azimuth": ("count: 36", "count: 40", SOLVED),
-    "scattering.formulation": ("imaging:", "scattering: {formulation: cfie}\nimaging:", SOLVED),
-    "scattering.precision": ("imaging:", "scattering: {precision: double}\nimaging:", SOLVED),
+    "scattering.formulation": ("imaging:", "scattering: {formulation: cfie}\nimaging:", SOLVED | SPHERE),
+    "scattering.precision": ("imaging:", "scattering: {precision: double}\nimaging:", SOLVED | SPHERE),
     # From the images on, or from the noise.
     "imaging.aperture": ("aperture: 5", "aperture: 7", IMAGED),
     "imaging.window": ("aperture: 5", "aperture: 5, window: hann", IMAGED),
@@ -66,7 +68,7 @@ EDITS = {
     "noise.realizations": ("realizations: 2", "realizations: 3", {"noise": 4, **TESTED}),
     "noise.definition": ("realizations: 2", "realizations: 2, definition: mean", {"noise": 4, **TESTED}),
     "noise.per": ("realizations: 2", "realizations: 2, per: sweep", {"noise": 4, **TESTED}),
-    "an SNR more": ("snr_db: [0, 20]", "snr_db: [10, 0, 20]", {"noise": 2, **TESTED}),
+    "an SNR more": ("snr_db: [0, 20]", "snr_db: [10, 0, 20]", {"noise": 2, **ADDED}),
     "an SNR less": ("snr_db: [0, 20]", "snr_db: [20]", TESTED),
     "another SNR": ("snr_db: [0, 20]", "snr_db: [0, 10]", {"noise": 2, **TESTED}),
     "seed": ("name: smoke", "name: smoke\nseed: 1", {"noise": 4, **LEARNED}),
@@ -117,13 +119,13 @@ EDITS = {
 # What a comment more in a file, or a byte, makes necessary.
 FILES = {
     "workflow/scripts/mesh/tidy.py": ALL,
-    "workflow/scripts/scattering/basis.py": SOLVED,
-    "workflow/scripts/scattering/solvers/mom.py": SOLVED,
-    "workflow/scripts/scattering/operators/cfie.py": SOLVED,
+    "workflow/scripts/scattering/basis.py": SOLVED | SPHERE,
+    "workflow/scripts/scattering/solvers/mom.py": SOLVED | SPHERE,
+    "workflow/scripts/scattering/operators/cfie.py": SOLVED | SPHERE,
     "workflow/scripts/imaging/noise.py": IMAGED,
     "workflow/scripts/imaging/imagers/fourier.py": IMAGED,
     "workflow/scripts/scattering/ffe.py": {},
-    "workflow/scripts/scattering/plan.py": SOLVED,
+    "workflow/scripts/scattering/plan.py": SOLVED | SPHERE,
     "workflow/scripts/learning/metrics.py": {"scores": 1, "report": 1},
     "workflow/scripts/learning/thresholds.py": {"scores": 1, "report": 1},
     "workflow/scripts/learning/timing.py": {"timing": 1, "report": 1},
@@ -134,7 +136,7 @@ FILES = {
     "workflow/scripts/learning/capsules.py": {"report": 1},  # no such network is trained; the page counts its weights
     "workflow/scripts/report/style.css": {"report": 1},
     "workflow/scripts/report/page.py": {"report": 1},
-    "workflow/scripts/core/sweep.py": ALL,
+    "workflow/scripts/core/sweep.py": ALL | SPHERE,
     "resources/cad/ufo.stl": ONE_UNKNOWN,
 }
 NO_RESULT_OF = (
@@ -259,7 +261,7 @@ def test_a_run_takes_the_meshes_and_fields_of_another(smoke):
             {**ONE_UNKNOWN, **learned, "image": 4},
         ),
         "settings": (other.replace("count: 36", "count: 40"), {"solve": 6, "scattering": 3, **learned}),
-        "unknown run": (other.replace("from: smoke", "from: none"), {**ALL, **learned}),
+        "unknown run": (other.replace("from: smoke", "from: none"), {**ALL, **SPHERE, **learned}),
     }
     paths = [smoke.write(f"config/from_{n}.yaml", config) for n, (config, _) in enumerate(configs.values())]
     found = smoke.all_planned(*(["report", "--configfile", path] for path in paths))
@@ -338,6 +340,94 @@ def test_the_thesis_s_page_shows_what_there_is_and_names_the_rest(smoke, results
         assert smoke.planned("report", *SMOKE) == {}  # which does not show them
 
 
+@pytest.fixture(scope="module")
+def seeded(smoke):
+    """The options of a config with an SNR more and a second seed, of which the two seeds were compared.
+
+    With it what was planned, and the predictions that were there before, each with its time.
+    """
+    text = (smoke.folder / "config/smoke.yaml").read_text().replace("[lr, knn]", "[knn]")
+    text = text.replace("[0, 20]", "[0, 10, 20]").replace("name: smoke", "name: smoke\nseed: [0, 1]")
+    options = ("--configfile", smoke.write("config/seeded.yaml", text))
+    there = {path: path.stat().st_mtime_ns for path in (smoke.folder / RESULTS).glob("learning/predictions/*/*/*.csv")}
+    planned = smoke.planned("compare", *options)
+    finished = smoke.run("--cores", 2, "compare", *options)
+    assert finished.returncode == 0, finished.stdout
+    return options, planned, there
+
+
+def test_an_added_snr_predicts_itself_alone_and_a_seed_makes_what_follows_from_it(smoke, results, seeded):
+    options, planned, there = seeded
+    # The one SNR, and of the other seed everything but meshes, fields and images without noise.
+    assert planned == {
+        "noise": 2 + 6,
+        "train": 1,
+        "predict": 1,
+        "predict_2": 1 + 1,
+        "scores": 2,
+        "seeds": 1,
+        "compare": 1,
+    }
+    assert len(there) == 4 and {path: path.stat().st_mtime_ns for path in there} == there
+    added = results / "learning/predictions/multi_elevation/knn/snr_10dB.csv"
+    assert len(pd.read_csv(added)) == len(pd.read_csv(added.with_stem("snr_0dB")))
+    scores = f"{RESULTS}/learning/scores.csv"
+    assert smoke.all_planned(["compare", *options], [scores, *options], ["report", *SMOKE]) == [
+        {},
+        {},
+        {"scores": 1, "report": 1},
+    ]
+
+
+def test_a_seed_s_results_are_those_of_a_run_with_that_seed_alone(smoke, results, seeded):
+    alone = (smoke.folder / seeded[0][1]).read_text().replace("seed: [0, 1]", "seed: 1\nfrom: smoke")
+    alone = ("--configfile", smoke.write("config/alone.yaml", alone.replace("name: smoke", "name: alone")))
+    store = "imaging/drone/snr_20dB.zarr"
+    finished = smoke.run("--cores", 1, f"results/alone/{store}", *alone)
+    assert finished.returncode == 0, finished.stdout
+    sums = [
+        (folder / store / "SHA256SUMS").read_text() for folder in (smoke.folder / "results/alone", results / "seed_1")
+    ]
+    assert sums[0] == sums[1] != (results / store / "SHA256SUMS").read_text()
+    # Models, too, are told nothing else than that run's would be.
+    models = [results / folder / "learning/models/multi_elevation/knn/config.json" for folder in ("", "seed_1")]
+    first, second = (json.loads(model.read_text()) for model in models)
+    assert second["seed"] == np.random.SeedSequence([1, *b"multi_elevation/knn"]).generate_state(1)[0] != first["seed"]
+    first["run"]["division"]["seed"] = 1
+    assert second["run"] == first["run"]
+
+
+def test_scores_over_seeds_are_their_mean_and_interval(results, seeded):
+    tables = [pd.read_csv(results / folder / "learning/scores.csv") for folder in ("", "seed_1")]
+    over = pd.read_csv(results / "learning/seeds.csv")
+    assert len(over) == len(tables[0]) == len(tables[1]) and (over["n"] == 2).all()
+    query = "metric == 'accuracy' and snr_definition == 'peak_3db' and test_snr_db == 10"
+    (row,), values = over.query(query).to_dict("records"), [table.query(query)["value"].item() for table in tables]
+    assert row["value"] == pytest.approx(np.mean(values))
+    assert (row["lowest"], row["highest"]) == (min(values), max(values))
+    assert row["low"] <= row["lowest"] and row["high"] >= row["highest"]
+
+
+def test_seeds_stand_side_by_side_on_a_page_of_its_own(results, seeded):
+    page, scores = (results / "report/compare.html").read_text(), pd.read_csv(results / "learning/scores.csv")
+    assert "<h1>smoke beside seed_1</h1>" in page and "Over 2 seeds: Multi elevation" in page
+    assert {link[0] for link in re.findall(r'(?:src|href)="([^"]+)', page)} == {"d", "#"}  # data:, #
+    differs = pd.read_csv(results / "report/compare.csv")
+    assert differs.groupby("metric").size().to_dict() == {"accuracy": 3, "f1_weighted": 3}
+    # Split at random by another seed: the images are those that test in both.
+    tested = scores.query("metric == 'accuracy' and snr_definition == 'peak_3db'")["n"]
+    assert (differs["n"] > 0).all() and (differs["n"] < tested.min()).all()
+    np.testing.assert_allclose(differs["difference"], differs["value"] - differs["reference_value"])
+
+
+def test_runs_to_compare_have_to_be_there(smoke, results, seeded):
+    compared = {"[smoke/seed_1]": 0, "[none]": "no results/none/learning/scores.csv", "[smoke]": "own 'name'"}
+    for others, said in compared.items():
+        finished = smoke.run("--dry-run", "compare", *SMOKE, "--config", f"compare={others}")
+        assert (finished.returncode == 0) if said == 0 else said in finished.stdout
+    assert "nothing to compare this run with" in smoke.run("--dry-run", "compare", *SMOKE).stdout
+
+
 # Last, as it makes images that no other job needs.
 def test_images_of_one_snr_are_exported_and_load_as_docs_say(smoke, results, monkeypatch):
     name = f"{RESULTS}/learning/export/snr_20dB.h5"
@@ -348,8 +438,7 @@ def test_images_of_one_snr_are_exported_and_load_as_docs_say(smoke, results, mon
     assert name in page
     monkeypatch.chdir(smoke.folder)
     space = {}
-    exec(re.findall(r"```python\n(.*?)```", page, re.DOTALL)[1], space)
+    exec(re.findall(r"```python\n(.*?)```", page, re.DOTALL)[2], space)
     # Of drone and missile, at 20 dB.
     assert space["accuracy"] > 0.8
     assert smoke.planned(name, *SMOKE) == {}
-    assert smoke.planned("report", *SMOKE) == {}

@@ -20,7 +20,7 @@ os.environ.update(PYTHONPATH=SCRIPTS)
 if {Quietness.PROGRESS, Quietness.ALL} & set(workflow.output_settings.quiet or ()):
     os.environ.update(ISARFLOW_QUIET="yes")  # jobs draw no progress bars
 
-from setup import disk, lock
+from setup import disk, lock, together
 from core import folders, sweep
 from setup.check import model_kind
 from setup.kinds import IMAGERS, SOLVERS, kind, page_names
@@ -29,10 +29,11 @@ from setup.config import load, of_command_line, section, unnamed
 from core.errors import InputError
 from setup.overview import overview
 from setup.yaml_file import read_yaml
-from core.sweep import images_are_made
+from core.sweep import images_are_made, why_no_images
 from imaging.geometry import PURE_NOISE, megabytes, planned
 from learning import experiments
-from report.selection import decoded_snrs, noise_snrs, noisy_targets, thesis_images, thesis_networks
+from report.selection import decoded_snrs, mistaken, mistaken_snr, noise_snrs, noisy_targets
+from report.selection import thesis_images, thesis_networks
 from scattering import field_files, needs
 
 
@@ -63,8 +64,17 @@ TARGETS = list(config["targets"])
 MESHED = [target for target in TARGETS if "mesh" in config["targets"][target]]
 GIVEN = [target for target in TARGETS if target not in MESHED]
 BANDS = range(config["mesh"]["bands"])
-# The learning stage's runs by name, in one order whatever the config's.
-RUNS = dict(sorted(experiments.runs(config).items())) if images_are_made(config) else {}
+# The config for each of its seeds, by the folder of what follows from the seed. Of further seeds that is a folder in the
+# run's own, and what does not follow from it is the run's.
+SEEDED = {f"{RESULTS}/seed_{seed}": {**config, "seed": seed} for seed in config.pop("further_seeds", [])}
+SEEDED = {RESULTS: config, **SEEDED}
+COMPARED = config.pop("compare", [])  # other runs, by name
+# The learning stage's runs by name, in one order whatever the config's; of every seed, and of the first.
+RUNS_OF = {
+    root: dict(sorted(experiments.runs(seeded).items())) if images_are_made(config) else {}
+    for root, seeded in SEEDED.items()
+}
+RUNS = RUNS_OF[RESULTS]
 MODELS = config["learning"]["models"]
 # Run and model, as their folders are called; those that times are measured of and pictures made are of the first fold.
 FITTED = sorted(f"{run}/{model}" for run in RUNS for model in RUNS[run]["models"])
@@ -72,6 +82,8 @@ TIMED = sorted(f"{run}/{model}" for run in RUNS if RUNS[run]["first"] for model 
 KNOWN = sorted(name for name in TARGETS if config["targets"][name]["role"] == "known")
 UNKNOWN = sorted(name for name in TARGETS if config["targets"][name]["role"] == "unknown")
 SNRS = [sweep.snr_label(snr) for snr in config["noise"]["snr_db"]]
+# Those of which a model's predictions are one job.
+SNR_SETS = together.sets(RESULTS, SNRS, workflow.is_main_process)
 # Run and model of the networks that the page of the thesis judges anew.
 JUDGED = [f"{run}/{model}" for run, model in thesis_networks(RUNS)]
 # At which SNRs the page shows what models with a decoder make of images.
@@ -102,7 +114,7 @@ def page_files():
 
 def expected(refuse):
     """What is said before anything runs (see `overview`)."""
-    return unnamed(config, *OVERLAYS) + or_exit(overview, config, RESULTS, refuse)
+    return unnamed(config, *OVERLAYS) + or_exit(overview, config, RESULTS, refuse, len(SEEDED))
 
 
 def watched(path):
@@ -138,7 +150,7 @@ def planned_solve(wildcards, input):
         # The mesh is yet to be made anew: for Snakemake as if there were none.
         raise FileNotFoundError(ENOENT, "no such band", input.measures)
     target, band = wildcards.target, int(wildcards.band)
-    asked = sweep.sweeps(config["radar"], config["aspect"], config["mesh"]["bands"])[band]
+    asked = sweep.sweeps(config["radar"], config["aspect"], config["mesh"]["bands"], config["scattering"])[band]
     return needs.need(bands[band], len(symmetry(target)), asked, needs.method(config, target))
 
 
@@ -156,6 +168,13 @@ def image_megabytes(copies):
     return STARTING + int(megabytes(planned(config), copies))
 
 
+def for_images(path):
+    """A path that images are made of; ends the run where the config's sweep makes none."""
+    if not images_are_made(config):
+        sys.exit(f"There are no images: config key {why_no_images(config)} Ask for `rcs` or `report` instead.")
+    return path
+
+
 def images_shown():
     """The stores of images that the page shows pictures of: all targets without noise, those with some at some SNRs."""
     if not images_are_made(config):
@@ -165,6 +184,21 @@ def images_shown():
         *expand(f"{RESULTS}/imaging/{{target}}/clean.zarr", target=TARGETS),
         *expand(f"{RESULTS}/imaging/{{target}}/{{snr}}.zarr", target=noisy_targets(config["targets"], RUNS), snr=noisy),
     ]
+
+
+def full_size_scores():
+    """The scores of the full-size run that the repository keeps; none until it does."""
+    paths = [in_repository(f"resources/results/{table}.csv.xz") for table in ("scores", "validation")]
+    return [path for path in paths if os.path.exists(path)]
+
+
+def predictions_shown():
+    """The predictions, image by image, that the page shows something of."""
+    shown = {(fitted, snr) for fitted in decoders() for snr in DECODED_SNRS}
+    if RUNS:
+        run, model = mistaken(RUNS)
+        shown.add((f"{run}/{model}", sweep.snr_label(mistaken_snr(config["noise"]["snr_db"]))))
+    return [f"{RESULTS}/learning/predictions/{fitted}/{snr}.csv" for fitted, snr in sorted(shown)]
 
 
 def imager_code():
@@ -190,9 +224,27 @@ def trained_targets(model):
 
 def training_stores(wildcards):
     labels = [experiments.label(snr) for snr in RUNS[wildcards.run]["snrs"]]
-    stores = [f"{target}/{label}.zarr" for target in trained_targets(wildcards.model) for label in labels]
-    stores += [f"{PURE_NOISE}/clean.zarr"] if MODELS[wildcards.model].get("other", False) else []
-    return [f"{RESULTS}/imaging/{store}" for store in stores]
+    # Of another seed are only those with noise.
+    roots = {label: RESULTS if label == experiments.CLEAN else wildcards.root for label in labels}
+    targets = trained_targets(wildcards.model)
+    stores = [f"{roots[label]}/imaging/{target}/{label}.zarr" for target in targets for label in labels]
+    learns_noise = MODELS[wildcards.model].get("other", False)
+    return stores + ([f"{wildcards.root}/imaging/{PURE_NOISE}/clean.zarr"] if learns_noise else [])
+
+
+def compared():
+    """The folders of the runs that stand beside each other, by name: this one, its other seeds, and other runs."""
+    roots = {config["name"]: RESULTS} | {os.path.basename(root): root for root in SEEDED if root != RESULTS}
+    return roots | or_exit(folders.of_others, COMPARED, len(roots))
+
+
+def judged_of(root):
+    """What a run's differences to another come from: its scores, predictions, and what its models are."""
+    if root not in SEEDED:
+        return folders.judged(root)
+    models = expand("{root}/learning/models/{fitted}", root=root, fitted=FITTED)
+    predictions = expand("{root}/learning/predictions/{fitted}/{snr}.csv", root=root, fitted=FITTED, snr=SNRS)
+    return [f"{root}/learning/scores.csv", *models, *predictions]
 
 
 def tested_targets(run):

@@ -6,7 +6,7 @@
 
 rule image:
     input:
-        field=f"{FIELDS}/scattering/{{target}}.zarr",
+        field=lambda w: for_images(f"{FIELDS}/scattering/{w.target}.zarr"),
         mesh=lambda w: f"{FIELDS}/mesh/{w.target}.json" if w.target in MESHED else [],
         code=code("imaging/job_image.py") + imager_code(),
     output:
@@ -32,21 +32,23 @@ rule image:
 # One thread: the last bits of a product depend on how many BLAS uses.
 rule noise:
     input:
-        field=f"{FIELDS}/scattering/{{target}}.zarr",
+        field=lambda w: for_images(f"{FIELDS}/scattering/{w.target}.zarr"),
         code=code("imaging/job_noise.py") + imager_code(),
     output:
-        directory(f"{RESULTS}/imaging/{{target}}/{{snr}}.zarr"),
+        directory("{root}/imaging/{target}/{snr}.zarr"),
     log:
-        f"{RESULTS}/logs/imaging/{{target}}/{{snr}}.log",
+        "{root}/logs/imaging/{target}/{snr}.log",
     benchmark:
-        f"{RESULTS}/benchmarks/imaging/{{target}}/{{snr}}.tsv"
+        "{root}/benchmarks/imaging/{target}/{snr}.tsv"
     conda:
         "../../envs/imaging.yaml"
     threads: 1
     resources:
         mem_mb=lambda w: image_megabytes(config["noise"]["realizations"]),
     params:
-        settings=section(config, "imaging", "noise.definition", "noise.per", "noise.realizations", "seed"),
+        settings=lambda w: section(
+            SEEDED[w.root], "imaging", "noise.definition", "noise.per", "noise.realizations", "seed"
+        ),
     message:
         "imaging {wildcards.target}: form the images at {wildcards.snr}"
     script:
@@ -57,18 +59,18 @@ rule pure_noise:
     input:
         code=code("imaging/job_pure_noise.py") + imager_code(),
     output:
-        directory(f"{RESULTS}/imaging/{PURE_NOISE}/clean.zarr"),
+        directory(f"{{root}}/imaging/{PURE_NOISE}/clean.zarr"),
     log:
-        f"{RESULTS}/logs/imaging/{PURE_NOISE}/clean.log",
+        f"{{root}}/logs/imaging/{PURE_NOISE}/clean.log",
     benchmark:
-        f"{RESULTS}/benchmarks/imaging/{PURE_NOISE}/clean.tsv"
+        f"{{root}}/benchmarks/imaging/{PURE_NOISE}/clean.tsv"
     conda:
         "../../envs/imaging.yaml"
     threads: 1
     resources:
         mem_mb=lambda w: image_megabytes(1),
     params:
-        settings=section(config, "aspect", "imaging", "radar", "seed"),
+        settings=lambda w: section(SEEDED[w.root], "aspect", "imaging", "radar", "seed"),
     message:
         "imaging: form images of noise alone"
     script:

@@ -12,51 +12,58 @@ rule train:
         code=code("learning/job_train.py"),
         model_code=lambda w: model_code(w.model),
     output:
-        model=directory(f"{RESULTS}/learning/models/{{run}}/{{model}}"),
+        model=directory("{root}/learning/models/{run}/{model}"),
     log:
-        f"{RESULTS}/logs/learning/train/{{run}}/{{model}}.log",
+        "{root}/logs/learning/train/{run}/{model}.log",
     benchmark:
-        f"{RESULTS}/benchmarks/learning/train/{{run}}/{{model}}.tsv"
+        "{root}/benchmarks/learning/train/{run}/{model}.tsv"
     conda:
         "../../envs/learning.yaml"
     threads: 1
     resources:
         mem_mb=lambda w: megabytes_of(w.run, w.model),
     params:
-        settings=lambda w: section(config, f"learning.models.{w.model}", "seed")
+        settings=lambda w: section(SEEDED[w.root], f"learning.models.{w.model}", "seed")
         | of_targets(trained_targets(w.model))
-        | {"run": section(RUNS[w.run], *experiments.LEARNED)},
+        | {"run": section(RUNS_OF[w.root][w.run], *experiments.LEARNED)},
     message:
         "train {wildcards.run}/{wildcards.model} (progress in {log})"
     script:
         "../scripts/learning/job_train.py"
 
 
-# All SNRs in one job: one takes less time than a job's start.
-rule predict:
-    input:
-        stores=lambda w: expand(f"{RESULTS}/imaging/{{target}}/{{snr}}.zarr", target=tested_targets(w.run), snr=SNRS),
-        model=rules.train.output.model,
-        code=code("learning/job_predict.py"),
-        model_code=rules.train.input.model_code,
-    output:
-        tables=expand(f"{RESULTS}/learning/predictions/{{{{run}}}}/{{{{model}}}}/{{snr}}.csv", snr=SNRS),
-    log:
-        f"{RESULTS}/logs/learning/predict/{{run}}/{{model}}.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/learning/predict/{{run}}/{{model}}.tsv"
-    conda:
-        "../../envs/learning.yaml"
-    threads: 1
-    resources:
-        mem_mb=lambda w: megabytes_of(w.run, w.model),
-    params:
-        settings=lambda w: of_targets(tested_targets(w.run))
-        | {"is_open": RUNS[w.run]["open"], "realizations": tested_realizations()},
-    message:
-        "predict {wildcards.run}/{wildcards.model} at every SNR"
-    script:
-        "../scripts/learning/job_predict.py"
+# One job for all SNRs: one takes less time than a job's start. Those that come into the config later are sets of their own
+# (`setup.together`), so that a model predicts them alone.
+for number, snrs in enumerate(SNR_SETS, 1):
+
+    rule:
+        name:
+            "predict" if number == 1 else f"predict_{number}"
+        input:
+            stores=lambda w, snrs=snrs: expand(
+                f"{w.root}/imaging/{{target}}/{{snr}}.zarr", target=tested_targets(w.run), snr=snrs
+            ),
+            model=rules.train.output.model,
+            code=code("learning/job_predict.py"),
+            model_code=rules.train.input.model_code,
+        output:
+            tables=expand("{{root}}/learning/predictions/{{run}}/{{model}}/{snr}.csv", snr=snrs),
+        log:
+            f"{{root}}/logs/learning/predict/{{run}}/{{model}}{f'-{number}' if number > 1 else ''}.log",
+        benchmark:
+            f"{{root}}/benchmarks/learning/predict/{{run}}/{{model}}{f'-{number}' if number > 1 else ''}.tsv"
+        conda:
+            "../../envs/learning.yaml"
+        threads: 1
+        resources:
+            mem_mb=lambda w: megabytes_of(w.run, w.model),
+        params:
+            settings=lambda w: of_targets(tested_targets(w.run))
+            | {"is_open": RUNS[w.run]["open"], "realizations": tested_realizations()},
+        message:
+            f"predict {{wildcards.run}}/{{wildcards.model}} at {experiments.labels_in_words(snrs)}"
+        script:
+            "../scripts/learning/job_predict.py"
 
 
 # For the page: some images, and what a model with a decoder makes of them.
@@ -65,7 +72,7 @@ rule reconstruct:
         stores=lambda w: expand(
             f"{RESULTS}/imaging/{{target}}/{{snr}}.zarr", target=[*KNOWN, *UNKNOWN], snr=["clean", *DECODED_SNRS]
         ),
-        model=rules.train.output.model,
+        model=f"{RESULTS}/learning/models/{{run}}/{{model}}",
         code=code("learning/job_reconstruct.py"),
         model_code=rules.train.input.model_code,
     output:
@@ -120,43 +127,75 @@ rule timing:
 
 rule scores:
     input:
-        predictions=expand(f"{RESULTS}/learning/predictions/{{fitted}}/{{snr}}.csv", fitted=FITTED, snr=SNRS),
+        predictions=expand("{{root}}/learning/predictions/{fitted}/{snr}.csv", fitted=FITTED, snr=SNRS),
         code=code("learning/job_scores.py"),
     output:
         scores=report(
-            f"{RESULTS}/learning/scores.csv",
+            "{root}/learning/scores.csv",
             caption="../report/scores.rst",
             category="Learning",
             labels={"table": "scores"},
         ),
         confusion=report(
-            f"{RESULTS}/learning/confusion.csv",
+            "{root}/learning/confusion.csv",
             caption="../report/confusion.rst",
             category="Learning",
             labels={"table": "confusion"},
         ),
         validation=report(
-            f"{RESULTS}/learning/validation.csv",
+            "{root}/learning/validation.csv",
             caption="../report/validation.rst",
             category="Learning",
             labels={"table": "validation"},
         ),
     log:
-        f"{RESULTS}/logs/learning/scores.log",
+        "{root}/logs/learning/scores.log",
     benchmark:
-        f"{RESULTS}/benchmarks/learning/scores.tsv"
+        "{root}/benchmarks/learning/scores.tsv"
     conda:
         "../../envs/learning.yaml"
     threads: 1
     resources:
         mem_mb=1000,
     params:
-        settings=section(config, "noise.definition", "seed")
-        | {"runs": {run: section(RUNS[run], *experiments.LEARNED, "open", "lacks_unknown") for run in RUNS}},
+        settings=lambda w: section(SEEDED[w.root], "noise.definition", "seed")
+        | {
+            "runs": {
+                name: section(run, *experiments.LEARNED, "open", "lacks_unknown")
+                for name, run in RUNS_OF[w.root].items()
+            }
+        },
     message:
         "scores of all predictions (progress in {log})"
     script:
         "../scripts/learning/job_scores.py"
+
+
+# With several seeds: how far what they reach differs.
+rule seeds:
+    input:
+        scores=expand("{root}/learning/scores.csv", root=SEEDED),
+        code=code("learning/job_seeds.py"),
+    output:
+        report(
+            f"{RESULTS}/learning/seeds.csv",
+            caption="../report/seeds.rst",
+            category="Learning",
+            labels={"table": "scores over seeds"},
+        ),
+    log:
+        f"{RESULTS}/logs/learning/seeds.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/learning/seeds.tsv"
+    conda:
+        "../../envs/learning.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+    message:
+        f"seeds: scores over {len(SEEDED)} seeds"
+    script:
+        "../scripts/learning/job_seeds.py"
 
 
 # Images as plain arrays, for programs that know nothing of this one.

@@ -35,10 +35,38 @@ rule mesh:
             "mesh": section(config["mesh"], "bands", "edges_per_wavelength"),
             "target": section(
                 config["targets"][w.target],
-                *{"length", "rotate", "symmetry", "unit"}.intersection(config["targets"][w.target]),
+                *{"length", "rotate", "scale", "symmetry", "translate", "unit"}.intersection(
+                    config["targets"][w.target]
+                ),
             ),
         },
     message:
         "mesh {wildcards.target}: clean and remesh {params.cad}"
     script:
         "../scripts/mesh/job_mesh.py"
+
+
+# On demand: what the CAD files are and what would become of them, without making it.
+rule check:
+    input:
+        cad=[watched(config["targets"][target]["mesh"]) for target in MESHED],
+        code=code("setup/job_check.py"),
+        solver_code=solver_code(),
+    output:
+        f"{RESULTS}/check.txt",
+    log:
+        f"{RESULTS}/logs/check.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/check.tsv"
+    conda:
+        "../../envs/mesh.yaml"
+    threads: 1
+    resources:
+        mem_mb=4000,
+    params:
+        settings=section(config, "aspect", "mesh", "radar", "scattering", "targets"),
+        targets=sorted(MESHED),
+    message:
+        "check: look at the CAD files of {params.targets} ({output})"
+    script:
+        "../scripts/setup/job_check.py"

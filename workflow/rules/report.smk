@@ -2,6 +2,10 @@
 # takes: what it shows of every stage            makes: report/index.html, report/figures/*.svg, report/tables/*.csv
 # Besides, on demand, the same beside every figure and table of the reference thesis.
 # makes: report/thesis/README.md, report/thesis/*.png
+# And the run beside its other seeds and other runs.
+# takes: learning/ of each                       makes: report/compare.html, report/compare.csv
+# And the radar cross-section of every target as numbers and a page.
+# makes: rcs/<target>.csv, rcs/index.html, rcs/figures/*.svg, rcs/tables/*.csv
 
 
 rule report:
@@ -9,18 +13,18 @@ rule report:
         mesh_measures=expand(f"{FIELDS}/mesh/{{target}}.json", target=MESHED),
         meshes=expand(f"{FIELDS}/mesh/{{target}}-{{part}}.ply", target=MESHED, part=["source", *BANDS]),
         scattering=expand(f"{FIELDS}/scattering/{{target}}.zarr", target=TARGETS),
+        sphere=f"{FIELDS}/scattering/check/sphere.json" if MESHED else [],
         images=images_shown(),
         scores=[f"{RESULTS}/learning/{table}.csv" for table in ("scores", "confusion", "validation") if FITTED],
         times=f"{RESULTS}/learning/times.json" if FITTED else [],
         curves=[f"{RESULTS}/learning/models/{fitted}" for fitted in FITTED],
         reconstructions=[f"{RESULTS}/learning/reconstructions/{fitted}.zarr" for fitted in decoders()],
-        predictions=expand(
-            f"{RESULTS}/learning/predictions/{{fitted}}/{{snr}}.csv", fitted=decoders(), snr=DECODED_SNRS
-        ),
+        predictions=predictions_shown(),
         published=[
             in_repository(f"resources/reference/thesis_{table}.csv")
             for table in ("results", "prediction_times", "confusion", "galleries")
         ],
+        full_size=full_size_scores(),
         code=code("report/job_report.py") + page_files() + imager_code() + solver_code(),
     output:
         # Not in Snakemake's own report: browsers do not open so large a page from within another.
@@ -96,3 +100,63 @@ rule thesis_page:
         "thesis_page: write {output.page}/README.md (progress in {log})"
     script:
         "../scripts/report/job_thesis.py"
+
+
+# Of other runs it takes what is there: they have configs of their own.
+rule compare:
+    input:
+        tables=lambda w: [table for root in compared().values() for table in judged_of(root)],
+        over_seeds=rules.seeds.output if len(SEEDED) > 1 else [],
+        validation=f"{RESULTS}/learning/validation.csv",
+        code=code("report/job_compare.py") + [in_repository("workflow/scripts/report/templates/side_by_side.html")],
+    output:
+        page=f"{RESULTS}/report/compare.html",
+        table=f"{RESULTS}/report/compare.csv",
+    log:
+        f"{RESULTS}/logs/compare.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/compare.tsv"
+    conda:
+        "../../envs/report.yaml"
+    threads: 1
+    resources:
+        mem_mb=2000,
+    params:
+        settings=lambda w: section(config, "noise.definition", "seed") | {"roots": compared()},
+    message:
+        "compare: write {output.page} (progress in {log})"
+    script:
+        "../scripts/report/job_compare.py"
+
+
+rule rcs:
+    input:
+        mesh_measures=rules.report.input.mesh_measures,
+        meshes=rules.report.input.meshes,
+        scattering=rules.report.input.scattering,
+        references=[
+            path for target in TARGETS for path in field_files.paths(config["targets"][target].get("reference", []))
+        ],
+        code=code("report/job_rcs.py"),
+        page_files=page_files(),
+        solver_code=solver_code(),
+    output:
+        page=f"{RESULTS}/rcs/index.html",
+        samples=expand(f"{RESULTS}/rcs/{{target}}.csv", target=TARGETS),
+        figures=directory(f"{RESULTS}/rcs/figures"),
+        tables=directory(f"{RESULTS}/rcs/tables"),
+    log:
+        f"{RESULTS}/logs/rcs.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/rcs.tsv"
+    conda:
+        "../../envs/report.yaml"
+    threads: 1
+    resources:
+        mem_mb=2000,
+    params:
+        settings=section(config, *config),
+    message:
+        "rcs: write {output.page} (progress in {log})"
+    script:
+        "../scripts/report/job_rcs.py"

@@ -1,5 +1,7 @@
 # scattering: a target's meshes become its backscatter over frequency and angle, one job for each frequency band.
 # takes: mesh/<target>-<band>.ply        makes: scattering/bands/<target>-<band>.zarr, scattering/<target>.zarr
+# Beside them a sphere, solved with the same settings and compared with the Mie series for the report.
+# makes: scattering/check/sphere.json
 # A target that is given by its field has no mesh and no bands.
 # takes: targets.<target>.field          makes: scattering/<target>.zarr
 
@@ -87,3 +89,28 @@ rule field:
         "scattering {wildcards.target}: take the field from elsewhere"
     script:
         "../scripts/scattering/job_field.py"
+
+
+rule sphere:
+    input:
+        code=code("scattering/job_sphere.py"),
+        solver_code=solver_code(),
+    output:
+        f"{FIELDS}/scattering/check/sphere.json",
+    log:
+        f"{FIELDS}/logs/scattering/check/sphere.log",
+    benchmark:
+        f"{FIELDS}/benchmarks/scattering/check/sphere.tsv"
+    # A second's work: not worth a place in a cluster's queue.
+    localrule: True
+    conda:
+        "../../envs/scattering.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+    params:
+        settings=section(config, "mesh.edges_per_wavelength", "scattering"),
+    message:
+        "scattering: solve a sphere and compare it with the Mie series"
+    script:
+        "../scripts/scattering/job_sphere.py"

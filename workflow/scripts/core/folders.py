@@ -2,6 +2,10 @@
 
 from pathlib import Path
 
+from core.errors import InputError
+
+SCORES = "learning/scores.csv"
+
 
 def of_fields(results, config):
     """The folder with the meshes and fields of a run.
@@ -9,3 +13,31 @@ def of_fields(results, config):
     results: the run's own folder, where they are unless the config takes them `from` another run.
     """
     return Path(results).parent / config["from"] if "from" in config else Path(results)
+
+
+def of_others(names, there):
+    """The results folders of other runs, by name. there: how many runs there are besides.
+
+    Raises InputError where one has no scores, and where there would be nothing to compare.
+    """
+    key = "config key 'compare'"
+    if there + len(names) < 2:
+        raise InputError(
+            f"{key}: there is nothing to compare this run with. Name other runs of this folder (--config "
+            "compare='[quick]'), or give 'seed' several values."
+        )
+    roots = {name: f"results/{name}" for name in names}
+    for root in (root for root in roots.values() if not Path(root, SCORES).is_file()):
+        have = sorted(path.parents[1].name for path in Path("results").glob(f"*/{SCORES}"))
+        raise InputError(
+            f"{key}: there is no {root}/{SCORES}; make that run first, with its own config. "
+            f"There are: {', '.join(have) or 'none'}."
+        )
+    return roots
+
+
+def judged(root):
+    """The files of a run that is there that its scores come from: predictions, and what its models are."""
+    learning = Path(root, "learning")
+    files = [*learning.glob("predictions/*/*/*.csv"), *learning.glob("models/*/*/config.json")]
+    return [str(Path(root, SCORES)), *sorted(map(str, files))]

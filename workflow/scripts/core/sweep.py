@@ -10,7 +10,9 @@ C0 = 299_792_458.0  # speed of light in vacuum, m/s (exact)
 
 
 def frequencies(radar):
-    """Stepped frequencies in Hz, ascending, shape (frequencies,), both band edges included."""
+    """Frequencies in Hz, ascending, shape (frequencies,): those of a list, or stepped with both band edges included."""
+    if isinstance(radar["frequencies"], list):
+        return np.array(sorted(radar["frequencies"]), float)
     center, half = radar["center_frequency"], radar["bandwidth"] / 2
     return np.linspace(center - half, center + half, radar["frequencies"])
 
@@ -25,23 +27,60 @@ def stepped(start, stop, step):
     return start + step * np.arange(int(np.floor((stop - start) / step + 1e-9)) + 1)
 
 
+def angles(written):
+    """Angles in degrees, ascending: of a list, `count` evenly over 360 from 0, or start to stop, both included."""
+    if isinstance(written, list):
+        return np.array(sorted(written), float)
+    if "count" in written:
+        return np.arange(written["count"]) * (360.0 / written["count"])
+    return stepped(**written)
+
+
 def elevations(aspect):
-    """Elevations above the horizon in degrees, ascending."""
-    return stepped(**aspect["elevation"])
+    """Elevations above the horizon in degrees, ascending, of a grid of directions."""
+    return angles(aspect["elevation"])
 
 
 def azimuths(aspect):
-    """Azimuths in degrees: `count` evenly over 360 from 0, or start to stop, both included."""
-    azimuth = aspect["azimuth"]
-    if "count" in azimuth:
-        return np.arange(azimuth["count"]) * (360.0 / azimuth["count"])
-    return stepped(**azimuth)
+    """Azimuths in degrees, ascending, of a grid of directions."""
+    return angles(aspect["azimuth"])
+
+
+def is_grid(aspect):
+    """True for elevations times azimuths, False for directions one by one, as a list or on a great circle."""
+    return "elevation" in aspect or "azimuth" in aspect
+
+
+def directions(aspect):
+    """Elevation and azimuth in degrees, (D,) each, of directions one by one, in the order that they are written in."""
+    if "directions" in aspect:
+        return tuple(np.array(aspect["directions"], float).T)
+    circle = aspect["great_circle"]
+    start, through = (unit_vectors(*np.array(circle[key], float))[0] for key in ("from", "through"))
+    ahead = through - (through @ start) * start
+    turn = np.radians(angles(circle["angle"]))[:, None]
+    points = np.cos(turn) * start + np.sin(turn) * ahead / np.linalg.norm(ahead)
+    # Rounded, so that a circle along a meridian or the horizon has their very angles.
+    elevation = np.round(np.degrees(np.arcsin(np.clip(points[:, 2], -1, 1))), 6)
+    azimuth = np.round(np.degrees(np.arctan2(points[:, 1], points[:, 0])), 6)
+    return elevation + 0.0, np.where(np.abs(elevation) == 90, 0.0, azimuth + 0.0)
+
+
+def unit_vectors(elevation, azimuth):
+    """Unit vectors u towards the radar, V and H, (..., 3) each, of angles in degrees of the same shape."""
+    el, az = np.deg2rad(elevation), np.deg2rad(azimuth)
+    zero = np.zeros(np.broadcast_shapes(el.shape, az.shape))
+    u = np.stack([np.cos(el) * np.cos(az), np.cos(el) * np.sin(az), np.sin(el) + zero], -1)
+    v = np.stack([-np.sin(el) * np.cos(az), -np.sin(el) * np.sin(az), np.cos(el) + zero], -1)
+    h = np.stack([-np.sin(az) + zero, np.cos(az) + zero, zero], -1)
+    return u, v, h
 
 
 @dataclass(frozen=True)
 class Sweep:
-    """Where a field is wanted. frequency: (F,) Hz; elevation: (E,) and azimuth: (A,) degrees
+    """Where a field is wanted. frequency: (F,) Hz; elevation and azimuth of the radar, degrees
 
+    Of a grid elevation is (E,) and azimuth (A,); of directions one by one, which are `paired`, both are (D,).
     polarizations: receive and transmit, V (elevation) or H (azimuth), e.g. ['VV', 'HV']
     """
 
@@ -49,12 +88,29 @@ class Sweep:
     elevation: np.ndarray
     azimuth: np.ndarray
     polarizations: list
+    paired: bool = False
+    receivers: tuple = ()  # bistatic: elevation and azimuth of each, (R,)
+
+    @property
+    def each(self):
+        """Elevation and azimuth of every direction, (D,) each; of a grid, azimuths of the first elevation first."""
+        if self.paired:
+            return self.elevation, self.azimuth
+        return tuple(x.ravel() for x in np.meshgrid(self.elevation, self.azimuth, indexing="ij"))
+
+    @property
+    def shape(self):
+        """That of the directions, (E, A) or (D,)."""
+        return (len(self.elevation),) if self.paired else (len(self.elevation), len(self.azimuth))
 
 
-def sweeps(radar, aspect, count):
-    """The Sweep of each of `count` bands, lowest first."""
-    rest = elevations(aspect), azimuths(aspect), radar["polarizations"]
-    return [Sweep(band, *rest) for band in bands(radar, count)]
+def sweeps(radar, aspect, count, scattering=None):
+    """The Sweep of each of `count` bands, lowest first, bistatic if the config's `scattering` says so."""
+    bistatic = (scattering or {}).get("bistatic")
+    receivers = tuple(np.array(bistatic["receivers"], float).T) if bistatic else ()
+    grid = is_grid(aspect)
+    where = (elevations(aspect), azimuths(aspect)) if grid else directions(aspect)
+    return [Sweep(band, *where, radar["polarizations"], not grid, receivers) for band in bands(radar, count)]
 
 
 def closes_circle(azimuth):
@@ -63,8 +119,24 @@ def closes_circle(azimuth):
 
 
 def images_are_made(config):
-    """False for a sweep that cannot make an image (one frequency): then scattering is an RCS solver."""
-    return config["radar"]["frequencies"] > 1
+    """False for a sweep that cannot make an image: then scattering is an RCS solver."""
+    return why_no_images(config) is None
+
+
+def why_no_images(config):
+    """Why a config's sweep makes no images, one sentence; None if it does."""
+    frequency, aspect = config["radar"]["frequencies"], config["aspect"]
+    if isinstance(frequency, list):
+        return "'radar.frequencies' is a list, and an image takes evenly spaced frequencies, written as their number."
+    if frequency == 1:
+        return "'radar.frequencies' is 1, and an image takes several, for its range."
+    if not is_grid(aspect):
+        return "'aspect' names directions one by one, and an image takes azimuths that follow each other."
+    if isinstance(aspect["azimuth"], list):
+        return "'aspect.azimuth' is a list, and an image takes evenly spaced azimuths, {count} or {start, stop, step}."
+    if "bistatic" in config.get("scattering", ()):
+        return "'scattering.bistatic' has receivers apart from the radar, and images are of backscatter."
+    return None
 
 
 def snr_label(snr_db):

@@ -109,6 +109,11 @@ def snrs_in_words(snrs):
     return ", ".join(words)
 
 
+def labels_in_words(labels):
+    """The same of the names of SNRs, as `label` gives them."""
+    return snrs_in_words([CLEAN if name == CLEAN else snr_of_label(name) for name in labels])
+
+
 def megabytes(images, pixels, covariances, pairs):
     """Memory of a job of a model, in MB: 1000 for the libraries, and its images of so many pixels each.
 

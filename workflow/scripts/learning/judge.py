@@ -38,7 +38,7 @@ class Decision:
 
     @cached_property
     def labels(self):
-        return _ordered({*self.test["truth"], *self.predicted})
+        return ordered({*self.test["truth"], *self.predicted})
 
     @cached_property
     def judged(self):
@@ -178,7 +178,7 @@ def _hat(values, grid, number):
 
 def _weighted(decisions, weights, seed):
     """(metric, value, low, high, images) of metrics SHORT, from Decisions whose images count by their weights."""
-    labels, blocks = _ordered({label for one in decisions for label in one.labels}), decisions[0].blocks
+    labels, blocks = ordered({label for one in decisions for label in one.labels}), decisions[0].blocks
     judged = [label for label in labels if any(label in one.judged for one in decisions)]
     counts = sum(one.counts(labels, blocks, of) for one, of in zip(decisions, weights, strict=True) if of.any())
     values = metrics.metrics_of(counts.sum(axis=0), labels, judged)
@@ -207,7 +207,7 @@ def gain(decision, reference, seed):
     return value, *metrics.interval(value, drawn, equal, share=False), int(f1[0][2])
 
 
-def _ordered(labels):
+def ordered(labels):
     """Labels as an array in one order, OTHER last."""
     return np.array(sorted(labels, key=lambda label: (label == OTHER, label)))
 

@@ -41,9 +41,9 @@ def score(predictions, runs, definition, seed, scores, confusions, validation):
     n is the number of images that a value rests on.
     """
     rows, cells, reached, opened = [], [], [], {}
-    cases = _cases(predictions, runs)
+    cases = tables_of_cases(predictions, runs)
     for head, (run, tables) in tqdm(cases.items(), unit="model", desc="scores", leave=False):
-        every = {snr: pd.concat(map(_read, paths), ignore_index=True) for snr, paths in sorted(tables.items())}
+        every = {snr: pd.concat(map(read_table, paths), ignore_index=True) for snr, paths in sorted(tables.items())}
         for subset, parts in _subsets(every, run["elevation"]):
             decided = {snr: judge.decide(part, run["open"]) for snr, part in parts.items()}
             for snr, decisions in decided.items():
@@ -67,7 +67,7 @@ def score(predictions, runs, definition, seed, scores, confusions, validation):
         )
 
 
-def _cases(predictions, runs):
+def tables_of_cases(predictions, runs):
     """What stands in the columns HEAD to one of its runs and, by SNR in dB, its tables' paths in the order of folds."""
     cases = {}
     for path in sorted(map(Path, predictions), key=lambda path: (path.parts[-3], path.parts[-2])):
@@ -79,7 +79,8 @@ def _cases(predictions, runs):
     return cases
 
 
-def _read(path):
+def read_table(path):
+    """A prediction table."""
     return pd.read_csv(path, keep_default_na=False, na_values={"snr_mean": "", "snr_peak_3db": ""})  # a target: NA
 
 

@@ -154,7 +154,7 @@ def _least(azimuths, division):
 
 
 def _circle(azimuths, planes):
-    return 360.0 if closes_circle(azimuths) and not planes else None
+    return 360.0 if closes_circle(azimuths) and not {"xz", "yz"} & set(planes) else None
 
 
 def _rounded(aspects):

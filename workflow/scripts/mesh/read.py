@@ -88,14 +88,17 @@ def states_unit(path):
 
 
 def in_metres(vertices, target):
-    """Vertices scaled by the target's `unit` and turned by its `rotate` (degrees about x, then y, then z)."""
-    vertices = vertices * UNITS[target.get("unit", "m")]
+    """Vertices scaled by the target's `unit` and `scale`, turned by its `rotate` and moved by its `translate`.
+
+    rotate: degrees about x, then y, then z; translate: m.
+    """
+    vertices = vertices * UNITS[target.get("unit", "m")] * target.get("scale", 1.0)
     for axis, angle in enumerate(np.radians(target.get("rotate", [0, 0, 0]))):
         j, k = (axis + 1) % 3, (axis + 2) % 3
         turn = np.eye(3)
         turn[[j, j, k, k], [j, k, j, k]] = np.cos(angle), -np.sin(angle), np.sin(angle), np.cos(angle)
         vertices = vertices @ turn.T
-    return vertices
+    return vertices + np.array(target.get("translate", [0, 0, 0]), float)
 
 
 def check_size(vertices, target, wavelength, name):

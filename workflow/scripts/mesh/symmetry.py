@@ -1,6 +1,6 @@
 """Mirror planes: cut a target there, and put the parts together so that they agree to the last bit.
 
-A plane is given by the coordinate that it sets to zero: 0 for yz (x = 0), 1 for xz (y = 0).
+A plane is given by the coordinate that it sets to zero: 0 for yz (x = 0), 1 for xz (y = 0), 2 for xy (z = 0).
 """
 
 import itertools
@@ -10,7 +10,7 @@ import numpy as np
 from mesh import topology
 from mesh.distance import distances, samples
 
-AXES = {"yz": 0, "xz": 1}  # mirror plane -> the coordinate that changes sign
+AXES = {"yz": 0, "xz": 1, "xy": 2}  # mirror plane -> the coordinate that changes sign
 
 
 def axes(planes):

@@ -1,7 +1,6 @@
 // The plot of weighted F1 whose experiments can be switched on and off (see section_headline.py).
-(() => {
-  const { form, data: { curves: data, rejecting, axis } } = shared.start("compare");
-  const plot = shared.byId("compare-plot"), legend = shared.byId("compare-legend");
+page.live.compare = ({ curves: data, rejecting, axis }) => {
+  const form = page.byId("compare-form"), plot = page.byId("compare-plot"), legend = page.byId("compare-legend");
   const HEIGHT = 420, LEFT = 52, RIGHT = 12, TOP = 12, BOTTOM = 46;
 
   const unique = (values) => [...new Set(values)];
@@ -26,6 +25,12 @@
     return made;
   }
 
+  // Markers of radius 1 about 0: curves of one colour have one each.
+  const MARKERS = [
+    "M-1 0A1 1 0 1 1 1 0A1 1 0 1 1-1 0Z", "M-.9-.9H.9V.9H-.9Z", "M0-1.2 1.1.8H-1.1Z", "M0-1.3 1.1 0 0 1.3-1.1 0Z",
+    "M0 1.2 1.1-.8H-1.1Z", "M-.35-1.2H.35V-.35H1.2V.35H.35V1.2H-.35V.35H-1.2V-.35H-.35Z",
+  ];
+
   function visible() {
     const [set] = checked("set"), experiments = checked("experiment"), models = checked("model");
     const switched = (curve) => experiments.includes(curve.experiment) && models.includes(curve.model);
@@ -45,11 +50,11 @@
     const svg = add(null, "svg", { viewBox: `0 0 ${width} ${HEIGHT}`, width, height: HEIGHT, "aria-hidden": "true" });
     const line = (x1, x2, y1, y2, style) => add(svg, "line", { x1, x2, y1, y2, class: style });
     const label = (x, y, anchor, text, rest) => add(svg, "text", { x, y, "text-anchor": anchor, ...rest }, text);
-    for (const tick of shared.ticks(first, last, width / 90)) {
+    for (const tick of ticks(first, last, width / 90)) {
       line(x(tick), x(tick), TOP, bottom, "grid");
-      label(x(tick), bottom + 18, "middle", shared.written(tick));
+      label(x(tick), bottom + 18, "middle", written(tick));
     }
-    for (const tick of shared.ticks(low, 1, 6)) {
+    for (const tick of ticks(low, 1, 6)) {
       line(LEFT, right, y(tick), y(tick), "grid");
       label(LEFT - 8, y(tick) + 5, "end", tick.toFixed(1));
     }
@@ -61,23 +66,26 @@
       label(right, y(value) - 5, "end", `everything rejected: ${value.toFixed(3)}`);
     }
     legend.replaceChildren();
+    const alike = {};
     for (const curve of curves) {
+      const marker = MARKERS[(alike[curve.model] = (alike[curve.model] ?? -1) + 1) % MARKERS.length], color = page.ink(curve.color);
       const group = add(svg, "g", { class: "curve", "data-words": curve.words });
       const path = (column) => curve.points.map((p) => `${x(p[0]).toFixed(1)},${y(p[column]).toFixed(1)}`);
       if (curve.points.every((p) => p[2] !== null)) { // one fold has no interval
         const band = [...path(3), ...path(2).reverse()].join(" ");
-        add(group, "polygon", { points: band, fill: curve.color, class: "band" });
+        add(group, "polygon", { points: band, fill: color, class: "band" });
       }
       const dashes = curve.dashed ? { "stroke-dasharray": "6 4" } : {};
-      add(group, "polyline", { points: path(1).join(" "), stroke: curve.color, fill: "none", ...dashes });
+      add(group, "polyline", { points: path(1).join(" "), stroke: color, fill: "none", ...dashes });
       for (const [snr, value, least, most] of curve.points) {
-        const dot = add(group, "circle", { cx: x(snr), cy: y(value), r: 3.5, fill: curve.color });
+        const dot = add(group, "path", { d: marker, transform: `translate(${x(snr)} ${y(value)}) scale(4)`, fill: color });
         const interval = least === null ? "" : ` [${least.toFixed(3)}, ${most.toFixed(3)}]`;
         add(dot, "title", {}, `${curve.words}: ${value.toFixed(3)}${interval} at ${snr} dB`);
       }
-      const item = document.createElement("li"), swatch = document.createElement("span"), pair = [item, group];
-      swatch.className = curve.dashed ? "swatch dashed" : "swatch";
-      swatch.style.color = curve.color;
+      const item = document.createElement("li"), pair = [item, group];
+      const swatch = add(null, "svg", { viewBox: "-16 -6 32 12", width: 32, height: 12, "aria-hidden": "true" });
+      add(swatch, "path", { d: "M-16 0H16", stroke: color, "stroke-width": 2, ...dashes });
+      add(swatch, "path", { d: marker, transform: "scale(4)", fill: color });
       item.append(swatch, curve.words);
       const strong = (event) => pair.forEach((part) => part.classList.toggle("strong", event.type === "pointerenter"));
       for (const part of pair) for (const type of ["pointerenter", "pointerleave"]) part.addEventListener(type, strong);
@@ -104,6 +112,6 @@
     for (const input of inputs(all)) input.checked = on;
     draw();
   });
-  addEventListener("resize", draw);
   draw();
-})();
+  return draw;
+};

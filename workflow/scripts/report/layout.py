@@ -1,5 +1,6 @@
 """What a page is made of - figures, tables, sections - and how all looks: fonts, colours, SVG, numbers as text."""
 
+import base64
 import io
 import re
 from dataclasses import dataclass
@@ -10,6 +11,7 @@ import matplotlib
 import matplotlib.ticker
 import pandas as pd
 from matplotlib.figure import Figure as Canvas
+from PIL import Image
 
 # Okabe and Ito's palette without its yellow: told apart by colour-blind readers, and dark enough on white. The last
 # five are for what these are too few: as dark, but less far apart.
@@ -17,6 +19,9 @@ PALETTE = ("#0072B2", "#D55E00", "#009E73", "#B0578D", "#C98500", "#3A93C9", "#2
 PALETTE += ("#A6193C", "#00707A", "#7A6A00", "#5B4BB5", "#767676")
 BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK, CRIMSON, TEAL, OLIVE, INDIGO, GREY = PALETTE
 
+# What stands on a coloured cell. The page turns pure black and white over for its dark look; these it leaves.
+ON_LIGHT, ON_DARK = "#010101", "#fefefe"
+RASTER_COLORS = 96  # of pictures within an SVG: meshes and images have few, and are a fifth as large with a palette
 # What of an SVG file may stand in a URI between quotes as it is. As base64 the page would be a quarter larger.
 UNQUOTED = " /:;=,+()'!*@$?[]{}|^`~"
 PNG_DPI = 120
@@ -63,6 +68,12 @@ class Figure:
     @property
     def uri(self):
         return "data:image/svg+xml," + quote(self.svg, safe=UNQUOTED)
+
+    @property
+    def room(self):
+        """An empty picture of the figure's size, as a URI: it stands on the page until the figure is seen."""
+        width, height = self.size
+        return f"data:image/svg+xml,%3Csvg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 {width} {height}'/%3E"
 
 
 @dataclass(frozen=True)
@@ -127,7 +138,17 @@ def to_svg(drawing):
     buffer = io.BytesIO()
     drawing.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
     # A hundredth of a point is less than anyone sees, and the file a good part smaller.
-    return re.sub(rb' d="[^"]*"', lambda path: re.sub(rb"(\.\d\d)\d+", rb"\1", path[0]), buffer.getvalue())
+    svg = re.sub(rb' d="[^"]*"', lambda path: re.sub(rb"(\.\d\d)\d+", rb"\1", path[0]), buffer.getvalue())
+    return re.sub(rb"data:image/png;base64,\s*([A-Za-z0-9+/=\s]+)", _with_palette, svg)
+
+
+def _with_palette(uri):
+    """A picture within an SVG with a palette, where that is smaller. uri: the match, its group the PNG as base64."""
+    png, buffer = base64.b64decode(uri[1]), io.BytesIO()
+    picture = Image.open(io.BytesIO(png)).convert("RGBA")
+    few = picture.quantize(RASTER_COLORS, method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
+    few.save(buffer, "PNG", optimize=True)
+    return b"data:image/png;base64," + base64.b64encode(min(buffer.getvalue(), png, key=len))
 
 
 def to_png(drawing):

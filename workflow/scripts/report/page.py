@@ -1,12 +1,15 @@
 """Put the page together: one self-contained HTML file, and its figures (SVG) and tables (CSV) beside it."""
 
+from dataclasses import dataclass
 from pathlib import Path
 
 import jinja2
 from markupsafe import Markup
 
 from report import (
+    section_alike,
     section_capsule,
+    section_confusion,
     section_explore,
     section_headline,
     section_images,
@@ -16,13 +19,29 @@ from report import (
     section_run,
     section_scattering,
     section_split,
+    section_summary,
     section_times,
     section_tried,
 )
+from report.embed import packed, packed_json
+from report.glossary import GLOSSARY
 from report.layout import style
 from report.results import Results
 
 HERE = Path(__file__).parent
+MANY = 2  # sections of a part, above which each folds by itself
+LEAD = 150  # letters of a caption that are shown at least
+SCRIPTS = ("page.js", "imaging.js", "explore.js", "compare.js", "matrices.js")
+
+
+@dataclass(frozen=True)
+class Part:
+    """One of the page's foldable parts: live: names of its live pieces (template and script); sections: below them."""
+
+    id: str
+    title: str
+    live: tuple = ()
+    sections: tuple = ()
 
 
 def write_report(folder, settings, stated, page, figures, tables):
@@ -34,42 +53,68 @@ def write_report(folder, settings, stated, page, figures, tables):
     """
     results = Results(folder, settings, stated)
     with style():
-        parts = _parts(results)
-    html = _environment().get_template("template.html").render(name=settings["name"], **parts)
-    drawn = [*parts["thumbnails"].values(), *([parts["headline"]] if parts["headline"] else [])]
-    drawn += [figure for section in parts["sections"] for figure in section.figures]
-    listed = [table for section in parts["sections"] for table in section.tables]
-    print(f"writing {len(parts['sections'])} sections, {len(drawn)} figures and {len(listed)} tables")
-    _write_files(drawn, listed, Path(figures), Path(tables))
+        shown = _shown(results)
+    write_page(f"Radar target recognition: {settings['name']}", settings["name"], shown, page, figures, tables)
+
+
+def write_page(title, name, shown, page, figures, tables):
+    """Write a page with a title, a run's name, and what the template shows, by name; the rest as in `write_report`."""
+    bare = {"summary": (), "checks": (), "headline": None, "full_size": (), "live": {}, "comparison": None}
+    shown = bare | shown | {"glossary": GLOSSARY}
+    sections = [section for part in shown["parts"] for section in part.sections]
+    drawn = [*shown["thumbnails"].values(), *([shown["headline"]] if shown["headline"] else [])]
+    drawn += [figure for section in sections for figure in section.figures]
+    listed = [*shown["full_size"], *(table for section in sections for table in section.tables)]
+    print(f"writing {len(sections)} sections, {len(drawn)} figures and {len(listed)} tables")
+    files = _files(drawn, listed)
+    _write_files(files, Path(figures), Path(tables))
+    data = {path: packed(content) for path, content in files.items()}
+    data |= {f"{key}.json": packed_json(live) for key, live in shown.pop("live").items()}
+    html = _environment().get_template("template.html").render(title=title, name=name, data=data, **shown)
     # Last: whoever finds the page finds its files too.
     Path(page).parent.mkdir(parents=True, exist_ok=True)
     Path(page).write_text(html)
 
 
-def _parts(results):
+def _shown(results):
     """All that the template shows, by the names that it has there."""
     print("drawing meshes and scattering")
     thumbnails = {name: section_run.thumbnail(name, surface) for name, surface in results.surfaces.items()}
-    sections = [section_mesh.section(results), section_scattering.section(results)]
+    warnings = section_run.warned(results)
+    live, imaged, learned = {}, (), []
+    fields = section_mesh.section(results), section_scattering.section(results)
     if results.images_are_made:
         print("drawing images")
-        sections.append(section_images.section(results))
+        imaged = (section_images.section(results),)
+        live["explore"] = section_explore.explorer(results)
     if results.learns:
         print("drawing what was learned")
-        sections.append(section_learning.section(results))
+        live["compare"], live["matrices"] = section_headline.comparison(results), section_confusion.matrices(results)
+        learned.append(section_learning.section(results))
         if results.opened:
             opened = section_open.section(results), *section_capsule.section(results), section_tried.section(results)
-            sections += opened
-        sections += [*section_split.section(results), section_times.section(results)]
+            learned += opened
+        learned += [*section_alike.section(results), *section_split.section(results)]
+    made = (*((section_times.section(results),) if results.learns else ()), section_run.section(results))
+    parts = (
+        Part("look", "Look around", ("explore",) if results.images_are_made else ()),
+        Part("fields", "Meshes and fields", sections=fields),
+        Part("imaging", "ISAR images", sections=imaged),
+        Part("recognition", "Recognition", ("compare", "matrices") if results.learns else (), tuple(learned)),
+        Part("run", "The run", sections=made),
+    )
     return {
+        "summary": section_summary.sentences(results),
+        "checks": section_summary.checks(results, warnings),
         "facts": section_run.facts(results),
-        "warnings": section_run.warned(results),
+        "warnings": warnings,
         "thumbnails": thumbnails,
         "targets": section_run.cards(results, thumbnails),
         "headline": section_headline.headline(results) if results.learns else None,
-        "comparison": section_headline.comparison(results) if results.learns else None,
-        "explorer": section_explore.explorer(results) if results.images_are_made else None,
-        "sections": [*sections, section_run.section(results)],
+        "full_size": section_summary.full_size_table(results),
+        "live": live,
+        "comparison": live.get("compare"),
+        "parts": [part for part in parts if part.live or part.sections],
     }
 
 
@@ -81,20 +126,35 @@ def _environment():
         lstrip_blocks=True,
         undefined=jinja2.StrictUndefined,
     )
-    environment.globals["zip"] = zip
+    environment.globals |= {"zip": zip, "MANY": MANY}
+    environment.filters["in_two"] = _in_two
     # Not escaped: they are ours, and quotes are part of them.
     environment.globals["stylesheet"] = Markup((HERE / "style.css").read_text())
-    environment.globals["scripts"] = {path.name: Markup(path.read_text()) for path in HERE.glob("*.js")}
+    environment.globals["scripts"] = [Markup((HERE / name).read_text()) for name in SCRIPTS]
     return environment
 
 
-def _write_files(drawn, listed, figures, tables):
+def _in_two(caption):
+    """A caption's first sentences, and the rest of a long one, which the page folds away."""
+    sentences = caption.split(". ")
+    shown = next(n for n in range(1, len(sentences) + 1) if n == len(sentences) or len(". ".join(sentences[:n])) > LEAD)
+    rest = ". ".join(sentences[shown:])
+    return (caption, "") if len(rest) < LEAD else (f"{'. '.join(sentences[:shown])}.", rest)
+
+
+def _files(drawn, listed):
+    """The content of every file beside the page, by its path from there."""
     for parts in (drawn, listed):
         assert len({part.name for part in parts}) == len(parts), "two of one name"
+    files = {f"figures/{figure.name}.svg": figure.svg for figure in drawn}
+    files |= {f"tables/figure_{figure.name}.csv": figure.data.to_csv(index=False) for figure in drawn}
+    return files | {f"tables/{table.name}.csv": table.data.to_csv(index=False) for table in listed}
+
+
+def _write_files(files, figures, tables):
     for folder in (figures, tables):
         folder.mkdir(parents=True, exist_ok=True)
-    for figure in drawn:
-        (figures / f"{figure.name}.svg").write_bytes(figure.svg)
-        figure.data.to_csv(tables / f"figure_{figure.name}.csv", index=False)
-    for table in listed:
-        table.data.to_csv(tables / f"{table.name}.csv", index=False)
+    for path, content in files.items():
+        kind, name = path.split("/")
+        content = content if isinstance(content, bytes) else content.encode()
+        ({"figures": figures, "tables": tables}[kind] / name).write_bytes(content)

@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib import colormaps
 
-from report.layout import GREY, canvas
+from report.layout import GREY, ON_DARK, ON_LIGHT, canvas
 
 # How a published statement is written, and the marker that stands for it.
 RELATIONS = {">=": ("≥", "^"), ">": (">", "^"), "<=": ("≤", "v"), "<": ("<", "v"), "=": ("=", "o")}
@@ -19,8 +19,11 @@ def panels(rows, columns, width, height, sharex=True, sharey=True, layout="const
     return drawing, drawing.subplots(rows, columns, squeeze=False, sharex=sharex, sharey=sharey)
 
 
-def finish(drawing, grid, xlabel, ylabel="", legend=True):
-    """Label a grid of axes at its outer edges, hide those in which nothing was drawn, and put one legend above all."""
+def finish(drawing, grid, xlabel, ylabel="", legend=True, more=()):
+    """Label a grid of axes at its outer edges, hide those in which nothing was drawn, and put one legend above all.
+
+    more: what the legend has besides, drawn or not.
+    """
     for column in grid.T:
         lowest = [axes for axes in column if axes.has_data()][-1:]
         for axes in lowest:
@@ -31,18 +34,20 @@ def finish(drawing, grid, xlabel, ylabel="", legend=True):
     for axes in grid.flat:
         axes.set_axis_on() if axes.has_data() else axes.set_axis_off()
     if legend:
-        draw_legend(drawing, grid.flat)
+        draw_legend(drawing, grid.flat, more)
 
 
-def draw_legend(drawing, every):
+def draw_legend(drawing, every, more=()):
     """One legend for all axes above them, each entry once."""
     entries = {}
     for axes in every:
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
             entries.setdefault(label, handle)
+    entries |= {handle.get_label(): handle for handle in more}
     if entries:
         # A column is as wide as its longest entry: letters, and the line before them.
-        columns = int(drawing.get_figwidth() / (LETTER * max(map(len, entries)) + LINE))
+        longest = max(len(line) for entry in entries for line in entry.split("\n"))
+        columns = int(drawing.get_figwidth() / (LETTER * longest + LINE))
         columns = min(len(entries), max(columns, 1))
         drawing.legend(entries.values(), entries.keys(), loc="outside upper center", ncols=columns)
 
@@ -63,10 +68,10 @@ def draw_published(axes, rows, color):
         axes.plot(row.snr_db, float(row.value), RELATIONS[row.relation][1], **look)
 
 
-def draw_rejecting(axes, values, upright=False):
+def draw_rejecting(axes, values, upright=False, **look):
     """The weighted F1 of rejecting every image of the open set: a line for each of the values, level or upright."""
     for value in values:
-        (axes.axvline if upright else axes.axhline)(value, **REJECTING)
+        (axes.axvline if upright else axes.axhline)(value, **REJECTING | look)
 
 
 def draw_trainings(axes, curves, trained):
@@ -104,7 +109,7 @@ def draw_matrix(axes, counts, text):
     axes.set_yticks(range(len(counts.index)), counts.index, rotation=90, va="center")
     for (row, column), value in np.ndenumerate(share.to_numpy()):
         cell = f"{100 * value:.1f} %\n{counts.iloc[row, column]:,.0f}"
-        axes.text(column, row, cell, ha="center", va="center", color="white" if value > 0.6 else "black")
+        axes.text(column, row, cell, ha="center", va="center", color=ON_DARK if value > 0.6 else ON_LIGHT)
 
 
 def matrix(cells):

@@ -3,6 +3,7 @@
 import json
 from functools import cached_property
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -21,6 +22,7 @@ from report.vocabulary import PROTOCOLS, Names, select
 from scattering import needs
 
 REFERENCE = Path(__file__).parents[3] / "resources" / "reference"  # published values
+FULL_SIZE = REFERENCE.parent / "results"  # of the run of config/thesis.yaml, once it is made
 
 
 class Results:
@@ -31,7 +33,7 @@ class Results:
     """
 
     def __init__(self, folder, settings, stated):
-        self.folder, self.settings, self.names = Path(folder), settings, Names(stated)
+        self.folder, self.settings, self.names = Path(folder), settings, Names(stated, _models(settings))
         self.fields = of_fields(folder, settings)
         self.targets = target_order(settings["targets"])
         self.meshed = [name for name in self.targets if "mesh" in settings["targets"][name]]
@@ -53,7 +55,9 @@ class Results:
         meshes = {name: json.loads((self.fields / "mesh" / f"{name}.json").read_text()) for name in self.meshed}
         for name, measures in meshes.items():
             planes, how = len(self.settings["targets"][name].get("symmetry", [])), needs.method(self.settings, name)
-            asked = sweeps(self.settings["radar"], self.settings["aspect"], self.settings["mesh"]["bands"])
+            stages = ("radar", "aspect", "mesh", "scattering")
+            radar, aspect, mesh, scattering = (self.settings[name] for name in stages)
+            asked = sweeps(radar, aspect, mesh["bands"], scattering)
             for band, sweep in zip(measures["bands"], asked, strict=True):
                 band["solve"] = needs.need(band, planes, sweep, how)
         return meshes
@@ -67,9 +71,19 @@ class Results:
         """Vertices in m and triangles of the finest mesh, by target that has one."""
         return {name: self.mesh(name, self.settings["mesh"]["bands"] - 1) for name in self.meshed}
 
+    @cached_property
+    def sphere(self):
+        """What the run's solver made of a sphere (see scattering/sphere.py); None where nothing is solved."""
+        path = self.fields / "scattering" / "check" / "sphere.json"
+        return json.loads(path.read_text()) if self.meshed else None
+
     def scattering(self, target):
         """The scattering store of a target, opened lazily."""
         return open_store(self.fields / "scattering" / f"{target}.zarr")
+
+    def reach(self, target):
+        """How far from the origin a target reaches, in m; None of one that is given by its field."""
+        return self.meshes[target]["source"]["reach"] if target in self.meshed else None
 
     def images(self, target, store):
         """A store of a target's images ('clean', 'snr_-6dB'), opened lazily: only the images shown are read."""
@@ -123,10 +137,7 @@ class Results:
         return self._learning_table("validation")
 
     def _learning_table(self, name):
-        text = dict.fromkeys(("elevation", "training", "score", "threshold", "fold"), str)
-        numbers = {column: [""] for column in ("train_snr_db", "test_snr_db", "value", "low", "high")}
-        path = self.folder / "learning" / f"{name}.csv"
-        return pd.read_csv(path, dtype=text, keep_default_na=False, na_values=numbers)  # a target may be called NA
+        return _read_learning(self.folder / "learning" / f"{name}.csv")
 
     @cached_property
     def opened(self):
@@ -144,6 +155,18 @@ class Results:
             for experiment, rows in counts.groupby("experiment")
         }
         return {experiment: rejecting_f1(count, self.of_role("known")) for experiment, count in images.items()}
+
+    def guessing(self, experiments):
+        """The weighted F1 of naming one class for all images of the closed set, ascending; of alike values one."""
+        counts = select(self.confusion, threshold="", score="", elevation="all", experiment=list(experiments))
+        found = {}
+        for _, rows in counts.groupby("experiment"):
+            # Every model and SNR is judged on the same images.
+            case = ["model", "training", "test_snr_db"]
+            images = rows.merge(rows[case].iloc[:1], on=case).groupby("target")["count"].sum()
+            share = images.max() / images.sum()
+            found[round(share, 2)] = share * 2 * share / (1 + share)  # precision is its share, recall is 1
+        return sorted(found.values())
 
     def rejecting(self, experiments):
         """The same of these experiments, ascending; of values that are alike to two decimals one."""
@@ -224,6 +247,19 @@ class Results:
         )
 
     @cached_property
+    def full_size(self):
+        """The scores of the full-size run that the repository keeps, with `scores`, `validation` and `definition`.
+
+        None while it keeps none, and for that run itself.
+        """
+        paths = [FULL_SIZE / f"{name}.csv.xz" for name in ("scores", "validation")]
+        if self.settings["name"] == "thesis" or not all(path.exists() for path in paths):
+            return None
+        scores, validation = map(_read_learning, paths)
+        scores = select(scores, snr_definition=DEFINITION, fold="")
+        return SimpleNamespace(scores=scores, validation=validation, definition=DEFINITION)
+
+    @cached_property
     def published_scores(self):
         """Published scores; `value` stays text, because its decimals say how exactly it was printed."""
         table = pd.read_csv(REFERENCE / "thesis_results.csv", dtype={"value": str}, keep_default_na=False)
@@ -263,6 +299,18 @@ class Results:
                 line = pd.read_csv(path, sep="\t", na_values="-").iloc[-1]
                 rows.append({"step": step, "job": "/".join(job), "s": line["s"], "max_rss": line["max_rss"]})
         return pd.DataFrame(rows, columns=["step", "job", "s", "max_rss"])
+
+
+def _models(settings):
+    """The names of all models that an experiment has."""
+    return {model for experiment in settings["learning"]["experiments"].values() for model in experiment["models"]}
+
+
+def _read_learning(path):
+    """A table of the learning stage. Columns of text stay text where they are empty."""
+    text = dict.fromkeys(("elevation", "training", "score", "threshold", "fold"), str)
+    numbers = {column: [""] for column in ("train_snr_db", "test_snr_db", "value", "low", "high")}
+    return pd.read_csv(path, dtype=text, keep_default_na=False, na_values=numbers)  # a target may be called NA
 
 
 def rejecting_f1(images, known):

@@ -1,63 +1,111 @@
-"""What the page shows on demand: a target's mesh as the radar sees it, and its image, at an aspect and SNR to pick."""
+"""What the page's viewer shows: fields and meshes of all targets, of which the reader's browser forms the images.
+
+The fields are small beside images of all aspects, SNRs and imagers that follow from them.
+"""
 
 import base64
 
 import numpy as np
 from matplotlib import colormaps
 
-from core.sweep import snr_label
-from report.draw_images import FLOOR_DB, decibels, edges
-from report.selection import around, evenly, noise_snrs, noisy_targets
+from core.errors import InputError
+from core.sweep import closes_circle
+from imaging.geometry import imager_of, planned
+from imaging.imagers.fourier import wavenumber_grid, window
+from report.draw_images import FLOOR_DB, decibels
+from report.selection import around, evenly, noise_snrs
 
-MOST_TRIANGLES = 20_000  # of the mesh that is shown: the page stays quick
-MOST_PIXELS = 3_000_000  # of all images, a byte each
-AZIMUTHS, ELEVATIONS = 24, 7  # at most
-FEWEST_AZIMUTHS = 4
-COLORS = 256  # a byte of level each
+MOST_TRIANGLES = 12_000  # of the mesh that is shown: it stays quick to turn
+MOST_BYTES = 1_000_000  # of all fields, and again of images of an imager of one's own
+SAMPLE = 4  # bytes: two numbers of two
+FULL = 32_767  # the largest of two bytes
+COLORS = 256
+FOURIER = ("polar", "exact", "none")  # the ways to images that imaging.js knows (see imaging/imagers/fourier.py)
+OWN_AZIMUTHS = 36  # at most, of images of an imager of one's own
 
 
 def explorer(results):
-    """Meshes and images for the page's own viewer: a mapping that is written into it as JSON.
+    """A mapping that is written into the page as JSON.
 
-    Images are levels in dB, 0 to 255 for FLOOR_DB to 0, in the order (store, elevation, azimuth, range, cross-range).
-    Vertices are whole numbers, `scale` metres each. Both are base64, as are the triangles' corners.
+    Fields are whole numbers, `scale` metres each, in the order (polarization, frequency, elevation, azimuth, real and
+    imaginary part). Vertices are whole numbers, too. Both are base64, as are the triangles' corners.
     """
-    settings = results.settings
-    snrs = sorted(noise_snrs(settings["noise"]["snr_db"]), reverse=True)
-    noisy = noisy_targets(settings["targets"], results.runs)
-    stores = {name: ["clean", *(snr_label(snr) for snr in snrs if name in noisy)] for name in results.targets}
-    first = results.images(results.targets[0], "clean")
-    each = sum(map(len, stores.values())) * first.sizes["range"] * first.sizes["crossrange"]
-    # Fewer elevations where there would be too few azimuths.
-    some = next((n for n in (ELEVATIONS, 3, 1) if n * FEWEST_AZIMUTHS * each <= MOST_PIXELS), 1)
-    elevations = evenly(first.elevation.values.tolist(), some)
-    count = int(np.clip(MOST_PIXELS // (len(elevations) * each), 1, AZIMUTHS))
-    picks = around(first.sizes["azimuth"], count)
+    settings, first = results.settings, results.scattering(results.targets[0])
+    frequency, azimuth = first.frequency.values, first.azimuth.values
+    imaging, plan = settings["imaging"], planned(settings)
+    each = len(results.targets) * first.field[0, :, 0].size * SAMPLE
+    polarizations = first.polarization.values.tolist()
+    if len(polarizations) * min(3, first.sizes["elevation"]) * each > MOST_BYTES:
+        polarizations = polarizations[:1]  # images are of the first
+    count = max(1, MOST_BYTES // (len(polarizations) * each))
+    elevations = evenly(first.elevation.values.tolist(), count)
+    aperture, name = imaging["aperture"], imaging.get("window", "hamming")
+    angle = imager_of(frequency, azimuth, imaging).angle
+    fourier = imaging["imager"] == "fourier"
+    own = {} if fourier else {"own": _own(results, elevations)}
     return {
+        "frequency": frequency.tolist(),
         "elevations": elevations,
-        "azimuths": first.azimuth.values[picks].tolist(),
-        "range": edges(first.range.values),
-        "crossrange": edges(first.crossrange.values),
-        "pixels": [first.sizes["range"], first.sizes["crossrange"]],
+        "azimuths": azimuth.tolist(),
+        "closed": closes_circle(azimuth),
+        "angle": angle.tolist(),
+        "windows": [window(name, len(frequency)).tolist(), window(name, aperture).tolist()],
+        "pixels": [plan["range_pixels"], plan["crossrange_pixels"]] if fourier else [len(frequency), aperture],
+        "ways": _ways(frequency, angle, imaging.get("reformat", FOURIER[0])),
+        "polarizations": polarizations,
         "floor": FLOOR_DB,
         "colors": np.round(255 * colormaps["viridis"](np.linspace(0, 1, COLORS))[:, :3]).astype(int).tolist(),
+        "snrs": sorted(noise_snrs(settings["noise"]["snr_db"]), reverse=True),
         "definition": settings["noise"]["definition"],
         "targets": [
             {
-                "name": name,
-                "snrs": ["no noise", *(f"{snr:g} dB" for snr in snrs)][: len(stores[name])],
-                "images": _packed([_levels(results.images(name, store), elevations, picks) for store in stores[name]]),
-                "mesh": _mesh(results, name),
+                "name": target,
+                "field": _field(results.scattering(target), polarizations, elevations),
+                "mesh": _mesh(results, target),
             }
-            for name in results.targets
+            for target in results.targets
         ],
+        **own,
     }
 
 
-def _levels(store, elevations, picks):
-    image = store.image.isel(realization=0) if "realization" in store.image.dims else store.image
-    image = image.sel(elevation=elevations).isel(azimuth=picks).transpose("elevation", "azimuth", "range", "crossrange")
-    return np.round(255 * np.clip(1 - decibels(image.values) / FLOOR_DB, 0, 1)).astype(np.uint8)
+def _ways(frequency, angle, first):
+    """The wavenumber grids (kx, ky) by the way to form images, in rad/m, the run's own first; those that can be."""
+    ways = {}
+    for way in sorted(FOURIER, key=lambda way: way != first):
+        try:
+            ways[way] = [axis.tolist() for axis in wavenumber_grid(frequency, angle, way)]
+        except InputError:  # this sweep's sector holds no rectangle
+            continue
+    return ways
+
+
+def _field(dataset, polarizations, elevations):
+    """A target's field at these polarizations and elevations: `scale` in m, and whole numbers as base64."""
+    field = dataset.field.sel(polarization=polarizations, elevation=elevations)
+    field = field.transpose("polarization", "frequency", "elevation", "azimuth").values
+    parts = np.stack([field.real, field.imag], axis=-1)
+    scale = max(float(np.abs(parts).max()), 1e-30) / FULL
+    return {"scale": scale, "samples": _packed(np.round(parts / scale).astype("<i2"))}
+
+
+def _own(results, elevations):
+    """Images of an imager of one's own, as the run made them without noise: levels, 0 to 255 for FLOOR_DB to 0 dB."""
+    settings, first = results.settings, results.images(results.targets[0], "clean")
+    each = len(results.targets) * len(elevations) * first.sizes["range"] * first.sizes["crossrange"]
+    picks = around(first.sizes["azimuth"], int(np.clip(MOST_BYTES // each, 1, OWN_AZIMUTHS)))
+    levels = []
+    for target in results.targets:
+        image = results.images(target, "clean").image.sel(elevation=elevations).isel(azimuth=picks)
+        image = image.transpose("elevation", "azimuth", "range", "crossrange").values
+        levels.append(_packed(np.round(255 * np.clip(1 - decibels(image) / FLOOR_DB, 0, 1)).astype(np.uint8)))
+    return {
+        "name": settings["imaging"]["imager"],
+        "azimuths": first.azimuth.values[picks].tolist(),
+        "range": first.range.values.tolist(),
+        "crossrange": first.crossrange.values.tolist(),
+        "levels": levels,
+    }
 
 
 def _mesh(results, name):
@@ -67,7 +115,7 @@ def _mesh(results, name):
     vertices, triangles = next((mesh for mesh in meshes if len(mesh[1]) <= MOST_TRIANGLES), (None, None))
     if vertices is None:
         return None
-    scale = float(np.abs(vertices).max()) / 32767
+    scale = float(np.abs(vertices).max()) / FULL
     wide = len(vertices) > 65535
     return {
         "scale": scale,

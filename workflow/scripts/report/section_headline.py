@@ -1,5 +1,6 @@
 """The headline, weighted F1 of the open and the closed set against SNR, and what the page compares all curves with."""
 
+import itertools
 import re
 
 import pandas as pd
@@ -8,8 +9,8 @@ from matplotlib.lines import Line2D
 from learning.experiments import CLEAN, REFERENCE
 from report import thesis
 from report.conditions import conditions, meaning
-from report.layout import BLACK, BLUE, VERMILION, figure
-from report.plots import REJECTING, draw_curve, draw_published, draw_rejecting, finish, panels
+from report.layout import BLACK, figure
+from report.plots import draw_curve, draw_published, draw_rejecting, finish, panels
 from report.published import FULL_SIZE, beside
 from report.vocabulary import F1, METHOD, PROTOCOLS, SPLITS, middle_text, ranked, select, snr_axis, split_text, title
 
@@ -17,26 +18,40 @@ from report.vocabulary import F1, METHOD, PROTOCOLS, SPLITS, middle_text, ranked
 SETS = {**{f"open set, {protocol} thresholds": protocol for protocol in PROTOCOLS}, "closed set": ""}
 # What the reference thesis states of its own method in each: model and metric of the published table.
 PUBLISHED = {"closed set": ("capsule", "f1"), "open set, thesis thresholds": ("capsule_zncc", "weighted_f1")}
-DASHES = {"sector": {"ls": "-", "marker": "o"}, "random": {"ls": "--", "marker": ""}}
+THESIS_PROTOCOL = {"ls": (0, (4, 2)), "lw": 1}
 
 
-def sets_of(results):
-    """(name, rows of weighted F1, the same on validation images) of each set that was tested."""
+def sets_of(tables):
+    """(name, rows of weighted F1, the same on validation images) of each set that was tested.
+
+    tables: whatever has `scores` and `validation`, as `Results`.
+    """
     for name, threshold in SETS.items():
         scores, validation = (
             select(table, metric=F1, elevation="all", threshold=threshold)
-            for table in (results.scores, results.validation)
+            for table in (tables.scores, tables.validation)
         )
         if len(scores):
             yield name, scores, validation
 
 
+def lead(tables, names, network):
+    """The curves of the best method and of the thesis's: rows by SNR with columns set, curve and theirs.
+
+    network: the thesis's, in words; theirs: whether the curve is its.
+    """
+    return pd.concat(
+        curve.assign(set=name, curve=label, theirs=theirs)
+        for name, part, validation in sets_of(tables)
+        for label, curve, theirs in curves(part, validation, names, network)
+    )
+
+
 def headline(results):
-    """The best method of this run and the reference thesis's, in the open and in the closed set."""
-    parts, network = list(sets_of(results)), thesis.network(REFERENCE[0], results)
-    lines = {name: curves(part, validation, results.names, network) for name, part, validation in parts}
-    drawn = pd.concat(curve.assign(set=name, curve=label) for name, every in lines.items() for label, curve, _ in every)
-    red = [name for name, every in lines.items() if any(look["color"] == VERMILION for _, _, look in every)]
+    """The best method of this run and the reference thesis's: a row for open and closed set, a column per split."""
+    network = thesis.network(REFERENCE[0], results)
+    drawn = lead(results, results.names, network)
+    red = list(drawn[drawn["theirs"]]["set"].unique())
     printed = [
         select(results.published_scores, model=model, metric=metric).assign(set=name)
         for name, (model, metric) in PUBLISHED.items()
@@ -44,54 +59,45 @@ def headline(results):
     ]
     statements = pd.concat(printed or [results.published_scores.iloc[:0].assign(set="")])
     drawn, statements, definition, words = beside(results, drawn, statements, FULL_SIZE)
-    rows = len(parts) // 2 + 1
-    drawing, grid = panels(rows, 2, 5.9, 3.1 * rows)
-    said = []
-    for axes, (name, every) in zip(grid.flat, lines.items(), strict=False):
-        shown = select(drawn, set=name)
-        every = [(label, select(shown, curve=label), look) for label, _, look in every]
-        for _, curve, look in every:
-            draw_curve(axes, curve, **look)
-        if SETS[name]:
-            draw_rejecting(axes, results.rejecting(shown["experiment"]))
-        if name in red:
-            draw_published(axes, select(statements, set=name), VERMILION)
-        best = [curve.iloc[0] for _, curve, look in every if look["color"] == BLUE]
-        named = f"\nbest: {results.names.method(best[0]['model'], best[0]['score'])}" if best else ""
-        axes.set_title(f"{name}{named}")
-        axes.tick_params(labelbottom=True)
-        said.append(f"{name.capitalize()}, {_values(every)}")
-    finish(drawing, grid, snr_axis(definition), "weighted F1", legend=False)
-    grid[0, 0].set_ylim(top=1.03)  # of all panels
-    _legend(grid.flat[-1], drawn, network if red else "", len(statements))
-    whose = f", in blue, and in red of {network}, trained without noise, with ZNCC" if red else ""
+    splits = [split for split in SPLITS if split in set(drawn["split"])]
+    rows = [row for row in ("open set", "closed set") if drawn["set"].str.startswith(row).any()]
+    drawing, grid = panels(len(rows), len(splits), 0.9 + 2.9 * len(splits), 1.1 + 2.0 * len(rows))
+    for (row, kind), (column, split) in itertools.product(enumerate(rows), enumerate(splits)):
+        axes, here = grid[row, column], select(drawn[drawn["set"].str.startswith(kind)], split=split)
+        for (name, _, theirs), curve in here.groupby(["set", "curve", "theirs"], sort=False):
+            look = results.names.model(curve["model"].iloc[0])
+            dash = THESIS_PROTOCOL if SETS[name] == PROTOCOLS[1] else {}
+            label = f"{look.label}, as in the thesis" if theirs else f"best: {look.label}"
+            face = {"mfc": "white"} if theirs else {}
+            draw_curve(axes, curve, look.color, "s" if theirs else "o", not dash, label=label, **face, **dash)
+        level = results.rejecting if kind == "open set" else results.guessing
+        draw_rejecting(axes, level(here["experiment"].unique()), label="all rejected, or named alike")
+        if split == "random":
+            for name in here["set"].unique():
+                draw_published(axes, select(statements, set=name), results.names.model(REFERENCE[0]).color)
+        axes.set_title(f"{kind}, {split_text(split)}")
+    grid[0, 0].set_ylim(0, 1.03)  # of all panels
+    extra = [Line2D([], [], color=BLACK, label=f"{PROTOCOLS[1]} thresholds", **THESIS_PROTOCOL)]
+    if len(statements):
+        look = {"mec": results.names.model(REFERENCE[0]).color, "mfc": "white", "ms": 8, "mew": 1.5}
+        extra.append(Line2D([], [], ls="", marker="^", label=FULL_SIZE, **look))
+    finish(drawing, grid, snr_axis(definition), "weighted F1", more=extra if "open set" in rows else extra[1:])
+    said = "; ".join(f"{name}, {_values(part)}" for name, part in drawn.groupby("set", sort=False))
+    whose = f", and, with squares, of {network}, trained without noise, with ZNCC" if red else ""
+    broken = "Broken lines: thresholds chosen with images of unknown targets, as in the thesis. "
+    broken = broken if "open set" in rows else ""
+    said = said[:1].upper() + said[1:]
     caption = (
         f"Weighted F1 on the test images, with 95 % intervals, of the method that is best on the validation images "
-        f"by its mean over {middle_text(parts[0][1])}{whose}. {'. '.join(said)}. {meaning(drawn['split'])}{words}"
+        f"by its mean over {middle_text(results.validation)}{whose}. {broken}Dotted: "
+        f"rejecting every image, or naming one class for all. {said}. {meaning(drawn['split'])}{words}"
         f"{conditions(results, drawn, definition)}"
     )
-    return figure("headline", drawing, drawn, f"Weighted F1 against test SNR. {'; '.join(said)}.", caption, wide=True)
-
-
-def _legend(axes, data, network, marked):
-    """What colours, dashes and markers mean, in a panel of its own. network: the thesis's in words, if it is drawn."""
-    entries = [Line2D([], [], color=BLUE, label="best on validation images")]
-    if network:
-        words = network.removeprefix("the ").replace(" (", "\n(")
-        entries.append(Line2D([], [], color=VERMILION, label=f"{words},\nopen set: with ZNCC"))
-    for split in SPLITS:
-        if split in set(data["split"]):
-            entries.append(Line2D([], [], color=BLACK, **DASHES[split], label=split_text(split)))
-    if data["threshold"].any():
-        entries.append(Line2D([], [], **REJECTING))
-    if marked:
-        words = FULL_SIZE.replace(", 5", ",\n5")
-        entries.append(Line2D([], [], ls="", marker="^", mfc="white", mec=VERMILION, ms=8, mew=1.5, label=words))
-    axes.legend(handles=entries, loc="center", fontsize=8, handlelength=2.4, labelspacing=0.9)
+    return figure("headline", drawing, drawn, f"Weighted F1 against test SNR. {said}.", caption, wide=True)
 
 
 def curves(part, validation, names, network):
-    """What is drawn of one set: (label, rows by SNR, look) of the best method and of the thesis's, by split.
+    """What is drawn of one set, the best method and the thesis's by split: (label, rows by SNR, whether the thesis's).
 
     part: rows of weighted F1 on the test images; validation: on the validation images, by whose mean over the middle
     SNRs the best one is chosen; names: of the page; network: the thesis's, in words.
@@ -102,24 +108,24 @@ def curves(part, validation, names, network):
     splits = [split for split in SPLITS if split in set(part["split"])]
     others = select(means.drop(theirs.index), split=splits[0])
     lines = []
-    for chosen, color in ((others.head(1), BLUE), (theirs.head(1), VERMILION)):
+    for chosen, is_theirs in ((others.head(1), False), (theirs.head(1), True)):
         for row in chosen.itertuples():
             name = f"best: {names.method(row.model, row.score)}"
-            if color == VERMILION:
+            if is_theirs:
                 name = f"{network}{f', {names.score(row.score).label}' if row.score else ''}"
             same = select(means, model=row.model, training=row.training, score=row.score)
             for split in splits:
                 curve = part.merge(select(same, split=split).head(1)[METHOD], on=METHOD).sort_values("test_snr_db")
                 if len(curve):
-                    lines.append((f"{name} ({split})", curve, {"color": color, **DASHES[split]}))
+                    lines.append((f"{name} ({split})", curve, is_theirs))
     return lines
 
 
-def _values(lines):
-    """Scores of the curves at the SNR nearest 0 dB and at the highest, in words, by split; sizes stand elsewhere."""
+def _values(drawn):
+    """Scores of a set's curves at the SNR nearest 0 dB and the highest, in words, by split; sizes stand elsewhere."""
     words = {}
-    for label, curve, _ in lines:
-        values, split = curve.set_index("test_snr_db")["value"], curve["split"].iloc[0]
+    for (label, split), curve in drawn.groupby(["curve", "split"], sort=False):
+        values = curve.set_index("test_snr_db")["value"]
         near = min(values.index, key=abs)
         at = " and ".join(f"{values[snr]:.2f} at {snr:g} dB" for snr in dict.fromkeys((near, values.index.max())))
         name = re.sub(r" \([^)]*\)", "", label).removeprefix("best: ")

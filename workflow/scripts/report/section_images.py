@@ -11,6 +11,7 @@ from report.conditions import noise_words
 from report.draw_images import COLUMNS, FLOOR_DB, edges, gallery, pixel_table
 from report.layout import BLACK, BLUE, Section, figure, table
 from report.plots import draw_pixels, finish, panels
+from report.section_alike import standardized
 from report.selection import GALLERY_AZIMUTHS, GALLERY_ELEVATIONS, around, evenly, noise_snrs, noise_target
 
 BINS = 40  # of the histograms
@@ -148,7 +149,7 @@ def alike_figure(results):
         name: results.images(name, "clean").image.sel(elevation=0, method="nearest").load()
         for name in results.of_role("known") + results.of_role("unknown")
     }
-    rows = {name: _standardized(np.abs(cut.values).reshape(len(cut), -1)) for name, cut in cuts.items()}
+    rows = {name: standardized(cut.values) for name, cut in cuts.items()}
     images, said = {}, []
     for number, unknown in enumerate(results.of_role("unknown"), start=1):
         likeness = {known: rows[unknown] @ rows[known].T for known in results.of_role("known")}
@@ -170,12 +171,6 @@ def alike_figure(results):
     )
     alt = f"Pairs of ISAR images of unknown and known targets that look alike: {'; '.join(said)}."
     return (gallery("images_alike", "", images, None, alt, caption),)
-
-
-def _standardized(rows):
-    """Rows (n, d) without their means and of length 1; one that is constant stays zero."""
-    rows = rows - rows.mean(axis=1, keepdims=True)
-    return rows / np.maximum(np.linalg.norm(rows, axis=1, keepdims=True), 1e-12)
 
 
 def definitions_figure(results):

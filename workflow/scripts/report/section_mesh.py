@@ -189,6 +189,13 @@ def quality_table(results):
     return table("meshes", data, shown, caption)
 
 
+def missed(results):
+    """How many of each target's bands miss a goal of `quality_table`, by target."""
+    shown = quality_table(results).shown
+    marked = shown.apply(lambda column: column.str.endswith("✗")).any(axis=1)
+    return marked.groupby(shown["target"]).sum().to_dict()
+
+
 def source_table(results):
     """What the CAD files held, what was repaired in them, and what their solves will need: a row per target."""
     rows = []

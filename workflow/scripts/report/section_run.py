@@ -27,14 +27,15 @@ def facts(results):
     settings = results.settings
     radar, noise = settings["radar"], settings["noise"]
     frequency = sweep.frequencies(radar) / 1e9
-    elevation, azimuth = sweep.elevations(settings["aspect"]), sweep.azimuths(settings["aspect"])
     band = f"{frequency[0]:g} GHz" if len(frequency) == 1 else f"{frequency[0]:g} to {frequency[-1]:g} GHz"
     frequencies = _count(len(frequency), "frequency", "frequencies")
     pairs = [
         ("Run", f"{settings['name']}, seed {settings['seed']}; its whole config stands at the end of the page"),
         ("Radar", f"{band}, {frequencies}, {', '.join(radar['polarizations'])}"),
-        ("Aspect", f"{_angles('elevation', elevation)}; {_angles('azimuth', azimuth)}"),
+        ("Aspect", _aspect(settings["aspect"])),
     ]
+    if not results.images_are_made:
+        pairs.append(("Images", f"none: {sweep.why_no_images(settings)}"))
     if results.images_are_made:
         images, snrs = planned(settings), noise["snr_db"]
         pixels = f"{images['range_pixels']} × {images['crossrange_pixels']} pixels"
@@ -211,6 +212,19 @@ def _versions():
 
 def _count(count, singular, plural):
     return f"{count} {singular if count == 1 else plural}"
+
+
+def _aspect(aspect):
+    """Where the radar stands, in words."""
+    if "great_circle" in aspect:
+        circle = aspect["great_circle"]
+        count = _count(len(sweep.angles(circle["angle"])), "direction", "directions")
+        through = " through ".join("({:g}°, {:g}°)".format(*circle[key]) for key in ("from", "through"))
+        return f"{count} on the great circle from {through}, (elevation, azimuth)"
+    if not sweep.is_grid(aspect):
+        return _count(len(aspect["directions"]), "direction", "directions")
+    every = ("elevation", sweep.elevations(aspect)), ("azimuth", sweep.azimuths(aspect))
+    return "; ".join(_angles(name, values) for name, values in every)
 
 
 def _angles(name, values):

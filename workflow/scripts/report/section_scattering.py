@@ -1,29 +1,24 @@
 """The solved fields: RCS against angle, range profiles, and how well the equations were solved."""
 
-import matplotlib
 import numpy as np
 import pandas as pd
 
 from core.sweep import C0
 from report.layout import Section, canvas, circle_ticks, figure, number, table
-from report.plots import draw_legend, panels
-from report.selection import evenly
+from report.rcs_figures import by_transmitter, cut_figure, polar_figure, rcs_dbsm
 from scattering.solver import build
 
+CURVES = 7  # elevations in one plot at most
 DYNAMIC_RANGE = 40  # dB, of range profiles
-CURVES = 5  # elevations in one plot at most
-AXES = {  # what RCS may be drawn against: scale from the store's unit, label
-    "azimuth": (1.0, "azimuth [°]"),
-    "elevation": (1.0, "elevation [°]"),
-    "frequency": (1e-9, "frequency [GHz]"),
-}
 
 
 def section(results):
     figures, origins = [], []
     for name in results.targets:
         dataset = results.scattering(name)
-        figures.append(rcs_figure(name, dataset, results.images_are_made))
+        for title, part in by_transmitter(name, dataset, CURVES):
+            drawn = title, part, results.reach(name), CURVES
+            figures.append(polar_figure(*drawn, name="rcs") or cut_figure(*drawn))
         if results.images_are_made:
             figures.append(profile_figure(name, dataset))
         if name not in results.meshed:
@@ -36,8 +31,8 @@ def section(results):
         id="scattering",
         title="Scattering",
         text=(
-            f"{solved}Radar cross section (RCS) is 4π|f|² of the scattering amplitude f, in decibels over one square "
-            "metre (dBsm).",
+            f"{solved}{_sphere(results)}Radar cross section (RCS) is 4π|f|² of the scattering amplitude f, in decibels "
+            "over one square metre (dBsm).",
             *origins,
         ),
         figures=tuple(figures),
@@ -45,67 +40,17 @@ def section(results):
     )
 
 
-def rcs_dbsm(field):
-    """Radar cross section in dBsm of scattering amplitudes in m; -200 dBsm where there is no field at all."""
-    return 10 * np.log10(np.maximum(4 * np.pi * np.abs(field) ** 2, 1e-20))
-
-
-def center_frequency(dataset):
-    """The frequency sample in Hz nearest to the middle of the sweep."""
-    frequency = dataset.frequency.values
-    return float(frequency[np.argmin(np.abs(frequency - (frequency[0] + frequency[-1]) / 2))])
-
-
-def rcs_figure(target, dataset, images_are_made):
-    """RCS against azimuth, one panel per polarization.
-
-    With images the curve at the elevation nearest 0 is enough; for a pure RCS run every elevation counts (or
-    CURVES of them). A sweep with a single azimuth is drawn against elevation, or else against frequency.
-    """
-    across = next((name for name in AXES if dataset.sizes[name] > 1), "azimuth")
-    field = dataset.field
-    if across != "frequency":
-        field = field.sel(frequency=center_frequency(dataset))
-    if across == "azimuth":
-        elevations = evenly(dataset.elevation.values.tolist(), CURVES)
-        if images_are_made:
-            elevations = [float(dataset.elevation.sel(elevation=0, method="nearest"))]
-        field = field.sel(elevation=elevations)
-    scale, label = AXES[across]
-    frame = field.to_dataframe().reset_index()
-    frame["rcs_dbsm"] = rcs_dbsm(frame.pop("field").to_numpy())
-    frame.insert(0, "target", target)
-    polarizations = dataset.polarization.values.tolist()
-    drawing, grid = panels(len(polarizations), 1, 5.4, 0.8 + 2.1 * len(polarizations), sharey=False)
-    angles = sorted(frame["elevation"].unique()) if across == "azimuth" else [None]
-    colors = matplotlib.colormaps["viridis"](np.linspace(0, 0.8, len(angles)))
-    for axes, polarization in zip(grid[:, 0], polarizations, strict=True):
-        part = frame[frame["polarization"] == polarization]
-        for angle, color in zip(angles, colors, strict=True):
-            curve = part if angle is None else part[part["elevation"] == angle]
-            look = {"color": color, "marker": "o" if len(curve) < 3 else None}
-            if len(angles) > 1:
-                look["label"] = f"elevation {angle:g}°"
-            axes.plot(scale * curve[across], curve["rcs_dbsm"], **look)
-        axes.set(ylabel=f"{polarization} RCS [dBsm]")
-        axes.margins(x=0.01)
-        floor = part["rcs_dbsm"].max() - 50  # deep nulls would flatten the rest
-        axes.set_ylim(bottom=max(part["rcs_dbsm"].min() - 2, floor))
-    axes.set_xlabel(label)
-    if across != "frequency":
-        circle_ticks(axes.xaxis, frame[across])
-    draw_legend(drawing, grid.flat)
-    peak = frame.loc[frame["rcs_dbsm"].idxmax()]
-    at = "" if across == "frequency" else f" at {center_frequency(dataset) / 1e9:.4g} GHz"
-    if frame["elevation"].nunique() == 1:
-        at += f", elevation {frame['elevation'].iloc[0]:g}°"
-    alt = f"RCS of {target} against {across}{at}, from {frame['rcs_dbsm'].min():.0f} to {peak['rcs_dbsm']:.0f} dBsm."
-    caption = (
-        f"{target}: backscatter RCS{at}. The largest is {peak['rcs_dbsm']:.1f} dBsm, at azimuth "
-        f"{peak['azimuth']:.1f}°, elevation {peak['elevation']:.1f}°; the median is "
-        f"{frame['rcs_dbsm'].median():.1f} dBsm."
-    )
-    return figure(f"rcs_{target}", drawing, frame, alt, caption)
+def _sphere(results):
+    """How the run's solver does on a sphere, in a sentence."""
+    if not results.sphere or "refused" in results.sphere:
+        return ""
+    found = results.sphere
+    return (
+        f"A sphere of {found['radius_wavelengths']:g} wavelengths' radius, solved in this run with the same settings "
+        f"at {found['edges_per_wavelength']:g} edges a wavelength, has a backscatter {found['error_db']:+.3f} dB and "
+        f"{found['phase_deg']:+.2f}° from the Mie series ({found['rcs_db']:.3f} and {found['mie_db']:.3f} dB over the "
+        "square wavelength). "
+    ).replace("-", "−")
 
 
 def range_profiles(field, frequency, oversampling=8):
@@ -166,7 +111,7 @@ def solution_table(results):
                 "unknowns_max": int(max(unknowns)) if unknowns else None,
                 "residual_max": max(residuals, default=None),
                 "frequencies": dataset.sizes["frequency"],
-                "directions": dataset.sizes["elevation"] * dataset.sizes["azimuth"],
+                "directions": dataset.field[0, 0].size,
                 "rcs_median_dbsm": np.median(level),
                 "rcs_max_dbsm": level.max(),
             }

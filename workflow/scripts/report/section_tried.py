@@ -8,7 +8,7 @@ import pandas as pd
 from learning.experiments import REFERENCE
 from report import thesis
 from report.conditions import conditions
-from report.layout import BLACK, PALETTE, Section, figure, signed, table
+from report.layout import BLACK, Section, figure, signed, table
 from report.plots import draw_curve, draw_rejecting, finish, panels
 from report.vocabulary import (
     F1,
@@ -107,8 +107,8 @@ def gain_figure(results, scores, ranks, reference):
     if not len(picks):
         return ()
     labels = _labels(results.names, picks)
-    looks = zip(itertools.cycle(PALETTE), itertools.cycle("os^Dv<"))
-    looks = dict(zip(dict.fromkeys(labels), looks, strict=False))
+    markers = dict(zip(dict.fromkeys(labels), itertools.cycle("os^Dv<"), strict=False))
+    theirs_color = results.names.model(REFERENCE[0]).color
     dashes = dict(zip(picks["training"].unique(), itertools.cycle(DASHES), strict=False))
     methods = list(zip(labels, picks.to_dict("records"), strict=True))
     columns = list(itertools.product(picks["split"].unique(), PROTOCOLS))
@@ -123,11 +123,14 @@ def gain_figure(results, scores, ranks, reference):
         counts.append(f"{split_text(split)}, {protocol} thresholds: {_count(judged(curves[0]))} ({here[0][0]})")
         draw_rejecting(upper, results.rejecting(method["experiment"] for _, method in here))
         for curve, (label, method) in zip(curves, here, strict=True):
-            (color, marker), rows, training = looks[label], judged(curve), method["training"]
+            color, marker = results.names.model(method["model"]).color, markers[label]
+            rows, training = judged(curve), method["training"]
             if training in left:  # once in each panel
                 left.remove(training)
                 theirs = f"{results.names.method(REFERENCE[0], REFERENCE[2])}, training SNR {training}"
-                upper.plot(curve["test_snr_db"], curve["reference"], color=BLACK, ls=dashes[training], label=theirs)
+                upper.plot(
+                    curve["test_snr_db"], curve["reference"], color=theirs_color, ls=dashes[training], label=theirs
+                )
             draw_curve(upper, curve.assign(value=curve["f1"]), color, marker, band=False, label=label)
             draw_curve(lower, curve.assign(value=curve["gain"]), color, lw=1)
             lower.plot(rows["test_snr_db"], rows["gain"], color=color, marker=marker, ls="")

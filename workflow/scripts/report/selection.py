@@ -15,6 +15,7 @@ THESIS_NETWORKS = (
     *((run, model) for run in ("fcnn_open", "fcnn_listing") for model in ("fcnn", "fcnn_other")),
     ("capsule_open", "capsule"),
 )
+MISTAKEN = ("adaptive_filter", "matched_filter", "capsule", "fcnn", "knn")  # whose mistakes are shown, the first it has
 HIGH_SNR, LOW_SNR = 24, -6
 ROLES_OPENED = (("known",), ("known", "unknown"))  # of the closed and of the open set
 
@@ -63,6 +64,27 @@ def decoded_snrs(snr_db):
 def noise_snrs(snr_db):
     """The SNRs in dB at which the one target is shown, as they are written in the config."""
     return evenly(snr_db, GALLERY_SNRS)
+
+
+def mistaken(runs):
+    """(run, model) of which the page shows what was mistaken: an open run split by sector, if there is one.
+
+    runs: what `learning.experiments.runs` gives. The first of its experiment; of its models the best that is known.
+    """
+    first = [name for name, run in sorted(runs.items()) if run["first"]]
+
+    def place(name):
+        asked = [number for number, model in enumerate(MISTAKEN) if model in runs[name]["models"]]
+        return not runs[name]["open"], runs[name]["split"] != "sector", *(asked or [len(MISTAKEN)])
+
+    run = min(first, key=place)
+    models = runs[run]["models"]
+    return run, next((model for model in MISTAKEN if model in models), models[0])
+
+
+def mistaken_snr(snr_db):
+    """The SNR in dB of the same: of those that have images on the page that nearest 3 dB."""
+    return nearest(noise_snrs(snr_db), DECODED_SNRS[0])
 
 
 def thesis_networks(runs):

@@ -73,23 +73,29 @@ class Names:
 
     stated: what the files of models say of themselves (see `setup.kinds.page_names`): `models`, a mapping of a model's
     name to its label, words for a sentence and place, and `scores`, of a confidence score's to its label and place.
-    Those that state nothing come last, under their own name.
+    Those that state nothing come last, under their own name. models: names of all of the run, so that each has a
+    colour of its own, as far as there are enough.
     """
 
-    def __init__(self, stated):
+    def __init__(self, stated, models=()):
         self.stated = stated
+        taken = {stated["models"][name][-1] for name in models if name in stated["models"]}
+        free = [place for place in range(len(MODEL_COLORS)) if place not in taken] or [*range(len(MODEL_COLORS))]
+        own = sorted(name for name in models if name not in stated["models"])
+        self.own = {name: free[number % len(free)] for number, name in enumerate(own)}
 
     def model(self, name):
         label, words, *place = self.stated["models"].get(name, (name, title(name)))
-        return self._look(name, label, words, place, MODEL_COLORS, MODEL_MARKERS)
+        return self._look(name, label, words, place, MODEL_COLORS, MODEL_MARKERS, self.own.get(name))
 
     def score(self, name):
         label, *place = self.stated["scores"].get(name, [name.replace("_", " ")])
         return self._look(name, label, label, place, PALETTE, SCORE_MARKERS)
 
     @staticmethod
-    def _look(name, label, words, place, colors, markers):
-        index = place[0] if place else sum(name.encode())  # the same in every figure of every run
+    def _look(name, label, words, place, colors, markers, index=None):
+        # The same in every figure of the run; of what neither states a place nor was given one, of every run.
+        index = place[0] if place else sum(name.encode()) if index is None else index
         return Look(
             (*(place or [np.inf]), name), label, words, colors[index % len(colors)], markers[index % len(markers)]
         )

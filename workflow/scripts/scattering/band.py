@@ -27,7 +27,8 @@ def solve_band(mesh_path, store_path, sweep, scattering, symmetry, threads, targ
     frequency = sweep.frequency
     print(
         f"{len(triangles)} triangles, {len(frequency)} frequencies from {frequency[0] / 1e9:g} to "
-        f"{frequency[-1] / 1e9:g} GHz, {len(sweep.elevation)} x {len(sweep.azimuth)} directions"
+        f"{frequency[-1] / 1e9:g} GHz, {' x '.join(map(str, sweep.shape))} directions"
+        f"{f', {len(sweep.receivers[0])} receivers' if sweep.receivers else ''}"
     )
     form = "{desc}: {percentage:.0f} %, {elapsed} so far, about {remaining} left"
     with tqdm(total=len(frequency), bar_format=form, file=sys.stderr) as bar:
@@ -49,7 +50,8 @@ def solve_band(mesh_path, store_path, sweep, scattering, symmetry, threads, targ
         "versions": versions("jax", "numpy", "scipy"),
     }
     field = solution.field.astype(np.complex64)
-    write_field(store_path, field, sweep.polarizations, frequency, sweep.elevation, sweep.azimuth, attrs)
+    where = frequency, sweep.elevation, sweep.azimuth
+    write_field(store_path, field, sweep.polarizations, *where, attrs, sweep.receivers)
 
 
 def _check_memory(vertices, triangles, planes, sweep, scattering, target):

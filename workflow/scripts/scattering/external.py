@@ -31,7 +31,7 @@ def write_external(field, store_path, radar, aspect, symmetry=()):
         raise InputError(f"{', '.join(field_files.paths(field))}: the field holds values that are not finite.")
     _check_not_zero(samples, field, radar["polarizations"], wanted)
     for plane in symmetry:
-        _check_mirrored(samples, field, radar["polarizations"], wanted["azimuth"], plane)
+        _check_mirrored(samples, field, radar["polarizations"], wanted, plane)
     attrs = {
         "formulation": "external",
         "origin": {path: field_files.digest(path) for path in field_files.paths(field)},
@@ -56,13 +56,17 @@ def _check_not_zero(samples, field, polarizations, wanted):
             )
 
 
-def _check_mirrored(samples, field, polarizations, azimuth, plane):
-    """Refuse a field that is not symmetric about a mirror plane, at azimuths whose mirror images are in the sweep."""
-    mirrored = -azimuth if plane == "xz" else 180 - azimuth
-    apart = np.abs((azimuth[:, None] - mirrored + 180) % 360 - 180)
+def _check_mirrored(samples, field, polarizations, wanted, plane):
+    """Refuse a field that is not symmetric about a mirror plane, at directions whose mirror images are in the sweep."""
+    azimuth, elevation = wanted["azimuth"], wanted["elevation"]
+    if plane == "xy":
+        apart, samples = np.abs(elevation[:, None] + elevation), np.swapaxes(samples, -1, -2)
+    else:
+        mirrored = -azimuth if plane == "xz" else 180 - azimuth
+        apart = np.abs((azimuth[:, None] - mirrored + 180) % 360 - 180)
     there, here = np.nonzero(apart < ffe.ANGLE)
     for way, part in zip(polarizations, samples, strict=True):
-        sign = 1 if way[0] == way[1] else -1  # H, the direction of increasing azimuth, turns round
+        sign = 1 if way[0] == way[1] else -1  # H or V turns round
         scale = np.linalg.norm(part)
         different = np.linalg.norm(part[..., there] - sign * part[..., here]) / scale if scale > 0 else 0
         if different > MIRRORED:

@@ -7,7 +7,9 @@ with job(snakemake):
     solve_band(
         snakemake.input.mesh,
         snakemake.output[0],
-        sweeps(settings["radar"], settings["aspect"], settings["mesh.bands"])[int(snakemake.wildcards.band)],
+        sweeps(settings["radar"], settings["aspect"], settings["mesh.bands"], settings["scattering"])[
+            int(snakemake.wildcards.band)
+        ],
         settings["scattering"],
         settings["symmetry"],
         snakemake.threads,

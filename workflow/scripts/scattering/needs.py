@@ -100,7 +100,7 @@ def _planes(config, name):
 
 
 def _sweeps(config):
-    return sweeps(config["radar"], config["aspect"], config["mesh"]["bands"])
+    return sweeps(config["radar"], config["aspect"], config["mesh"]["bands"], config["scattering"])
 
 
 def _measured(length, target, name):

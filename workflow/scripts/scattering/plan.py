@@ -57,7 +57,9 @@ def at_one_frequency(measures, planes, sweep, formulation, precision, tolerance)
     unknowns, operator, single = measures["unknowns"], _constants(formulation), precision == "single"
     parities, both = 2**planes, 1 if operator["SYMMETRIC"] else 2
     waves = len(set("".join(sweep.polarizations)))
-    columns = waves * _sampled(measures["box"], sweep, single) / parities  # of a parity's right side
+    # Of a parity's right side; mirror images among transmitters and receivers apart are not told.
+    apart = sweep.receivers and len(sweep.each[0]) + len(sweep.receivers[0])
+    columns = waves * (apart or _sampled(measures["box"], sweep, single) / parities)
     way = _whole if tolerance is None else _compressed
     kept, sampled, assembly, factorization, substitution = way(unknowns / parities, parities, columns, both, tolerance)
     # Of a part of the right sides: themselves, and of one parity what a substitution makes of them. What projects is
@@ -131,5 +133,7 @@ def _sampled(box, sweep, single):
     """Directions whose excitation is computed at the highest frequency, without mirror planes."""
     tolerance = TOLERANCE[np.dtype(np.complex64 if single else np.complex128)]
     x = 2 * np.pi * sweep.frequency[-1] / C0 * float(np.hypot(*box[:2]) / 2)
-    given = len(sweep.azimuth)
-    return sum(min(given, samples_of_ring(x * cos(radians(angle)), tolerance)) for angle in sweep.elevation)
+    counts = np.unique(sweep.each[0], return_counts=True)
+    return sum(
+        min(given, samples_of_ring(x * cos(radians(angle)), tolerance)) for angle, given in zip(*counts, strict=True)
+    )

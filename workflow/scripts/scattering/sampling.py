@@ -15,6 +15,8 @@ from itertools import pairwise
 import numpy as np
 from scipy.special import jv
 
+from core.sweep import unit_vectors
+
 TOLERANCE = {np.dtype(np.complex64): 1e-6, np.dtype(np.complex128): 1e-13}  # of the excitation's largest value
 
 
@@ -56,25 +58,36 @@ def directions(elevation, azimuth):
 
     elevation: (E,), azimuth: (A,). Returns u, V, H, each (E, A, 3).
     """
-    el, az = np.deg2rad(elevation)[:, None], np.deg2rad(azimuth)[None, :]
-    zero = np.zeros(np.broadcast_shapes(el.shape, az.shape))
-    u = np.stack([np.cos(el) * np.cos(az), np.cos(el) * np.sin(az), np.sin(el) + zero], -1)
-    v = np.stack([-np.sin(el) * np.cos(az), -np.sin(el) * np.sin(az), np.cos(el) + zero], -1)
-    h = np.stack([-np.sin(az) + zero, np.cos(az) + zero, zero], -1)
-    return u, v, h
+    return unit_vectors(np.asarray(elevation)[:, None], np.asarray(azimuth)[None, :])
+
+
+def rings(elevation, azimuth):
+    """Directions one by one, (D,) each in degrees, as rings of constant elevation, lowest first.
+
+    Of each ring its elevation, its azimuths (A,), ascending and each once, and the places (D,) in them of those
+    directions, whose numbers (D,) are last.
+    """
+    found = []
+    for angle in np.unique(elevation):
+        numbers = np.flatnonzero(elevation == angle)
+        azimuths, places = np.unique(azimuth[numbers], return_inverse=True)
+        found.append((angle, azimuths, places, numbers))
+    return found
 
 
 def sample(surface, wavenumber, elevation, azimuth, dtype):
     """The Samples of a sweep: on each ring equally spaced azimuths or the given ones, whichever are fewer.
 
-    surface: Surface, about the z axis (see `middle_of`); wavenumber: rad/m; elevation: (E,), azimuth: (A,) degrees;
-    dtype: complex64 or complex128, to the rounding of which the weights are exact. Directions that are mirror images
-    of each other are sampled once.
+    surface: Surface, about the z axis (see `middle_of`); wavenumber: rad/m; elevation: (E,) degrees; azimuth: (A,) of
+    all rings, or a list with those of each; dtype: complex64 or complex128, to the rounding of which the weights are
+    exact. Directions that are mirror images of each other are sampled once.
     """
     radius = np.linalg.norm(surface.vertices[..., :2], axis=-1).max()
-    given = _fold(surface, azimuth)
-    waves, rings, weights, end = [], [], [], 0
-    for angle in elevation:
+    of_rings = azimuth if np.ndim(azimuth[0]) else [azimuth] * len(elevation)
+    waves, rings, weights, end, before = [], [], [], 0, None
+    for angle, azimuth in zip(elevation, of_rings, strict=True):
+        if before is None or not np.array_equal(azimuth, before):
+            given, before = _fold(surface, azimuth), azimuth
         count = samples_of_ring(wavenumber * radius * np.cos(np.deg2rad(angle)), TOLERANCE[np.dtype(dtype)])
         spaced = _fold(surface, np.arange(count) * 360 / count)
         fewer = len(spaced[0]) < len(given[0])
@@ -116,7 +129,7 @@ def _fold(surface, azimuth):
     """Azimuths (K,) in degrees that are not mirror images of each other, and the way back to all.
 
     The way is a (G, A, K) of signs for V and for H: the functions of a parity take their character from direction to
-    image. A reflection in the plane xz or yz maps V to V and H to -H.
+    image. A reflection in the plane xz or yz maps V to V and H to -H; one in xy leaves the ring, and takes no part.
     """
     angle = np.deg2rad(azimuth)
     points = np.stack([np.cos(angle), np.sin(angle), np.zeros(len(angle))], 1)

@@ -8,7 +8,7 @@ import jax
 import numpy as np
 
 from core.errors import InputError
-from core.sweep import C0
+from core.sweep import C0, Sweep, unit_vectors
 from scattering.assembly import Entries, assemble
 from scattering.basis import fundamental_domain, rwg
 from scattering.device import GeneralOnDevice, SymmetricOnDevice, give_back
@@ -18,7 +18,7 @@ from scattering.lowrank import LowRankMatrix
 from scattering.operators import cfie, efie
 from scattering.plan import COLUMNS
 from scattering.sampled import fill
-from scattering.sampling import directions, middle_of, sample
+from scattering.sampling import middle_of, rings, sample
 from scattering.solver import Solution
 
 OPERATORS = {"efie": efie, "cfie": cfie}
@@ -50,6 +50,8 @@ def solve(
     progress=lambda frequency, part, done: None,
     formulation="efie",
     tolerance=None,
+    paired=False,
+    receivers=(),
 ):
     """Backscatter amplitude of a perfectly conducting mesh, in metres (see `farfield` for signs and references).
 
@@ -59,13 +61,16 @@ def solve(
     progress(number, part, fraction) is called as the work goes on. Returns a Solution.
     formulation: efie, or cfie for closed meshes with outward normals;
     tolerance: None for whole matrices, or for compressed ones what they may leave out, relative to the diagonal's norm
-    (efie and single precision; see `sampled` and `lowrank`).
+    (efie and single precision; see `sampled` and `lowrank`);
+    paired: elevation and azimuth, (D,) each, are directions one by one, and the field is (P, F, D);
+    receivers: elevation and azimuth (R,) of receivers apart from these, and the field has them last, (..., R).
     Raises InputError if the mesh lacks the symmetry or, for cfie, is open or turned inwards, or if a frequency cannot
     be solved to a residual of 1e-3.
     """
     if tolerance is not None and (formulation, precision) != ("efie", "single"):
         raise ValueError("compressed matrices are those of the EFIE, in single precision")
     operator, dtype = OPERATORS[formulation], DTYPES[precision]
+    sweep = Sweep(frequencies, np.asarray(elevation), np.asarray(azimuth), polarizations, paired)
     operator.check_mesh(vertices, triangles)
     surface = fundamental_domain(vertices, triangles, symmetry)
     bases = [rwg(surface, parity) for parity in surface.parities]
@@ -75,12 +80,16 @@ def solve(
     # About its middle a target needs the fewest directions, and coordinates of single precision have the most digits.
     middle = middle_of(surface)
     surface = replace(surface, vertices=surface.vertices - middle)
-    path = 2 * directions(elevation, azimuth)[0] @ middle
+    path = 2 * unit_vectors(*sweep.each)[0] @ middle
+    elevations, azimuths = sweep.each
+    # The mirror image of a direction in the plane xy has the same field, but for the sign of V.
+    mirrored = ("xy" in symmetry) & (elevations < 0)
+    of_rings = rings(np.where(mirrored, -elevations, elevations), azimuths)
     near = operator.near_terms(surface)
 
     ways = sorted(set("".join(polarizations)))
-    shape = (len(polarizations), len(frequencies), len(elevation), len(azimuth))
-    field = np.empty(shape, np.complex128)
+    shape = (len(polarizations), len(frequencies), len(path))
+    field = np.empty(shape + ((len(receivers[0]),) if receivers else ()), np.complex128)
     residual = np.zeros(len(frequencies))
     seconds = {part: np.zeros(len(frequencies)) for part in PARTS}
 
@@ -94,7 +103,7 @@ def solve(
         system.factorize(partial(progress, n, "factorization"))
         clock.lap("factorization")
         give_back()
-        samples = sample(surface, k, elevation, azimuth, dtype)
+        samples = sample(surface, k, [ring[0] for ring in of_rings], [ring[1] for ring in of_rings], dtype)
         of_waves = partial(excitation, surface, bases, k, dtype=dtype)
         # A few directions tell whether the solution is good enough as it is.
         some = slice(None, None, -(-len(samples.u) // PROBED_DIRECTIONS))
@@ -104,19 +113,28 @@ def solve(
         )
         residual[n] = system.residual(of_waves(*few, wave=operator.excited))
         refined = residual[n] > system.promise
+        if receivers:
+            waves = unit_vectors(*sweep.each), unit_vectors(*receivers)
+            say = partial(progress, n, "directions")
+            field[:, n], worst = _bistatic(system, of_waves, operator, *waves, polarizations, refined, say)
+            residual[n] = max(worst) if refined else residual[n]
+            field[:, n] *= np.exp(1j * k * ((waves[0][0] @ middle)[:, None] + waves[1][0] @ middle))
         # The refinement takes the matrix once more, and therefore all directions at once.
-        for rings, u, polarization, groups in samples.parts(ways, np.inf if refined else COLUMNS):
-            progress(n, "directions", rings[0] / len(samples.rings))
+        parts = () if receivers else samples.parts(ways, np.inf if refined else COLUMNS)
+        for numbers, u, polarization, groups in parts:
+            progress(n, "directions", numbers[0] / len(samples.rings))
             received = of_waves(u, polarization)
             excited = received if operator.SYMMETRIC else of_waves(u, polarization, wave=operator.excited)
             if refined:
                 between, residual[n] = system.refined(received, excited, groups)
             else:
                 between = system.between(received, excited, groups)
-            for place, ring in enumerate(rings):
+            for place, ring in enumerate(numbers):
                 of_ring = [of_parity[place] for of_parity in between]
-                field[:, n, ring] = _amplitudes(of_ring, samples.weights[ring], polarizations, ways)
-        field[:, n] *= np.exp(1j * k * path)
+                *_, azimuths, there = of_rings[ring]
+                field[:, n, there] = _amplitudes(of_ring, samples.weights[ring], polarizations, ways)[:, azimuths]
+        for row, ways_of in () if receivers else zip(field[:, n], polarizations, strict=True):
+            row *= np.where(mirrored & (ways_of[0] != ways_of[1]), -1, 1) * np.exp(1j * k * path)
         clock.lap("directions")
         # Written so that a NaN fails too.
         if not residual[n] <= MAX_RESIDUAL:
@@ -127,7 +145,8 @@ def solve(
             )
         progress(n, "done", 1.0)
 
-    return Solution(field, residual, seconds, unknowns)
+    shape = *field.shape[:2], *sweep.shape, *field.shape[3:]
+    return Solution(field.reshape(shape), residual, seconds, unknowns)
 
 
 def _amplitudes(between, weights, polarizations, ways):
@@ -143,6 +162,32 @@ def _amplitudes(between, weights, polarizations, ways):
         # F = sum over the group of chi(g) g h makes a parity's matrix |G| times the one that is stored.
         result.append(-total / len(between))
     return np.stack(result)
+
+
+def _bistatic(system, of_waves, operator, transmitters, receivers, polarizations, refined, progress):
+    """f = -V_p(u_r)^T z^-1 V_q(u_t), (P, D, R), phase about the middle, and the residuals of what was `refined`.
+
+    transmitters, receivers: u, V and H, (D, 3) and (R, 3) each.
+    """
+    letters = dict(zip("VH", (1, 2), strict=True))
+    field = np.zeros((len(polarizations), len(transmitters[0]), len(receivers[0])), np.complex128)
+    parts, residuals = [], []
+    for waves in (transmitters, receivers):
+        count = len(waves[0])
+        parts.append([slice(begin, min(begin + COLUMNS, count)) for begin in range(0, count, COLUMNS)])
+    transmitted = sorted({way[1] for way in polarizations})
+    for number, (letter, sent) in enumerate((letter, sent) for letter in transmitted for sent in parts[0]):
+        progress(number / (len(transmitted) * len(parts[0])))
+        waves = transmitters[0][sent], transmitters[letters[letter]][sent]
+        currents, residual = system.currents(of_waves(*waves, wave=operator.excited), refined)
+        residuals.append(residual)
+        for row, way in enumerate(polarizations):
+            for there in parts[1] if way[1] == letter else ():
+                received = of_waves(receivers[0][there], receivers[letters[way[0]]][there])
+                total = sum(x.T @ y for x, y in zip(currents, received, strict=True))
+                # As in `_amplitudes`.
+                field[row, sent, there] = -total / len(currents)
+    return field, residuals
 
 
 class _System:
@@ -180,16 +225,21 @@ class _System:
 
     def refined(self, received, excited, groups):
         """The same after a step of refinement, or two if one does not keep the promise; and the residual."""
-        currents = self._solve(excited)
-        for _ in range(2):
-            currents = self._refined(excited, currents)
-            residual = self._residual(excited, currents)
-            if residual <= self.promise:
-                break
+        currents, residual = self.currents(excited, refined=True)
         return [
             [left[:, group].T @ right[:, group] for group in groups]
             for left, right in zip(received, currents, strict=True)
         ], residual
+
+    def currents(self, excited, refined):
+        """Currents (N, D) of each parity, and their residual, 0 if they are not refined."""
+        currents, residual = self._solve(excited), 0.0
+        for _ in range(2 if refined else 0):
+            currents = self._refined(excited, currents)
+            residual = self._residual(excited, currents)
+            if residual <= self.promise:
+                break
+        return currents, residual
 
     def residual(self, excited):
         """|A x - b| / |b| of the solution as it is."""

@@ -22,7 +22,11 @@ from core.kinds import load_class
 
 @dataclasses.dataclass
 class Solution:
-    """field: (P, F, E, A) complex, m; seconds: {part: (F,)}; of linear systems, residual: (F,), and unknowns: int
+    """field: (P, F, E, A) complex, m, or (P, F, D) of a sweep that is paired; seconds: {part: (F,)}
+
+    Of a bistatic sweep the field has the receivers besides, (..., R).
+
+    Of linear systems, residual: (F,), and unknowns: int
 
     used: settings that differ from what was asked, for the store's attributes
     """
@@ -38,5 +42,5 @@ def build(scattering):
     """The Solver of a config's scattering settings. Raises InputError where its file imports what is not installed."""
     name = scattering["solver"]
     return load_class("scattering/solvers", name, "Solver")(
-        {key: value for key, value in scattering.items() if key != "solver"}
+        {key: value for key, value in scattering.items() if key not in ("solver", "bistatic")}
     )

@@ -19,20 +19,29 @@ COORDINATES = {
 }
 
 
-def write_field(store_path, field, polarizations, frequency, elevation, azimuth, attrs):
-    """Write a scattering store. field: complex64 (polarization, frequency, elevation, azimuth) in m; Hz, degrees."""
-    dataset = xr.Dataset(
-        {
-            "field": (
-                tuple(COORDINATES),
-                field,
-                {"units": "m", "long_name": "backscatter amplitude"},
+def write_field(store_path, field, polarizations, frequency, elevation, azimuth, attrs, receivers=()):
+    """Write a scattering store. field: complex64 (polarization, frequency, elevation, azimuth) in m; Hz, degrees.
+
+    Of directions one by one the field is (polarization, frequency, direction), elevation and azimuth (direction,).
+    receivers: elevation and azimuth (R,) of a bistatic field, whose last dimension they are.
+    """
+    axes = dict(zip(COORDINATES, COORDINATES, strict=True))
+    if field.ndim == 3 + bool(receivers):
+        axes |= dict.fromkeys(("elevation", "azimuth"), "direction")
+    values = zip(COORDINATES, (polarizations, frequency, elevation, azimuth), strict=True)
+    coordinates = {name: (axes[name], value, COORDINATES[name]) for name, value in values}
+    dims, name = list(dict.fromkeys(axes.values())), "backscatter amplitude"
+    if receivers:
+        dims, name = [*dims, "receiver"], "bistatic amplitude"
+        for angle, of in zip(("elevation", "azimuth"), receivers, strict=True):
+            coordinates[f"receiver_{angle}"] = (
+                "receiver",
+                of,
+                {"units": "degrees", "long_name": f"{angle} of the receiver"},
             )
-        },
-        coords={
-            name: (name, values, COORDINATES[name])
-            for name, values in zip(COORDINATES, (polarizations, frequency, elevation, azimuth), strict=True)
-        },
+    dataset = xr.Dataset(
+        {"field": (dims, field, {"units": "m", "long_name": name})},
+        coords=coordinates,
         attrs={"convention": CONVENTION, **attrs},
     )
     _write(dataset, store_path)
@@ -55,6 +64,6 @@ def versions(*packages):
 
 
 def _write(dataset, path):
-    # A strip of all directions at one frequency is what a solve makes and what a plot reads.
-    chunks = (dataset.sizes["polarization"], dataset.sizes["frequency"], 1, dataset.sizes["azimuth"])
-    write(dataset, path, {"field": {"chunks": chunks}})
+    # The whole sweep of an elevation is what an image takes.
+    chunks = [1 if name == "elevation" else dataset.sizes[name] for name in dataset.field.dims]
+    write(dataset, path, {"field": {"chunks": tuple(chunks)}})

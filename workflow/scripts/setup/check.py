@@ -20,14 +20,13 @@ from learning.split import Division, split
 from learning.split import check as check_sides
 from mesh import cad_kernel
 from scattering import field_files, needs
+from setup import sweeps
 from setup.kinds import MODELS, SECTIONS, check_kind, kind, settings_of
 from setup.schema import check_schema, near, schema
-from setup.snrs import stepped
 
 FIELD_FORMATS = (".ffe", ".zarr")
 WHERE = " (paths start at the folder you run snakemake in, or at the repository's)"
 MESH_FORMATS = (".stl", ".obj", ".ply", ".off", *cad_kernel.FORMATS)
-MOST_ANGLES = 100_000
 MOST_PIXELS = 4096  # of an image, for a model with covariances: one of 64 x 64 pixels takes 270 MB, of 128 x 128 4.3 GB
 RESERVED = {
     OTHER: f"'{OTHER}' is what images of no known class are called; take another name.",
@@ -74,8 +73,9 @@ def _problems(config):
             f"'from': '{config['from']}' is this run's own 'name'; give it the name of another run, whose meshes and "
             "fields it takes, or leave it out."
         )
-    yield from _of_band(**config["radar"])
-    yield from _of_angles(config)
+    if config["name"] in config.get("compare", ()):
+        yield f"'compare': '{config['name']}' is this run's own 'name'; give it the names of others."
+    yield from sweeps.problems(config)
     if images_are_made(config):
         planned(config)
     yield from _of_targets_solver(config)
@@ -83,56 +83,14 @@ def _problems(config):
     for name, target in config["targets"].items():
         if name in RESERVED:
             yield f"'targets.{name}': {RESERVED[name]}"
-        elif "field" in target:
+            continue
+        yield from _of_reference(f"'targets.{name}.reference'", target.get("reference", []))
+        if "field" in target:
             yield from _of_field(f"'targets.{name}.field'", target["field"], config)
         else:
             yield from _of_mesh(f"targets.{name}", target)
     yield from _of_labels(config["noise"]["snr_db"])
     yield from _of_models(config["learning"]["models"])
-
-
-def _of_band(center_frequency, bandwidth, frequencies, **_):
-    if frequencies == 1 and bandwidth != 0:
-        yield f"'radar.bandwidth': {bandwidth:g} Hz, but 'radar.frequencies' is 1; then it must be 0."
-    if frequencies > 1 and bandwidth == 0:
-        yield (
-            f"'radar.bandwidth': 0 Hz, but 'radar.frequencies' is {frequencies}; it must be more than 0, or "
-            "'radar.frequencies' 1."
-        )
-    if bandwidth >= 2 * center_frequency:
-        yield (
-            f"'radar.bandwidth': {bandwidth:g} Hz reaches below 0 Hz; it must be less than twice "
-            f"'radar.center_frequency' ({center_frequency:g} Hz)."
-        )
-
-
-def _of_angles(config):
-    aspect, aperture = config["aspect"], config["imaging"]["aperture"]
-    azimuth = aspect["azimuth"]
-    if set(azimuth) not in ({"count"}, {"start", "stop", "step"}):
-        yield (
-            "'aspect.azimuth' must have either 'count', or all of 'start', 'stop' and 'step'; "
-            f"it has {', '.join(sorted(azimuth)) or 'nothing'}."
-        )
-    yield from _of_range("aspect.elevation", 90, **aspect["elevation"])
-    if "count" not in azimuth:
-        yield from _of_range("aspect.azimuth", 360, **azimuth)
-    azimuths = sweep.azimuths(aspect)
-    if azimuths[-1] - azimuths[0] >= 360:
-        yield "'aspect.azimuth' covers 360 degrees or more; write {count: ...} for a circle."
-    if images_are_made(config) and aperture > len(azimuths):
-        yield (
-            f"'imaging.aperture': {aperture} samples are more than the sweep's {len(azimuths)} azimuths "
-            "('aspect.azimuth')."
-        )
-
-
-def _of_range(key, limit, start, stop, step):
-    if not -limit <= start <= stop <= limit:
-        yield f"'{key}': start {start} to stop {stop} must ascend within -{limit} to {limit} degrees."
-    if (stop - start) / step > MOST_ANGLES:
-        yield f"'{key}.step': {step:g} degrees make more than {MOST_ANGLES} angles."
-    stepped(key, start, stop, step, "degrees")
 
 
 def _of_names(key, names):
@@ -175,6 +133,14 @@ def _of_field(key, field, config):
             field_files.by_transmission(field, config["radar"]["polarizations"])
         except InputError as error:
             yield f"{key}: {error}"
+
+
+def _of_reference(key, reference):
+    for path in map(Path, field_files.paths(reference)):
+        if path.suffix.lower() != ".ffe" and not (path.suffix.lower() == ".csv" and reference == str(reference)):
+            yield f"{key}: {path} is not one CSV file, nor a .ffe file."
+        if not os.path.isfile(path):
+            yield f"{key}: there is no file {path}{WHERE}."
 
 
 def _of_targets_solver(config):

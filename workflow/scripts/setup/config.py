@@ -8,9 +8,9 @@ from pathlib import Path
 import yaml
 
 from core.errors import InputError
-from core.sweep import images_are_made
+from core.sweep import frequencies, images_are_made
 from learning.experiments import CLEAN
-from setup import overlay
+from setup import overlay, sweeps
 from setup.check import check, check_experiments, rules
 from setup.overlay import ALL, EXPERIMENTS
 from setup.schema import check_schema
@@ -27,13 +27,17 @@ EXPONENT = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+")
 def load(*overlays):
     """The full, checked config: config/config.yaml with each of the overlays, mappings, laid over it in turn.
 
+    `seed` is the first of its seeds, where it has several; the others are noted as `further_seeds`.
     Raises InputError with one message that names the key, its value and what would be right.
     """
     config = _changed(functools.reduce(overlay.merge, overlays, read_yaml(BASE)), _number)
     check_schema(config, rules(config))
+    config["radar"] = sweeps.with_band(config["radar"])
     write_out(config)
+    if isinstance(config["seed"], list):
+        config["seed"], *config["further_seeds"] = config["seed"]
     for target in config["targets"].values():
-        target |= {key: _changed(target[key], _from_here) for key in ("mesh", "field") if key in target}
+        target |= {key: _changed(target[key], _from_here) for key in ("mesh", "field", "reference") if key in target}
     learning = config["learning"]
     # A model whose `kind` is another model has that one's settings where it has none of its own.
     learning["models"] = {
@@ -43,7 +47,7 @@ def load(*overlays):
     check(config)
     _leave_out(config, overlay.named(overlays, EXPERIMENTS))
     # More bands than frequencies would leave some empty; the order of SNRs has no meaning.
-    config["mesh"]["bands"] = min(config["mesh"]["bands"], config["radar"]["frequencies"])
+    config["mesh"]["bands"] = min(config["mesh"]["bands"], len(frequencies(config["radar"])))
     config["noise"]["snr_db"] = sorted(config["noise"]["snr_db"])
     # Nor has the order of choices.
     for settings in learning["models"].values():

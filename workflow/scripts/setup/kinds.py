@@ -23,6 +23,7 @@ class Seam(NamedTuple):
 class Kind(NamedTuple):
     """What a file says of itself: the names of its class's methods, and the attributes that it states as literals.
 
+    Those of a base class from another file below workflow/scripts are its own, too.
     An attribute SETTINGS is a mapping of a setting's name to its JSON schema (type, bounds, description); without one
     any settings are taken.
     """
@@ -39,6 +40,7 @@ class Kind(NamedTuple):
 MODELS = Seam("learning/models", "Model", frozenset({"fit", "evaluate"}))
 IMAGERS = Seam("imaging/imagers", "Imager", frozenset({"axes", "at"}))
 SOLVERS = Seam("scattering/solvers", "Solver", frozenset({"plan", "solve"}))
+DEFAULTS = "learning/classifier.py"  # its Classifier states what holds for models that say nothing of it
 # Sections of the config in which one kind is named, by this key, and its settings stand beside it; and the kind whose
 # settings are shown where a section names none.
 SECTIONS = {"imaging": ("imager", IMAGERS, "fourier"), "scattering": ("solver", SOLVERS, "mom")}
@@ -86,17 +88,32 @@ def check_kind(seam, name, key, hint=None):
 def kind(seam, name):
     """The Kind of this name. Raises SyntaxError for a file that is not Python."""
     file = f"{seam.folder}/{name}.py"
+    return Kind(file, *_said(file, seam.class_name))
+
+
+def _said(file, name):
+    """The methods and literals of a class in a file, and those of its bases from files below workflow/scripts."""
     tree = ast.parse((SCRIPTS / file).read_bytes(), file)
-    classes = (node.body for node in tree.body if isinstance(node, ast.ClassDef) and node.name == seam.class_name)
-    body, stated = next(classes, []), {}
-    for node in body:
+    found = next((node for node in tree.body if isinstance(node, ast.ClassDef) and node.name == name), None)
+    if found is None:
+        return frozenset(), {}
+    methods, stated = frozenset(), {}
+    imported = [node for node in tree.body if isinstance(node, ast.ImportFrom) and node.module and not node.level]
+    for base in reversed([base.id for base in found.bases if isinstance(base, ast.Name)]):
+        for node in imported:
+            module = f"{node.module.replace('.', '/')}.py"
+            names = [alias.name for alias in node.names if not alias.asname]
+            if base in names and module != DEFAULTS and (SCRIPTS / module).is_file():
+                inherited, literals = _said(module, base)
+                methods, stated = methods | inherited, stated | literals
+    for node in found.body:
         if isinstance(node, ast.Assign | ast.AnnAssign):
             for target in node.targets if isinstance(node, ast.Assign) else [node.target]:
                 try:
                     stated[target.id] = ast.literal_eval(node.value)
                 except (AttributeError, ValueError):  # no plain name, no value, or none that is a literal
                     continue
-    return Kind(file, frozenset(node.name for node in body if isinstance(node, ast.FunctionDef)), stated)
+    return methods | {node.name for node in found.body if isinstance(node, ast.FunctionDef)}, stated
 
 
 def page_names(models):

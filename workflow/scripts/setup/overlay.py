@@ -8,8 +8,8 @@ from setup.schema import near, schema
 EXPERIMENTS = "learning.experiments"
 NAMED = ("targets", "learning.models", EXPERIMENTS)
 ALL = "*"  # `'*': null` removes every one that the overlay itself does not name
-# Of these an overlay's form may differ from the base's ({count} or {start, stop, step}).
-ALTERNATIVES = ("aspect.azimuth",)
+# Of these an overlay's form may differ from the base's: {count} or {start, stop, step}; a grid or single directions.
+ALTERNATIVES = ("aspect", "aspect.azimuth", "aspect.great_circle.angle")
 # Experiments that config/config.yaml had, and which one of its scores hold theirs.
 HELD_BY = {"fcnn_closed": "fcnn_open", "capsule_closed": "capsule_open"}
 
@@ -25,6 +25,9 @@ def merge(base, overlay, path=""):
         return _named(base, overlay, path)
     if path in ALTERNATIVES and not set(overlay) <= set(base):
         return overlay
+    if path == "radar" and isinstance(overlay.get("frequencies"), list):
+        # A list says what these two say otherwise.
+        base = {key: value for key, value in base.items() if key not in ("center_frequency", "bandwidth")}
     if path in SECTIONS:
         base = _of_kind(base, overlay, path)
     return base | {

@@ -7,7 +7,7 @@ import numpy as np
 
 from core.errors import InputError
 from core.folders import of_fields
-from core.sweep import C0, images_are_made
+from core.sweep import C0, images_are_made, why_no_images
 from imaging.geometry import describe, planned
 from mesh import cad_kernel, topology
 from mesh.read import check_size, in_metres, read_cad
@@ -18,11 +18,11 @@ from setup.config import BASE, read_yaml
 from setup.disk import shortage
 
 
-def overview(config, results, refuse=False):
+def overview(config, results, refuse=False, seeds=1):
     """Lines of text: what solves will need, what images resolve and take, and warnings of what may surprise.
 
     results: the folder of the run's results. With `refuse` a target that this machine has no memory for raises
-    InputError; else it is one of the warnings, for another machine may solve it.
+    InputError; else it is one of the warnings, for another machine may solve it. seeds: how many there are.
     """
     fields, sizes, lines = of_fields(results, config), {}, []
     if "from" in config:
@@ -38,13 +38,15 @@ def overview(config, results, refuse=False):
             lines.append(f"Warning: {name}: {error}")
     lines += _solves(config, sizes, fields, refuse)
     if images_are_made(config):
-        lines += _images(config, results)
+        lines += _images(config, results, seeds)
         reaches = {name: size and size["reach"] for name, size in sizes.items()}
         for name in (name for name, reach in reaches.items() if reach is None):
             lines.append(f"  {name}: whether it fits the unambiguous extent is not known yet.")
         for name, text in warnings(config, reaches):
             lines.append(f"Warning: {text if name == LEARNING else f'{name}: {text}'}")
         lines += _untrained(config["learning"])
+    else:
+        lines.append(f"No images, scattering alone: {why_no_images(config)}")
     return lines
 
 
@@ -96,10 +98,10 @@ def _span(seconds):
     return f"{seconds / unit:,.0f} to {2.5 * seconds / unit:,.0f} {text}"
 
 
-def _images(config, results):
+def _images(config, results, seeds):
     plan, noise = planned(config), config["noise"]
     clean, noisy = plan["bytes"], noise["realizations"] * plan["bytes"]
-    most = len(config["targets"]) * (clean + noisy * len(noise["snr_db"]))
+    most = len(config["targets"]) * (clean + noisy * len(noise["snr_db"]) * seeds)
     return [
         "Images of every target:",
         *(f"  {line}" for line in describe(plan)),

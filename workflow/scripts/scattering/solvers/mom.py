@@ -51,7 +51,8 @@ class Solver:
             so_far = parts[part] + done * seconds[part] if part in parts else sum(seconds.values())
             progress(n, part, done, so_far / sum(seconds.values()))
 
-        solution = solve(vertices, triangles, *asked, symmetry, threads=threads, progress=say, **settings)
+        how = settings | {"paired": sweep.paired, "receivers": sweep.receivers}
+        solution = solve(vertices, triangles, *asked, symmetry, threads=threads, progress=say, **how)
         return replace(solution, used={"tolerance": settings["tolerance"]})
 
     def _settings(self, measures, planes, sweep):

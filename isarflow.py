@@ -1,0 +1,60 @@
+"""Exported images as NumPy arrays: `import isarflow` in the repository's folder, or beside a copy of this one file.
+
+It needs NumPy and h5py alone. `snakemake export` writes the files; docs/exported-images.md says what they hold.
+"""
+
+from dataclasses import dataclass, fields
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Images:
+    """Images and what is known of each, arrays of one length n.
+
+    x: complex64 (n, range, crossrange), divided by its peak magnitude. y: the target's name; role: the target's, known,
+    unknown or other. side: train, validation, test or guard, which no side uses. snr: dB, infinite without noise.
+    elevation, azimuth: degrees, of the radar. realization: number of the noise sample.
+    """
+
+    x: np.ndarray
+    y: np.ndarray
+    role: np.ndarray
+    side: np.ndarray
+    snr: np.ndarray
+    elevation: np.ndarray
+    azimuth: np.ndarray
+    realization: np.ndarray
+
+    def __len__(self):
+        return len(self.y)
+
+    def __getitem__(self, chosen):
+        """Some of the images, by booleans (n,), numbers or a slice: `images[images.side == "train"]`."""
+        return Images(*(getattr(self, field.name)[chosen] for field in fields(self)))
+
+
+def load(*paths, split="random", roles=("known",)):
+    """The `Images` of one or more exported HDF5 files, one file's after another's.
+
+    split: random, or sector_1, sector_2 ...: which division `side` tells. roles: of the targets that are loaded.
+    """
+    parts = [_load(Path(path), split, roles) for path in paths]
+    return Images(*(np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(Images)))
+
+
+def _load(path, split, roles):
+    if not path.is_file():
+        raise FileNotFoundError(f"there is no {path}; make it: snakemake --cores 2 {path}, with your --configfile")
+    with h5py.File(path) as file:
+        targets, role_of, sides = (np.array(file.attrs[name], str) for name in ("targets", "roles", "sides"))
+        splits = [name.removeprefix("split_") for name in file if name.startswith("split_")]
+        if split not in splits:
+            raise ValueError(f"{path} has no split '{split}'; it has {', '.join(splits)}")
+        label = file["label"][:]
+        chosen = np.isin(role_of[label], roles)
+        own = (file[name][:][chosen] for name in ("snr", "elevation", "azimuth", "realization"))
+        side = sides[file[f"split_{split}"][:][chosen]]
+        return Images(file["image"][:][chosen], targets[label[chosen]], role_of[label[chosen]], side, *own)

@@ -1,0 +1,149 @@
+"""The radar cross-section as numbers and figures: tables, cuts, and a reference of the user's own."""
+
+import feko
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+
+from core.errors import InputError
+from core.sweep import C0, unit_vectors
+from report import rcs_compare, rcs_figures
+from report.layout import style
+from report.rcs import as_table
+from scattering.interpolation import is_dense, order
+from scattering.store import write_field
+
+REACH, FREQUENCY = 0.3, np.array([1.0e9, 1.5e9])
+POINTS = np.array([[0.2, 0.1, 0.0], [-0.15, 0.2, 0.1], [0.0, -0.25, -0.1]])
+
+
+def points_field(elevation, azimuth, frequency=FREQUENCY):
+    """Backscatter (1, F, ...) of point scatterers at directions of one shape."""
+    u, *_ = unit_vectors(*np.broadcast_arrays(np.asarray(elevation, float), np.asarray(azimuth, float)))
+    phase = 4 * np.pi / C0 * np.multiply.outer(frequency, u @ POINTS.T)
+    return (np.exp(1j * phase) @ [1.0, 0.6, 0.8])[None].astype(np.complex64)
+
+
+@pytest.fixture
+def stored(tmp_path):
+    """stored(elevation, azimuth, paired=False): a store of the points' field, opened."""
+
+    def store(elevation, azimuth, paired=False):
+        elevation, azimuth = np.array(elevation, float), np.array(azimuth, float)
+        field = points_field(*((elevation, azimuth) if paired else (elevation[:, None], azimuth)))
+        write_field(tmp_path / "a.zarr", field, ["VV"], FREQUENCY, elevation, azimuth, {})
+        return xr.open_zarr(tmp_path / "a.zarr")
+
+    return store
+
+
+CIRCLE = np.arange(0.0, 360.0, 5.0)
+
+
+@pytest.mark.parametrize("paired", [False, True])
+def test_the_table_holds_the_store(stored, paired):
+    where = ([0.0, 10.0, 20.0], [5.0, 90.0, 7.0])
+    dataset = stored(*where, paired)
+    table = as_table(dataset)
+    assert len(table) == dataset.field.size
+    truth = np.array(
+        [points_field(row.elevation_deg, row.azimuth_deg, row.frequency_hz)[0] for row in table.itertuples()]
+    )
+    np.testing.assert_allclose(table["rcs_dbsm"], 10 * np.log10(4 * np.pi * np.abs(truth) ** 2), atol=1e-4)
+    np.testing.assert_allclose(table["phase_deg"], np.degrees(np.angle(truth)), atol=1e-2)
+
+
+def test_curves_pass_through_the_samples_and_hold_the_field_between_them(stored):
+    dataset = stored([0.0, 30.0], CIRCLE)
+    across, _, _, curves = rcs_figures.cut(dataset, REACH, 5)
+    assert (across, len(curves)) == ("azimuth", 2)
+    for curve, elevation in zip(curves, (0, 30), strict=True):
+        truth = points_field(elevation, curve.x, FREQUENCY[:1])[0, 0]
+        assert curve.smooth
+        assert curve.x[-1] == 360
+        largest = 10 ** (curve.levels.max() / 20)
+        drawn, exact = 10 ** (curve.y / 20), np.sqrt(4 * np.pi) * np.abs(truth)
+        assert np.abs(drawn - exact).max() < 1e-4 * largest
+        at_samples = np.interp(curve.samples, curve.x, drawn)
+        assert np.abs(at_samples - 10 ** (curve.levels / 20)).max() < 0.02 * largest
+
+
+def test_samples_too_far_apart_are_joined_by_lines_and_said_so(stored):
+    dataset = stored([0.0], CIRCLE[::8])
+    assert not is_dense(CIRCLE[::8], order(1e9, REACH, 0.0))
+    *_, (curve,) = rcs_figures.cut(dataset, REACH, 5)
+    assert not curve.smooth
+    assert np.array_equal(curve.x, curve.samples)
+    with style():
+        assert "too far apart" in rcs_figures.cut_figure("a", dataset, REACH, 5).caption
+
+
+def test_every_form_of_sweep_has_its_cut(stored):
+    turned = np.arange(-90.0, 91.0, 10.0)
+    assert rcs_figures.cut(stored(turned, [0.0, 90.0]), REACH, 5)[0] == "elevation"
+    assert rcs_figures.cut(stored([0.0], [30.0]), REACH, 5)[0] == "frequency"
+    assert rcs_figures.cut(stored(turned, 0 * turned, True), REACH, 5)[1] == rcs_figures.ALONG
+    assert rcs_figures.cut(stored([1.0, 30.0, 2.0], [5.0, 6.0, 7.0], True), REACH, 5)[1] == rcs_figures.NUMBER
+    with style():
+        for dataset in (stored([0.0, 10.0, 20.0], CIRCLE), stored(turned, 0 * turned, True)):
+            drawn = [
+                rcs_figures.cut_figure("a", dataset, REACH, 5),
+                rcs_figures.polar_figure("a", dataset, REACH, 5),
+                rcs_figures.map_figure("a", dataset),
+                rcs_figures.frequency_figure("a", dataset, 5),
+                rcs_figures.distribution_figure("a", dataset),
+            ]
+            grid = "direction" not in dataset.sizes
+            assert [figure is not None for figure in drawn] == [True, True, grid, True, True]
+
+
+def reference(path, azimuth, shift, **columns):
+    level = rcs_figures.rcs_dbsm(points_field(0.0, azimuth, FREQUENCY[:1])[0, 0]) + shift
+    frame = pd.DataFrame({"azimuth_deg": azimuth, "rcs_dbsm": level, "frequency_hz": FREQUENCY[0]} | columns)
+    frame.to_csv(path, index=False)
+    return str(path)
+
+
+def test_a_reference_between_the_samples_is_compared_with_the_field_there(stored, tmp_path):
+    azimuth = np.array([0.0, 2.2, 33.1, 355.0, 358.0])
+    shift = np.array([0.5, -0.5, 0.5, 0.5, -2.0])
+    compared = rcs_compare.compare(reference(tmp_path / "r.csv", azimuth, shift), stored([0.0], CIRCLE), REACH)
+    np.testing.assert_allclose(compared["difference_db"], -shift, atol=1e-3)
+    text = rcs_compare.sentence("a", compared, "r.csv")
+    assert "mean difference is 0.80 dB, the worst +2.00 dB" in text
+    assert "azimuth 358°" in text
+
+
+def test_samples_that_the_run_has_not_are_left_out_and_counted(stored, tmp_path):
+    path = reference(tmp_path / "r.csv", np.array([0.0, 5.0, 7.0]), 0.0, elevation_deg=[0.0, 3.0, 0.0])
+    compared = rcs_compare.compare(path, stored([0.0], CIRCLE), None)
+    assert len(compared) == 1
+    assert "2 more have no" in rcs_compare.sentence("a", compared, path)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("azimuth_deg,rcs\n0,1\n", "no column rcs_dbsm"),
+        ("azimuth_deg,frequency_hz,rcs_dbsm\n0,1e9,x\n", "row 1 has no finite number in column rcs_dbsm"),
+        ("azimuth_deg,rcs_dbsm\n0,1\n", "no column frequency_hz, in which the run has 2 values"),
+        ("azimuth_deg,frequency_hz,rcs_dbsm\n1,1e9,0\n", "none of its 1 samples"),
+    ],
+)
+def test_a_reference_that_does_not_fit_is_refused(stored, tmp_path, text, message):
+    (tmp_path / "r.csv").write_text(text)
+    with pytest.raises(InputError, match=message):
+        rcs_compare.compare(str(tmp_path / "r.csv"), stored([0.0], CIRCLE), None)
+
+
+def test_a_reference_may_be_what_feko_wrote(tmp_path, stored):
+    frequency, elevation, azimuth = [1.0e9], [0.0, 20.0], [0.0, 40.0, 80.0]
+    (tmp_path / "v.ffe").write_text(feko.sweep(frequency, elevation, azimuth))
+    field = feko.amplitudes(frequency, elevation, azimuth)
+    both = np.stack([field["VV"], 2 * field["HV"]]).astype(np.complex64)
+    write_field(tmp_path / "b.zarr", both, ["VV", "HV"], frequency, elevation, azimuth, {})
+    compared = rcs_compare.compare({"V": str(tmp_path / "v.ffe")}, xr.open_zarr(tmp_path / "b.zarr"), None)
+    mean = compared.groupby("polarization")["difference_db"].mean()
+    assert mean.to_dict() == pytest.approx({"VV": 0, "HV": 20 * np.log10(2)}, abs=1e-3)
+    assert len(compared) == 12

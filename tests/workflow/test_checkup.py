@@ -1,0 +1,59 @@
+"""What `snakemake check` says of a CAD file, by the function that its job calls."""
+
+import numpy as np
+import pytest
+from test_sphere import write_ascii_stl
+
+from setup.checkup import checkup
+from setup.config import load
+
+CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
+FACES = np.array([[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1], [2, 3, 7], [2, 7, 6]])
+FACES = np.concatenate([FACES, [[0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]]])
+
+
+def block(lengths, place=(0, 0, 0)):
+    """A closed block, outward: (8, 3) and (12, 3)."""
+    return (CORNERS - 0.5) * lengths + place, FACES
+
+
+@pytest.fixture
+def said(tmp_path, monkeypatch):
+    """said(vertices, triangles, target's keys): the lines on it as one text."""
+    monkeypatch.chdir(tmp_path)
+
+    def say(vertices, triangles, **keys):
+        write_ascii_stl(tmp_path / "a.stl", vertices, triangles)
+        target = {"mesh": "a.stl", "role": "other", **keys}
+        radar = {"frequencies": [1e9, 2e9], "polarizations": ["VV"]}
+        return "\n".join(checkup(load({"targets": {"*": None, "a": target}, "radar": radar}), "a"))
+
+    return say
+
+
+def test_a_plate_is_measured(said):
+    text = said(*block([300.0, 200.0, 2.0], [0, 0, 7.0]), unit="mm", symmetry=["xz"])
+    assert "size 0.3 x 0.2 x 0.002 m, 12 triangles" in text
+    assert "mirror planes: yz, xz; 'symmetry: [yz, xz]' would spare work" in text
+    assert "surface: closed, 1 piece" in text
+    assert "repairs: none needed" in text
+    thick = float(text.split("thinnest part: at most ")[1].split(" mm")[0])
+    assert 2 <= thick < 5
+    # Of its area, 0.122 m^2 in equilateral triangles of a tenth of 0.15 m.
+    unknowns = float(text.split("up to 2 GHz: about ")[1].split(" unknowns")[0].replace(",", ""))
+    assert unknowns == pytest.approx(1.5 * 0.122 / (np.sqrt(3) / 4 * 0.01499**2), rel=0.01)
+
+
+def test_without_a_unit_every_unit_is_tried(said):
+    text = said(*block([0.3, 0.2, 0.1]))
+    assert "taken as m; 0.003 x 0.002 x 0.001 m if its numbers are cm" in text
+    assert "mirror planes: yz, xz, xy" in text
+
+
+def test_what_would_be_repaired_and_what_is_refused_is_said(said):
+    vertices, triangles = block([0.3, 0.2, 0.1])
+    beside, _ = block([0.3, 0.2, 0.1], [0, 0.05, 0])
+    assert "repairs: 1 " in said(vertices, np.concatenate([triangles, triangles[:1]]))
+    assert "surface: open, with 0.6 m of rim" in said(vertices, triangles[2:])
+    assert "refused: a.stl is not symmetric about y = 0" in said(beside, triangles, symmetry=["xz"])
+    assert "refused: a.stl would be 300 m" in said(vertices * 1000, triangles)

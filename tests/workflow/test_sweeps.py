@@ -1,0 +1,101 @@
+"""Sweeps for the radar cross-section alone: lists, single directions, great circles; targets scaled and moved."""
+
+import numpy as np
+import pytest
+
+from core import sweep
+from core.errors import InputError
+from mesh.read import in_metres
+from setup.config import ROOT, load
+from setup.overview import overview
+
+ALONE = {"targets": {"*": None, "a": {"mesh": "resources/cad/drone.stl", "role": "other"}}}
+CIRCLE = {"from": [0, 0], "through": [0, 90], "angle": {"count": 8}}
+
+
+@pytest.fixture(autouse=True)
+def in_the_repository(monkeypatch):
+    monkeypatch.chdir(ROOT)
+
+
+def test_a_list_of_frequencies_stands_for_centre_and_bandwidth():
+    radar = load(ALONE, {"radar": {"frequencies": ["3e9", 1e9, 1.5e9]}})["radar"]
+    assert (radar["center_frequency"], radar["bandwidth"]) == (2e9, 2e9)
+    assert sweep.frequencies(radar).tolist() == [1e9, 1.5e9, 3e9]
+    assert [band.tolist() for band in sweep.bands(radar, 2)] == [[1e9, 1.5e9], [3e9]]
+
+
+@pytest.mark.parametrize(
+    "overlay",
+    [
+        {"radar": {"frequencies": [1e9]}},
+        {"radar": {"frequencies": [1e9, 2e9]}},
+        {"aspect": {"azimuth": [0, 90]}},
+        {"aspect": {"directions": [[0, 0]]}},
+        {"aspect": {"great_circle": CIRCLE}},
+        {"radar": {"frequencies": 1, "bandwidth": 0}},
+        {"scattering": {"bistatic": {"receivers": [[0, 30]]}}},
+    ],
+)
+def test_what_makes_no_images_is_said_with_its_key(overlay):
+    config = load(ALONE, overlay)
+    (line,) = [line for line in overview(config, "results/none") if "No images" in line]
+    (section,) = overlay
+    assert f"'{section}" in line
+    assert not sweep.images_are_made(config)
+
+
+def test_a_list_of_elevations_still_makes_images():
+    config = load({"aspect": {"elevation": [30, 0]}})
+    assert sweep.images_are_made(config)
+    assert sweep.elevations(config["aspect"]).tolist() == [0, 30]
+
+
+@pytest.mark.parametrize(
+    ("overlays", "message"),
+    [
+        ([{"radar": {"frequencies": [1e9], "bandwidth": 0}}], "'radar.bandwidth' stands beside a list"),
+        ([{"radar": {"frequencies": [1e9]}}, {"radar": {"frequencies": 3}}], "center_frequency' is missing"),
+        ([{"radar": {"frequencies": [1e9, 5]}}], "'radar.frequencies.1': 5 is less than 1000000"),
+        ([{"radar": {"frequencies": []}}], "'radar.frequencies': [] has fewer than 1 entries"),
+        ([{"aspect": {"directions": [[0, 0, 1]]}}], "'aspect.directions.0': [0, 0, 1] has more than 2 entries"),
+        ([{"aspect": {"directions": [[91, 0]]}}], "'aspect.directions.0.0': 91 is more than 90"),
+        ([{"aspect": {"elevation": [0], "directions": [[0, 0]]}}], "it has directions, elevation"),
+        ([{"aspect": {"directions": [[0, 0]]}}, {"aspect": {"azimuth": [0]}}], "it has azimuth"),
+        ([{"aspect": {"great_circle": CIRCLE | {"through": [0, 180]}}}], "lie on one line"),
+        ([{"aspect": {"great_circle": CIRCLE | {"angle": {"count": 3, "step": 1}}}}], "it has count, step"),
+        ([{"aspect": {"azimuth": {"start": 0, "stop": 0, "step": 1}}}], "Write these as a list"),
+        (
+            [{"scattering": {"bistatic": {"receivers": [[0, 0]]}}, "targets": {"a": {"reference": "README.md"}}}],
+            "'targets.a.reference': it is of backscatter",
+        ),
+        ([{"targets": {"a": {"reference": "README.md"}}}], "README.md is not one CSV file"),
+        ([{"targets": {"a": {"scale": 0}}}], "'targets.a.scale': 0 is not more than 0"),
+        ([{"targets": {"a": {"translate": [1, 2]}}}], "'targets.a.translate': [1, 2] has fewer than 3 entries"),
+    ],
+)
+def test_a_bad_sweep_is_refused_with_its_key(overlays, message):
+    with pytest.raises(InputError) as caught:
+        load(ALONE, *overlays)
+    assert message in str(caught.value)
+
+
+def test_great_circles_are_where_they_should_be():
+    elevation, azimuth = sweep.directions({"great_circle": CIRCLE})
+    assert elevation.tolist() == [0] * 8
+    assert (azimuth % 360).tolist() == (np.arange(8) * 45.0).tolist()
+    elevation, azimuth = sweep.directions({"great_circle": CIRCLE | {"through": [90, 0]}})
+    assert elevation.tolist() == [0, 45, 90, 45, 0, -45, -90, -45]
+    assert np.abs(azimuth).tolist() == [0, 0, 0, 180, 180, 180, 0, 0]
+    tilted = CIRCLE | {"from": [10, 20], "through": [50, 70]}
+    u, *_ = sweep.unit_vectors(*sweep.directions({"great_circle": tilted}))
+    normal = np.cross(*sweep.unit_vectors(np.array([10.0, 50.0]), np.array([20.0, 70.0]))[0])
+    assert np.abs(u @ normal).max() < 1e-7
+    assert np.sum(u[:-1] * u[1:], axis=1) == pytest.approx(np.cos(np.pi / 4), abs=1e-7)
+
+
+def test_scale_comes_before_rotate_and_translate_last():
+    moved = in_metres(
+        np.array([[1.0, 0.0, 0.0]]), {"unit": "cm", "scale": 20, "rotate": [0, 0, 90], "translate": [1, 2, 3]}
+    )
+    np.testing.assert_allclose(moved, [[1.0, 2.2, 3.0]], atol=1e-12)

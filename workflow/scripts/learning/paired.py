@@ -1,0 +1,85 @@
+"""Runs side by side: the scores of one less another's on the test images that both have."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from core.folders import SCORES
+from learning import judge, metrics
+from learning.model_folder import config_of
+from learning.predict import KNOWN
+from learning.scores import HEAD, read_table, tables_of_cases
+
+IMAGE = ["target", "elevation", "azimuth", "realization"]  # what tells an image from another
+METRICS = ("accuracy", "f1_weighted")
+COLUMNS = [*HEAD, "test_snr_db", "score", "threshold", "run", "metric"]
+COLUMNS += ["value", "reference_value", "difference", "low", "high", "n"]
+
+
+def differences(roots, seed):
+    """How the scores of each other run differ from the first one's, a DataFrame with COLUMNS.
+
+    roots: the runs' folders by name, results/<run>, the first the reference. seed: of the resamples.
+    Compared are the same experiment, model, split, training, confidence score and protocol at the same test SNR, in the
+    closed set and, of open runs, with thresholds. Both values count the test images that both runs have alone (`n`),
+    each judged by its own run; `low` and `high` are the 95 % interval of the difference, by a bootstrap over blocks of
+    these images in which both runs are drawn alike. Of two runs with no test image in common there are no rows.
+    """
+    sides, rows = {name: _cases(root) for name, root in roots.items()}, []
+    (_, reference), *others = sides.items()
+    for head, tables in reference.items():
+        for snr, paths in sorted(tables.items()):
+            there = [(name, cases[head][snr]) for name, cases in others if snr in cases.get(head, {})]
+            decided = _decided(paths) if there else {}
+            for name, of_other in there:
+                for kind, decision in _decided(of_other).items():
+                    if kind in decided:
+                        found = difference(decision, decided[kind], seed)
+                        rows += [[*head, snr, *kind, name, *row] for row in found]
+    return pd.DataFrame(rows, columns=COLUMNS)
+
+
+def difference(decision, reference, seed):
+    """(metric, value, reference's, difference, low, high, images) of two `judge.Decision`s, where they share images."""
+    images = [pd.MultiIndex.from_frame(one.test[IMAGE].round(4)) for one in (decision, reference)]
+    common = images[0].intersection(images[1]).sort_values()
+    if not len(common):
+        return
+    rows = [of.get_indexer(common) for of in images]
+    block = reference.test["block"].to_numpy()[rows[1]]
+    blocks, place = np.unique(block, return_inverse=True)
+    labels = judge.ordered({*decision.labels, *reference.labels})
+    found = []
+    for one, row in zip((decision, reference), rows, strict=True):
+        truth, predicted = one.test["truth"].to_numpy(str)[row], one.predicted[row]
+        codes = [pd.Categorical(of, categories=labels).codes.astype(int) for of in (truth, predicted)]
+        counts = metrics.confusion(place, *codes, (len(blocks), len(labels)))
+        found.append((metrics.metrics_of(counts.sum(axis=0), labels, labels), counts))
+    drawn = [metrics.resampled(counts, labels, labels, seed) for _, counts in found]
+    equal = metrics.equal_blocks(np.bincount(place))
+    for name in METRICS:
+        value, of_reference = (values[name] for values, _ in found)
+        ends = metrics.interval(value - of_reference, drawn[0][name] - drawn[1][name], equal, share=False)
+        # Few blocks say so little that their interval may reach beyond what a difference of shares can be.
+        yield name, value, of_reference, value - of_reference, *np.clip(ends, -1, 1), len(common)
+
+
+def _cases(root):
+    """What stands in the columns HEAD of every run and model in a folder and, by SNR, its tables in order of folds.
+
+    Those that its scores.csv names: the folder may still hold tables of what the config no longer has.
+    """
+    scores = pd.read_csv(Path(root, SCORES), keep_default_na=False)
+    named = set(zip(*(scores[name] for name in HEAD[:4]), scores["test_snr_db"], strict=True))
+    tables = sorted(Path(root, "learning/predictions").glob("*/*/*.csv"))
+    runs = {table.parts[-3]: config_of(Path(root, "learning/models", *table.parts[-3:-1]))["run"] for table in tables}
+    cases = {head: by_snr for head, (_, by_snr) in tables_of_cases(tables, runs).items()}
+    return {head: {snr: of[snr] for snr in of if (*head[:4], snr) in named} for head, of in cases.items()}
+
+
+def _decided(paths):
+    """The `Decision`s of one SNR that are the last word, by confidence score and protocol."""
+    table = pd.concat(map(read_table, paths), ignore_index=True)
+    is_open = any(name.startswith(KNOWN) for name in table)
+    return {(one.score, one.threshold): one for one in judge.decide(table, is_open) if one.is_final}

@@ -1,0 +1,53 @@
+"""A classifier of scikit-learn as a model: what a file of workflow/scripts/learning/models says of it is one method."""
+
+import joblib
+import numpy as np
+
+from core.errors import InputError
+from learning import confidence
+from learning.classifier import OTHER, Classifier, Outcome
+
+FILE = "estimator.joblib"
+
+
+class ScikitLearn(Classifier):
+    """Base of a model that fits an estimator of scikit-learn, or a pipeline that ends in one, to features of images.
+
+    A model defines `estimator`, and where the magnitudes of the pixels are not what it learns from, `features`.
+    Scores are the estimator's class probabilities, else its decision function; the largest is the prediction. Known
+    score: `probability`, the largest of a known class; of decision functions `confidence.of_logits`.
+    The estimator is kept by joblib, a pickle: whoever loads it runs what is in it.
+    """
+
+    def estimator(self):
+        """The unfitted estimator, made from self.settings; its random_state is self.seed."""
+        raise InputError(f"{self.__module__}: its Model lacks estimator(self), which gives one of scikit-learn.")
+
+    def features(self, images):
+        """Features (n, d) of complex images (n, range, crossrange)."""
+        return np.abs(images).reshape(len(images), -1)
+
+    def fit(self, images, labels, validation=None, snrs=None, views=None):
+        self.fitted = self.estimator().fit(self.features(images), labels)
+        self.classes_ = np.asarray(self.fitted.classes_)
+        return self
+
+    def evaluate(self, images):
+        x = self.features(images)
+        if hasattr(self.fitted, "predict_proba"):
+            scores = self.fitted.predict_proba(x)
+            known = {"probability": scores[:, self.classes_ != OTHER].max(axis=1)}
+        else:
+            scores = self.fitted.decision_function(x)
+            if scores.ndim == 1:  # one number for two classes, positive for the second
+                scores = np.stack([-scores, scores], axis=1) / 2
+            known = confidence.of_logits(scores, self.classes_)
+        return Outcome(self.classes_[scores.argmax(axis=1)], scores, known)
+
+    def save(self, folder):
+        super().save(folder)
+        joblib.dump(self.fitted, folder / FILE)
+
+    def load(self, folder):
+        self.fitted = joblib.load(folder / FILE)
+        return super().load(folder)

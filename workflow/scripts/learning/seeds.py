@@ -1,0 +1,45 @@
+"""Scores over several seeds: their mean, and how far it would differ with other seeds."""
+
+import numpy as np
+import pandas as pd
+from scipy.special import expit, logit
+from scipy.stats import t
+
+from learning.metrics import LEVEL
+from learning.scores import CASE
+
+KEYS = [*CASE, "snr_definition", "fold", "metric"]
+NO_SHARES = ("threshold", "f1_weighted_gain")  # metrics that may lie outside 0 to 1
+
+
+def over_seeds(scores, output):
+    """Write what the scores of several seeds, tables scores.csv, have in common: one row for each of theirs.
+
+    Columns: those of scores.csv, with value the mean, low and high its 95 % interval over seeds, and n how many there
+    are; and lowest and highest of them. Where a seed has no such row it counts for none.
+    """
+    tables = [pd.read_csv(path, keep_default_na=False) for path in scores]
+    every = pd.concat(tables, ignore_index=True)
+    every["value"] = pd.to_numeric(every["value"])
+    values = every.groupby(KEYS, sort=False)["value"].agg(["mean", "std", "count", "min", "max"]).reset_index()
+    low, high = interval(values["mean"], values["std"], values["count"], ~values["metric"].isin(NO_SHARES))
+    found = values[KEYS].assign(value=values["mean"], low=low, high=high, n=values["count"])
+    found.assign(lowest=values["min"], highest=values["max"]).to_csv(output, index=False)
+    print(f"{len(found)} scores over {len(tables)} seeds")
+
+
+def interval(mean, deviation, count, is_share):
+    """The 95 % interval of the mean of so many values with a standard deviation: (low, high), arrays like `mean`.
+
+    Student's t with count - 1 degrees of freedom; of a share laid out on the scale of log(p / (1 - p)), where it cannot
+    leave 0 to 1 (as `metrics.interval`). NaN for a single value.
+    """
+    mean, deviation, count = (np.asarray(of, float) for of in (mean, deviation, count))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        half = np.where(count > 1, t.ppf((1 + LEVEL) / 2, count - 1) * deviation / np.sqrt(count), np.nan)
+        slope = mean * (1 - mean)
+        ends = []
+        for side in (-1, 1):
+            of_share = np.where(half > 0, expit(logit(mean) + side * half / slope), mean + 0 * half)
+            ends.append(np.where(is_share, of_share, mean + side * half))
+    return tuple(ends)

@@ -1,0 +1,50 @@
+"""What the page's words mean: shown where a reader points at one, and listed at its end."""
+
+# A term as it stands in a text, or several in which it does, and what it means in a sentence or two.
+GLOSSARY = {
+    "weighted F1": "Of each class the harmonic mean of precision and recall, averaged with the classes' numbers of "
+    "images as weights. 1 is perfect.",
+    "open set": "Test images of known targets and of unknown ones, which no model has seen and each shall reject.",
+    "closed set": "Test images of the known targets alone.",
+    "by sector": "An arc of the aspects tests, at least an aperture away from all that trains; the arcs take turns.",
+    "at random": "Single aspects are drawn to be tested: each has neighbours among the training images that share most "
+    "of its samples.",
+    "blind": "A threshold of rejection chosen without any image of an unknown target.",
+    "thesis thresholds": "Thresholds of rejection chosen with images of the unknown targets at validation azimuths, as "
+    "the reference thesis does.",
+    "validation images": "Images at azimuths that neither train nor test: thresholds and settings are chosen by them.",
+    "ZNCC": "Zero-mean normalised cross-correlation of two images: 1 where they are alike but for brightness, 0 where "
+    "nothing of them is.",
+    "MSE": "Mean squared error between an image and its reconstruction.",
+    "AUROC": "The probability that an image of a known target has a higher confidence score than one of an unknown "
+    "target; 0.5 is chance.",
+    "FPR at 95 % TPR": "The share of unknown images that are kept by the threshold that keeps 95 % of the known ones.",
+    "OSCR": "Area under the rate of correct classification against that of unknown images taken for known.",
+    "OpenMax": "A softmax with a class 'unknown' besides, from how far an image's logits lie from its class's mean.",
+    "peak_3db": "Signal power is the mean over the aperture's samples within 3 dB of its strongest.",
+    "mean power": "Signal power is the mean over all samples of the aperture.",
+    "SNR": "Signal-to-noise ratio of the samples before the image is formed, in decibels.",
+    "95 % intervals": "From resampling blocks of test images that belong together, by sector the folds.",
+    "coherent": "With phase: magnitudes alone are incoherent.",
+    "adaptive matched filter": "Correlation with training images after the covariance of all images at that SNR has "
+    "been made white.",
+    "adaptive filter": "Correlation with training images after the covariance of all images at that SNR has been made "
+    "white.",
+    "matched filter": "The class of the training image with the largest complex correlation.",
+    "capsule network": "A network whose output for a class is a vector; its length says how sure it is, and a decoder "
+    "makes the image anew from it.",
+    "ISAR": "Inverse synthetic aperture radar: an image in range and cross-range of a target that turns.",
+    "cross-range": "The direction at right angles to the line of sight in the plane of the turn.",
+    "unambiguous": "What lies farther out than the sampling allows appears on the other side of the image.",
+    "RCS": "Radar cross section, 4π|f|² of the scattering amplitude f.",
+    "dBsm": "Decibels over one square metre.",
+    "residual": "How far the solved currents miss the equations, relative to their right-hand side.",
+    "unknowns": "Edges of the mesh that carry a current to be solved for.",
+    "Mie": "The exact solution for a sphere, as a series.",
+    "method of moments": "Surface currents in basis functions on a mesh, found from a linear system.",
+    "EFIE": "Electric field integral equation.",
+    "CFIE": "Combined field integral equation, for closed targets; it has no interior resonances.",
+    "range profile": "Echo against range at one aspect, from all frequencies together.",
+    "sinogram": "Range profiles side by side over azimuth: each scatterer draws a sine.",
+    "validation mean": "Mean weighted F1 over the middle SNRs on the validation images, by which methods are ranked.",
+}

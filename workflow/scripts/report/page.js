@@ -1,0 +1,183 @@
+// What the whole page does: unpack its files, draw figures when they are seen, fold, explain words, turn dark.
+const page = (() => {
+  const byId = (name) => document.getElementById(name);
+  const files = new Map([...document.querySelectorAll("script[data-file]")].map((one) => [one.dataset.file, one]));
+  const root = document.documentElement, live = {};
+
+  // The content of a file that the page holds, as bytes.
+  async function bytes(path) {
+    const packed = Uint8Array.from(atob(files.get(path).textContent), (letter) => letter.charCodeAt(0));
+    const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
+    return new Uint8Array(await new Response(stream).arrayBuffer());
+  }
+  const text = async (path) => new TextDecoder().decode(await bytes(path));
+
+  // Ink, paper, grid and the darkest colours of curves, light and dark.
+  const TURNED = {
+    "#000000": "#d5dbe3", "#222222": "#f0f3f6", "#ffffff": "#14181f", "#d9d9d9": "#39414d", "#767676": "#9aa4b1",
+    "#a6193c": "#e0567a", "#5b4bb5": "#9d8ff0", "#0072b2": "#4a9fd8", "#00707a": "#2aa5b0", "#7a6a00": "#b5a12a",
+  };
+  const isDark = () => root.dataset.look === "dark";
+  const ink = (color) => (isDark() ? TURNED[color.toLowerCase()] || color : color);
+  function turned(svg) {
+    if (!isDark()) return svg;
+    // Text has no colour of its own: it takes the root's.
+    return svg.replace("<svg ", `<svg fill="${TURNED["#000000"]}" `).replace(/#[0-9a-f]{6}(?=[;"])/gi, ink);
+  }
+
+  async function show(image) {
+    const shown = image.dataset.look, wanted = root.dataset.look;
+    if (shown === wanted) return;
+    image.dataset.look = wanted;
+    const url = URL.createObjectURL(new Blob([turned(await text(image.dataset.file))], { type: "image/svg+xml" }));
+    const old = image.src;
+    image.src = url;
+    await image.decode().catch(() => {});
+    if (old.startsWith("blob:")) URL.revokeObjectURL(old);
+  }
+
+  const images = [...document.querySelectorAll("img[data-file]")];
+  const eye = new IntersectionObserver((entries) => {
+    for (const { target, isIntersecting } of entries) {
+      if (!isIntersecting) continue;
+      if (target.dataset.file) show(target);
+      else if (live[target.dataset.live]) start(target);
+    }
+  }, { rootMargin: "500px" });
+
+  // A live part of the page: `begin(data)` draws it and gives what draws it anew, or nothing.
+  const drawn = new Map();
+  async function start(section) {
+    const name = section.dataset.live;
+    if (drawn.has(name)) return;
+    drawn.set(name, () => {});
+    section.querySelector(".unscripted")?.remove();
+    drawn.set(name, (await live[name](JSON.parse(await text(`${name}.json`)))) || (() => {}));
+    section.dataset.ready = "yes";
+  }
+  const redraw = () => drawn.forEach((again) => again());
+
+  function setLook(look) {
+    root.dataset.look = look;
+    byId("look-of-page").textContent = look === "dark" ? "Light" : "Dark";
+    for (const image of images) if (image.src.startsWith("blob:") || image.getBoundingClientRect().top < innerHeight) show(image);
+    redraw();
+  }
+
+  // Words of the glossary: the first time that each stands in a block, a button that says what it means.
+  const terms = new Map([...document.querySelectorAll(".glossary dt")].map((one) => [one.textContent, one.nextElementSibling.textContent]));
+  const escaped = [...terms.keys()].sort((a, b) => b.length - a.length).map((term) => term.replace(/[.*+?^${}()|[\]\\]/g, "\\$&"));
+  const any = new RegExp(`(?<![\\w-])(?:${escaped.join("|")})(?![\\w-])`, "g");
+  function explain(block) {
+    if (block.dataset.explained) return;
+    block.dataset.explained = "yes";
+    const said = new Set(), walker = document.createTreeWalker(block, NodeFilter.SHOW_TEXT), nodes = [];
+    while (walker.nextNode()) if (!walker.currentNode.parentElement.closest("a, button, output")) nodes.push(walker.currentNode);
+    for (const node of nodes) {
+      const parts = [];
+      let from = 0;
+      for (const { 0: term, index } of node.data.matchAll(any)) {
+        if (said.has(term)) continue;
+        said.add(term);
+        const button = Object.assign(document.createElement("button"), { type: "button", className: "term", textContent: term });
+        button.setAttribute("aria-describedby", "meaning");
+        parts.push(node.data.slice(from, index), button);
+        from = index + term.length;
+      }
+      if (parts.length) node.replaceWith(...parts, node.data.slice(from));
+    }
+  }
+  function mean(term) {
+    const box = byId("meaning");
+    box.hidden = !term;
+    if (!term) return;
+    box.textContent = terms.get(term.textContent);
+    const at = term.getBoundingClientRect(), width = Math.min(340, innerWidth - 24);
+    Object.assign(box.style, { width: `${width}px`, left: `${Math.min(Math.max(at.left, 12), innerWidth - width - 12)}px` });
+    const below = at.bottom + 8 + box.offsetHeight < innerHeight;
+    box.style.top = `${below ? at.bottom + 8 : at.top - 8 - box.offsetHeight}px`;
+  }
+  for (const type of ["pointerover", "focusin", "click"]) {
+    addEventListener(type, (event) => mean(event.target.closest?.(".term") || (type === "focusin" ? null : document.activeElement?.closest(".term"))));
+  }
+  addEventListener("keydown", (event) => event.key === "Escape" && mean(null));
+  addEventListener("scroll", () => mean(null), { passive: true });
+
+  // What is seen is explained, so that a page of many words opens at once.
+  const reader = new IntersectionObserver((entries) => {
+    for (const { target, isIntersecting } of entries) if (isIntersecting) explain(target);
+  }, { rootMargin: "200px" });
+
+  // Folding. A link into a folded part unfolds what it lies in.
+  const parts = [...document.querySelectorAll("details.part, details.sub")];
+  function unfold(target) {
+    for (let box = target?.closest("details"); box; box = box.parentElement.closest("details")) box.open = true;
+  }
+  const arrive = () => {
+    const target = location.hash.length > 1 && byId(decodeURIComponent(location.hash.slice(1)));
+    if (target) unfold(target), target.scrollIntoView();
+  };
+  const foldAll = (open) => parts.forEach((part) => (part.open = open));
+  const fold = byId("fold");
+  fold.addEventListener("click", () => foldAll(fold.getAttribute("aria-expanded") === "false"));
+  const state = () => {
+    const open = parts.every((part) => part.open);
+    fold.setAttribute("aria-expanded", open);
+    fold.textContent = open ? "Fold all" : "Unfold all";
+  };
+  parts.forEach((part) => part.addEventListener("toggle", state));
+
+  // A link to a file gives the copy that the page holds: it works where the page came alone.
+  document.addEventListener("click", async (event) => {
+    const link = event.target.closest?.("a[download]"), path = link?.getAttribute("href");
+    if (!files.has(path)) {
+      const to = event.target.closest?.("a[href^='#']");
+      if (to && to.hash === location.hash) arrive();
+      return;
+    }
+    event.preventDefault();
+    const type = path.endsWith(".svg") ? "image/svg+xml" : "text/csv";
+    const url = URL.createObjectURL(new Blob([await bytes(path)], { type }));
+    Object.assign(document.createElement("a"), { href: url, download: path.split("/").pop() }).click();
+    setTimeout(() => URL.revokeObjectURL(url), 10_000);
+  });
+
+  addEventListener("beforeprint", () => {
+    foldAll(true);
+    images.forEach(show);
+  });
+  addEventListener("hashchange", arrive);
+  let width = innerWidth;
+  addEventListener("resize", () => {
+    if (innerWidth !== width) redraw();
+    width = innerWidth;
+  });
+
+  addEventListener("DOMContentLoaded", () => {
+    const dark = matchMedia("(prefers-color-scheme: dark)");
+    root.dataset.look = dark.matches ? "dark" : "light";
+    dark.addEventListener("change", () => setLook(dark.matches ? "dark" : "light"));
+    byId("look-of-page").addEventListener("click", () => setLook(isDark() ? "light" : "dark"));
+    setLook(root.dataset.look);
+    // What is hidden in a folded part is not seen until it unfolds.
+    images.forEach((image) => eye.observe(image));
+    document.querySelectorAll("[data-live]").forEach((section) => eye.observe(section));
+    document.querySelectorAll("p, figcaption, th, .checks li, .facts dd").forEach((block) => reader.observe(block));
+    arrive();
+  });
+
+  return { byId, live, ink, bytes, showAll: () => Promise.all(images.map(show)) };
+})();
+
+// Steps of 1, 2 or 5 times a power of ten, about `count` of them.
+function ticks(low, high, count) {
+  const rough = (high - low || 1) / count, power = 10 ** Math.floor(Math.log10(rough));
+  const step = [1, 2, 5, 10].map((factor) => factor * power).find((size) => size >= rough);
+  const first = Math.ceil(low / step - 1e-9), steps = Math.floor(high / step + 1e-9) - first + 1;
+  return Array.from({ length: Math.max(steps, 0) }, (_, k) => +((first + k) * step).toFixed(6));
+}
+
+const written = (value) => `${+value.toPrecision(4)}`.replace("-", "−");
+
+// A form's choices.
+const options = (select, names) => select.replaceChildren(...names.map((name, k) => new Option(name, k)));

@@ -1,0 +1,291 @@
+"""Radar cross-section (RCS) as figures: cuts, maps, frequency sweeps and how it is distributed."""
+
+import itertools
+from dataclasses import dataclass, replace
+
+import matplotlib
+import matplotlib.ticker
+import numpy as np
+import pandas as pd
+
+from core.sweep import closes_circle, unit_vectors
+from report.layout import PALETTE, canvas, circle_ticks, figure
+from report.plots import draw_legend, panels
+from report.selection import evenly
+from scattering.interpolation import between, is_dense, order, order_told
+
+ACROSS, WIDE = 4, 6  # polar plots side by side; inches above which a figure takes the whole page
+FLOOR = 50  # dB below the largest: deep nulls would flatten the rest
+POINTS = 4  # drawn for each of the samples that a curve's bandwidth asks for
+LABELS = {"azimuth": "azimuth [°]", "elevation": "elevation [°]", "frequency": "frequency [GHz]"}
+ALONG, NUMBER = "angle along the directions [°]", "number of the direction"
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A cut: its samples and what is drawn, `smooth` if it is the interpolated field and not lines between samples."""
+
+    polarization: str
+    label: str
+    samples: np.ndarray
+    levels: np.ndarray  # dBsm, of the samples
+    x: np.ndarray
+    y: np.ndarray  # dBsm
+    smooth: bool
+
+
+def rcs_dbsm(field):
+    """Radar cross section in dBsm of scattering amplitudes in m; -200 dBsm where there is no field at all."""
+    return 10 * np.log10(np.maximum(4 * np.pi * np.abs(field) ** 2, 1e-20))
+
+
+def center_frequency(dataset):
+    """The frequency sample in Hz nearest to the middle of the sweep."""
+    frequency = dataset.frequency.values
+    return float(frequency[np.argmin(np.abs(frequency - (frequency[0] + frequency[-1]) / 2))])
+
+
+def by_transmitter(target, dataset, most):
+    """A store with its target's name; a bistatic one as stores over receivers, of up to `most` transmitters."""
+    if "receiver" not in dataset.sizes:
+        return [(target, dataset)]
+    flat = dataset.field if "direction" in dataset.sizes else dataset.field.stack(direction=["elevation", "azimuth"])
+    parts = []
+    for number in evenly(range(flat.sizes["direction"]), most):
+        one = flat.isel(direction=number)
+        title = f"{target}_from_{float(one.elevation):g}_{float(one.azimuth):g}"
+        one = one.drop_vars(["direction", "elevation", "azimuth"], errors="ignore").rename(
+            receiver="direction", receiver_elevation="elevation", receiver_azimuth="azimuth"
+        )
+        parts.append((title, one.to_dataset(name="field").assign_attrs(kind="bistatic")))
+    return parts
+
+
+def cut(dataset, reach, most):
+    """Of a store: against what it is drawn, the label of that axis, the samples and the curves.
+
+    At the middle frequency against azimuth at up to `most` elevations; else against elevation, along single directions,
+    or against frequency. reach: the target's from the origin in m, by which curves over azimuth are interpolated; None
+    if it is not known.
+    """
+    field, sizes = dataset.field, dataset.sizes
+    if "direction" in sizes:
+        across = "direction" if sizes["direction"] > 1 else "frequency"
+    elif 1 < sizes["elevation"] > sizes["azimuth"] <= most:
+        across = "elevation"
+    else:
+        across = next((name for name in ("azimuth", "elevation", "frequency") if sizes[name] > 1), "azimuth")
+    if across != "frequency":
+        field = field.sel(frequency=center_frequency(dataset))
+    if across == "azimuth":
+        chosen = evenly(dataset.elevation.values.tolist(), most)
+        field = field.sel(elevation=chosen)
+    x, label = _axis(dataset, across)
+    other = {"azimuth": "elevation", "elevation": "azimuth"}.get(across)
+    values = [None] if other is None or field[other].size == 1 else field[other].values
+    curves = []
+    for polarization in dataset.polarization.values.tolist():
+        for value in values:
+            one = field.sel(polarization=polarization)
+            one = (one if value is None else one.sel({other: value})).values.ravel()
+            drawn, y, smooth = x, rcs_dbsm(one), False
+            if across == "azimuth" and reach is not None:
+                elevation = float(field.elevation.values.ravel()[0] if value is None else value)
+                highest = order(float(field.frequency), reach, elevation)
+                smooth = is_dense(x, highest)
+            elif across == "azimuth" and closes_circle(x):
+                highest = order_told(one)
+                smooth = highest is not None
+            if smooth:
+                span = 360.0 if closes_circle(x) else x[-1] - x[0]
+                drawn = np.linspace(x[0], x[0] + span, int(POINTS * (2 * highest + 1) * span / 360) + 2)
+                y = rcs_dbsm(between(x, one, highest, drawn))
+            text = "" if value is None else f"{other} {value:g}°"
+            curves.append(Curve(polarization, text, x, rcs_dbsm(one), drawn, y, smooth))
+    frame = field.to_dataframe().reset_index()
+    frame["rcs_dbsm"] = rcs_dbsm(frame.pop("field").to_numpy())
+    return across, label, frame, curves
+
+
+def cut_figure(target, dataset, reach, most):
+    """RCS over one axis, a panel for each polarization."""
+    across, label, frame, curves = cut(dataset, reach, most)
+    frame.insert(0, "target", target)
+    polarizations = dataset.polarization.values.tolist()
+    drawing, grid = panels(len(polarizations), 1, 5.4, 0.8 + 2.1 * len(polarizations), sharey=False)
+    for axes, polarization in zip(grid[:, 0], polarizations, strict=True):
+        mine = [curve for curve in curves if curve.polarization == polarization]
+        _draw(axes, mine, _colors(len(mine)))
+        axes.set(ylabel=f"{polarization} RCS [dBsm]")
+        axes.margins(x=0.01)
+        levels = np.concatenate([curve.levels for curve in mine])
+        axes.set_ylim(bottom=max(levels.min() - 2, levels.max() - FLOOR))
+        if across in ("azimuth", "elevation"):
+            circle_ticks(axes.xaxis, frame[across])
+    grid[-1, 0].set_xlabel(label)
+    draw_legend(drawing, grid.flat)
+    alt, caption = _words(target, dataset, across, frame, curves)
+    return figure(f"rcs_{target}", drawing, frame, alt, caption)
+
+
+def polar_figure(target, dataset, reach, most, name="rcs_polar"):
+    """The same cut in polar coordinates, a panel for each elevation; None where it does not go most of the way."""
+    across, _, frame, curves = cut(dataset, reach, most)
+    if across not in ("azimuth", "direction") or np.ptp(curves[0].x) < 180 or _axis(dataset, across)[1] == NUMBER:
+        return None
+    frame.insert(0, "target", target)
+    labels = list(dict.fromkeys(curve.label for curve in curves))
+    columns = min(len(labels), ACROSS)
+    rows = -(-len(labels) // columns)
+    drawing = canvas(max(2.7 * columns, 4.2), 0.5 + (2.9 if len(labels) > 1 else 3.9) * rows)
+    largest, every = max(curve.levels.max() for curve in curves), []
+    for place, label in enumerate(labels):
+        axes = drawing.add_subplot(rows, columns, place + 1, projection="polar")
+        mine = [replace(curve, label=f"{curve.polarization} [dBsm]") for curve in curves if curve.label == label]
+        _draw(axes, mine, PALETTE, np.deg2rad)
+        axes.set_title(label.replace("-", "\N{MINUS SIGN}"))
+        axes.set_ylim(max(min(curve.y.min() for curve in curves) - 2, largest - FLOOR), largest + 1)
+        axes.set_xticks(np.radians(np.arange(0, 360, 45)))
+        axes.yaxis.set_major_locator(matplotlib.ticker.MaxNLocator(4, steps=[1, 2, 5, 10]))
+        axes.set_rlabel_position(67.5)
+        axes.tick_params(labelsize=7, pad=0)
+        every.append(axes)
+    draw_legend(drawing, every)
+    alt, caption = _words(target, dataset, across, frame, curves)
+    start = "" if across == "azimuth" else " 0° is the first direction."
+    return figure(f"{name}_{target}", drawing, frame, alt, caption + start, wide=drawing.get_figwidth() > WIDE)
+
+
+def _words(target, dataset, across, frame, curves):
+    """The alternative text and the caption of a cut."""
+    peak = frame.loc[frame["rcs_dbsm"].idxmax()]
+    at = "" if across == "frequency" else f" at {center_frequency(dataset) / 1e9:.4g} GHz"
+    if frame["elevation"].nunique() == 1:
+        at += f", elevation {frame['elevation'].iloc[0]:g}°"
+    kind = dataset.attrs.get("kind", "backscatter")
+    alt = f"RCS of {target} against {across}{at}, from {frame['rcs_dbsm'].min():.0f} to {peak['rcs_dbsm']:.0f} dBsm."
+    caption = (
+        f"{target}: {kind} RCS{at}. The largest is {peak['rcs_dbsm']:.1f} dBsm, at azimuth "
+        f"{peak['azimuth']:.1f}°, elevation {peak['elevation']:.1f}°; the median is "
+        f"{frame['rcs_dbsm'].median():.1f} dBsm.{_how(across, curves)}"
+    )
+    return alt, caption
+
+
+def map_figure(target, dataset):
+    """RCS over elevation and azimuth at the middle frequency, or None without a grid of them."""
+    if "direction" in dataset.sizes or min(dataset.sizes["elevation"], dataset.sizes["azimuth"]) < 3:
+        return None
+    field = dataset.field.sel(frequency=center_frequency(dataset))
+    polarizations = dataset.polarization.values.tolist()
+    drawing, grid = panels(len(polarizations), 1, 5.4, 0.6 + 2.0 * len(polarizations))
+    level = rcs_dbsm(field.values)
+    look = {"cmap": "viridis", "vmin": level.max() - FLOOR, "vmax": level.max(), "shading": "nearest"}
+    for axes, polarization, part in zip(grid[:, 0], polarizations, level, strict=True):
+        picture = axes.pcolormesh(dataset.azimuth, dataset.elevation, part, rasterized=True, **look)
+        axes.grid(False)
+        axes.set(ylabel="elevation [°]", title=polarization)
+        circle_ticks(axes.xaxis, dataset.azimuth.values)
+    grid[-1, 0].set_xlabel("azimuth [°]")
+    drawing.colorbar(picture, ax=grid, label="RCS [dBsm]", pad=0.02)
+    frame = field.to_dataframe().reset_index()
+    frame["rcs_dbsm"] = rcs_dbsm(frame.pop("field").to_numpy())
+    frame.insert(0, "target", target)
+    at = f"{center_frequency(dataset) / 1e9:.4g} GHz"
+    alt = f"RCS of {target} over elevation and azimuth at {at}."
+    return figure(f"rcs_map_{target}", drawing, frame, alt, f"{target}: RCS over elevation and azimuth at {at}.")
+
+
+def frequency_figure(target, dataset, most):
+    """RCS against frequency at up to `most` directions, with the median over all; None for one frequency."""
+    if dataset.sizes["frequency"] < 2:
+        return None
+    frequency, polarizations = dataset.frequency.values / 1e9, dataset.polarization.values.tolist()
+    shape = dataset.field.shape[2:]
+    level = rcs_dbsm(dataset.field.values).reshape(*dataset.field.shape[:2], -1)
+    numbers = evenly(range(level.shape[-1]), most)
+    places = zip(*_directions(dataset, shape), strict=True)
+    names = [f"({elevation:g}°, {azimuth:g}°)" for elevation, azimuth in places]
+    drawing, grid = panels(len(polarizations), 1, 5.4, 0.9 + 2.1 * len(polarizations), sharey=False)
+    for axes, polarization, part in zip(grid[:, 0], polarizations, level, strict=True):
+        for number, color in zip(numbers, _colors(len(numbers)), strict=True):
+            axes.plot(frequency, part[:, number], color=color, marker="o", label=names[number])
+        if len(names) > 1:
+            axes.plot(frequency, np.median(part, axis=1), color="black", ls="--", label="median of all directions")
+        axes.set(ylabel=f"{polarization} RCS [dBsm]")
+    grid[-1, 0].set_xlabel(LABELS["frequency"])
+    draw_legend(drawing, grid.flat)
+    frame = pd.DataFrame(
+        {
+            "target": target,
+            "polarization": np.repeat(polarizations, len(frequency) * len(numbers)),
+            "frequency": np.tile(np.repeat(dataset.frequency.values, len(numbers)), len(polarizations)),
+            "direction": np.tile([names[n] for n in numbers], len(polarizations) * len(frequency)),
+            "rcs_dbsm": level[..., numbers].ravel(),
+        }
+    )
+    alt = f"RCS of {target} against frequency."
+    caption = f"{target}: RCS against frequency at directions (elevation, azimuth); samples, joined by lines."
+    return figure(f"rcs_frequency_{target}", drawing, frame, alt, caption)
+
+
+def distribution_figure(target, dataset):
+    """The share of all frequencies and directions with less than an RCS; None for fewer than ten of them."""
+    polarizations = dataset.polarization.values.tolist()
+    level = np.sort(rcs_dbsm(dataset.field.values).reshape(len(polarizations), -1))
+    if level.shape[1] < 10:
+        return None
+    share = np.linspace(0, 100, level.shape[1])
+    drawing, ((axes,),) = panels(1, 1, 5.4, 2.6)
+    for polarization, part, color in zip(polarizations, level, _colors(len(polarizations)), strict=True):
+        axes.plot(part, share, color=color, label=polarization)
+    axes.set(xlabel="RCS [dBsm]", ylabel="share below [%]")
+    axes.set_xlim(max(level.min(), level.max() - FLOOR), level.max() + 1)
+    draw_legend(drawing, [axes])
+    steps = np.linspace(0, 100, 101)
+    frame = pd.DataFrame({"target": target, "percent": steps})
+    for polarization, part in zip(polarizations, level, strict=True):
+        frame[f"{polarization}_dbsm"] = np.percentile(part, steps)
+    alt = f"The distribution of {target}'s RCS."
+    return figure(
+        f"rcs_distribution_{target}", drawing, frame, alt, f"{target}: the share of all samples below an RCS."
+    )
+
+
+def _draw(axes, curves, colors, turned=lambda angle: angle):
+    for curve, color in zip(curves, itertools.cycle(colors), strict=False):
+        marker = "o" if len(curve.samples) < 3 else None
+        axes.plot(turned(curve.x), curve.y, color=color, marker=marker, label=curve.label or None)
+        if not curve.smooth and len(curve.samples) >= 3:
+            axes.plot(turned(curve.samples), curve.levels, ".", color=color, ms=2.5)
+
+
+def _colors(count):
+    return matplotlib.colormaps["viridis"](np.linspace(0, 0.8, count))
+
+
+def _how(across, curves):
+    """How a caption says what stands between samples."""
+    if all(curve.smooth for curve in curves):
+        return " Between the samples the curve is the field's own band-limited series."
+    coarse = " They are too far apart to hold the field between them." if across == "azimuth" else ""
+    return f" Points are the samples, joined by straight lines.{coarse}" if len(curves[0].samples) > 2 else ""
+
+
+def _axis(dataset, across):
+    """Values and label of what a cut is drawn against."""
+    if across == "frequency":
+        return dataset.frequency.values / 1e9, LABELS[across]
+    if across != "direction":
+        return dataset[across].values, LABELS[across]
+    u, *_ = unit_vectors(dataset.elevation.values, dataset.azimuth.values)
+    steps = np.degrees(np.arccos(np.clip(np.sum(u[1:] * u[:-1], axis=1), -1, 1)))
+    even = len(steps) > 1 and np.ptp(steps) < 1e-3 and 0 < steps[0] < 90
+    return (steps[0] * np.arange(len(u)), ALONG) if even else (np.arange(1, len(u) + 1), NUMBER)
+
+
+def _directions(dataset, shape):
+    """Elevation and azimuth of every direction, (D,) each."""
+    if len(shape) == 1:
+        return dataset.elevation.values, dataset.azimuth.values
+    return tuple(x.ravel() for x in np.meshgrid(dataset.elevation, dataset.azimuth, indexing="ij"))

@@ -1,0 +1,169 @@
+"""What looks alike: images taken for another target beside their nearest training images, and a map of all."""
+
+import numpy as np
+import pandas as pd
+
+from core.sweep import snr_label
+from learning import thresholds
+from learning.split import Division, split
+from report.draw_images import gallery
+from report.layout import GREY, PALETTE, Section, figure
+from report.plots import finish, panels
+from report.selection import mistaken, mistaken_snr
+from report.vocabulary import of_run, ranked, run_title, select, split_text
+
+PAIRS = 4  # kinds of mistake that are shown, the most frequent first
+EXAMPLES = 2  # of each
+MOST_POINTS = 150  # of a target in the map
+# The last of the palette: models have the first.
+COLORS, MARKERS = PALETTE[::-1], "osD^vPX*"
+
+
+def section(results):
+    """Nothing where no known target is told from another."""
+    if len(results.of_role("known")) < 2:
+        return ()
+    figures = (*mistakes_figure(results), *map_figure(results))
+    text = (
+        "How much an image is like another is their zero-mean normalised cross-correlation (ZNCC) of magnitudes. "
+        "Training images are those without noise at the azimuths that the run trains on, at all elevations."
+    )
+    return (Section(id="alike", title="What looks alike", text=(text,), figures=figures),) if figures else ()
+
+
+def standardized(images):
+    """Magnitudes of images (n, ...) as rows (n, d) without their means and of length 1; a constant one stays zero."""
+    rows = np.abs(images).reshape(len(images), -1)
+    rows = rows - rows.mean(axis=1, keepdims=True)
+    return rows / np.maximum(np.linalg.norm(rows, axis=1, keepdims=True), 1e-12)
+
+
+def _azimuths(results, run, target, side):
+    """The azimuths in degrees of one side of a run's division."""
+    azimuth = results.images(target, "clean").azimuth.values.astype(float)
+    planes = results.settings["targets"][target].get("symmetry", [])
+    return azimuth[split(azimuth, planes, Division(**results.runs[run]["division"]))[side]]
+
+
+def _stacked(results, target, store, azimuth):
+    """Images of a store at these azimuths, first realization, one after the other: (view, range, crossrange)."""
+    image = results.images(target, store).image
+    image = image.isel(realization=0) if "realization" in image.dims else image
+    return image.sel(azimuth=azimuth).stack(view=["elevation", "azimuth"]).transpose("view", ...).load()
+
+
+def _training(results, run):
+    """The clean training images of each known target, and their rows: by target."""
+    images = {
+        target: _stacked(results, target, "clean", _azimuths(results, run, target, "train"))
+        for target in results.of_role("known")
+    }
+    return images, {target: standardized(stack.values) for target, stack in images.items()}
+
+
+def mistakes_figure(results):
+    """Images that were taken for another target, each beside the training image of that target that is most like it.
+
+    The most frequent mistakes, of each those with the most certain class. Nothing where nothing was mistaken, or no
+    model was asked.
+    """
+    run, model = mistaken(results.runs)
+    snr = mistaken_snr(results.settings["noise"]["snr_db"])
+    table, score = _judged(results, run, model, snr)
+    wrong = table[(table["taken_for"] != table["target"]) & (table["taken_for"] != "other")]
+    counts = wrong.groupby(["target", "taken_for"]).size().sort_values(ascending=False, kind="stable").head(PAIRS)
+    if not len(counts):
+        return ()
+    training, rows = _training(results, run)
+    images, said, tested = {}, [], table.groupby("target").size()
+    for (target, taken), count in counts.items():
+        said.append(f"{count:,} of {tested[target]:,} of {target} for {taken}")
+        cases = select(wrong, target=target, taken_for=taken)
+        cases = cases.sort_values(f"score_{taken}", ascending=False, kind="stable")
+        for case in cases.drop_duplicates(["elevation", "azimuth"]).head(EXAMPLES).itertuples():
+            seen = results.images(target, snr_label(snr)).image.isel(realization=case.realization)
+            seen = seen.sel(elevation=case.elevation, azimuth=case.azimuth, method="nearest").load()
+            likeness = rows[taken] @ standardized(seen.values[None])[0]
+            near = training[taken].isel(view=int(likeness.argmax()))
+            number = len(images) // 2 + 1
+            images[f"{number}: {target}\n{case.elevation:g}°, {case.azimuth:.4g}°"] = seen
+            where = f"{float(near.elevation):g}°, {float(near.azimuth):.4g}°"
+            images[f"{number}: {taken}, {likeness.max():.2f}\n{where}"] = near
+    what = f"{results.names.model(model).words} in {run_title(results.runs[run], fold=True)}"
+    rejected = f" and not rejected by {results.names.score(score).label} with the blind threshold" if score else ""
+    caption = (
+        f"What {what}, {split_text(results.runs[run]['split'])}, took for another target at {snr:g} dB{rejected}, each "
+        "beside the training image of that target that is most like it, with their ZNCC: of the most frequent mistakes "
+        f"the most certain. At elevation and azimuth. Test images taken for another: {'; '.join(said)}."
+    )
+    alt = f"Pairs of images that {what} mistook at {snr:g} dB: {'; '.join(said)}."
+    return (gallery("mistaken", "", images, None, alt, caption),)
+
+
+def _judged(results, run, model, snr):
+    """The test rows of a model's predictions with a column taken_for, and the score by which it rejects, if it does.
+
+    Of several scores that which is best on the validation images.
+    """
+    table, score = results.predictions(run, model, snr), ""
+    if results.runs[run]["open"]:
+        validation = of_run(results.validation, results.runs[run], model)
+        score = ranked(select(validation, metric="f1_weighted", threshold="blind", elevation="all")).iloc[0]["score"]
+        least = thresholds.choose(table, f"known_{score}", "blind")
+        table["taken_for"] = thresholds.apply(table[f"known_{score}"], table["predicted"], least)
+    else:
+        table["taken_for"] = table["predicted"]
+    shown = select(table, side="test", role=["known", "unknown"])
+    return shown, score
+
+
+def map_figure(results):
+    """Every test image by how much it is like the training images of the known targets: without noise and with it.
+
+    With two known targets the axes are the likenesses to either; of more the first two principal components of the
+    likenesses to all of them.
+    """
+    run, _ = mistaken(results.runs)
+    known = results.of_role("known")
+    _, rows = _training(results, run)
+    snr = mistaken_snr(results.settings["noise"]["snr_db"])
+    tables = []
+    for store, words in (("clean", "no noise"), (snr_label(snr), f"{snr:g} dB")):
+        for target in known + results.of_role("unknown"):
+            if store != "clean" and not results.runs[run]["open"] and target not in known:
+                continue  # has no images with noise
+            stack = _stacked(results, target, store, _azimuths(results, run, target, "test"))
+            stack = stack.isel(view=np.unique(np.linspace(0, stack.sizes["view"] - 1, MOST_POINTS).round().astype(int)))
+            own = standardized(stack.values)
+            likeness = {f"like_{name}": (own @ rows[name].T).max(axis=1) for name in known}
+            where = {"elevation": stack.elevation.values, "azimuth": stack.azimuth.values}
+            tables.append(pd.DataFrame({"images": words, "target": target, **where, **likeness}))
+    data = pd.concat(tables, ignore_index=True)
+    values = data[[f"like_{name}" for name in known]].to_numpy()
+    labels = [f"ZNCC with the nearest image of {name}" for name in known]
+    if len(known) > 2:
+        centred = values - values.mean(axis=0)
+        values = centred @ np.linalg.svd(centred, full_matrices=False)[2][:2].T
+        labels = ["first component of the ZNCC with all", "second component"]
+    data["x"], data["y"] = values.T
+    shown = data["images"].unique()
+    drawing, grid = panels(1, len(shown), 1 + 4.2 * len(shown), 4.6)
+    for axes, words in zip(grid.flat, shown, strict=True):
+        for place, (target, points) in enumerate(select(data, images=words).groupby("target", sort=False)):
+            role = results.settings["targets"][target]["role"]
+            look = {"mfc": "none"} if role == "unknown" else {"mec": "none"}
+            look |= {"color": COLORS[place % 8], "marker": MARKERS[place % 8], "ls": "", "alpha": 0.7}
+            axes.plot(points["x"], points["y"], label=f"{target} ({role})", **look)
+        axes.set_title(words)
+        if len(known) == 2:
+            axes.axline((0.5, 0.5), slope=1, color=GREY, lw=0.8, ls=":")
+    finish(drawing, grid, labels[0], labels[1])
+    sides = " Known targets lie on their own side of the dotted line." if len(known) == 2 else ""
+    apart = "lie apart from both, towards the lower left" if sides else "lie apart from all"
+    caption = (
+        f"Every test image of {run_title(results.runs[run], fold=True)} by its largest ZNCC with the training images "
+        f"of {' and of '.join(known)}: what a nearest neighbour sees.{sides} Unknown targets (open markers) can be "
+        f"rejected where they {apart}. At most {MOST_POINTS} images of each target."
+    )
+    alt = f"Test images of {', '.join(data['target'].unique())} by how like they are to the known targets."
+    return (figure("map", drawing, data, alt, caption, wide=True),)

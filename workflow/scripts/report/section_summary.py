@@ -1,0 +1,162 @@
+"""The first screen: three sentences, whether the physics is right, and how a run of full size did."""
+
+import pandas as pd
+
+from core import sweep
+from imaging.geometry import planned
+from learning.experiments import REFERENCE
+from report import section_headline, thesis
+from report.layout import number, table
+from report.section_mesh import missed
+from report.vocabulary import POWERS, PROTOCOLS, SPLITS, at_snrs, select, split_text
+
+# Within these a run's numbers are taken for right.
+SPHERE_DB = 0.2  # of the exact backscatter; with ten edges a wavelength it is 0.01
+RESIDUAL = 1e-3  # relative; ten times what compressed matrices are allowed to leave out at most
+SNRS = (-6, 0, 6, 12, 24)  # dB, of the table beside a run of full size
+
+
+def sentences(results):
+    """(what was done, how well it works, what bounds it), each a sentence or two."""
+    return [text for text in (_done(results), *_reached(results), _bounds(results)) if text]
+
+
+def _done(results):
+    settings = results.settings
+    frequency = sweep.frequencies(settings["radar"]) / 1e9
+    elevation, azimuth = sweep.elevations(settings["aspect"]), sweep.azimuths(settings["aspect"])
+    band = f"{frequency[0]:g} GHz" if len(frequency) == 1 else f"{frequency[0]:.3g} to {frequency[-1]:.3g} GHz"
+    fields = f"the radar echo of {_several(len(results.targets), 'target')} at {band} from {len(elevation)} × "
+    fields += f"{len(azimuth)} directions"
+    made = f"{_several(len(results.meshed), 'mesh', 'meshes')} solved for {fields}" if results.meshed else fields
+    text = f"{made[0].upper()}{made[1:]}"
+    if results.images_are_made:
+        images, snrs = planned(settings), settings["noise"]["snr_db"]
+        text += f"; ISAR images of {images['range_pixels']} × {images['crossrange_pixels']} pixels made of it, "
+        text += f"without noise and at {_several(len(snrs), 'SNR')}"
+    if results.learns:
+        known, unknown = (" and ".join(results.of_role(role)) for role in ("known", "unknown"))
+        count = len({model for run in results.runs.values() for model in run["models"]})
+        text += f"; {_several(count, 'model')} trained to tell {known} apart"
+        text += f" and to reject {unknown}" if results.opened else ""
+    return f"{text}."
+
+
+def _reached(results):
+    """Weighted F1 of the best method in the hardest case that was tested, beside the easier ones."""
+    if not results.learns:
+        return []
+    drawn = section_headline.lead(results, results.names, "")
+    drawn = drawn[~drawn["theirs"]]
+    opened = select(drawn, threshold=PROTOCOLS[0])
+    case, kind = (opened, "open set") if len(opened) else (select(drawn, threshold=""), "closed set")
+    split = next(split for split in SPLITS if split in set(case["split"]))
+    snr = min(case["test_snr_db"], key=lambda one: (abs(one - 12), one))
+    best = select(case, split=split, test_snr_db=snr).iloc[0]
+    level = (results.rejecting if kind == "open set" else results.guessing)([best["experiment"]])
+    words = f"{results.names.method(best['model'], best['score'])} reaches a weighted F1 of {_f1(best)}"
+    chance = "rejecting everything" if kind == "open set" else "naming one class for all"
+    text = (
+        f"At {snr:g} dB, {split_text(split)}{', with blind thresholds' if len(opened) else ''}, {words} on the {kind}"
+    )
+    text += f", where {chance} has {level[-1]:.2f}" if level else ""
+    others = []
+    closed = select(drawn, threshold="", split=split, test_snr_db=snr)
+    if len(opened) and len(closed):
+        others.append(f"on the known targets alone the best has {closed.iloc[0]['value']:.2f}")
+    easier = select(case, split="random", test_snr_db=snr)
+    if split != "random" and len(easier):
+        others.append(f"split at random, with near copies in training, it has {easier.iloc[0]['value']:.2f}")
+    return [f"{'; '.join([text, *others])}."]
+
+
+def _f1(row):
+    return f"{row['value']:.2f}" + ("" if pd.isna(row["low"]) else f" ({row['low']:.2f} to {row['high']:.2f})")
+
+
+def _bounds(results):
+    """What bounds it, as far as the run itself knows."""
+    parts, settings = [], results.settings
+    if results.images_are_made:
+        images = planned(settings)
+        parts.append(
+            f"images resolve {images['range_resolution']:.2f} × {images['crossrange_resolution']:.2f} m over an "
+            f"unambiguous {images['range_extent']:.2f} × {images['crossrange_extent']:.2f} m"
+        )
+        reach = {name: mesh["source"]["reach"] for name, mesh in results.meshes.items()}
+        folded = [name for name in reach if 2 * reach[name] > min(images["range_extent"], images["crossrange_extent"])]
+        if folded:
+            reaches = "reaches" if len(folded) == 1 else "reach"
+            parts.append(f"{' and '.join(folded)} {reaches} beyond that, so that parts fold over")
+    if results.learns:
+        known = results.of_role("known")
+        parts.append(f"{_several(len(known), 'class', 'classes')}, each of one model of its kind, without clutter")
+        reduced = [name for name in sorted({m for run in results.runs.values() for m in run["models"]})]
+        if any(not thesis.full_size(name, settings) for name in reduced):
+            parts.append("the capsule network is smaller than the thesis's")
+    return f"What bounds it: {'; '.join(parts)}." if parts else ""
+
+
+def checks(results, warnings):
+    """Rows of 'is it right?': (whether it is; None where nothing says so, what, finding, where it is shown)."""
+    rows = []
+    if results.sphere and "refused" in results.sphere:
+        rows.append((False, "Sphere", f"not solved in this run: {results.sphere['refused']}", "scattering"))
+    elif results.sphere:
+        found = results.sphere
+        text = f"{abs(found['error_db']):.3f} dB and {abs(found['phase_deg']):.2f}° from the Mie series"
+        text += f", {number(found['unknowns'])} unknowns" if found["unknowns"] else ""
+        rows.append((abs(found["error_db"]) <= SPHERE_DB, "Sphere, solved in this run", text, "scattering"))
+    residuals = [
+        value
+        for name in results.targets
+        for value in results.scattering(name).attrs["residual"] or ()
+        if value is not None
+    ]
+    if residuals:
+        text = f"at most {number(max(residuals), 2)}, over {_several(len(residuals), 'system')}"
+        rows.append((max(residuals) <= RESIDUAL, "Residuals", text, "scattering"))
+    if results.meshed:
+        wanting, every = missed(results), sum(len(mesh["bands"]) for mesh in results.meshes.values())
+        count = sum(wanting.values())
+        names = ", ".join(name for name, bands in wanting.items() if bands)
+        text = f"{every - count} of {every} meet all their goals{f'; some missed by {names}' if count else ''}"
+        rows.append((not count, "Meshes", text, "meshes"))
+    text = f"{len(warnings)} on this run, below" if warnings else "none on this run"
+    rows.append((not warnings, "Warnings", text, ""))
+    return rows
+
+
+def full_size_table(results):
+    """Weighted F1 of the best method and of the thesis's, here and in the full-size run that the repository keeps.
+
+    Nothing while it keeps none.
+    """
+    if not results.learns or results.full_size is None:
+        return ()
+    runs = {f"this run ({results.settings['name']})": results, "full size": results.full_size}
+    drawn = []
+    for where, tables in runs.items():
+        rows = section_headline.lead(tables, results.names, thesis.network(REFERENCE[0], results))
+        drawn.append(rows.assign(run=where))
+    data = pd.concat(drawn)
+    shown, snrs = [], {aim: min(set(data["test_snr_db"]), key=lambda snr: abs(snr - aim)) for aim in SNRS}
+    for (name, split, theirs, run), curve in data.groupby(["set", "split", "theirs", "run"], sort=False):
+        best = results.names.method(curve["model"].iloc[0], curve["score"].iloc[0])
+        head = {
+            "images": f"{name}, {split_text(split)}",
+            "run": run,
+            "method": f"{'thesis’s: ' if theirs else ''}{best}",
+        }
+        shown.append(head | at_snrs(curve, sorted(set(snrs.values())), lambda row: f"{row['value']:.2f}"))
+    shown.sort(key=lambda row: row["images"])
+    caption = (
+        "Weighted F1 of the method that is best on the validation images and of the thesis's, in this run and in the "
+        "run of full size (config/thesis.yaml), whose scores the repository keeps: docs/results.md. SNR of this run by "
+        f"{POWERS[results.definition]}, of full size by {POWERS[results.full_size.definition]}."
+    )
+    return (table("full_size", data, shown, caption),)
+
+
+def _several(count, singular, plural=None):
+    return f"{count} {singular if count == 1 else plural or f'{singular}s'}"

@@ -1,0 +1,6 @@
+from core.job import job
+from scattering.sphere import check
+
+with job(snakemake):
+    settings = snakemake.params.settings
+    check(snakemake.output[0], settings["scattering"], settings["mesh.edges_per_wavelength"], snakemake.threads)

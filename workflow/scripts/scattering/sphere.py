@@ -1,0 +1,103 @@
+"""A conducting sphere, solved as a target is and held against its closed form: what the report shows of a run's solver.
+
+The closed form is the Mie series: Bohren, Huffman, Absorption and Scattering of Light by Small Particles, ch. 4, in the
+limit of perfect conduction, with exp(+j omega t) and the amplitude E_s = f exp(-j k r) / r.
+"""
+
+import json
+
+import numpy as np
+from scipy.spatial import ConvexHull
+from scipy.special import spherical_jn, spherical_yn
+
+from core.errors import InputError
+from core.sweep import C0, Sweep
+from scattering.solver import build
+
+RADIUS = 0.35  # wavelengths: ka = 2.2, between the sphere's inner resonances, and a second's work
+DIRECTION = 20.0, 10.0  # azimuth and elevation in degrees, off the mesh's axes of symmetry
+
+
+def check(path, scattering, edges_per_wavelength, threads):
+    """Solve a sphere of RADIUS wavelengths with a config's settings and write beside Mie what comes out, as JSON.
+
+    The wavelength is 1 m: only lengths in wavelengths matter. residual and unknowns are None of a solver without a
+    linear system; a solver that refuses the sphere leaves why, `refused`, and nothing else.
+    """
+    vertices, triangles = icosphere(RADIUS, 1 / edges_per_wavelength)
+    azimuth, elevation = (np.array([angle]) for angle in DIRECTION)
+    sweep = Sweep(np.array([C0]), elevation, azimuth, ["VV"])
+    try:
+        solution = build(scattering).solve(vertices, triangles, sweep, [], threads, lambda *progress: None)
+    except InputError as error:  # a solver of one's own may take no sphere
+        _write(path, {"refused": str(error)})
+        return
+    field, mie = complex(solution.field[0, 0, 0, 0]), complex(backscatter(2 * np.pi, RADIUS))
+    ratio = field / mie
+    found = {
+        "radius_wavelengths": RADIUS,
+        "edges_per_wavelength": edges_per_wavelength,
+        "triangles": len(triangles),
+        "unknowns": solution.unknowns,
+        "rcs_db": 20 * np.log10(abs(field)) + 10 * np.log10(4 * np.pi),  # over the square wavelength
+        "mie_db": 20 * np.log10(abs(mie)) + 10 * np.log10(4 * np.pi),
+        "error_db": 20 * np.log10(abs(ratio)),
+        "phase_deg": np.degrees(np.angle(ratio)),
+        "residual": None if solution.residual is None else float(solution.residual[0]),
+    }
+    print(
+        f"sphere of {RADIUS:g} wavelengths: {found['error_db']:+.3f} dB and {found['phase_deg']:+.2f} degrees from Mie"
+    )
+    _write(path, found)
+
+
+def _write(path, found):
+    with open(path, "w") as file:
+        json.dump(found, file, indent=1)
+
+
+def backscatter(wavenumber, radius):
+    """Amplitude f towards the source, m (complex), phase referred to the centre."""
+    n, a, b = coefficients(wavenumber * radius)
+    return np.sum((-1.0) ** n * (2 * n + 1) * (a - b)) * (1j / (2 * wavenumber))
+
+
+def coefficients(x):
+    """Orders n and coefficients a_n (electric) and b_n (magnetic) of a sphere of size x = k radius."""
+    n = np.arange(1, int(x + 4 * x ** (1 / 3) + 10) + 1)
+    j, y = spherical_jn(n, x), spherical_yn(n, x)
+    h = j - 1j * y  # outgoing wave for exp(+j omega t)
+    dj, dh = spherical_jn(n, x, True), spherical_jn(n, x, True) - 1j * spherical_yn(n, x, True)
+    return n, (j + x * dj) / (h + x * dh), j / h
+
+
+def icosphere(radius, edge):
+    """Faceted sphere of the sphere's own volume, as the mean edge length comes nearest to `edge`, in m.
+
+    Returns vertices (V, 3) and triangles (T, 3), outward. Caspar, Klug, Cold Spring Harbor Symp. 27, 1962: a step of
+    (b, c) in a triangular lattice takes an icosahedron's edge, so that there are 20 (b^2 + b c + c^2) triangles.
+    """
+    wanted = (1.2035 * radius / edge) ** 2
+    steps = [(b, c) for b in range(1, int(wanted**0.5) + 3) for c in range(b + 1)]
+    b, c = min(steps, key=lambda step: (abs(step[0] ** 2 + step[0] * step[1] + step[1] ** 2 - wanted), step))
+    i, j = (x.reshape(-1) for x in np.mgrid[-c : b + 1, 0 : b + c + 1])
+    s, t = i * (b + c) + j * c, j * b - i * c
+    inside = (s >= 0) & (t >= 0) & (s + t <= b * b + b * c + c * c)
+    weights = np.stack([b * b + b * c + c * c - s - t, s, t], 1)[inside]
+
+    phi = (1 + 5**0.5) / 2
+    corners = np.array([[s * a, t * b, 0] for s in (-1, 1) for t in (-1, 1) for a, b in ((1, phi),)])
+    corners = np.concatenate([np.roll(corners, k, 1) for k in range(3)])
+    points = np.concatenate([weights @ corners[face] for face in _hull(corners)])
+    points /= np.linalg.norm(points, axis=1, keepdims=True)
+    points = points[np.unique(np.round(points, 9), axis=0, return_index=True)[1]]
+    triangles = _hull(points)
+    volume = np.linalg.det(points[triangles]).sum() / 6
+    return points * radius * (4 / 3 * np.pi / volume) ** (1 / 3), triangles
+
+
+def _hull(points):
+    """Outward triangles of the convex hull of points about the origin."""
+    triangles = ConvexHull(points).simplices
+    inward = np.linalg.det(points[triangles]) < 0
+    return np.where(inward[:, None], triangles[:, ::-1], triangles)

@@ -1,0 +1,98 @@
+"""What a config's CAD files are, and what would become of them: said in seconds, before anything is made of them."""
+
+import numpy as np
+
+from core import sweep
+from core.errors import InputError
+from mesh import symmetry, topology
+from mesh.build import ASYMMETRY, load
+from mesh.ground import Ground
+from mesh.read import UNITS, in_metres, read_cad, states_unit
+from mesh.resolution import wanted_edges
+from scattering import needs
+
+SAMPLED = 2000  # triangles at which the thickness is measured, and what is between walls
+GIGA = 1000  # MB
+
+
+def checkup(config, name):
+    """Lines on a target of a config that is a mesh: its size, symmetry, thickness, repairs, and what a solve takes."""
+    target, radar = config["targets"][name], config["radar"]
+    path = target["mesh"]
+    try:
+        surface = read_cad(path)
+    except InputError as error:
+        return [f"  refused: {error}"]
+    surface = topology.compact(in_metres(surface[0], target), surface[1])
+    lines = [*_sizes(surface, target), *_symmetry(surface, target, radar)]
+    try:
+        source = load(path, target, config["mesh"], radar, to_solve=True)
+    except InputError as error:
+        return [*lines, f"  refused: {error}"]
+    repairs = [f"{count} {key.replace('_', ' ')}" for key, count in source.repairs.items() if count]
+    lines.append(f"  repairs: {', '.join(repairs) or 'none needed'}")
+    lines.append(_closed(source))
+    size = source.measures
+    lines += _thinnest(source, wanted_edges(config["mesh"], radar, size["box"])[-1])
+    solves = needs.expected(config, name, size)
+    for solve, band in zip(solves, sweep.bands(radar, config["mesh"]["bands"]), strict=True):
+        lines.append(
+            f"  up to {band[-1] / 1e9:g} GHz: about {solve['unknowns']:,.0f} unknowns, "
+            f"{solve['megabytes'] / GIGA:.1f} GB, {solve['seconds']:,.0f} s on two cores"
+        )
+    try:
+        needs.check_fit(config, name, size)
+    except InputError as error:
+        lines.append(f"  refused: {error}")
+    return lines
+
+
+def _sizes(surface, target):
+    """The box of a target in metres, and what it would be if the file were in other units."""
+    box = np.ptp(surface[0], axis=0)
+    lines = [f"  size {_box(box)} m, {len(surface[1]):,} triangles"]
+    if not states_unit(target["mesh"]) and "unit" not in target and "length" not in target:
+        others = [f"{_box(box * metres)} m if its numbers are {unit}" for unit, metres in UNITS.items() if unit != "m"]
+        lines.append(f"  taken as m; {'; '.join(others)}")
+    return lines
+
+
+def _box(lengths):
+    return " x ".join(f"{length:.4g}" for length in lengths)
+
+
+def _symmetry(surface, target, radar):
+    """Which of the mirror planes a target has, to what a run asks for, beside those that the config names."""
+    limit = ASYMMETRY * sweep.C0 / sweep.frequencies(radar)[-1]
+    spacing = float(np.ptp(surface[0], axis=0).max()) / 100
+    found = [plane for plane, axis in symmetry.AXES.items() if symmetry.deviation(*surface, spacing, axis)[0] <= limit]
+    more = [plane for plane in found if plane not in target.get("symmetry", [])]
+    advice = f"; 'symmetry: [{', '.join(found)}]' would spare work" if more else ""
+    return [f"  mirror planes: {', '.join(found) or 'none'}{advice}"]
+
+
+def _closed(source):
+    """Whether a surface is closed, and of how many pieces; of an open one how much rim it has."""
+    pieces = topology.components(source.triangles)[0]
+    rims = topology.rims(source.triangles)[0]
+    length = np.linalg.norm(np.diff(source.vertices[rims], axis=1), axis=2).sum()
+    state = "closed" if topology.is_watertight(source.triangles) else f"open, with {length:.3g} m of rim"
+    return f"  surface: {state}, {pieces} piece{'s' if pieces != 1 else ''}"
+
+
+def _thinnest(source, edge):
+    """The thinnest part of a closed target and its narrowest gap, if less than the edges of its finest mesh."""
+    if not topology.is_watertight(source.triangles):
+        return []
+    chosen = source.triangles[:: max(1, len(source.triangles) // SAMPLED)]
+    centres = source.vertices[chosen].mean(axis=1)
+    metal, air = Ground(source.vertices, source.triangles, edge).clearance(centres)
+    lines = []
+    if metal.min() >= edge:
+        lines.append(f"  thinnest part: {edge * 1000:.3g} mm, the mesh's edge, or more")
+    for what, depth in (("thinnest part", metal), ("narrowest gap", air)):
+        at = int(depth.argmin())
+        if depth[at] < edge:
+            place = topology.place(centres[at])
+            lines.append(f"  {what}: at most {depth[at] * 1000:.2g} mm, near {place}; edges are {edge * 1000:.3g} mm")
+    return lines
