@@ -27,6 +27,7 @@ WRONG = 1 / 20  # wavelengths between mesh and source: more is another target
 CHANGED = 0.05  # of its area or volume: likewise
 MOST, CHEAP = 1.4, 1000  # times the triangles of the first mesh, or so many: more are not spent on its area alone
 FINER = 1.5, 2, 3  # times as many edges: what a refused mesh is tried with, to say what would do
+WASTE = 6  # times the triangles of the first mesh: where shorter edges do not cure so far, they will not
 TRIES = 8  # meshes of a band, each finer where the last one misses
 THINNER = 1 / 2  # wanted edges: a source with much smaller triangles is thinned to these before it is remeshed
 
@@ -152,6 +153,8 @@ def _shortened(source, edge, wavelength, axes):
                 wrong = abs(topology.areas(*made).sum() / source.measures["area"] - 1) > CHANGED
             if len(lost[0]) == 0 or (costly and not wrong):
                 break
+        if len(made[1]) > WASTE * max(fewest, CHEAP):
+            break
         if (strays[1] != CROSSED).any():  # what is lost cannot be regained from the mesh
             start = None
         size = size.shortened(*(np.concatenate(pair) for pair in zip(strays, lost, strict=True)))
@@ -227,7 +230,7 @@ def _fault(mesh, band):
 
 def _diagnosis(place, source, edge):
     """Where a mesh fails, or where the source is thinnest if `place` is None, and how near its walls are there."""
-    ground = Ground(*source[:2], edge)
+    ground = Ground(*source[:2])
     points = samples(*source[:2], edge / 2)[0]
     if place is not None:
         apart = np.linalg.norm(points - place, axis=1)

@@ -18,7 +18,7 @@ class Followed:
     """A source surface (vertices, triangles), sampled so that meshes with edges of `edge` metres can be held to it."""
 
     def __init__(self, vertices, triangles, edge):
-        self.edge, self.ground = edge, Ground(vertices, triangles, edge)
+        self.edge, self.ground = edge, Ground(vertices, triangles)
         self.points, self.area, owner = samples(vertices, triangles, edge / 2)
         self.normal = self.ground.normal[owner]
 
@@ -31,7 +31,7 @@ class Followed:
         vertices, triangles = mesh
         ends = topology.edges(triangles).ends
         probes = np.concatenate([vertices, vertices[ends].mean(axis=1), vertices[triangles].mean(axis=1)])
-        from_source, nearest = Ground(vertices, triangles, self.edge).distance(self.points)
+        from_source, nearest = Ground(vertices, triangles).distance(self.points)
         return (probes, self.ground.distance(probes)[0]), (self.points, from_source), nearest
 
     def misses(self, mesh, apart, wavelength):

@@ -20,6 +20,7 @@ MORE = 4  # passes for that
 COARSE = 1.4  # of the aim: what the first of these passes collapses to
 SHORT, LONG = 0.8, 1.33  # of the aim: edges outside are collapsed or cut
 DEVIATION = 0.2  # wanted edges that one edit may move the surface, seen from a vertex; chords move a fourth of it
+TOO_SHORT, STAY = 0.3, 0.05  # of the same, while long edges are halved
 LEAST_ANGLE = 20.0  # degrees; no vertex moves to make a smaller one
 STILL = 0.8  # cosine of the angle by which a moved vertex may turn a triangle
 RELAX = 0.7  # of the way to its neighbours' middle that a vertex moves
@@ -65,10 +66,12 @@ def remesh(vertices, triangles, size, solid, axes=(), start=None):
     (vertices, triangles); no part of it is lost for being thinner than an edge. With `start`, a mesh of it, only what
     has another length than wanted is made anew.
     """
-    ground, whole = Ground(vertices, triangles, size.edge / 4), Ground(*solid, size.edge)
+    ground, whole = Ground(vertices, triangles), Ground(*solid)
     source, aim, passes = (vertices, triangles), AIM, PASSES
     if start is not None:
         (vertices, triangles), passes = start, PASSES // 2
+    else:
+        vertices, triangles = halved(vertices, triangles, size.scaled(aim), axes)
     best, fewest = None, np.inf
     for number in range(passes + MORE):
         wanted = size.scaled(aim)
@@ -94,6 +97,23 @@ def remesh(vertices, triangles, size, solid, axes=(), start=None):
     return vertices, triangles
 
 
+def halved(vertices, triangles, size, axes=()):
+    """Long edges cut in halves again and again down to the Size, and what is short between them collapsed each time.
+
+    Needles that are cut to pieces at once become many times more triangles than are wanted. The surface all but stays.
+    """
+    triangles, longest = flip(vertices, triangles, size(vertices), STAY, axes), _ratios(vertices, triangles, size).max()
+    while longest > 2:
+        longest /= 2
+        vertices, triangles = split(vertices, triangles, size, max(longest, LONG))
+        triangles = flip(vertices, triangles, size(vertices), STAY, axes)
+        vertices, triangles = collapse(
+            vertices, triangles, Limits(size, TOO_SHORT, LONG * longest, STAY, axes, lambda p: np.zeros(len(p)))
+        )
+        triangles = flip(vertices, triangles, size(vertices), STAY, axes)
+    return vertices, triangles
+
+
 def _fitting(vertices, triangles, size, ground, axes):
     """The mesh without too many long edges, cut no more than needed."""
     ratio = np.sort(_ratios(vertices, triangles, size))
@@ -109,8 +129,8 @@ def _ratios(vertices, triangles, size):
     return np.linalg.norm(vertices[ends[:, 1]] - vertices[ends[:, 0]], axis=1) / size(vertices)[ends].mean(axis=1)
 
 
-def split(vertices, triangles, size, longest, ground):
-    """Edges above `longest` wanted lengths cut, and put on the ground."""
+def split(vertices, triangles, size, longest, ground=None):
+    """Edges above `longest` wanted lengths cut, and put on the ground, if one is given."""
     while True:
         going(f"cut long edges of {len(triangles)} triangles")
         ends, sides, _ = topology.edges(triangles)
@@ -123,9 +143,10 @@ def split(vertices, triangles, size, longest, ground):
         # Whole numbers of equal parts on both sides: halving alone would end at any length.
         parts = np.maximum(np.rint(ratio), 2)
         points, feature = start + (parts // 2 / parts)[:, None] * (stop - start), topology.features(vertices, triangles)
-        normal = _vertex_normals(vertices, triangles)[ends[cut]].sum(axis=1)
-        normal /= np.maximum(np.linalg.norm(normal, axis=1), np.finfo(float).tiny)[:, None]
-        points[cut] = _grounded(points[cut], normal, feature[cut], ground, span[cut] / 3)
+        if ground is not None:
+            normal = _vertex_normals(vertices, triangles)[ends[cut]].sum(axis=1)
+            normal /= np.maximum(np.linalg.norm(normal, axis=1), np.finfo(float).tiny)[:, None]
+            points[cut] = _grounded(points[cut], normal, feature[cut], ground, span[cut] / 3)
         vertices, triangles = cut_edges(vertices, triangles, sides, np.where(cut, ratio, 0), points)
 
 
@@ -209,7 +230,7 @@ def restore_volume(vertices, triangles, source, volume, axes):
     for k in range(3):
         np.add.at(push, triangles[:, k], depth[:, None] * normal)
         np.add.at(weight, triangles[:, k], np.linalg.norm(normal, axis=1))
-    push /= weight[:, None]
+    push /= np.maximum(weight, np.finfo(float).tiny)[:, None]
     for axis in axes:
         push[vertices[:, axis] == 0, axis] = 0.0
     scale = 0.0

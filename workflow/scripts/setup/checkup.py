@@ -86,7 +86,7 @@ def _thinnest(source, edge):
         return []
     chosen = source.triangles[:: max(1, len(source.triangles) // SAMPLED)]
     centres = source.vertices[chosen].mean(axis=1)
-    metal, air = Ground(source.vertices, source.triangles, edge).clearance(centres)
+    metal, air = Ground(source.vertices, source.triangles).clearance(centres)
     lines = []
     if metal.min() >= edge:
         lines.append(f"  thinnest part: {edge * 1000:.3g} mm, the mesh's edge, or more")
