@@ -7,6 +7,7 @@
 # make bench-capsules: what the capsule network's training and prediction take, also with other convolutions
 # make bench-thesis: solves at full size (ten minutes, 6 GB), and the whole reference experiment projected from them
 # make bench-compressed: compressed matrices beside whole ones, over unknowns and tolerance (half an hour, 6 GB)
+# make bench-mesh: 200 random vehicles of overlapping solids meshed, which are refused or miss a goal (an hour)
 # make bench-imaging: 1,172,490 images from made-up fields, beside the disk's speed
 # make bench-bempp: the same sphere by bempp-cl, in an environment of its own, and here
 # make fields: the dataset of resources/fields anew where it is not complete (hours, 6 GB)
@@ -21,7 +22,7 @@ BIN := .venv/bin
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
 .PHONY: report thesis test lint docs environment results validate fields check-fields bench-learning bench-capsules \
-	bench-scattering bench-bempp bench-thesis bench-imaging bench-compressed
+	bench-scattering bench-bempp bench-thesis bench-imaging bench-compressed bench-mesh
 
 report: environment
 	snakemake --cores $(CORES) report
@@ -65,6 +66,9 @@ validate: environment
 
 bench-scattering: environment
 	PYTHONPATH=workflow/scripts python benchmarks/bench_scattering.py
+
+bench-mesh: environment
+	PYTHONPATH=workflow/scripts:tests/mesh python benchmarks/bench_mesh.py
 
 bench-imaging: environment
 	PYTHONPATH=workflow/scripts python benchmarks/bench_imaging.py --cores $(CORES)
