@@ -24,7 +24,7 @@ nitpicky = True
 MENU = {
     "First steps": ["docs/tutorial", "config/README", "docs/troubleshooting", "docs/cluster"],
     "What to change": [f"docs/adding-{what}" for what in ("a-target", "an-snr", "a-model", "an-imager", "a-solver")],
-    "Data": ["docs/own-fields", "docs/exported-images", "docs/comparing-runs"],
+    "Data": ["docs/rcs", "docs/own-fields", "docs/exported-images", "docs/comparing-runs"],
     "What it computes": ["docs/method", "docs/validation", "docs/results"],
     "The project": ["docs/README", "CONTRIBUTING", "CHANGELOG"],
 }

@@ -24,17 +24,15 @@ import yaml
 
 from core.sweep import Sweep, sweeps
 from mesh.io import read_ply
-from scattering import solve as solver
 from scattering.needs import memory_megabytes
 from scattering.plan import chosen, planned
+from scattering.solve import solve
 from setup.config import load
 from setup.yaml_file import read_yaml
 
 HERE = Path(__file__).parent
 CONFIG = "config/thesis.yaml"
 FINER = 14  # edges a wavelength
-# A residual of some 1e-4 is far below what the meshes differ by; refining it would take longer than the solve.
-PROMISE = 100
 SHOWN = 30  # dB below the peak over all directions, down to which levels are compared
 REFERENCES = ["whole", "cfie", "finer"]
 
@@ -117,8 +115,7 @@ def meshed(target, threads, results, *configs):
 
 def solved(mesh, sweep, symmetry, threads, settings):
     asked = sweep.frequency, sweep.elevation, sweep.azimuth, list(sweep.polarizations)
-    solver.PROMISE = PROMISE
-    return solver.solve(*read_ply(mesh), *asked, symmetry, threads=threads, **settings)
+    return solve(*read_ply(mesh), *asked, symmetry, threads=threads, **settings)
 
 
 def apart(field, reference):

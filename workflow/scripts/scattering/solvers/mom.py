@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from mesh import topology
+from scattering.machine import slowness
 from scattering.plan import at_one_frequency, chosen, planned
 
 
@@ -30,7 +31,7 @@ class Solver:
         self.settings = settings
 
     def plan(self, measures, planes, sweep):
-        return planned(measures, planes, sweep, **self._settings(measures, planes, sweep))
+        return planned(measures, planes, sweep, **self._settings(measures, planes, sweep), slowness=slowness())
 
     def solve(self, vertices, triangles, sweep, symmetry, threads, progress):
         from scattering.device import keep_compiled
