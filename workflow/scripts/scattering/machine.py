@@ -36,7 +36,7 @@ class Slowness(NamedTuple):
 def slowness():
     """The Slowness of this machine: as kept, else measured and kept."""
     path = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache", "isarflow", "machines.json")
-    key = f"{_processor()}, NumPy {np.__version__}"
+    key = f"{processor()}, {os.cpu_count()} cores, NumPy {np.__version__}"
     try:
         kept = dict(json.loads(path.read_text()))
     except (OSError, ValueError, TypeError):
@@ -68,8 +68,8 @@ def _fastest(work):
     return min(seconds)
 
 
-def _processor():
-    """What this machine's processor is called, and how many of it there are."""
+def processor():
+    """What this machine's processor is called."""
     lines = CPUINFO.read_text().splitlines() if CPUINFO.exists() else []
-    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
-    return f"{next(iter(names), platform.machine())}, {os.cpu_count()} cores"
+    names = (line.partition(":")[2].strip() for line in lines if line.startswith("model name"))
+    return next(names, platform.machine())
