@@ -31,12 +31,12 @@ def test_a_processor_is_measured_once(measured, tmp_path, monkeypatch):
     machine.CPUINFO.write_text("processor\t: 0\nmodel name\t: Z80\n")
     machine.slowness()
     assert len(measured) == 2
-    assert len(json.loads((tmp_path / "isarflow/machines.json").read_text())) == 2
+    assert len(json.loads((tmp_path / "isarflow/machine.json").read_text())) == 2
 
 
 @pytest.mark.parametrize("text", ["", "{", "[]", '"x"'])
 def test_what_is_kept_and_cannot_be_read_is_measured_again(measured, tmp_path, text):
-    path = tmp_path / "isarflow/machines.json"
+    path = tmp_path / "isarflow/machine.json"
     path.parent.mkdir()
     path.write_text(text)
     assert machine.slowness() == machine.slowness() == pytest.approx(Slowness(2, 3))
