@@ -3,13 +3,10 @@
 import json
 
 import pytest
-from test_plan import SINGLE, SWEEP, plan
 
-from scattering import machine
-from scattering.machine import REFERENCE, Slowness
-from scattering.needs import closed
-from scattering.plan import planned
-from scattering.solver import build
+from scattering import machine, needs
+from scattering.machine import REFERENCE
+from setup.config import load
 
 
 @pytest.fixture
@@ -25,7 +22,7 @@ def measured(monkeypatch, tmp_path):
 
 
 def test_a_processor_is_measured_once(measured, tmp_path, monkeypatch):
-    assert machine.slowness() == machine.slowness() == pytest.approx(Slowness(products=2, passes=3))
+    assert machine.slowness() == machine.slowness() == pytest.approx(2.5)
     assert len(measured) == 1
     monkeypatch.setattr(machine, "CPUINFO", tmp_path / "cpuinfo")
     machine.CPUINFO.write_text("processor\t: 0\nmodel name\t: Z80\n")
@@ -39,25 +36,23 @@ def test_what_is_kept_and_cannot_be_read_is_measured_again(measured, tmp_path, t
     path = tmp_path / "isarflow/machine.json"
     path.parent.mkdir()
     path.write_text(text)
-    assert machine.slowness() == machine.slowness() == pytest.approx(Slowness(2, 3))
+    assert machine.slowness() == machine.slowness() == pytest.approx(2.5)
     assert len(measured) == 1
 
 
 def test_a_folder_that_cannot_be_written_to_is_no_obstacle(measured, tmp_path):
     (tmp_path / "isarflow").touch()
-    assert machine.slowness() == pytest.approx(Slowness(2, 3))
+    assert machine.slowness() == pytest.approx(2.5)
 
 
-def test_a_plan_is_for_the_machine_at_hand(monkeypatch):
-    size = closed(20_000, [1.0, 0.0, 0.3])
-    how = {"formulation": "efie", "precision": "single", "tolerance": 1e-5}
-    megabytes, seconds = planned(size, 0, SWEEP, **how)
-    slower = [planned(size, 0, SWEEP, **how, slowness=of) for of in (Slowness(3, 1), Slowness(1, 3), Slowness(3, 3))]
-    assert {of[0] for of in slower} == {megabytes}
-    assert slower[0][1] + slower[1][1] == pytest.approx(4 * seconds)
-    assert slower[2][1] == pytest.approx(3 * seconds)
-    monkeypatch.setattr("scattering.solvers.mom.slowness", lambda: Slowness(3, 3))
-    assert build(SINGLE).plan(size, 0, SWEEP)[1] == pytest.approx(3 * plan(20_000, 0, tolerance=1e-5)[1])
+def test_what_is_expected_is_for_the_machine_at_hand(monkeypatch):
+    config, size = load(), {"area": 0.5, "box": [1.0, 0.8, 0.2]}
+    expected = {}
+    for times in (1, 3):
+        monkeypatch.setattr(needs, "slowness", lambda times=times: times)
+        expected[times] = needs.expected(config, "drone", size)
+    for slow, fast in zip(expected[3], expected[1], strict=True):
+        assert slow == {**fast, "seconds": pytest.approx(3 * fast["seconds"])}
 
 
 def test_the_benchmark_is_of_work(monkeypatch):

@@ -159,7 +159,7 @@ def solve_megabytes(wildcards, input):
 
 
 def solve_minutes(wildcards, input, attempt):
-    """The time a cluster gives a solve: four times the plan, which is for this machine and not the node's."""
+    """The time a cluster gives a solve: four times the plan, which nodes were seen to exceed by 2.5 times."""
     return max(10, ceil(4 * planned_solve(wildcards, input)["seconds"] / 60)) * attempt
 
 

@@ -12,7 +12,6 @@ import time
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 import threadpoolctl
@@ -24,16 +23,9 @@ REFERENCE = 0.0840, 0.0052  # s that a product and a pass take there
 CPUINFO = Path("/proc/cpuinfo")
 
 
-class Slowness(NamedTuple):
-    """How many times as long as on the reference machine."""
-
-    products: float
-    passes: float
-
-
 @cache
 def slowness():
-    """The Slowness of this machine: as kept, else measured and kept."""
+    """How many times as long as on the reference machine work takes here: as kept, else measured and kept."""
     path = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache", "isarflow", "machine.json")
     key = f"{processor()}, {os.cpu_count()} cores, NumPy {np.__version__}"
     try:
@@ -41,11 +33,11 @@ def slowness():
     except (OSError, ValueError, TypeError):
         kept = {}
     if key not in kept:
-        kept[key] = [seconds / there for seconds, there in zip(benchmark(), REFERENCE, strict=True)]
+        kept[key] = float(np.mean(np.divide(benchmark(), REFERENCE)))
         with suppress(OSError):  # it is measured again next time
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_text(json.dumps(kept, indent=1))
-    return Slowness(*kept[key])
+    return kept[key]
 
 
 def benchmark():

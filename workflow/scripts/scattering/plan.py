@@ -2,8 +2,8 @@
 
 The times are those of two cores of an AVX-512 processor (AMD EPYC), fitted to `make bench-compressed`: spheres of 2,000
 to 120,000 unknowns with none to two mirror planes, and targets of the reference experiment. They hold within 1.3 times
-there, and not where another solve runs beside; more cores divide them, and for other machines they are scaled by what
-`machine` measures there. The memory holds within 1.3 times everywhere.
+there, and not where another solve runs beside; more cores divide them, and what another machine takes `machine`
+measures there. The memory holds within 1.3 times everywhere.
 """
 
 import ast
@@ -14,7 +14,6 @@ from pathlib import Path
 import numpy as np
 
 from core.sweep import C0
-from scattering.machine import Slowness
 from scattering.sampling import TOLERANCE, samples_of_ring
 
 FLOPS = 1.87e11  # real operations a second in single precision, counted as (4/3) N^3
@@ -38,20 +37,16 @@ PRODUCTS = 1.83e11
 # Numbers for each that a tile's factors hold at last: with the matrix's, and what is free and not given back.
 KEPT = 1.7
 OPERATORS = Path(__file__).with_name("operators")
-REFERENCE = Slowness(products=1, passes=1)
 
 
-def planned(measures, planes, sweep, formulation, precision, tolerance, slowness=REFERENCE):
+def planned(measures, planes, sweep, formulation, precision, tolerance):
     """Peak memory of `solve` in MB, and its time at all frequencies of a Sweep in s on the two cores described above.
-
-    Or on those of a machine of another `Slowness`.
 
     measures: `unknowns`, `triangles` and `box` (m) of the mesh; planes: the number of its mirror planes, with which a
     matrix of N unknowns falls into G = 2^planes parities of N / G; tolerance: None for whole matrices.
     """
     megabytes, seconds = at_one_frequency(measures, planes, sweep, formulation, precision, tolerance)
-    passes, products = START + seconds["assembly"], seconds["factorization"] + seconds["directions"]
-    return int(megabytes), len(sweep.frequency) * (slowness.passes * passes + slowness.products * products)
+    return int(megabytes), len(sweep.frequency) * (START + sum(seconds.values()))
 
 
 def at_one_frequency(measures, planes, sweep, formulation, precision, tolerance):

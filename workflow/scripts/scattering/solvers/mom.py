@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 
 from mesh import topology
-from scattering.machine import slowness
 from scattering.plan import at_one_frequency, chosen, planned
 
 
@@ -31,7 +30,7 @@ class Solver:
         self.settings = settings
 
     def plan(self, measures, planes, sweep):
-        return planned(measures, planes, sweep, **self._settings(measures, planes, sweep), slowness=slowness())
+        return planned(measures, planes, sweep, **self._settings(measures, planes, sweep))
 
     def solve(self, vertices, triangles, sweep, symmetry, threads, progress):
         from scattering.device import keep_compiled
