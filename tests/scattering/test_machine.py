@@ -31,11 +31,14 @@ def test_a_processor_is_measured_once(measured, tmp_path, monkeypatch):
     assert len(json.loads((tmp_path / "isarflow/machine.json").read_text())) == 2
 
 
-@pytest.mark.parametrize("text", ["", "{", "[]", '"x"'])
+@pytest.mark.parametrize("text", ["", "{", "[]", '"x"', '{"KEY": [1, 2]}', '{"KEY": null}'])
 def test_what_is_kept_and_cannot_be_read_is_measured_again(measured, tmp_path, text):
     path = tmp_path / "isarflow/machine.json"
     path.parent.mkdir()
-    path.write_text(text)
+    machine.slowness()
+    (key,) = json.loads(path.read_text())
+    measured.clear()
+    path.write_text(text.replace("KEY", key))
     assert machine.slowness() == machine.slowness() == pytest.approx(2.5)
     assert len(measured) == 1
 

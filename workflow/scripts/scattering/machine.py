@@ -32,7 +32,7 @@ def slowness():
         kept = dict(json.loads(path.read_text()))
     except (OSError, ValueError, TypeError):
         kept = {}
-    if key not in kept:
+    if not isinstance(kept.get(key), float):
         kept[key] = float(np.mean(np.divide(benchmark(), REFERENCE)))
         with suppress(OSError):  # it is measured again next time
             path.parent.mkdir(parents=True, exist_ok=True)
