@@ -1,3 +1,4 @@
+# make smoke:  the smallest experiment, in a minute or two: results/smoke/report/index.html
 # make report: the default experiment, from CAD to results/quick/report/index.html
 # make thesis: the reference experiment at full size, from the fields of resources/fields (hours of learning)
 # make test:   the whole test suite;   make lint: what CI checks besides
@@ -21,8 +22,11 @@ RUN ?= thesis
 BIN := .venv/bin
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
-.PHONY: report thesis test lint docs environment results validate fields check-fields bench-learning bench-capsules \
+.PHONY: smoke report thesis test lint docs environment results validate fields check-fields bench-learning bench-capsules \
 	bench-scattering bench-bempp bench-thesis bench-imaging bench-compressed bench-mesh
+
+smoke: environment
+	snakemake --cores $(CORES) report --configfile config/smoke.yaml
 
 report: environment
 	snakemake --cores $(CORES) report

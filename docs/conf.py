@@ -10,6 +10,7 @@ ROOT = Path(__file__).resolve().parents[1]
 project = "isarflow"
 root_doc = "README"
 include_patterns = ["README.md", "CONTRIBUTING.md", "CHANGELOG.md", "config/README.md", "docs/*.md"]
+include_patterns += ["resources/fields/README.md", "resources/cad/README.md"]
 extensions = ["myst_parser"]
 myst_enable_extensions = ["dollarmath"]
 myst_fence_as_directive = {"math"}  # as GitHub has them
@@ -24,7 +25,14 @@ nitpicky = True
 MENU = {
     "First steps": ["docs/tutorial", "config/README", "docs/troubleshooting", "docs/cluster"],
     "What to change": [f"docs/adding-{what}" for what in ("a-target", "an-snr", "a-model", "an-imager", "a-solver")],
-    "Data": ["docs/own-fields", "docs/exported-images", "docs/comparing-runs"],
+    "Data": [
+        "docs/rcs",
+        "resources/fields/README",
+        "resources/cad/README",
+        "docs/own-fields",
+        "docs/exported-images",
+        "docs/comparing-runs",
+    ],
     "What it computes": ["docs/method", "docs/validation", "docs/results"],
     "The project": ["docs/README", "CONTRIBUTING", "CHANGELOG"],
 }

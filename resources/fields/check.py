@@ -1,12 +1,11 @@
 """The fields of this folder beside others of the same targets: `make check-fields`.
 
-At the lowest, the middle and the highest frequency every target is solved again in three ways:
+At the lowest, the middle and the highest frequency every target is solved again in two ways:
 
     finer   on a mesh of fourteen edges a wavelength instead of ten
-    cfie    on its own mesh by the combined field equation, if it is closed
-    whole   on its own mesh with matrices that are not compressed
+    cfie    on its own mesh by the combined field equation, if it is closed and the matrix fits into memory
 
-each where it fits into memory (cfie and whole do up to about 60,000 unknowns in 24 GB). Rows are added to accuracy.csv
+(up to about 60,000 unknowns in 24 GB). Rows are added to accuracy.csv
 after each solve; what it holds already is not solved again. Hours at full size, and meshes take minutes.
 """
 
@@ -24,19 +23,17 @@ import yaml
 
 from core.sweep import Sweep, sweeps
 from mesh.io import read_ply
-from scattering import solve as solver
 from scattering.needs import memory_megabytes
 from scattering.plan import chosen, planned
+from scattering.solve import solve
 from setup.config import load
 from setup.yaml_file import read_yaml
 
 HERE = Path(__file__).parent
 CONFIG = "config/thesis.yaml"
 FINER = 14  # edges a wavelength
-# A residual of some 1e-4 is far below what the meshes differ by; refining it would take longer than the solve.
-PROMISE = 100
 SHOWN = 30  # dB below the peak over all directions, down to which levels are compared
-REFERENCES = ["whole", "cfie", "finer"]
+REFERENCES = ["cfie", "finer"]
 
 
 def main():
@@ -117,8 +114,7 @@ def meshed(target, threads, results, *configs):
 
 def solved(mesh, sweep, symmetry, threads, settings):
     asked = sweep.frequency, sweep.elevation, sweep.azimuth, list(sweep.polarizations)
-    solver.PROMISE = PROMISE
-    return solver.solve(*read_ply(mesh), *asked, symmetry, threads=threads, **settings)
+    return solve(*read_ply(mesh), *asked, symmetry, threads=threads, **settings)
 
 
 def apart(field, reference):

@@ -1,8 +1,9 @@
 """What `make results` publishes: the page of the thesis with its pictures, and the scores that it is made of."""
 
-import importlib.util
 import lzma
 import os
+import runpy
+from types import SimpleNamespace
 
 import pandas as pd
 import pytest
@@ -13,10 +14,7 @@ from setup.config import ROOT
 
 @pytest.fixture
 def publisher():
-    spec = importlib.util.spec_from_file_location("publish", ROOT / "resources/results/publish.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return SimpleNamespace(**runpy.run_path(ROOT / "resources/results/publish.py"))
 
 
 def test_a_page_is_published_with_its_pictures_and_scores(thesis_page, publisher, tmp_path):

@@ -219,7 +219,7 @@ def test_a_run_with_little_or_nothing_says_so(thesis_page, tmp_path):
 def test_experiments_split_otherwise_are_not_the_document_s(thesis_page, tmp_path):
     settings = fake_thesis.settings()
     settings["learning"]["experiments"]["capsule_open"]["split"] = "sector"
-    assert ("capsule_open", "capsule") not in thesis_networks(Results("nowhere", settings, {}).runs)
+    assert ("capsule_open", "capsule") not in thesis_networks(Results("nowhere", settings, {"models": {}}).runs)
     folder = anew(tmp_path, thesis_page.parents[1], settings)
     assert missing(folder)["Fig. 5.14"] == "experiment `capsule_open` in the open set, split at random"
 

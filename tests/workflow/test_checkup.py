@@ -5,7 +5,7 @@ import pytest
 from test_sphere import write_ascii_stl
 
 from setup.checkup import checkup
-from setup.config import load
+from setup.config import load, of_command_line
 
 CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
 FACES = np.array([[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1], [2, 3, 7], [2, 7, 6]])
@@ -29,6 +29,18 @@ def said(tmp_path, monkeypatch):
         return "\n".join(checkup(load({"targets": {"*": None, "a": target}, "radar": radar}), "a"))
 
     return say
+
+
+def test_one_cad_file_is_a_config(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    write_ascii_stl(tmp_path / "My plate (2).stl", *block([0.3, 0.2, 0.1]))
+    config = load(of_command_line({"cad": "My plate (2).stl"}))
+    assert config["name"] == "my_plate_2" and not config["learning"]["experiments"]
+    assert config["targets"] == {"my_plate_2": {"mesh": "My plate (2).stl", "role": "other"}}
+    assert "size 0.3 x 0.2 x 0.1 m" in "\n".join(checkup(config, "my_plate_2"))
+    mine = {"cad": "My plate (2).stl", "name": "mine", "targets": {"my_plate_2": "{unit: mm}"}}
+    config = load(of_command_line(mine))
+    assert config["name"] == "mine" and config["targets"]["my_plate_2"]["unit"] == "mm"
 
 
 def test_a_plate_is_measured(said):

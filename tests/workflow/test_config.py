@@ -31,7 +31,7 @@ def test_a_target_may_have_its_own_formulation():
 
 
 def test_exponents_without_a_sign_are_numbers():
-    assert load()["radar"]["center_frequency"] == 2.775e9
+    assert load()["radar"]["center_frequency"] == 2.2e9
     assert load({"radar": {"bandwidth": "1e9"}})["radar"]["bandwidth"] == 1e9
 
 

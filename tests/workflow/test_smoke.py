@@ -118,7 +118,7 @@ EDITS = {
 }
 # What a comment more in a file, or a byte, makes necessary.
 FILES = {
-    "workflow/scripts/mesh/tidy.py": ALL,
+    "workflow/scripts/mesh/edits.py": ALL,
     "workflow/scripts/scattering/basis.py": SOLVED | SPHERE,
     "workflow/scripts/scattering/solvers/mom.py": SOLVED | SPHERE,
     "workflow/scripts/scattering/operators/cfie.py": SOLVED | SPHERE,

@@ -21,7 +21,12 @@ IMAGING = {"imager": "fourier", "aperture": 3, "window": "hamming", "reformat": 
 NOISE = {"seed": 1, "realizations": 2, "definition": "mean", "per": "image"}
 FREQUENCY, ELEVATION, AZIMUTH = np.linspace(0.8e9, 1.2e9, 6), np.array([0.0, 10.0]), np.arange(12) * 30.0
 EVERY = {"a": AZIMUTH, "pure-noise": AZIMUTH}  # of each target
-SETTINGS = {"targets": {"a": {"mesh": "a.stl", "role": "known"}}, "radar": RADAR, "learning": {"experiments": {}}}
+SETTINGS = {
+    "targets": {"a": {"mesh": "a.stl", "role": "known"}},
+    "radar": RADAR,
+    "aspect": ASPECT,
+    "learning": {"experiments": {}},
+}
 STATED = {"models": {}, "scores": {}}  # no model says what the page calls it
 
 

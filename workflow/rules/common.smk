@@ -159,7 +159,7 @@ def solve_megabytes(wildcards, input):
 
 
 def solve_minutes(wildcards, input, attempt):
-    """The time a cluster gives a solve: four times the plan, which machines were seen to exceed by 2.5 times."""
+    """The time a cluster gives a solve: four times the plan, which nodes were seen to exceed by 2.5 times."""
     return max(10, ceil(4 * planned_solve(wildcards, input)["seconds"] / 60)) * attempt
 
 
@@ -184,6 +184,11 @@ def images_shown():
         *expand(f"{RESULTS}/imaging/{{target}}/clean.zarr", target=TARGETS),
         *expand(f"{RESULTS}/imaging/{{target}}/{{snr}}.zarr", target=noisy_targets(config["targets"], RUNS), snr=noisy),
     ]
+
+
+def published(*tables):
+    """What the reference thesis states, by the names of its tables."""
+    return [in_repository(f"resources/reference/thesis_{table}.csv") for table in tables]
 
 
 def full_size_scores():

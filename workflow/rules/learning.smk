@@ -57,6 +57,7 @@ for number, snrs in enumerate(SNR_SETS, 1):
         threads: 1
         resources:
             mem_mb=lambda w: megabytes_of(w.run, w.model),
+            runtime=lambda w, attempt: 240 * attempt,  # minutes a cluster gives it, as its name may have a number
         params:
             settings=lambda w: of_targets(tested_targets(w.run))
             | {"is_open": RUNS[w.run]["open"], "realizations": tested_realizations()},

@@ -20,10 +20,7 @@ rule report:
         curves=[f"{RESULTS}/learning/models/{fitted}" for fitted in FITTED],
         reconstructions=[f"{RESULTS}/learning/reconstructions/{fitted}.zarr" for fitted in decoders()],
         predictions=predictions_shown(),
-        published=[
-            in_repository(f"resources/reference/thesis_{table}.csv")
-            for table in ("results", "prediction_times", "confusion", "galleries")
-        ],
+        published=published("results", "prediction_times", "confusion", "galleries"),
         full_size=full_size_scores(),
         code=code("report/job_report.py") + page_files() + imager_code() + solver_code(),
     output:
@@ -75,10 +72,7 @@ rule thesis_page:
             f"{RESULTS}/imaging/{target}/{images}.zarr"
             for target, images in (thesis_images(config, RUNS) if images_are_made(config) else ())
         ],
-        published=[
-            in_repository(f"resources/reference/thesis_{table}.csv")
-            for table in ("results", "prediction_times", "confusion", "settings")
-        ],
+        published=published("results", "prediction_times", "confusion", "settings"),
         code=code("report/job_thesis.py"),
         model_code=model_code(*{fitted.split("/")[1] for fitted in JUDGED}),
     output:

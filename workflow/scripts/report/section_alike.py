@@ -5,6 +5,7 @@ import pandas as pd
 
 from core.sweep import snr_label
 from learning import thresholds
+from learning.features import unit
 from learning.split import Division, split
 from report.draw_images import gallery
 from report.layout import GREY, PALETTE, Section, figure
@@ -34,8 +35,7 @@ def section(results):
 def standardized(images):
     """Magnitudes of images (n, ...) as rows (n, d) without their means and of length 1; a constant one stays zero."""
     rows = np.abs(images).reshape(len(images), -1)
-    rows = rows - rows.mean(axis=1, keepdims=True)
-    return rows / np.maximum(np.linalg.norm(rows, axis=1, keepdims=True), 1e-12)
+    return unit(rows - rows.mean(axis=1, keepdims=True))
 
 
 def _azimuths(results, run, target, side):

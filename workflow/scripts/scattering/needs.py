@@ -10,6 +10,7 @@ from mesh.measures import ideal_unknowns
 from mesh.read import UNITS, states_unit
 from mesh.resolution import COARSEST, wanted_edges
 from mesh.symmetry import axes
+from scattering.machine import slowness
 from scattering.solver import build
 
 OWN = ("formulation",)  # settings that a target may have of its own
@@ -59,15 +60,17 @@ def unknowns_that_fit(megabytes, most, box, planes, sweep, scattering):
 
 
 def expected(config, name, size):
-    """What each band's solve of a target will need, lowest first: its `unknowns`, `megabytes` and `seconds`.
+    """What each band's solve of a target will need here, lowest first: its `unknowns`, `megabytes` and `seconds`.
 
+    Seconds are those of this machine: what the solver plans, times what `machine` measures.
     size: `area` in m^2 and `box` in m of the target's CAD file.
     """
     planes, scattering = _planes(config, name), method(config, name)
     solves = []
     for sweep, edge in zip(_sweeps(config), wanted_edges(config["mesh"], config["radar"], size["box"]), strict=True):
         unknowns = ideal_unknowns(size["area"], edge)
-        solves.append({"unknowns": unknowns} | need(closed(unknowns, size["box"]), planes, sweep, scattering))
+        solve = need(closed(unknowns, size["box"]), planes, sweep, scattering)
+        solves.append({"unknowns": unknowns} | solve | {"seconds": slowness() * solve["seconds"]})
     return solves
 
 

@@ -2,8 +2,8 @@
 
 The times are those of two cores of an AVX-512 processor (AMD EPYC), fitted to `make bench-compressed`: spheres of 2,000
 to 120,000 unknowns with none to two mirror planes, and targets of the reference experiment. They hold within 1.3 times
-there, and not where another solve runs beside; more cores divide them, and other machines differ by two. The memory
-holds within 1.3 times everywhere.
+there, and not where another solve runs beside; more cores divide them, and what another machine takes `machine`
+measures there. The memory holds within 1.3 times everywhere.
 """
 
 import ast

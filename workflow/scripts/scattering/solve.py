@@ -26,6 +26,7 @@ DTYPES = {"single": np.complex64, "double": np.complex128}
 MAX_RESIDUAL = 1e-3  # above it (or PROMISE) the solution is refined once, and refused if that does not help
 # Of a tolerance, what a tile may leave out, and how much larger the residual may be before the solution is refined.
 SHARE, PROMISE = 0.4, 10
+MANY = 1e5  # unknowns, above which what tiles leave out adds up to more than the promise unless each leaves out less
 KINDS = {  # whole matrices: on JAX's device or not, symmetric or not
     (False, False): GeneralMatrix,
     (False, True): SymmetricMatrix,
@@ -206,7 +207,8 @@ class _System:
             self.promise = MAX_RESIDUAL
         else:
             self.matrices = [LowRankMatrix([block.spans[p] for block in entries.blocks]) for p in range(len(sizes))]
-            fill(entries, self.matrices, SHARE * self.tolerance, self.threads, progress)
+            share = SHARE * min(1, MANY / sum(sizes))
+            fill(entries, self.matrices, share * self.tolerance, self.threads, progress)
             self.promise = min(MAX_RESIDUAL, PROMISE * self.tolerance)
         # Kept, because the factorization overwrites the matrices.
         self.probed = [np.unique(np.linspace(0, n - 1, min(PROBED_ROWS // len(sizes), n)).astype(int)) for n in sizes]

@@ -56,12 +56,21 @@ def load(*overlays):
 
 
 def of_command_line(settings):
-    """What --config says, with the text in its mappings and lists read as YAML: Snakemake leaves it as it stands."""
+    """What --config says, with the text in its mappings and lists read as YAML: Snakemake leaves it as it stands.
+
+    `cad`, the path of a CAD file, stands for a run of that target alone, which learns nothing, under the file's name.
+    """
 
     def read(text):
         return yaml.load(text, yaml.CSafeLoader) if isinstance(text, str) else text
 
-    return {key: _changed(value, read) if isinstance(value, dict | list) else value for key, value in settings.items()}
+    said = {key: _changed(value, read) if isinstance(value, dict | list) else value for key, value in settings.items()}
+    if "cad" not in said:
+        return said
+    path = str(said.pop("cad"))
+    name = re.sub(r"[^A-Za-z0-9]+", "_", Path(path).stem).strip("_").lower() or "cad"
+    targets = {ALL: None, name: {"mesh": path, "role": "other"}}
+    return overlay.merge({"name": name, "targets": targets, "learning": {"experiments": {ALL: None}}}, said)
 
 
 def unnamed(config, *overlays):
