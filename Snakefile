@@ -37,6 +37,10 @@ onstart:
     if RUNS:
         together.keep(RESULTS, SNR_SETS)
     logger.info("\n".join(lines))
+    if workflow.local_exec:
+        # By its limit of jobs a second every job that begins has the scheduler look at all jobs again, each second to
+        # the end of the run: half a core in the end. Here jobs begin as others end; a cluster's queue keeps the limit.
+        workflow.scheduler.job_rate_limiter = None
 
 
 # A dry-run has no onstart, and while this file is read Snakemake does not tell yet which run this is.
