@@ -10,6 +10,7 @@ from shapes_made import check_solid
 from core.errors import InputError
 from mesh import cad_kernel, topology
 from mesh.build import build
+from mesh.build import load as load_source
 from setup.config import load
 
 RADAR = {"center_frequency": 1.0e9, "bandwidth": 0.0, "frequencies": 1, "polarizations": ["VV"]}
@@ -82,7 +83,7 @@ SIZES = {  # extents, volume and area in metres
 def test_solid_comes_back_and_makes_a_good_mesh(tmp_path, shapes, name, file, solid):
     path = write_shape(tmp_path / file, getattr(shapes, name), solid)
     box, volume, area = SIZES[name]
-    vertices, triangles = cad_kernel.read_surfaces(path)
+    vertices, triangles = cad_kernel.read_surfaces(path, 0.0)
     assert np.ptp(vertices, axis=0) == pytest.approx(box, rel=1e-3)
     assert topology.areas(vertices, triangles).sum() == pytest.approx(area, rel=1e-3)
     assert topology.tetrahedra(vertices, triangles).sum() == pytest.approx(volume, rel=1e-3)  # so they face outwards
@@ -93,11 +94,21 @@ def test_solid_comes_back_and_makes_a_good_mesh(tmp_path, shapes, name, file, so
 
 @needs_kernel
 def test_chords_stay_close_to_a_ball(tmp_path, shapes):
-    vertices, triangles = cad_kernel.read_surfaces(write_shape(tmp_path / "ball.step", shapes.ball))
+    vertices, triangles = cad_kernel.read_surfaces(write_shape(tmp_path / "ball.step", shapes.ball), 0.0)
     assert np.linalg.norm(vertices, axis=1) == pytest.approx(0.15, rel=1e-6)
     inside = 0.15 - np.linalg.norm(vertices[triangles].mean(axis=1), axis=1)
-    assert 0 < inside.max() < 2 * cad_kernel.DEFLECTION * 0.3 * np.sqrt(3)
-    assert np.median(inside) < cad_kernel.DEFLECTION * 0.3 * np.sqrt(3)
+    assert 0 < inside.max() < 2 * cad_kernel.DEFLECTION[0] * 0.3 * np.sqrt(3)
+    assert np.median(inside) < cad_kernel.DEFLECTION[0] * 0.3 * np.sqrt(3)
+
+
+@needs_kernel
+def test_triangles_are_as_fine_as_the_wavelength_asks(tmp_path, shapes):
+    path = write_shape(tmp_path / "ball.step", shapes.ball)
+    count = {chord: len(cad_kernel.read_surfaces(path, chord)[1]) for chord in (0.0, 1e-4, 2e-4, 1.0)}
+    assert count[0.0] > 1.5 * count[1e-4] > 1.5 * count[2e-4] > count[1.0] > 0
+    low, high = (load_source(path, {}, MESH, RADAR | {"center_frequency": hertz}).measures for hertz in (1e9, 1e10))
+    assert high["raw"]["triangles"] > 2 * low["raw"]["triangles"]
+    assert low["volume"] == pytest.approx(SIZES["ball"][1], rel=4e-3)
 
 
 @needs_kernel
@@ -112,7 +123,7 @@ def test_placed_and_mirrored_parts(tmp_path, shapes):
     placed = shapes.tin.Located(TopLoc_Location(shift))
     mirrored = BRepBuilderAPI_Transform(placed, mirror).Shape()
     for shape, middle in ((placed, 1.0), (mirrored, -1.0)):
-        vertices, triangles = cad_kernel.read_surfaces(write_shape(tmp_path / "tin.step", shape))
+        vertices, triangles = cad_kernel.read_surfaces(write_shape(tmp_path / "tin.step", shape), 0.0)
         assert vertices[:, 0].min() + vertices[:, 0].max() == pytest.approx(2 * middle, abs=1e-4)
         assert topology.tetrahedra(vertices, triangles).sum() == pytest.approx(SIZES["tin"][1], rel=1e-3)
 
@@ -123,7 +134,7 @@ def test_the_files_own_unit_counts(tmp_path, shapes):
     text = path.read_text()
     assert text.count("SI_UNIT(.MILLI.,.METRE.)") == 1
     path.write_text(text.replace("SI_UNIT(.MILLI.,.METRE.)", "SI_UNIT(.CENTI.,.METRE.)"))
-    assert np.ptp(cad_kernel.read_surfaces(path)[0], axis=0) == pytest.approx([1, 2, 3])
+    assert np.ptp(cad_kernel.read_surfaces(path, 0.0)[0], axis=0) == pytest.approx([1, 2, 3])
     path.write_text(text.replace("SI_UNIT(.MILLI.,.METRE.)", "SI_UNIT($,.METRE.)"))
     with pytest.raises(
         InputError, match=r"300 m .* too long .* mistaken\. If it is right, state the target's 'length'"

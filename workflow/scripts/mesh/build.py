@@ -15,12 +15,12 @@ from mesh.distance import samples
 from mesh.ground import Ground
 from mesh.io import write_ply
 from mesh.measures import describe, size
-from mesh.misses import CROSSED, GOAL, Followed, farthest
+from mesh.misses import GOAL, Followed, farthest
 from mesh.progress import begin, say
 from mesh.read import check_size, in_metres, read_cad
 from mesh.remesh import Size, remesh, restore_volume
 from mesh.repair import CLOSE, repair, thin
-from mesh.resolution import OF_PIECE, check_resolution, wanted_edges
+from mesh.resolution import OF_PIECE, check_resolution, wanted_edge, wanted_edges
 
 ASYMMETRY = 1 / 100  # wavelengths at the top frequency between a target and its mirror image
 WRONG = 1 / 20  # wavelengths between mesh and source: more is another target
@@ -29,6 +29,7 @@ MOST, CHEAP = 1.4, 1000  # times the triangles of the first mesh, or so many: mo
 FINER = 1.5, 2, 3  # times as many edges: what a refused mesh is tried with, to say what would do
 WASTE = 6  # times the triangles of the first mesh: where shorter edges do not cure so far, they will not
 TRIES = 8  # meshes of a band, each finer where the last one misses
+CHORD = 1 / 40  # wanted edges between a CAD kernel's surface and its triangles: a tenth of what a mesh may miss
 THINNER = 1 / 2  # wanted edges: a source with much smaller triangles is thinned to these before it is remeshed
 
 
@@ -47,7 +48,7 @@ def load(path, target, mesh, radar, to_solve=False):
     Raises InputError if the file is no use, its size implausible, or less symmetric than it says; for a target that is
     `to_solve` also if it has too few edges across it.
     """
-    vertices, triangles = read_cad(path)
+    vertices, triangles = read_cad(path, CHORD * wanted_edge(mesh, radar) / target.get("scale", 1.0))
     vertices = in_metres(vertices, target)
     used = vertices[topology.used(triangles)]
     edge = wanted_edges(mesh, radar, np.ptp(used, axis=0))[-1]
@@ -137,27 +138,23 @@ def _shortened(source, edge, wavelength, axes):
     """A band's mesh and its measures: edges are shortened where it misses the source, until it does nowhere."""
     surface, reach = source[:2], min(wavelength, max(source.measures["box"]))  # a small target is held to its own size
     followed, size, half = Followed(*surface, edge), _by_piece(surface, Size(edge)), _half(surface, edge, axes)
-    start = best = fewest = None
-    wrong = True
+    best = fewest = None
+    wrong = True  # that the best is no mesh of the target
     for number in range(TRIES):
         say(f"remesh to {edge * 1000:.3g} mm" + (f", shorter where mesh {number} missed" if number else ""))
-        start = remesh(*half, size, surface, axes, start)
-        made = _whole(start, surface, axes)
+        made = _whole(remesh(*half, size, surface, axes), surface, axes)
         apart = followed.apart(made)
-        strays, lost = followed.misses(made, apart, reach)
         fewest = fewest or len(made[1])
         costly = len(made[1]) > max(MOST * fewest, CHEAP)
-        if len(strays[0]) == 0:
-            if best is None or wrong or not costly:
+        places = followed.strays(made, apart, reach)
+        if len(places[0]) == 0:
+            if wrong or not costly:
                 best = made, apart
                 wrong = abs(topology.areas(*made).sum() / source.measures["area"] - 1) > CHANGED
-            if len(lost[0]) == 0 or (costly and not wrong):
-                break
-        if len(made[1]) > WASTE * max(fewest, CHEAP):
+            places = followed.lost(made, apart)
+        if len(places[0]) == 0 or (costly and not wrong) or len(made[1]) > WASTE * max(fewest, CHEAP):
             break
-        if (strays[1] != CROSSED).any():  # what is lost cannot be regained from the mesh
-            start = None
-        size = size.shortened(*(np.concatenate(pair) for pair in zip(strays, lost, strict=True)))
+        size = size.shortened(*places)
     made, apart = best or (made, apart)
     apart = [farthest(pair) for pair in apart[:2]]
     return made, describe(made, surface, apart, wavelength, edge, source.measures["thinned_by"], axes)

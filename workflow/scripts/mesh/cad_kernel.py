@@ -10,10 +10,10 @@ from core.errors import InputError
 FORMATS = (".step", ".stp", ".iges", ".igs")
 INSTALL = ".venv/bin/pip install --require-hashes -r envs/requirements-step.lock"
 MILLIMETRE = 1e-3  # metres; the kernel converts every file's own unit to millimetres
-# How far chords may leave the surface, as a fraction of the target's diagonal; near the poles of a sphere the kernel
-# takes up to twice that, still 1/50 wavelength for a diagonal of 100. From one chord to the next they turn by at most
-# `TURN` radians, so that small round parts stay round.
-DEFLECTION, TURN = 1e-4, 0.2
+# The least and the most that chords may leave the surface, as a fraction of the target's diagonal; near the poles of a
+# sphere the kernel takes up to twice that, still 1/50 wavelength for a diagonal of 100. From one chord to the next they
+# turn by at most `TURN` radians, so that small round parts stay round.
+DEFLECTION, TURN = (1e-4, 6e-4), 0.3
 
 
 def check_installed(key):
@@ -25,9 +25,10 @@ def check_installed(key):
         )
 
 
-def read_surfaces(path):
+def read_surfaces(path, chord):
     """Vertices (V, 3) float64 in metres and triangles (T, 3) of all faces in a STEP or IGES file.
 
+    Chords leave the surfaces by some `chord` metres at most, within the bounds of DEFLECTION.
     Lengths are converted from the unit that the file states. Every face has vertices of its own; those of neighbours
     coincide along their common edge. Raises InputError for a file that cannot be read, or not as a whole.
     """
@@ -38,7 +39,7 @@ def read_surfaces(path):
         raise InputError(f"{path}: Open CASCADE is installed but cannot be loaded: {error}.") from None
     for printer in Message.DefaultMessenger_s().Printers():  # statistics otherwise fill the terminal, past the log
         printer.SetTraceLevel(Message_Gravity.Message_Fail)
-    faces = _faces(_shape(Path(path)))
+    faces = _faces(_shape(Path(path)), chord / MILLIMETRE)
     if not faces:
         raise InputError(f"{path} holds no surfaces; curves and points alone reflect nothing.")
     missing = [number for number, face in enumerate(faces) if face is None]
@@ -71,10 +72,10 @@ def _shape(path):
     return reader.OneShape()
 
 
-def _faces(shape):
+def _faces(shape, chord):
     """For every face its points (P, 3) in millimetres and its triangles (N, 3), or None if it cannot be triangulated.
 
-    The triangles of a solid face outwards.
+    The triangles of a solid face outwards; `chord` is in millimetres.
     """
     from OCP.Bnd import Bnd_Box
     from OCP.BRep import BRep_Tool
@@ -90,7 +91,8 @@ def _faces(shape):
         return []
     box = Bnd_Box()
     BRepBndLib.AddOptimal_s(shape, box, False, False)
-    BRepMesh_IncrementalMesh(shape, DEFLECTION * box.SquareExtent() ** 0.5, False, TURN)
+    least, most = (share * box.SquareExtent() ** 0.5 for share in DEFLECTION)
+    BRepMesh_IncrementalMesh(shape, min(max(chord, least), most), False, TURN)
     faces = []
     while explorer.More():
         face, place = TopoDS.Face(explorer.Current()), TopLoc_Location()

@@ -34,32 +34,34 @@ class Followed:
         from_source, nearest = Ground(vertices, triangles).distance(self.points)
         return (probes, self.ground.distance(probes)[0]), (self.points, from_source), nearest
 
-    def misses(self, mesh, apart, wavelength):
-        """Places (P, 3) where a mesh misses, and the share of their length for edges there, (P,); `apart` is its own.
+    def strays(self, mesh, apart, wavelength):
+        """Places (P, 3) where a mesh strays or crosses itself, and the share of their length for edges there, (P,).
 
-        As two pairs: where it strays or crosses itself, and where it loses or gains area. Chords are as deep as the
-        square of their length.
+        `apart` is the mesh's own. Chords are as deep as the square of their length.
         """
         vertices, triangles = mesh
-        *both, nearest = apart
         limit, places, shares = WELL * GOAL[0] * wavelength, [], []
-        for points, distance in both:
+        for points, distance in apart[:2]:
             far = distance > limit
             places.append(points[far])
             shares.append(np.clip(np.sqrt(limit / distance[far] / 2), *SHARE))
         crossed = np.unique(crossings(vertices, triangles))
         places.append(vertices[triangles[crossed]].mean(axis=1))
         shares.append(np.full(len(crossed), CROSSED))
-        strays = np.concatenate(places), np.concatenate(shares)
-        lost = self.area.sum() - topology.areas(vertices, triangles).sum()
-        if abs(lost) > WELL * GOAL[1] * self.area.sum():
-            turned = 1 - np.abs((topology.shape(vertices[triangles])[0][nearest] * self.normal).sum(axis=1))
-            turned[(both[1][1] <= ON * self.edge) | (self.area == 0)] = 0
-            order = np.argsort(-turned, kind="stable")
-            left = np.cumsum((turned * self.area)[order][::-1])[::-1]
-            worst = order[(left > WELL / 2 * GOAL[1] * self.area.sum()) & (turned[order] > 0)]
-            return strays, (self.points[worst], np.full(len(worst), TURNED))
-        return strays, (np.zeros((0, 3)), np.zeros(0))
+        return np.concatenate(places), np.concatenate(shares)
+
+    def lost(self, mesh, apart):
+        """Places and shares as in `strays` where a mesh loses or gains area, if it does so by too much."""
+        _, (_, distance), nearest = apart
+        asked = WELL * GOAL[1] * self.area.sum()
+        if abs(self.area.sum() - topology.areas(*mesh).sum()) <= asked:
+            return np.zeros((0, 3)), np.zeros(0)
+        turned = 1 - np.abs((topology.shape(mesh[0][mesh[1]])[0][nearest] * self.normal).sum(axis=1))
+        turned[(distance <= ON * self.edge) | (self.area == 0)] = 0
+        order = np.argsort(-turned, kind="stable")
+        left = np.cumsum((turned * self.area)[order][::-1])[::-1]
+        worst = order[(left > asked / 2) & (turned[order] > 0)]
+        return self.points[worst], np.full(len(worst), TURNED)
 
 
 def farthest(pair):

@@ -20,17 +20,18 @@ LENGTH_TOLERANCE = 0.02  # of a target's `length`
 READERS = {".stl": read_stl, ".obj": read_obj, ".ply": read_ply, ".off": read_off}
 
 
-def read_cad(path):
+def read_cad(path, chord=0.0):
     """Vertices (V, 3) float64 and triangles (T, 3) as they stand in an STL, OBJ, PLY or OFF file.
 
-    Faces with more corners are cut into triangles. Those of a STEP or IGES file are made, in metres. Raises InputError
-    for a file that holds no usable triangles.
+    Faces with more corners are cut into triangles. Those of a STEP or IGES file are made, in metres, and leave its
+    surfaces by at most `chord` metres, or by as little as is useful. Raises InputError for a file that holds no usable
+    triangles.
     """
     path = Path(path)
     if path.stat().st_size == 0:
         raise InputError(f"{path} is empty.")
     if states_unit(path):
-        return cad_kernel.read_surfaces(path)
+        return cad_kernel.read_surfaces(path, chord)
     try:
         surface = READERS[path.suffix.lower()](path.read_bytes())
     except InputError as error:

@@ -59,29 +59,25 @@ class Size(NamedTuple):
         return Size(self.edge * factor, self.finer)
 
 
-def remesh(vertices, triangles, size, solid, axes=(), start=None):
+def remesh(vertices, triangles, size, solid, axes=()):
     """Triangles with edges of the given Size, or shorter ones on average, on the same surface.
 
     A boundary in one of the mirror planes `axes` stays in it exactly. The surface is a part of the whole `solid`, both
-    (vertices, triangles); no part of it is lost for being thinner than an edge. With `start`, a mesh of it, only what
-    has another length than wanted is made anew.
+    (vertices, triangles); no part of it is lost for being thinner than an edge.
     """
     ground, whole = Ground(vertices, triangles), Ground(*solid)
-    source, aim, passes = (vertices, triangles), AIM, PASSES
-    if start is not None:
-        (vertices, triangles), passes = start, PASSES // 2
-    else:
-        vertices, triangles = halved(vertices, triangles, size.scaled(aim), axes)
+    source, aim = (vertices, triangles), AIM
+    vertices, triangles = halved(vertices, triangles, size.scaled(aim), axes)
     best, fewest = None, np.inf
-    for number in range(passes + MORE):
+    for number in range(PASSES + MORE):
         wanted = size.scaled(aim)
-        coarse = size.scaled(aim * COARSE) if number == passes else wanted  # a regular start is else only ever halved
+        coarse = size.scaled(aim * COARSE) if number == PASSES else wanted  # a regular start is else only ever halved
         limits = Limits(coarse, SHORT, LONG, DEVIATION, axes, lambda points: whole.clearance(points)[0])
         vertices, triangles = collapse(vertices, triangles, limits)
         vertices, triangles = split(vertices, triangles, wanted, LONG, ground)
         triangles = flip(vertices, triangles, wanted(vertices), DEVIATION, axes)
         vertices = relax(vertices, triangles, wanted(vertices), ground)
-        if number < passes - 1:
+        if number < PASSES - 1:
             continue
         made = _fitting(vertices, triangles, size, ground, axes)
         mean = _ratios(*made, size).mean()
@@ -90,7 +86,7 @@ def remesh(vertices, triangles, size, solid, axes=(), start=None):
             best, fewest = made, len(made[1]) if fits else np.inf
         if fits and mean >= MEAN[0]:
             break
-        aim *= np.clip(sum(MEAN) / 2 / mean, *STEPS) if number > passes else 1.0
+        aim *= np.clip(sum(MEAN) / 2 / mean, *STEPS) if number > PASSES else 1.0
     vertices, triangles = best
     for axis in axes:
         vertices, triangles = lift_chords(vertices, triangles, source, axis)

@@ -10,6 +10,11 @@ SINGLE = 300  # edges in a wavelength; with 500 a plate was not solved in single
 FINEST = 10_000  # edges in a wavelength: beyond, double precision too loses the current's loops
 
 
+def wanted_edge(mesh, radar):
+    """The mean edge in metres that the highest band's mesh has for its wavelength, however small the target."""
+    return sweep.C0 / sweep.frequencies(radar)[-1] / mesh["edges_per_wavelength"]
+
+
 def wanted_edges(mesh, radar, box):
     """The mean edge in metres that each band's mesh of a target is to have, lowest band first.
 
