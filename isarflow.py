@@ -36,19 +36,35 @@ class Images:
         return Images(*(getattr(self, field.name)[chosen] for field in fields(self)))
 
 
+ROLES = ("known", "unknown", "other")
+
+
 def load(*paths, split="random", roles=("known",)):
     """The `Images` of one or more exported HDF5 files, one file's after another's.
 
     split: random, or sector_1, sector_2 ...: which division `side` tells. roles: of the targets that are loaded.
+    Raises FileNotFoundError for a file that is not there, ValueError for one that is no exported HDF5 file, for a split
+    that it does not have, for an unknown role, and without any file.
     """
+    roles = (roles,) if isinstance(roles, str) else tuple(roles)
+    if not paths:
+        raise ValueError("which files? isarflow.load('results/<name>/learning/export/snr_0dB.h5')")
+    if unknown := [role for role in roles if role not in ROLES]:
+        raise ValueError(f"there is no role '{unknown[0]}'; roles are {', '.join(ROLES)}")
     parts = [_load(Path(path), split, roles) for path in paths]
     return Images(*(np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(Images)))
 
 
 def _load(path, split, roles):
+    if path.is_dir():
+        raise ValueError(f"{path} is a folder; take the HDF5 file beside it, {path.with_suffix('.h5')}")
     if not path.is_file():
         raise FileNotFoundError(f"there is no {path}; make it: snakemake --cores 2 {path}, with your --configfile")
+    if not h5py.is_hdf5(path):
+        raise ValueError(f"{path} is no HDF5 file")
     with h5py.File(path) as file:
+        if "sides" not in file.attrs:
+            raise ValueError(f"{path} holds no exported images")
         targets, role_of, sides = (np.array(file.attrs[name], str) for name in ("targets", "roles", "sides"))
         splits = [name.removeprefix("split_") for name in file if name.startswith("split_")]
         if split not in splits:

@@ -3,10 +3,11 @@
 At the lowest, the middle and the highest frequency every target is solved again in two ways:
 
     finer   on a mesh of fourteen edges a wavelength instead of ten
-    cfie    on its own mesh by the combined field equation, if it is closed and the matrix fits into memory
+    cfie    on its own mesh by the combined field equation, if it is closed and the matrix fits into memory (up to about
+            60,000 unknowns in 24 GB)
 
-(up to about 60,000 unknowns in 24 GB). Rows are added to accuracy.csv
-after each solve; what it holds already is not solved again. Hours at full size, and meshes take minutes.
+Rows are added to accuracy.csv after each solve; what it holds already is not solved again. Hours at full size, and
+meshes take minutes. Its own mesh is the one that the store names: a checkout that makes other meshes is refused.
 """
 
 import argparse
@@ -23,6 +24,7 @@ import yaml
 
 from core.sweep import Sweep, sweeps
 from mesh.io import read_ply
+from scattering.field_files import digest
 from scattering.needs import memory_megabytes
 from scattering.plan import chosen, planned
 from scattering.solve import solve
@@ -49,18 +51,24 @@ def main():
     for reference in options.references:
         for number in options.frequencies:
             for target in targets:
-                field = xr.open_zarr(HERE / f"{target}.zarr").field.isel(frequency=[number]).load()
+                store = xr.open_zarr(HERE / f"{target}.zarr")
+                field = store.field.isel(frequency=[number]).load()
                 ghz = round(float(field.frequency[0]) / 1e9, 4)
                 if not any((row["target"], row["ghz"], row["reference"]) == (target, ghz, reference) for row in rows):
-                    rows += compared(config, target, reference, field, options.threads)
+                    rows += compared(config, target, reference, field, store.attrs, options.threads)
                     pd.DataFrame(rows).to_csv(path, index=False, float_format="%.4g")
 
 
-def compared(config, target, reference, field, threads):
-    """A row for each polarization of how far a field is from the reference; none where that cannot be solved."""
+def compared(config, target, reference, field, attrs, threads):
+    """A row for each polarization of how far a field is from the reference; none where that cannot be solved.
+
+    attrs: the store's. Exits where the field's own mesh is asked for and this checkout makes another.
+    """
     sweep = Sweep(*(field[name].values for name in ("frequency", "elevation", "azimuth", "polarization")))
     ghz = round(sweep.frequency[0] / 1e9, 4)
     mesh, figures = (finer_mesh if reference == "finer" else own_mesh)(config, target, sweep.frequency[0], threads)
+    if reference == "cfie" and digest(mesh) not in attrs["mesh_sha256"]:
+        raise SystemExit(f"{mesh} is not the mesh of the dataset's {target}: check it out as of {attrs['made_by']}.")
     if reference == "cfie" and not figures["watertight"]:
         return []
     symmetry = config["targets"][target].get("symmetry", [])

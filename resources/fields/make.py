@@ -106,7 +106,7 @@ def publish(config, results):
         records = [json.loads(_record(name).read_text()) for name in names]
         bands = [BANDS / f"{name}.zarr" for name in names]
         join_bands(bands, _store(target), _attributes(config, target, records))
-        rows += [
+        rows = [row for row in rows if row["target"] != target] + [
             {"target": target, "band": band}
             | solve
             | {key: record[key] / len(record["solves"]) for key in ("processor_s", "planned_s")}
@@ -114,11 +114,20 @@ def publish(config, results):
             for solve in record["solves"]
         ]
         pd.DataFrame(rows).to_csv(path, index=False, float_format="%.6g")
+        _forget_accuracy(target)
         for name, band in zip(names, bands, strict=True):
             shutil.rmtree(band)
             _record(name).unlink()
         worst = max(solve["residual"] for record in records for solve in record["solves"])
         print(f"{target}: {sum(len(record['solves']) for record in records)} frequencies, residual at most {worst:.1e}")
+
+
+def _forget_accuracy(target):
+    """Drop what accuracy.csv says of the field that a target had before."""
+    path = HERE / "accuracy.csv"
+    if path.exists():
+        accuracy = pd.read_csv(path)
+        accuracy[accuracy.target != target].to_csv(path, index=False, float_format="%.4g")
 
 
 def _attributes(config, target, records):
@@ -139,12 +148,12 @@ def _attributes(config, target, records):
 
 
 def splits(config, results):
-    """One row for each target and azimuth; `none` is an azimuth that lies in a guard between two sides."""
+    """One row for each target and azimuth; a guard is an azimuth between two sides, which none of them has."""
     targets, azimuth = config["targets"], azimuths(config["aspect"])
     roles, planes = ({name: of.get(key, []) for name, of in targets.items()} for key in ("role", "symmetry"))
     divided = config["learning"]["split"], config["seed"], config["imaging"]["aperture"]
     rows = pd.MultiIndex.from_product([sorted(targets), azimuth.round(6)], names=["target", "azimuth"])
-    names = np.array([*SIDES, "none"])
+    names = np.array([*SIDES, export.GUARD])
     sides = {name: names[table].ravel() for name, table in export.splits(azimuth, roles, planes, *divided).items()}
     pd.DataFrame(sides, rows).to_csv(HERE / "splits.csv")
 

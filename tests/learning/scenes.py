@@ -57,7 +57,9 @@ def write(path, images, azimuth):
     """A store as the imaging stage writes it; images with five dimensions have noise realizations in front."""
     names = ["realization", "elevation", "azimuth", "range", "crossrange"][-images.ndim :]
     coordinates = {"elevation": ELEVATION, "azimuth": azimuth}
-    coordinates |= {"range": np.arange(RANGE) * 0.1, "crossrange": np.arange(CROSSRANGE) * 0.1}
+    pixels = {"range": (RANGE, "away from the radar"), "crossrange": (CROSSRANGE, "horizontal")}
+    for name, (count, comment) in pixels.items():
+        coordinates[name] = name, np.arange(count) * 0.1, {"units": "m", "comment": comment}
     if images.ndim == 5:
         coordinates["realization"] = np.arange(len(images))
     attrs = {"range_wavenumber": 40.0}

@@ -40,6 +40,17 @@ def test_both_forms_hold_the_same(forms):
     assert hdf5_attrs == zarr_attrs
 
 
+def test_axes_say_what_they_are_and_chunks_are_even(noisy_stores, tmp_path, monkeypatch):
+    monkeypatch.setattr("learning.export.ROWS", 100)
+    store = xr.open_zarr(exported(noisy_stores, tmp_path / "snr_0dB.zarr"))
+    of_images = xr.open_zarr(noisy_stores[0])
+    assert store.image.dims == ("n", "range", "crossrange")
+    for name in ("range", "crossrange"):
+        assert store[name].attrs == of_images[name].attrs and store[name].units == "m"
+    rows = store.image.encoding["chunks"][0]
+    assert 50 < rows <= 100 and -store.sizes["n"] % rows < 10  # what the last chunk is padded with
+
+
 def test_every_image_is_there_once_and_is_what_is_said_of_it(forms, noisy_stores):
     (data, attrs), _ = forms
     assert data["image"].shape[0] == len(ROLES) * 2 * len(ELEVATION) * AZIMUTHS

@@ -154,6 +154,7 @@ BAD = {
     "frequencies without bandwidth": ({"radar": {"bandwidth": 0}}, "radar.bandwidth", "frequencies"),
     "polarization": ({"radar": {"polarizations": ["RR"]}}, "radar.polarizations.0", "VV"),
     "seed as text": ({"seed": "abc"}, "seed", "'abc'"),
+    "seed as a number of YAML's with a fraction": ({"seed": 2.2e9}, "seed", "a whole number"),
     "split": ({"learning": {"split": {"train": 1.5}}}, "learning.split.train", "1.5"),
     "validation": ({"learning": {"split": {"validation": 0}}}, "learning.split.validation", "0"),
     "scheme": ({"learning": {"split": {"scheme": "sectors"}}}, "learning.split.scheme", "sector (arcs"),

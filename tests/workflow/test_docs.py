@@ -118,6 +118,23 @@ def test_exported_images_of_several_files_roles_and_splits(exported):
         isarflow.load(exported, split="sector")
     with pytest.raises(FileNotFoundError, match=r"snakemake --cores 2 nowhere\.h5"):
         isarflow.load("nowhere.h5")
+    with pytest.raises(ValueError, match="which files"):
+        isarflow.load()
+    with pytest.raises(ValueError, match="no role 'knwon'; roles are known, unknown, other"):
+        isarflow.load(exported, roles="knwon")
+
+
+def test_what_is_no_exported_file_is_said(tmp_path):
+    (tmp_path / "snr_20dB.zarr").mkdir()
+    with pytest.raises(ValueError, match=r"is a folder; take the HDF5 file beside it, .*snr_20dB\.h5"):
+        isarflow.load(tmp_path / "snr_20dB.zarr")
+    (tmp_path / "text.h5").write_text("nothing")
+    with pytest.raises(ValueError, match="no HDF5 file"):
+        isarflow.load(tmp_path / "text.h5")
+    with h5py.File(tmp_path / "other.h5", "w") as file:
+        file["image"] = np.zeros(3)
+    with pytest.raises(ValueError, match="no exported images"):
+        isarflow.load(tmp_path / "other.h5")
 
 
 def test_exported_images_load_with_numpy(exported):

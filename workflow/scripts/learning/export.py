@@ -14,16 +14,14 @@ from learning.experiments import CLEAN
 from learning.split import SCHEMES, SIDES, check, divisions, split
 
 GUARD = "guard"  # an image that a split leaves out
-ROWS = 1024  # images of a chunk
+ROWS = 1024  # images of a chunk, at most
 ABOUT = {
-    "image": ("1", "ISAR image divided by its peak magnitude, (image, range, crossrange)"),
+    "image": ("1", "ISAR image divided by its peak magnitude, (n, range, crossrange)"),
     "label": ("1", "class: the target's number in the attribute 'targets', from 0"),
     "elevation": ("degrees", "elevation of the radar above the horizon"),
     "azimuth": ("degrees", "azimuth of the radar, centre of the aperture"),
     "realization": ("1", "number of the noise sample"),
     "snr": ("dB", "signal-to-noise ratio; infinite without noise"),
-    "range": ("m", "down-range of each pixel from the origin, negative towards the radar"),
-    "crossrange": ("m", "cross-range of each pixel from the origin"),
 }
 
 
@@ -37,26 +35,28 @@ def export(stores, path, roles, planes, settings, seed, aperture):
     """
     targets = sorted(roles)
     with xr.open_zarr(stores[0]) as first:
-        grid, azimuth, attrs = (first["range"].values, first["crossrange"].values), first.azimuth.values, first.attrs
+        azimuth, attrs = first.azimuth.values, first.attrs
+        grid = {name: (name, first[name].values, first[name].attrs) for name in ("range", "crossrange")}
     found, origin = images.read(stores, dict.fromkeys(targets, azimuth))
     sides = [*SIDES, GUARD]
     data = {
-        "image": (("image", "range", "crossrange"), found),
-        "label": ("image", origin.target.map(targets.index).to_numpy(np.int8)),
-        **{name: ("image", origin[name].to_numpy(np.float32)) for name in ("elevation", "azimuth")},
-        "realization": ("image", origin.realization.to_numpy(np.int16)),
-        "snr": ("image", np.full(len(origin), _snr(stores[0]), np.float32)),
+        "image": (("n", "range", "crossrange"), found),
+        "label": ("n", origin.target.map(targets.index).to_numpy(np.int8)),
+        **{name: ("n", origin[name].to_numpy(np.float32)) for name in ("elevation", "azimuth")},
+        "realization": ("n", origin.realization.to_numpy(np.int16)),
+        "snr": ("n", np.full(len(origin), _snr(stores[0]), np.float32)),
     }
     place = data["label"][1], np.searchsorted(azimuth, origin.azimuth)
     for name, table in splits(azimuth, roles, planes, settings, seed, aperture).items():
-        data[f"split_{name}"] = ("image", table[place])
-    dataset = xr.Dataset(data, dict(zip(("range", "crossrange"), grid, strict=True)))
-    for name, variable in dataset.variables.items():
-        variable.attrs |= dict(zip(("units", "long_name"), _about(name, sides), strict=True))
+        data[f"split_{name}"] = ("n", table[place])
+    dataset = xr.Dataset(data, grid)
+    for name in data:
+        dataset[name].attrs |= dict(zip(("units", "long_name"), _about(name, sides), strict=True))
     dataset.attrs = {"targets": targets, "roles": [roles[name] for name in targets], "sides": sides}
     dataset.attrs |= {key: attrs[key] for key in ("polarization", "snr_definition") if key in attrs}
     write = {".h5": _write_hdf5, ".zarr": _write_zarr}[Path(path).suffix]
-    write(dataset, path, {"image": (min(ROWS, len(found)), *found.shape[1:])})
+    rows = -(-len(found) // -(-len(found) // ROWS))  # even chunks: a zarr store's last one is as large as the others
+    write(dataset, path, {"image": (rows, *found.shape[1:])})
     print(f"{len(found)} images of {found.shape[1]} x {found.shape[2]} pixels: {path}")
 
 

@@ -106,7 +106,8 @@ def _images(config, results, seeds):
         "Images of every target:",
         *(f"  {line}" for line in describe(plan)),
         f"  stores: {clean / 1e6:.3g} MB without noise, {noisy / 1e6:.3g} MB at each SNR; "
-        f"at most {most / 1e9:.3g} GB in all",
+        f"at most {most / 1e9:.3g} GB in all; "
+        f"exported they take {2 * most / 1e9:.3g} GB more",
         *shortage(results, most),
     ]
 

@@ -39,13 +39,23 @@ def schema():
     return yaml.load(SCHEMA.read_text(), yaml.CSafeLoader)
 
 
+def _validator():
+    """jsonschema's, to which a number with a fraction of zero (2.2e9 is one to YAML) is not a whole one."""
+    base = jsonschema.Draft202012Validator
+    whole = base.TYPE_CHECKER.redefine("integer", lambda _, value: type(value) is int)
+    return jsonschema.validators.extend(base, type_checker=whole)
+
+
+VALIDATOR = _validator()
+
+
 def check_schema(value, rules=None, path=()):
     """Raise InputError for the first thing in a value, which stands at `path` in the config, that is not allowed.
 
     rules: the whole schema, unless others are given.
     """
     rules = rules or schema()
-    errors = list(jsonschema.Draft202012Validator(rules).iter_errors(value))
+    errors = list(VALIDATOR(rules).iter_errors(value))
     if errors:
         raise InputError(_message(_first(errors), rules, path))
     _check_finite(value, path)
