@@ -71,6 +71,37 @@ def test_plate_keeps_both_faces_and_its_rim(tmp_path, millimetres, planes):
     assert 0.8 <= (band["unknowns"] - 1.5 * band["thin_triangles"]) / band["ideal_unknowns"] <= 1.2
 
 
+def tube(radius, wall, length=0.1, count=64):
+    """A round tube about the x axis, open at both ends."""
+    angle = 2 * np.pi * np.arange(count) / count
+    rings = [(radius, -1), (radius, 1), (radius - wall, 1), (radius - wall, -1)]
+    vertices = [np.stack([0 * angle + end * length / 2, r * np.cos(angle), r * np.sin(angle)], 1) for r, end in rings]
+    here, there = np.arange(4 * count).reshape(4, count), np.roll(np.arange(4 * count).reshape(4, count), -1, axis=1)
+    quads = np.stack([here, there, np.roll(there, -1, axis=0), np.roll(here, -1, axis=0)], axis=-1).reshape(-1, 4)
+    return np.concatenate(vertices), np.concatenate([quads[:, [0, 2, 1]], quads[:, [0, 3, 2]]])
+
+
+@pytest.mark.parametrize("planes", [[], ["xz", "xy"]])
+def test_both_sides_of_a_thin_tube_keep_their_area(tmp_path, planes):
+    _, band = made(tmp_path, tube(0.05, 0.0005), planes)
+    assert band["area"]["after"] == pytest.approx(band["area"]["before"], rel=2e-3)
+
+
+@pytest.mark.parametrize("millimetres", [4, 1, 0.5])
+def test_a_fin_that_its_mirror_plane_cuts_lengthwise_is_kept(tmp_path, millimetres):
+    vertices, triangles = plate(millimetres / 1000)
+    mesh, band = made(tmp_path, (vertices[:, [0, 2, 1]], triangles[:, ::-1]), ["xz"])
+    assert np.ptp(mesh[0], axis=0)[[0, 2]] == pytest.approx([0.3, 0.2], abs=1e-5)
+    assert band["area"]["after"] == pytest.approx(band["area"]["before"], rel=0.01)
+
+
+def test_a_rod_that_two_mirror_planes_cut_lengthwise_keeps_its_corners(tmp_path):
+    vertices, triangles = cube()
+    mesh, band = made(tmp_path, (vertices * [0.3, 0.002, 0.003], triangles), ["xz", "xy"])
+    assert np.ptp(mesh[0], axis=0) == pytest.approx([0.3, 0.002, 0.003])
+    assert band["area"]["after"] == pytest.approx(band["area"]["before"], rel=1e-3)
+
+
 @pytest.mark.parametrize("planes", [[], ["xz"]])
 @pytest.mark.parametrize("millimetres", [6, 3, 1])  # lambda/50, lambda/100, lambda/300
 def test_elliptic_wing_is_kept(tmp_path, millimetres, planes):

@@ -217,7 +217,11 @@ EDITS = {
     "another split": ("      split: sector\n      folds: [2, 5]\n", "", {"train": 1, "predict": 1, **AFTER}),
     "one more fold": ("folds: [2, 5]", "folds: [2, 5, 6]", {"train": 1, "predict": 1, "scores": 1, "report": 1}),
     "more arcs": ("learning:\n", "learning:\n  split: {folds: 7}\n", {"train": 2, "predict": 2, **AFTER}),
-    "realizations tested": ("learning:\n", "learning:\n  realizations: all\n", {"predict": 11, "scores": 1, "report": 1}),
+    "realizations tested": (
+        "learning:\n",
+        "learning:\n  realizations: all\n",
+        {"predict": 11, "scores": 1, "report": 1},
+    ),
     "closed": ("      open: true\n", "", AFTER_TEST | {"predict": 2}),
     "the default split's share": (
         "learning:\n",

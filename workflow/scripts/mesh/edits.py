@@ -187,9 +187,9 @@ def _cost(vertices, triangles, seen, gone, kept, edge, wanted, limits):
     wrong |= (fresh_height == 0) | (fresh_angle < least[which] / 2)
     span = np.linalg.norm(vertices[new] - vertices[kept[which]][:, None], axis=2)
     wrong |= (span > limits.longest * (wanted[new] + wanted[kept[which], None]) / 2).any(axis=1)
-    for axis in limits.axes:  # an edge inside the half may not lie in the mirror plane
+    for axis in limits.axes:  # neither an edge inside the half nor a triangle may come to lie in the mirror plane
         on = vertices[:, axis] == 0
-        wrong |= on[kept[which]] & ~on[gone[which]] & (on[new].sum(axis=1) == 2)
+        wrong |= on[kept[which]] & ~on[gone[which]] & (on[new].sum(axis=1) >= 2)
     bad[which[wrong]] = True
     there = topology.triple(triangles, size)
     bad[which[np.isin(topology.triple(new, size), there)]] = True

@@ -12,16 +12,25 @@ OFF = 1e-9  # of the surface's size: where rays start, beside it
 
 
 class Ground:
-    """A surface (vertices, triangles) with the trees of its boxes and of its features."""
+    """A surface (vertices, triangles) with the trees of its boxes and of its features.
 
-    def __init__(self, vertices, triangles):
+    axes: its mirror planes. Features in a plane and those beside it are kept apart: on a fin that a plane cuts
+    lengthwise they may be nearer to each other than an edit moves a vertex.
+    """
+
+    def __init__(self, vertices, triangles, axes=()):
         self.vertices, self.triangles = np.ascontiguousarray(vertices, float), triangles.astype(np.int64)
         self.tree = igl.AABB()
         self.tree.init(self.vertices, self.triangles)
         self.normal = topology.shape(vertices[triangles])[0]
-        self.lines = topology.edges(triangles).ends[topology.features(vertices, triangles)]
-        self.line_tree = igl.AABB()
-        self.line_tree.init(self.vertices, self.lines)
+        self.axes = list(axes)
+        lines = topology.edges(triangles).ends[topology.features(vertices, triangles)]
+        planes = self._planes(self.vertices[lines[:, 0]]) & self._planes(self.vertices[lines[:, 1]])
+        self.lines = {}  # of features that lie in the same planes, these: their tree and ends
+        for which in np.unique(planes):
+            ends, tree = np.ascontiguousarray(lines[planes == which]), igl.AABB()
+            tree.init(self.vertices, ends)
+            self.lines[which] = tree, ends
 
     def distance(self, points):
         """Metres from points (P, 3), (P,), and the triangle that is nearest to each, (P,)."""
@@ -51,10 +60,17 @@ class Ground:
         return place
 
     def on_line(self, points):
-        """The nearest places (P, 3) on the surface's features; the points themselves if it has none."""
-        if len(self.lines) == 0 or len(points) == 0:
-            return points
-        return self.line_tree.squared_distance(self.vertices, self.lines, np.ascontiguousarray(points))[2]
+        """The nearest places (P, 3) on features in the mirror planes that the points are in; else themselves."""
+        place, planes = points.copy(), self._planes(points)
+        for which in np.intersect1d(planes, list(self.lines)):
+            tree, ends = self.lines[which]
+            mine = planes == which
+            place[mine] = tree.squared_distance(self.vertices, ends, np.ascontiguousarray(points[mine]))[2]
+        return place
+
+    def _planes(self, points):
+        """In which mirror planes points (P, 3) lie: a number with a bit for each plane, (P,)."""
+        return (points[:, self.axes] == 0) @ (1 << np.arange(len(self.axes)))
 
     def clearance(self, points):
         """Metres of metal beneath points (P, 3) on a closed surface and of air above them, (P,) each, to the next wall.

@@ -27,6 +27,8 @@ RELAX = 0.7  # of the way to its neighbours' middle that a vertex moves
 P99, LONGEST = 1.345, 1.45  # wanted edges: 99 % are to be shorter than 1.35, all than 1.6
 MEAN = 0.965, 0.994  # wanted edges: a mean in this range needs no more passes
 LEAST_SLOPE = 1e-12  # of the volume
+SAG = 3 / 4  # of what a face's centre is off a curved surface: what all its points are, on average
+CANCELLED = 0.2  # of the volumes that one side gains and the other loses: a tube's thin wall gains less
 NO_LOSS = 1e-4  # of the volume: so little need not be restored, and flat faces stay where they are
 
 
@@ -65,7 +67,7 @@ def remesh(vertices, triangles, size, solid, axes=()):
     A boundary in one of the mirror planes `axes` stays in it exactly. The surface is a part of the whole `solid`, both
     (vertices, triangles); no part of it is lost for being thinner than an edge.
     """
-    ground, whole = Ground(vertices, triangles), Ground(*solid)
+    ground, whole = Ground(vertices, triangles, axes), Ground(*solid)
     source, aim = (vertices, triangles), AIM
     vertices, triangles = halved(vertices, triangles, size.scaled(aim), axes)
     best, fewest = None, np.inf
@@ -214,26 +216,34 @@ def restore_volume(vertices, triangles, source, volume, axes):
     """Vertices moved outwards so that the mesh has `volume` m^3: chords of a convex surface lie inside it.
 
     Each vertex moves in proportion to the distances of its faces' centres from the closed `source`
-    (vertices, triangles), along those faces' normals: flat parts stay as they are. Vertices in the mirror planes
-    `axes` stay there.
+    (vertices, triangles), along those faces' normals: flat parts stay as they are. Where what is gained outside a
+    tube's thin wall is lost inside it, the volume says little of how far, and each side moves by what curved faces are
+    off on average. Vertices in the mirror planes `axes` stay there.
     """
     if abs(topology.tetrahedra(vertices, triangles).sum() - volume) < NO_LOSS * abs(volume):
         return vertices
     corners = vertices[triangles]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])  # twice the area long
     depth = -distances(corners.mean(axis=1), *source, signed=True)
-    push, weight = np.zeros_like(vertices), np.zeros(len(vertices))
+    push, weight, area_vector = np.zeros_like(vertices), np.zeros(len(vertices)), np.zeros_like(vertices)
     for k in range(3):
         np.add.at(push, triangles[:, k], depth[:, None] * normal)
+        np.add.at(area_vector, triangles[:, k], normal)
         np.add.at(weight, triangles[:, k], np.linalg.norm(normal, axis=1))
     push /= np.maximum(weight, np.finfo(float).tiny)[:, None]
     for axis in axes:
         push[vertices[:, axis] == 0, axis] = 0.0
-    scale = 0.0
-    for _ in range(3):  # Newton's method on the volume, which is nearly linear in the scale
-        slope = (topology.tetrahedra(vertices + push, triangles) - topology.tetrahedra(vertices, triangles)).sum()
-        missing = volume - topology.tetrahedra(vertices + scale * push, triangles).sum()
-        if abs(slope) < LEAST_SLOPE * abs(volume):
-            break  # the mesh lies on the source everywhere
-        scale += missing / slope
-    return vertices + scale * push
+    lost = (push * area_vector).sum(axis=1) < 0  # by the volume, as these vertices move
+
+    def volume_at(gaining, losing):
+        return topology.tetrahedra(vertices + np.where(lost, losing, gaining)[:, None] * push, triangles).sum()
+
+    now = volume_at(0, 0)
+    slopes = np.array([volume_at(1, 0), volume_at(0, 1)]) - now
+    is_tube = lost.any() and abs(slopes.sum()) < CANCELLED * abs(slopes).sum()
+    scales, slope = (np.full(2, SAG), 2 * slopes) if is_tube else (np.zeros(2), volume_at(1, 1) - now)
+    if np.abs(slope).min() < LEAST_SLOPE * abs(volume):
+        return vertices  # the mesh lies on the source everywhere
+    for _ in range(3):  # Newton's method on the volume, which is nearly linear; both sides take half of what is missing
+        scales = scales + (volume - volume_at(*scales)) / slope
+    return vertices + np.where(lost, scales[1], scales[0])[:, None] * push
