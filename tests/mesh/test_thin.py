@@ -71,7 +71,7 @@ def test_plate_keeps_both_faces_and_its_rim(tmp_path, millimetres, planes):
     assert 0.8 <= (band["unknowns"] - 1.5 * band["thin_triangles"]) / band["ideal_unknowns"] <= 1.2
 
 
-def tube(radius, wall, length=0.1, count=64):
+def tube(radius, wall, length, count):
     """A round tube about the x axis, open at both ends."""
     angle = 2 * np.pi * np.arange(count) / count
     rings = [(radius, -1), (radius, 1), (radius - wall, 1), (radius - wall, -1)]
@@ -81,10 +81,9 @@ def tube(radius, wall, length=0.1, count=64):
     return np.concatenate(vertices), np.concatenate([quads[:, [0, 2, 1]], quads[:, [0, 3, 2]]])
 
 
-@pytest.mark.parametrize("planes", [[], ["xz", "xy"]])
-def test_both_sides_of_a_thin_tube_keep_their_area(tmp_path, planes):
-    _, band = made(tmp_path, tube(0.05, 0.0005), planes)
-    assert band["area"]["after"] == pytest.approx(band["area"]["before"], rel=2e-3)
+def test_both_sides_of_a_thin_tube_keep_their_area(tmp_path):
+    _, band = made(tmp_path, tube(0.1, 0.001, 0.12, 48), ["xz"])
+    assert band["area"]["after"] == pytest.approx(band["area"]["before"], rel=1e-3)
 
 
 @pytest.mark.parametrize("millimetres", [4, 1, 0.5])
