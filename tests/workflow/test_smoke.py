@@ -80,7 +80,7 @@ EDITS = {
         {**LEARNED, "train": 12, "predict": 12},
     ),
     "folds that no experiment has": ("learning:\n", "learning:\n  split: {folds: 3}\n", {"report": 1}),
-    "learning.realizations": ("learning:\n", "learning:\n  realizations: 1\n", TESTED),
+    "learning.realizations": ("learning:\n", "learning:\n  realizations: all\n", TESTED),
     "a hyper-parameter": ("learning:\n", MODELS + "{knn: {k: 3}}\n", ONE_MODEL),
     "a model more": ("[lr, knn]", "[lr, knn, svm]", ONE_MODEL),
     "a model less": ("[lr, knn]", "[lr]", {"timing": 1, "scores": 1, "report": 1}),

@@ -8,7 +8,7 @@ from scipy.spatial import cKDTree
 from mesh import topology
 from mesh.distance import distances
 from mesh.edits import Limits, collapse, cut_edges, flip, lines
-from mesh.ground import Ground
+from mesh.ground import SAME_SIDE, Ground
 from mesh.progress import going
 
 GRADE = 0.35  # metres by which edges grow for each metre away from where they are short
@@ -28,6 +28,7 @@ P99, LONGEST = 1.345, 1.45  # wanted edges: 99 % are to be shorter than 1.35, al
 MEAN = 0.965, 0.994  # wanted edges: a mean in this range needs no more passes
 LEAST_SLOPE = 1e-12  # of the volume
 SAG = 3 / 4  # of what a face's centre is off a curved surface: what all its points are, on average
+OTHER_SIDE = 10  # times as far as the wall of the other side, at most, is that of this side
 CANCELLED = 0.2  # of the volumes that one side gains and the other loses: a tube's thin wall gains less
 NO_LOSS = 1e-4  # of the volume: so little need not be restored, and flat faces stay where they are
 
@@ -224,7 +225,7 @@ def restore_volume(vertices, triangles, source, volume, axes):
         return vertices
     corners = vertices[triangles]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])  # twice the area long
-    depth = -distances(corners.mean(axis=1), *source, signed=True)
+    depth = _depth(corners.mean(axis=1), normal, source)
     push, weight, area_vector = np.zeros_like(vertices), np.zeros(len(vertices)), np.zeros_like(vertices)
     for k in range(3):
         np.add.at(push, triangles[:, k], depth[:, None] * normal)
@@ -247,3 +248,18 @@ def restore_volume(vertices, triangles, source, volume, axes):
     for _ in range(3):  # Newton's method on the volume, which is nearly linear; both sides take half of what is missing
         scales = scales + (volume - volume_at(*scales)) / slope
     return vertices + np.where(lost, scales[1], scales[0])[:, None] * push
+
+
+def _depth(points, normal, source):
+    """Metres by which points (P, 3) lie inside a closed surface (vertices, triangles), (P,), of its wall of this side.
+
+    normal: (P, 3), of any length. In a part thinner than its chords are deep the nearest wall is the other side's.
+    """
+    ground, depth = Ground(*source), -distances(points, *source, signed=True)
+    normal = normal / np.maximum(np.linalg.norm(normal, axis=1), np.finfo(float).tiny)[:, None]
+    apart, face = ground.distance(points)
+    other = np.flatnonzero((ground.normal[face] * normal).sum(axis=1) < SAME_SIDE)
+    place = ground.nearest(points[other], normal[other], OTHER_SIDE * apart[other])
+    found = np.isfinite(place[:, 0])
+    depth[other[found]] = ((place - points[other]) * normal[other]).sum(axis=1)[found]
+    return depth
