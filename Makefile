@@ -9,6 +9,7 @@
 # make bench-thesis: solves at full size (ten minutes, 6 GB), and the whole reference experiment projected from them
 # make bench-compressed: compressed matrices beside whole ones, over unknowns and tolerance (half an hour, 6 GB)
 # make bench-mesh: 200 random vehicles of overlapping solids meshed, which are refused or miss a goal (an hour)
+# make bench-shapes: fields of targets with fine features beside those of finer meshes (five minutes)
 # make bench-imaging: 1,172,490 images from made-up fields, beside the disk's speed
 # make bench-bempp: the same sphere by bempp-cl, in an environment of its own, and here
 # make fields: the dataset of resources/fields anew where it is not complete (hours, 6 GB)
@@ -23,7 +24,7 @@ BIN := .venv/bin
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
 .PHONY: smoke report thesis test lint docs environment results validate fields check-fields bench-learning bench-capsules \
-	bench-scattering bench-bempp bench-thesis bench-imaging bench-compressed bench-mesh
+	bench-scattering bench-bempp bench-thesis bench-imaging bench-compressed bench-mesh bench-shapes
 
 smoke: environment
 	snakemake --cores $(CORES) report --configfile config/smoke.yaml
@@ -73,6 +74,9 @@ bench-scattering: environment
 
 bench-mesh: environment
 	PYTHONPATH=workflow/scripts:tests/mesh python benchmarks/bench_mesh.py
+
+bench-shapes: environment
+	PYTHONPATH=workflow/scripts:tests/mesh:tests/scattering python benchmarks/bench_shapes.py --threads $(CORES)
 
 bench-imaging: environment
 	PYTHONPATH=workflow/scripts python benchmarks/bench_imaging.py --cores $(CORES)

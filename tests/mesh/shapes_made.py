@@ -101,6 +101,16 @@ def cone(radius=0.03, length=0.3, count=48):
     return np.concatenate([rim, [[length, 0, 0], [0, 0, 0]]]), np.concatenate(faces)
 
 
+def tube(radius, wall, length, count):
+    """A round tube about the x axis, open at both ends."""
+    angle = 2 * np.pi * np.arange(count) / count
+    rings = [(radius, -1), (radius, 1), (radius - wall, 1), (radius - wall, -1)]
+    vertices = [np.stack([0 * angle + end * length / 2, r * np.cos(angle), r * np.sin(angle)], 1) for r, end in rings]
+    here, there = np.arange(4 * count).reshape(4, count), np.roll(np.arange(4 * count).reshape(4, count), -1, axis=1)
+    quads = np.stack([here, there, np.roll(there, -1, axis=0), np.roll(here, -1, axis=0)], axis=-1).reshape(-1, 4)
+    return np.concatenate(vertices), np.concatenate([quads[:, :3], quads[:, [0, 2, 3]]])
+
+
 def binary_stl(vertices, triangles):
     record = np.zeros(len(triangles), dtype=[("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
     record["corners"] = vertices[triangles]

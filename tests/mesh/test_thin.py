@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from shapes_made import cone, cube, lofted, save, together
+from shapes_made import cone, cube, lofted, save, together, tube
 
 from mesh import topology
 from mesh.arrange import first_crossing
@@ -70,16 +70,6 @@ def test_plate_keeps_both_faces_and_its_rim(tmp_path, millimetres, planes):
     assert band["thin_triangles"] == rim.sum()
     assert band["smallest_angle_elsewhere"]["p1"] >= 15 and band["smallest_angle_elsewhere"]["median"] >= 40
     assert 0.8 <= (band["unknowns"] - 1.5 * band["thin_triangles"]) / band["ideal_unknowns"] <= 1.2
-
-
-def tube(radius, wall, length, count):
-    """A round tube about the x axis, open at both ends."""
-    angle = 2 * np.pi * np.arange(count) / count
-    rings = [(radius, -1), (radius, 1), (radius - wall, 1), (radius - wall, -1)]
-    vertices = [np.stack([0 * angle + end * length / 2, r * np.cos(angle), r * np.sin(angle)], 1) for r, end in rings]
-    here, there = np.arange(4 * count).reshape(4, count), np.roll(np.arange(4 * count).reshape(4, count), -1, axis=1)
-    quads = np.stack([here, there, np.roll(there, -1, axis=0), np.roll(here, -1, axis=0)], axis=-1).reshape(-1, 4)
-    return np.concatenate(vertices), np.concatenate([quads[:, :3], quads[:, [0, 2, 3]]])
 
 
 def test_both_sides_of_a_thin_tube_go_where_chords_ask_for_whatever_volume_is_missing():

@@ -1,0 +1,59 @@
+"""From the CAD file to the field of targets with fine features: `make bench-shapes`.
+
+The shapes of tests/scattering/fine_made.py, meshed at the default ten edges a wavelength and at fourteen, beside their
+fields at twenty. A table goes to results/benchmarks/shapes.csv, for docs/validation.md, and a figure beside it.
+"""
+
+import argparse
+import os
+import tempfile
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+import pandas as pd
+from fine_made import AZIMUTH, ELEVATION, REFERENCE, SHAPES, apart, field
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+
+OUTPUT = Path("results/benchmarks")
+DENSITIES = 10, 14
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--threads", type=int, default=os.cpu_count())
+    parser.add_argument("--shapes", nargs="+", choices=SHAPES, default=list(SHAPES))
+    options = parser.parse_args()
+    OUTPUT.mkdir(parents=True, exist_ok=True)
+    rows = []
+    figure, panels = plt.subplots(2, 3, figsize=(12, 6), layout="constrained", sharex=True)
+    with tempfile.TemporaryDirectory() as folder:
+        for name, panel in zip(options.shapes, panels.ravel(), strict=False):
+            reference, _ = field(folder, name, REFERENCE, options.threads)
+            draw(panel, reference, f"{REFERENCE} edges a wavelength", color="black", linewidth=2)
+            for density in DENSITIES:
+                found, band = field(folder, name, density, options.threads)
+                mean, largest = apart(found, reference)
+                changed = {kind: band[kind]["after"] / band[kind]["before"] - 1 for kind in ("area", "volume")}
+                row = {"shape": name, "edges": density, "unknowns": band["unknowns"], **changed}
+                rows.append(row | {"mean_db": mean, "largest_db": largest})
+                print(*(f"{key} {v:.4g}" if isinstance(v, float) else v for key, v in rows[-1].items()), flush=True)
+                draw(panel, found, f"{density}", linestyle="--", linewidth=1)
+            panel.set_title(name)
+    panels[0, 0].legend()
+    figure.supxlabel("azimuth [degrees], elevation 0")
+    figure.supylabel("RCS, VV [dBsm]")
+    figure.savefig(OUTPUT / "shapes.png", dpi=120)
+    pd.DataFrame(rows).to_csv(OUTPUT / "shapes.csv", index=False, float_format="%.4g")
+
+
+def draw(panel, found, label, **look):
+    level = 20 * np.log10(np.abs(found[0].reshape(len(ELEVATION), -1)[ELEVATION == 0][0])) + 10 * np.log10(4 * np.pi)
+    panel.plot(AZIMUTH, level, label=label, **look)
+    panel.grid(True, alpha=0.3)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,64 @@
+"""Targets with fine features, and how far their fields on default meshes are from those on meshes twice as fine.
+
+Each is one to three wavelengths long at `WAVELENGTH`: (vertices (V, 3) in metres, triangles (T, 3)), mirror planes.
+"""
+
+from pathlib import Path
+
+import numpy as np
+from shapes_made import cube, lofted, save, together, tube
+from vehicles_made import fin, fuselage, plan_wing
+
+from core.sweep import C0
+from mesh.build import build
+from scattering.solve import solve
+
+WAVELENGTH = 0.1  # m
+REFERENCE = 20  # edges a wavelength
+SHOWN = 30  # dB below the peak of all directions, down to which levels are compared
+ELEVATION, AZIMUTH = np.arange(-75.0, 76.0, 15.0), np.arange(0.0, 360.0, 3.0)
+
+
+def rod(radius, length, count=24):
+    """A round rod along x."""
+    angle = 2 * np.pi * np.arange(count) / count
+    return lofted([np.stack([0 * angle + x, radius * np.cos(angle), radius * np.sin(angle)], 1)
+                   for x in (-length / 2, length / 2)])  # fmt: skip
+
+
+def _finned():
+    """A body with four swept fins of sharp tips, their trailing edges 0.3 mm."""
+    fins = [fin(0.07, 0.08, 0.02, 0.06, (-0.13, 0, 0), 0.06, 3e-4)]
+    turns = [np.array([[1, 0, 0], [0, c, -s], [0, s, c]]) for c, s in ((1, 0), (0, 1), (-1, 0), (0, -1))]
+    return together(
+        fuselage(0.3, 0.03), *[(vertices @ turn.T, triangles) for turn in turns for vertices, triangles in fins]
+    )
+
+
+SHAPES = {
+    "sleeve": (together(rod(0.02, 0.12, 64), tube(0.0215, 0.001, 0.06, 64)), ["xz", "xy"]),  # a gap of 0.5 mm
+    "wing": (plan_wing(0.24, 0.09, 0.06, 0.03, (-0.045, 0.0), 0.12, 0.0, 3e-4, count=32), ["xz"]),
+    "fins": (_finned(), []),
+    "duct": (tube(0.03, 0.001, 0.12, 96), ["xz", "xy"]),
+    "plate": ((cube()[0] * [0.2, 0.15, WAVELENGTH / 100], cube()[1]), ["xz", "xy"]),
+    "rod": (rod(WAVELENGTH / 100, 0.15), []),
+}
+
+
+def field(path, name, density, threads):
+    """Backscatter (polarization, direction) of a shape on a mesh of `density` edges a wavelength, and its measures."""
+    shape, planes = SHAPES[name]
+    radar = {"center_frequency": C0 / WAVELENGTH, "bandwidth": 0.0, "frequencies": 1, "polarizations": ["VV", "HH"]}
+    source = save(Path(path) / f"{name}.ply", *shape)
+    target = {"unit": "m", "symmetry": planes}
+    (mesh,), measures = build(source, target, {"edges_per_wavelength": density, "bands": 1}, radar)
+    given = [C0 / WAVELENGTH], ELEVATION, AZIMUTH, radar["polarizations"], planes
+    solution = solve(*mesh, *given, precision="double", threads=threads)
+    return solution.field[:, 0].reshape(2, -1), measures["bands"][0]
+
+
+def apart(found, reference):
+    """Mean and largest difference in dB where the reference is within SHOWN of its peak, of the worse polarization."""
+    level, of_reference = (20 * np.log10(np.abs(of)) for of in (found, reference))
+    pairs = zip(np.abs(level - of_reference), of_reference > of_reference.max() - SHOWN, strict=True)
+    return np.max([(off[shown].mean(), off[shown].max()) for off, shown in pairs], axis=0)
