@@ -40,9 +40,9 @@ def main():
                 row = {"shape": name, "edges": density, "unknowns": band["unknowns"], **changed}
                 rows.append(row | {"mean_db": mean, "largest_db": largest})
                 print(*(f"{key} {v:.4g}" if isinstance(v, float) else v for key, v in rows[-1].items()), flush=True)
-                draw(panel, found, f"{density}", linestyle="--", linewidth=1)
+                draw(panel, found, f"{density} edges", linestyle="--", linewidth=1)
             panel.set_title(name)
-    panels[0, 0].legend()
+    figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside upper right", ncols=3)
     figure.supxlabel("azimuth [degrees], elevation 0")
     figure.supylabel("RCS, VV [dBsm]")
     figure.savefig(OUTPUT / "shapes.png", dpi=120)
@@ -53,6 +53,7 @@ def draw(panel, found, label, **look):
     level = 20 * np.log10(np.abs(found[0].reshape(len(ELEVATION), -1)[ELEVATION == 0][0])) + 10 * np.log10(4 * np.pi)
     panel.plot(AZIMUTH, level, label=label, **look)
     panel.grid(True, alpha=0.3)
+    panel.set_ylim(max(level.max() - 45, panel.get_ylim()[0]), level.max() + 3)
 
 
 if __name__ == "__main__":
