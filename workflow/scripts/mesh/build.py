@@ -139,7 +139,7 @@ def _shortened(source, edge, wavelength, axes):
     surface, reach = source[:2], min(wavelength, max(source.measures["box"]))  # a small target is held to its own size
     followed, size, half = Followed(*surface, edge), _by_piece(surface, Size(edge)), _half(surface, edge, axes)
     best = fewest = None
-    wrong = True  # that the best is no mesh of the target
+    least = np.inf  # of the best, by how much its area is off
     for number in range(TRIES):
         say(f"remesh to {edge * 1000:.3g} mm" + (f", shorter where mesh {number} missed" if number else ""))
         made = _whole(remesh(*half, size, surface, axes), surface, axes)
@@ -148,11 +148,11 @@ def _shortened(source, edge, wavelength, axes):
         costly = len(made[1]) > max(MOST * fewest, CHEAP)
         places = followed.strays(made, apart, reach)
         if len(places[0]) == 0:
-            if wrong or not costly:
-                best = made, apart
-                wrong = abs(topology.areas(*made).sum() / source.measures["area"] - 1) > CHANGED
+            off = abs(topology.areas(*made).sum() / source.measures["area"] - 1)
+            if off < least and (least > CHANGED or not costly):
+                best, least = (made, apart), off
             places = followed.lost(made, apart)
-        if len(places[0]) == 0 or (costly and not wrong) or len(made[1]) > WASTE * max(fewest, CHEAP):
+        if len(places[0]) == 0 or (costly and least <= CHANGED) or len(made[1]) > WASTE * max(fewest, CHEAP):
             break
         size = size.shortened(*places)
     made, apart = best or (made, apart)

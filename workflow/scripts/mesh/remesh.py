@@ -217,45 +217,53 @@ def restore_volume(vertices, triangles, source, volume, axes):
     """Vertices moved outwards so that the mesh has `volume` m^3: chords of a convex surface lie inside it.
 
     Each vertex moves in proportion to the distances of its faces' centres from the closed `source`
-    (vertices, triangles), along those faces' normals: flat parts stay as they are. Where what is gained outside a
-    tube's thin wall is lost inside it, the volume says little of how far, and each side moves by what curved faces are
-    off on average. Vertices in the mirror planes `axes` stay there.
+    (vertices, triangles), along those faces' normals: flat parts stay as they are. Vertices in the mirror planes
+    `axes` stay there. Of a tube with a thin wall, which gains outside what it loses inside, the volume says little of
+    how far: there each side moves by what curved faces are off on average, each from its own side of the wall.
     """
-    if abs(topology.tetrahedra(vertices, triangles).sum() - volume) < NO_LOSS * abs(volume):
+    now = topology.tetrahedra(vertices, triangles).sum()
+    if abs(now - volume) < NO_LOSS * abs(volume):
         return vertices
     corners = vertices[triangles]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])  # twice the area long
-    depth = _depth(corners.mean(axis=1), normal, source)
-    push, weight, area_vector = np.zeros_like(vertices), np.zeros(len(vertices)), np.zeros_like(vertices)
-    for k in range(3):
-        np.add.at(push, triangles[:, k], depth[:, None] * normal)
-        np.add.at(area_vector, triangles[:, k], normal)
-        np.add.at(weight, triangles[:, k], np.linalg.norm(normal, axis=1))
-    push /= np.maximum(weight, np.finfo(float).tiny)[:, None]
-    for axis in axes:
-        push[vertices[:, axis] == 0, axis] = 0.0
-    lost = (push * area_vector).sum(axis=1) < 0  # by the volume, as these vertices move
+    depth = -distances(corners.mean(axis=1), *source, signed=True)
+    push, lost = _push(vertices, triangles, _own_depth(depth, corners.mean(axis=1), normal, source), normal, axes)
 
     def volume_at(gaining, losing):
         return topology.tetrahedra(vertices + np.where(lost, losing, gaining)[:, None] * push, triangles).sum()
 
-    now = volume_at(0, 0)
     slopes = np.array([volume_at(1, 0), volume_at(0, 1)]) - now
-    is_tube = lost.any() and abs(slopes.sum()) < CANCELLED * abs(slopes).sum()
-    scales, slope = (np.full(2, SAG), 2 * slopes) if is_tube else (np.zeros(2), volume_at(1, 1) - now)
+    if lost.any() and abs(slopes.sum()) < CANCELLED * abs(slopes).sum():
+        scales, slope = np.full(2, SAG), 2 * slopes  # both sides take half of what is missing
+    else:  # a blade would be blown up for what is missing elsewhere, if its sides moved by more than it is thick
+        push, lost = _push(vertices, triangles, depth, normal, axes)
+        scales, slope = np.zeros(2), volume_at(1, 1) - now
     if np.abs(slope).min() < LEAST_SLOPE * abs(volume):
         return vertices  # the mesh lies on the source everywhere
-    for _ in range(3):  # Newton's method on the volume, which is nearly linear; both sides take half of what is missing
+    for _ in range(3):  # Newton's method on the volume, which is nearly linear in the scales
         scales = scales + (volume - volume_at(*scales)) / slope
     return vertices + np.where(lost, scales[1], scales[0])[:, None] * push
 
 
-def _depth(points, normal, source):
-    """Metres by which points (P, 3) lie inside a closed surface (vertices, triangles), (P,), of its wall of this side.
+def _push(vertices, triangles, depth, normal, axes):
+    """Steps (V, 3) that put faces of twice the area `normal` (T, 3) `depth` (T,) metres outwards; which lose volume."""
+    push, weight, area = np.zeros_like(vertices), np.zeros(len(vertices)), np.zeros_like(vertices)
+    for k in range(3):
+        np.add.at(push, triangles[:, k], depth[:, None] * normal)
+        np.add.at(weight, triangles[:, k], np.linalg.norm(normal, axis=1))
+        np.add.at(area, triangles[:, k], normal)
+    push /= np.maximum(weight, np.finfo(float).tiny)[:, None]
+    for axis in axes:
+        push[vertices[:, axis] == 0, axis] = 0.0
+    return push, (push * area).sum(axis=1) < 0
 
-    normal: (P, 3), of any length. In a part thinner than its chords are deep the nearest wall is the other side's.
+
+def _own_depth(depth, points, normal, source):
+    """What `depth` (P,) is of points (P, 3) from the wall that faces as they do, where another wall is nearer.
+
+    normal: (P, 3), of any length; source: the closed surface (vertices, triangles).
     """
-    ground, depth = Ground(*source), -distances(points, *source, signed=True)
+    ground, depth = Ground(*source), depth.copy()
     normal = normal / np.maximum(np.linalg.norm(normal, axis=1), np.finfo(float).tiny)[:, None]
     apart, face = ground.distance(points)
     other = np.flatnonzero((ground.normal[face] * normal).sum(axis=1) < SAME_SIDE)
