@@ -10,7 +10,8 @@ import setup.kinds
 from core.errors import InputError
 from core.sweep import C0, Sweep
 from mesh.io import write_ply
-from scattering.solver import build
+from scattering.band import solve_band
+from scattering.solver import Solution, build
 from setup.config import ROOT, load
 from setup.kinds import SCRIPTS
 
@@ -146,3 +147,21 @@ def test_what_is_not_installed_is_named(tmp_path, monkeypatch):
     monkeypatch.setattr(scattering.solvers, "__path__", [str(tmp_path)])
     with pytest.raises(InputError, match=r"solvers/fast.py cannot be imported: No module named 'no_such_library'"):
         build({"solver": "fast"})
+
+
+def test_a_field_of_another_shape_than_the_sweep_asks_for_is_refused(tmp_path, monkeypatch):
+    class Grid:
+        def solve(self, *_):
+            return Solution(np.ones((1, 1, 2, 2), complex), None, {"all": np.zeros(1)}, None)
+
+    write_ply(
+        tmp_path / "plate.ply",
+        np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.0]]),
+        np.array([[0, 1, 2], [0, 2, 3]]),
+    )
+    monkeypatch.setattr("scattering.band.build", lambda _: Grid())
+    two = np.array([0.0, 10.0])
+    sweep = Sweep(np.array([1e8]), two, two, ["VV"], paired=True, receivers=(np.zeros(3), np.zeros(3)))
+    told = r"\(1, 1, 2, 2\), where \(1, 1, 2, 3\) is asked for \(polarization, frequency, direction, receiver\)"
+    with pytest.raises(InputError, match=told):
+        solve_band(tmp_path / "plate.ply", tmp_path / "f.zarr", sweep, load({})["scattering"], [], 1, "plate")

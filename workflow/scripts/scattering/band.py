@@ -37,6 +37,7 @@ def solve_band(mesh_path, store_path, sweep, scattering, symmetry, threads, targ
             solution = build(scattering).solve(vertices, triangles, sweep, symmetry, threads, progress)
         except InputError as error:
             raise InputError(f"config key 'targets.{target}': {error}") from None
+    _check_shape(solution.field, sweep, scattering["solver"])
     residual = [None] * len(frequency) if solution.residual is None else solution.residual.tolist()
     for n, f in enumerate(frequency):
         parts = [f"{part} {seconds[n]:.1f} s" for part, seconds in solution.seconds.items()]
@@ -64,6 +65,18 @@ def _check_memory(vertices, triangles, planes, sweep, scattering, target):
             f"config key 'targets.{target}': its solve up to {sweep.frequency[-1] / 1e9:g} GHz takes about "
             f"{unknowns:,} unknowns and {needed / 1000:.1f} GB; this machine has {memory / 1000:.1f} GB. "
             "Lower 'mesh.edges_per_wavelength' or the frequency, or name a mirror plane in the target's 'symmetry'."
+        )
+
+
+def _check_shape(field, sweep, solver):
+    """Refuse a field of another shape than the sweep asks for, as a solver of one's own may give it."""
+    axes = {"polarization": len(sweep.polarizations), "frequency": len(sweep.frequency)}
+    axes |= dict(zip(("direction",) if sweep.paired else ("elevation", "azimuth"), sweep.shape, strict=True))
+    axes |= {"receiver": len(sweep.receivers[0])} if sweep.receivers else {}
+    if np.shape(field) != tuple(axes.values()):
+        raise InputError(
+            f"config key 'scattering.solver': '{solver}' gives a field of shape {np.shape(field)}, where "
+            f"{tuple(axes.values())} is asked for ({', '.join(axes)})."
         )
 
 
