@@ -28,11 +28,9 @@ def rod(radius, length, count=24):
 
 def _finned():
     """A body with four swept fins of sharp tips, their trailing edges 0.3 mm."""
-    fins = [fin(0.07, 0.08, 0.02, 0.06, (-0.13, 0, 0), 0.06, 3e-4)]
+    vertices, triangles = fin(0.07, 0.08, 0.02, 0.06, (-0.13, 0, 0), 0.06, 3e-4)
     turns = [np.array([[1, 0, 0], [0, c, -s], [0, s, c]]) for c, s in ((1, 0), (0, 1), (-1, 0), (0, -1))]
-    return together(
-        fuselage(0.3, 0.03), *[(vertices @ turn.T, triangles) for turn in turns for vertices, triangles in fins]
-    )
+    return together(fuselage(0.3, 0.03), *[(vertices @ turn.T, triangles) for turn in turns])
 
 
 SHAPES = {

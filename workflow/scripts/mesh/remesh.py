@@ -227,7 +227,7 @@ def restore_volume(vertices, triangles, source, volume, axes):
     corners = vertices[triangles]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])  # twice the area long
     depth = -distances(corners.mean(axis=1), *source, signed=True)
-    push, lost = _push(vertices, triangles, _own_depth(depth, corners.mean(axis=1), normal, source), normal, axes)
+    push, lost = _push(vertices, triangles, _own_depth(depth, corners, source), normal, axes)
 
     def volume_at(gaining, losing):
         return topology.tetrahedra(vertices + np.where(lost, losing, gaining)[:, None] * push, triangles).sum()
@@ -258,13 +258,13 @@ def _push(vertices, triangles, depth, normal, axes):
     return push, (push * area).sum(axis=1) < 0
 
 
-def _own_depth(depth, points, normal, source):
-    """What `depth` (P,) is of points (P, 3) from the wall that faces as they do, where another wall is nearer.
+def _own_depth(depth, corners, source):
+    """The `depth` (T,) of triangles' centres (corners (T, 3, 3)), from the wall of their side where another is nearer.
 
-    normal: (P, 3), of any length; source: the closed surface (vertices, triangles).
+    source: the closed surface (vertices, triangles).
     """
     ground, depth = Ground(*source), depth.copy()
-    normal = normal / np.maximum(np.linalg.norm(normal, axis=1), np.finfo(float).tiny)[:, None]
+    points, normal = corners.mean(axis=1), topology.shape(corners)[0]
     apart, face = ground.distance(points)
     other = np.flatnonzero((ground.normal[face] * normal).sum(axis=1) < SAME_SIDE)
     place = ground.nearest(points[other], normal[other], OTHER_SIDE * apart[other])
