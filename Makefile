@@ -32,8 +32,6 @@ smoke: environment
 report: environment
 	snakemake --cores $(CORES) report
 
-# Large pages for what training takes from the heap: a step of the capsule network takes a quarter less.
-thesis: export GLIBC_TUNABLES = glibc.malloc.hugetlb=1
 thesis: environment
 	snakemake --cores $(CORES) report thesis_page --configfile config/thesis.yaml config/thesis-fields.yaml
 
