@@ -72,11 +72,25 @@ def test_curves_pass_through_the_samples_and_hold_the_field_between_them(stored)
 def test_samples_too_far_apart_are_joined_by_lines_and_said_so(stored):
     dataset = stored([0.0], CIRCLE[::8])
     assert not is_dense(CIRCLE[::8], order(1e9, REACH, 0.0))
-    *_, (curve,) = rcs_figures.cut(dataset, REACH, 5)
-    assert not curve.smooth
-    assert np.array_equal(curve.x, curve.samples)
+    *_, curves = rcs_figures.cut(dataset, REACH, 5)
+    for curve in curves:
+        assert not curve.smooth
+        assert np.array_equal(curve.x, curve.samples)
     with style():
         assert "too far apart" in rcs_figures.cut_figure("a", dataset, REACH, 5).caption
+
+
+@pytest.mark.parametrize(("elevation", "azimuth", "paired"), [([0.0], CIRCLE, False), (CIRCLE / 8, 0 * CIRCLE, True)])
+def test_one_cut_is_drawn_at_several_frequencies(stored, elevation, azimuth, paired):
+    dataset = stored(elevation, azimuth, paired)
+    *_, frame, curves = rcs_figures.cut(dataset, REACH, 5)
+    assert [curve.label for curve in curves] == [f"{frequency / 1e9:g} GHz" for frequency in FREQUENCY]
+    for curve, frequency in zip(curves, FREQUENCY, strict=True):
+        truth = dataset.field.sel(polarization="VV", frequency=frequency).values.ravel()
+        assert np.array_equal(curve.levels, rcs_figures.rcs_dbsm(truth))
+    assert sorted(frame["frequency"].unique()) == FREQUENCY.tolist()
+    with style():
+        assert "GHz, azimuth" in rcs_figures.cut_figure("a", dataset, REACH, 5).caption
 
 
 def test_every_form_of_sweep_has_its_cut(stored):

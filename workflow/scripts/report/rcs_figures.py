@@ -64,9 +64,9 @@ def by_transmitter(target, dataset, most):
 def cut(dataset, reach, most):
     """Of a store: against what it is drawn, the label of that axis, the samples and the curves.
 
-    At the middle frequency against azimuth at up to `most` elevations; else against elevation, along single directions,
-    or against frequency. reach: the target's from the origin in m, by which curves over azimuth are interpolated; None
-    if it is not known.
+    Against azimuth, else against elevation or along single directions: at the middle frequency at up to `most` values
+    of the other angle; at up to `most` frequencies where that has one. Against frequency where there is one direction.
+    reach: the target's from the origin in m, by which curves over azimuth are interpolated; None if it is not known.
     """
     field, sizes = dataset.field, dataset.sizes
     if "direction" in sizes:
@@ -75,23 +75,25 @@ def cut(dataset, reach, most):
         across = "elevation"
     else:
         across = next((name for name in ("azimuth", "elevation", "frequency") if sizes[name] > 1), "azimuth")
-    if across != "frequency":
-        field = field.sel(frequency=center_frequency(dataset))
     if across == "azimuth":
-        chosen = evenly(dataset.elevation.values.tolist(), most)
-        field = field.sel(elevation=chosen)
-    x, label = _axis(dataset, across)
+        field = field.sel(elevation=evenly(dataset.elevation.values.tolist(), most))
     other = {"azimuth": "elevation", "elevation": "azimuth"}.get(across)
+    if across != "frequency" and sizes["frequency"] > 1 and (other is None or field[other].size == 1):
+        other, field = "frequency", field.sel(frequency=evenly(dataset.frequency.values.tolist(), most))
+    elif across != "frequency":
+        field = field.sel(frequency=center_frequency(dataset))
+    x, label = _axis(dataset, across)
     values = [None] if other is None or field[other].size == 1 else field[other].values
     curves = []
     for polarization in dataset.polarization.values.tolist():
         for value in values:
             one = field.sel(polarization=polarization)
-            one = (one if value is None else one.sel({other: value})).values.ravel()
+            one = one if value is None else one.sel({other: value})
+            frequency, elevation = (float(one[name].values.ravel()[0]) for name in ("frequency", "elevation"))
+            one = one.values.ravel()
             drawn, y, smooth = x, rcs_dbsm(one), False
             if across == "azimuth" and reach is not None:
-                elevation = float(field.elevation.values.ravel()[0] if value is None else value)
-                highest = order(float(field.frequency), reach, elevation)
+                highest = order(frequency, reach, elevation)
                 smooth = is_dense(x, highest)
             elif across == "azimuth" and closes_circle(x):
                 highest = order_told(one)
@@ -100,7 +102,7 @@ def cut(dataset, reach, most):
                 span = 360.0 if closes_circle(x) else x[-1] - x[0]
                 drawn = np.linspace(x[0], x[0] + span, int(POINTS * (2 * highest + 1) * span / 360) + 2)
                 y = rcs_dbsm(between(x, one, highest, drawn))
-            text = "" if value is None else f"{other} {value:g}°"
+            text = "" if value is None else _gigahertz(value) if other == "frequency" else f"{other} {value:g}°"
             curves.append(Curve(polarization, text, x, rcs_dbsm(one), drawn, y, smooth))
     frame = field.to_dataframe().reset_index()
     frame["rcs_dbsm"] = rcs_dbsm(frame.pop("field").to_numpy())
@@ -118,8 +120,8 @@ def cut_figure(target, dataset, reach, most):
         _draw(axes, mine, _colors(len(mine)))
         axes.set(ylabel=f"{polarization} RCS [dBsm]")
         axes.margins(x=0.01)
-        levels = np.concatenate([curve.levels for curve in mine])
-        axes.set_ylim(bottom=max(levels.min() - 2, levels.max() - FLOOR))
+        levels, largest = np.concatenate([curve.levels for curve in mine]), max(curve.y.max() for curve in mine)
+        axes.set_ylim(max(levels.min() - 2, levels.max() - FLOOR), largest + 1)
         if across in ("azimuth", "elevation"):
             circle_ticks(axes.xaxis, frame[across])
     grid[-1, 0].set_xlabel(label)
@@ -129,7 +131,7 @@ def cut_figure(target, dataset, reach, most):
 
 
 def polar_figure(target, dataset, reach, most, name="rcs_polar"):
-    """The same cut in polar coordinates, a panel for each elevation; None where it does not go most of the way."""
+    """The same cut in polar coordinates, a panel for each of its curves; None where it does not go most of the way."""
     across, _, frame, curves = cut(dataset, reach, most)
     if across not in ("azimuth", "direction") or np.ptp(curves[0].x) < 180 or _axis(dataset, across)[1] == NUMBER:
         return None
@@ -159,13 +161,15 @@ def polar_figure(target, dataset, reach, most, name="rcs_polar"):
 def _words(target, dataset, across, frame, curves):
     """The alternative text and the caption of a cut."""
     peak = frame.loc[frame["rcs_dbsm"].idxmax()]
-    at = "" if across == "frequency" else f" at {center_frequency(dataset) / 1e9:.4g} GHz"
+    several = frame["frequency"].nunique() > 1
+    at = "" if several else f" at {_gigahertz(frame['frequency'].iloc[0])}"
+    where = f"{_gigahertz(peak['frequency'])}, " if several else ""
     if frame["elevation"].nunique() == 1:
         at += f", elevation {frame['elevation'].iloc[0]:g}°"
     kind = dataset.attrs.get("kind", "backscatter")
     alt = f"RCS of {target} against {across}{at}, from {frame['rcs_dbsm'].min():.0f} to {peak['rcs_dbsm']:.0f} dBsm."
     caption = (
-        f"{target}: {kind} RCS{at}. The largest is {peak['rcs_dbsm']:.1f} dBsm, at azimuth "
+        f"{target}: {kind} RCS{at}. The largest is {peak['rcs_dbsm']:.1f} dBsm, at {where}azimuth "
         f"{peak['azimuth']:.1f}°, elevation {peak['elevation']:.1f}°; the median is "
         f"{frame['rcs_dbsm'].median():.1f} dBsm.{_how(across, curves)}"
     )
@@ -191,7 +195,7 @@ def map_figure(target, dataset):
     frame = field.to_dataframe().reset_index()
     frame["rcs_dbsm"] = rcs_dbsm(frame.pop("field").to_numpy())
     frame.insert(0, "target", target)
-    at = f"{center_frequency(dataset) / 1e9:.4g} GHz"
+    at = _gigahertz(center_frequency(dataset))
     alt = f"RCS of {target} over elevation and azimuth at {at}."
     return figure(f"rcs_map_{target}", drawing, frame, alt, f"{target}: RCS over elevation and azimuth at {at}.")
 
@@ -268,8 +272,17 @@ def _how(across, curves):
     """How a caption says what stands between samples."""
     if all(curve.smooth for curve in curves):
         return " Between the samples the curve is the field's own band-limited series."
+    if any(curve.smooth for curve in curves):
+        return (
+            " Curves are the field's own band-limited series; those with points are straight lines between samples "
+            "that are too far apart to hold the field between them."
+        )
     coarse = " They are too far apart to hold the field between them." if across == "azimuth" else ""
     return f" Points are the samples, joined by straight lines.{coarse}" if len(curves[0].samples) > 2 else ""
+
+
+def _gigahertz(frequency):
+    return f"{frequency / 1e9:.4g} GHz"
 
 
 def _axis(dataset, across):

@@ -58,7 +58,8 @@ def load(*overlays):
 def of_command_line(settings):
     """What --config says, with the text in its mappings and lists read as YAML: Snakemake leaves it as it stands.
 
-    `cad`, the path of a CAD file, stands for a run of that target alone, which learns nothing, under the file's name.
+    `cad`, the path of a CAD file, stands for a run of that target alone, which learns nothing, under the file's name;
+    `unit` beside it is the file's.
     """
 
     def read(text):
@@ -69,7 +70,8 @@ def of_command_line(settings):
         return said
     path = str(said.pop("cad"))
     name = re.sub(r"[^A-Za-z0-9]+", "_", Path(path).stem).strip("_").lower() or "cad"
-    targets = {ALL: None, name: {"mesh": path, "role": "other"}}
+    unit = {"unit": said.pop("unit")} if "unit" in said else {}
+    targets = {ALL: None, name: {"mesh": path, "role": "other"} | unit}
     return overlay.merge({"name": name, "targets": targets, "learning": {"experiments": {ALL: None}}}, said)
 
 
