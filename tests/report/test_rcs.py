@@ -112,6 +112,16 @@ def test_every_form_of_sweep_has_its_cut(stored):
             assert [figure is not None for figure in drawn] == [True, True, grid, True, True]
 
 
+def test_single_directions_are_points_each_named_by_its_angles(stored):
+    """Nothing lies between them, and none is left out however deep its null."""
+    dataset = stored([1.0, 30.0, 2.0], [5.0, 6.0, 7.0], True)
+    with style():
+        drawn = rcs_figures.cut_figure("a", dataset, REACH, 5)
+    text = drawn.svg.decode()
+    assert all(name in text for name in ("1, 5", "30, 6", "2, 7", "elevation, azimuth [°]"))
+    assert "line" not in drawn.caption
+
+
 def reference(path, azimuth, shift, **columns):
     level = rcs_figures.rcs_dbsm(points_field(0.0, azimuth, FREQUENCY[:1])[0, 0]) + shift
     frame = pd.DataFrame({"azimuth_deg": azimuth, "rcs_dbsm": level, "frequency_hz": FREQUENCY[0]} | columns)

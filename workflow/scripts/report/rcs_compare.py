@@ -182,7 +182,7 @@ def compare_figure(target, compared):
         axes.set(ylabel=f"{polarization} RCS [dBsm]")
         if len(rows):
             both = rows[["rcs_dbsm", "computed_dbsm"]].to_numpy()
-            axes.set_ylim(bottom=max(both.min() - 2, both.max() - FLOOR))
+            axes.set_ylim(max(both.min() - 2, both.max() - FLOOR), both.max() + 2)
     grid[-1, 0].set_xlabel(LABELS[WANTED[across]])
     draw_legend(drawing, grid.flat)
     texts = {"frequency_hz": "{:.4g} GHz", "elevation_deg": "elevation {:g}°", "azimuth_deg": "azimuth {:g}°"}

@@ -16,6 +16,7 @@ from scattering.interpolation import between, is_dense, order, order_told
 
 ACROSS, WIDE = 4, 6  # polar plots side by side; inches above which a figure takes the whole page
 FLOOR = 50  # dB below the largest: deep nulls would flatten the rest
+NAMED = 16  # single directions that an axis names each
 POINTS = 4  # drawn for each of the samples that a curve's bandwidth asks for
 LABELS = {"azimuth": "azimuth [°]", "elevation": "elevation [°]", "frequency": "frequency [GHz]"}
 ALONG, NUMBER = "angle along the directions [°]", "number of the direction"
@@ -115,18 +116,26 @@ def cut_figure(target, dataset, reach, most):
     frame.insert(0, "target", target)
     polarizations = dataset.polarization.values.tolist()
     drawing, grid = panels(len(polarizations), 1, 5.4, 0.8 + 2.1 * len(polarizations), sharey=False)
+    apart = label == NUMBER
     for axes, polarization in zip(grid[:, 0], polarizations, strict=True):
         mine = [curve for curve in curves if curve.polarization == polarization]
-        _draw(axes, mine, _colors(len(mine)))
+        _draw(axes, mine, _colors(len(mine)), joined=not apart)
         axes.set(ylabel=f"{polarization} RCS [dBsm]")
-        axes.margins(x=0.01)
+        axes.margins(x=0.05 if apart else 0.01)
         levels, largest = np.concatenate([curve.levels for curve in mine]), max(curve.y.max() for curve in mine)
-        axes.set_ylim(max(levels.min() - 2, levels.max() - FLOOR), largest + 1)
+        lowest = levels.min() if apart else max(levels.min(), levels.max() - FLOOR)
+        axes.set_ylim(lowest - 2, largest + 2)
         if across in ("azimuth", "elevation"):
             circle_ticks(axes.xaxis, frame[across])
+    if apart:
+        grid[-1, 0].xaxis.set_major_locator(matplotlib.ticker.MaxNLocator(integer=True))
+    if apart and len(curves[0].samples) <= NAMED:
+        names = [f"{elevation:g}, {azimuth:g}" for elevation, azimuth in zip(*_directions(dataset), strict=True)]
+        grid[-1, 0].set_xticks(curves[0].samples, names, rotation=45, ha="right", rotation_mode="anchor")
+        label = "elevation, azimuth [°]"
     grid[-1, 0].set_xlabel(label)
     draw_legend(drawing, grid.flat)
-    alt, caption = _words(target, dataset, across, frame, curves)
+    alt, caption = _words(target, dataset, across, frame, curves, joined=not apart)
     return figure(f"rcs_{target}", drawing, frame, alt, caption)
 
 
@@ -158,7 +167,7 @@ def polar_figure(target, dataset, reach, most, name="rcs_polar"):
     return figure(f"{name}_{target}", drawing, frame, alt, caption + start, wide=drawing.get_figwidth() > WIDE)
 
 
-def _words(target, dataset, across, frame, curves):
+def _words(target, dataset, across, frame, curves, joined=True):
     """The alternative text and the caption of a cut."""
     peak = frame.loc[frame["rcs_dbsm"].idxmax()]
     several = frame["frequency"].nunique() > 1
@@ -171,7 +180,7 @@ def _words(target, dataset, across, frame, curves):
     caption = (
         f"{target}: {kind} RCS{at}. The largest is {peak['rcs_dbsm']:.1f} dBsm, at {where}azimuth "
         f"{peak['azimuth']:.1f}°, elevation {peak['elevation']:.1f}°; the median is "
-        f"{frame['rcs_dbsm'].median():.1f} dBsm.{_how(across, curves)}"
+        f"{frame['rcs_dbsm'].median():.1f} dBsm.{_how(across, curves) if joined else ''}"
     )
     return alt, caption
 
@@ -205,10 +214,9 @@ def frequency_figure(target, dataset, most):
     if dataset.sizes["frequency"] < 2:
         return None
     frequency, polarizations = dataset.frequency.values / 1e9, dataset.polarization.values.tolist()
-    shape = dataset.field.shape[2:]
     level = rcs_dbsm(dataset.field.values).reshape(*dataset.field.shape[:2], -1)
     numbers = evenly(range(level.shape[-1]), most)
-    places = zip(*_directions(dataset, shape), strict=True)
+    places = zip(*_directions(dataset), strict=True)
     names = [f"({elevation:g}°, {azimuth:g}°)" for elevation, azimuth in places]
     drawing, grid = panels(len(polarizations), 1, 5.4, 0.9 + 2.1 * len(polarizations), sharey=False)
     for axes, polarization, part in zip(grid[:, 0], polarizations, level, strict=True):
@@ -256,10 +264,10 @@ def distribution_figure(target, dataset):
     )
 
 
-def _draw(axes, curves, colors, turned=lambda angle: angle):
+def _draw(axes, curves, colors, turned=lambda angle: angle, joined=True):
     for curve, color in zip(curves, itertools.cycle(colors), strict=False):
-        marker = "o" if len(curve.samples) < 3 else None
-        axes.plot(turned(curve.x), curve.y, color=color, marker=marker, label=curve.label or None)
+        look = {} if joined and len(curve.samples) >= 3 else {"marker": "o", "ls": "-" if joined else ""}
+        axes.plot(turned(curve.x), curve.y, color=color, label=curve.label or None, **look)
         if not curve.smooth and len(curve.samples) >= 3:
             axes.plot(turned(curve.samples), curve.levels, ".", color=color, ms=2.5)
 
@@ -297,8 +305,8 @@ def _axis(dataset, across):
     return (steps[0] * np.arange(len(u)), ALONG) if even else (np.arange(1, len(u) + 1), NUMBER)
 
 
-def _directions(dataset, shape):
+def _directions(dataset):
     """Elevation and azimuth of every direction, (D,) each."""
-    if len(shape) == 1:
+    if "direction" in dataset.sizes:
         return dataset.elevation.values, dataset.azimuth.values
     return tuple(x.ravel() for x in np.meshgrid(dataset.elevation, dataset.azimuth, indexing="ij"))
