@@ -4,8 +4,10 @@ import pytest
 from shapes_made import save
 from vehicles_made import drawn, uav
 
+from mesh import topology
 from mesh.arrange import first_crossing
 from mesh.build import build
+from mesh.repair import repair
 
 MESH = {"edges_per_wavelength": 10, "bands": 1}
 
@@ -30,3 +32,10 @@ def test_walls_far_nearer_than_chords_are_deep_do_not_cross(tmp_path, number, gi
     # Its area changes by up to 2 %, which shorter edges everywhere would cure: that is said, and not done.
     assert band["missed"] is None or "changes its area" in band["missed"]
     assert band["area"]["after"] == pytest.approx(band["area"]["before"], rel=0.025)
+
+
+def test_a_needle_that_rounding_leaves_to_stand_out_of_a_union_is_dropped():
+    """Where this quadrotor's blades meet their motors; with its rim the union would be open, and refused."""
+    _, triangles, _, _ = repair(*drawn(94), 0.018864908, "vehicle 94")  # the edge that it has at 1 GHz
+    assert topology.is_watertight(triangles)
+    assert topology.components(triangles)[0] == 1

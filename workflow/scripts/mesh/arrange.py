@@ -26,7 +26,11 @@ def arrange(vertices, triangles, close, name):
     _, sides, at_edge = topology.edges(triangles)
     open_or_joined = (at_edge[sides] != 2).any(axis=1)
     solid = (np.bincount(piece, weights=open_or_joined, minlength=count) == 0)[piece]
+    # A solid must not open; a sheet drawn twice encloses nothing and may become one.
+    volume = np.bincount(piece, topology.tetrahedra(whole, source))
+    thick = solid & (volume > close * np.bincount(piece, topology.areas(whole, source)))[piece]
     vertices, triangles, birth, overlapping = _cut(vertices, triangles, close, name)
+    triangles, birth = _without_fins(vertices, triangles, birth, thick, 2 * close)
     try:
         triangles = topology.orient(vertices, triangles, name)[0]
     except topology.OneSided as fault:  # it had two before surfaces were joined here and there
@@ -37,11 +41,8 @@ def arrange(vertices, triangles, close, name):
     say(f"drop what no wave reaches of {len(triangles)} triangles")
     shut = hidden(vertices, triangles)
     rest, of_solid = triangles[~shut], solid[birth[~shut]]
-    # A solid must not open; a sheet drawn twice encloses nothing and may become one.
-    volume = np.bincount(piece, topology.tetrahedra(whole, source))
-    thick = (volume > close * np.bincount(piece, topology.areas(whole, source)))[piece]
     _, sides, at_edge = topology.edges(rest)
-    torn = (at_edge[sides] == 1).any(axis=1) & of_solid & thick[birth[~shut]]
+    torn = (at_edge[sides] == 1).any(axis=1) & thick[birth[~shut]]
     if torn.any():
         _refuse(topology.place(vertices[rest[torn][0]].mean(axis=0)), name)
     left = topology.edge_pieces(rest[of_solid])[0] if of_solid.any() else 0
@@ -84,6 +85,20 @@ def _cut(vertices, triangles, close, name):
         overlapping += twice
         near *= FINER if len(pairs) else 1
     _refuse(crossed, name)
+
+
+def _without_fins(vertices, triangles, birth, thick, close):
+    """Needles dropped that rounding left to stand out of a solid, with a rim that it had not: triangles, their birth.
+
+    thick: (S,) which source triangles are of a solid that may not open; close: a needle's width in metres, at most.
+    """
+    while True:
+        at_rim = topology.rims(triangles)[1]
+        width = topology.shape(vertices[triangles[at_rim]])[1]
+        fins = at_rim[thick[birth[at_rim]] & (width <= close)]
+        if len(fins) == 0:
+            return triangles, birth
+        triangles, birth = np.delete(triangles, fins, axis=0), np.delete(birth, fins)
 
 
 def crossings(vertices, triangles):
