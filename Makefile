@@ -14,7 +14,7 @@
 # make bench-bempp: the same sphere by bempp-cl, in an environment of its own, and here
 # make fields: the dataset of resources/fields anew where it is not complete (hours, 6 GB)
 # make check-fields: its fields beside those of finer meshes and of the other integral equation (hours, 20 GB)
-# make results: publish the full-size run's page of the reference thesis, docs/results.md, and its scores (RUN=thesis)
+# make results: publish the full-size run's page of the reference thesis, docs/results.md, its scores and README.md's table (RUN=thesis)
 # make validate: the solver and the image formation beside closed forms, as figures (docs/validation.md)
 
 PYTHON ?= python3

@@ -3,7 +3,8 @@
     publish.py results/thesis
 
 Writes docs/results.md with its pictures in docs/img/results/, and into this folder scores.csv, confusion.csv and
-validation.csv of the run, whole, each compressed (xz), with a README.md that says where they come from.
+validation.csv of the run, whole, each compressed (xz), with a README.md that says where they come from. The table of
+scores in the repository's README.md is made anew, between its two marks.
 """
 
 import argparse
@@ -13,11 +14,29 @@ import shutil
 import sys
 from pathlib import Path
 
+import pandas as pd
+
 ROOT = Path(__file__).parents[2]
 TABLES = {
     "scores": "every metric of every model at every SNR, with 95 % intervals",
     "confusion": "how often each target was taken for which class",
     "validation": "accuracy and weighted F1 on the validation images, by which methods are compared",
+}
+MARKS = "<!-- scores -->\n", "<!-- end of scores -->\n"
+SNRS = -12, -6, 0, 6, 12, 24  # dB
+SETS = {  # what README.md shows: split and threshold protocol
+    "open set, by sector, blind thresholds": ("sector", "blind"),
+    "open set, at random, blind thresholds": ("random", "blind"),
+    "open set, at random, `thesis` thresholds": ("random", "thesis"),
+    "closed set, by sector": ("sector", ""),
+    "closed set, at random": ("random", ""),
+}
+METHODS = {  # experiments, model and the known score that rejects
+    "capsule network": (("capsule_open", "capsule_sector"), "capsule", "zncc"),
+    "capsule network, many SNRs": (("noisy_capsule", "noisy_capsule_sector"), "capsule", "zncc"),
+    "denoising capsule network, many SNRs": (("noisy_capsule", "noisy_capsule_sector"), "capsule_denoise", "zncc"),
+    "matched filter": (("fcnn_open", "sector"), "matched_filter", "correlation"),
+    "adaptive matched filter": (("adaptive", "adaptive_sector"), "adaptive_filter", "coherence"),
 }
 ABOUT = """# Scores of the reference experiment
 
@@ -61,10 +80,39 @@ def publish(run, root):
     head = ["| file | what | rows | MB | compressed, MB |", "|---|---|---|---|---|"]
     facts = re.search(r"(?:^\|.*\n)+", text, re.MULTILINE)[0].strip()  # the first table: the run
     (folder / "README.md").write_text(ABOUT.format(files="\n".join(head + rows), facts=facts, name=run.name))
+    readme, (start, end) = root / "README.md", MARKS
+    before, rest = readme.read_text().split(start)
+    table = scores_table(pd.read_csv(learning / "scores.csv", keep_default_na=False))
+    readme.write_text(before + start + table + end + rest.split(end)[1])
     megabytes = sum(path.stat().st_size for path in (*pictures.iterdir(), *folder.glob("*.xz"))) / 1e6
     print(f"docs/results.md, {len(list(pictures.iterdir()))} pictures and {len(rows)} tables: {megabytes:.1f} MB")
+    print("and the table of scores in README.md")
     if "-dirty" in facts:
         print("Warning: the page was made by code that is not committed; make it anew after the commit.")
+
+
+def scores_table(scores):
+    """Weighted F1 at some SNRs with its 95 % intervals, in Markdown. scores: the table, its empty cells as ''."""
+    shown = scores[(scores.metric == "f1_weighted") & (scores.elevation == "all") & (scores.fold.astype(str) == "")]
+    shown = shown[shown.snr_definition == shown.snr_definition.iloc[0]]  # the config's comes first
+    head = " | ".join(f"{snr} dB" for snr in SNRS).replace("-", "\N{MINUS SIGN}")
+    lines = [f"| SNR | {head} |", "|---" * (1 + len(SNRS)) + "|"]
+    for name, (split, threshold) in SETS.items():
+        part, rows = shown[(shown.split == split) & (shown.threshold == threshold)], []
+        for method, (experiments, model, score) in METHODS.items():
+            mine = part[part.experiment.isin(experiments) & (part.model == model)]
+            mine = mine[mine.score == (score if threshold else "")].set_index("test_snr_db")
+            if len(mine):
+                rows.append(f"| {method} | {' | '.join(_cell(mine, float(snr)) for snr in SNRS)} |")
+        lines += [f"| **{name}** {'| ' * len(SNRS)}|", *rows] if rows else []
+    return "\n".join(lines) + "\n"
+
+
+def _cell(rows, snr):
+    if snr not in rows.index:
+        return ""
+    value, low, high = (float(rows.loc[snr, name]) for name in ("value", "low", "high"))
+    return f"{value:.2f} ({low:.2f}\N{EN DASH}{high:.2f})"
 
 
 def check(page, learning):

@@ -20,6 +20,7 @@ def publisher():
 def test_a_page_is_published_with_its_pictures_and_scores(thesis_page, publisher, tmp_path):
     (tmp_path / "docs/img/results").mkdir(parents=True)
     (tmp_path / "docs/img/results/fig-9-9.png").touch()  # of an earlier page
+    (tmp_path / "README.md").write_text("before\n" + "an earlier table\n".join(publisher.MARKS) + "after\n")
     publisher.publish(thesis_page.parents[1], tmp_path)
     drawn = check_links(tmp_path / "docs", "results.md")
     assert sorted(drawn) == [f"img/results/{path.name}" for path in sorted(thesis_page.glob("*.png"))]
@@ -32,6 +33,13 @@ def test_a_page_is_published_with_its_pictures_and_scores(thesis_page, publisher
         assert f"| `{name}.csv.xz` |" in about and f"| {table.count(bytes([10])) - 1:,} |" in about
     assert "| processor | A processor |" in about and "commit" in about
     scores = pd.read_csv(tmp_path / "resources/results/scores.csv.xz", keep_default_na=False)
+    text = (tmp_path / "README.md").read_text()
+    assert text.startswith("before\n<!-- scores -->\n| SNR |") and text.endswith("|\n<!-- end of scores -->\nafter\n")
+    at_12 = scores.query("experiment == 'capsule_open' and metric == 'f1_weighted' and test_snr_db == 12")
+    at_12 = at_12.query("model == 'capsule' and elevation == 'all' and score == '' and snr_definition == 'mean'")
+    value, low, high = at_12[["value", "low", "high"]].astype(float).to_numpy()[0]
+    closed = text.split("closed set, at random")[1].splitlines()[1].split(" | ")
+    assert closed[0] == "| capsule network" and closed[5] == f"{value:.2f} ({low:.2f}\N{EN DASH}{high:.2f})"
     assert scores.equals(pd.read_csv(thesis_page.parents[1] / "learning/scores.csv", keep_default_na=False))
 
 
@@ -47,6 +55,15 @@ def test_nothing_is_published_of_a_run_without_a_page_or_with_an_older_one(thesi
     finally:
         os.utime(readme, (times.st_atime, times.st_mtime))
     assert not (tmp_path / "docs").exists()
+
+
+def test_the_table_in_the_readme_is_of_the_committed_scores(publisher):
+    committed = ROOT / "resources/results/scores.csv.xz"
+    start, end = publisher.MARKS
+    table = (ROOT / "README.md").read_text().split(start)[1].split(end)[0]
+    if not committed.exists():
+        pytest.skip("no full-size scores are committed yet")
+    assert table == publisher.scores_table(pd.read_csv(committed, keep_default_na=False))
 
 
 def test_nothing_made_up_is_committed():
