@@ -113,10 +113,17 @@ const page = (() => {
   function unfold(target) {
     for (let box = target?.closest("details"); box; box = box.parentElement.closest("details")) box.open = true;
   }
+  let sought = null;
   const arrive = () => {
-    const target = location.hash.length > 1 && byId(decodeURIComponent(location.hash.slice(1)));
-    if (target) unfold(target), target.scrollIntoView();
+    sought = location.hash.length > 1 ? byId(decodeURIComponent(location.hash.slice(1))) : null;
+    if (sought) unfold(sought), sought.scrollIntoView();
   };
+  // What is drawn on the way there grows, and the page would come to rest short of it.
+  addEventListener("scrollend", () => {
+    sought?.scrollIntoView({ behavior: "instant" });
+    sought = null;
+  });
+  addEventListener("wheel", () => (sought = null), { passive: true });
   const foldAll = (open) => parts.forEach((part) => (part.open = open));
   const fold = byId("fold");
   fold.addEventListener("click", () => foldAll(fold.getAttribute("aria-expanded") === "false"));
