@@ -107,7 +107,7 @@ def _changed(rng, key, value, base):
             return {key: type(value)(value * rng.choice((0.3, 0.5, 0.9, 1.1, 2, 3, 10)))}
         if isinstance(value, list):
             return {key: rng.choices(value, k=rng.randrange(1, len(value) + 2)) if value else [0]}
-        if isinstance(value, dict):
+        if isinstance(value, dict) and value:
             return {key: dict.fromkeys(rng.sample(list(value), rng.randrange(1, len(value) + 1)))}
     way = rng.randrange(6)
     if way == 0:  # a key that there is not
@@ -120,7 +120,7 @@ def _changed(rng, key, value, base):
         return {key: value * rng.choice((-1, 0, 1e-6, 1e3, 1e9))}
     if way == 3 and isinstance(value, list):
         return {key: value[: rng.randrange(len(value) + 1)] + rng.sample(ODD, 1)}
-    if way == 4 and isinstance(value, dict):
+    if way == 4 and isinstance(value, dict) and value:
         return {key: {**value, **dict.fromkeys(rng.sample(list(value), 1), rng.choice(ODD))}}
     return {key: copy.deepcopy(rng.choice(ODD))}
 

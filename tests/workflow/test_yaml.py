@@ -29,6 +29,7 @@ SLIPS = {
     "two commas": (b"a: [1,,2]\n", "line 1, column 7: a value is missing before ','"),
     "one brace too many": (b"a: {b: 1}}\n", "line 1, column 10: no key is expected here"),
     "tabs that indent": (b"radar:\n\tbandwidth: 1\n", "line 2, column 1: a tab stands where the line is indented"),
+    "a tab before a value": (b"noise: \t{per: image}\n", "line 1, column 8: a tab stands before a value; use spaces"),
     "a tab among spaces": (b"radar: \n  a: 1\n\tb: 2\n", "line 3, column 1: a tab stands among the spaces"),
     "two colons": (b"name: a: b\n", "line 1, column 8: a ':' stands where no key can"),
     "no space after the colon": (b"name:a\nseed: 1\n", "line 2, column 5: a ':' stands where no key can; is a space"),

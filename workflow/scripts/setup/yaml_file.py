@@ -139,6 +139,8 @@ def _yaml(text):
     try:
         tree = loader.get_single_node()
         _count(tree, {}, set())
+        if "\t" in text:
+            yaml.compose(text, yaml.SafeLoader)  # Snakemake's own reader, which takes tabs at fewer places than libyaml
         return loader.construct_document(tree) if tree else None
     finally:
         loader.dispose()
@@ -189,7 +191,9 @@ def _slip(error, text):
     char = lines[mark.line][mark.column : mark.column + 1] if mark.line < len(lines) else ""
     if "cannot start any token" in error.problem:
         if char == "\t":
-            return "a tab stands where the line is indented; indent with spaces alone"
+            indents = not lines[mark.line][: mark.column].strip()
+            where = "where the line is indented; indent with" if indents else "before a value; use"
+            return f"a tab stands {where} spaces alone"
         return f"no value can begin with {char!r}; put the text in quotes"
     opened = _place(error.context_mark or mark)
     said = f"{error.context or ''}; {error.problem}"
