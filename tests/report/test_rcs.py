@@ -135,7 +135,7 @@ def test_a_reference_between_the_samples_is_compared_with_the_field_there(stored
     compared = rcs_compare.compare(reference(tmp_path / "r.csv", azimuth, shift), stored([0.0], CIRCLE), REACH)
     np.testing.assert_allclose(compared["difference_db"], -shift, atol=1e-3)
     text = rcs_compare.sentence("a", compared, "r.csv")
-    assert "mean difference is 0.80 dB, the worst +2.00 dB" in text
+    assert "mean difference without its sign is 0.80 dB, the worst +2.00 dB" in text
     assert "azimuth 358°" in text
 
 
@@ -151,7 +151,7 @@ def test_samples_that_the_run_has_not_are_left_out_and_counted(stored, tmp_path)
     [
         ("azimuth_deg,rcs\n0,1\n", "no column rcs_dbsm"),
         ("azimuth_deg,frequency_hz,rcs_dbsm\n0,1e9,x\n", "row 1 has no finite number in column rcs_dbsm"),
-        ("azimuth_deg,rcs_dbsm\n0,1\n", "no column frequency_hz, in which the run has 2 values"),
+        ("azimuth_deg,rcs_dbsm\n0,1\n", "no column frequency_hz; there are azimuth_deg, rcs_dbsm"),
         ("azimuth_deg,frequency_hz,rcs_dbsm\n1,1e9,0\n", "none of its 1 samples"),
     ],
 )

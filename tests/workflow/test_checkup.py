@@ -71,3 +71,7 @@ def test_what_would_be_repaired_and_what_is_refused_is_said(said):
     assert "surface: open, with 0.6 m of rim" in said(vertices, triangles[2:])
     assert "refused: a.stl is not symmetric about y = 0" in said(beside, triangles, symmetry=["xz"])
     assert "refused: a.stl would be 300 m" in said(vertices * 1000, triangles)
+    open_one = triangles[:-1]
+    assert "refused" not in said(vertices, open_one)
+    assert "refused: the mesh is open" in said(vertices, open_one, formulation="cfie")
+    assert "refused" not in said(vertices, triangles, formulation="cfie")

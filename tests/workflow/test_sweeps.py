@@ -86,12 +86,31 @@ def test_great_circles_are_where_they_should_be():
     assert (azimuth % 360).tolist() == (np.arange(8) * 45.0).tolist()
     elevation, azimuth = sweep.directions({"great_circle": CIRCLE | {"through": [90, 0]}})
     assert elevation.tolist() == [0, 45, 90, 45, 0, -45, -90, -45]
-    assert np.abs(azimuth).tolist() == [0, 0, 0, 180, 180, 180, 0, 0]
+    assert np.abs(azimuth).tolist() == [0, 0, 0, 180, 180, 180, 180, 0]
     tilted = CIRCLE | {"from": [10, 20], "through": [50, 70]}
     u, *_ = sweep.unit_vectors(*sweep.directions({"great_circle": tilted}))
     normal = np.cross(*sweep.unit_vectors(np.array([10.0, 50.0]), np.array([20.0, 70.0]))[0])
     assert np.abs(u @ normal).max() < 1e-7
     assert np.sum(u[:-1] * u[1:], axis=1) == pytest.approx(np.cos(np.pi / 4), abs=1e-7)
+
+
+def test_polarizations_stay_in_place_where_a_great_circle_goes_over_a_pole():
+    u, v, h = sweep.unit_vectors(*sweep.directions({"great_circle": CIRCLE | {"from": [0, 30], "through": [90, 0]}}))
+    assert np.abs(u[[2, 6], 2]) == pytest.approx(1)
+    # V lies in the meridian all the way round, H across it.
+    assert np.abs(h @ sweep.unit_vectors(0.0, 30.0)[2]) == pytest.approx(1)
+    assert np.abs(np.sum(v[:-1] * v[1:], axis=1)) == pytest.approx(np.cos(np.pi / 4))
+
+
+def test_a_reference_without_a_column_is_refused_before_any_work(tmp_path):
+    (tmp_path / "r.csv").write_text("frequency_hz,rcs_dbsm\n1e9,0\n")
+    target = {"mesh": "resources/cad/drone.stl", "role": "other", "reference": str(tmp_path / "r.csv")}
+    aspect = {"elevation": [0, 30], "azimuth": [0, 90]}
+    radar = {"frequencies": [1e9], "polarizations": ["VV"]}
+    with pytest.raises(InputError, match=r"'targets.a.reference': .*no column elevation_deg, azimuth_deg; there are"):
+        load({"targets": {"*": None, "a": target}, "radar": radar, "aspect": aspect})
+    (tmp_path / "r.csv").write_text("elevation_deg,azimuth_deg,rcs_dbsm\n0,0,0\n")
+    load({"targets": {"*": None, "a": target}, "radar": radar, "aspect": aspect})
 
 
 def test_scale_comes_before_rotate_and_translate_last():

@@ -59,11 +59,14 @@ def directions(aspect):
     start, through = (unit_vectors(*np.array(circle[key], float))[0] for key in ("from", "through"))
     ahead = through - (through @ start) * start
     turn = np.radians(angles(circle["angle"]))[:, None]
-    points = np.cos(turn) * start + np.sin(turn) * ahead / np.linalg.norm(ahead)
+    ahead /= np.linalg.norm(ahead)
+    points, onward = np.cos(turn) * start + np.sin(turn) * ahead, np.cos(turn) * ahead - np.sin(turn) * start
     # Rounded, so that a circle along a meridian or the horizon has their very angles.
     elevation = np.round(np.degrees(np.arcsin(np.clip(points[:, 2], -1, 1))), 6)
-    azimuth = np.round(np.degrees(np.arctan2(points[:, 1], points[:, 0])), 6)
-    return elevation + 0.0, np.where(np.abs(elevation) == 90, 0.0, azimuth + 0.0)
+    # Over a pole V and H are those of the azimuth that the circle comes from: they do not turn on the way.
+    across = np.where(np.abs(elevation)[:, None] == 90, -onward, points)
+    azimuth = np.round(np.degrees(np.arctan2(across[:, 1], across[:, 0])), 6)
+    return elevation + 0.0, azimuth + 0.0
 
 
 def unit_vectors(elevation, azimuth):

@@ -1,5 +1,6 @@
 """A target's radar cross-section beside that of the user's own file: a CSV of dBsm, or FEKO's far fields (.ffe)."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -16,14 +17,14 @@ WANTED = {"frequency_hz": "frequency", "elevation_deg": "elevation", "azimuth_de
 SAME = {"frequency": 1e-6, "elevation": 1e-3, "azimuth": 1e-3}  # relative; degrees
 
 
-def read_reference(reference, polarizations):
+def read_reference(reference, polarizations, several):
     """The user's samples as a table: frequency_hz, elevation_deg, azimuth_deg, polarization, rcs_dbsm.
 
-    A CSV need not have the columns in which the run has but one value. reference: a path, or {V: ..., H: ...} of .ffe
-    files. Raises InputError for what cannot be read.
+    A CSV need not have the columns in which the run has but one value, those not in `several`. reference: a path, or
+    {V: ..., H: ...} of .ffe files. Raises InputError for what cannot be read.
     """
     if isinstance(reference, str) and Path(reference).suffix.lower() == ".csv":
-        return _read_csv(reference)
+        return _read_csv(reference, several)
     parts = []
     for transmitted, paths in field_files.by_transmission(reference, polarizations).items():
         for path in paths:
@@ -43,16 +44,29 @@ def read_reference(reference, polarizations):
     return pd.concat(parts, ignore_index=True)
 
 
-def _read_csv(path):
+def check_columns(path, several, rows=0):
+    """A reference's CSV as a table of its first `rows` rows, or all for None.
+
+    several: the columns, of WANTED and polarization, in which the run has several values. Raises InputError for a file
+    that is no CSV, and for one without the columns that it must have.
+    """
     try:
-        frame = pd.read_csv(path, comment="#", skipinitialspace=True)
+        frame = pd.read_csv(path, comment="#", skipinitialspace=True, nrows=rows)
     except (ValueError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: not a CSV file ({error}).") from None
-    if "rcs_dbsm" not in frame:
+    missing = [name for name in ("rcs_dbsm", *several) if name not in frame]
+    if missing:
+        there = [str(name) for name in frame.columns]
+        hint = " Separate columns by commas." if len(there) == 1 and re.search(r"[;\t]", there[0]) else ""
         raise InputError(
-            f"{path}: no column rcs_dbsm; there are {', '.join(map(str, frame.columns))}. A reference has rcs_dbsm, "
+            f"{path}: no column {', '.join(missing)}; there are {', '.join(there)}.{hint} A reference has rcs_dbsm, "
             f"and {', '.join(WANTED)} and polarization where the run has several."
         )
+    return frame
+
+
+def _read_csv(path, several):
+    frame = check_columns(path, several, None)
     for name in (name for name in ("rcs_dbsm", *WANTED) if name in frame):
         numbers = pd.to_numeric(frame[name], errors="coerce")
         if not np.isfinite(numbers).all():
@@ -68,16 +82,13 @@ def compare(reference, dataset, reach):
     Those at azimuths between the run's are compared with its band-limited series, where its azimuths are dense enough;
     what the run has no value for is left out. Raises InputError if that is all.
     """
-    given = read_reference(reference, dataset.polarization.values.tolist())
     name = reference if isinstance(reference, str) else ", ".join(field_files.paths(reference))
-    for column, values in (
-        *((column, dataset[axis].values) for column, axis in WANTED.items()),
-        ("polarization", dataset.polarization.values),
-    ):
+    values = {column: dataset[axis].values for column, axis in (*WANTED.items(), ("polarization", "polarization"))}
+    several = [column for column, mine in values.items() if len(np.unique(mine)) > 1]
+    given = read_reference(reference, dataset.polarization.values.tolist(), several)
+    for column, mine in values.items():
         if column not in given:
-            if len(np.unique(values)) > 1:
-                raise InputError(f"{name}: no column {column}, in which the run has {len(np.unique(values))} values.")
-            given[column] = values[0]
+            given[column] = mine[0]
     computed = np.full(len(given), np.nan)
     keys = ["polarization", "frequency_hz"] + ([] if "direction" in dataset.sizes else ["elevation_deg"])
     for key, rows in given.groupby(keys, sort=False).indices.items():
@@ -136,8 +147,9 @@ def sentence(target, compared, reference):
     left = compared.attrs["left_out"]
     beside = f" {left} more have no frequency, direction or polarization of this run." if left else ""
     return (
-        f"{target} beside {name}: over {len(compared)} samples the mean difference is {difference.abs().mean():.2f} "
-        f"dB, the worst {difference[worst.name]:+.2f} dB, at {worst['frequency_hz'] / 1e9:.4g} GHz, elevation "
+        f"{target} beside {name}: over {len(compared)} samples the mean difference without its sign is "
+        f"{difference.abs().mean():.2f} dB, the worst {difference[worst.name]:+.2f} dB, at "
+        f"{worst['frequency_hz'] / 1e9:.4g} GHz, elevation "
         f"{worst['elevation_deg']:g}°, azimuth {worst['azimuth_deg']:g}°, {worst['polarization']}, where the reference "
         f"is {worst['rcs_dbsm']:.1f} dBsm.{beside}"
     )
@@ -163,7 +175,7 @@ def compare_table(target, compared):
 
 
 def compare_figure(target, compared):
-    """The computed RCS with the reference drawn over it, at the frequency, and elevation, with most samples."""
+    """The computed RCS with the reference drawn over it, along the axis with most samples, where they differ most."""
     polarizations = list(dict.fromkeys(compared["polarization"]))
     counts = {
         name: compared.groupby(["polarization", *(other for other in WANTED if other != name)])[name].nunique().max()
@@ -171,7 +183,8 @@ def compare_figure(target, compared):
     }
     across = max(counts, key=counts.get)
     others = [name for name in WANTED if name != across]
-    most = compared.groupby(others).size().idxmax()
+    count = compared.groupby(others)["difference_db"].transform("size")
+    most = compared.loc[compared["difference_db"].abs().where(count > count.max() / 2).idxmax(), others]
     part = compared[(compared[others] == list(most)).all(axis=1)].sort_values(across)
     scale = 1e-9 if across == "frequency_hz" else 1
     drawing, grid = panels(len(polarizations), 1, 5.4, 0.9 + 2.1 * len(polarizations), sharey=False)
@@ -190,5 +203,8 @@ def compare_figure(target, compared):
     at = ", ".join(texts[name].format(scales.get(name, 1) * value) for name, value in zip(others, most, strict=True))
     alt = f"RCS of {target}, computed and by the reference, against {WANTED[across]} at {at}."
     frame = compared.assign(target=target)
-    caption = f"{target}: computed, and the reference drawn over it, at {at}; the CSV holds all samples compared."
+    caption = (
+        f"{target}: computed, and the reference drawn over it, at {at}, where they differ most; the CSV holds all "
+        "samples compared."
+    )
     return figure(f"rcs_compared_{target}", drawing, frame, alt, caption)

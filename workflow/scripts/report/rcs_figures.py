@@ -123,8 +123,12 @@ def cut_figure(target, dataset, reach, most):
         axes.set(ylabel=f"{polarization} RCS [dBsm]")
         axes.margins(x=0.05 if apart else 0.01)
         levels, largest = np.concatenate([curve.levels for curve in mine]), max(curve.y.max() for curve in mine)
-        lowest = levels.min() if apart else max(levels.min(), levels.max() - FLOOR)
+        lowest = max(levels.min(), levels.max() - FLOOR)
         axes.set_ylim(lowest - 2, largest + 2)
+        if apart:  # no direction is left out
+            for curve, color in zip(mine, _colors(len(mine)), strict=True):
+                low = curve.levels < lowest
+                axes.plot(curve.samples[low], np.full(low.sum(), lowest - 1), "v", color=color, mfc="none")
         if across in ("azimuth", "elevation"):
             circle_ticks(axes.xaxis, frame[across])
     if apart:
@@ -136,6 +140,8 @@ def cut_figure(target, dataset, reach, most):
     grid[-1, 0].set_xlabel(label)
     draw_legend(drawing, grid.flat)
     alt, caption = _words(target, dataset, across, frame, curves, joined=not apart)
+    if apart:
+        caption += f" A triangle is a direction more than {FLOOR} dB below the largest."
     return figure(f"rcs_{target}", drawing, frame, alt, caption)
 
 
@@ -176,11 +182,16 @@ def _words(target, dataset, across, frame, curves, joined=True):
     if frame["elevation"].nunique() == 1:
         at += f", elevation {frame['elevation'].iloc[0]:g}°"
     kind = dataset.attrs.get("kind", "backscatter")
+    chosen = [
+        f" Of {dataset.sizes[axis]} {words} {drawn} are drawn; the CSV has all."
+        for axis, words in (("elevation", "elevations"), ("frequency", "frequencies"))
+        if axis in dataset.sizes and 1 < (drawn := frame[axis].nunique()) < dataset.sizes[axis]
+    ]
     alt = f"RCS of {target} against {across}{at}, from {frame['rcs_dbsm'].min():.0f} to {peak['rcs_dbsm']:.0f} dBsm."
     caption = (
         f"{target}: {kind} RCS{at}. The largest is {peak['rcs_dbsm']:.1f} dBsm, at {where}azimuth "
         f"{peak['azimuth']:.1f}°, elevation {peak['elevation']:.1f}°; the median is "
-        f"{frame['rcs_dbsm'].median():.1f} dBsm.{_how(across, curves) if joined else ''}"
+        f"{frame['rcs_dbsm'].median():.1f} dBsm.{''.join(chosen)}{_how(across, curves) if joined else ''}"
     )
     return alt, caption
 
@@ -225,6 +236,8 @@ def frequency_figure(target, dataset, most):
         if len(names) > 1:
             axes.plot(frequency, np.median(part, axis=1), color="black", ls="--", label="median of all directions")
         axes.set(ylabel=f"{polarization} RCS [dBsm]")
+        seen = part[:, numbers]
+        axes.set_ylim(max(seen.min(), seen.max() - FLOOR) - 2, seen.max() + 2)
     grid[-1, 0].set_xlabel(LABELS["frequency"])
     draw_legend(drawing, grid.flat)
     frame = pd.DataFrame(

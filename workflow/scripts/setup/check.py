@@ -84,7 +84,7 @@ def _problems(config):
         if name in RESERVED:
             yield f"'targets.{name}': {RESERVED[name]}"
             continue
-        yield from _of_reference(f"'targets.{name}.reference'", target.get("reference", []))
+        yield from _of_reference(f"'targets.{name}.reference'", target.get("reference", []), config)
         if "field" in target:
             yield from _of_field(f"'targets.{name}.field'", target["field"], config)
         else:
@@ -135,12 +135,25 @@ def _of_field(key, field, config):
             yield f"{key}: {error}"
 
 
-def _of_reference(key, reference):
+def _of_reference(key, reference, config):
     for path in map(Path, field_files.paths(reference)):
-        if path.suffix.lower() != ".ffe" and not (path.suffix.lower() == ".csv" and reference == str(reference)):
+        is_csv = path.suffix.lower() == ".csv" and reference == str(reference)
+        if path.suffix.lower() != ".ffe" and not is_csv:
             yield f"{key}: {path} is not one CSV file, nor a .ffe file."
         if not os.path.isfile(path):
             yield f"{key}: there is no file {path}{WHERE}."
+        elif is_csv:
+            from report.rcs_compare import check_columns  # what it draws with takes a second
+
+            radar, aspect = config["radar"], config["aspect"]
+            where = sweep.elevations, sweep.azimuths
+            angles = [of(aspect) for of in where] if sweep.is_grid(aspect) else sweep.directions(aspect)
+            axes = sweep.frequencies(radar), *angles, radar["polarizations"]
+            columns = "frequency_hz", "elevation_deg", "azimuth_deg", "polarization"
+            try:
+                check_columns(path, [name for name, axis in zip(columns, axes, strict=True) if len(set(axis)) > 1])
+            except InputError as error:
+                yield f"{key}: {error}"
 
 
 def _of_targets_solver(config):

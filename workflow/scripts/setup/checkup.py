@@ -29,6 +29,13 @@ def checkup(config, name):
         source = load(path, target, config["mesh"], radar, to_solve=True)
     except InputError as error:
         return [*lines, f"  refused: {error}"]
+    if target.get("formulation", config["scattering"].get("formulation")) == "cfie":
+        from scattering.operators import cfie  # JAX takes a second
+
+        try:
+            cfie.check_mesh(source.vertices, source.triangles)
+        except InputError as error:
+            lines.append(f"  refused: {error}")
     repairs = [f"{count} {key.replace('_', ' ')}" for key, count in source.repairs.items() if count]
     lines.append(f"  repairs: {', '.join(repairs) or 'none needed'}")
     lines.append(_closed(source))
