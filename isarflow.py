@@ -59,7 +59,10 @@ def _load(path, split, roles):
     if path.is_dir():
         raise ValueError(f"{path} is a folder; take the HDF5 file beside it, {path.with_suffix('.h5')}")
     if not path.is_file():
-        raise FileNotFoundError(f"there is no {path}; make it: snakemake --cores 2 {path}, with your --configfile")
+        raise FileNotFoundError(
+            f"there is no {path}; make it: snakemake --cores 2 {path}, with your --configfile, in whose noise.snr_db "
+            "its SNR stands"
+        )
     if not h5py.is_hdf5(path):
         raise ValueError(f"{path} is no HDF5 file")
     with h5py.File(path) as file:

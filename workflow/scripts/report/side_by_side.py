@@ -92,7 +92,7 @@ def _section(key, rows, found, runs):
         below.axhline(0, color=colors[runs[0]], lw=0.8)
     plots.finish(drawing, grid, "test SNR [dB]")
     for row in range(2 * bands):
-        grid[row, 0].set_ylabel(f"less {runs[0]}" if row % 2 else "weighted F1")
+        grid[row, 0].set_ylabel(f"minus {runs[0]}" if row % 2 else "weighted F1")
     alt = f"Weighted F1 of {', '.join(runs)} against the test SNR, and how they differ from {runs[0]}."
     return _part(_title(*key), drawing, alt, pd.DataFrame(listed))
 
