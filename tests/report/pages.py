@@ -82,7 +82,7 @@ def check_whole(report):
 def unpacked(path):
     """The files that a page holds, by their path from it."""
     packed = re.findall(r'<script type="text/plain" data-file="([^"]+)">([^<]+)</script>', path.read_text())
-    return {name: gzip.decompress(base64.b64decode(content)) for name, content in packed}
+    return {name: gzip.decompress(base64.b64decode(content)) for names, content in packed for name in names.split()}
 
 
 def headings(page):

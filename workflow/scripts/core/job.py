@@ -24,9 +24,9 @@ if not sys.stdin.buffer.read():
         print(sys.argv[2], file=log)
 """
 KILLED = (
-    "Error: this job was killed (a signal ended it before it could say anything). Unless somebody stopped it, the usual "
-    "reason is that the machine ran out of memory: close what else uses it, or run one job at a time (--cores 1). The same command goes on from "
-    "here; docs/troubleshooting.md has more."
+    "Error: this job was killed (a signal ended it before it could say anything). Unless somebody stopped it, the "
+    "usual reason is that the machine ran out of memory: close what else uses it, or run one job at a time "
+    "(--cores 1). The same command goes on from here; docs/troubleshooting.md has more."
 )
 REFUSED = {errno.ENOSPC: SPACE, errno.EDQUOT: SPACE, errno.EROFS: ACCESS, errno.EACCES: ACCESS, errno.EPERM: ACCESS}
 

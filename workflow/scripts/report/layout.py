@@ -44,7 +44,7 @@ RCPARAMS = {
     "svg.hashsalt": "isarflow",  # the ids in the file, and so the file, do not depend on chance
     "svg.fonttype": "path",
     "figure.dpi": 100,
-    "savefig.dpi": 150,  # of what is rasterized inside an SVG
+    "savefig.dpi": 120,  # of what is rasterized inside an SVG
 }
 
 

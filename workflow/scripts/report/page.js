@@ -1,7 +1,9 @@
 // What the whole page does: unpack its files, draw figures when they are seen, fold, explain words, turn dark.
 const page = (() => {
   const byId = (name) => document.getElementById(name);
-  const files = new Map([...document.querySelectorAll("script[data-file]")].map((one) => [one.dataset.file, one]));
+  // One content may have several paths.
+  const files = new Map([...document.querySelectorAll("script[data-file]")].flatMap((one) =>
+    one.dataset.file.split(" ").map((path) => [path, one])));
   const root = document.documentElement, live = {};
 
   // The content of a file that the page holds, as bytes.

@@ -68,7 +68,7 @@ def write_page(title, name, shown, page, figures, tables):
     print(f"writing {len(sections)} sections, {len(drawn)} figures and {len(listed)} tables")
     files = _files(drawn, listed)
     _write_files(files, Path(figures), Path(tables))
-    data = {path: packed(content) for path, content in files.items()}
+    data = _by_content({path: packed(content) for path, content in files.items()})
     data |= {f"{key}.json": packed_json(live) for key, live in shown.pop("live").items()}
     html = _environment().get_template("template.html").render(title=title, name=name, data=data, **shown)
     # Last: whoever finds the page finds its files too.
@@ -147,8 +147,21 @@ def _files(drawn, listed):
     for parts in (drawn, listed):
         assert len({part.name for part in parts}) == len(parts), "two of one name"
     files = {f"figures/{figure.name}.svg": figure.svg for figure in drawn}
-    files |= {f"tables/figure_{figure.name}.csv": figure.data.to_csv(index=False) for figure in drawn}
-    return files | {f"tables/{table.name}.csv": table.data.to_csv(index=False) for table in listed}
+    files |= {f"tables/figure_{figure.name}.csv": _csv(figure) for figure in drawn}
+    return files | {f"tables/{table.name}.csv": _csv(table) for table in listed}
+
+
+def _csv(part):
+    """The numbers of a figure or table, with six digits: more are twice the page, and nobody's measurement."""
+    return part.data.to_csv(index=False, float_format="%.6g")
+
+
+def _by_content(data):
+    """Every content once, by the paths that it has, with blanks between: many a figure shows what its table lists."""
+    paths = {}
+    for path, content in data.items():
+        paths.setdefault(content, []).append(path)
+    return {" ".join(same): content for content, same in paths.items()}
 
 
 def _write_files(files, figures, tables):

@@ -84,7 +84,7 @@ def profile_figure(target, dataset):
     circle_ticks(axes.xaxis, azimuth)
     drawing.colorbar(picture, label="level [dB]", pad=0.02)
     places = {"range_m": np.repeat(distance, len(azimuth)), "azimuth_deg": np.tile(azimuth, len(distance))}
-    frame = pd.DataFrame({"target": target, **places, "level_db": level.ravel().round(2)})
+    frame = pd.DataFrame({"target": target, **places, "level_db": level.ravel().round(1)})
     alt = f"Range profiles of {target} over azimuth: bright lines are scattering centres that move with the angle."
     caption = (
         f"{target}: range profiles over azimuth at elevation {float(cut.elevation):g}°, {cut.polarization.item()}, "
