@@ -152,8 +152,8 @@ def _files(drawn, listed):
 
 
 def _csv(part):
-    """The numbers of a figure or table, with six digits: more are twice the page, and nobody's measurement."""
-    return part.data.to_csv(index=False, float_format="%.6g")
+    """The numbers of a figure or table; scores with six decimals, as all of theirs are half of the page."""
+    return part.data.round(dict.fromkeys(("value", "low", "high"), 6)).to_csv(index=False)
 
 
 def _by_content(data):

@@ -217,6 +217,5 @@ def reconstruction_figure(results, run, model, suffix, count):
         f"right. Mean squared error between reconstruction and image without noise: {'; '.join(said)}."
     )
     alt = f"Test images of {', '.join(order)} without noise, as seen at {levels} dB, and as reconstructed."
-    data = dataset.to_dataframe(dim_order=["target", "example", "snr", "range", "crossrange"]).reset_index()
-    data = data.round(4).round(dict.fromkeys(("seen", "made", "truth"), 3))  # of 1: what a picture shows
+    data = dataset.to_dataframe(dim_order=["target", "example", "snr", "range", "crossrange"]).reset_index().round(4)
     return figure(f"capsule_reconstructions{suffix}", drawing, data, alt, caption, wide=True)
