@@ -68,7 +68,7 @@ def write_page(title, name, shown, page, figures, tables):
     print(f"writing {len(sections)} sections, {len(drawn)} figures and {len(listed)} tables")
     files = _files(drawn, listed)
     _write_files(files, Path(figures), Path(tables))
-    data = _by_content({path: packed(content) for path, content in files.items()})
+    data = _packed_once(files)
     data |= {f"{key}.json": packed_json(live) for key, live in shown.pop("live").items()}
     html = _environment().get_template("template.html").render(title=title, name=name, data=data, **shown)
     # Last: whoever finds the page finds its files too.
@@ -156,12 +156,12 @@ def _csv(part):
     return part.data.round(dict.fromkeys(("value", "low", "high"), 6)).to_csv(index=False)
 
 
-def _by_content(data):
-    """Every content once, by the paths that it has, with blanks between: many a figure shows what its table lists."""
+def _packed_once(files):
+    """Every content packed, by the paths that it has, with blanks between: many a figure shows what its table lists."""
     paths = {}
-    for path, content in data.items():
+    for path, content in files.items():
         paths.setdefault(content, []).append(path)
-    return {" ".join(same): content for content, same in paths.items()}
+    return {" ".join(same): packed(content) for content, same in paths.items()}
 
 
 def _write_files(files, figures, tables):

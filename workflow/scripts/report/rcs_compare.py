@@ -1,8 +1,5 @@
 """A target's radar cross-section beside that of the user's own file: a CSV of dBsm, or FEKO's far fields (.ffe)."""
 
-import re
-from pathlib import Path
-
 import numpy as np
 import pandas as pd
 
@@ -12,19 +9,19 @@ from report.plots import draw_legend, panels
 from report.rcs_figures import FLOOR, LABELS, rcs_dbsm
 from scattering import ffe, field_files
 from scattering.interpolation import between, is_dense, order
+from scattering.reference import WANTED, check_columns, is_csv, several
 
-WANTED = {"frequency_hz": "frequency", "elevation_deg": "elevation", "azimuth_deg": "azimuth"}
 SAME = {"frequency": 1e-6, "elevation": 1e-3, "azimuth": 1e-3}  # relative; degrees
 
 
-def read_reference(reference, polarizations, several):
+def read_reference(reference, polarizations, needed):
     """The user's samples as a table: frequency_hz, elevation_deg, azimuth_deg, polarization, rcs_dbsm.
 
-    A CSV need not have the columns in which the run has but one value, those not in `several`. reference: a path, or
-    {V: ..., H: ...} of .ffe files. Raises InputError for what cannot be read.
+    A CSV needs rcs_dbsm and the columns `needed`. reference: a path, or {V: ..., H: ...} of .ffe files. Raises
+    InputError for what cannot be read.
     """
-    if isinstance(reference, str) and Path(reference).suffix.lower() == ".csv":
-        return _read_csv(reference, several)
+    if is_csv(reference):
+        return _read_csv(reference, needed)
     parts = []
     for transmitted, paths in field_files.by_transmission(reference, polarizations).items():
         for path in paths:
@@ -44,29 +41,12 @@ def read_reference(reference, polarizations, several):
     return pd.concat(parts, ignore_index=True)
 
 
-def check_columns(path, several, rows=0):
-    """A reference's CSV as a table of its first `rows` rows, or all for None.
-
-    several: the columns, of WANTED and polarization, in which the run has several values. Raises InputError for a file
-    that is no CSV, and for one without the columns that it must have.
-    """
+def _read_csv(path, needed):
+    check_columns(path, needed)
     try:
-        frame = pd.read_csv(path, comment="#", skipinitialspace=True, nrows=rows)
+        frame = pd.read_csv(path, comment="#", skipinitialspace=True)
     except (ValueError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: not a CSV file ({error}).") from None
-    missing = [name for name in ("rcs_dbsm", *several) if name not in frame]
-    if missing:
-        there = [str(name) for name in frame.columns]
-        hint = " Separate columns by commas." if len(there) == 1 and re.search(r"[;\t]", there[0]) else ""
-        raise InputError(
-            f"{path}: no column {', '.join(missing)}; there are {', '.join(there)}.{hint} A reference has rcs_dbsm, "
-            f"and {', '.join(WANTED)} and polarization where the run has several."
-        )
-    return frame
-
-
-def _read_csv(path, several):
-    frame = check_columns(path, several, None)
     for name in (name for name in ("rcs_dbsm", *WANTED) if name in frame):
         numbers = pd.to_numeric(frame[name], errors="coerce")
         if not np.isfinite(numbers).all():
@@ -84,8 +64,7 @@ def compare(reference, dataset, reach):
     """
     name = reference if isinstance(reference, str) else ", ".join(field_files.paths(reference))
     values = {column: dataset[axis].values for column, axis in (*WANTED.items(), ("polarization", "polarization"))}
-    several = [column for column, mine in values.items() if len(np.unique(mine)) > 1]
-    given = read_reference(reference, dataset.polarization.values.tolist(), several)
+    given = read_reference(reference, dataset.polarization.values.tolist(), several(*values.values()))
     for column, mine in values.items():
         if column not in given:
             given[column] = mine[0]

@@ -119,14 +119,15 @@ def cut_figure(target, dataset, reach, most):
     apart = label == NUMBER
     for axes, polarization in zip(grid[:, 0], polarizations, strict=True):
         mine = [curve for curve in curves if curve.polarization == polarization]
-        _draw(axes, mine, _colors(len(mine)), joined=not apart)
+        colors = _colors(len(mine))
+        _draw(axes, mine, colors, joined=not apart)
         axes.set(ylabel=f"{polarization} RCS [dBsm]")
         axes.margins(x=0.05 if apart else 0.01)
         levels, largest = np.concatenate([curve.levels for curve in mine]), max(curve.y.max() for curve in mine)
-        lowest = max(levels.min(), levels.max() - FLOOR)
+        lowest = _lowest(levels)
         axes.set_ylim(lowest - 2, largest + 2)
         if apart:  # no direction is left out
-            for curve, color in zip(mine, _colors(len(mine)), strict=True):
+            for curve, color in zip(mine, colors, strict=True):
                 low = curve.levels < lowest
                 axes.plot(curve.samples[low], np.full(low.sum(), lowest - 1), "v", color=color, mfc="none")
         if across in ("azimuth", "elevation"):
@@ -183,7 +184,7 @@ def _words(target, dataset, across, frame, curves, joined=True):
         at += f", elevation {frame['elevation'].iloc[0]:g}°"
     kind = dataset.attrs.get("kind", "backscatter")
     chosen = [
-        f" Of {dataset.sizes[axis]} {words} {drawn} are drawn; the CSV has all."
+        f" Of {dataset.sizes[axis]} {words} {drawn} are drawn."
         for axis, words in (("elevation", "elevations"), ("frequency", "frequencies"))
         if axis in dataset.sizes and 1 < (drawn := frame[axis].nunique()) < dataset.sizes[axis]
     ]
@@ -237,7 +238,7 @@ def frequency_figure(target, dataset, most):
             axes.plot(frequency, np.median(part, axis=1), color="black", ls="--", label="median of all directions")
         axes.set(ylabel=f"{polarization} RCS [dBsm]")
         seen = part[:, numbers]
-        axes.set_ylim(max(seen.min(), seen.max() - FLOOR) - 2, seen.max() + 2)
+        axes.set_ylim(_lowest(seen) - 2, seen.max() + 2)
     grid[-1, 0].set_xlabel(LABELS["frequency"])
     draw_legend(drawing, grid.flat)
     frame = pd.DataFrame(
@@ -265,7 +266,7 @@ def distribution_figure(target, dataset):
     for polarization, part, color in zip(polarizations, level, _colors(len(polarizations)), strict=True):
         axes.plot(part, share, color=color, label=polarization)
     axes.set(xlabel="RCS [dBsm]", ylabel="share below [%]")
-    axes.set_xlim(max(level.min(), level.max() - FLOOR), level.max() + 1)
+    axes.set_xlim(_lowest(level), level.max() + 1)
     draw_legend(drawing, [axes])
     steps = np.linspace(0, 100, 101)
     frame = pd.DataFrame({"target": target, "percent": steps})
@@ -283,6 +284,11 @@ def _draw(axes, curves, colors, turned=lambda angle: angle, joined=True):
         axes.plot(turned(curve.x), curve.y, color=color, label=curve.label or None, **look)
         if not curve.smooth and len(curve.samples) >= 3:
             axes.plot(turned(curve.samples), curve.levels, ".", color=color, ms=2.5)
+
+
+def _lowest(levels):
+    """The least level in dBsm that an axis shows."""
+    return max(levels.min(), levels.max() - FLOOR)
 
 
 def _colors(count):

@@ -20,6 +20,7 @@ from learning.split import Division, split
 from learning.split import check as check_sides
 from mesh import cad_kernel
 from scattering import field_files, needs
+from scattering.reference import check_columns, is_csv, several
 from setup import sweeps
 from setup.kinds import MODELS, SECTIONS, check_kind, kind, settings_of
 from setup.schema import check_schema, near, schema
@@ -137,21 +138,14 @@ def _of_field(key, field, config):
 
 def _of_reference(key, reference, config):
     for path in map(Path, field_files.paths(reference)):
-        is_csv = path.suffix.lower() == ".csv" and reference == str(reference)
-        if path.suffix.lower() != ".ffe" and not is_csv:
+        if path.suffix.lower() != ".ffe" and not is_csv(reference):
             yield f"{key}: {path} is not one CSV file, nor a .ffe file."
         if not os.path.isfile(path):
             yield f"{key}: there is no file {path}{WHERE}."
-        elif is_csv:
-            from report.rcs_compare import check_columns  # what it draws with takes a second
-
-            radar, aspect = config["radar"], config["aspect"]
-            where = sweep.elevations, sweep.azimuths
-            angles = [of(aspect) for of in where] if sweep.is_grid(aspect) else sweep.directions(aspect)
-            axes = sweep.frequencies(radar), *angles, radar["polarizations"]
-            columns = "frequency_hz", "elevation_deg", "azimuth_deg", "polarization"
+        elif is_csv(reference):
+            (swept,) = sweep.sweeps(config["radar"], config["aspect"], 1)
             try:
-                check_columns(path, [name for name, axis in zip(columns, axes, strict=True) if len(set(axis)) > 1])
+                check_columns(path, several(swept.frequency, swept.elevation, swept.azimuth, swept.polarizations))
             except InputError as error:
                 yield f"{key}: {error}"
 

@@ -29,7 +29,7 @@ def checkup(config, name):
         source = load(path, target, config["mesh"], radar, to_solve=True)
     except InputError as error:
         return [*lines, f"  refused: {error}"]
-    if target.get("formulation", config["scattering"].get("formulation")) == "cfie":
+    if needs.method(config, name).get("formulation") == "cfie":
         from scattering.operators import cfie  # JAX takes a second
 
         try:

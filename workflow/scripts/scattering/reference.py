@@ -1,0 +1,36 @@
+"""The columns of a user's CSV of RCS, what `targets.<target>.reference` may name. Light to import."""
+
+import csv
+from pathlib import Path
+
+from core.errors import InputError
+
+WANTED = {"frequency_hz": "frequency", "elevation_deg": "elevation", "azimuth_deg": "azimuth"}
+
+
+def is_csv(reference):
+    """True for one CSV file, False for FEKO's files."""
+    return isinstance(reference, str) and Path(reference).suffix.lower() == ".csv"
+
+
+def several(frequency, elevation, azimuth, polarization):
+    """The columns, by names, that a CSV needs beside a run with these values: those in which it has several."""
+    values = zip((*WANTED, "polarization"), (frequency, elevation, azimuth, polarization), strict=True)
+    return [name for name, mine in values if len(set(mine)) > 1]
+
+
+def check_columns(path, needed):
+    """Raise InputError for a file that is no CSV, and for one without rcs_dbsm and the columns `needed`."""
+    try:
+        with open(path, encoding="utf-8-sig", newline="") as file:
+            lines = (line.partition("#")[0] for line in file)
+            there = next(csv.reader((line for line in lines if line.strip()), skipinitialspace=True), [])
+    except (csv.Error, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: not a CSV file ({error}).") from None
+    missing = [name for name in ("rcs_dbsm", *needed) if name not in there]
+    if missing:
+        hint = " Separate columns by commas." if len(there) == 1 and {";", "\t"} & set(there[0]) else ""
+        raise InputError(
+            f"{path}: no column {', '.join(missing)}; there are {', '.join(there) or 'none'}.{hint} A reference has "
+            f"rcs_dbsm, and {', '.join(WANTED)} and polarization where the run has several."
+        )
