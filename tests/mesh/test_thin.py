@@ -76,7 +76,7 @@ def test_both_sides_of_a_thin_tube_go_where_chords_ask_for_whatever_volume_is_mi
     radius, wall, chords = 0.1, 0.001, 24
     source, (vertices, triangles) = tube(radius, wall, 0.12, 20 * chords), tube(radius, wall, 0.12, chords)
     volume = 0.99 * topology.tetrahedra(*source).sum()
-    restored = restore_volume(vertices, triangles, source, volume, [])
+    restored = restore_volume(vertices, triangles, source, volume, 2 * np.pi * radius / chords, [])
     assert topology.tetrahedra(restored, triangles).sum() == pytest.approx(volume, rel=1e-6)
     deep = radius * (1 - np.cos(np.pi / chords))
     moved = np.hypot(*restored[:, 1:].T) - np.hypot(*vertices[:, 1:].T)

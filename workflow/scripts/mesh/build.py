@@ -79,13 +79,13 @@ def _half(surface, edge, axes):
     return vertices, triangles
 
 
-def _whole(half, surface, axes):
+def _whole(half, surface, edge, axes):
     """The mesh of a surface from that of its half, exactly symmetric; a closed target keeps its volume."""
     vertices, triangles = half
     if topology.is_watertight(surface[1]):
         # Mirror planes go through the origin: closing the part there would add no volume.
         volume = topology.tetrahedra(*surface).sum() / 2 ** len(axes)
-        vertices = restore_volume(vertices, triangles, surface, volume, axes)
+        vertices = restore_volume(vertices, triangles, surface, volume, edge, axes)
     for axis in axes:
         vertices, triangles = symmetry.with_mirror(vertices, triangles, axis)
     return vertices, triangles
@@ -142,7 +142,7 @@ def _shortened(source, edge, wavelength, axes):
     least = np.inf  # of the best, by how much its area is off
     for number in range(TRIES):
         say(f"remesh to {edge * 1000:.3g} mm" + (f", shorter where mesh {number} missed" if number else ""))
-        made = _whole(remesh(*half, size, surface, axes), surface, axes)
+        made = _whole(remesh(*half, size, surface, axes), surface, edge, axes)
         apart = followed.apart(made)
         fewest = fewest or len(made[1])
         costly = len(made[1]) > max(MOST * fewest, CHEAP)

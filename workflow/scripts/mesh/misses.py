@@ -8,7 +8,7 @@ from mesh.distance import samples
 from mesh.ground import Ground
 
 GOAL = 1 / 40, 0.01  # wavelengths from the source, and share of its area or volume: what a mesh should keep to
-WELL = 0.8  # of the goals: what is asked for of each place
+WELL = 0.8, 0.6  # of the goals: what is asked for
 SHARE = 0.25, 0.7  # the least and the most that edges are shortened at once
 CROSSED, TURNED = 0.5, 0.6  # the share of edges that cross, and of those that cut corners off
 ON = 1e-3  # wanted edges: a place nearer to the mesh is on it, whatever the normals at a crease
@@ -40,7 +40,7 @@ class Followed:
         `apart` is the mesh's own. Chords are as deep as the square of their length.
         """
         vertices, triangles = mesh
-        limit, places, shares = WELL * GOAL[0] * wavelength, [], []
+        limit, places, shares = WELL[0] * GOAL[0] * wavelength, [], []
         for points, distance in apart[:2]:
             far = distance > limit
             places.append(points[far])
@@ -53,7 +53,7 @@ class Followed:
     def lost(self, mesh, apart):
         """Places and shares as in `strays` where a mesh loses or gains area, if it does so by too much."""
         _, (_, distance), nearest = apart
-        asked = WELL * GOAL[1] * self.area.sum()
+        asked = WELL[1] * GOAL[1] * self.area.sum()
         if abs(self.area.sum() - topology.areas(*mesh).sum()) <= asked:
             return np.zeros((0, 3)), np.zeros(0)
         turned = 1 - np.abs((topology.shape(mesh[0][mesh[1]])[0][nearest] * self.normal).sum(axis=1))

@@ -6,9 +6,11 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from mesh import topology
+from mesh.arrange import crossings
 from mesh.distance import distances
 from mesh.edits import Limits, collapse, cut_edges, flip, lines
 from mesh.ground import SAME_SIDE, Ground
+from mesh.misses import GOAL
 from mesh.progress import going
 
 GRADE = 0.35  # metres by which edges grow for each metre away from where they are short
@@ -30,6 +32,9 @@ LEAST_SLOPE = 1e-12  # of the volume
 SAG = 3 / 4  # of what a face's centre is off a curved surface: what all its points are, on average
 OTHER_SIDE = 10  # times as far as the wall of the other side, at most, is that of this side
 CANCELLED = 0.2  # of the volumes that one side gains and the other loses: a tube's thin wall gains less
+ON, STIFF = 1e-6, 1e3  # of its size: a face so near the source lies on it, and counts so many times to stay there
+GAIN = 0.7  # of the goal for the area: what noses may gain
+BLUNT = 0.03, 0.06, 0.1, 0.2, 0.4, 1e3  # how noses are tried: at first as least squares of their faces put them, last not at all
 NO_LOSS = 1e-4  # of the volume: so little need not be restored, and flat faces stay where they are
 
 
@@ -213,13 +218,13 @@ def lift_chords(vertices, triangles, source, axis):
         vertices, triangles = cut_edges(vertices, triangles, sides, chord, points)
 
 
-def restore_volume(vertices, triangles, source, volume, axes):
+def restore_volume(vertices, triangles, source, volume, edge, axes):
     """Vertices moved outwards so that the mesh has `volume` m^3: chords of a convex surface lie inside it.
 
-    Each vertex moves in proportion to the distances of its faces' centres from the closed `source`
-    (vertices, triangles), along those faces' normals: flat parts stay as they are. Vertices in the mirror planes
-    `axes` stay there. Of a tube with a thin wall, which gains outside what it loses inside, the volume says little of
-    how far: there each side moves by what curved faces are off on average, each from its own side of the wall.
+    Each vertex moves as the distances of its faces' centres from the closed `source` (vertices, triangles) ask for:
+    flat parts stay as they are, and noses go ahead as far as the mesh's area, other walls and the length of edges allow,
+    which are to be `edge` metres. Vertices in the mirror planes `axes` stay there; the mesh is then the part of the
+    source on their positive sides.
     """
     now = topology.tetrahedra(vertices, triangles).sum()
     if abs(now - volume) < NO_LOSS * abs(volume):
@@ -227,7 +232,27 @@ def restore_volume(vertices, triangles, source, volume, axes):
     corners = vertices[triangles]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])  # twice the area long
     depth = -distances(corners.mean(axis=1), *source, signed=True)
-    push, lost = _push(vertices, triangles, _own_depth(depth, corners, source), normal, axes)
+    depths = _own_depth(depth, corners, source), depth
+    area = (1 + GAIN * GOAL[1]) * topology.areas(*source).sum() / 2 ** len(axes)
+    longest = max(P99 * edge, np.percentile(topology.edge_lengths(vertices, triangles), 99))
+    for blunt in BLUNT:
+        restored = _restored(vertices, triangles, depths, normal, axes, volume, blunt)
+        kept = topology.areas(restored, triangles).sum() <= area
+        kept &= np.percentile(topology.edge_lengths(restored, triangles), 99) <= longest
+        if kept and not len(crossings(restored, triangles)):
+            break
+    return restored
+
+
+def _restored(vertices, triangles, depths, normal, axes, volume, blunt):
+    """The vertices of `restore_volume` with noses as `blunt` as that: see `_push`.
+
+    depths: how far (T,) each face's centre is from its own side of a wall, and from the nearest. Of a tube with a thin
+    wall, which gains outside what it loses inside, the volume says little of how far to go: there each side moves by
+    what curved faces are off on average, each from its own side of the wall.
+    """
+    now = topology.tetrahedra(vertices, triangles).sum()
+    push, lost = _push(vertices, triangles, depths[0], normal, axes, blunt)
 
     def volume_at(gaining, losing):
         return topology.tetrahedra(vertices + np.where(lost, losing, gaining)[:, None] * push, triangles).sum()
@@ -236,7 +261,7 @@ def restore_volume(vertices, triangles, source, volume, axes):
     if lost.any() and abs(slopes.sum()) < CANCELLED * abs(slopes).sum():
         scales, slope = np.full(2, SAG), 2 * slopes  # both sides take half of what is missing
     else:  # a blade would be blown up for what is missing elsewhere, if its sides moved by more than it is thick
-        push, lost = _push(vertices, triangles, depth, normal, axes)
+        push, lost = _push(vertices, triangles, depths[1], normal, axes, blunt)
         scales, slope = np.zeros(2), volume_at(1, 1) - now
     if np.abs(slope).min() < LEAST_SLOPE * abs(volume):
         return vertices  # the mesh lies on the source everywhere
@@ -245,17 +270,25 @@ def restore_volume(vertices, triangles, source, volume, axes):
     return vertices + np.where(lost, scales[1], scales[0])[:, None] * push
 
 
-def _push(vertices, triangles, depth, normal, axes):
-    """Steps (V, 3) that put faces of twice the area `normal` (T, 3) `depth` (T,) metres outwards; which lose volume."""
-    push, weight, area = np.zeros_like(vertices), np.zeros(len(vertices)), np.zeros_like(vertices)
-    for k in range(3):
-        np.add.at(push, triangles[:, k], depth[:, None] * normal)
-        np.add.at(weight, triangles[:, k], np.linalg.norm(normal, axis=1))
-        np.add.at(area, triangles[:, k], normal)
-    push /= np.maximum(weight, np.finfo(float).tiny)[:, None]
+def _push(vertices, triangles, depth, normal, axes, blunt):
+    """Steps (V, 3) that put faces of twice the area `normal` (T, 3) `depth` (T,) metres outwards; which lose volume.
+
+    Each is the least squares' of the faces about its vertex, by their area, and so goes ahead of a nose, which its chords
+    cut off, by more than its sides are off. To be `blunt` is to keep steps short, most those of thin noses.
+    """
+    size = np.maximum(np.linalg.norm(normal, axis=1), np.finfo(float).tiny)[:, None]
+    square = ((normal / size)[:, :, None] * normal[:, None]).reshape(-1, 9)
+    stiff = np.where(np.abs(depth)[:, None] < ON * np.sqrt(size), STIFF, 1.0)
+    of_face = np.concatenate([size, depth[:, None] * normal, square, stiff * square, normal], axis=1)
+    around = topology.gathered(triangles, np.repeat(of_face[:, None], 3, axis=1), len(vertices))
+    around[:, 1:22] /= np.maximum(around[:, :1], np.finfo(float).tiny)
+    push, square, stiff = around[:, 1:4], around[:, 4:13].reshape(-1, 3, 3), around[:, 13:22].reshape(-1, 3, 3)
+    ahead = np.linalg.solve(stiff + blunt * np.eye(3), push[:, :, None] - square @ push[:, :, None])[:, :, 0]
+    held = vertices[:, list(axes)] == 0
+    push = push + np.where(held.any(axis=1)[:, None], 0.0, ahead)
     for axis in axes:
         push[vertices[:, axis] == 0, axis] = 0.0
-    return push, (push * area).sum(axis=1) < 0
+    return push, (push * around[:, 22:]).sum(axis=1) < 0
 
 
 def _own_depth(depth, corners, source):
