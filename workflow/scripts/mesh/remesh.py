@@ -34,7 +34,7 @@ OTHER_SIDE = 10  # times as far as the wall of the other side, at most, is that 
 CANCELLED = 0.2  # of the volumes that one side gains and the other loses: a tube's thin wall gains less
 ON, STIFF = 1e-6, 1e3  # of its size: a face so near the source lies on it, and counts so many times to stay there
 GAIN = 0.7  # of the goal for the area: what noses may gain
-BLUNT = 0.03, 0.06, 0.1, 0.2, 0.4, 1e3  # how noses are tried: at first as least squares of their faces put them, last not at all
+BLUNT = 0.03, 0.06, 0.1, 0.2, 0.4, 1e3  # what noses are tried with: from all the way ahead to none
 NO_LOSS = 1e-4  # of the volume: so little need not be restored, and flat faces stay where they are
 
 
@@ -222,8 +222,8 @@ def restore_volume(vertices, triangles, source, volume, edge, axes):
     """Vertices moved outwards so that the mesh has `volume` m^3: chords of a convex surface lie inside it.
 
     Each vertex moves as the distances of its faces' centres from the closed `source` (vertices, triangles) ask for:
-    flat parts stay as they are, and noses go ahead as far as the mesh's area, other walls and the length of edges allow,
-    which are to be `edge` metres. Vertices in the mirror planes `axes` stay there; the mesh is then the part of the
+    flat parts stay as they are, and noses go ahead as far as the mesh's area, other walls and the length of its edges,
+    wanted of `edge` metres, allow. Vertices in the mirror planes `axes` stay there; the mesh is then the part of the
     source on their positive sides.
     """
     now = topology.tetrahedra(vertices, triangles).sum()
@@ -273,8 +273,9 @@ def _restored(vertices, triangles, depths, normal, axes, volume, blunt):
 def _push(vertices, triangles, depth, normal, axes, blunt):
     """Steps (V, 3) that put faces of twice the area `normal` (T, 3) `depth` (T,) metres outwards; which lose volume.
 
-    Each is the least squares' of the faces about its vertex, by their area, and so goes ahead of a nose, which its chords
-    cut off, by more than its sides are off. To be `blunt` is to keep steps short, most those of thin noses.
+    Each is the mean of what the faces about its vertex ask for, by their area, and what they then still ask for by least
+    squares: a nose, whose sides ask for opposite ways, goes ahead, as chords cut it off. The larger `blunt`, the less.
+    Faces that lie on the source stay in their plane then, and so does a vertex in a mirror plane.
     """
     size = np.maximum(np.linalg.norm(normal, axis=1), np.finfo(float).tiny)[:, None]
     square = ((normal / size)[:, :, None] * normal[:, None]).reshape(-1, 9)
