@@ -274,8 +274,8 @@ def _push(vertices, triangles, depth, normal, axes, blunt):
     """Steps (V, 3) that put faces of twice the area `normal` (T, 3) `depth` (T,) metres outwards; which lose volume.
 
     Each is the mean of what the faces about its vertex ask for, by their area, and what they still ask for then by
-    least squares: a nose, whose sides ask for opposite ways, goes ahead, as chords cut it off. The larger `blunt`, the less.
-    Faces that lie on the source stay in their plane then, and so does a vertex in a mirror plane.
+    least squares: a nose, whose sides ask for opposite ways, goes ahead, as chords cut it off; the larger `blunt`, the
+    less. Faces that lie on the source stay in their plane then, and so does a vertex in a mirror plane.
     """
     size = np.maximum(np.linalg.norm(normal, axis=1), np.finfo(float).tiny)[:, None]
     square = ((normal / size)[:, :, None] * normal[:, None]).reshape(-1, 9)
