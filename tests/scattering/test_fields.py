@@ -4,9 +4,11 @@ import pytest
 from fine_made import REFERENCE, apart, field
 
 
-@pytest.mark.parametrize("name", ["wing", "plate", "rod"])
-def test_a_default_mesh_has_the_field_of_one_twice_as_fine(tmp_path, name):
-    found, band = field(tmp_path, name, 10, threads=1)
-    mean, _ = apart(found, field(tmp_path, name, REFERENCE, threads=1)[0])
-    assert mean <= 0.3  # dB
-    assert max(band["hausdorff"].values()) <= band["wavelength"] / 40
+@pytest.mark.parametrize("name", ["wing", "fins", "plate", "rod"])
+def test_meshes_have_the_field_of_finer_ones(tmp_path, name):
+    reference, _ = field(tmp_path, name, REFERENCE, threads=1)
+    for density, decibel in ((10, 0.3), (14, 0.1)):
+        found, band = field(tmp_path, name, density, threads=1)
+        mean, _ = apart(found, reference)
+        assert mean <= decibel
+        assert max(band["hausdorff"].values()) <= band["wavelength"] / 40
