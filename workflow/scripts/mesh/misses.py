@@ -8,7 +8,7 @@ from mesh.distance import samples
 from mesh.ground import Ground
 
 GOAL = 1 / 40, 0.01  # wavelengths from the source, and share of its area or volume: what a mesh should keep to
-WELL = 0.8, 0.6  # of the goals: what is asked for
+WELL = 0.8, 0.6  # of the goals: what is asked for of each place, and of the whole area
 SHARE = 0.25, 0.7  # the least and the most that edges are shortened at once
 CROSSED, TURNED = 0.5, 0.6  # the share of edges that cross, and of those that cut corners off
 ON = 1e-3  # wanted edges: a place nearer to the mesh is on it, whatever the normals at a crease

@@ -232,11 +232,11 @@ def restore_volume(vertices, triangles, source, volume, edge, axes):
     corners = vertices[triangles]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])  # twice the area long
     depth = -distances(corners.mean(axis=1), *source, signed=True)
-    depths = _own_depth(depth, corners, source), depth
+    abouts = [_about(vertices, triangles, of, normal, axes) for of in (_own_depth(depth, corners, source), depth)]
     area = (1 + GAIN * GOAL[1]) * topology.areas(*source).sum() / 2 ** len(axes)
     longest = max(P99 * edge, np.percentile(topology.edge_lengths(vertices, triangles), 99))
     for blunt in BLUNT:
-        restored = _restored(vertices, triangles, depths, normal, axes, volume, blunt)
+        restored = _restored(vertices, triangles, abouts, volume, blunt)
         kept = topology.areas(restored, triangles).sum() <= area
         kept &= np.percentile(topology.edge_lengths(restored, triangles), 99) <= longest
         if kept and not len(crossings(restored, triangles)):
@@ -244,15 +244,15 @@ def restore_volume(vertices, triangles, source, volume, edge, axes):
     return restored
 
 
-def _restored(vertices, triangles, depths, normal, axes, volume, blunt):
+def _restored(vertices, triangles, abouts, volume, blunt):
     """The vertices of `restore_volume` with noses as `blunt` as that: see `_push`.
 
-    depths: how far (T,) each face's centre is from its own side of a wall, and from the nearest. Of a tube with a thin
-    wall, which gains outside what it loses inside, the volume says little of how far to go: there each side moves by
-    what curved faces are off on average, each from its own side of the wall.
+    abouts: those by how far each face's centre is from its own side of a wall, and from the nearest. Of a tube with a
+    thin wall, which gains outside what it loses inside, the volume says little of how far to go: there each side moves
+    by what curved faces are off on average, each from its own side of the wall.
     """
     now = topology.tetrahedra(vertices, triangles).sum()
-    push, lost = _push(vertices, triangles, depths[0], normal, axes, blunt)
+    push, lost = _push(abouts[0], blunt)
 
     def volume_at(gaining, losing):
         return topology.tetrahedra(vertices + np.where(lost, losing, gaining)[:, None] * push, triangles).sum()
@@ -261,7 +261,7 @@ def _restored(vertices, triangles, depths, normal, axes, volume, blunt):
     if lost.any() and abs(slopes.sum()) < CANCELLED * abs(slopes).sum():
         scales, slope = np.full(2, SAG), 2 * slopes  # both sides take half of what is missing
     else:  # a blade would be blown up for what is missing elsewhere, if its sides moved by more than it is thick
-        push, lost = _push(vertices, triangles, depths[1], normal, axes, blunt)
+        push, lost = _push(abouts[1], blunt)
         scales, slope = np.zeros(2), volume_at(1, 1) - now
     if np.abs(slope).min() < LEAST_SLOPE * abs(volume):
         return vertices  # the mesh lies on the source everywhere
@@ -270,12 +270,20 @@ def _restored(vertices, triangles, depths, normal, axes, volume, blunt):
     return vertices + np.where(lost, scales[1], scales[0])[:, None] * push
 
 
-def _push(vertices, triangles, depth, normal, axes, blunt):
-    """Steps (V, 3) that put faces of twice the area `normal` (T, 3) `depth` (T,) metres outwards; which lose volume.
+class About(NamedTuple):
+    """What the faces about each vertex ask for."""
 
-    Each is the mean of what the faces about its vertex ask for, by their area, and what they still ask for then by
-    least squares: a nose, whose sides ask for opposite ways, goes ahead, as chords cut it off; the larger `blunt`, the
-    less. Faces that lie on the source stay in their plane then, and so does a vertex in a mirror plane.
+    mean: np.ndarray  # (V, 3): the step that they ask for on average, by their area
+    missing: np.ndarray  # (V, 3): the right side of the least squares for what that leaves
+    matrix: np.ndarray  # (V, 3, 3): its matrix
+    area: np.ndarray  # (V, 3): the sum of their normals, each twice its face's area long
+
+
+def _about(vertices, triangles, depth, normal, axes):
+    """The About of faces of twice the area `normal` (T, 3) that are to go `depth` (T,) metres outwards.
+
+    Faces that lie on the source keep noses in their plane. A vertex in one of the mirror planes `axes` stays in it, and
+    its mean is all of its step.
     """
     size = np.maximum(np.linalg.norm(normal, axis=1), np.finfo(float).tiny)[:, None]
     square = ((normal / size)[:, :, None] * normal[:, None]).reshape(-1, 9)
@@ -283,13 +291,22 @@ def _push(vertices, triangles, depth, normal, axes, blunt):
     of_face = np.concatenate([size, depth[:, None] * normal, square, stiff * square, normal], axis=1)
     around = topology.gathered(triangles, np.repeat(of_face[:, None], 3, axis=1), len(vertices))
     around[:, 1:22] /= np.maximum(around[:, :1], np.finfo(float).tiny)
-    push, square, stiff = around[:, 1:4], around[:, 4:13].reshape(-1, 3, 3), around[:, 13:22].reshape(-1, 3, 3)
-    ahead = np.linalg.solve(stiff + blunt * np.eye(3), push[:, :, None] - square @ push[:, :, None])[:, :, 0]
-    held = vertices[:, list(axes)] == 0
-    push = push + np.where(held.any(axis=1)[:, None], 0.0, ahead)
+    mean, square, matrix = around[:, 1:4], around[:, 4:13].reshape(-1, 3, 3), around[:, 13:22].reshape(-1, 3, 3)
+    missing = mean - (square @ mean[:, :, None])[:, :, 0]
     for axis in axes:
-        push[vertices[:, axis] == 0, axis] = 0.0
-    return push, (push * around[:, 22:]).sum(axis=1) < 0
+        held = vertices[:, axis] == 0
+        mean[held, axis], missing[held] = 0.0, 0.0
+    return About(mean, missing, matrix, around[:, 22:])
+
+
+def _push(about, blunt):
+    """Steps (V, 3) of the vertices, and which of them lose volume, (V,).
+
+    Each is the mean of what its faces ask for, and what they still ask for then by least squares: a nose, whose sides
+    ask for opposite ways, goes ahead, as chords cut it off; the larger `blunt`, the less.
+    """
+    push = about.mean + np.linalg.solve(about.matrix + blunt * np.eye(3), about.missing[:, :, None])[:, :, 0]
+    return push, (push * about.area).sum(axis=1) < 0
 
 
 def _own_depth(depth, corners, source):
