@@ -9,6 +9,7 @@
 # make bench-thesis: solves at full size (ten minutes, 6 GB), and the whole reference experiment projected from them
 # make bench-compressed: compressed matrices beside whole ones, over unknowns and tolerance (half an hour, 6 GB)
 # make bench-mesh: 200 random vehicles of overlapping solids meshed, which are refused or miss a goal (an hour)
+# make bench-meshing: what meshing takes beside solving: the default targets, a UAV, half a million triangles (ten minutes)
 # make bench-shapes: fields of targets with fine features beside those of finer meshes (five minutes)
 # make bench-imaging: 1,172,490 images from made-up fields, beside the disk's speed
 # make bench-bempp: the same sphere by bempp-cl, in an environment of its own, and here
@@ -24,7 +25,8 @@ BIN := .venv/bin
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
 .PHONY: smoke report thesis test lint docs environment results validate fields check-fields bench-learning bench-capsules \
-	bench-scattering bench-bempp bench-thesis bench-imaging bench-compressed bench-mesh bench-shapes
+	bench-scattering bench-bempp bench-thesis bench-imaging bench-compressed bench-mesh bench-meshing \
+	bench-shapes
 
 smoke: environment
 	snakemake --cores $(CORES) report --configfile config/smoke.yaml
@@ -72,6 +74,9 @@ bench-scattering: environment
 
 bench-mesh: environment
 	PYTHONPATH=workflow/scripts:tests/mesh python benchmarks/bench_mesh.py
+
+bench-meshing: environment
+	PYTHONPATH=workflow/scripts:tests/mesh python benchmarks/bench_meshing.py --cores $(CORES)
 
 bench-shapes: environment
 	PYTHONPATH=workflow/scripts:tests/mesh:tests/scattering python benchmarks/bench_shapes.py --threads $(CORES)

@@ -56,7 +56,7 @@ def scores(tmp_path):
             table(len(run) + snr, quality + snr / 20).to_csv(path, index=False)
             paths.append(path)
     tables = [tmp_path / f"{name}.csv" for name in ("scores", "confusion", "validation")]
-    score(paths, runs, "mean", 0, *tables)
+    score(paths, runs, "mean", 0, 1, *tables)
     return pd.read_csv(tmp_path / "scores.csv", keep_default_na=False).astype({"value": float, "test_snr_db": float})
 
 

@@ -236,7 +236,7 @@ def scored(folder, tables):
         if set(frame["side"]) == {"test"}:  # no split leaves the validation without an image
             frame = pd.concat([frame, frame.assign(side="validation")])
         frame.to_csv(paths[-1], index=False)
-    score(paths, RUNS, "peak_3db", 0, folder / "scores.csv", folder / "confusion.csv", folder / "validation.csv")
+    score(paths, RUNS, "peak_3db", 0, 2, folder / "scores.csv", folder / "confusion.csv", folder / "validation.csv")
     return [read(folder / f"{name}.csv") for name in ("scores", "confusion")]
 
 
@@ -275,7 +275,7 @@ def test_a_run_has_the_same_scores_whatever_else_is_scored(tmp_path):
 
 
 def test_no_experiment_gives_tables_without_rows(tmp_path):
-    score([], {}, "mean", 0, *(tmp_path / f"{name}.csv" for name in ("scores", "confusion", "validation")))
+    score([], {}, "mean", 0, 1, *(tmp_path / f"{name}.csv" for name in ("scores", "confusion", "validation")))
     assert len(pd.read_csv(tmp_path / "scores.csv")) == len(pd.read_csv(tmp_path / "validation.csv")) == 0
 
 
@@ -415,7 +415,7 @@ def test_what_is_compared_on_validation_images_does_not_know_the_test_images(tmp
 
 def test_an_open_run_without_unknown_targets_says_that_it_is_closed(tmp_path, capsys):
     runs_of = {name: run | {"open": False, "lacks_unknown": run["open"]} for name, run in RUNS.items()}
-    score([], runs_of, "mean", 0, *(tmp_path / f"{name}.csv" for name in ("scores", "confusion", "validation")))
+    score([], runs_of, "mean", 0, 1, *(tmp_path / f"{name}.csv" for name in ("scores", "confusion", "validation")))
     lines = [line for line in capsys.readouterr().out.splitlines() if "Warning" in line]
     assert [line.split("'")[1] for line in lines] == ["far", "open"]
     assert all("is open, but no target has role unknown" in line for line in lines)

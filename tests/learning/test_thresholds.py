@@ -48,7 +48,7 @@ def test_no_threshold_has_a_larger_f1(protocol, seed):
     assert chosen == pytest.approx(max(weighted_f1(rows, threshold, protocol) for threshold in every), abs=1e-12)
     # The same is said of the threshold, from the validation rows alone.
     more = pd.concat([table, table.assign(side="test", predicted="b")])
-    said = thresholds.reached(more, "known_x", protocol, thresholds.choose(more, "known_x", protocol))
+    said = thresholds.reached(thresholds.seen(more, protocol), "known_x", thresholds.choose(more, "known_x", protocol))
     assert said == (pytest.approx(chosen, abs=1e-12), len(rows))
 
 

@@ -3,6 +3,7 @@
 import base64
 import gzip
 import itertools
+import json
 import re
 from html.parser import HTMLParser
 
@@ -80,9 +81,18 @@ def check_whole(report):
 
 
 def unpacked(path):
-    """The files that a page holds, by their path from it."""
-    packed = re.findall(r'<script type="text/plain" data-file="([^"]+)">([^<]+)</script>', path.read_text())
-    return {name: gzip.decompress(base64.b64decode(content)) for names, content in packed for name in names.split()}
+    """The files that a page holds, by their path from it, put together as its scripts do."""
+    packed = re.findall(r'<script type="text/plain" data-file="([^"]+)">(.+?)</script>', path.read_text())
+    held = {names: gzip.decompress(base64.b85decode(content)).decode() for names, content in packed}
+    glyphs = json.loads(held["glyphs.json"])
+    return {name: _whole(name, text, glyphs).encode() for names, text in held.items() for name in names.split()}
+
+
+def _whole(name, text, glyphs):
+    if name.endswith(".svg"):
+        return re.sub(r'<path id="([^"]*)"/>', lambda path: glyphs[path[1]], text)
+    columns = [column.split("\n") for column in text.split("\x1e")]
+    return "".join(f"{','.join(row)}\n" for row in zip(*columns, strict=True)) if len(columns) > 1 else text
 
 
 def headings(page):

@@ -179,6 +179,10 @@ def test_data_come_with_the_page_alone(browser, whole, tmp_path):
             view.page.click(f"a[href='{name}']")
         assert waited.value.suggested_filename == name.partition("/")[2]
         assert waited.value.path().read_bytes() == (whole / name).read_bytes()
+    names = {link.get_attribute("href") for link in view.page.locator("a[download]").all()}
+    assert len(names) > 50
+    for name in sorted(names):
+        assert view.page.evaluate("(name) => page.text(name)", name) == (whole / name).read_text()
     assert view.said == []
     view.page.close()
 

@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 from core.errors import InputError
-from core.sweep import C0, unit_vectors
+from core.sweep import C0, directions, unit_vectors
 from report import rcs_compare, rcs_figures
 from report.layout import style
 from report.rcs import as_table
@@ -122,6 +122,13 @@ def test_single_directions_are_points_each_named_by_its_angles(stored):
     assert "line" not in drawn.caption
 
 
+def test_the_curve_along_a_whole_great_circle_is_closed(stored):
+    circle = {"great_circle": {"from": [0, 0], "through": [90, 0], "angle": {"count": 24}}}
+    across, label, _, (curve, *_) = rcs_figures.cut(stored(*directions(circle), paired=True), None, 4)
+    assert (across, label) == ("direction", rcs_figures.ALONG)
+    assert len(curve.samples) == 24 and curve.x[-1] == pytest.approx(360) and curve.y[-1] == curve.y[0]
+
+
 def reference(path, azimuth, shift, **columns):
     level = rcs_figures.rcs_dbsm(points_field(0.0, azimuth, FREQUENCY[:1])[0, 0]) + shift
     frame = pd.DataFrame({"azimuth_deg": azimuth, "rcs_dbsm": level, "frequency_hz": FREQUENCY[0]} | columns)
@@ -146,13 +153,25 @@ def test_samples_that_the_run_has_not_are_left_out_and_counted(stored, tmp_path)
     assert "2 more have no" in rcs_compare.sentence("a", compared, path)
 
 
+def test_samples_without_a_level_are_left_out_and_counted(stored, tmp_path):
+    path = reference(tmp_path / "r.csv", np.array([0.0, 15.0, 30.0, 45.0]), np.array([0.0, np.nan, -np.inf, 0.0]))
+    compared = rcs_compare.compare(path, stored([0.0], CIRCLE), None)
+    assert compared["azimuth_deg"].tolist() == [0.0, 45.0]
+    assert "2 more have no" in rcs_compare.sentence("a", compared, path)
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [
         ("azimuth_deg,rcs\n0,1\n", "no column rcs_dbsm"),
         ("azimuth_deg,frequency_hz,rcs_dbsm\n0,1e9,x\n", "row 1 has no finite number in column rcs_dbsm"),
         ("azimuth_deg,rcs_dbsm\n0,1\n", "no column frequency_hz; there are azimuth_deg, rcs_dbsm"),
-        ("azimuth_deg,frequency_hz,rcs_dbsm\n1,1e9,0\n", "none of its 1 samples"),
+        ("azimuth_deg,frequency_hz,rcs_dbsm\n1,1e9,0\n", "none of its 1 samples has .* run.$"),
+        ("azimuth_deg,frequency_hz,rcs_dbsm\n0,1e3,0\n", "Its frequency_hz: 1000 to 1000; the run's: 1000000000 to "),
+        ("azimuth_deg,frequency_hz,polarization,rcs_dbsm\n0,1e9,HH,0\n", "Its polarization: HH; the run's: VV.$"),
+        ("azimuth_deg,frequency_hz,rcs_dbsm\n0,1e9,inf\n", "row 1 has no finite number in column rcs_dbsm"),
+        ("azimuth_deg,frequency_hz,rcs_dbsm\n,1e9,0\n", "row 1 has no finite number in column azimuth_deg"),
+        ("azimuth_deg,frequency_hz,rcs_dbsm\n0,1e9,NaN\n", "none of its 1 samples has a level"),
     ],
 )
 def test_a_reference_that_does_not_fit_is_refused(stored, tmp_path, text, message):

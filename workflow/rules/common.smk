@@ -1,5 +1,6 @@
 # What all rules share: the checked config, names of artefacts, and functions of wildcards.
 
+import contextlib
 import json
 import os
 import re
@@ -63,6 +64,7 @@ if workflow.is_main_process:  # a job runs under the lock of the run that sent i
 
 # On a cluster a job's memory also holds the two Snakemakes that start it, 190 MB each; in part they share it.
 STARTING = 400  # MB
+SHORT = 60  # s by plan on two cores: a solve that takes no longer is a short one
 TARGETS = list(config["targets"])
 # A target is a mesh, which is solved, or a field from elsewhere.
 MESHED = [target for target in TARGETS if "mesh" in config["targets"][target]]
@@ -156,6 +158,17 @@ def planned_solve(wildcards, input):
     target, band = wildcards.target, int(wildcards.band)
     asked = sweep.sweeps(config["radar"], config["aspect"], config["mesh"]["bands"], config["scattering"])[band]
     return needs.need(bands[band], len(symmetry(target)), asked, needs.method(config, target))
+
+
+def solve_threads(wildcards, input):
+    """All cores for a solve, but one for each of many short ones: two side by side are faster than one after the other.
+
+    The field is the same, bit for bit.
+    """
+    with contextlib.suppress(FileNotFoundError):  # asked again once the mesh is there
+        many = len(MESHED) * len(BANDS) >= 4 * (workflow.resource_settings.cores or 1)
+        return 1 if many and planned_solve(wildcards, input)["seconds"] < SHORT else 16
+    return 16
 
 
 def solve_megabytes(wildcards, input):

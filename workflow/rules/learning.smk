@@ -112,6 +112,8 @@ rule timing:
         f"{RESULTS}/logs/learning/timing.log",
     benchmark:
         f"{RESULTS}/benchmarks/learning/timing.tsv"
+    # After what may run side by side, as it waits until all cores are free.
+    priority: -1
     conda:
         "../../envs/learning.yaml"
     # All cores, so that nothing else runs at the same time. On a cluster one: a job there is told of all its node's.
@@ -155,9 +157,9 @@ rule scores:
         "{root}/benchmarks/learning/scores.tsv"
     conda:
         "../../envs/learning.yaml"
-    threads: 1
+    threads: 8
     resources:
-        mem_mb=1000,
+        mem_mb=lambda w, threads: 500 + 500 * threads,
     params:
         settings=lambda w: section(SEEDED[w.root], "noise.definition", "seed")
         | {

@@ -22,7 +22,7 @@ rule solve:
         target=one_of(MESHED),
     conda:
         "../../envs/scattering.yaml"
-    threads: 16
+    threads: solve_threads
     resources:
         mem_mb=solve_megabytes,
         runtime=solve_minutes,

@@ -4,6 +4,7 @@ Zarr itself reads a chunk that is missing as zeros, and one that was changed as 
 """
 
 import hashlib
+import os
 from pathlib import Path
 
 import xarray as xr
@@ -48,17 +49,21 @@ def _problem(path):
             return f"the store's file {name} is missing"
         if name not in sums:
             return f"the file {name} is none that was written into the store"
-        if _digest(Path(path, name)) != sums[name]:
+        if _digest(os.path.join(path, name)) != sums[name]:
             return f"the store's file {name} is not what was written"
     return None
 
 
 def _files(path):
     """The names of a store's files. Others that are hidden are the workflow engine's or the desktop's."""
-    names = (file.relative_to(path) for file in Path(path).rglob("*") if file.is_file() and file.name != SUMS)
-    return sorted(name.as_posix() for name in names if name.name[0] != "." or name.name.startswith(".z"))
+    names = []
+    for folder, _, files in os.walk(path):  # pathlib takes three times as long, and every job reads many stores
+        inside = Path(folder).relative_to(path).as_posix()
+        mine = [name for name in files if name != SUMS and (name[0] != "." or name.startswith(".z"))]
+        names += mine if inside == "." else [f"{inside}/{name}" for name in mine]
+    return sorted(names)
 
 
 def _digest(path):
-    with open(path, "rb") as file:
+    with open(path, "rb", buffering=0) as file:
         return hashlib.file_digest(file, "sha256").hexdigest()

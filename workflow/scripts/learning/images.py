@@ -62,7 +62,8 @@ def _read(store, azimuth, elevation, pixels):
         image = _select(image.load(), "azimuth", azimuth, store).transpose(*ORIGIN, "range", "crossrange")
         carrier = dataset.attrs["range_wavenumber"] if pixels != "none" else None
         own = [dataset[name] for name in dataset if is_noisy and name.startswith("snr_")]
-        own = {snr.name: snr.sel(elevation=image.elevation, azimuth=image.azimuth).values for snr in own}
+        rows, columns = (np.isin(dataset[name].values, image[name].values) for name in ("elevation", "azimuth"))
+        own = {snr.name: snr.transpose("elevation", "azimuth").values[np.ix_(rows, columns)] for snr in own}
     if not np.isfinite(image.values).all():
         raise InputError(f"{store} holds images that are not finite; delete it and make it again.")
     images = image.values.reshape(-1, *image.shape[-2:])

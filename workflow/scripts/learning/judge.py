@@ -38,7 +38,7 @@ class Decision:
 
     @cached_property
     def labels(self):
-        return ordered({*self.test["truth"], *self.predicted})
+        return ordered({*self.test["truth"].unique(), *pd.unique(self.predicted)})
 
     @cached_property
     def judged(self):
@@ -74,22 +74,28 @@ def _opened(table):
     """Known and unknown targets by each confidence score: without a threshold, and with that of each protocol."""
     scores = [name for name in table if name.startswith(KNOWN)]
     test = table[(table["side"] == "test") & table["role"].isin(["known", "unknown"])]
+    labels = test["predicted"].to_numpy(object)
+    # Every fold has models of its own, and so thresholds.
+    folds = {
+        protocol: [
+            ((test["fold"] == fold).to_numpy(), thresholds.seen(rows, protocol)) for fold, rows in table.groupby("fold")
+        ]
+        for protocol in thresholds.ROLES
+    }
     for column in scores:
-        name = column.removeprefix(KNOWN)
+        name, values = column.removeprefix(KNOWN), test[column].to_numpy()
         yield Decision(name, "", test, test["predicted"].to_numpy())
         for protocol in thresholds.ROLES:
-            predicted, values, reached = pd.Series(index=test.index, dtype=object), [], []
-            # Every fold has models of its own, and so thresholds.
-            for fold, rows in table.groupby("fold"):
-                threshold = thresholds.choose(rows, column, protocol)
-                own = test[test["fold"] == fold]
-                predicted[own.index] = thresholds.apply(own[column], own["predicted"], threshold)
-                values.append(threshold)
-                reached.append(thresholds.reached(rows, column, protocol, threshold))
+            predicted, chosen, reached = np.empty(len(test), object), [], []
+            for own, among in folds[protocol]:
+                threshold = thresholds.chosen(among, column)
+                predicted[own] = thresholds.apply(values[own], labels[own], threshold)
+                chosen.append(threshold)
+                reached.append(thresholds.reached(among, column, threshold))
             best, images = zip(*reached, strict=True)
             validation = ("f1_weighted", np.average(best, weights=images), sum(images))
-            fixed = ("threshold", float(np.mean(values)), np.nan, np.nan)
-            yield Decision(name, protocol, test, predicted.to_numpy(str), (fixed,), (validation,))
+            fixed = ("threshold", float(np.mean(chosen)), np.nan, np.nan)
+            yield Decision(name, protocol, test, predicted.astype(str), (fixed,), (validation,))
 
 
 def rows(decision, seed):

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pandas as pd
+from joblib import Parallel, delayed
 from tqdm import tqdm
 
 from core.sweep import snr_of_label
@@ -17,10 +18,11 @@ CONFUSION = [*CASE, "target", "predicted", "count"]
 VALIDATION = [*CASE, "metric", "value", "n"]
 
 
-def score(predictions, runs, definition, seed, scores, confusions, validation):
+def score(predictions, runs, definition, seed, threads, scores, confusions, validation):
     """Write scores.csv, confusion.csv and validation.csv from prediction tables <run>/<model>/snr_<n>dB.csv.
 
-    runs: what `experiments.runs` gives; definition: the SNR's, of the config; seed: the config's, for the intervals.
+    runs: what `experiments.runs` gives; definition: the SNR's, of the config; seed: the config's, for the intervals;
+    threads: how many models are judged at a time.
     Column `training` says in words what SNRs a run trained at and tells an experiment's runs apart; `train_snr_db` is a
     number, empty for training without noise and at several SNRs.
     Column `elevation`: 'all' counts every test image; 'trained' only those at elevations the model was trained at (left
@@ -42,20 +44,12 @@ def score(predictions, runs, definition, seed, scores, confusions, validation):
     """
     rows, cells, reached, opened = [], [], [], {}
     cases = tables_of_cases(predictions, runs)
-    for head, (run, tables) in tqdm(cases.items(), unit="model", desc="scores", leave=False):
-        every = {snr: pd.concat(map(read_table, paths), ignore_index=True) for snr, paths in sorted(tables.items())}
-        for subset, parts in _subsets(every, run["elevation"]):
-            decided = {snr: judge.decide(part, run["open"]) for snr, part in parts.items()}
-            for snr, decisions in decided.items():
-                for decision in decisions:
-                    key = (*head, snr, subset, decision.score, decision.threshold)
-                    rows += [[*key, definition, *row] for row in judge.rows(decision, seed)]
-                    cells += [[*key, *cell] for cell in judge.cells(decision)]
-                    reached += [[*key, *row] for row in decision.validation]
-                    if decision.threshold and subset == "all":  # runs trained at other elevations have other images
-                        opened[key] = decision
-            for other, snr, kind, row in judge.by_other_definitions(decided, definition, seed):
-                rows.append([*head, snr, subset, *kind, other, "", *row])
+    work = (delayed(_judged)(head, *case, definition, seed) for head, case in cases.items())
+    judged = Parallel(n_jobs=threads, return_as="generator")(work)
+    for part in tqdm(judged, total=len(cases), unit="model", desc="scores", leave=False):
+        for every, of_case in zip((rows, cells, reached), part[:3], strict=True):
+            every += of_case
+        opened |= part[3]
     rows += _gains(opened, definition, seed)
     pd.DataFrame(rows, columns=COLUMNS).to_csv(scores, index=False)
     pd.DataFrame(cells, columns=CONFUSION).to_csv(confusions, index=False)
@@ -65,6 +59,25 @@ def score(predictions, runs, definition, seed, scores, confusions, validation):
         print(
             f"Warning: experiment '{name}' is open, but no target has role unknown: these are scores of a closed set."
         )
+
+
+def _judged(head, run, tables, definition, seed):
+    """Of one model: rows of the three tables, and the open set's `Decision`s by what stands in the columns CASE."""
+    rows, cells, reached, opened = [], [], [], {}
+    every = {snr: pd.concat(map(read_table, paths), ignore_index=True) for snr, paths in sorted(tables.items())}
+    for subset, parts in _subsets(every, run["elevation"]):
+        decided = {snr: judge.decide(part, run["open"]) for snr, part in parts.items()}
+        for snr, decisions in decided.items():
+            for decision in decisions:
+                key = (*head, snr, subset, decision.score, decision.threshold)
+                rows += [[*key, definition, *row] for row in judge.rows(decision, seed)]
+                cells += [[*key, *cell] for cell in judge.cells(decision)]
+                reached += [[*key, *row] for row in decision.validation]
+                if decision.threshold and subset == "all":  # runs trained at other elevations have other images
+                    opened[key] = decision
+        for other, snr, kind, row in judge.by_other_definitions(decided, definition, seed):
+            rows.append([*head, snr, subset, *kind, other, "", *row])
+    return rows, cells, reached, opened
 
 
 def tables_of_cases(predictions, runs):

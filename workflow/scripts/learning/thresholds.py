@@ -5,7 +5,10 @@ It is chosen on validation images, for each SNR by itself, as a radar knows the 
 known targets and those of role other.
 """
 
+from typing import NamedTuple
+
 import numpy as np
+import pandas as pd
 
 from learning.classifier import OTHER
 from learning.metrics import KEPT, metrics_of_labels
@@ -13,37 +16,48 @@ from learning.metrics import KEPT, metrics_of_labels
 ROLES = {"thesis": ("known", "unknown"), "blind": ("known", "other")}
 
 
-def choose(table, score, protocol):
-    """The threshold of a confidence score under a protocol, chosen on the validation rows of a prediction table.
+class Seen(NamedTuple):
+    """The validation rows of a prediction table that a protocol sees.
 
-    table: columns side, role, truth, predicted and the column `score`. Rows of other roles are not looked at.
+    truth, predicted: their labels (n,); weight: for how many each of those with truth OTHER counts.
+    """
+
+    rows: pd.DataFrame
+    truth: np.ndarray
+    predicted: np.ndarray
+    weight: float
+
+
+def seen(table, protocol):
+    """What a protocol sees of a prediction table, which has columns side, role, truth and predicted."""
+    rows = table[(table["side"] == "validation") & table["role"].isin(ROLES[protocol])]
+    known = (rows["role"] == "known").sum()
+    weight = known / (len(rows) - known) if protocol == "blind" and 0 < known < len(rows) else 1.0
+    return Seen(rows, *(rows[name].to_numpy(object) for name in ("truth", "predicted")), weight)
+
+
+def choose(table, score, protocol):
+    """The threshold of a confidence score, a column of a prediction table, under a protocol."""
+    return chosen(seen(table, protocol), score)
+
+
+def chosen(among, score):
+    """The threshold of a confidence score that is chosen on what a protocol sees, `Seen`.
+
     The threshold with the largest weighted F1 over the classes and OTHER; where there is nothing but known images, the
     one that keeps 95 % of them. Under the blind protocol the images of role other together count as much as the known
     ones: how many targets of that role a config happens to have says nothing of how many unknown ones will come.
     """
-    rows, weight = _validation(table, protocol)
-    if (rows["role"] == "known").all():
-        return float(np.quantile(rows[score], 1 - KEPT))
-    return best(rows[score].to_numpy(float), rows["truth"].to_numpy(), rows["predicted"].to_numpy(), weight)
+    if (among.rows["role"] == "known").all():
+        return float(np.quantile(among.rows[score], 1 - KEPT))
+    return best(among.rows[score].to_numpy(float), among.truth, among.predicted, among.weight)
 
 
-def reached(table, score, protocol, threshold):
-    """What `choose` makes as large as it can: the weighted F1 of a threshold on the validation rows of a table.
-
-    Gives it and the number of these rows.
-    """
-    rows, weight = _validation(table, protocol)
-    predicted = apply(rows[score], rows["predicted"], threshold)
-    weights = np.where(rows["truth"] == OTHER, weight, 1.0)
-    return metrics_of_labels(rows["truth"], predicted, weights)["f1_weighted"], len(rows)
-
-
-def _validation(table, protocol):
-    """The validation rows that a protocol sees, and for how many each of those with truth OTHER counts."""
-    rows = table[(table["side"] == "validation") & table["role"].isin(ROLES[protocol])]
-    known = (rows["role"] == "known").sum()
-    weight = known / (len(rows) - known) if protocol == "blind" and 0 < known < len(rows) else 1.0
-    return rows, weight
+def reached(among, score, threshold):
+    """What `chosen` makes as large as it can: the weighted F1 of a threshold on the rows, and how many these are."""
+    predicted = apply(among.rows[score], among.predicted, threshold)
+    weights = np.where(among.truth == OTHER, among.weight, 1.0)
+    return metrics_of_labels(among.truth, predicted, weights)["f1_weighted"], len(among.rows)
 
 
 def best(scores, truth, predicted, weight=1.0):

@@ -87,6 +87,9 @@ def minimize(loss, weights, batches, inputs, settings, validate=None):
     import jax  # predictions do without it
     import optax
 
+    from core.compiled import keep_compiled
+
+    keep_compiled()
     patience, checkpoint = settings.patience, settings.checkpoint
 
     @jax.jit
@@ -104,13 +107,18 @@ def minimize(loss, weights, batches, inputs, settings, validate=None):
         batches.random.bit_generator.state = notes["random"]
         print(f"goes on after epoch {len(notes['rows'])}, from {checkpoint.path}")
     rows, before, begin = notes["rows"], notes["seconds"], time.perf_counter()
-    bar = tqdm(total=settings.epochs, initial=len(rows), unit="epoch", desc="training", leave=False)
+    much = {"total": settings.epochs, "initial": len(rows), "unit": "epoch"}
+    bar = tqdm(**much, desc="training", leave=False, mininterval=5, miniters=0)
+    said = "first epoch"
+    bar.set_postfix_str("compiling")
     while len(rows) < settings.epochs and (patience is None or notes["waited"] < patience):
         results, sizes = [], []
         for batch in batches.epoch():
             now["weights"], now["state"], result = step(now["weights"], now["state"], *inputs(batch))
             results.append(result)
             sizes.append(len(batch))
+            bar.set_postfix_str(f"{said}, batch {len(sizes)} of {batches.count}", refresh=False)
+            bar.update(0)  # is written where the last line is old enough
         costs, right, of_class = np.array(results, float).T
         cost, accuracy = np.average(costs, weights=sizes), right.sum() / max(of_class.sum(), 1)
         if not np.isfinite(cost):
@@ -126,7 +134,8 @@ def minimize(loss, weights, batches, inputs, settings, validate=None):
         notes["waited"] = 0 if better else notes["waited"] + 1
         if better:
             notes["least"], now["best"] = validation_loss, now["weights"]
-        bar.set_postfix_str(f"loss {cost:.4g}, validation accuracy {validation_accuracy:.4f}")
+        said = f"loss {cost:.4g}, validation accuracy {validation_accuracy:.4f}"
+        bar.set_postfix_str(said)
         bar.update()
         if checkpoint is not None:
             checkpoint.write(jax.tree.leaves(now), notes | {"random": batches.random.bit_generator.state})

@@ -9,6 +9,7 @@ import numpy as np
 
 from core import sweep
 from core.errors import InputError
+from core.words import counted
 from mesh import symmetry, topology
 from mesh.arrange import first_crossing
 from mesh.distance import samples
@@ -253,8 +254,7 @@ def write(path, settings, measures_path, source_path, mesh_paths):
     source = load(path, **settings, to_solve=True)
     write_ply(source_path, source.vertices, source.triangles)
     meshes, measures = build_bands(source, path, **settings)
-    repairs = [f"{count} {key.replace('_', ' ')}" for key, count in measures["repairs"].items() if count]
-    print(f"repairs: {', '.join(repairs) or 'none'}")
+    print(f"repairs: {counted(measures['repairs']) or 'none'}")
     for made, mesh_path, band in zip(meshes, mesh_paths, measures["bands"], strict=True):
         write_ply(mesh_path, *made)
         print(

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from core.errors import InputError
+from core.sweep import C0
 from mesh import cad_kernel, topology
 from mesh.formats import read_obj, read_off, read_stl, triangulated
 from mesh.ply import read_ply
@@ -115,7 +116,8 @@ def check_size(vertices, target, wavelength, name):
             f"{name} is {size:.4g} m long but {far:.4g} m from the origin, which is too far for its numbers to "
             "describe it. Move it to the origin, which the radar's angles and phase refer to."
         )
-    text = f"{size:.4g} m ({size / wavelength:.4g} wavelengths at the centre frequency)"
+    gigahertz = C0 / wavelength / 1e9
+    text = f"{size:.4g} m ({size / wavelength:.4g} wavelengths at the centre frequency, {gigahertz:.4g} GHz)"
     stated, length = states_unit(name), target.get("length")
     likely = "" if stated else _likely_unit(size, target, USUAL * wavelength, AROUND)
     if length is not None and abs(size - length) > LENGTH_TOLERANCE * length:
@@ -131,7 +133,7 @@ def check_size(vertices, target, wavelength, name):
         )
     if ("length" if stated else "unit") not in target and not SMALLEST <= size / wavelength <= LARGEST:
         right = "If it is right, state the target's 'length' (m)"
-        remedy = right if stated else "State the target's 'unit' (m, cm, mm or in)"
+        remedy = right if stated else "State the target's 'unit' (m, cm, mm or in), or mend the radar's frequency"
         raise InputError(
             f"{name} would be {text} long, which is too {'long' if size > wavelength else 'short'} to be meant"
             f"{likely or '; its unit may be mistaken.'} {remedy}."

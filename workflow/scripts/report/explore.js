@@ -17,7 +17,9 @@ page.live.explore = (data) => {
       const { scale, samples } = shown.field;
       shown.samples = Float32Array.from(imaging.numbers(Int16Array, samples), (n) => n * scale);
       if (shown.mesh) {
-        shown.mesh.corners = imaging.numbers(shown.mesh.wide ? Uint32Array : Uint16Array, shown.mesh.triangles);
+        let last = 0;
+        const steps = imaging.numbers(shown.mesh.wide ? Int32Array : Int16Array, shown.mesh.triangles);
+        shown.mesh.corners = Uint32Array.from(steps, (step) => (last += step));
         shown.mesh.points = Float32Array.from(imaging.numbers(Int16Array, shown.mesh.vertices), (n) => n * shown.mesh.scale);
       }
     }

@@ -6,13 +6,37 @@ const page = (() => {
     one.dataset.file.split(" ").map((path) => [path, one])));
   const root = document.documentElement, live = {};
 
-  // The content of a file that the page holds, as bytes.
-  async function bytes(path) {
-    const packed = Uint8Array.from(atob(files.get(path).textContent), (letter) => letter.charCodeAt(0));
-    const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
-    return new Uint8Array(await new Response(stream).arrayBuffer());
+  // Base 85 as Python writes it: five letters are four bytes.
+  const LETTERS = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz!#$%&()*+-;<=>?@^_`{|}~";
+  const values = new Uint8Array(128);
+  [...LETTERS].forEach((letter, value) => (values[letter.charCodeAt(0)] = value));
+  function decoded(letters) {
+    const bytes = new DataView(new ArrayBuffer(4 * Math.ceil(letters.length / 5))), full = letters.padEnd(letters.length + 4, "~");
+    for (let from = 0; from < letters.length; from += 5) {
+      let number = 0;
+      for (let k = from; k < from + 5; k++) number = 85 * number + values[full.charCodeAt(k)];
+      bytes.setUint32((4 * from) / 5, number);
+    }
+    return bytes.buffer.slice(0, Math.floor((4 * letters.length) / 5));
   }
-  const text = async (path) => new TextDecoder().decode(await bytes(path));
+  async function unpacked(path) {
+    const stream = new Blob([decoded(files.get(path).textContent)]).stream().pipeThrough(new DecompressionStream("gzip"));
+    return new Response(stream).text();
+  }
+
+  // The content of a file that the page holds: tables are put together from columns, figures with the letters that all share.
+  let glyphs = null;
+  async function text(path) {
+    const held = await unpacked(path);
+    if (path.endsWith(".svg")) {
+      glyphs ||= unpacked("glyphs.json").then(JSON.parse);
+      const drawn = await glyphs;
+      return held.replace(/<path id="([^"]*)"\/>/g, (_, id) => drawn[id]);
+    }
+    if (!held.includes("\x1e")) return held;
+    const [first, ...others] = held.split("\x1e").map((column) => column.split("\n"));
+    return `${first.map((field, row) => [field, ...others.map((column) => column[row])].join(",")).join("\n")}\n`;
+  }
 
   // Ink, paper, grid and the darkest colours of curves, light and dark.
   const TURNED = {
@@ -146,7 +170,7 @@ const page = (() => {
     }
     event.preventDefault();
     const type = path.endsWith(".svg") ? "image/svg+xml" : "text/csv";
-    const url = URL.createObjectURL(new Blob([await bytes(path)], { type }));
+    const url = URL.createObjectURL(new Blob([await text(path)], { type }));
     Object.assign(document.createElement("a"), { href: url, download: path.split("/").pop() }).click();
     setTimeout(() => URL.revokeObjectURL(url), 10_000);
   });
@@ -175,7 +199,7 @@ const page = (() => {
     arrive();
   });
 
-  return { byId, live, ink, bytes, showAll: () => Promise.all(images.map(show)) };
+  return { byId, live, ink, text, showAll: () => Promise.all(images.map(show)) };
 })();
 
 // Steps of 1, 2 or 5 times a power of ten, about `count` of them.

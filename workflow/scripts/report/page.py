@@ -23,7 +23,7 @@ from report import (
     section_times,
     section_tried,
 )
-from report.embed import packed, packed_json
+from report.embed import embedded
 from report.glossary import GLOSSARY
 from report.layout import style
 from report.results import Results
@@ -68,8 +68,7 @@ def write_page(title, name, shown, page, figures, tables):
     print(f"writing {len(sections)} sections, {len(drawn)} figures and {len(listed)} tables")
     files = _files(drawn, listed)
     _write_files(files, Path(figures), Path(tables))
-    data = _packed_once(files)
-    data |= {f"{key}.json": packed_json(live) for key, live in shown.pop("live").items()}
+    data = {paths: Markup(text) for paths, text in embedded(files, shown.pop("live")).items()}
     html = _environment().get_template("template.html").render(title=title, name=name, data=data, **shown)
     # Last: whoever finds the page finds its files too.
     Path(page).parent.mkdir(parents=True, exist_ok=True)
@@ -154,14 +153,6 @@ def _files(drawn, listed):
 def _csv(part):
     """The numbers of a figure or table; scores with six decimals, as all of theirs are half of the page."""
     return part.data.round(dict.fromkeys(("value", "low", "high"), 6)).to_csv(index=False)
-
-
-def _packed_once(files):
-    """Every content packed, by the paths that it has, with blanks between: many a figure shows what its table lists."""
-    paths = {}
-    for path, content in files.items():
-        paths.setdefault(content, []).append(path)
-    return {" ".join(same): packed(content) for content, same in paths.items()}
 
 
 def _write_files(files, figures, tables):

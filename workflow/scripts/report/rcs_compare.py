@@ -48,11 +48,14 @@ def _read_csv(path, needed):
     except (ValueError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: not a CSV file ({error}).") from None
     for name in (name for name in ("rcs_dbsm", *WANTED) if name in frame):
-        numbers = pd.to_numeric(frame[name], errors="coerce")
-        if not np.isfinite(numbers).all():
-            line = int(np.flatnonzero(~np.isfinite(numbers))[0])
+        numbers = pd.to_numeric(frame[name], errors="coerce").astype(float)
+        # A level may be missing, or that of no field at all: such a sample is left out.
+        bare = (frame[name].isna() | (numbers == -np.inf)) if name == "rcs_dbsm" else False
+        wrong = ~np.isfinite(numbers) & np.logical_not(bare)
+        if wrong.any():
+            line = int(np.flatnonzero(wrong)[0])
             raise InputError(f"{path}: row {line + 1} has no finite number in column {name}.")
-        frame[name] = numbers.astype(float)
+        frame[name] = numbers.where(np.isfinite(numbers))
     return frame
 
 
@@ -77,13 +80,31 @@ def compare(reference, dataset, reach):
             computed[rows] = _values(one, elevation, azimuth, reach)
     given["computed_dbsm"] = computed
     given["difference_db"] = computed - given["rcs_dbsm"]
-    found = given.dropna(subset="computed_dbsm").reset_index(drop=True)
+    found = given.dropna(subset="difference_db").reset_index(drop=True)
     if found.empty:
         raise InputError(
-            f"{name}: none of its {len(given)} samples has a frequency, direction and polarization of the run."
+            f"{name}: none of its {len(given)} samples has a level, and a frequency, direction and polarization of the "
+            f"run.{_apart(given, values)}"
         )
     found.attrs["left_out"] = len(given) - len(found)
     return found
+
+
+def _apart(given, values):
+    """Why a run with these `values` has none of the samples: of each column that shares none, what both have."""
+    said = []
+    for column, mine in values.items():
+        theirs = np.unique(given[column])
+        if column == "azimuth_deg":
+            theirs, mine = theirs % 360, mine % 360
+        if column == "polarization":
+            shared, both = set(theirs) & set(mine), [", ".join(names) for names in (theirs, mine)]
+        else:
+            shared = theirs[(theirs >= min(mine)) & (theirs <= max(mine))].size
+            both = [f"{min(numbers):.10g} to {max(numbers):.10g}" for numbers in (theirs, mine)]
+        if not shared:
+            said.append(f" Its {column}: {both[0]}; the run's: {both[1]}.")
+    return "".join(said)
 
 
 def _at(dataset, polarization, frequency, elevation=None):
@@ -124,7 +145,7 @@ def sentence(target, compared, reference):
     difference = compared["difference_db"]
     worst = compared.loc[difference.abs().idxmax()]
     left = compared.attrs["left_out"]
-    beside = f" {left} more have no frequency, direction or polarization of this run." if left else ""
+    beside = f" {left} more have no level, or no frequency, direction or polarization of this run." if left else ""
     return (
         f"{target} beside {name}: over {len(compared)} samples the mean difference without its sign is "
         f"{difference.abs().mean():.2f} dB, the worst {difference[worst.name]:+.2f} dB, at "

@@ -99,6 +99,8 @@ def cut(dataset, reach, most):
             elif across == "azimuth" and closes_circle(x):
                 highest = order_told(one)
                 smooth = highest is not None
+            elif across == "direction" and label == ALONG and closes_circle(x):
+                drawn, y = np.append(x, x[0] + 360), np.append(y, y[0])
             if smooth:
                 span = 360.0 if closes_circle(x) else x[-1] - x[0]
                 drawn = np.linspace(x[0], x[0] + span, int(POINTS * (2 * highest + 1) * span / 360) + 2)

@@ -5,6 +5,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.colors import Normalize
 
+from core.words import counted
 from mesh import topology
 from report import draw_mesh
 from report.layout import BLACK, PALETTE, Section, canvas, duration, figure, signed, table
@@ -220,8 +221,7 @@ def source_table(results):
         )
 
     def repairs(row):
-        made = results.meshes[row["target"]]["repairs"]
-        return ", ".join(f"{count:,} {key.replace('_', ' ')}" for key, count in made.items() if count) or "none"
+        return counted(results.meshes[row["target"]]["repairs"]) or "none"
 
     shown = {
         "target": "{target}",

@@ -8,7 +8,7 @@ import pandas as pd
 from core.folders import SCORES
 from learning.paired import differences
 from report import layout, plots
-from report.vocabulary import F1, heading, split_text, title
+from report.vocabulary import F1, heading, snr_axis, split_text, title
 
 PROTOCOL = "blind"  # of the thresholds that the page shows; the table beside it has the others, too
 GROUP = ["experiment", "split", "threshold"]  # a section of the page each
@@ -35,8 +35,9 @@ def write_comparison(roots, definition, seed, page, table, over_seeds=None):
     every = pd.concat([rows.assign(run=name) for name, rows in scores.items()], ignore_index=True)
     every = every[[tuple(method) in shared for method in every[GROUP + METHOD].to_numpy()]]
     with layout.style():
-        sections = [_section(key, rows, found, list(roots)) for key, rows in every.groupby(GROUP, sort=True)]
-        seeds = _over_seeds(_rows(over_seeds, definition, best)) if over_seeds else []
+        axis = snr_axis(definition)
+        sections = [_section(key, rows, found, list(roots), axis) for key, rows in every.groupby(GROUP, sort=True)]
+        seeds = _over_seeds(_rows(over_seeds, definition, best), axis) if over_seeds else []
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(TEMPLATES),
         autoescape=True,
@@ -67,8 +68,11 @@ def _rows(scores, definition, best):
     return rows[rows["score"] == wanted]
 
 
-def _section(key, rows, found, runs):
-    """What the template shows of a group: its title, figure and table. rows: of all runs; found: the differences."""
+def _section(key, rows, found, runs, axis):
+    """What the template shows of a group: its title, figure and table. rows: of all runs; found: the differences.
+
+    axis: what the axis of SNRs is called.
+    """
     for name, value in zip(GROUP, key, strict=True):
         found = found[found[name] == value]
     found = found[found["metric"] == F1]
@@ -90,7 +94,7 @@ def _section(key, rows, found, runs):
                 below.errorbar(snrs, values, ends, color=colors[run], marker="o", capsize=2)
                 listed.append(_row(method, run, differs))
         below.axhline(0, color=colors[runs[0]], lw=0.8)
-    plots.finish(drawing, grid, "test SNR [dB]")
+    plots.finish(drawing, grid, axis)
     for row in range(2 * bands):
         grid[row, 0].set_ylabel(f"minus {runs[0]}" if row % 2 else "weighted F1")
     alt = f"Weighted F1 of {', '.join(runs)} against the test SNR, and how they differ from {runs[0]}."
@@ -110,14 +114,14 @@ def _row(method, run, differs):
     }
 
 
-def _over_seeds(rows):
+def _over_seeds(rows, axis):
     """Sections of the scores over seeds, a mean with its interval for each method."""
     parts = []
     for key, group in rows.groupby(GROUP, sort=True):
         drawing, grid = plots.panels(1, 1, WIDTH * 2, HEIGHT)
         for color, (method, own) in zip(layout.PALETTE * 9, group.groupby(METHOD, sort=True), strict=False):
             plots.draw_curve(grid[0, 0], own, color, "o", label=_name(method))
-        plots.finish(drawing, grid, "test SNR [dB]", "weighted F1, mean over seeds")
+        plots.finish(drawing, grid, axis, "weighted F1, mean over seeds")
         listed = [
             {"method": _name(method)} | {f"{row.test_snr_db:g} dB": _with_interval(row) for row in own.itertuples()}
             for method, own in group.groupby(METHOD, sort=True)

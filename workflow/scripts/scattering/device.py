@@ -5,10 +5,7 @@ single precision, must fit into it.
 """
 
 import ctypes
-import os
-import tempfile
 from functools import partial
-from pathlib import Path
 
 import jax
 import jax.numpy as jnp
@@ -17,17 +14,6 @@ import numpy as np
 
 from core.errors import InputError
 from scattering.factorization import GeneralMatrix, SymmetricMatrix
-
-
-def keep_compiled():
-    """Let the next job load what this one compiles: two or three seconds of a job's start. Returns the device."""
-    # Compiled for this machine's processor, so kept on this machine, where nobody else may write.
-    folder = Path(tempfile.gettempdir()) / f"isarflow-{os.getuid()}-compiled"
-    folder.mkdir(mode=0o700, exist_ok=True)
-    if folder.stat().st_uid == os.getuid():
-        jax.config.update("jax_compilation_cache_dir", str(folder))
-        jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.1)
-    return jax.devices()[0].device_kind
 
 
 def give_back():

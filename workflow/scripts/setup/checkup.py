@@ -4,6 +4,7 @@ import numpy as np
 
 from core import sweep
 from core.errors import InputError
+from core.words import counted
 from mesh import symmetry, topology
 from mesh.build import ASYMMETRY, load
 from mesh.ground import Ground
@@ -36,8 +37,7 @@ def checkup(config, name):
             cfie.check_mesh(source.vertices, source.triangles)
         except InputError as error:
             lines.append(f"  refused: {error}")
-    repairs = [f"{count} {key.replace('_', ' ')}" for key, count in source.repairs.items() if count]
-    lines.append(f"  repairs: {', '.join(repairs) or 'none needed'}")
+    lines.append(f"  repairs: {counted(source.repairs) or 'none needed'}")
     lines.append(_closed(source))
     size = source.measures
     lines += _thinnest(source, wanted_edges(config["mesh"], radar, size["box"])[-1])
@@ -52,6 +52,13 @@ def checkup(config, name):
     except InputError as error:
         lines.append(f"  refused: {error}")
     return lines
+
+
+def swept(config):
+    """What a config, or the defaults where it says nothing, asks of all targets: frequencies and edges, in a line."""
+    frequency, edges = sweep.frequencies(config["radar"]) / 1e9, config["mesh"]["edges_per_wavelength"]
+    span = f"{frequency[0]:g} to {frequency[-1]:g} GHz" if len(frequency) > 1 else f"{frequency[0]:g} GHz"
+    return f"by 'radar' {span}, by 'mesh' {edges:g} edges a wavelength at each band's top"
 
 
 def _sizes(surface, target):

@@ -33,7 +33,7 @@ class Solver:
         return planned(measures, planes, sweep, **self._settings(measures, planes, sweep))
 
     def solve(self, vertices, triangles, sweep, symmetry, threads, progress):
-        from scattering.device import keep_compiled
+        from core.compiled import keep_compiled
         from scattering.solve import solve
 
         measures = {"unknowns": topology.unknowns(triangles), "triangles": len(triangles)}
