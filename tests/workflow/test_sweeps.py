@@ -113,6 +113,33 @@ def test_a_reference_without_a_column_is_refused_before_any_work(tmp_path):
     load({"targets": {"*": None, "a": target}, "radar": radar, "aspect": aspect})
 
 
+@pytest.mark.parametrize(
+    ("frequency", "message"),
+    [
+        ("1", r"has none of the run's, 1e\+09 to 2e\+09 Hz\. They look like GHz"),
+        ("3e9", r"2e\+09 Hz\.$"),
+        ("2e9", None),
+    ],
+)
+def test_a_reference_at_other_frequencies_is_refused_before_any_work(tmp_path, frequency, message):
+    (tmp_path / "r.csv").write_text(f"# measured\nfrequency_hz,azimuth_deg,rcs_dbsm\n{frequency},0,0\nx,0,0\n")
+    target = {"mesh": "resources/cad/drone.stl", "role": "other", "reference": str(tmp_path / "r.csv")}
+    radar = {"frequencies": [1e9, 2e9], "polarizations": ["VV"]}
+    config = {"targets": {"*": None, "a": target}, "radar": radar, "aspect": {"elevation": [0], "azimuth": [0, 90]}}
+    if message is None:
+        load(config)
+        return
+    with pytest.raises(InputError, match=message):
+        load(config)
+
+
+def test_gigahertz_for_hertz_are_said(tmp_path):
+    with pytest.raises(InputError, match=r"radar.center_frequency': 2.2 is less than 1000000 Hz; did you mean 2.2e9\?"):
+        load({"radar": {"center_frequency": 2.2}})
+    with pytest.raises(InputError, match=r"1 is less than 1000000 Hz; did you mean 1e9\?"):
+        load({"radar": {"frequencies": [1, 2]}})
+
+
 def test_scale_comes_before_rotate_and_translate_last():
     moved = in_metres(
         np.array([[1.0, 0.0, 0.0]]), {"unit": "cm", "scale": 20, "rotate": [0, 0, 90], "translate": [1, 2, 3]}

@@ -19,7 +19,8 @@ def load_class(folder, kind, name, base=None):
     try:
         loaded = getattr(importlib.import_module(f"{folder.replace('/', '.')}.{kind}"), name)
     except ImportError as error:
-        raise InputError(f"{file} cannot be imported: {error}.") from None
+        hint = " `pip install -r envs/requirements-torch.txt` installs it." if error.name == "torch" else ""
+        raise InputError(f"{file} cannot be imported: {error}.{hint}") from None
     if base is not None and not issubclass(loaded, base):
         raise InputError(f"{file}: its class {name} must be one of {base.__module__}.{base.__qualname__}.")
     return loaded

@@ -124,7 +124,11 @@ def _fit(model, learned, held_out, keeps_snrs, who):
     Those of a class that the model does not have are left out: a capsule network has no class OTHER.
     """
     conformance.check_face(model, who)
-    model.fit(learned.images, learned.labels, held_out, learned.snrs if keeps_snrs else None, learned.views)
+    try:
+        model.fit(learned.images, learned.labels, held_out, learned.snrs if keeps_snrs else None, learned.views)
+    except Exception as error:
+        error.add_note(f"That was the fit of {who}, with the settings {dict(model.settings)}.")
+        raise
     conformance.check_fitted(model, learned.labels, held_out.images, who)
     of_class = np.isin(held_out.labels, model.classes_)
     return float(np.mean(model.predict(held_out.images[of_class]) == held_out.labels[of_class]))

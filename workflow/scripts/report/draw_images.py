@@ -5,7 +5,7 @@ import pandas as pd
 from scipy.ndimage import gaussian_filter
 
 from imaging.geometry import project
-from report.layout import figure
+from report.layout import ON_DARK, figure
 from report.plots import draw_pixels, finish, panels
 
 FLOOR_DB = -40
@@ -76,7 +76,7 @@ def gallery(name, target, images, surface, alt, caption):
         if surface is not None:
             shadow = outline(*surface, float(image.elevation), float(image.azimuth))
             axes.contour(*shadow, levels=[OUTLINE], colors="black", linewidths=1.8, alpha=0.6)
-            axes.contour(*shadow, levels=[OUTLINE], colors="white", linewidths=0.9)
+            axes.contour(*shadow, levels=[OUTLINE], colors=ON_DARK, linewidths=0.9)
         axes.set(xlim=edges(cross), ylim=edges(distance), title=title, xticks=[-tick, 0, tick])
         where = {"azimuth_deg": float(image.azimuth), "elevation_deg": float(image.elevation)}
         values = {"level_db": level.round(2)}

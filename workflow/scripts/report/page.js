@@ -51,10 +51,15 @@ const page = (() => {
     return svg.replace("<svg ", `<svg fill="${TURNED["#000000"]}" `).replace(/#[0-9a-f]{6}(?=[;"])/gi, ink);
   }
 
-  async function show(image) {
-    const shown = image.dataset.look, wanted = root.dataset.look;
-    if (shown === wanted) return;
-    image.dataset.look = wanted;
+  const drawing = new Map();
+  function show(image) {
+    if (image.dataset.look !== root.dataset.look) {
+      image.dataset.look = root.dataset.look;
+      drawing.set(image, draw(image));
+    }
+    return drawing.get(image);
+  }
+  async function draw(image) {
     const url = URL.createObjectURL(new Blob([turned(await text(image.dataset.file))], { type: "image/svg+xml" }));
     const old = image.src;
     image.src = url;
@@ -175,6 +180,20 @@ const page = (() => {
     setTimeout(() => URL.revokeObjectURL(url), 10_000);
   });
 
+  // On paper all is unfolded, drawn and light. What is drawn takes a while, for which a browser's own menu does not wait.
+  async function print() {
+    const look = root.dataset.look;
+    setLook("light");
+    foldAll(true);
+    await Promise.all(images.map(show));
+    window.print();
+    setLook(look);
+  }
+  addEventListener("keydown", (event) => {
+    if (!(event.ctrlKey || event.metaKey) || event.altKey || event.shiftKey || event.key.toLowerCase() !== "p") return;
+    event.preventDefault();
+    print();
+  });
   addEventListener("beforeprint", () => {
     foldAll(true);
     images.forEach(show);
@@ -191,6 +210,7 @@ const page = (() => {
     root.dataset.look = dark.matches ? "dark" : "light";
     dark.addEventListener("change", () => setLook(dark.matches ? "dark" : "light"));
     byId("look-of-page").addEventListener("click", () => setLook(isDark() ? "light" : "dark"));
+    byId("print").addEventListener("click", print);
     setLook(root.dataset.look);
     // What is hidden in a folded part is not seen until it unfolds.
     images.forEach((image) => eye.observe(image));

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from core.sweep import closes_circle, unit_vectors
-from report.layout import PALETTE, canvas, circle_ticks, figure
+from report.layout import BLUE, PALETTE, canvas, circle_ticks, figure
 from report.plots import draw_legend, panels
 from report.selection import evenly
 from scattering.interpolation import between, is_dense, order, order_told
@@ -19,6 +19,7 @@ FLOOR = 50  # dB below the largest: deep nulls would flatten the rest
 NAMED = 16  # single directions that an axis names each
 POINTS = 4  # drawn for each of the samples that a curve's bandwidth asks for
 LABELS = {"azimuth": "azimuth [°]", "elevation": "elevation [°]", "frequency": "frequency [GHz]"}
+NONE = -199.9  # dBsm: no field at all
 ALONG, NUMBER = "angle along the directions [°]", "number of the direction"
 
 
@@ -99,12 +100,12 @@ def cut(dataset, reach, most):
             elif across == "azimuth" and closes_circle(x):
                 highest = order_told(one)
                 smooth = highest is not None
-            elif across == "direction" and label == ALONG and closes_circle(x):
-                drawn, y = np.append(x, x[0] + 360), np.append(y, y[0])
             if smooth:
                 span = 360.0 if closes_circle(x) else x[-1] - x[0]
                 drawn = np.linspace(x[0], x[0] + span, int(POINTS * (2 * highest + 1) * span / 360) + 2)
                 y = rcs_dbsm(between(x, one, highest, drawn))
+            elif label in (ALONG, LABELS["azimuth"]) and closes_circle(x):
+                drawn, y = np.append(x, x[0] + 360), np.append(y, y[0])
             text = "" if value is None else _gigahertz(value) if other == "frequency" else f"{other} {value:g}°"
             curves.append(Curve(polarization, text, x, rcs_dbsm(one), drawn, y, smooth))
     frame = field.to_dataframe().reset_index()
@@ -193,10 +194,17 @@ def _words(target, dataset, across, frame, curves, joined=True):
     alt = f"RCS of {target} against {across}{at}, from {frame['rcs_dbsm'].min():.0f} to {peak['rcs_dbsm']:.0f} dBsm."
     caption = (
         f"{target}: {kind} RCS{at}. The largest is {peak['rcs_dbsm']:.1f} dBsm, at {where}azimuth "
-        f"{peak['azimuth']:.1f}°, elevation {peak['elevation']:.1f}°; the median is "
-        f"{frame['rcs_dbsm'].median():.1f} dBsm.{''.join(chosen)}{_how(across, curves) if joined else ''}"
+        f"{peak['azimuth']:.1f}°, elevation {peak['elevation']:.1f}°, {peak['polarization']}; the median is "
+        f"{_medians(frame)}.{''.join(chosen)}{_how(across, curves) if joined else ''}"
     )
     return alt, caption
+
+
+def _medians(frame):
+    """The median of each polarization in words; where there is no field at all, by symmetry, it is said."""
+    medians = frame.groupby("polarization", sort=False)["rcs_dbsm"].median()
+    texts = {name: "no field" if median <= NONE else f"{median:.1f} dBsm" for name, median in medians.items()}
+    return ", ".join(f"{text} in {name}" for name, text in texts.items())
 
 
 def map_figure(target, dataset):
@@ -294,7 +302,8 @@ def _lowest(levels):
 
 
 def _colors(count):
-    return matplotlib.colormaps["viridis"](np.linspace(0, 0.8, count))
+    # Neither end of the map: both looks of the page have to show them.
+    return matplotlib.colormaps["viridis"](np.linspace(0.3, 0.8, count)) if count > 1 else [BLUE]
 
 
 def _how(across, curves):

@@ -117,6 +117,14 @@ def _judged(results, run, model, snr):
     return shown, score
 
 
+def _own_side(data, known):
+    """How many images of each of two known targets are more like its own training images than the other's, in words."""
+    nearest = data[[f"like_{name}" for name in known]].idxmax(axis=1).str.removeprefix("like_")
+    right = (nearest == data["target"]).groupby([data["target"], data["images"]], sort=False).mean()
+    shares = {name: " and ".join(f"{share:.0%} ({words})" for words, share in right[name].items()) for name in known}
+    return ", ".join(f"of {name} {words}" for name, words in shares.items())
+
+
 def map_figure(results):
     """Every test image by how much it is like the training images of the known targets: without noise and with it.
 
@@ -158,7 +166,7 @@ def map_figure(results):
         if len(known) == 2:
             axes.axline((0.5, 0.5), slope=1, color=GREY, lw=0.8, ls=":")
     finish(drawing, grid, labels[0], labels[1])
-    sides = " Known targets lie on their own side of the dotted line." if len(known) == 2 else ""
+    sides = f" On its own side of the dotted line lies {_own_side(data, known)}." if len(known) == 2 else ""
     apart = "lie apart from both, towards the lower left" if sides else "lie apart from all"
     caption = (
         f"Every test image of {run_title(results.runs[run], fold=True)} by its largest ZNCC with the training images "

@@ -61,8 +61,8 @@ def facts(results):
 
 
 def _tested(settings):
-    tested = settings["learning"]["realizations"]
-    return "" if tested == "all" else f", of which {tested} tested"
+    tested, every = settings["learning"]["realizations"], settings["noise"]["realizations"]
+    return "" if tested == "all" or tested >= every else f", of which {tested} tested"
 
 
 def _splits(results):

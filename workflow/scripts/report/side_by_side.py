@@ -1,5 +1,6 @@
 """The page of several runs side by side: their scores over each other, and how they differ on the same test images."""
 
+import textwrap
 from pathlib import Path
 
 import jinja2
@@ -14,6 +15,7 @@ PROTOCOL = "blind"  # of the thresholds that the page shows; the table beside it
 GROUP = ["experiment", "split", "threshold"]  # a section of the page each
 METHOD = ["model", "training", "score"]  # a panel each
 COLUMNS, WIDTH, HEIGHT = 3, 2.7, 3.3  # panels in a row; inches of one
+TITLE = 34  # letters in a line of its title
 TEMPLATES = Path(__file__).parent / "templates"
 
 
@@ -84,8 +86,8 @@ def _section(key, rows, found, runs, axis):
     for number, method in enumerate(methods):
         row, column = divmod(number, columns)
         above, below = grid[2 * row, column], grid[2 * row + 1, column]
-        above.set_title(_name(method))
-        for run in runs:
+        above.set_title(textwrap.fill(_name(method), TITLE))
+        for run in (run for run in runs if len(_of(rows, method, run))):
             plots.draw_curve(above, _of(rows, method, run), colors[run], "o", label=run)
             differs = _of(found, method, run).sort_values("test_snr_db")
             if len(differs):

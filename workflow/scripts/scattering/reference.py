@@ -1,5 +1,6 @@
 """The columns of a user's CSV of RCS, what `targets.<target>.reference` may name. Light to import."""
 
+import contextlib
 import csv
 from pathlib import Path
 
@@ -17,6 +18,23 @@ def several(frequency, elevation, azimuth, polarization):
     """The columns, by names, that a CSV needs beside a run with these values: those in which it has several."""
     values = zip((*WANTED, "polarization"), (frequency, elevation, azimuth, polarization), strict=True)
     return [name for name, mine in values if len(set(mine)) > 1]
+
+
+def check_frequencies(path, frequency):
+    """Raise InputError for a CSV whose `frequency_hz` has none between the first and the last of the run's (Hz)."""
+    with open(path, encoding="utf-8-sig", newline="") as file:
+        lines = (line for line in (line.partition("#")[0] for line in file) if line.strip())
+        found = []
+        for row in csv.DictReader(lines, skipinitialspace=True):
+            with contextlib.suppress(TypeError, ValueError):  # said with its row when it is read
+                found.append(float(row.get("frequency_hz")))
+    first, last = frequency[0] * (1 - 1e-6), frequency[-1] * (1 + 1e-6)
+    if found and not any(first <= one <= last for one in found):
+        hint = " They look like GHz." if any(first <= 1e9 * one <= last for one in found) else ""
+        raise InputError(
+            f"{path}: its frequency_hz, {min(found):g} to {max(found):g}, has none of the run's, {frequency[0]:g} to "
+            f"{frequency[-1]:g} Hz.{hint}"
+        )
 
 
 def check_columns(path, needed):

@@ -20,7 +20,7 @@ from learning.split import Division, split
 from learning.split import check as check_sides
 from mesh import cad_kernel
 from scattering import field_files, needs
-from scattering.reference import check_columns, is_csv, several
+from scattering.reference import check_columns, check_frequencies, is_csv, several
 from setup import sweeps
 from setup.kinds import MODELS, SECTIONS, check_kind, kind, settings_of
 from setup.schema import check_schema, near, schema
@@ -146,6 +146,7 @@ def _of_reference(key, reference, config):
             (swept,) = sweep.sweeps(config["radar"], config["aspect"], 1)
             try:
                 check_columns(path, several(swept.frequency, swept.elevation, swept.azimuth, swept.polarizations))
+                check_frequencies(path, swept.frequency)
             except InputError as error:
                 yield f"{key}: {error}"
 

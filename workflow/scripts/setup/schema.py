@@ -132,6 +132,8 @@ def _message(error, rules, above=()):
         problem = f"{shown(repeated(value))} stands twice in the list"
     elif validator in BOUNDS:
         problem = f"{shown(value)} {BOUNDS[validator].format(error.validator_value)}"
+        if parts[0] == "radar" and validator == "minimum" and 0 < value < error.validator_value <= 1e9 * value:
+            problem += f" Hz; did you mean {value:g}e9?"
     elif validator not in ("oneOf", "not", "pattern"):
         problem = error.message
     where = f"config key '{path}'" if path else "config"
