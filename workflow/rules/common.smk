@@ -5,6 +5,7 @@ import json
 import os
 import re
 import sys
+import time
 from errno import ENOENT
 from math import ceil
 

@@ -66,6 +66,7 @@ rule check:
     params:
         settings=section(config, "aspect", "mesh", "radar", "scattering", "targets"),
         targets=sorted(MESHED),
+        asked=time.time(),  # another one every time: who asks again wants to read it again
     message:
         "check: look at the CAD files of {params.targets} ({output})"
     script:
