@@ -186,6 +186,21 @@ def test_an_estimator_without_probabilities_gives_its_decision_function(own, sto
     np.testing.assert_allclose(table["known_max_logit"], table[["score_dart", "score_disc"]].max(axis=1))
 
 
+def test_an_estimator_that_is_no_classifier_is_refused(own):
+    code = example("RandomForest").replace("sklearn.ensemble", "sklearn.svm")
+    code = re.sub(r"RandomForestClassifier\(.*\)", "OneClassSVM()", code).replace(
+        "RandomForestClassifier", "OneClassSVM"
+    )
+    with pytest.raises(InputError, match=r"its estimator, OneClassSVM, is none of scikit-learn's classifiers"):
+        own(code)
+
+
+def test_what_goes_wrong_within_a_fit_names_the_model_and_its_settings(own):
+    with pytest.raises(ZeroDivisionError) as error:
+        own(PLAIN.replace(LEARNED, "        1 / 0\n" + LEARNED))
+    assert re.search("fit of .*models/mine.py.*with the settings {", error.value.__notes__[0])
+
+
 ADAPTERS = {"scikit_learn import ScikitLearn": "estimator", "pytorch import PyTorch": "network"}
 
 
@@ -216,6 +231,14 @@ def test_the_pytorch_network_of_the_docs_learns_and_is_kept(own, stores, tmp_pat
     first = digest(folder)
     shutil.rmtree(folder)
     assert digest(own(example("Conv2d"), settings=settings)) == first  # the same config, the same bytes
+
+
+def test_a_last_batch_of_one_image_is_left_out(own):
+    pytest.importorskip("torch", reason="PyTorch is not installed")
+    code = example("Conv2d").replace("torch.nn.ReLU()", "torch.nn.BatchNorm2d(self.settings['width'])", 1)
+    assert "BatchNorm2d" in code
+    for batch in (2, 3, 4, 5, 7):  # one of them leaves one over
+        own(code, settings={"kind": "mine", "width": 4, "epochs": 1, "batch": batch, "learning_rate": 0.01})
 
 
 def test_integers_and_text_are_kept_too(own):

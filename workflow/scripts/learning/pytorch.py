@@ -59,7 +59,9 @@ class PyTorch(Classifier):
         rows, best, since, begin = [], None, 0, time.perf_counter()
         for epoch in range(1, self.settings["epochs"] + 1):
             self.net.train()
-            seen = [self._step(optimizer, x[batch], y[batch]) for batch in map(torch.from_numpy, batches.epoch())]
+            # A last batch of one image is left out: batch normalization cannot learn from one.
+            every = [batch for batch in map(torch.from_numpy, batches.epoch()) if len(batch) > 1 or len(x) == 1]
+            seen = [self._step(optimizer, x[batch], y[batch]) for batch in every]
             count, loss, right = np.sum(seen, axis=0)
             held = _measured(self._logits(held_out[0]), held_out[1]) if held_out else (np.nan, np.nan)
             rows.append([epoch, time.perf_counter() - begin, loss / count, right / count, *held, rate])

@@ -2,6 +2,7 @@
 
 import joblib
 import numpy as np
+from sklearn.base import is_classifier
 
 from core.errors import InputError
 from learning import confidence
@@ -28,7 +29,12 @@ class ScikitLearn(Classifier):
         return np.abs(images).reshape(len(images), -1)
 
     def fit(self, images, labels, validation=None, snrs=None, views=None):
-        self.fitted = self.estimator().fit(self.features(images), labels)
+        estimator = self.estimator()
+        if not is_classifier(estimator):
+            raise InputError(
+                f"{self.__module__}: its estimator, {type(estimator).__name__}, is none of scikit-learn's classifiers."
+            )
+        self.fitted = estimator.fit(self.features(images), labels)
         self.classes_ = np.asarray(self.fitted.classes_)
         return self
 

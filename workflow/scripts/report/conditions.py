@@ -57,5 +57,10 @@ def _split(results, split, rows):
     count = results.settings["learning"]["split"]["folds"]
     experiments = sorted(rows[rows["split"] == split]["experiment"].unique())
     tested = {title(name): results.folds[name] for name in experiments if len(results.folds[name]) < count}
-    partial = [f"of {name} only fold {' and '.join(map(str, folds))}" for name, folds in tested.items()]
+    partial = [f"of {name} only {_numbers(folds)}" for name, folds in tested.items()]
     return f"{split_text(split)} ({count} folds{''.join(f'; {words}' for words in partial)})"
+
+
+def _numbers(folds):
+    *most, last = map(str, folds)
+    return f"folds {', '.join(most)} and {last}" if most else f"fold {last}"

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pandas as pd
+from matplotlib.ticker import MaxNLocator
 
 from core.errors import InputError
 from core.sweep import snr_label
@@ -222,6 +223,7 @@ def response_figure(dataset, scattering, imaging):
         for axes, (name, (_, colors, low, high, _)) in zip(row, RESPONSE.items(), strict=True):
             extent = (*edges(cross), *edges(down))
             picture = draw_pixels(axes, response[name], extent, cmap=colors, vmin=low, vmax=high)
+            axes.xaxis.set_major_locator(MaxNLocator(4))
             drawing.colorbar(picture, ax=axes, shrink=0.85, extend="both" if name == "ghost_db" else "max")
         row[0].set_ylabel(f"{way}\nrange [m]")
         values = {column: response[name] for name, (*_, column) in RESPONSE.items()}
