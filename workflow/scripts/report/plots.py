@@ -64,7 +64,7 @@ def draw_published(axes, rows, color):
     """Published statements as open markers. color: a mapping of their models to a colour, or one for all."""
     for row in rows.itertuples():
         edge = color[row.model] if isinstance(color, dict) else color
-        look = {"ms": 8, "mfc": "white", "mec": edge, "mew": 1.5, "zorder": 3}
+        look = {"ms": 8, "mfc": "white", "mec": edge, "mew": 1.5, "zorder": 3, "clip_on": False}
         axes.plot(row.snr_db, float(row.value), RELATIONS[row.relation][1], **look)
 
 
