@@ -164,11 +164,13 @@ def planned_solve(wildcards, input):
 def solve_threads(wildcards, input):
     """All cores for a solve, but one for each of many short ones: two side by side are faster than one after the other.
 
-    The field is the same, bit for bit.
+    The field is the same, bit for bit. On a cluster, where there are no cores to share, each has a node's.
     """
+    cores = None if workflow.remote_exec else workflow.resource_settings.cores
+    if not cores or len(MESHED) * len(BANDS) < 4 * cores:
+        return 16
     with contextlib.suppress(FileNotFoundError):  # asked again once the mesh is there
-        many = len(MESHED) * len(BANDS) >= 4 * (workflow.resource_settings.cores or 1)
-        return 1 if many and planned_solve(wildcards, input)["seconds"] < SHORT else 16
+        return 1 if planned_solve(wildcards, input)["seconds"] < SHORT else 16
     return 16
 
 
