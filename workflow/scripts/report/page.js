@@ -68,6 +68,7 @@ const page = (() => {
   }
 
   const images = [...document.querySelectorAll("img[data-file]")];
+  const showAll = () => Promise.all(images.map(show));
   const eye = new IntersectionObserver((entries) => {
     for (const { target, isIntersecting } of entries) {
       if (!isIntersecting) continue;
@@ -185,7 +186,7 @@ const page = (() => {
     const look = root.dataset.look;
     setLook("light");
     foldAll(true);
-    await Promise.all(images.map(show));
+    await showAll();
     window.print();
     setLook(look);
   }
@@ -196,7 +197,7 @@ const page = (() => {
   });
   addEventListener("beforeprint", () => {
     foldAll(true);
-    images.forEach(show);
+    showAll();
   });
   addEventListener("hashchange", arrive);
   let width = innerWidth;
@@ -219,7 +220,7 @@ const page = (() => {
     arrive();
   });
 
-  return { byId, live, ink, text, showAll: () => Promise.all(images.map(show)) };
+  return { byId, live, ink, text, showAll };
 })();
 
 // Steps of 1, 2 or 5 times a power of ten, about `count` of them.

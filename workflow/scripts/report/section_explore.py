@@ -14,6 +14,7 @@ from core.errors import InputError
 from core.sweep import closes_circle
 from imaging.geometry import imager_of, planned
 from imaging.imagers.fourier import wavenumber_grid, window
+from mesh import topology
 from report.draw_images import FLOOR_DB, decibels
 from report.selection import around, evenly, noise_snrs
 
@@ -30,8 +31,8 @@ def explorer(results):
     """A mapping that is written into the page as JSON.
 
     Fields are whole numbers, `scale` metres each, in the order (polarization, frequency, elevation, azimuth, real and
-    imaginary part). Vertices are whole numbers, too. Both are base64, as are the triangles'
-    corners, each less the one before.
+    imaginary part). Vertices are whole numbers, too. Both are base64, as are the triangles' corners, each
+    less the one before.
     """
     settings, first = results.settings, results.scattering(results.targets[0])
     frequency, azimuth = first.frequency.values, first.azimuth.values
@@ -131,10 +132,9 @@ def _mesh(results, name):
 
 def _in_line(vertices, triangles):
     """The same mesh numbered such that neighbours have near numbers: so its triangles take a third of the room."""
-    sides = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
-    sides = np.concatenate([sides, sides[:, ::-1]])
-    graph = coo_array((np.ones(len(sides)), sides.T), shape=(len(vertices), len(vertices))).tocsr()
-    order = reverse_cuthill_mckee(graph, symmetric_mode=True)
+    ends = topology.edges(triangles).ends
+    graph = coo_array((np.ones(len(ends)), ends.T), shape=(len(vertices), len(vertices))).tocsr()
+    order = reverse_cuthill_mckee(graph)
     triangles = np.argsort(order)[triangles]
     turn = (triangles.argmin(axis=1)[:, None] + np.arange(3)) % 3
     triangles = np.take_along_axis(triangles, turn, axis=1)

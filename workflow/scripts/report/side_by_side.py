@@ -87,8 +87,11 @@ def _section(key, rows, found, runs, axis):
         row, column = divmod(number, columns)
         above, below = grid[2 * row, column], grid[2 * row + 1, column]
         above.set_title(textwrap.fill(_name(method), TITLE))
-        for run in (run for run in runs if len(_of(rows, method, run))):
-            plots.draw_curve(above, _of(rows, method, run), colors[run], "o", label=run)
+        for run in runs:
+            own = _of(rows, method, run)
+            if not len(own):
+                continue
+            plots.draw_curve(above, own, colors[run], "o", label=run)
             differs = _of(found, method, run).sort_values("test_snr_db")
             if len(differs):
                 ends = differs["difference"] - differs["low"], differs["high"] - differs["difference"]

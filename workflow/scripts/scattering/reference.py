@@ -20,16 +20,22 @@ def several(frequency, elevation, azimuth, polarization):
     return [name for name, mine in values if len(set(mine)) > 1]
 
 
+def _lines(file):
+    """A file's lines without comments, but for those that are nothing else."""
+    return (line for line in (line.partition("#")[0] for line in file) if line.strip())
+
+
 def check_frequencies(path, frequency):
     """Raise InputError for a CSV whose `frequency_hz` has none between the first and the last of the run's (Hz)."""
+    first, last = frequency[0] * (1 - 1e-6), frequency[-1] * (1 + 1e-6)
     with open(path, encoding="utf-8-sig", newline="") as file:
-        lines = (line for line in (line.partition("#")[0] for line in file) if line.strip())
         found = []
-        for row in csv.DictReader(lines, skipinitialspace=True):
+        for row in csv.DictReader(_lines(file), skipinitialspace=True):
             with contextlib.suppress(TypeError, ValueError):  # said with its row when it is read
                 found.append(float(row.get("frequency_hz")))
-    first, last = frequency[0] * (1 - 1e-6), frequency[-1] * (1 + 1e-6)
-    if found and not any(first <= one <= last for one in found):
+            if found and first <= found[-1] <= last:
+                return  # most often the first row: this is read before every run
+    if found:
         hint = " They look like GHz." if any(first <= 1e9 * one <= last for one in found) else ""
         raise InputError(
             f"{path}: its frequency_hz, {min(found):g} to {max(found):g}, has none of the run's, {frequency[0]:g} to "
@@ -41,8 +47,7 @@ def check_columns(path, needed):
     """Raise InputError for a file that is no CSV, and for one without rcs_dbsm and the columns `needed`."""
     try:
         with open(path, encoding="utf-8-sig", newline="") as file:
-            lines = (line.partition("#")[0] for line in file)
-            there = next(csv.reader((line for line in lines if line.strip()), skipinitialspace=True), [])
+            there = next(csv.reader(_lines(file), skipinitialspace=True), [])
     except (csv.Error, UnicodeDecodeError) as error:
         raise InputError(f"{path}: not a CSV file ({error}).") from None
     missing = [name for name in ("rcs_dbsm", *needed) if name not in there]
