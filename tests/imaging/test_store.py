@@ -10,9 +10,9 @@ from imaging.noise import definition_offset
 from imaging.store import make_clean, make_noisy
 
 
-def noisy(store, name="noisy.zarr", target="drone", snr_db=6, **noise):
-    path = store.folder / name
-    make_noisy(store.path, path, store.imaging, target, snr_db, store.noise | noise)
+def noisy(store, name="noisy", target="drone", snr_db=6, **noise):
+    path = store.folder / name / f"snr_{snr_db}dB.zarr"
+    make_noisy(store.path, [path], store.imaging, target, store.noise | noise)
     return xr.open_zarr(path).load()
 
 
@@ -63,7 +63,7 @@ def test_every_image_states_its_own_snr(store):
     each = noisy(store)
     np.testing.assert_allclose(each.snr_peak_3db, 6, atol=1e-4)
     np.testing.assert_allclose(each.snr_mean, 6 - offset, atol=1e-4)
-    shared = noisy(store, "shared.zarr", definition="mean", per="sweep")
+    shared = noisy(store, definition="mean", per="sweep")
     np.testing.assert_allclose(shared.snr_peak_3db - shared.snr_mean, offset, atol=1e-4)
     power = 10 ** (shared.snr_mean / 10)  # over that of the noise, which is the same in all images of an elevation
     np.testing.assert_allclose(power.mean("azimuth"), 10**0.6, rtol=1e-4)
@@ -91,10 +91,17 @@ def test_strong_signal_hides_the_noise(store):
 
 
 def test_same_seed_same_bits(store):
-    assert same(noisy(store, "a.zarr"), noisy(store, "b.zarr"))
-    files = [sorted(p for p in (store.folder / n).rglob("*") if p.is_file()) for n in ("a.zarr", "b.zarr")]
+    assert same(noisy(store, "a"), noisy(store, "b"))
+    files = [sorted(p for p in (store.folder / n).rglob("*") if p.is_file()) for n in ("a", "b")]
     assert len(files[0]) == len(files[1]) > 5
     assert all(a.read_bytes() == b.read_bytes() for a, b in zip(*files, strict=True))
+
+
+def test_an_snr_is_the_same_beside_others(store):
+    paths = [store.folder / "together" / f"snr_{snr}dB.zarr" for snr in (-3, 6, 20)]
+    make_noisy(store.path, paths, store.imaging, "drone", store.noise)
+    for path, snr in zip(paths, (-3, 6, 20), strict=True):
+        assert same(xr.open_zarr(path).load(), noisy(store, snr_db=snr))
 
 
 def test_realizations_are_a_prefix(store):

@@ -72,18 +72,19 @@ def test_two_outputs_are_two_scalar_products(random):
     np.testing.assert_allclose(found, [(pixels[:3] * weights).sum(), (pixels[1:] * weights).sum()], atol=1e-6)
 
 
-def test_transforms_are_taken_where_they_halve_the_multiplications():
+def test_transforms_are_taken_where_they_take_less_time():
     # The reference network: a phase's 12 x 12 pixels have 4 real frequencies and 70 pairs of complex ones. By slices an
-    # image takes 340 million multiplications, by transforms 92, and the weights' transform 1,416 for all images.
+    # image takes 340 million multiplications and writes 1.33 million numbers, by transforms 92 and 0.28; the weights'
+    # transform takes 1,416 and 57 for all images.
     assert len(convolution.transforms(8, 8, 5)[0]) == 4 + 3 * 70
-    assert [transforms_pay((count, 24, 24, 256), 256, 2) for count in (1, 18, 19, 114)] == [False, False, True, True]
-    # The default config's, however many the images, and a first convolution, which has one channel.
-    assert not transforms_pay((10**6, 24, 24, 16), 16, 2)
+    assert [transforms_pay((count, 24, 24, 256), 256, 2) for count in (1, 27, 28, 114)] == [False, False, True, True]
+    # The default config's, and a first convolution, which has one channel, however many the images.
+    assert [transforms_pay((count, 24, 24, 16), 16, 2) for count in (1, 16)] == [False, True]
     assert not transforms_pay((10**6, 32, 32, 1), 256, 1)
 
 
-def test_a_small_network_keeps_slices_and_their_bits(random):
-    images, weights, offset, _ = arrays_of(random, (24, 24), count=32, channels=16, filters=16)
+def test_a_few_images_keep_slices_and_their_bits(random):
+    images, weights, offset, _ = arrays_of(random, (24, 24), count=2, channels=16, filters=16)
     assert (convolution.convolve(images, weights, offset, 2) == by_slices(images, weights, offset, 2)).all()
 
 

@@ -43,7 +43,7 @@ def whole(tmp_path_factory):
         write_field(path, field[:, part], ["VV"], FREQUENCY[part], ELEVATION, AZIMUTH, attrs)
     join_bands([folder / f"scattering/bands/{name}.zarr" for name in parts], folder / "scattering/a.zarr")
     make_clean(folder / "scattering/a.zarr", None, folder / "imaging/a/clean.zarr", IMAGING)
-    make_noisy(folder / "scattering/a.zarr", folder / "imaging/a/snr_3dB.zarr", IMAGING, "a", 3, NOISE)
+    make_noisy(folder / "scattering/a.zarr", [folder / "imaging/a/snr_3dB.zarr"], IMAGING, "a", NOISE)
     make_pure_noise(RADAR, ASPECT, folder / "imaging/pure-noise/clean.zarr", IMAGING, 1)
     magnitudes = xr.Dataset(
         {"truth": (("target", "range"), np.ones((1, 6), np.float32)), "predicted": ("target", ["a"])}
@@ -69,7 +69,7 @@ READERS = {
     ),
     "a field, to image it with noise": (
         "scattering/a.zarr",
-        lambda folder: make_noisy(folder / "scattering/a.zarr", folder / "again.zarr", IMAGING, "a", 3, NOISE),
+        lambda folder: make_noisy(folder / "scattering/a.zarr", [folder / "snr_3dB.zarr"], IMAGING, "a", NOISE),
     ),
     "a field, to show it": (
         "scattering/a.zarr",

@@ -89,7 +89,7 @@ TIMED = sorted(f"{run}/{model}" for run in RUNS if RUNS[run]["first"] for model 
 KNOWN = sorted(name for name in TARGETS if config["targets"][name]["role"] == "known")
 UNKNOWN = sorted(name for name in TARGETS if config["targets"][name]["role"] == "unknown")
 SNRS = [sweep.snr_label(snr) for snr in config["noise"]["snr_db"]]
-# Those of which a model's predictions are one job.
+# Those of which a target's images, and a model's predictions, are one job.
 SNR_SETS = together.sets(RESULTS, SNRS, workflow.is_main_process)
 # Run and model of the networks that the page of the thesis judges anew.
 JUDGED = [f"{run}/{model}" for run, model in thesis_networks(RUNS)]

@@ -28,31 +28,37 @@ rule image:
         "../scripts/imaging/job_image.py"
 
 
-# The SNR is in the file's name, so that adding one to the config runs only its own jobs.
+# One job for all SNRs, as the images of one take less time than a job's start. Those that come into the config later are
+# sets of their own (`setup.together`), so that adding one makes its images alone.
 # One thread: the last bits of a product depend on how many BLAS uses.
-rule noise:
-    input:
-        field=lambda w: for_images(f"{FIELDS}/scattering/{w.target}.zarr"),
-        code=code("imaging/job_noise.py") + imager_code(),
-    output:
-        directory("{root}/imaging/{target}/{snr}.zarr"),
-    log:
-        "{root}/logs/imaging/{target}/{snr}.log",
-    benchmark:
-        "{root}/benchmarks/imaging/{target}/{snr}.tsv"
-    conda:
-        "../../envs/imaging.yaml"
-    threads: 1
-    resources:
-        mem_mb=lambda w: image_megabytes(config["noise"]["realizations"]),
-    params:
-        settings=lambda w: section(
-            SEEDED[w.root], "imaging", "noise.definition", "noise.per", "noise.realizations", "seed"
-        ),
-    message:
-        "imaging {wildcards.target}: form the images at {wildcards.snr}"
-    script:
-        "../scripts/imaging/job_noise.py"
+for number, snrs in enumerate(SNR_SETS, 1):
+
+    rule:
+        name:
+            "noise" if number == 1 else f"noise_{number}"
+        input:
+            field=lambda w: for_images(f"{FIELDS}/scattering/{w.target}.zarr"),
+            code=code("imaging/job_noise.py") + imager_code(),
+        output:
+            [directory(f"{{root}}/imaging/{{target}}/{snr}.zarr") for snr in snrs],
+        log:
+            f"{{root}}/logs/imaging/{{target}}/noise{f'-{number}' if number > 1 else ''}.log",
+        benchmark:
+            f"{{root}}/benchmarks/imaging/{{target}}/noise{f'-{number}' if number > 1 else ''}.tsv"
+        conda:
+            "../../envs/imaging.yaml"
+        threads: 1
+        resources:
+            mem_mb=lambda w: image_megabytes(config["noise"]["realizations"]),
+            runtime=lambda w, attempt: 240 * attempt,  # minutes a cluster gives it, as its name may have a number
+        params:
+            settings=lambda w: section(
+                SEEDED[w.root], "imaging", "noise.definition", "noise.per", "noise.realizations", "seed"
+            ),
+        message:
+            f"imaging {{wildcards.target}}: form the images at {experiments.labels_in_words(snrs)}"
+        script:
+            "../scripts/imaging/job_noise.py"
 
 
 rule pure_noise:

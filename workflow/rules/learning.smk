@@ -32,8 +32,7 @@ rule train:
         "../scripts/learning/job_train.py"
 
 
-# One job for all SNRs: one takes less time than a job's start. Those that come into the config later are sets of their own
-# (`setup.together`), so that a model predicts them alone.
+# One job for all SNRs of a set, as for their images.
 for number, snrs in enumerate(SNR_SETS, 1):
 
     rule:

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
+from tqdm import tqdm
 
 from core import store as stores
 from core import sweep
@@ -58,13 +59,20 @@ def make_clean(field_path, mesh_path, image_path, imaging):
     plan.write(image_path, images, peaks, {"snr_definition_offset_db": offset}, {"snr_definition_offset": offsets})
 
 
-def make_noisy(field_path, image_path, imaging, target, snr_db, noise):
-    """Form the images of a scattering store at one SNR and write them, like `make_clean`'s with a leading realization.
+def make_noisy(field_path, image_paths, imaging, target, noise):
+    """Form the images of a scattering store at some SNRs and write them, as `make_clean` with a leading realization.
 
-    noise: mapping with seed, realizations, definition and per. target: its name, part of the seed.
-    The store has each image's own SNR besides, snr_<definition> (elevation, azimuth) in dB by each definition.
+    image_paths: a store for each SNR, named by its label, as snr_6dB.zarr. target: its name, part of the seed. noise:
+    mapping with seed, realizations, definition and per.
+    A store has each image's own SNR besides, snr_<definition> (elevation, azimuth) in dB by each definition.
     """
     plan = _Plan(_open(field_path), imaging)
+    for path in tqdm(image_paths, unit="SNR", desc="adding noise", leave=False):
+        _make_at(plan, path, target, sweep.snr_of_label(Path(path).stem), noise)
+
+
+def _make_at(plan, path, target, snr_db, noise):
+    """Write the images of a plan at one SNR; arguments as of `make_noisy`."""
     randoms = [generator(noise["seed"], target, snr_db, number) for number in range(noise["realizations"])]
     images = np.empty((len(randoms), len(plan.elevation), len(plan.azimuth), *plan.shape), np.complex64)
     peaks = np.empty(images.shape[:3], np.float32)
@@ -79,9 +87,7 @@ def make_noisy(field_path, image_path, imaging, target, snr_db, noise):
             noisy = samples + plan.noise(variance, noise["per"], random)
             images[number, row], peaks[number, row] = form_images(plan.imager, noisy)
     shared = {"snr_db": float(snr_db), "snr_definition": noise["definition"], "noise_per": noise["per"]}
-    plan.write(
-        image_path, images, peaks, shared | {"seed": noise["seed"]}, {f"snr_{name}": of for name, of in own.items()}
-    )
+    plan.write(path, images, peaks, shared | {"seed": noise["seed"]}, {f"snr_{name}": of for name, of in own.items()})
 
 
 def make_pure_noise(radar, aspect, image_path, imaging, seed):

@@ -1,4 +1,4 @@
-"""The capsule network's convolution: by slices, or by Fourier transforms where these take far fewer multiplications.
+"""The capsule network's convolution: by slices, or by Fourier transforms where these take less time to train.
 
 All functions of arrays take NumPy's as well as JAX's, and give the same kind back.
 """
@@ -8,7 +8,7 @@ import functools
 import numpy as np
 
 KERNEL = 9  # pixels a side
-MARGIN = 2  # times fewer multiplications that transforms must take: they wait more for memory
+MOVED = 200  # multiplications in the time in which a number is written to memory, and its gradient
 
 
 def convolve(images, weights, offset, stride):
@@ -24,15 +24,13 @@ def convolve(images, weights, offset, stride):
 def by_slices(images, weights, offset, stride):
     """As `convolve`, by slices and one matrix product.
 
-    XLA's own convolution has a gradient that is 30 times slower on CPUs.
+    XLA's own convolution has a gradient that is 30 times slower on CPUs, and one slice for each of the weights takes it
+    three times as long to compile as first those of a row and then those of a column.
     """
     rows, columns = (stride * (size - 1) + 1 for size in outputs(images.shape[1:3], stride))
-    slices = [
-        images[:, row : row + rows : stride, column : column + columns : stride]
-        for row in range(KERNEL)
-        for column in range(KERNEL)
-    ]
-    seen = images.__array_namespace__().concatenate(slices, axis=-1)
+    concatenate = images.__array_namespace__().concatenate
+    seen = concatenate([images[:, :, first : first + columns : stride] for first in range(KERNEL)], axis=-1)
+    seen = concatenate([seen[:, first : first + rows : stride] for first in range(KERNEL)], axis=-1)
     # NumPy would make of four dimensions as many small products.
     return (seen.reshape(-1, len(weights)) @ weights + offset).reshape(*seen.shape[:3], -1)
 
@@ -101,17 +99,18 @@ def transforms(rows, columns, side):
 
 
 def transforms_pay(shape, filters, stride):
-    """Whether slices take MARGIN times the multiplications of transforms, or more.
+    """Whether transforms take less time than slices.
 
-    shape: (n, rows, columns, channels) of the images; the weights are transformed once for all n of them.
+    shape: (n, rows, columns, channels) of the images; the weights are transformed once for all n of them. Slices write
+    KERNEL^2 numbers for each place and channel, and most of their time goes with these.
     """
     count, *size, channels = shape
     places = np.prod(outputs(size, stride))
     pixels = np.prod([one + taps(stride) - 1 for one in outputs(size, stride)])
     inputs, products = stride**2 * channels, 1.5 * pixels
-    image = products * (pixels * inputs + inputs * filters + filters * places)
-    weights = products * taps(stride) ** 2 * inputs * filters
-    return MARGIN * (count * image + weights) <= count * places * KERNEL**2 * channels * filters
+    image = products * (pixels * inputs + inputs * filters + filters * places + MOVED * (inputs + filters))
+    weights = products * (taps(stride) ** 2 + MOVED) * inputs * filters
+    return count * image + weights <= count * places * KERNEL**2 * channels * (filters + MOVED)
 
 
 def outputs(size, stride):

@@ -32,10 +32,11 @@ def azimuths_of(store, planes, division, *sides):
     return every[np.sort(np.concatenate([found[side] for side in sides]))]
 
 
-def read(stores, azimuth, elevation="all", pixels="none"):
+def read(stores, azimuth, elevation="all", pixels="none", realizations=None):
     """All images of the stores at some azimuths and elevations (degrees; elevation may be 'all').
 
     azimuth: a mapping of each target to its azimuths. pixels: 'none', or how many a side the images are up-sampled to.
+    realizations: of each view's noise, the first ones, at most; None for all.
     Gives the images, complex64 (n, range, crossrange), and a DataFrame of n rows that says where each comes from:
     columns label (of its SNR, as 'clean' or 'snr_6dB'), target, elevation, azimuth (degrees) and realization, which is
     0 in a store without noise; of noisy images also snr_<definition>, each one's own SNR in dB. Rows are in the order
@@ -45,17 +46,16 @@ def read(stores, azimuth, elevation="all", pixels="none"):
     """
     stores = sorted(map(Path, stores), key=lambda store: (store.stem, target_of(store)))
     images, origins = zip(
-        *(_read(store, azimuth[target_of(store)], elevation, pixels) for store in stores), strict=True
+        *(_read(store, azimuth[target_of(store)], elevation, pixels, realizations) for store in stores), strict=True
     )
     return np.concatenate(images), pd.concat(origins, ignore_index=True)
 
 
-def _read(store, azimuth, elevation, pixels):
+def _read(store, azimuth, elevation, pixels, realizations):
     with open_store(store) as dataset:
         image = dataset["image"]
         is_noisy = "realization" in image.dims
-        if not is_noisy:
-            image = image.expand_dims(realization=[0])
+        image = image[:realizations] if is_noisy else image.expand_dims(realization=[0])
         if not isinstance(elevation, str):
             image = _select(image, "elevation", elevation, store)
         # Loaded before azimuths are chosen: a chunk has all of them, and choosing while reading takes twice as long.

@@ -2,7 +2,6 @@
 
 import numpy as np
 from scipy.special import softmax
-from scipy.stats import weibull_min
 
 
 def fit_weibull(distances, tail):
@@ -15,6 +14,8 @@ def fit_weibull(distances, tail):
     location = largest[0] - 1
     if np.ptp(largest) < 1e-9 * max(largest[-1], 1):  # equal distances: likelihood grows with the shape, without end
         return np.array([location, 1e3, 1.0])
+    from scipy.stats import weibull_min  # takes longer to import than to predict, which does without it
+
     shape, _, scale = weibull_min.fit(largest, floc=location)
     return np.array([location, shape, scale])
 
@@ -47,7 +48,7 @@ def probabilities(logits, means, tails, alpha, shifted):
     distances = np.linalg.norm(logits[:, None] - means, axis=2)
     location, shape, scale = tails.T
     with np.errstate(over="ignore"):  # far beyond the tail all is lost
-        lost = weibull_min.cdf(distances, shape, location, scale)
+        lost = -np.expm1(-(np.maximum((distances - location) / scale, 0) ** shape))
     ranks = np.argsort(np.argsort(-logits, axis=1, kind="stable"), axis=1)
     lost = lost * np.maximum(alpha - ranks, 0) / alpha
     if shifted:

@@ -88,9 +88,9 @@ def predict_at(model, stores, tested, divided, folder):
         target = images.target_of(store)
         azimuth, found, block = divided[target]
         index = np.sort(np.concatenate([found[side] for side in sides]))
-        pixels, origin = images.read([store], {target: azimuth[index]}, pixels=run["upsample"])
-        first = (origin["realization"] < tested.realizations).to_numpy()
-        pixels, origin = pixels[first], origin[first].reset_index(drop=True)
+        pixels, origin = images.read(
+            [store], {target: azimuth[index]}, pixels=run["upsample"], realizations=tested.realizations
+        )
         place = np.searchsorted(azimuth, origin["azimuth"])
         outcome = classify(model, pixels)
         check_outcome(outcome, len(pixels), model.classes_, who, f" of {store}")

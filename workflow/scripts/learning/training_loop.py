@@ -62,13 +62,12 @@ def glorot(random, shape, fans):
 class Settings:
     """How a training goes on, and when it ends.
 
-    optimizer: optax's; rate: its learning rate, a function of how many steps were taken. epochs: passes over the
-    images, at most. patience: None, or after how many epochs without a smaller validation loss training stops; the
-    weights with the smallest are then the result, else the last ones.
+    rate: Adam's learning rate, a function of how many epochs were made. epochs: passes over the images, at most.
+    patience: None, or after how many epochs without a smaller validation loss training stops; the weights with the
+    smallest are then the result, else the last ones.
     checkpoint: None, or a `Checkpoint`: training goes on from what it holds, as if it had never stopped.
     """
 
-    optimizer: object
     rate: object
     epochs: int
     patience: int | None = None
@@ -76,10 +75,11 @@ class Settings:
 
 
 def minimize(loss, weights, batches, inputs, settings, validate=None):
-    """Weights after training, a mapping of name to NumPy array, and the curve, a mapping of COLUMNS to lists.
+    """Weights after training by Adam, a mapping of name to NumPy array, and the curve, a mapping of COLUMNS to lists.
 
-    loss: a function of weights and a batch's arrays, in JAX, to the loss and a pair: how many images are classified
-    rightly, of how many that are of a class. weights: those to begin with, a mapping of name to array.
+    loss: a function of weights and a batch's arrays, in JAX, to three arrays (n,): the loss of each image, and 1 or 0
+    for whether it is classified rightly, and for whether it is of a class. weights: those to begin with, a mapping of
+    name to array.
     batches: a `Batches`; inputs: a function of a batch's row numbers to its arrays. settings: a `Settings`.
     validate: a function of weights to loss and accuracy at the validation azimuths; without one both are NaN.
     Raises InputError for a loss that is not a finite number.
@@ -92,14 +92,24 @@ def minimize(loss, weights, batches, inputs, settings, validate=None):
     keep_compiled()
     patience, checkpoint = settings.patience, settings.checkpoint
 
+    adam = optax.scale_by_adam()
+
+    # Compiling takes longer than many a training. So that the program of one fits all of a kind, the rate is an
+    # argument of it, and the last batch of an epoch is filled up with images that do not count.
     @jax.jit
-    def step(weights, state, *arrays):
-        (cost, counts), gradient = jax.value_and_grad(loss, has_aux=True)(weights, *arrays)
-        change, state = settings.optimizer.update(gradient, state, weights)
-        return optax.apply_updates(weights, change), state, (cost, *counts)
+    def step(weights, state, rate, count, *arrays):
+        def mean(weights):
+            counts = jax.numpy.arange(batches.size) < count
+            cost, right, of_class = (jax.numpy.where(counts, each, 0).sum() for each in loss(weights, *arrays))
+            return cost / count, (right, of_class)
+
+        (cost, shares), gradient = jax.value_and_grad(mean, has_aux=True)(weights)
+        change, state = adam.update(gradient, state)
+        weights = jax.tree.map(lambda weight, by: weight - rate * by, weights, change)
+        return weights, state, (cost, *shares)
 
     weights = jax.tree.map(jax.numpy.asarray, weights)
-    now = {"weights": weights, "state": settings.optimizer.init(weights), "best": weights}
+    now = {"weights": weights, "state": adam.init(weights), "best": weights}
     notes = {"rows": [], "least": np.inf, "waited": 0, "seconds": 0.0, "random": None}
     if checkpoint is not None and (kept := checkpoint.read()) is not None:
         leaves, notes = kept
@@ -112,9 +122,10 @@ def minimize(loss, weights, batches, inputs, settings, validate=None):
     said = "first epoch"
     bar.set_postfix_str("compiling")
     while len(rows) < settings.epochs and (patience is None or notes["waited"] < patience):
-        results, sizes = [], []
+        results, sizes, rate = [], [], settings.rate(len(rows))
         for batch in batches.epoch():
-            now["weights"], now["state"], result = step(now["weights"], now["state"], *inputs(batch))
+            arrays = [np.resize(array, (batches.size, *array.shape[1:])) for array in inputs(batch)]
+            now["weights"], now["state"], result = step(now["weights"], now["state"], rate, len(batch), *arrays)
             results.append(result)
             sizes.append(len(batch))
             bar.set_postfix_str(f"{said}, batch {len(sizes)} of {batches.count}", refresh=False)
@@ -127,7 +138,6 @@ def minimize(loss, weights, batches, inputs, settings, validate=None):
             )
         held_out = validate(arrays_of(now["weights"])) if validate else (np.nan, np.nan)
         notes["seconds"] = before + time.perf_counter() - begin
-        rate = settings.rate(len(rows) * batches.count)
         rows.append([len(rows) + 1, round(notes["seconds"], 3), *map(float, (cost, accuracy, *held_out, rate))])
         validation_loss, validation_accuracy = rows[-1][-3:-1]
         better = patience is None or not validation_loss >= notes["least"]  # also where there is no validation image

@@ -139,17 +139,14 @@ class Model(Classifier):
         return np.stack(channels, axis=-1).astype(np.float32, copy=False)
 
     def _train(self, x, sources, y, held_out, snrs):
-        import optax  # predictions do without it
-
         settings, random = self.settings, np.random.default_rng(self.seed)
 
         def loss(weights, x, aims, y):
             vectors = capsules.activations(weights, x, settings["routings"])
             error = ((self._decode(weights, vectors, y) - aims.reshape(len(x), -1)) ** 2).mean(-1)
             of_class = y.sum(-1)
-            cost = (capsules.margin_loss(vectors, y) + settings["reconstruction"] * of_class * error).mean()
-            right = (capsules.lengths(vectors).argmax(-1) == y.argmax(-1)) * of_class
-            return cost, (right.sum(), of_class.sum())
+            costs = capsules.margin_loss(vectors, y) + settings["reconstruction"] * of_class * error
+            return costs, (capsules.lengths(vectors).argmax(-1) == y.argmax(-1)) * of_class, of_class
 
         def inputs(rows):
             seen, aims = x[rows], x[sources[rows]]
@@ -163,19 +160,21 @@ class Model(Classifier):
             chunks = [
                 [array[start : start + CHUNK] for array in held_out] for start in range(0, len(held_out[0]), CHUNK)
             ]
-            costs, shares = zip(*(loss(weights, *chunk) for chunk in chunks), strict=True)
-            right, of_class = np.sum(shares, axis=0)
-            return np.average(costs, weights=[len(chunk[0]) for chunk in chunks]), right / max(of_class, 1)
+            costs, right, of_class = np.concatenate([loss(weights, *chunk) for chunk in chunks], axis=1, dtype=float)
+            return costs.mean(), right.sum() / max(of_class.sum(), 1)
 
         batches = Batches(len(x), settings["batch"], random, snrs)
-        rate = optax.exponential_decay(settings["learning_rate"], batches.count, settings["decay"], staircase=True)
+
+        def rate(epochs):
+            return settings["learning_rate"] * settings["decay"] ** epochs
+
         checkpoint = None
         if self.checkpoints is not None:
             shown = x, sources, y, np.array(snrs, str), *(held_out or ())
             checkpoint = Checkpoint(self.checkpoints, settings, self.seed, *shown)
         sizes = settings["width"], settings["capsules"], settings["decoder"]
         weights = capsules.initial_weights(random, x.shape[1:], y.shape[1], *sizes)
-        steps = Settings(optax.adam(rate), rate, settings["epochs"], settings["patience"], checkpoint)
+        steps = Settings(rate, settings["epochs"], settings["patience"], checkpoint)
         learned, self.curve_ = minimize(loss, weights, batches, inputs, steps, validate if held_out else None)
         self._keep(learned)
 

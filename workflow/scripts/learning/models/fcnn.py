@@ -73,11 +73,11 @@ class Model(Classifier):
             logits = jax.nn.relu(x @ weights["hidden"] + weights["hidden_offset"]) @ weights["output"]
             logits += weights["output_offset"]
             costs = optax.softmax_cross_entropy_with_integer_labels(logits, y)
-            return costs.mean(), ((logits.argmax(axis=1) == y).sum(), len(y))
+            return costs, logits.argmax(axis=1) == y, jax.numpy.ones(len(y))
 
         def validate(weights):
-            cost, (right, count) = loss(weights, *held_out)
-            return cost, right / count
+            costs, right, _ = loss(weights, *held_out)
+            return costs.mean(), right.mean()
 
         random = np.random.default_rng(self.seed)
         sizes = (x.shape[1], self.settings["width"], len(self.classes_))
@@ -86,8 +86,7 @@ class Model(Classifier):
             weights[name] = glorot(random, (rows, columns), rows + columns)
             weights[f"{name}_offset"] = np.zeros(columns, np.float32)
         batches = Batches(len(x), self.settings["batch"], random, snrs)
-        rate = optax.constant_schedule(self.settings["learning_rate"])
-        settings = Settings(optax.adam(rate), rate, self.settings["epochs"])
+        settings = Settings(lambda epochs: self.settings["learning_rate"], self.settings["epochs"])
         learned, self.curve_ = minimize(
             loss, weights, batches, lambda rows: (x[rows], y[rows]), settings, validate if held_out else None
         )
