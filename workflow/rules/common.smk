@@ -149,6 +149,11 @@ def method(target):
     return section(settings, *settings)
 
 
+def learned_first(wildcards):
+    """A target's priority: models train on those that have one while the others are still solved."""
+    return int(wildcards.target in KNOWN)
+
+
 def planned_solve(wildcards, input):
     """What a solve needs, known once the mesh is there: its `megabytes` and `seconds`."""
     with open(input.measures) as file:

@@ -22,6 +22,7 @@ rule mesh:
         f"{FIELDS}/benchmarks/mesh/{{target}}.tsv"
     wildcard_constraints:
         target=one_of(MESHED),
+    priority: learned_first
     conda:
         "../../envs/mesh.yaml"
     threads: 1

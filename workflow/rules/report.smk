@@ -48,9 +48,9 @@ rule report:
         f"{RESULTS}/benchmarks/report.tsv"
     conda:
         "../../envs/report.yaml"
-    threads: 1
+    threads: 8
     resources:
-        mem_mb=2000,
+        mem_mb=lambda w, threads: 1000 + 1000 * threads,
     params:
         settings=section(config, *config),
         stated=page_names(MODELS),

@@ -22,6 +22,7 @@ rule solve:
         target=one_of(MESHED),
     conda:
         "../../envs/scattering.yaml"
+    priority: learned_first
     threads: solve_threads
     resources:
         mem_mb=solve_megabytes,

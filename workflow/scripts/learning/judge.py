@@ -37,22 +37,40 @@ class Decision:
         return not self.score or bool(self.threshold)
 
     @cached_property
+    def _labelled(self):
+        """The labels that occur, and the number among them of each image's true and predicted one, (2, n)."""
+        labels = np.concatenate([self.test["truth"].to_numpy(str), self.predicted.astype(str)])
+        found, numbers = np.unique(labels, return_inverse=True)
+        return found, numbers.reshape(2, -1)
+
+    @cached_property
+    def _placed(self):
+        """The blocks that occur, and the number among them of each image's, (n,)."""
+        return np.unique(self.test["block"].to_numpy(str), return_inverse=True)
+
+    @property
+    def blocks(self):
+        return self._placed[0]
+
+    @cached_property
     def labels(self):
-        return ordered({*self.test["truth"].unique(), *pd.unique(self.predicted)})
+        return ordered(self._labelled[0])
 
     @cached_property
     def judged(self):
         # In the closed set OTHER may be predicted, and is then wrong, but never true.
-        return self.labels if OTHER in set(self.test["truth"]) else self.labels[self.labels != OTHER]
-
-    @cached_property
-    def blocks(self):
-        return np.unique(self.test["block"])
+        found, (true, _) = self._labelled
+        return self.labels if OTHER in found[np.unique(true)] else self.labels[self.labels != OTHER]
 
     def counts(self, labels, blocks, weight=None):
-        """Confusion counts (blocks, labels, labels) of these labels and blocks, each image counting by its weight."""
-        codes = [pd.Categorical(of, categories=labels).codes.astype(int) for of in (self.test["truth"], self.predicted)]
-        place = np.searchsorted(blocks, self.test["block"])
+        """Confusion counts (blocks, labels, labels) of these labels and blocks, each image counting by its weight.
+
+        Labels and blocks are those that occur, and maybe others.
+        """
+        found, numbers = self._labelled
+        number = {label: number for number, label in enumerate(labels)}
+        codes = np.array([number[label] for label in found])[numbers]
+        place = np.searchsorted(blocks, self.blocks)[self._placed[1]]
         return metrics.confusion(place, *codes, (len(blocks), len(labels)), weight)
 
 
@@ -147,11 +165,11 @@ def cells(decision):
     """(target, predicted, number of test images) of a Decision; none of a confidence score without a threshold."""
     if not decision.is_final:
         return
-    found = pd.Series(decision.predicted).groupby(decision.test["target"].to_numpy())
-    counts = {target: of.value_counts() for target, of in found}
-    for target in sorted(counts):
+    targets, numbers = np.unique(decision.test["target"].to_numpy(str), return_inverse=True)
+    for number, target in enumerate(targets):
+        predicted = decision.predicted[numbers == number]
         for label in decision.labels:
-            yield target, label, int(counts[target].get(label, 0))
+            yield target, label, int((predicted == label).sum())
 
 
 def by_other_definitions(decided, definition, seed):

@@ -6,8 +6,7 @@ Confusion counts have shape (..., truth, predicted); all functions work on any n
 import functools
 
 import numpy as np
-from scipy.special import expit, logit
-from scipy.stats import t
+from scipy.special import expit, logit, stdtrit
 
 RESAMPLES = 1000
 LEVEL = 0.95
@@ -89,7 +88,7 @@ def interval(value, resampled, blocks, share=True):
     if blocks <= 1:
         return np.nan, np.nan
     error = np.std(resampled) * np.sqrt(NEIGHBOURS * blocks / (blocks - 1))
-    half = t.ppf((1 + LEVEL) / 2, blocks - 1) * error
+    half = stdtrit(blocks - 1, (1 + LEVEL) / 2) * error
     if not share:
         return value - half, value + half
     slope = value * (1 - value)

@@ -6,4 +6,5 @@ from report.page import write_report
 with job(snakemake):
     output, params = snakemake.output, snakemake.params
     folder = Path(output.page).parents[1]
-    write_report(folder, params.settings, params.stated, output.page, output.figures, output.tables)
+    files = output.page, output.figures, output.tables
+    write_report(folder, params.settings, params.stated, *files, snakemake.threads)

@@ -4,7 +4,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import jinja2
+from joblib import Parallel, delayed, parallel_config
 from markupsafe import Markup
+from tqdm import tqdm
 
 from report import (
     section_alike,
@@ -25,7 +27,7 @@ from report import (
 )
 from report.embed import embedded
 from report.glossary import GLOSSARY
-from report.layout import style
+from report.layout import Section, style
 from report.results import Results
 
 HERE = Path(__file__).parent
@@ -44,17 +46,17 @@ class Part:
     sections: tuple = ()
 
 
-def write_report(folder, settings, stated, page, figures, tables):
+def write_report(folder, settings, stated, page, figures, tables, threads=1):
     """Write the report of the results in `folder` (results/<name>).
 
     settings: the config's sections. stated: what the models' files say of themselves (see `vocabulary.Names`). page:
     the HTML file; figures, tables: the folders for one SVG per figure and one CSV per figure or table. All three have
-    the same content for the same inputs, but for the code's commit and package versions that the page names.
+    the same content for the same inputs, but for the code's commit and package versions that the page names. threads:
+    how many sections are drawn at a time.
     """
     results = Results(folder, settings, stated)
-    with style():
-        shown = _shown(results)
-    write_page(f"Radar target recognition: {settings['name']}", settings["name"], shown, page, figures, tables)
+    title = f"Radar target recognition: {settings['name']}"
+    write_page(title, settings["name"], _shown(results, threads), page, figures, tables)
 
 
 def write_page(title, name, shown, page, figures, tables):
@@ -75,33 +77,22 @@ def write_page(title, name, shown, page, figures, tables):
     Path(page).write_text(html)
 
 
-def _shown(results):
+def _shown(results, threads):
     """All that the template shows, by the names that it has there."""
-    print("drawing meshes and scattering")
-    thumbnails = {name: section_run.thumbnail(name, surface) for name, surface in results.surfaces.items()}
-    warnings = section_run.warned(results)
-    live, imaged, learned = {}, (), []
-    fields = section_mesh.section(results), section_scattering.section(results)
-    if results.images_are_made:
-        print("drawing images")
-        imaged = (section_images.section(results),)
-        live["explore"] = section_explore.explorer(results)
-    if results.learns:
-        print("drawing what was learned")
-        live["compare"], live["matrices"] = section_headline.comparison(results), section_confusion.matrices(results)
-        learned.append(section_learning.section(results))
-        if results.opened:
-            opened = section_open.section(results), *section_capsule.section(results), section_tried.section(results)
-            learned += opened
-        learned += [*section_alike.section(results), *section_split.section(results)]
-    made = (*((section_times.section(results),) if results.learns else ()), section_run.section(results))
-    parts = (
-        Part("look", "Look around", ("explore",) if results.images_are_made else ()),
-        Part("fields", "Meshes and fields", sections=fields),
-        Part("imaging", "ISAR images", sections=imaged),
-        Part("recognition", "Recognition", ("compare", "matrices") if results.learns else (), tuple(learned)),
-        Part("run", "The run", sections=made),
-    )
+    with style():
+        thumbnails = {name: section_run.thumbnail(name, surface) for name, surface in results.surfaces.items()}
+        headline = section_headline.headline(results) if results.learns else None
+    warnings, outline = section_run.warned(results), _outline(results)
+    makers = [maker for _, _, live, sections in outline for maker in (*live.values(), *sections)]
+    # The same on every machine: the last bits of a product depend on how many threads BLAS uses.
+    with parallel_config("loky", n_jobs=threads, inner_max_num_threads=1):
+        drawn = Parallel(return_as="generator", batch_size=1)(delayed(_drawn)(maker, results) for maker in makers)
+        made = dict(zip(makers, tqdm(drawn, "drawing", len(makers), unit="section", leave=False), strict=True))
+    live = {name: made[maker] for _, _, pieces, _ in outline for name, maker in pieces.items()}
+    parts = [
+        Part(id, title, tuple(pieces), tuple(section for maker in sections for section in made[maker]))
+        for id, title, pieces, sections in outline
+    ]
     return {
         "summary": section_summary.sentences(results),
         "checks": section_summary.checks(results, warnings),
@@ -109,12 +100,39 @@ def _shown(results):
         "warnings": warnings,
         "thumbnails": thumbnails,
         "targets": section_run.cards(results, thumbnails),
-        "headline": section_headline.headline(results) if results.learns else None,
+        "headline": headline,
         "full_size": section_summary.full_size_table(results),
         "live": live,
         "comparison": live.get("compare"),
         "parts": [part for part in parts if part.live or part.sections],
     }
+
+
+def _outline(results):
+    """Of each `Part` its id, its title, what makes its live pieces, by name, and what makes its sections."""
+    fields = section_mesh.section, section_scattering.section
+    looked, imaged, compared, learned, timed = {}, (), {}, (), ()
+    if results.images_are_made:
+        looked, imaged = {"explore": section_explore.explorer}, (section_images.section,)
+    if results.learns:
+        compared = {"compare": section_headline.comparison, "matrices": section_confusion.matrices}
+        opened = (section_open.section, section_capsule.section, section_tried.section) if results.opened else ()
+        learned = section_learning.section, *opened, section_alike.section, section_split.section
+        timed = (section_times.section,)
+    return (
+        ("look", "Look around", looked, ()),
+        ("fields", "Meshes and fields", {}, fields),
+        ("imaging", "ISAR images", {}, imaged),
+        ("recognition", "Recognition", compared, learned),
+        ("run", "The run", {}, (*timed, section_run.section)),
+    )
+
+
+def _drawn(maker, results):
+    """What `maker` makes of the results: a live piece as it is, sections as a tuple."""
+    with style():
+        made = maker(results)
+    return (made,) if isinstance(made, Section) else made
 
 
 def _environment():

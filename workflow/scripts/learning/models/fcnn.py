@@ -76,7 +76,7 @@ class Model(Classifier):
             return costs, logits.argmax(axis=1) == y, jax.numpy.ones(len(y))
 
         def validate(weights):
-            costs, right, _ = loss(weights, *held_out)
+            costs, right, _ = jax.jit(loss)(weights, *held_out)
             return costs.mean(), right.mean()
 
         random = np.random.default_rng(self.seed)
