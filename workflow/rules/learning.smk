@@ -19,6 +19,8 @@ rule train:
         "{root}/benchmarks/learning/train/{run}/{model}.tsv"
     conda:
         "../../envs/learning.yaml"
+    # The longest jobs of learning: begun last, one would go on alone.
+    priority: 1
     threads: 1
     resources:
         mem_mb=lambda w: megabytes_of(w.run, w.model),
