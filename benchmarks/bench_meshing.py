@@ -1,6 +1,6 @@
 """Meshing beside solving: `make bench-meshing`.
 
-The default config's targets, an aircraft of overlapping solids with trailing edges of 0.25 mm, and the same of half a
+The default config's targets over 1.6 to 2.8 GHz, an aircraft of overlapping solids with trailing edges of 0.25 mm, and the same of half a
 million triangles, from the CAD file to the field by Snakemake. Prints the processor time of both stages for each, from
 Snakemake's own benchmark files; a table goes to results/benchmarks/meshing.csv.
 """
@@ -19,6 +19,10 @@ from mesh.io import write_ply
 from setup.yaml_file import read_yaml
 
 OUTPUT = Path("results/benchmarks")
+SWEEP = {
+    "radar": {"center_frequency": 2.2e9, "bandwidth": 1.2e9, "frequencies": 14},
+    "aspect": {"azimuth": {"count": 121}},
+}
 MADE = {"uav": 1, "uav_fine": 8}  # how often an edge of the source is cut
 
 
@@ -34,7 +38,7 @@ def main():
         write_ply(path, *uav(fine=fine))
         added[name] = {"mesh": str(path), "unit": "m", "role": "unknown"}
     overlay = OUTPUT / "meshing.yaml"
-    overlay.write_text(yaml.safe_dump({"name": "bench-meshing", "targets": added}))
+    overlay.write_text(yaml.safe_dump({"name": "bench-meshing", "targets": added, **SWEEP}))
     results = Path("results/bench-meshing")
     stores = [f"{results}/scattering/{name}.zarr" for name in (*targets, *added)]
     config = ["--configfile", "config/config.yaml", str(overlay)]

@@ -31,7 +31,7 @@ def test_a_target_may_have_its_own_formulation():
 
 
 def test_exponents_without_a_sign_are_numbers():
-    assert load()["radar"]["center_frequency"] == 2.2e9
+    assert load()["radar"]["center_frequency"] == 1.85e9
     assert load({"radar": {"bandwidth": "1e9"}})["radar"]["bandwidth"] == 1e9
 
 
@@ -141,7 +141,7 @@ BAD = {
     "section is a number": ({"radar": 5}, "radar", "5"),
     "section is empty": ({"radar": None}, "radar", "nothing is not a mapping"),
     "even aperture": ({"imaging": {"aperture": 10}}, "imaging.aperture", "odd"),
-    "aperture too long": ({"imaging": {"aperture": 201}}, "imaging.aperture", "121"),
+    "aperture too long": ({"imaging": {"aperture": 201}}, "imaging.aperture", "101"),
     "window": ({"imaging": {"window": "haming"}}, "imaging.window", "hamming"),
     "zero step": ({"aspect": {"elevation": {"step": 0}}}, "aspect.elevation.step", "0"),
     "stop below start": ({"aspect": {"elevation": {"stop": -50}}}, "aspect.elevation", "-50"),
@@ -195,7 +195,7 @@ BAD = {
     "images too small for a capsule network": (
         one_experiment(models=["capsule"]),
         "learning.experiments.e.upsample",
-        "capsule needs 17 pixels a side or more, these images have 11; 32 is usual",
+        "capsule needs 17 pixels a side or more, these images have 9; 32 is usual",
     ),
     "images too large for a covariance": (
         one_experiment(models=["adaptive_filter"], snr_db={"random": [0, 6]}, upsample=128),
@@ -236,11 +236,11 @@ BAD = {
     "decay": ({"learning": {"models": {"capsule": {"decay": 1.1}}}}, "learning.models.capsule.decay", "learning rate"),
     "loading": ({"learning": {"models": {"adaptive_filter": {"loading": -1}}}}, "loading", "mean eigenvalue"),
     "upsample": (one_experiment(upsample=2), "learning.experiments.e.upsample", "pixels a side"),
-    "upsample below the image": (one_experiment(upsample=13), "learning.experiments.e.upsample", "14"),
+    "upsample below the image": (one_experiment(upsample=10), "learning.experiments.e.upsample", "11"),
     "no room for sectors": (
         {"aspect": {"azimuth": NARROW}, **one_experiment(split="sector")},
         "learning.split.folds",
-        "10 as a guard",
+        "8 as a guard",
     ),
     "a fold too many": (
         one_experiment(split="sector", folds=[2, 7]),
@@ -272,7 +272,7 @@ BAD = {
     "key of no imager": ({"imaging": {"looks": 3}}, "imaging.looks", "aperture, imager, reformat, upsample, window"),
     "aperture too wide": ({"imaging": {"aperture": 61}}, "imaging.reformat", "imaging.aperture"),
     "aperture that keeps little bandwidth": ({"imaging": {"aperture": 37}}, "imaging.reformat", "of the bandwidth"),
-    "too few pixels": ({"imaging": {"upsample": 13}}, "imaging.upsample", "14 samples"),
+    "too few pixels": ({"imaging": {"upsample": 10}}, "imaging.upsample", "11 samples"),
     "one pixel": ({"imaging": {"upsample": 1}}, "imaging.upsample", "3 to 128"),
     "too many pixels": ({"imaging": {"upsample": 100_000}}, "imaging.upsample", "3 to 128"),
     "pixels as text": ({"imaging": {"upsample": "64"}}, "imaging.upsample", "3 to 128"),
@@ -457,7 +457,7 @@ def test_an_elevation_is_the_sweeps_to_a_ten_thousandth_of_a_degree():
 def test_a_sweep_without_room_for_sectors_leaves_the_default_ones_out():
     config = load({"aspect": {"azimuth": NARROW}})
     assert "sector" not in config["learning"]["experiments"]
-    assert "10 as a guard" in config["learning"]["left_out"]["sector"]
+    assert "8 as a guard" in config["learning"]["left_out"]["sector"]
     assert any("'sector' is left out" in line for line in overview(config, "results/none"))
     assert "left_out" not in load()["learning"]
 

@@ -106,7 +106,7 @@ def test_killed_in_every_stage_and_on_one_core_the_results_are_the_same(unbroken
     for stage in (
         "mesh/corner-1",
         "scattering/bands/corner-1-0",
-        "imaging/corner-1/snr_20dB",
+        "imaging/corner-1/noise",
         "learning/predict/e/lr",
         "report",
     ):

@@ -231,12 +231,12 @@ EDITS = {
     "the seed": (
         "name: learn\n",
         "name: learn\nseed: 4\n",
-        {"noise": 8, "pure_noise": 1, "train": 11, "predict": 11, "reconstruct": 1, **AFTER},
+        {"noise": 4, "pure_noise": 1, "train": 11, "predict": 11, "reconstruct": 1, **AFTER},
     ),
     "an unknown target": (
         "  cube:",
         "  bird: {field: fields/cube.zarr, role: unknown}\n  cube:",
-        {"field": 1, "image": 1, "noise": 2, "predict": 4, "reconstruct": 1, "scores": 1, "report": 1},
+        {"field": 1, "image": 1, "noise": 1, "predict": 4, "reconstruct": 1, "scores": 1, "report": 1},
     ),
 }
 

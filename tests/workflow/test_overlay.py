@@ -134,5 +134,5 @@ def test_default_experiments_beside_ones_own_may_be_left_out_but_ones_own_may_no
     config = load(overlay)
     assert {"e", "multi_elevation"} <= set(config["learning"]["experiments"])
     assert "sector" in config["learning"]["left_out"]
-    with pytest.raises(InputError, match="10 as a guard"):
+    with pytest.raises(InputError, match="8 as a guard"):
         load({"aspect": {"azimuth": NARROW}, "learning": {"experiments": {"sector": {"models": ["lr"]}}}})

@@ -171,12 +171,11 @@ def solve_threads(wildcards, input):
 
     The field is the same, bit for bit. On a cluster, where there are no cores to share, each has a node's.
     """
-    cores = None if workflow.remote_exec else workflow.resource_settings.cores
-    if not cores or len(MESHED) * len(BANDS) < 4 * cores:
-        return 16
-    with contextlib.suppress(FileNotFoundError):  # asked again once the mesh is there
-        return 1 if planned_solve(wildcards, input)["seconds"] < SHORT else 16
-    return 16
+    cores, is_short = None if workflow.remote_exec else workflow.resource_settings.cores, False
+    if cores and len(MESHED) * len(BANDS) >= 4 * cores:
+        with contextlib.suppress(FileNotFoundError):  # asked again once the mesh is there
+            is_short = planned_solve(wildcards, input)["seconds"] < SHORT
+    return 1 if is_short else 16
 
 
 def solve_megabytes(wildcards, input):

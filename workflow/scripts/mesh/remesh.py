@@ -26,7 +26,7 @@ TOO_SHORT, STAY = 0.3, 0.05  # of the same, while long edges are halved
 LEAST_ANGLE = 20.0  # degrees; no vertex moves to make a smaller one
 STILL = 0.8  # cosine of the angle by which a moved vertex may turn a triangle
 RELAX = 0.7  # of the way to its neighbours' middle that a vertex moves
-P99, LONGEST = 1.345, 1.45  # wanted edges: 99 % are to be shorter than 1.35, all than 1.6
+P99, LONGEST = 1.345, 1.45  # wanted edges, for 99 % shorter than 1.35 in the end, and all than 1.6
 MEAN = 0.965, 0.994  # wanted edges: a mean in this range needs no more passes
 LEAST_SLOPE = 1e-12  # of the volume
 SAG = 3 / 4  # of what a face's centre is off a curved surface: what all its points are, on average
@@ -87,7 +87,7 @@ def remesh(vertices, triangles, size, solid, axes=()):
         vertices = relax(vertices, triangles, wanted(vertices), ground)
         if number < PASSES - 1:
             continue
-        made = _fitting(vertices, triangles, size, ground, axes)
+        made = fitting(vertices, triangles, size, ground, axes)
         mean = _ratios(*made, size).mean()
         fits = mean <= MEAN[1]
         if best is None or (fits and len(made[1]) < fewest):
@@ -118,10 +118,10 @@ def halved(vertices, triangles, size, axes=()):
     return vertices, triangles
 
 
-def _fitting(vertices, triangles, size, ground, axes):
-    """The mesh without too many long edges, cut no more than needed."""
+def fitting(vertices, triangles, size, ground, axes, most=P99):
+    """The mesh without too many edges longer than `most` wanted lengths, cut no more than needed."""
     ratio = np.sort(_ratios(vertices, triangles, size))
-    too_long = max(int(np.ceil((ratio > P99).sum() - 0.008 * len(ratio))), 0)
+    too_long = max(int(np.ceil((ratio > most).sum() - 0.008 * len(ratio))), 0)
     longest = min(LONGEST, ratio[-1 - too_long]) if too_long else LONGEST
     vertices, triangles = split(vertices, triangles, size, longest, ground)
     return vertices, flip(vertices, triangles, size(vertices), DEVIATION, axes)

@@ -4,7 +4,7 @@ page.live.explore = (data) => {
   const canvases = Object.fromEntries(["mesh", "image", "sinogram", "profile"].map((name) => [name, page.byId(`explore-${name}`)]));
   const { target, polarization, snr, way, pad, azimuth, elevation, floor, play, back } = form.elements;
   const SURFACE = [158, 189, 219], FONT = "13px system-ui, sans-serif", RATIO = 0.8, FINER = 4;
-  const MARGIN = { left: 62, right: 70, top: 12, bottom: 46 };
+  const MARGIN = { left: 62, right: 70, top: 20, bottom: 46 };
   const radians = (degrees) => (degrees * Math.PI) / 180;
   const color = (level) => data.colors[Math.round(Math.min(Math.max(level, 0), 1) * (data.colors.length - 1))];
   const half = data.angle.length >> 1, centres = data.azimuths.map((_, k) => k).slice(...(data.closed ? [0] : [half, -half]));
@@ -128,6 +128,7 @@ page.live.explore = (data) => {
       }
       context.fillStyle = ink();
       context.textAlign = "left";
+      context.fillText("dB", at, y0 - 7);
       for (let k = 0; k <= 4; k++) context.fillText(written((-k * floor.value) / 4), at + 15, y0 + (k * h) / 4 + 4);
     };
     return plot;

@@ -89,6 +89,15 @@ const page = (() => {
   }
   const redraw = () => drawn.forEach((again) => again());
 
+  // Kept for the next time, where the browser lets a file keep anything.
+  const LOOK = "isarflow-look";
+  function kept(...look) {
+    try {
+      return look.length ? localStorage.setItem(LOOK, ...look) : localStorage.getItem(LOOK);
+    } catch {
+      return null;
+    }
+  }
   function setLook(look) {
     root.dataset.look = look;
     byId("look-of-page").textContent = look === "dark" ? "Light" : "Dark";
@@ -158,7 +167,11 @@ const page = (() => {
   addEventListener("wheel", () => (sought = null), { passive: true });
   const foldAll = (open) => parts.forEach((part) => (part.open = open));
   const fold = byId("fold");
-  fold.addEventListener("click", () => foldAll(fold.getAttribute("aria-expanded") === "false"));
+  fold.addEventListener("click", () => {
+    const open = fold.getAttribute("aria-expanded") === "false";
+    foldAll(open);
+    document.querySelectorAll("main details").forEach((box) => (box.open = open));
+  });
   const state = () => {
     const open = parts.every((part) => part.open);
     fold.setAttribute("aria-expanded", open);
@@ -208,9 +221,12 @@ const page = (() => {
 
   addEventListener("DOMContentLoaded", () => {
     const dark = matchMedia("(prefers-color-scheme: dark)");
-    root.dataset.look = dark.matches ? "dark" : "light";
+    root.dataset.look = kept() || (dark.matches ? "dark" : "light");
     dark.addEventListener("change", () => setLook(dark.matches ? "dark" : "light"));
-    byId("look-of-page").addEventListener("click", () => setLook(isDark() ? "light" : "dark"));
+    byId("look-of-page").addEventListener("click", () => {
+      setLook(isDark() ? "light" : "dark");
+      kept(root.dataset.look);
+    });
     byId("print").addEventListener("click", print);
     setLook(root.dataset.look);
     // What is hidden in a folded part is not seen until it unfolds.

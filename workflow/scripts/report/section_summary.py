@@ -87,9 +87,10 @@ def _bounds(results):
     """What bounds it, as far as the run itself knows."""
     parts, settings = [], results.settings
     if results.images_are_made:
-        images = planned(settings)
+        images, window = planned(settings), settings["imaging"].get("window", "boxcar")
+        coarser = "" if window == "boxcar" else f", less by their {window} window,"
         parts.append(
-            f"images resolve {images['range_resolution']:.2f} × {images['crossrange_resolution']:.2f} m over an "
+            f"images resolve {images['range_resolution']:.2f} × {images['crossrange_resolution']:.2f} m{coarser} over an "
             f"unambiguous {images['range_extent']:.2f} × {images['crossrange_extent']:.2f} m"
         )
         reach = {name: mesh["source"]["reach"] for name, mesh in results.meshes.items()}
@@ -158,7 +159,7 @@ def full_size_table(results):
             "SNR by": POWERS[runs[run].definition],
             "method": f"{'thesis’s: ' if theirs else ''}{best}",
         }
-        shown.append(head | at_snrs(curve, sorted(set(snrs.values())), lambda row: f"{row['value']:.2f}"))
+        shown.append(head | at_snrs(curve, sorted(set(snrs.values())), _f1))
     shown.sort(key=lambda row: row["images"])
     caption = (
         "Weighted F1 of the method that is best on the validation images and of the thesis's, in this run and in the "
