@@ -1,8 +1,8 @@
 """Meshing beside solving: `make bench-meshing`.
 
-The default config's targets over 1.6 to 2.8 GHz, an aircraft of overlapping solids with trailing edges of 0.25 mm, and the same of half a
-million triangles, from the CAD file to the field by Snakemake. Prints the processor time of both stages for each, from
-Snakemake's own benchmark files; a table goes to results/benchmarks/meshing.csv.
+The default config's targets over 1.6 to 2.8 GHz, an aircraft of overlapping solids with trailing edges of 0.25 mm, and
+the same of half a million triangles, from the CAD file to the field by Snakemake. Prints the processor time of both
+stages for each, from Snakemake's own benchmark files; a table goes to results/benchmarks/meshing.csv.
 """
 
 import argparse

@@ -160,10 +160,10 @@ def test_every_comparison_names_networks_thresholds_split_and_snr(whole):
         "headline": [f"capsule {capsule}", "Thresholds: blind and thesis", "split by sector (3 folds; of capsule"],
         "best_gain": [f"capsule and capsule, denoising {capsule}", "Thresholds: blind and thesis", "split at random"],
         "folds": [fcnn, "Thresholds: blind and thesis", "split by sector (3 folds; of sector FCNN only folds 1 and 3)"],
-        "capsule_f1": [capsule, "Thresholds: blind and thesis", "of capsule sector only fold 2) and split at random"],
+        "capsule_f1": [capsule, "Thresholds: blind and thesis", "split by sector (fold 2 of 3) and split at random"],
         "open_fcnn_open": [fcnn, "Thresholds: blind and thesis", "Images split at random."],
         "published_confusion": [fcnn, "Thresholds: thesis", "Images split at random."],
-        "learning_sector_fcnn": [fcnn, "split by sector (3 folds; of sector FCNN only folds 1 and 3)"],
+        "learning_sector_fcnn": [fcnn, "split by sector (folds 1 and 3 of 3)"],
         "confusion_capsule_open": [capsule, "Images split at random."],
     }.items():
         caption = caption_of(whole, name)

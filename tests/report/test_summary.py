@@ -2,6 +2,7 @@
 
 import copy
 import itertools
+import re
 import json
 
 import fake
@@ -94,7 +95,8 @@ def test_the_full_size_run_stands_beside_once_it_is_there(results, whole, tmp_pa
         table.to_csv(tmp_path / f"{name}.csv.xz", index=False)
     again = Results(whole.parent, fake.SETTINGS, fake.names(fake.SETTINGS))
     (table,) = section_summary.full_size_table(again)
-    assert set(table.shown["run"]) == {"this run (fake)", "full size"}
+    assert set(table.shown["run, and its SNR"]) == {"this run, peak_3db", "full size, mean"}
+    assert re.fullmatch(r"0\.\d\d \(0\.\d\d–[01]\.\d\d\)", table.shown["12 dB"].iloc[0])
     assert {"0 dB", "12 dB", "24 dB"} <= set(table.shown.columns)
     assert "docs/results.md" in table.caption
     thesis = copy.deepcopy(fake.SETTINGS) | {"name": "thesis"}

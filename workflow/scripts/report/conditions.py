@@ -56,11 +56,18 @@ def _split(results, split, rows):
         return split_text(split)
     count = results.settings["learning"]["split"]["folds"]
     experiments = sorted(rows[rows["split"] == split]["experiment"].unique())
-    tested = {title(name): results.folds[name] for name in experiments if len(results.folds[name]) < count}
-    partial = [f"of {name} only {_numbers(folds)}" for name, folds in tested.items()]
+    tested = {}  # experiments by the folds that they test
+    for name in experiments:
+        tested.setdefault(tuple(results.folds[name]), []).append(title(name))
+    if len(tested) == 1 and len(folds := next(iter(tested))) < count:
+        return f"{split_text(split)} ({fold_numbers(folds)} of {count})"
+    partial = [
+        f"of {' and '.join(names)} only {fold_numbers(folds)}" for folds, names in tested.items() if len(folds) < count
+    ]
     return f"{split_text(split)} ({count} folds{''.join(f'; {words}' for words in partial)})"
 
 
-def _numbers(folds):
+def fold_numbers(folds):
+    """'folds 1 and 3' of numbers."""
     *most, last = map(str, folds)
     return f"folds {', '.join(most)} and {last}" if most else f"fold {last}"

@@ -13,7 +13,7 @@ from core import sweep
 from imaging.geometry import planned
 from report import draw_mesh, thesis
 from report.caveats import warnings
-from report.conditions import noise_words
+from report.conditions import fold_numbers, noise_words
 from report.layout import Section, canvas, duration, figure, number, table
 
 ROOT = Path(__file__).parents[3]
@@ -68,8 +68,11 @@ def _tested(settings):
 def _splits(results):
     """The splits that experiments use, in words."""
     split = results.settings["learning"]["split"]
+    tested = {tuple(results.folds[run["experiment"]]) for run in results.runs.values() if run["split"] == "sector"}
+    some = len(tested) == 1 and len(folds := next(iter(tested))) < split["folds"]
+    arcs = f"{split['folds']} arcs of the aspects"
     words = {
-        "sector": f"by sector: {split['folds']} arcs of the aspects take turns to be tested",
+        "sector": f"by sector: {f'of {arcs} {fold_numbers(folds)}' if some else arcs} take turns to be tested",
         "random": f"at random: {100 * split['train']:.3g} % of the aspects train",
     }
     used = {run["split"] for run in results.runs.values()}

@@ -13,7 +13,7 @@ from report.vocabulary import POWERS, PROTOCOLS, SPLITS, at_snrs, select, split_
 # Within these a run's numbers are taken for right.
 SPHERE_DB = 0.2  # of the exact backscatter; with ten edges a wavelength it is 0.01
 RESIDUAL = 1e-3  # relative; ten times what compressed matrices are allowed to leave out at most
-SNRS = (-6, 0, 6, 12, 24)  # dB, of the table beside a run of full size
+SNRS = (-6, 0, 12, 24)  # dB, of the table beside a run of full size
 
 
 def sentences(results):
@@ -79,8 +79,8 @@ def _reached(results):
     return [f"{'; '.join([text, *others])}."]
 
 
-def _f1(row):
-    return f"{row['value']:.2f}" + ("" if pd.isna(row["low"]) else f" ({row['low']:.2f} to {row['high']:.2f})")
+def _f1(row, to=" to "):
+    return f"{row['value']:.2f}" + ("" if pd.isna(row["low"]) else f" ({row['low']:.2f}{to}{row['high']:.2f})")
 
 
 def _bounds(results):
@@ -90,8 +90,8 @@ def _bounds(results):
         images, window = planned(settings), settings["imaging"].get("window", "boxcar")
         coarser = "" if window == "boxcar" else f", less by their {window} window,"
         parts.append(
-            f"images resolve {images['range_resolution']:.2f} × {images['crossrange_resolution']:.2f} m{coarser} over an "
-            f"unambiguous {images['range_extent']:.2f} × {images['crossrange_extent']:.2f} m"
+            f"images resolve {images['range_resolution']:.2f} × {images['crossrange_resolution']:.2f} m{coarser} over "
+            f"an unambiguous {images['range_extent']:.2f} × {images['crossrange_extent']:.2f} m"
         )
         reach = {name: mesh["source"]["reach"] for name, mesh in results.meshes.items()}
         folded = [name for name in reach if 2 * reach[name] > min(images["range_extent"], images["crossrange_extent"])]
@@ -144,7 +144,7 @@ def full_size_table(results):
     """
     if not results.learns or results.full_size is None:
         return ()
-    runs = {f"this run ({results.settings['name']})": results, "full size": results.full_size}
+    runs = {"this run": results, "full size": results.full_size}
     drawn = []
     for where, tables in runs.items():
         rows = section_headline.lead(tables, results.names, thesis.network(REFERENCE[0], results))
@@ -155,15 +155,15 @@ def full_size_table(results):
         best = results.names.method(curve["model"].iloc[0], curve["score"].iloc[0])
         head = {
             "images": f"{name}, {split_text(split)}",
-            "run": run,
-            "SNR by": POWERS[runs[run].definition],
+            "run, and its SNR": f"{run}, {runs[run].definition}",
             "method": f"{'thesis’s: ' if theirs else ''}{best}",
         }
-        shown.append(head | at_snrs(curve, sorted(set(snrs.values())), _f1))
+        shown.append(head | at_snrs(curve, sorted(set(snrs.values())), lambda row: _f1(row, "–")))
     shown.sort(key=lambda row: row["images"])
     caption = (
         "Weighted F1 of the method that is best on the validation images and of the thesis's, in this run and in the "
-        "run of full size (config/thesis.yaml), whose scores the repository keeps: docs/results.md. The same SNR by "
+        "run of full size (config/thesis.yaml), whose scores the repository keeps: docs/results.md; with 95 % "
+        "intervals. The same SNR by "
         "another power is another one: by peak_3db power the same noise has more dB."
     )
     return (table("full_size", data, shown, caption),)
