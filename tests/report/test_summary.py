@@ -2,8 +2,8 @@
 
 import copy
 import itertools
-import re
 import json
+import re
 
 import fake
 import numpy as np
