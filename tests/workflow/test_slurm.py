@@ -100,7 +100,7 @@ def test_jobs_ask_for_what_their_rules_say(smoke):
     assert asked["timing"] == {("1", "01:00:00")}
     assert asked["report"] == {("2", "01:00:00")}  # of eight threads what the node has
     assert {job["MinMemoryNode"] for job in jobs["mesh"]} == {"4000M"}
-    assert {job["MinMemoryNode"] for job in jobs["report"]} == {"2000M"}
+    assert {job["MinMemoryNode"] for job in jobs["report"]} == {"4000M"}
 
 
 def test_second_run_has_nothing_to_do(smoke, environment):

@@ -50,7 +50,7 @@ rule report:
         "../../envs/report.yaml"
     threads: 8
     resources:
-        mem_mb=lambda w, threads: 1000 + 1000 * threads,
+        mem_mb=4000,
     params:
         settings=section(config, *config),
         stated=page_names(MODELS),
