@@ -17,10 +17,10 @@ rule train:
         "{root}/logs/learning/train/{run}/{model}.log",
     benchmark:
         "{root}/benchmarks/learning/train/{run}/{model}.tsv"
-    conda:
-        "../../envs/learning.yaml"
     # The longest jobs of learning: begun last, one would go on alone.
     priority: 1
+    conda:
+        "../../envs/learning.yaml"
     threads: 1
     resources:
         mem_mb=lambda w: megabytes_of(w.run, w.model),

@@ -20,9 +20,9 @@ rule solve:
         f"{FIELDS}/benchmarks/scattering/bands/{{target}}-{{band}}.tsv"
     wildcard_constraints:
         target=one_of(MESHED),
+    priority: learned_first
     conda:
         "../../envs/scattering.yaml"
-    priority: learned_first
     threads: solve_threads
     resources:
         mem_mb=solve_megabytes,
