@@ -72,6 +72,11 @@ WRONG = {
         "self.means",
         "model mine of multi: after it was saved and loaded.*means",
     ),
+    "another answer each time": (
+        "scores = -np",
+        "scores = np.random.rand() - np",
+        "mine of multi: asked twice .* gives two answers.* self.seed",
+    ),
     "a setting that is not there": (LEARNED, "        self.settings['depth']\n" + LEARNED, "the setting 'depth'"),
     "a fit of two arguments": (", validation=None, snrs=None, views=None", "", "fit cannot be called"),
     "no classes": (LEARNED, "        self.classes_ = None\n" + LEARNED, "classes_ must be a numpy array.*nothing"),

@@ -222,6 +222,10 @@ def test_one_frequency_shows_meshes_and_rcs_only(tmp_path):
     page = check_whole(report)
     assert not page.attributes("b") and "<b>.stl" in page.words
     assert headings(page) == ["checks", "fields", "meshes", "scattering", "run", "facts", "made", "glossary"]
+    # Of the glossary what the page says, and no word of learning.
+    glossary = page.words.partition("Glossary")[2]
+    assert "unknowns Edges of the mesh" in glossary
+    assert not any(word in glossary for word in ("weighted F1", "open set", "capsule", "softmax"))
     # Here every elevation and polarization is drawn.
     rcs = pd.read_csv(report / "tables" / "figure_rcs_ufo.csv")
     assert sorted(rcs["elevation"].unique()) == [-30, 0, 30]

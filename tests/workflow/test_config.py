@@ -409,8 +409,18 @@ def test_a_model_of_ones_own_takes_any_settings(tmp_path, monkeypatch):
         (tmp_path / path.name).write_text(path.read_text())
     (tmp_path / "mine.py").write_text((tmp_path / "knn.py").read_text().replace("SETTINGS", "NOTES"))
     monkeypatch.setattr("setup.check.MODELS", MODELS._replace(folder=str(tmp_path)))
-    overlay = {"learning": {"models": {"mine": {"depth": 3}}, **one_experiment(models=["mine"])["learning"]}}
-    assert load(overlay)["learning"]["models"]["mine"] == {"depth": 3}
+    overlay = {"learning": {"models": {"mine": {"depth": 3, "k": 1}}, **one_experiment(models=["mine"])["learning"]}}
+    assert load(overlay)["learning"]["models"]["mine"] == {"depth": 3, "k": 1}
+
+
+def test_a_setting_that_a_model_of_ones_own_can_do_without_is_not_asked_for(tmp_path, monkeypatch):
+    fit = "if 'depth' in self.settings: self.settings['depth']"
+    text = f"class Model:\n    def fit(self):\n        {fit}\n    def evaluate(self): self.settings.get('width')\n"
+    (tmp_path / "mine.py").write_text(text)
+    for path in (ROOT / "workflow/scripts/learning/models").glob("*.py"):
+        (tmp_path / path.name).write_text(path.read_text())
+    monkeypatch.setattr("setup.check.MODELS", MODELS._replace(folder=str(tmp_path)))
+    assert load({"learning": {"models": {"mine": {}}}})["learning"]["models"]["mine"] == {}
 
 
 @pytest.mark.parametrize(
@@ -428,6 +438,14 @@ def test_a_model_of_ones_own_takes_any_settings(tmp_path, monkeypatch):
             "LABELS = {'mine': 'my'}; it is a mapping of names to (label, words in a sentence)",
         ),
         ("class Model:\n    name = '\0'\n", "mine.py"),
+        (
+            "class Model:\n    def fit(self): self.settings['depth']\n    def evaluate(self): pass\n",
+            "mine.py asks for the setting 'depth', which is not there; add it.",
+        ),
+        (
+            "from learning.pytorch import PyTorch\nclass Model(PyTorch):\n    def network(self): pass\n",
+            "asks for the setting 'batch'",
+        ),
     ],
 )
 def test_a_model_that_cannot_work_is_refused_at_the_start(text, hint, tmp_path, monkeypatch):

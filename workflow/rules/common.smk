@@ -124,6 +124,11 @@ def expected(refuse):
     return unnamed(config, *OVERLAYS) + or_exit(overview, config, RESULTS, refuse, len(SEEDED))
 
 
+def numbered(number, mark):
+    """What tells the rule of a later set of SNRs, and its files, from those of the first: nothing for that one."""
+    return f"{mark}{number}" if number > 1 else ""
+
+
 def watched(path):
     """A file that the user chose, as an input; none if Snakemake would take braces in its path for wildcards."""
     return [] if "{" in path else path

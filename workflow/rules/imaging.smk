@@ -35,16 +35,16 @@ for number, snrs in enumerate(SNR_SETS, 1):
 
     rule:
         name:
-            "noise" if number == 1 else f"noise_{number}"
+            f"noise{numbered(number, '_')}"
         input:
             field=lambda w: for_images(f"{FIELDS}/scattering/{w.target}.zarr"),
             code=code("imaging/job_noise.py") + imager_code(),
         output:
             [directory(f"{{root}}/imaging/{{target}}/{snr}.zarr") for snr in snrs],
         log:
-            f"{{root}}/logs/imaging/{{target}}/noise{f'-{number}' if number > 1 else ''}.log",
+            f"{{root}}/logs/imaging/{{target}}/noise{numbered(number, '-')}.log",
         benchmark:
-            f"{{root}}/benchmarks/imaging/{{target}}/noise{f'-{number}' if number > 1 else ''}.tsv"
+            f"{{root}}/benchmarks/imaging/{{target}}/noise{numbered(number, '-')}.tsv"
         conda:
             "../../envs/imaging.yaml"
         threads: 1

@@ -39,7 +39,7 @@ for number, snrs in enumerate(SNR_SETS, 1):
 
     rule:
         name:
-            "predict" if number == 1 else f"predict_{number}"
+            f"predict{numbered(number, '_')}"
         input:
             stores=lambda w, snrs=snrs: expand(
                 f"{w.root}/imaging/{{target}}/{{snr}}.zarr", target=tested_targets(w.run), snr=snrs
@@ -50,9 +50,9 @@ for number, snrs in enumerate(SNR_SETS, 1):
         output:
             tables=expand("{{root}}/learning/predictions/{{run}}/{{model}}/{snr}.csv", snr=snrs),
         log:
-            f"{{root}}/logs/learning/predict/{{run}}/{{model}}{f'-{number}' if number > 1 else ''}.log",
+            f"{{root}}/logs/learning/predict/{{run}}/{{model}}{numbered(number, '-')}.log",
         benchmark:
-            f"{{root}}/benchmarks/learning/predict/{{run}}/{{model}}{f'-{number}' if number > 1 else ''}.tsv"
+            f"{{root}}/benchmarks/learning/predict/{{run}}/{{model}}{numbered(number, '-')}.tsv"
         conda:
             "../../envs/learning.yaml"
         threads: 1

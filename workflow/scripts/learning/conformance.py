@@ -103,11 +103,15 @@ def check_restored(model, restored, images, who):
     """
     images, loaded, why = images[:FEW], None, None
     before = model.evaluate(images)
+    if not _alike(before, model.evaluate(images)):
+        raise InputError(
+            f"{who}: asked twice about the same images, its evaluate gives two answers. All randomness must follow "
+            "from self.seed, anew in each call."
+        )
     try:
         loaded = restored()
         after = loaded.evaluate(images)
-        # Not to the last bit: arrays may lie in another order in memory.
-        if (after.labels != before.labels).any() or not np.allclose(after.scores, before.scores, 1e-3):
+        if not _alike(before, after):
             why = "it takes the same images for something else"
     except Exception as error:  # of whatever kind: it worked before it was saved
         why = f"it ends with {type(error).__name__}: {error}"
@@ -118,6 +122,11 @@ def check_restored(model, restored, images, who):
             f"{who}: after it was saved and loaded, {why}. What fit learns must be arrays whose names end with an "
             f"underscore{lost}, or the model needs methods save and load of its own (docs/adding-a-model.md)."
         )
+
+
+def _alike(one, other):
+    """Whether two Outcomes say the same; not to the last bit, as arrays may lie in another order in memory."""
+    return not (one.labels != other.labels).any() and np.allclose(one.scores, other.scores, 1e-3)
 
 
 def _shown(value):

@@ -19,12 +19,11 @@ from mesh.measures import describe, size
 from mesh.misses import GOAL, Followed, farthest
 from mesh.progress import begin, say
 from mesh.read import check_size, in_metres, read_cad
-from mesh.remesh import P99, Size, fitting, remesh, restore_volume
+from mesh.remesh import P99, P99_LIMIT, Size, fitting, remesh, restore_volume
 from mesh.repair import CLOSE, repair, thin
 from mesh.resolution import OF_PIECE, check_resolution, wanted_edge, wanted_edges
 
 ASYMMETRY = 1 / 100  # wavelengths at the top frequency between a target and its mirror image
-LONG = 1.35  # wanted edges: 99 % are shorter
 WRONG = 1 / 20  # wavelengths between mesh and source: more is another target
 CHANGED = 0.05  # of its area or volume: likewise
 MOST, CHEAP = 1.4, 1000  # times the triangles of the first mesh, or so many: more are not spent on its area alone
@@ -89,7 +88,7 @@ def _whole(half, surface, edge, axes):
         volume = topology.tetrahedra(*surface).sum() / 2 ** len(axes)
         restored = restore_volume(vertices, triangles, surface, volume, edge, axes)
         longest = np.percentile(topology.edge_lengths(restored, triangles), 99) / edge
-        if longest > LONG:  # what gets its volume back gets longer edges, too
+        if longest > P99_LIMIT:  # what gets its volume back gets longer edges, too
             vertices, triangles = fitting(vertices, triangles, Size(edge), None, axes, P99 * P99 / longest)
             restored = restore_volume(vertices, triangles, surface, volume, edge, axes)
         vertices = restored

@@ -20,6 +20,17 @@ GLOSSARY = {
     "target; 0.5 is chance.",
     "FPR at 95 % TPR": "The share of unknown images that are kept by the threshold that keeps 95 % of the known ones.",
     "OSCR": "Area under the rate of correct classification against that of unknown images taken for known.",
+    "confidence score": "How much an image is like the known classes to a model: larger is more, and what is below a "
+    "threshold is rejected.",
+    "softmax": "As a confidence score the largest probability that a model gives a known class.",
+    "maximum logit": "As a confidence score the largest output for a known class before the softmax.",
+    "energy": "As a confidence score the logarithm of the sum of exp(logit) over the known classes.",
+    "Mahalanobis": "As a confidence score minus the distance of a network's hidden units to the nearest class's mean, "
+    "in units of their scatter.",
+    "capsule length": "As a confidence score the length of the longest activation vector.",
+    "Gaussian mixture": "As a confidence score the density of the predicted class's activation vector under a mixture "
+    "of Gaussians fitted to that class.",
+    "coherence": "The magnitude of a normalised complex correlation: 1 where two images are alike but for a factor.",
     "OpenMax": "A softmax with a class 'unknown' besides, from how far an image's logits lie from its class's mean.",
     "peak_3db": "Signal power is the mean over the aperture's samples within 3 dB of its strongest.",
     "mean power": "Signal power is the mean over all samples of the aperture.",
@@ -44,6 +55,9 @@ GLOSSARY = {
     "method of moments": "Surface currents in basis functions on a mesh, found from a linear system.",
     "EFIE": "Electric field integral equation.",
     "CFIE": "Combined field integral equation, for closed targets; it has no interior resonances.",
+    "aperture": "The aspects whose echoes together make one image.",
+    "folds": "Of a split by sector: which arcs test and which train; a model is fitted to each fold.",
+    "realizations": "Draws of the noise that are added to the same echoes.",
     "range profile": "Echo against range at one aspect, from all frequencies together.",
     "sinogram": "Range profiles side by side over azimuth: each scatterer draws a sine.",
     "validation mean": "Mean weighted F1 over the middle SNRs on the validation images, by which methods are ranked.",

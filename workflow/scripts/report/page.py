@@ -1,5 +1,6 @@
 """Put the page together: one self-contained HTML file, and its figures (SVG) and tables (CSV) beside it."""
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -62,7 +63,7 @@ def write_report(folder, settings, stated, page, figures, tables, threads=1):
 def write_page(title, name, shown, page, figures, tables):
     """Write a page with a title, a run's name, and what the template shows, by name; the rest as in `write_report`."""
     bare = {"summary": (), "checks": (), "headline": None, "full_size": (), "live": {}, "comparison": None}
-    shown = bare | shown | {"glossary": GLOSSARY}
+    shown = bare | shown
     sections = [section for part in shown["parts"] for section in part.sections]
     drawn = [*shown["thumbnails"].values(), *([shown["headline"]] if shown["headline"] else [])]
     drawn += [figure for section in sections for figure in section.figures]
@@ -71,7 +72,9 @@ def write_page(title, name, shown, page, figures, tables):
     files = _files(drawn, listed)
     _write_files(files, Path(figures), Path(tables))
     data = {paths: Markup(text) for paths, text in embedded(files, shown.pop("live")).items()}
-    html = _environment().get_template("template.html").render(title=title, name=name, data=data, **shown)
+    template, shown = _environment().get_template("template.html"), shown | {"title": title, "name": name}
+    said = template.render(**shown, glossary={}, data={}).partition("<script")[0]
+    html = template.render(**shown, glossary=_spoken(said), data=data)
     # Last: whoever finds the page finds its files too.
     Path(page).parent.mkdir(parents=True, exist_ok=True)
     Path(page).write_text(html)
@@ -149,6 +152,11 @@ def _environment():
     environment.globals["stylesheet"] = Markup((HERE / "style.css").read_text())
     environment.globals["scripts"] = [Markup((HERE / name).read_text()) for name in SCRIPTS]
     return environment
+
+
+def _spoken(text):
+    """The words of the glossary that a text has, with their meaning."""
+    return {term: meaning for term, meaning in GLOSSARY.items() if re.search(rf"(?<![\w-]){term}(?![\w-])", text)}
 
 
 def _in_two(caption):

@@ -192,6 +192,9 @@ def _of_models(models):
             if setting not in NOT_HYPER and value == []:
                 yield f"'{key}.{setting}': an empty list leaves nothing to choose from."
         stated = kind(MODELS, file).settings
+        # What a kind with SETTINGS has is checked by them.
+        for setting in sorted(kind(MODELS, file).asked - settings.keys()) if stated is None else ():
+            yield f"'{key}': {file}.py asks for the setting '{setting}', which is not there; add it."
         smallest = kind(MODELS, file).stated.get("smallest", 1)
         if not isinstance(smallest, int):
             yield f"'{key}': {file}.py says smallest = {smallest!r}; it is a whole number of pixels a side."

@@ -21,8 +21,9 @@ class Seam(NamedTuple):
 
 
 class Kind(NamedTuple):
-    """What a file says of itself: the names of its class's methods, and the attributes that it states as literals.
+    """What a file says of itself: its class's methods, the attributes it states as literals, the settings it takes.
 
+    asked: those that it takes as `self.settings["name"]`, and nowhere asks whether they are there.
     Those of a base class from another file below workflow/scripts are its own, too.
     An attribute SETTINGS is a mapping of a setting's name to its JSON schema (type, bounds, description); without one
     any settings are taken.
@@ -31,6 +32,7 @@ class Kind(NamedTuple):
     file: str  # below workflow/scripts
     methods: frozenset
     stated: dict
+    asked: frozenset
 
     @property
     def settings(self):
@@ -92,20 +94,20 @@ def kind(seam, name):
 
 
 def _said(file, name):
-    """The methods and literals of a class in a file, and those of its bases from files below workflow/scripts."""
+    """What a class in a file has, as `Kind` has it, with its bases from files below workflow/scripts."""
     tree = ast.parse((SCRIPTS / file).read_bytes(), file)
     found = next((node for node in tree.body if isinstance(node, ast.ClassDef) and node.name == name), None)
     if found is None:
-        return frozenset(), {}
-    methods, stated = frozenset(), {}
+        return frozenset(), {}, frozenset()
+    methods, stated, asked = frozenset(), {}, _asked(found)
     imported = [node for node in tree.body if isinstance(node, ast.ImportFrom) and node.module and not node.level]
     for base in reversed([base.id for base in found.bases if isinstance(base, ast.Name)]):
         for node in imported:
             module = f"{node.module.replace('.', '/')}.py"
             names = [alias.name for alias in node.names if not alias.asname]
             if base in names and module != DEFAULTS and (SCRIPTS / module).is_file():
-                inherited, literals = _said(module, base)
-                methods, stated = methods | inherited, stated | literals
+                inherited, literals, wanted = _said(module, base)
+                methods, stated, asked = methods | inherited, stated | literals, asked | wanted
     for node in found.body:
         if isinstance(node, ast.Assign | ast.AnnAssign):
             for target in node.targets if isinstance(node, ast.Assign) else [node.target]:
@@ -113,7 +115,19 @@ def _said(file, name):
                     stated[target.id] = ast.literal_eval(node.value)
                 except (AttributeError, ValueError):  # no plain name, no value, or none that is a literal
                     continue
-    return methods | {node.name for node in found.body if isinstance(node, ast.FunctionDef)}, stated
+    return methods | {node.name for node in found.body if isinstance(node, ast.FunctionDef)}, stated, asked
+
+
+def _asked(found):
+    """Names of the settings that a class cannot do without."""
+    taken, sought = set(), set()
+    for node in ast.walk(found):
+        match node:
+            case ast.Subscript(value=ast.Attribute(attr="settings"), slice=ast.Constant(value=str(name))):
+                taken.add(name)
+            case ast.Compare(left=ast.Constant(value=str(name))):  # "name" in self.settings
+                sought.add(name)
+    return frozenset(taken - sought)
 
 
 def page_names(models):
