@@ -35,6 +35,7 @@ LEARNED = "        return self\n"
 MEANS = "self.means_"
 GIVEN = 'Outcome(self.classes_[scores.argmax(axis=1)], scores, {"likeness": scores.max(axis=1)})'
 KNOWN = '{"likeness": scores.max(axis=1)}'
+AFTER = PLAIN[PLAIN.index(LEARNED) :]
 LABELS = "self.classes_[scores.argmax(axis=1)]"
 
 
@@ -77,6 +78,18 @@ WRONG = {
         "scores = np.random.rand() - np",
         "mine of multi: asked twice .* gives two answers.* self.seed",
     ),
+    "a confidence score that is another each time": (KNOWN, '{"likeness": np.random.rand(len(images))}', "two answers"),
+    "a confidence score of what is not saved": (
+        AFTER,
+        "        self.lost = 3\n" + AFTER.replace(KNOWN, '{"likeness": scores.max(axis=1) + getattr(self, "lost", 0)}'),
+        r"saved and loaded, it says something else of the same images.*\(not loaded: lost\)",
+    ),
+    "an answer that is the others' of its batch": (
+        "        return Outcome",
+        "        scores = scores - scores.mean(axis=0)\n        return Outcome",
+        "something else of an image alone than among others",
+    ),
+    "an evaluate of no argument": ("def evaluate(self, images)", "def evaluate(self)", "its evaluate cannot be called"),
     "a setting that is not there": (LEARNED, "        self.settings['depth']\n" + LEARNED, "the setting 'depth'"),
     "a fit of two arguments": (", validation=None, snrs=None, views=None", "", "fit cannot be called"),
     "no classes": (LEARNED, "        self.classes_ = None\n" + LEARNED, "classes_ must be a numpy array.*nothing"),

@@ -67,12 +67,15 @@ class Classifier:
         raise NotImplementedError
 
     def evaluate(self, images):
-        """The Outcome of images (observations, range, crossrange), in one pass over them."""
+        """The Outcome of images (observations, range, crossrange), in one pass over them.
+
+        Each image is judged by itself: what others are among them changes nothing.
+        """
         raise NotImplementedError
 
     def predict(self, images):
         """Predicted labels, shape (observations,)."""
-        return self.classes_[self.decision_function(images).argmax(axis=1)]
+        return self.evaluate(images).labels
 
     def decision_function(self, images):
         """Scores, shape (observations, classes), one column per class also for two classes: larger = likelier."""

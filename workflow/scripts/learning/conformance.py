@@ -15,6 +15,7 @@ from learning.classifier import FOLDER, OTHER, Outcome
 
 FEW = 8  # images that a model is tried on
 ARGUMENTS = ("images", "labels", "validation", "snrs", "views")
+NEAR = 1e-3  # of the largest score: two answers that differ by less are the same
 CURVE = ("epoch", "loss", "accuracy", "validation_loss", "validation_accuracy")  # what the report draws
 
 
@@ -24,14 +25,15 @@ def describe(model, run, kind):
 
 
 def check_face(model, who):
-    """Raise InputError for a model whose `fit` does not take what `train` gives it."""
-    try:
-        inspect.signature(model.fit).bind(*ARGUMENTS)
-    except TypeError as error:
-        raise InputError(
-            f"{who}: its fit cannot be called ({error}); write fit(self, images, labels, validation=None, snrs=None, "
-            "views=None)."
-        ) from None
+    """Raise InputError for a model whose `fit` or `evaluate` does not take what it is given."""
+    for method, arguments, wanted in (
+        (model.fit, ARGUMENTS, "fit(self, images, labels, validation=None, snrs=None, views=None)"),
+        (model.evaluate, ARGUMENTS[:1], "evaluate(self, images)"),
+    ):
+        try:
+            inspect.signature(method).bind(*arguments)
+        except TypeError as error:
+            raise InputError(f"{who}: its {method.__name__} cannot be called ({error}); write {wanted}.") from None
 
 
 def check_fitted(model, labels, images, who):
@@ -57,8 +59,22 @@ def check_fitted(model, labels, images, who):
             raise InputError(
                 f"{who}: its curve_ must be a mapping with columns {', '.join(CURVE)}, each with a value an epoch."
             )
-    for count in {1, min(FEW, len(images))}:
-        check_outcome(model.evaluate(images[:count]), count, classes, who)
+    few = model.evaluate(images[:FEW])
+    check_outcome(few, min(FEW, len(images)), classes, who)
+    if not _alike(few, model.evaluate(images[:FEW])):
+        raise InputError(
+            f"{who}: asked twice about the same images, its evaluate gives two answers. All randomness must follow "
+            "from self.seed, anew in each call."
+        )
+    alone = model.evaluate(images[:1])
+    check_outcome(alone, 1, classes, who)
+    # Images come to it target by target: what it reads off the others would be the answer.
+    first = Outcome(few.labels[:1], few.scores[:1], {name: values[:1] for name, values in few.known.items()})
+    if not _alike(first, alone):
+        raise InputError(
+            f"{who}: its evaluate says something else of an image alone than among others. It must judge each image by "
+            "itself."
+        )
 
 
 def check_outcome(outcome, count, classes, who, where=""):
@@ -103,16 +119,11 @@ def check_restored(model, restored, images, who):
     """
     images, loaded, why = images[:FEW], None, None
     before = model.evaluate(images)
-    if not _alike(before, model.evaluate(images)):
-        raise InputError(
-            f"{who}: asked twice about the same images, its evaluate gives two answers. All randomness must follow "
-            "from self.seed, anew in each call."
-        )
     try:
         loaded = restored()
         after = loaded.evaluate(images)
         if not _alike(before, after):
-            why = "it takes the same images for something else"
+            why = "it says something else of the same images"
     except Exception as error:  # of whatever kind: it worked before it was saved
         why = f"it ends with {type(error).__name__}: {error}"
     if why:
@@ -126,7 +137,18 @@ def check_restored(model, restored, images, who):
 
 def _alike(one, other):
     """Whether two Outcomes say the same; not to the last bit, as arrays may lie in another order in memory."""
-    return not (one.labels != other.labels).any() and np.allclose(one.scores, other.scores, 1e-3)
+    numbers = ({"": outcome.scores, **outcome.known} for outcome in (one, other))
+    mine, theirs = ({name: np.asarray(values, float) for name, values in named.items()} for named in numbers)
+    return (
+        mine.keys() == theirs.keys()
+        and not (one.labels != other.labels).any()
+        and all(np.allclose(mine[name], theirs[name], NEAR, NEAR * _largest(mine[name])) for name in mine)
+    )
+
+
+def _largest(values):
+    """The largest finite magnitude."""
+    return np.abs(values[np.isfinite(values)]).max(initial=0)
 
 
 def _shown(value):

@@ -29,9 +29,6 @@ class Model(Classifier):
         self.squared_norms_ = np.einsum("ij,ij->i", self.references_, self.references_)
         return self
 
-    def predict(self, images):
-        return self.evaluate(images).labels  # the vote's
-
     def evaluate(self, images):
         distances = squared_distances(real_imaginary(images), self.references_, self.squared_norms_)
         scores = -np.sqrt(np.minimum.reduceat(distances, self.starts_, axis=1))
