@@ -155,7 +155,7 @@ def test_the_first_screen_answers(browser, whole):
         """[...document.querySelectorAll(".summary p, .checks > ul > li, .targets strong, #figure-headline img, h1")]
           .filter((one) => one.getBoundingClientRect().bottom < innerHeight).map((one) => one.innerText || one.alt)"""
     )
-    assert sum(text.startswith(("3 meshes", "At 12 dB", "What bounds it")) for text in shown) == 3
+    assert sum(text.startswith(("The radar echo of 3", "At 12 dB", "What bounds it")) for text in shown) == 3
     assert any(text.startswith("Sphere, solved in this run: 0.012 dB") for text in shown)
     assert {"drone", "missile", "ufo"} <= set(shown)
     assert any(text.startswith("Weighted F1 against test SNR") for text in shown)

@@ -63,7 +63,10 @@ def test_meshes_that_meet_their_goals_are_not_doubted(results):
 
 def test_the_sentences_say_what_the_scores_say(results, whole):
     done, reached, bounds = section_summary.sentences(results)
-    assert "3 targets at 0.8 to 1.2 GHz from 3 × 24 directions" in done and "to reject ufo" in done
+    assert (
+        "3 targets at 0.8 to 1.2 GHz from 3 × 24 directions, solved on their meshes; ISAR" in done
+        and "to reject ufo" in done
+    )
     scores = results.scores.query("split == 'sector' and threshold == 'blind' and metric == 'f1_weighted'")
     scores = scores.query("test_snr_db == 12 and elevation == 'all'")
     best = scores[(scores["model"] == "knn") & (scores["score"] == "softmax")]["value"].iloc[0]

@@ -18,8 +18,10 @@ GLOSSARY = {
     "MSE": "Mean squared error between an image and its reconstruction.",
     "AUROC": "The probability that an image of a known target has a higher confidence score than one of an unknown "
     "target; 0.5 is chance.",
-    "FPR at 95 % TPR": "The share of unknown images that are kept by the threshold that keeps 95 % of the known ones.",
-    "OSCR": "Area under the rate of correct classification against that of unknown images taken for known.",
+    "FPR at 95 % TPR": "False positive rate at a true positive rate of 95 %: the share of unknown images that are kept "
+    "by the threshold that keeps 95 % of the known ones.",
+    "OSCR": "Open-set classification rate: area under the rate of correct classification against that of unknown "
+    "images taken for known.",
     "confidence score": "How much an image is like the known classes to a model: larger is more, and what is below a "
     "threshold is rejected.",
     "softmax": "As a confidence score the largest probability that a model gives a known class.",
@@ -31,6 +33,17 @@ GLOSSARY = {
     "Gaussian mixture": "As a confidence score the density of the predicted class's activation vector under a mixture "
     "of Gaussians fitted to that class.",
     "coherence": "The magnitude of a normalised complex correlation: 1 where two images are alike but for a factor.",
+    "noise taken out": "The noise's power, estimated from the image, is taken out of the variance that ZNCC is "
+    "divided by.",
+    "nearest distance": "As a confidence score minus the distance to the nearest training image.",
+    "5th nearest neighbour": "As a confidence score minus the distance of a network's hidden units to the 5th nearest "
+    "of the training images.",
+    "margin": "As a confidence score the signed distance from the separating surface of a known class, in margins.",
+    "relative Mahalanobis": "The Mahalanobis score, less the same of all training images together.",
+    "SVM": "Support vector machine, with a Gaussian kernel.",
+    "KNN": "K nearest neighbours, which vote.",
+    "FCNN": "Fully connected neural network.",
+    "LR": "Logistic regression.",
     "OpenMax": "A softmax with a class 'unknown' besides, from how far an image's logits lie from its class's mean.",
     "peak_3db": "Signal power is the mean over the aperture's samples within 3 dB of its strongest.",
     "mean power": "Signal power is the mean over all samples of the aperture.",

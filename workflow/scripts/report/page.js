@@ -42,6 +42,7 @@ const page = (() => {
   const TURNED = {
     "#000000": "#d5dbe3", "#222222": "#f0f3f6", "#ffffff": "#14181f", "#d9d9d9": "#39414d", "#767676": "#9aa4b1",
     "#a6193c": "#e0567a", "#5b4bb5": "#9d8ff0", "#0072b2": "#4a9fd8", "#00707a": "#2aa5b0", "#7a6a00": "#b5a12a",
+    "#3a93c9": "#a5d8f3",
   };
   const isDark = () => root.dataset.look === "dark";
   const ink = (color) => (isDark() ? TURNED[color.toLowerCase()] || color : color);
@@ -105,7 +106,7 @@ const page = (() => {
     redraw();
   }
 
-  // Words of the glossary: the first time that each stands in a block, a button that says what it means.
+  // Words of the glossary: the first time that each stands in a block, what one points at says what it means.
   const terms = new Map([...document.querySelectorAll(".glossary dt")].map((one) => [one.textContent, one.nextElementSibling.textContent]));
   const escaped = [...terms.keys()].sort((a, b) => b.length - a.length).map((term) => term.replace(/[.*+?^${}()|[\]\\]/g, "\\$&"));
   const any = new RegExp(`(?<![\\w-])(?:${escaped.join("|")})(?![\\w-])`, "g");
@@ -113,16 +114,17 @@ const page = (() => {
     if (block.dataset.explained) return;
     block.dataset.explained = "yes";
     const said = new Set(), walker = document.createTreeWalker(block, NodeFilter.SHOW_TEXT), nodes = [];
-    while (walker.nextNode()) if (!walker.currentNode.parentElement.closest("a, button, output")) nodes.push(walker.currentNode);
+    while (walker.nextNode()) if (!walker.currentNode.parentElement.closest("a, button, output, .term")) nodes.push(walker.currentNode);
     for (const node of nodes) {
       const parts = [];
       let from = 0;
       for (const { 0: term, index } of node.data.matchAll(any)) {
         if (said.has(term)) continue;
         said.add(term);
-        const button = Object.assign(document.createElement("button"), { type: "button", className: "term", textContent: term });
-        button.setAttribute("aria-describedby", "meaning");
-        parts.push(node.data.slice(from, index), button);
+        // No button: a line may break before the comma behind one.
+        const word = Object.assign(document.createElement("span"), { className: "term", textContent: term, tabIndex: 0, role: "button" });
+        word.setAttribute("aria-describedby", "meaning");
+        parts.push(node.data.slice(from, index), word);
         from = index + term.length;
       }
       if (parts.length) node.replaceWith(...parts, node.data.slice(from));
@@ -170,7 +172,7 @@ const page = (() => {
   fold.addEventListener("click", () => {
     const open = fold.getAttribute("aria-expanded") === "false";
     foldAll(open);
-    document.querySelectorAll("main details").forEach((box) => (box.open = open));
+    document.querySelectorAll("details").forEach((box) => (box.open = open));
   });
   const state = () => {
     const open = parts.every((part) => part.open);

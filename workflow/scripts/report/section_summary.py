@@ -26,10 +26,11 @@ def _done(results):
     frequency = sweep.frequencies(settings["radar"]) / 1e9
     elevation, azimuth = sweep.elevations(settings["aspect"]), sweep.azimuths(settings["aspect"])
     band = f"{frequency[0]:g} GHz" if len(frequency) == 1 else f"{frequency[0]:.3g} to {frequency[-1]:.3g} GHz"
-    fields = f"the radar echo of {_several(len(results.targets), 'target')} at {band} from {len(elevation)} × "
-    fields += f"{len(azimuth)} directions"
-    made = f"{_several(len(results.meshed), 'mesh', 'meshes')} solved for {fields}" if results.meshed else fields
-    text = f"{made[0].upper()}{made[1:]}"
+    text = f"The radar echo of {_several(len(results.targets), 'target')} at {band} from {len(elevation)} × "
+    text += f"{len(azimuth)} directions"
+    if results.meshed:
+        some = len(results.meshed) < len(results.targets)
+        text += f", solved on {f'the meshes of {len(results.meshed)} of them' if some else 'their meshes'}"
     if results.images_are_made:
         images, snrs = planned(settings), settings["noise"]["snr_db"]
         text += f"; ISAR images of {images['range_pixels']} × {images['crossrange_pixels']} pixels made of it, "

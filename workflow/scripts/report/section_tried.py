@@ -147,7 +147,7 @@ def gain_figure(results, scores, ranks, reference):
         f"validation images with {LEAD} thresholds, of those at whose training SNRs {reference} is trained, too: here "
         "on the test images, and their gain over that network, with ZNCC, on the folds that both have, with its 95 % "
         "interval from the same resamples. Markers stand at the SNRs of that range at which the latter is below "
-        f"{SOLVED:g}. At these, the interval of the best method's gain lies above 0 under {counts}."
+        f"{SOLVED:g}. At how many of these the interval of the best method's gain lies above 0: {counts}."
         f"{conditions(results, data)}"
     )
     return (figure("best_gain", drawing, data, alt, caption, wide=True),)
@@ -157,7 +157,7 @@ def _count(rows):
     """At how many of the SNRs that `judged` gives the interval lies above 0, in words."""
     if len(rows) and rows["low"].isna().all():
         return "at none, as one fold has no interval"
-    missed = ", ".join(f"{snr:g}" for snr in rows[~rows["above"]]["test_snr_db"])
+    missed = ", ".join(f"{snr:g}" for snr in rows[~rows["above"]]["test_snr_db"]) if rows["above"].any() else ""
     return f"at {rows['above'].sum()} of {len(rows)}{f', not at {missed} dB' if missed else ''}"
 
 

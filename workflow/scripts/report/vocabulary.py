@@ -35,7 +35,7 @@ MIDDLE = (-12, 12)  # dB: the SNRs by which methods are ranked
 POWERS = {"mean": "mean power", "peak_3db": "peak_3db power"}  # by definition of SNR
 PROPER = {"fcnn": "FCNN", "openmax": "OpenMax", "svm": "SVM", "knn": "KNN", "lr": "LR", "mse": "MSE", "zncc": "ZNCC"}
 # By the places that models and confidence scores state.
-MODEL_COLORS = (BLUE, SKY, VERMILION, GREEN, BLACK, PURPLE, ORANGE, CRIMSON, TEAL, OLIVE, INDIGO, GREY)
+MODEL_COLORS = (BLUE, INDIGO, VERMILION, GREEN, BLACK, PURPLE, ORANGE, CRIMSON, TEAL, OLIVE, SKY, GREY)
 MODEL_MARKERS, SCORE_MARKERS = "oosDx^vPXph+", "osD^v<>x+*PXphd8"
 
 
