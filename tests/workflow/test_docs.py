@@ -1,6 +1,8 @@
 """What the pages in docs/ and the README print works: links, the example store and the example model."""
 
 import re
+import subprocess
+import sys
 
 import h5py
 import numpy as np
@@ -59,6 +61,26 @@ def test_example_store_is_taken_as_it_is(points):
         taken, made = (xr.open_zarr(path).field.values for path in ("taken.zarr", target["field"]))
         assert taken.shape == (1, 14, 2, 120)
         np.testing.assert_array_equal(taken, made)
+
+
+def counted(block):
+    """{rule: jobs} as a block of a page shows it."""
+    return {rule: int(jobs) for rule, jobs in re.findall(r"^(\w+) +(\d+)$", block, re.MULTILINE) if rule != "total"}
+
+
+def test_pages_show_the_plans_that_snakemake_makes(project_of):
+    project, plans = project_of("pages"), {}
+    for page, config in (("tutorial.md", "glider"), ("own-fields.md", "points")):
+        files = [code for code in blocks(page, "python") if "file.write" in code or "to_zarr" in code]
+        (project.folder / "fields").mkdir(exist_ok=True)
+        subprocess.run([sys.executable, "-c", *files], cwd=project.folder, check=True)
+        (text,) = [text for text in blocks(page, "yaml") if f"name: {config}" in text]
+        project.write(f"config/{config}.yaml", text)
+        (plans[config],) = [block for block in blocks(page, "console") if re.search("^train ", block, re.MULTILINE)]
+    smoke = ["report", "--configfile", "config/smoke.yaml", "config/glider.yaml"]
+    assert project.planned(*smoke) == counted(plans["glider"])
+    assert project.planned("report", "--configfile", "config/points.yaml") == counted(plans["points"])
+    assert f"{sum(counted(plans['points']).values())} of " in plans["points"]
 
 
 @pytest.fixture(scope="module")
