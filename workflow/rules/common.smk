@@ -125,7 +125,7 @@ def expected(refuse):
 
 
 def numbered(number, mark):
-    """What tells the rule of a later set of SNRs, and its files, from those of the first: nothing for that one."""
+    """What the names of a later set of SNRs end with: its number, after a mark. The first set's end with nothing."""
     return f"{mark}{number}" if number > 1 else ""
 
 
