@@ -15,7 +15,7 @@ from learning.classifier import FOLDER, OTHER, Outcome
 
 FEW = 8  # images that a model is tried on
 ARGUMENTS = ("images", "labels", "validation", "snrs", "views")
-NEAR = 1e-3  # of the largest score: two answers that differ by less are the same
+NEAR, BATCHED = 1e-3, 1e-2  # of the largest score: two answers that differ by less are the same, also in another batch
 CURVE = ("epoch", "loss", "accuracy", "validation_loss", "validation_accuracy")  # what the report draws
 
 
@@ -70,7 +70,7 @@ def check_fitted(model, labels, images, who):
     check_outcome(alone, 1, classes, who)
     # Images come to it target by target: what it reads off the others would be the answer.
     first = Outcome(few.labels[:1], few.scores[:1], {name: values[:1] for name, values in few.known.items()})
-    if not _alike(first, alone):
+    if not _near(first, alone, BATCHED):
         raise InputError(
             f"{who}: its evaluate says something else of an image alone than among others. It must judge each image by "
             "itself."
@@ -137,18 +137,19 @@ def check_restored(model, restored, images, who):
 
 def _alike(one, other):
     """Whether two Outcomes say the same; not to the last bit, as arrays may lie in another order in memory."""
+    return not (one.labels != other.labels).any() and _near(one, other, NEAR)
+
+
+def _near(one, other, near):
+    """Whether the scores of two Outcomes agree within a share of the largest.
+
+    Of the largest of all: a distance to a training image's copy, 0, is rounding alone.
+    """
     numbers = ({"": outcome.scores, **outcome.known} for outcome in (one, other))
     mine, theirs = ({name: np.asarray(values, float) for name, values in named.items()} for named in numbers)
-    return (
-        mine.keys() == theirs.keys()
-        and not (one.labels != other.labels).any()
-        and all(np.allclose(mine[name], theirs[name], NEAR, NEAR * _largest(mine[name])) for name in mine)
-    )
-
-
-def _largest(values):
-    """The largest finite magnitude."""
-    return np.abs(values[np.isfinite(values)]).max(initial=0)
+    every = np.concatenate([values.ravel() for values in mine.values()])
+    limit = near * np.abs(every[np.isfinite(every)]).max(initial=0)
+    return mine.keys() == theirs.keys() and all(np.allclose(mine[name], theirs[name], near, limit) for name in mine)
 
 
 def _shown(value):
