@@ -12,7 +12,7 @@ RULES = {
 }
 # One that is made for each of several sets, in a loop.
 RULES |= {
-    re.search(r'name:\s+"(\w+)"', body)[1]: re.sub("^    ", "", body, flags=re.MULTILINE)
+    re.search(r'name:\s+f?"(\w+)', body)[1]: re.sub("^    ", "", body, flags=re.MULTILINE)
     for text in TEXTS
     for body in re.findall(r"^    rule:\n((?:(?:        .*)?\n)+)", text, re.MULTILINE)
 }
