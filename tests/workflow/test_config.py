@@ -404,22 +404,25 @@ def test_a_model_has_the_settings_of_its_kind_where_it_has_none():
     assert models["models"]["fcnn"]["epochs"] == 5
 
 
-def test_a_model_of_ones_own_takes_any_settings(tmp_path, monkeypatch):
+@pytest.fixture
+def own_models(tmp_path, monkeypatch):
+    """A folder of the repository's models, to which a test adds one of its own."""
     for path in (ROOT / "workflow/scripts/learning/models").glob("*.py"):
         (tmp_path / path.name).write_text(path.read_text())
-    (tmp_path / "mine.py").write_text((tmp_path / "knn.py").read_text().replace("SETTINGS", "NOTES"))
     monkeypatch.setattr("setup.check.MODELS", MODELS._replace(folder=str(tmp_path)))
+    return tmp_path
+
+
+def test_a_model_of_ones_own_takes_any_settings(own_models):
+    (own_models / "mine.py").write_text((own_models / "knn.py").read_text().replace("SETTINGS", "NOTES"))
     overlay = {"learning": {"models": {"mine": {"depth": 3, "k": 1}}, **one_experiment(models=["mine"])["learning"]}}
     assert load(overlay)["learning"]["models"]["mine"] == {"depth": 3, "k": 1}
 
 
-def test_a_setting_that_a_model_of_ones_own_can_do_without_is_not_asked_for(tmp_path, monkeypatch):
+def test_a_setting_that_a_model_of_ones_own_can_do_without_is_not_asked_for(own_models):
     fit = "if 'depth' in self.settings: self.settings['depth']"
     text = f"class Model:\n    def fit(self):\n        {fit}\n    def evaluate(self): self.settings.get('width')\n"
-    (tmp_path / "mine.py").write_text(text)
-    for path in (ROOT / "workflow/scripts/learning/models").glob("*.py"):
-        (tmp_path / path.name).write_text(path.read_text())
-    monkeypatch.setattr("setup.check.MODELS", MODELS._replace(folder=str(tmp_path)))
+    (own_models / "mine.py").write_text(text)
     assert load({"learning": {"models": {"mine": {}}}})["learning"]["models"]["mine"] == {}
 
 
@@ -448,11 +451,8 @@ def test_a_setting_that_a_model_of_ones_own_can_do_without_is_not_asked_for(tmp_
         ),
     ],
 )
-def test_a_model_that_cannot_work_is_refused_at_the_start(text, hint, tmp_path, monkeypatch):
-    for path in (ROOT / "workflow/scripts/learning/models").glob("*.py"):
-        (tmp_path / path.name).write_text(path.read_text())
-    (tmp_path / "mine.py").write_text(text)
-    monkeypatch.setattr("setup.check.MODELS", MODELS._replace(folder=str(tmp_path)))
+def test_a_model_that_cannot_work_is_refused_at_the_start(text, hint, own_models):
+    (own_models / "mine.py").write_text(text)
     with pytest.raises(InputError) as caught:
         load({"learning": {"models": {"mine": {}}}})
     assert "learning.models.mine" in str(caught.value) and hint in str(caught.value)

@@ -171,7 +171,6 @@ const page = (() => {
   const fold = byId("fold");
   fold.addEventListener("click", () => {
     const open = fold.getAttribute("aria-expanded") === "false";
-    foldAll(open);
     document.querySelectorAll("details").forEach((box) => (box.open = open));
   });
   const state = () => {

@@ -7,6 +7,7 @@ from report.layout import GREY, ON_DARK, ON_LIGHT, canvas
 
 # How a published statement is written, and the marker that stands for it.
 RELATIONS = {">=": ("≥", "^"), ">": (">", "^"), "<=": ("≤", "v"), "<": ("<", "v"), "=": ("=", "o")}
+MEANT = {"^": "at least", "v": "at most", "o": "equal to"}  # what these markers say in words
 REJECTING = {"color": GREY, "ls": ":", "lw": 1.6, "label": "everything rejected"}
 BAND = 0.18  # how opaque a 95 % interval is
 TRAININGS = "os^Dv<>"  # markers by training SNR
@@ -60,12 +61,17 @@ def draw_curve(axes, rows, color, marker="", band=True, **look):
         axes.fill_between(rows["test_snr_db"], rows["low"], rows["high"], color=color, alpha=BAND, lw=0)
 
 
-def draw_published(axes, rows, color):
-    """Published statements as open markers. color: a mapping of their models to a colour, or one for all."""
+def draw_published(axes, rows, color, whose=""):
+    """Published statements as open markers. color: a mapping of their models to a colour, or one for all.
+
+    whose: what the legend calls them; nothing leaves them out of it.
+    """
     for row in rows.itertuples():
         edge = color[row.model] if isinstance(color, dict) else color
         look = {"ms": 8, "mfc": "white", "mec": edge, "mew": 1.5, "zorder": 3, "clip_on": False}
-        axes.plot(row.snr_db, float(row.value), RELATIONS[row.relation][1], **look)
+        marker = RELATIONS[row.relation][1]
+        look["label"] = f"{whose}: {MEANT[marker]}" if whose else None
+        axes.plot(row.snr_db, float(row.value), marker, **look)
 
 
 def draw_rejecting(axes, values, upright=False, **look):

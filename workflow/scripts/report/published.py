@@ -6,10 +6,9 @@ import pandas as pd
 from report import thesis
 from report.conditions import conditions
 from report.layout import figure, table
-from report.plots import RELATIONS, draw_matrix, finish, holds, matrix, panels
+from report.plots import MEANT, RELATIONS, draw_matrix, finish, holds, matrix, panels
 from report.vocabulary import ACCURACY, ELEVATIONS, F1, METHOD, POWERS, heading, select, title, with_interval
 
-MEANT = {"^": "at least", "v": "at most", "o": "equal to"}  # by a marker of RELATIONS
 MARKERS = ", ".join(f"{sign} {words}" for sign, words in zip("▲▼●", MEANT.values(), strict=True))
 FULL_SIZE = "thesis, full-size network, 5.55 GHz"
 CLASSES = ["drone", "missile", "other"]  # of its confusion matrices

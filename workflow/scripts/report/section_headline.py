@@ -10,8 +10,8 @@ from learning.experiments import CLEAN, REFERENCE
 from report import thesis
 from report.conditions import conditions, meaning
 from report.layout import BLACK, figure
-from report.plots import RELATIONS, draw_curve, draw_published, draw_rejecting, finish, panels
-from report.published import FULL_SIZE, MEANT, beside
+from report.plots import draw_curve, draw_published, draw_rejecting, finish, panels
+from report.published import FULL_SIZE, beside
 from report.vocabulary import F1, METHOD, PROTOCOLS, SPLITS, middle_text, ranked, select, snr_axis, split_text, title
 
 # The sets of test images, as the page calls them, and the threshold in scores.csv.
@@ -74,14 +74,12 @@ def headline(results):
         draw_rejecting(axes, level(here["experiment"].unique()), label="all rejected, or named alike")
         if split == "random":
             for name in here["set"].unique():
-                draw_published(axes, select(statements, set=name), results.names.model(REFERENCE[0]).color)
+                color = results.names.model(REFERENCE[0]).color
+                draw_published(axes, select(statements, set=name), color, "thesis, full size")
         axes.set_title(f"{kind}, {split_text(split)}")
     grid[0, 0].set_ylim(0, 1.03)  # of all panels
-    extra = [Line2D([], [], color=BLACK, label=f"{PROTOCOLS[1]} thresholds", **THESIS_PROTOCOL)]
-    look = {"mec": results.names.model(REFERENCE[0]).color, "mfc": "white", "ms": 8, "mew": 1.5, "ls": ""}
-    for marker in sorted({RELATIONS[relation][1] for relation in statements["relation"]}):
-        extra.append(Line2D([], [], marker=marker, label=f"thesis, full size: {MEANT[marker]}", **look))
-    finish(drawing, grid, snr_axis(definition), "weighted F1", more=extra if "open set" in rows else extra[1:])
+    broken = Line2D([], [], color=BLACK, label=f"{PROTOCOLS[1]} thresholds", **THESIS_PROTOCOL)
+    finish(drawing, grid, snr_axis(definition), "weighted F1", more=[broken] if "open set" in rows else ())
     said = "; ".join(f"{name}, {_values(part)}" for name, part in drawn.groupby("set", sort=False))
     whose = f", and, with squares, of {network}, trained without noise, with ZNCC" if red else ""
     broken = "Broken lines: thresholds chosen with images of unknown targets, as in the thesis. "
