@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from core.errors import InputError
+from mesh.text import BOM, elements_of, numbered, point, quoted, rows, unix
 
 STL_RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 # What is saved under the name of an STL file, by how it begins.
@@ -25,7 +26,9 @@ OTHERS = (
     (b"off", "an OFF file; name it so"),
     (b"iso-10303", "a STEP file; name it so"),
 )
-BOM = b"\xef\xbb\xbf"  # some editors put it in front of text
+TEXT_STL = re.compile(rb"[\r\n]\s*(facet|end\s*solid)", re.IGNORECASE)
+OBJ_VERTEX = 3, 4, 6, 7  # numbers: x, y, z, perhaps a weight, perhaps a colour
+XYZ, CORNERS = [("x", "d"), ("y", "d"), ("z", "d")], [("vertex_indices", "dd")]
 
 
 class Surface(NamedTuple):
@@ -35,34 +38,7 @@ class Surface(NamedTuple):
     sizes: np.ndarray  # (F,) corners of each face
     corners: np.ndarray  # (sum of sizes,) vertices of the faces, one after the other
     lines: object = None  # (V,) the line of each vertex, in text files that have one
-
-
-def _lines(data):
-    """Numbers, from 1, and contents of a text's lines, whatever ends them."""
-    data = data.removeprefix(BOM).replace(b"\r\n", b"\n").replace(b"\r", b"\n")
-    return enumerate(io.BytesIO(data), 1)
-
-
-def _quoted(number, line):
-    return f"line {number}: {line.decode('latin-1').strip()[:80]!r}"
-
-
-def _point(words, number, line):
-    """The first three of these words as numbers."""
-    try:
-        x, y, z = map(float, words[:3])
-    except ValueError:
-        raise InputError(f"{_quoted(number, line)} does not give three numbers x, y, z.") from None
-    return x, y, z
-
-
-def _surface(points, sizes, corners, lines=None):
-    return Surface(
-        np.frombuffer(points, float).reshape(-1, 3),
-        np.array(sizes, dtype=np.int64),
-        np.array(corners, dtype=np.int64),
-        None if lines is None else np.array(lines),
-    )
+    face_lines: object = None  # (F,) likewise
 
 
 def read_stl(data):
@@ -71,37 +47,47 @@ def read_stl(data):
     text = data.removeprefix(BOM).lstrip()[:5].lower() == b"solid"
     if len(data) == announced:
         points = np.frombuffer(data, STL_RECORD, offset=84)["corners"].astype(float).reshape(-1, 3)
-    elif text and (b"facet" in data[:4096].lower() or b"\0" not in data[:4096]):
+    elif text and (TEXT_STL.search(data[:4096]) or b"\0" not in data[:4096]):
         points = _stl_text(data)
     else:
         other = next((name for start, name in OTHERS if data.lstrip()[: len(start)].lower() == start), None)
         if other:
             raise InputError(f"it is not an STL file, but {other}.")
-        short = announced and len(data) < announced
-        raise InputError(
-            f"it is not an STL file: it has {len(data)} bytes"
-            + (f", its header announces {announced}" if announced else "")
-            + ("; it may have been cut short." if short else ".")
-        )
+        binary = f"{len(data)} bytes"
+        if announced:
+            short = "; it may have been cut short" if len(data) < announced else ""
+            binary += f", not the {announced} of the {(announced - 84) // 50} triangles that its header says{short}"
+        raise InputError(f"it is not an STL file: it is no text that begins with 'solid', and has {binary}.")
     vertices, index = _merged(points)
     return Surface(vertices, np.full(len(index) // 3, 3), index)
 
 
 def _stl_text(data):
     """The corners (3 T, 3) of all facets in a text STL."""
-    if b"endsolid" not in data[-4096:].lower():
-        raise InputError("it does not end with 'endsolid', as a text STL does; it may have been cut short.")
-    points, begun, inside = array("d"), 0, False
-    for number, line in _lines(data):
-        word = line[:64].lower().split(None, 1)[:1]
-        if word == [b"vertex"]:
-            points.extend(_point(line.split()[1:], number, line))
-        elif word in ([b"facet"], [b"endfacet"]):
-            if inside != (word == [b"endfacet"]) or len(points) != begun + 9 * inside:
-                raise InputError(f"{_quoted(number, line)}: a facet must have three vertices, between facet, endfacet.")
-            begun, inside = len(points), not inside
+    points, begun, inside, ended, place, line = array("d"), 0, False, False, 0, b""
+    for place, line in numbered(data):
+        words = line.split()
+        word = words[0].lower() if words else b""
+        if word == b"end" and len(words) > 1:
+            word += words[1].lower()
+        if word == b"vertex":
+            points.extend(point(words[1:], place, line))
+        elif word in (b"facet", b"endfacet"):
+            if inside != (word == b"endfacet") or len(points) != begun + 9 * inside:
+                raise InputError(
+                    f"{quoted(place, line)}: a facet must have three vertices, between facet, endfacet, on lines of "
+                    "their own."
+                )
+            begun, inside, ended = len(points), not inside, False
+        elif word in (b"solid", b"endsolid"):
+            ended = word == b"endsolid"
     if inside or len(points) != begun:
-        raise InputError("its last facet does not end; it may have been cut short.")
+        raise InputError(f"its last facet does not end before {quoted(place, line)}; it may have been cut short.")
+    if not ended:
+        raise InputError(
+            f"it does not end with a line 'endsolid', as a text STL does, but with {quoted(place, line)}; it may have "
+            "been cut short."
+        )
     return np.frombuffer(points, float).reshape(-1, 3)
 
 
@@ -119,9 +105,9 @@ def _merged(points):
 
 def read_obj(data):
     """All faces of an OBJ file, whatever objects, groups and materials they belong to."""
-    points, sizes, corners, lines = array("d"), array("q"), array("q"), array("q")
-    joined, begun = b"", 0
-    for number, line in _lines(data):
+    points, sizes, corners, lines, face_lines = array("d"), array("q"), array("q"), array("q"), array("q")
+    joined, begun, width = b"", 0, 0
+    for number, line in numbered(data):
         if line.rstrip().endswith(b"\\"):
             joined, begun = joined + line.rstrip()[:-1] + b" ", begun or number
             continue
@@ -130,60 +116,63 @@ def read_obj(data):
         if not words:
             continue
         if words[0] == b"v":
-            points.extend(_point(words[1:], at, line))
+            points.extend(point(words[1:4], at, line))
             lines.append(at)
+            if len(words) != width:  # within an object
+                if width or len(words) - 1 not in OBJ_VERTEX:
+                    others = f", but the vertex before it {width - 1}" if width else "; it has 3, 4, 6 or 7"
+                    raise InputError(f"{quoted(at, line)} gives {len(words) - 1} numbers of a vertex{others}.")
+                width = len(words)
         elif words[0] in (b"f", b"fo"):
             try:
                 face = [int(word.split(b"/", 1)[0]) for word in words[1:]]
             except ValueError:
-                raise InputError(f"{_quoted(at, line)} does not name a face's vertices by their numbers.") from None
-            count = len(points) // 3
+                raise InputError(f"{quoted(at, line)} does not name a face's vertices by their numbers.") from None
+            count, width = len(points) // 3, 0
             wrong = [corner for corner in face if corner == 0 or not -count <= corner < 2**31]
             if wrong:
                 raise InputError(
-                    f"a face uses vertex {wrong[0]} in {_quoted(at, line)}, but there are {count} vertices."
+                    f"a face uses vertex {wrong[0]} in {quoted(at, line)}, but there are {count} vertices."
                 )
             sizes.append(len(face))
+            face_lines.append(at)
             corners.extend(corner - 1 if corner > 0 else count + corner for corner in face)
-    return _surface(points, sizes, corners, lines)
+        elif words[0] in (b"o", b"g"):
+            width = 0
+        elif words[0][:1] in b"+-.0123456789":
+            raise InputError(f"{quoted(at, line)} begins with a number, where an OBJ file says what the line is.")
+    if joined:
+        raise InputError(f"{quoted(number, line)} goes on, but it is the last; the file may have been cut short.")
+    return Surface(np.frombuffer(points, float).reshape(-1, 3), *map(np.array, (sizes, corners, lines, face_lines)))
 
 
 def read_off(data):
     """A text OFF file; colours, normals and texture of its vertices and faces are passed over."""
-    rows = ((number, line, line.split(b"#", 1)[0].split()) for number, line in _lines(data))
-    rows = ((number, line, words) for number, line, words in rows if words)
-    number, line, words = next(rows, (1, b"", [b""]))
+    text = re.sub(rb"#[^\n]*", b"", unix(data))
+    stream = io.BytesIO(text)
+    filled = ((place, line, line.split()) for place, line in enumerate(stream, 1) if line.strip())
+    place, line, words = next(filled, (1, b"", [b""]))
     header = re.fullmatch(rb"(?:ST|C|N)*(4?n?)OFF", words[0])
     if header and (header[1] or words[1:] == [b"BINARY"]):
         raise InputError(
-            f"{_quoted(number, line)}: OFF files in binary or with other than three dimensions are not read."
+            f"{quoted(place, line)}: OFF files in binary or with other than three dimensions are not read."
         )
     if header:
         words = words[1:]
         if not words:
-            number, line, words = next(rows, (number, b"", []))
+            place, line, words = next(filled, (place, b"", []))
     try:
-        vertex_count, face_count = int(words[0]), int(words[1])
-    except (ValueError, IndexError):
+        vertices, faces, *_ = counts = [int(word) for word in words]
+        if min(counts) < 0 or len(counts) > 3:
+            raise ValueError
+    except ValueError:
+        if header:
+            raise InputError(f"{quoted(place, line)} does not give the numbers of vertices, faces and edges.") from None
         raise InputError("it is not a readable OFF mesh: Invalid file.") from None
-    points, sizes, corners, lines = array("d"), array("q"), array("q"), array("q")
-    for _, (number, line, words) in zip(range(vertex_count), rows, strict=False):
-        points.extend(_point(words, number, line))
-        lines.append(number)
-    for _, (number, line, words) in zip(range(face_count), rows, strict=False):
-        try:
-            size, *face = map(int, words[: 1 + int(words[0])])
-        except ValueError:
-            size, face = -1, []
-        if size != len(face):
-            raise InputError(
-                f"{_quoted(number, line)} does not give a face: its number of corners, and their vertices."
-            )
-        sizes.append(size)
-        corners.extend(face)
-    if len(lines) < vertex_count or len(sizes) < face_count:
-        raise InputError("it ends before its last face; it may have been cut short.")
-    return _surface(points, sizes, corners, lines)
+    announced = [("vertex", vertices, XYZ), ("face", faces, CORNERS)]
+    values, lines = elements_of(rows(text, stream.tell()), announced)
+    points = np.stack([values["vertex"][axis] for axis in "xyz"], axis=1)
+    return Surface(points, *values["face"]["vertex_indices"], lines["vertex"], lines["face"])
 
 
 def triangulated(vertices, sizes, corners):

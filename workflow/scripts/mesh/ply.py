@@ -6,7 +6,8 @@ import struct
 import numpy as np
 
 from core.errors import InputError
-from mesh.formats import BOM, Surface
+from mesh.formats import Surface
+from mesh.text import BOM, elements_of, rows, unix
 
 # How numpy and struct both call the types.
 TYPES = {
@@ -22,29 +23,27 @@ def read_ply(data):
     end = re.search(rb"(?m)^end_header[ \t]*(\r\n|\n|\r)", data)
     if not data.removeprefix(BOM).startswith(b"ply") or not end:
         raise InputError("it is not a readable PLY mesh: Header not found.")
-    header = data[: end.start()].decode("latin-1").split("\n" if b"\n" in data[: end.start()] else "\r")
-    form, elements = _header([line.split() for line in header])
-    body, start, values = data[end.end() :], 0, {}
-    try:
-        if form == "ascii":  # as if it were binary, and all numbers of one type
-            body = np.array(body.split()).astype("<f8").tobytes()
-            elements = [(name, count, [(key, "d" * len(kind)) for key, kind in rows]) for name, count, rows in elements]
-        for name, count, properties in elements:
-            values[name], start = _element(body, start, count, properties, ORDERS[form] or "<")
-    except (ValueError, OverflowError, struct.error):
-        raise InputError("its numbers do not go with its header; it may have been cut short.") from None
+    header = unix(data[: end.end()])
+    form, elements = _header([line.split() for line in header.decode("latin-1").split("\n")])
+    if form == "ascii":
+        values, lines = elements_of(rows(unix(data), len(header)), elements)
+    else:
+        values, lines = _binary(data[end.end() :], elements, ORDERS[form]), {}
     points = values.get("vertex", {})
     if not {"x", "y", "z"} <= set(points) or any(isinstance(points[axis], tuple) for axis in "xyz"):
         raise InputError("it has no vertices with x, y and z.")
     faces = values.get("face", {})
-    sizes, corners = next((faces[key] for key in ("vertex_indices", "vertex_index") if key in faces), ([], []))
+    listed = (faces[key] for key in ("vertex_indices", "vertex_index") if isinstance(faces.get(key), tuple))
+    sizes, corners = next(listed, ([], []))
     if not np.isfinite(np.asarray(corners, float)).all():
         raise InputError("its faces use vertices whose numbers are NaN or infinite.")
     strips = [strip for lengths, ends in values.get("tristrips", {}).values() for strip in _strips(lengths, ends)]
     return Surface(
         np.stack([np.asarray(points[axis], float) for axis in "xyz"], axis=1),
         np.concatenate([np.asarray(sizes, np.int64), np.full(len(strips), 3)]),
-        np.concatenate([np.asarray(corners, np.int64), np.array(strips, np.int64).ravel()]),
+        np.concatenate([np.asarray(corners), np.array(strips).ravel()]),
+        lines.get("vertex"),
+        None if strips else lines.get("face"),
     )
 
 
@@ -60,6 +59,8 @@ def _header(lines):
                 form = words[1]
             elif words[:1] == ["element"]:
                 elements.append((words[1], int(words[2]), []))
+                if elements[-1][1] < 0:
+                    raise ValueError
             elif words[:2] == ["property", "list"]:
                 elements[-1][2].append((words[4], TYPES[words[2]] + TYPES[words[3]]))
             elif words[:1] == ["property"]:
@@ -69,6 +70,19 @@ def _header(lines):
     if form not in ORDERS:
         raise InputError(f"its header says 'format {form}'; it must be one of {', '.join(ORDERS)}.")
     return form, elements
+
+
+def _binary(body, elements, order):
+    """The values of each element's properties in the bytes after the header, all of which they must take."""
+    values, start = {}, 0
+    try:
+        for name, count, properties in elements:
+            values[name], start = _element(body, start, count, properties, order)
+    except (ValueError, OverflowError, struct.error):
+        raise InputError("its numbers do not go with its header; it may have been cut short.") from None
+    if body[start:].strip(b" \t\r\n\0"):
+        raise InputError(f"it goes on for {len(body) - start} bytes after the last element that its header announces.")
+    return values
 
 
 def _element(body, start, count, properties, order):

@@ -38,9 +38,9 @@ def read_cad(path, chord=0.0):
     except InputError as error:
         raise InputError(f"{path} {_joined(str(error))}") from None
     _check_numbers(surface, path)
-    vertices, sizes, corners, _ = surface
+    vertices, sizes, corners, *_ = surface
     vertices = np.where(np.isfinite(vertices), vertices, 0.0)  # no face uses these; later steps drop and count them
-    triangles = triangulated(vertices, sizes, corners)
+    triangles = triangulated(vertices, sizes, corners.astype(np.int64))
     if len(triangles) == 0:
         raise InputError(f"{path} holds no triangles; a surface mesh is needed.")
     used = vertices[topology.used(triangles)]
@@ -57,19 +57,28 @@ def _joined(reason):
 
 
 def _check_numbers(surface, path):
-    """Refuse faces with vertices that are not there, or not at finite numbers; vertices that no face uses may be."""
-    vertices, sizes, corners, lines = surface
-    wrong = (corners < 0) | (corners >= len(vertices))
-    if wrong.any():
+    """Refuse faces of two corners, or with vertices that are not there, or not at finite numbers.
+
+    Vertices that no face uses may be anywhere.
+    """
+    vertices, sizes, corners, lines, face_lines = surface
+    owner = np.repeat(np.arange(len(sizes)), sizes)
+    wrong = ~((corners >= 0) & (corners < len(vertices)) & (corners == np.floor(corners)))
+    few = sizes < 3
+    if wrong.any() or few.any():
+        face = int(owner[wrong.argmax()]) if wrong.any() else int(few.argmax())
+        place = f"face {face}" if face_lines is None else f"line {face_lines[face]}"
+        if not wrong.any():
+            raise InputError(f"{path}: {place}: a face has three corners or more, this one {sizes[face]}. Delete it.")
         first = 1 if path.suffix.lower() == ".obj" else 0  # OBJ counts from 1
         raise InputError(
-            f"{path}: a face uses vertex {corners[wrong.argmax()] + first}, but there are {len(vertices)} vertices. "
-            "Export the file anew."
+            f"{path}: {place}: a face uses vertex {corners[wrong.argmax()] + first:.10g}, but there are "
+            f"{len(vertices)} vertices. Export the file anew."
         )
     bad = ~np.isfinite(vertices).all(axis=1)
+    corners = corners.astype(np.int64)
     if not bad[corners].any():
         return
-    owner = np.repeat(np.arange(len(sizes)), sizes)
     face = owner[bad[corners].argmax()]
     if path.suffix.lower() == ".stl":
         where = f"triangle {face}, with corners {vertices[corners[owner == face]].tolist()}"

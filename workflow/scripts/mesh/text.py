@@ -1,0 +1,184 @@
+"""Text files as numbers in lines, and the elements that a header announces in them (PLY, OFF).
+
+Header and lines must agree: where they do not, InputError names the line.
+"""
+
+import io
+from typing import NamedTuple
+
+import numpy as np
+
+from core.errors import InputError
+
+BOM = b"\xef\xbb\xbf"  # some editors put it in front of text
+FORTRAN = bytes.maketrans(b"Dd", b"ee")  # it writes 1.0D-03
+COLOURS = 3, 4  # numbers; OFF files may give them to some faces alone
+
+
+class Rows(NamedTuple):
+    """A text's lines of numbers; empty ones are left out."""
+
+    numbers: np.ndarray  # (N,) float64
+    start: np.ndarray  # (R + 1,) the first number of each line, and N
+    line: np.ndarray  # (R,) the lines' places in the file, from 1
+    text: bytes  # of the file
+    wrong: object = None  # the line and the content of the first word that is not a number
+
+
+def unix(data):
+    """A text's bytes with line ends of one kind."""
+    return data.removeprefix(BOM).replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+
+
+def numbered(data):
+    """Places, from 1, and contents of a text's lines, whatever ends them."""
+    return enumerate(io.BytesIO(unix(data)), 1)
+
+
+def quoted(place, line):
+    return f"line {place}: {line.decode('latin-1').strip()[:80]!r}"
+
+
+def number(word):
+    """A word's number, which Fortran may have written. Raises ValueError."""
+    try:
+        return float(word)
+    except ValueError:
+        return float(word.translate(FORTRAN))
+
+
+def point(words, place, line):
+    """These three words as numbers. `line` is their text, and `place` where it stands."""
+    try:
+        x, y, z = map(number, words)
+    except ValueError:
+        hint = "; decimals are written with a point, not a comma" if b"," in line else ""
+        raise InputError(f"{quoted(place, line)} does not give three numbers x, y, z{hint}.") from None
+    return x, y, z
+
+
+def rows(text, skipped=0):
+    """The Rows of a text (see `unix`) after so many bytes of header."""
+    body, before = text[skipped:], text.count(b"\n", 0, skipped)
+    codes, wrong = np.frombuffer(body, np.uint8), None
+    blank = codes <= ord(" ")
+    begins = ~blank
+    begins[1:] &= blank[:-1]
+    words = np.flatnonzero(begins)
+    ends = np.append(np.searchsorted(words, np.flatnonzero(codes == ord("\n"))), len(words))
+    try:
+        numbers = np.fromstring(body, sep=" ") if len(words) else np.empty(0)
+    except ValueError:
+        numbers = None
+    if numbers is None or len(numbers) != len(words):  # one by one, to find the wrong one
+        split, found = [line.split() for line in body.split(b"\n")], []
+        for place, of_line in enumerate(split, before + 1):
+            for word in of_line:
+                try:
+                    found.append(number(word))
+                except ValueError:
+                    found.append(np.nan)
+                    wrong = wrong or (place, word.decode("latin-1"))
+        numbers, ends = np.array(found), np.cumsum([len(of_line) for of_line in split])
+    filled = np.flatnonzero(np.diff(ends, prepend=0))
+    return Rows(numbers, np.append(0, ends[filled]), filled + before + 1, text, wrong)
+
+
+def elements_of(found, elements):
+    """What Rows hold of `elements`, [(name, count, [(property, type)])], and the line of each, as two mappings.
+
+    The first has the values of each element's properties, (count,), or of a list, whose type is two, their lengths and
+    their entries one after the other. Each element has a line, which may go on after its last property; or numbers
+    follow each other whatever their lines, and none may be left over.
+    """
+    elements = [row for row in elements if row[2]]
+    if not elements:
+        return {}, {}
+    names, counts = [name for name, *_ in elements], [count for _, count, _ in elements]
+    if found.wrong:
+        place, word = found.wrong
+        which = np.searchsorted(np.cumsum(counts), np.searchsorted(found.line, place), "right")
+        _refuse(found, place, names[min(which, len(names) - 1)], f"{word!r} is not a number")
+    start, line = found.start, found.line
+    if len(line) != sum(counts):
+        start = _one_by_one(found, elements)
+        if start is None:
+            said = " and ".join(f"{count} of '{name}'" for name, count in zip(names, counts, strict=True))
+            last = f"line {line[-1]} is the last" if len(line) else "there are none"
+            short = "; it may have been cut short" if len(line) < sum(counts) else ""
+            raise InputError(f"its header announces {said}, but {len(line)} lines of numbers follow ({last}){short}.")
+        line = line[np.searchsorted(found.start, start[:-1], "right") - 1]
+    values, lines, first = {}, {}, 0
+    for name, count, properties in elements:
+        mine = slice(first, first + count)
+        lines[name] = line[mine]
+        values[name] = _element(found, start[mine], start[1:][mine], line[mine], name, properties)
+        first += count
+    return values, lines
+
+
+def _refuse(found, place, name, reason):
+    line = found.text.split(b"\n")[place - 1]
+    raise InputError(f"{quoted(place, line)} does not give a {name}: {reason}.")
+
+
+def _one_by_one(found, elements):
+    """Where each element begins, and the last ends, if all numbers follow each other.
+
+    None if they are too few or too many, or the first element of a kind does not begin a line.
+    """
+    numbers, start, at = found.numbers, [], 0
+    for _, count, properties in elements:
+        if at not in found.start:
+            return None
+        for _ in range(min(count, len(numbers) + 1)):
+            start.append(at)
+            for _, kind in properties:
+                size = numbers[at] if len(kind) == 2 and at < len(numbers) else 0
+                if not 0 <= size <= len(numbers):
+                    return None
+                at += 1 + int(size)
+    return np.array([*start, at]) if at == len(numbers) else None
+
+
+def _element(found, start, end, line, name, properties):
+    """The values by property of elements whose numbers begin and end there, each with its line."""
+    numbers, values, size, at = found.numbers, {}, 0 * start, start
+    for key, kind in properties:
+        if (at >= end).any():
+            k = (at >= end).argmax()
+            keys = ", ".join(key for key, _ in properties)
+            _refuse(found, line[k], name, f"it has too few numbers for {keys}; it may have been cut short")
+        values[key], at = numbers[at], at + 1
+        if len(kind) == 2:
+            lengths = values[key]
+            bad = ~((lengths >= 0) & (lengths <= end - at) & (lengths == np.floor(lengths)))
+            if bad.any():
+                k = bad.argmax()
+                reason = f"it announces {lengths[k]:g} numbers in {key}, but {end[k] - at[k]} follow"
+                _refuse(found, line[k], name, f"{reason}; it may have been cut short")
+            lengths = lengths.astype(np.int64)
+            before = np.cumsum(lengths) - lengths
+            values[key] = lengths, numbers[np.repeat(at - before, lengths) + np.arange(lengths.sum())]
+            size, at = size + lengths, at + lengths
+    k = _odd(size, end - at)
+    if k is not None:
+        _refuse(found, line[k], name, f"{end[k] - at[k]} more numbers follow after it, unlike on other lines")
+    return values
+
+
+def _odd(size, more):
+    """The first row after whose lists of `size` there are `more` numbers than announced and not as many as usual.
+
+    None if there is none: if it is always as many, more where lists are longer (what some programs write of each
+    corner), or a colour on some rows alone.
+    """
+    if (more == more[:1]).all():
+        return None
+    plain = more == 0
+    if set(more.tolist()) in ({0, count} for count in COLOURS) and np.isin(size[plain], size[~plain]).all():
+        return None
+    kinds, count = np.unique(np.stack([size, more]), axis=1, return_counts=True)
+    if (np.diff(kinds[0]) > 0).all() and (np.diff(kinds[1]) >= 0).all():
+        return None
+    return (more != kinds[1, count.argmax()]).argmax()
