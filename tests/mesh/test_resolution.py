@@ -14,6 +14,7 @@ from mesh.io import write_ply
 from mesh.repair import repair
 from mesh.resolution import check_resolution
 from scattering.solve import solve
+from setup.checkup import checkup
 from setup.config import load
 from setup.overview import overview
 
@@ -125,3 +126,44 @@ def test_a_file_that_cannot_be_read_stops_a_run_before_any_work(tmp_path):
     # So does one of another size than its config says.
     with pytest.raises(InputError, match=r"its 'length' says 0\.9 m"):
         overview(config_of(save(tmp_path / "cube.ply", *cube(0.5)), 10), tmp_path, refuse=True)
+
+
+def of_plate(path, target, precision="single"):
+    """A config of a plate far smaller than the wavelength of 30 m."""
+    return load(
+        {
+            "targets": {"*": None, "plate": {"mesh": str(path), "role": "other", **target}},
+            "mesh": {"edges_per_wavelength": 10, "bands": 1},
+            "radar": {"center_frequency": 1e7, "bandwidth": 0, "frequencies": 1},
+            "scattering": {"precision": precision},
+            "learning": {"experiments": {"*": None}},
+        }
+    )
+
+
+@pytest.mark.parametrize("target", [{}, {"unit": "m"}, {"unit": "cm", "length": 0.18}])
+def test_all_that_a_small_target_needs_is_said_at_once(tmp_path, target):
+    """The unit, the length and the precision were three refusals, the last one after the solve had begun."""
+    path = plate(tmp_path / "plate.ply", 0.18)
+    with pytest.raises(InputError, match=r"plate\.ply .*0\.18.*'scattering.precision: double'") as refusal:
+        overview(of_plate(path, target), tmp_path, refuse=True)
+    assert re.search(r"length: 0\.18\)|'unit: m' \(0\.18 m\)", str(refusal.value))
+    with pytest.raises(InputError, match="3331 in a wavelength, and 300 are the most for single"):
+        overview(of_plate(path, target), tmp_path, refuse=True)
+    right = {"unit": "m", "length": 0.18}
+    assert not any(
+        "Warning: config" in line for line in overview(of_plate(path, right, "double"), tmp_path, refuse=True)
+    )
+    assert overview(of_plate(path, {"length": 0.18}, "double"), tmp_path, refuse=True)
+
+
+def test_a_precision_that_cannot_do_is_refused_before_any_work(tmp_path):
+    config = of_plate(plate(tmp_path / "plate.ply", 0.18), {"unit": "m", "length": 0.18})
+    with pytest.raises(
+        InputError, match=r"'targets\.plate': .*plate\.ply is too small.*'scattering.precision: double'"
+    ):
+        overview(config, tmp_path, refuse=True)
+    assert sum("Warning: config key 'targets.plate'" in line for line in overview(config, tmp_path)) == 1
+    assert any(line.startswith("  refused: ") and "for single precision" in line for line in checkup(config, "plate"))
+    (tmp_path / "scattering/plate.zarr").mkdir(parents=True)  # what is solved is right
+    assert overview(config, tmp_path, refuse=True)

@@ -53,7 +53,7 @@ def load(path, target, mesh, radar, to_solve=False):
     vertices = in_metres(vertices, target)
     used = vertices[topology.used(triangles)]
     edge = wanted_edges(mesh, radar, np.ptp(used, axis=0))[-1]
-    check_size(used, target, sweep.C0 / radar["center_frequency"], path)
+    check_size(used, target, mesh, radar, path)
     if to_solve:
         check_resolution(np.ptp(used, axis=0), mesh, radar, path)
     raw = {"triangles": len(triangles)} | size(*topology.compact(vertices, triangles))

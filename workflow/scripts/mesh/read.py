@@ -9,6 +9,7 @@ from core.sweep import C0
 from mesh import cad_kernel, topology
 from mesh.formats import read_obj, read_off, read_stl, triangulated
 from mesh.ply import read_ply
+from mesh.resolution import too_fine
 
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}  # metres
 # A target is plausible between these many wavelengths at the centre frequency. Longer ones are beyond a dense method
@@ -112,12 +113,12 @@ def in_metres(vertices, target):
     return vertices + np.array(target.get("translate", [0, 0, 0]), float)
 
 
-def check_size(vertices, target, wavelength, name):
+def check_size(vertices, target, mesh, radar, name, precision="double"):
     """Refuse a target (vertices in metres) whose size says that its unit is mistaken.
 
-    Without a `unit` the size must be plausible at the centre `wavelength` (metres), with one it must not be far too
-    small, unless there is a `length`, which must be right. For files that state their unit (STEP, IGES) the `length`
-    stands for the `unit`.
+    A `length` must be right, and then says that the size is meant. Without one the size must be plausible at the centre
+    frequency, or not far too small if there is a `unit`. The message also has what else a target of that size needs,
+    solved in this `precision`. Files may state their unit (STEP, IGES).
     """
     size, far = float(np.ptp(vertices, axis=0).max()), float(np.abs(vertices).max())
     if far > FARTHEST * size > 0:
@@ -125,27 +126,28 @@ def check_size(vertices, target, wavelength, name):
             f"{name} is {size:.4g} m long but {far:.4g} m from the origin, which is too far for its numbers to "
             "describe it. Move it to the origin, which the radar's angles and phase refer to."
         )
-    gigahertz = C0 / wavelength / 1e9
+    wavelength, stated, length = C0 / radar["center_frequency"], states_unit(name), target.get("length")
+    gigahertz = radar["center_frequency"] / 1e9
     text = f"{size:.4g} m ({size / wavelength:.4g} wavelengths at the centre frequency, {gigahertz:.4g} GHz)"
-    stated, length = states_unit(name), target.get("length")
     likely = "" if stated else _likely_unit(size, target, USUAL * wavelength, AROUND)
+    box = np.ptp(vertices, axis=0) * (1 if length is None else length / size)
+    remedy, reason = too_fine(box, mesh, radar, precision)
     if length is not None and abs(size - length) > LENGTH_TOLERANCE * length:
         unit = target.get("unit", "m") + (_likely_unit(size, target, length, 1 + LENGTH_TOLERANCE) or ".")
+        also = f" Of that length, {remedy} too: {reason}." if remedy else ""
         raise InputError(
             f"{name} is {text} long, but its 'length' says {length:g} m. Its unit is "
-            f"{'stated in the file.' if stated else unit}"
+            f"{'stated in the file.' if stated else unit}{also}"
         )
-    if not stated and "unit" in target and length is None and size / wavelength < SMALLEST / 3:
+    least, most = (SMALLEST / 3, np.inf) if "unit" in target else (SMALLEST, LARGEST)
+    if length is None and not least <= size / wavelength <= most:
+        by = f" by its 'unit: {target['unit']}'" if "unit" in target else ""
+        also = f" and {remedy}, for {reason}" if remedy else ""
+        other = "" if stated or by else " State its 'unit' (m, cm, mm or in), or mend the radar's frequency."
         raise InputError(
-            f"{name} is {text} long by its 'unit: {target['unit']}'{likely or '; it may be mistaken.'} "
-            "If it is right, state the target's 'length' (m) too."
-        )
-    if ("length" if stated else "unit") not in target and not SMALLEST <= size / wavelength <= LARGEST:
-        right = "If it is right, state the target's 'length' (m)"
-        remedy = right if stated else "State the target's 'unit' (m, cm, mm or in), or mend the radar's frequency"
-        raise InputError(
-            f"{name} would be {text} long, which is too {'long' if size > wavelength else 'short'} to be meant"
-            f"{likely or '; its unit may be mistaken.'} {remedy}."
+            f"{name} would be {text} long{by}, which is too {'long' if size > wavelength else 'short'} to be meant"
+            f"{likely or '; its unit may be mistaken.'}{other} If it is right, state the target's 'length' "
+            f"(length: {size:.4g}){also}."
         )
 
 

@@ -52,9 +52,12 @@ def point(words, place, line):
     try:
         x, y, z = map(number, words)
     except ValueError:
-        hint = "; decimals are written with a point, not a comma" if b"," in line else ""
-        raise InputError(f"{quoted(place, line)} does not give three numbers x, y, z{hint}.") from None
+        raise InputError(f"{quoted(place, line)} does not give three numbers x, y, z{_comma(line)}.") from None
     return x, y, z
+
+
+def _comma(text):
+    return "; decimals are written with a point, not a comma" if b"," in text else ""
 
 
 def rows(text, skipped=0):
@@ -78,7 +81,7 @@ def rows(text, skipped=0):
                     found.append(number(word))
                 except ValueError:
                     found.append(np.nan)
-                    wrong = wrong or (place, word.decode("latin-1"))
+                    wrong = wrong or (place, word)
         numbers, ends = np.array(found), np.cumsum([len(of_line) for of_line in split])
     filled = np.flatnonzero(np.diff(ends, prepend=0))
     return Rows(numbers, np.append(0, ends[filled]), filled + before + 1, text, wrong)
@@ -98,7 +101,9 @@ def elements_of(found, elements):
     if found.wrong:
         place, word = found.wrong
         which = np.searchsorted(np.cumsum(counts), np.searchsorted(found.line, place), "right")
-        _refuse(found, place, names[min(which, len(names) - 1)], f"{word!r} is not a number")
+        _refuse(
+            found, place, names[min(which, len(names) - 1)], f"{word.decode('latin-1')!r} is not a number{_comma(word)}"
+        )
     start, line = found.start, found.line
     if len(line) != sum(counts):
         start = _one_by_one(found, elements)

@@ -26,6 +26,11 @@ def method(config, target):
     return config["scattering"] | {key: own[key] for key in OWN if key in own}
 
 
+def precision(config):
+    """The precision of the config's solver; another solver than the default one may have none."""
+    return config["scattering"].get("precision", "double")
+
+
 def memory_megabytes():
     """Memory of this machine, or of the container that this runs in, in MB."""
     physical = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")

@@ -8,8 +8,8 @@ from core.words import counted
 from mesh import symmetry, topology
 from mesh.build import ASYMMETRY, load
 from mesh.ground import Ground
-from mesh.read import UNITS, in_metres, read_cad, states_unit
-from mesh.resolution import wanted_edges
+from mesh.read import UNITS, check_size, in_metres, read_cad, states_unit
+from mesh.resolution import check_resolution, wanted_edges
 from scattering import needs
 
 SAMPLED = 2000  # triangles at which the thickness is measured, and what is between walls
@@ -27,6 +27,8 @@ def checkup(config, name):
     surface = topology.compact(in_metres(surface[0], target), surface[1])
     lines = [*_sizes(surface, target), *_symmetry(surface, target, radar)]
     try:
+        check_size(surface[0], target, config["mesh"], radar, path, needs.precision(config))
+        check_resolution(np.ptp(surface[0], axis=0), config["mesh"], radar, path, needs.precision(config))
         source = load(path, target, config["mesh"], radar, to_solve=True)
     except InputError as error:
         return [*lines, f"  refused: {error}"]

@@ -7,7 +7,7 @@ import numpy as np
 
 from core.errors import InputError
 from core.folders import of_fields
-from core.sweep import C0, images_are_made, why_no_images
+from core.sweep import images_are_made, why_no_images
 from imaging.geometry import describe, planned
 from mesh import cad_kernel, topology
 from mesh.read import check_size, in_metres, read_cad
@@ -21,16 +21,16 @@ from setup.disk import shortage
 def overview(config, results, refuse=False, seeds=1):
     """Lines of text: what solves will need, what images resolve and take, and warnings of what may surprise.
 
-    results: the folder of the run's results. With `refuse` a target that this machine has no memory for raises
-    InputError; else it is one of the warnings, for another machine may solve it. seeds: how many there are.
+    results: the folder of the run's results. With `refuse` a target that this machine has no memory for, or whose solve
+    is beyond its precision, raises InputError; else that is one of the warnings, for another machine may solve it, or
+    the run may want others. seeds: how many there are.
     """
     fields, sizes, lines = of_fields(results, config), {}, []
     if "from" in config:
         lines.append(_taken(config["targets"], fields))
-    wavelength = C0 / config["radar"]["center_frequency"]
-    for name, target in config["targets"].items():
+    for name in config["targets"]:
         try:
-            sizes[name] = _size(target, fields / "mesh" / f"{name}.json", wavelength)
+            sizes[name] = _size(config, name, fields / "mesh" / f"{name}.json")
         except InputError as error:
             if refuse:
                 raise InputError(f"config key 'targets.{name}.mesh': {error}") from None
@@ -76,18 +76,16 @@ def _solves(config, sizes, fields, refuse):
         lines.append(f"  {name}: up to {unknowns:,.0f} unknowns, {gigabytes:.1f} GB, {_span(time)}")
         if (fields / "scattering" / f"{name}.zarr").exists():
             continue
-        try:
-            needs.check_fit(config, name, sizes[name])
-        except InputError as error:
-            if refuse:
-                raise
-            lines.append(f"Warning: {error}")
-        try:
-            label = f"config key 'targets.{name}': {target['mesh']}"
-            precision = config["scattering"].get("precision", "double")  # another solver may have none
-            check_resolution(sizes[name]["box"], config["mesh"], config["radar"], label, precision)
-        except InputError as error:  # its jobs refuse it or warn; the run may want others
-            lines.append(f"Warning: {error}")
+        faults, box, label = [], sizes[name]["box"], f"config key 'targets.{name}': {target['mesh']}"
+        resolution = check_resolution, box, config["mesh"], config["radar"], label, needs.precision(config)
+        for check, *asked in ((needs.check_fit, config, name, sizes[name]), resolution):
+            try:
+                check(*asked)
+            except InputError as error:
+                faults.append(str(error))
+        if faults and refuse:
+            raise InputError(" ".join(faults))
+        lines += [f"Warning: {fault}" for fault in faults]
     head, total = "Solves, by estimate from the CAD files' areas, on two cores:", f"  in all: {_span(seconds)}"
     return [head, *lines, total] if lines else []
 
@@ -121,12 +119,12 @@ def _untrained(learning):
         yield f"Warning: the model '{name}' of 'learning.models' is named in no experiment: it is not trained."
 
 
-def _size(target, mesh_json, wavelength):
+def _size(config, name, mesh_json):
     """Area in m^2, box and reach from the origin in m of a target's CAD file; None where nothing says them yet.
 
-    mesh_json: what its mesh job writes; wavelength: at the centre frequency in m. Raises InputError for a file that
-    cannot be read, or of another size.
+    mesh_json: what its mesh job writes. Raises InputError for a file that cannot be read, or of another size.
     """
+    target = config["targets"][name]
     if "field" in target:
         return None
     if Path(target["mesh"]).suffix.lower() in cad_kernel.FORMATS:  # they take long to read
@@ -134,7 +132,7 @@ def _size(target, mesh_json, wavelength):
     vertices, triangles = read_cad(target["mesh"])
     vertices = in_metres(vertices, target)
     used = vertices[np.unique(triangles)]
-    check_size(used, target, wavelength, target["mesh"])
+    check_size(used, target, config["mesh"], config["radar"], target["mesh"], needs.precision(config))
     return {
         "area": float(topology.areas(vertices, triangles).sum()),
         "box": np.ptp(used, axis=0).tolist(),
