@@ -130,11 +130,13 @@ def _refuse(found, place, name, reason):
 def _one_by_one(found, elements):
     """Where each element begins, and the last ends, if all numbers follow each other.
 
-    None if they are too few or too many, or the first element of a kind does not begin a line.
+    None if they are too few or too many; or if the first element of a kind does not begin a line, unless all lines are
+    as long.
     """
     numbers, start, at = found.numbers, [], 0
+    as_long = len(set(np.diff(found.start)[:-1].tolist())) <= 1
     for _, count, properties in elements:
-        if at not in found.start:
+        if not as_long and at not in found.start:
             return None
         for _ in range(min(count, len(numbers) + 1)):
             start.append(at)
