@@ -170,7 +170,7 @@ def _element(found, start, end, line, name, properties):
             size, at = size + lengths, at + lengths
     k = _odd(size, end - at)
     if k is not None:
-        _refuse(found, line[k], name, f"{end[k] - at[k]} more numbers follow after it, unlike on other lines")
+        _refuse(found, line[k], name, f"not as many numbers follow after it ({end[k] - at[k]}) as on other lines")
     return values
 
 
