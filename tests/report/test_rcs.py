@@ -1,19 +1,25 @@
 """The radar cross-section as numbers and figures: tables, cuts, and a reference of the user's own."""
 
+import copy
+import json
+
+import fake
 import feko
 import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
+from pages import check_whole
 
 from core.errors import InputError
 from core.sweep import C0, directions, unit_vectors
 from report import rcs_compare, rcs_figures
 from report.layout import style
-from report.rcs import as_table
+from report.rcs import as_table, write_rcs
 from scattering.interpolation import is_dense, order
 from scattering.store import write_field
 
+SENTENCE = "is 0.031 wavelengths from its source (goal 0.025)"
 REACH, FREQUENCY = 0.3, np.array([1.0e9, 1.5e9])
 POINTS = np.array([[0.2, 0.1, 0.0], [-0.15, 0.2, 0.1], [0.0, -0.25, -0.1]])
 
@@ -193,3 +199,23 @@ def test_a_reference_may_be_what_feko_wrote(tmp_path, stored):
     mean = compared.groupby("polarization")["difference_db"].mean()
     assert mean.to_dict() == pytest.approx({"VV": 0, "HV": 20 * np.log10(2)}, abs=1e-3)
     assert len(compared) == 12
+
+
+def test_the_page_shows_what_meshes_warn_of(tmp_path):
+    settings = copy.deepcopy(fake.SETTINGS)
+    settings["radar"]["frequencies"] = 1
+    settings["mesh"]["bands"] = 1
+    settings["targets"] = {name: settings["targets"][name] for name in ("drone", "missile")}
+    fake.make(tmp_path, settings)
+    path = tmp_path / "mesh/missile.json"
+    measures = json.loads(path.read_text())
+    measures["bands"][0]["missed"] = SENTENCE
+    measures["source"]["warnings"] = ["its shell is nearly closed."]
+    path.write_text(json.dumps(measures))
+    tables = {name: tmp_path / "rcs" / f"{name}.csv" for name in settings["targets"]}
+    (tmp_path / "rcs").mkdir()
+    page = tmp_path / "rcs/index.html"
+    write_rcs(tmp_path, settings, page, tables, (page.with_name("figures"), page.with_name("tables")))
+    words = check_whole(tmp_path / "rcs").words
+    assert "2 warnings on this run: missile" in words
+    assert f"missile : its shell is nearly closed. missile : the mesh of band 0 {SENTENCE}" in words

@@ -15,7 +15,7 @@ from mesh.arrange import first_crossing
 from mesh.distance import samples
 from mesh.ground import Ground
 from mesh.io import write_ply
-from mesh.measures import describe, size
+from mesh.measures import describe, size, warnings
 from mesh.misses import GOAL, Followed, farthest
 from mesh.progress import begin, say
 from mesh.read import check_size, in_metres, read_cad
@@ -193,7 +193,7 @@ def _keeps(band, apart, share):
 def missed(band):
     """What of its goals a mesh with the measures `band` misses, as a sentence, or None.
 
-    Chords leave a surface, and change its area, by the square of their length: so much shorter edges would do.
+    Chords leave a surface, and change its area, by the square of their length: by that it estimates what would do.
     """
     apart = max(band["hausdorff"].values()) / band["wavelength"]
     found = [(apart / GOAL[0], f"is {apart:.3f} wavelengths from its source (goal {GOAL[0]:g})")]
@@ -208,7 +208,7 @@ def missed(band):
         return None
     density = max(excess for excess, _ in found) ** 0.5 * band["wavelength"] / band["wanted_edge"]
     texts = " and ".join(text for _, text in found)
-    return f"{texts}; 'mesh.edges_per_wavelength: {ceil(1.05 * density)}' should keep to it."
+    return f"{texts}; 'mesh.edges_per_wavelength: {ceil(1.05 * density)}' is estimated to keep to it (not tried)."
 
 
 def _fault(mesh, band):
@@ -266,6 +266,6 @@ def write(path, settings, measures_path, source_path, mesh_paths):
             f"{Path(mesh_path).name}: {band['triangles']} triangles, {band['unknowns']} unknowns, "
             f"mean edge {band['edge_wavelengths']['mean']:.3f} wavelengths at {band['frequencies']['last'] / 1e9:g} GHz"
         )
-        if band["missed"]:
-            print(f"Warning: {Path(mesh_path).name} {band['missed']}")
+    for sentence in warnings(measures):
+        print(f"Warning: {sentence}")
     Path(measures_path).write_text(json.dumps(measures, indent=1) + "\n")

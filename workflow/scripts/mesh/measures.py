@@ -19,6 +19,14 @@ def size(vertices, triangles):
     }
 
 
+def warnings(measures):
+    """What a target's measures (mesh/<target>.json) warn of: sentences on its CAD file, then on each band's mesh."""
+    yield from measures["source"].get("warnings", ())
+    for number, band in enumerate(measures["bands"]):
+        if band.get("missed"):  # meshes made by earlier versions do not say
+            yield f"the mesh of band {number} {band['missed']}"
+
+
 def ideal_unknowns(area, edge):
     """Unknowns of a closed surface of this area in m^2 in equilateral triangles with edges of `edge` metres."""
     return float(1.5 * area / (np.sqrt(3) / 4 * edge**2))

@@ -33,7 +33,7 @@ def write_rcs(folder, settings, page, tables, parts):
     )
     shown = {
         "facts": [pair for pair in section_run.facts(results) if pair[0] in ("Run", "Radar", "Aspect", "Made with")],
-        "warnings": (),
+        "warnings": section_run.meshes_warned(results),
         "thumbnails": thumbnails,
         "targets": section_run.cards(results, thumbnails),
         "parts": parts_of_page,

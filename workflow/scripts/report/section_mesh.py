@@ -43,12 +43,6 @@ def section(results):
         "Each target has one mesh per frequency band, with edges sized to the shortest wavelength of the band. "
         "The pictures show the finest, and the CAD surface beside the bands.",
     )
-    text += tuple(
-        f"{name}, band {number}: the mesh {band['missed']}"
-        for name, measures in results.meshes.items()
-        for number, band in enumerate(measures["bands"])
-        if band.get("missed")  # meshes made by earlier versions do not say
-    )
     without = [name for name in results.targets if name not in meshed]
     if without:
         text = (*(text if meshed else ()), f"No mesh: {', '.join(without)}, given by the field alone.")

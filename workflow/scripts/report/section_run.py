@@ -11,6 +11,7 @@ import yaml
 
 from core import sweep
 from imaging.geometry import planned
+from mesh import measures
 from report import draw_mesh, thesis
 from report.caveats import warnings
 from report.conditions import fold_numbers, noise_words
@@ -87,14 +88,18 @@ def networks(results):
 
 
 def warned(results):
-    """The warnings of the run, (what it is about, sentence), each sentence once: as said before it started."""
-    if not results.images_are_made:
-        return []
-    about = {}
-    reaches = {name: mesh["source"]["reach"] for name, mesh in results.meshes.items()}
-    for name, text in warnings(results.settings, reaches):
+    """The warnings of the run, (what it is about, sentence), each sentence once: of its meshes, then of its images."""
+    about, found = {}, meshes_warned(results)
+    if results.images_are_made:
+        found += warnings(results.settings, {name: mesh["source"]["reach"] for name, mesh in results.meshes.items()})
+    for name, text in found:
         about.setdefault(text, []).append(name)
     return [(", ".join(names), text) for text, names in about.items()]
+
+
+def meshes_warned(results):
+    """What the meshes' measures warn of: (target, sentence)."""
+    return [(name, text) for name, measured in results.meshes.items() for text in measures.warnings(measured)]
 
 
 def _times(benchmarks):
