@@ -31,8 +31,8 @@ localrules:
 
 
 onstart:
-    # On a cluster other machines solve.
-    lines = expected(refuse=workflow.local_exec)
+    # On a cluster other machines solve; `check` says of every target what would refuse it.
+    lines = expected(refuse=workflow.local_exec and set(workflow.dag_settings.targets) != {"check"})
     or_exit(lock.take, RESULTS, not workflow.local_exec)
     if RUNS:
         together.keep(RESULTS, SNR_SETS)
@@ -50,6 +50,8 @@ if workflow.is_main_process and {"-n", "--dry-run", "--dryrun"}.intersection(sys
 
 onsuccess:
     lock.leave()
+    if {"check", rules.check.output[0]}.intersection(workflow.dag_settings.targets):
+        end_if_refused(rules.check.output[0])
 
 
 onerror:

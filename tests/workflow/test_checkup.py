@@ -1,11 +1,15 @@
 """What `snakemake check` says of a CAD file, by the function that its job calls."""
 
+import re
+
 import numpy as np
 import pytest
 from test_sphere import write_ascii_stl
 
+from core.errors import InputError
 from setup.checkup import checkup, swept
 from setup.config import load, of_command_line
+from setup.overview import overview
 
 CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
 FACES = np.array([[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1], [2, 3, 7], [2, 7, 6]])
@@ -76,3 +80,54 @@ def test_what_would_be_repaired_and_what_is_refused_is_said(said):
     assert "refused" not in said(vertices, open_one)
     assert "refused: the mesh is open" in said(vertices, open_one, formulation="cfie")
     assert "refused" not in said(vertices, triangles, formulation="cfie")
+
+
+def config_of(folder, **targets):
+    """A config of blocks in a folder, by name: whole, open, cracked, and beside the plane xz. targets: keys of each."""
+    vertices, triangles = block([0.3, 0.2, 0.1])
+    cracked = np.concatenate([vertices, vertices[:1] + np.array([0, 1e-5, 0])])
+    surfaces = {
+        "whole": (vertices, triangles),
+        "open": (vertices, triangles[:-2]),
+        "cracked": (cracked, np.concatenate([[[8, 1, 3]], triangles[1:]])),
+        "beside": (block([0.3, 0.2, 0.1], [0, 0.05, 0])[0], triangles),
+    }
+    keys = {name: {"mesh": f"{name}.stl", "role": "other", "unit": "m", **own} for name, own in targets.items()}
+    for name in targets:
+        write_ascii_stl(folder / f"{name}.stl", *surfaces[name])
+    return {"name": "a", "targets": {"*": None, **keys}, "learning": {"experiments": {"*": None}}}
+
+
+@pytest.mark.parametrize(
+    ("target", "own", "problem"),
+    [
+        ("beside", {"symmetry": ["xz"]}, r"beside.stl is not symmetric about y = 0.*leave this plane out"),
+        ("open", {"formulation": "cfie"}, r"the mesh is open.*'formulation: cfie' needs closed surfaces"),
+    ],
+)
+def test_a_target_that_its_keys_do_not_fit_is_refused_before_any_work(target, own, problem, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    config = load(config_of(tmp_path, whole={}, **{target: own}))
+    (line,) = [line for line in overview(config, tmp_path) if line.startswith("Warning:")]
+    assert re.match(f"Warning: {target}: .*{problem}", line)
+    with pytest.raises(InputError, match=f"config key 'targets.{target}.mesh': .*{problem}"):
+        overview(config, tmp_path, refuse=True)
+
+
+def test_a_target_that_fits_its_keys_once_it_is_repaired_is_not_refused(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    fitting = {"formulation": "cfie", "symmetry": ["xz"]}
+    config = load(config_of(tmp_path, whole=fitting, cracked={"formulation": "cfie"}))
+    assert not any("Warning" in line or "not known" in line for line in overview(config, tmp_path, refuse=True))
+
+
+def test_check_says_all_of_every_target_and_ends_in_an_error_where_one_is_refused(project_of):
+    project = project_of("check")
+    targets = {"beside": {"symmetry": ["xz"]}, "open": {"formulation": "cfie"}, "whole": {"symmetry": ["xy"]}}
+    project.write("config/a.yaml", str(config_of(project.folder, **targets)).replace("None", "null"))
+    finished = project.run("--cores", 1, "check", "--configfile", "config/a.yaml")
+    assert finished.returncode != 0
+    *_, last = finished.stdout.splitlines()
+    assert last == "Error: refused: beside, open (results/a/check.txt says why)"
+    for text in (finished.stdout, (project.folder / "results/a/check.txt").read_text()):
+        assert text.count("  refused: ") == 2 and "up to 2.35 GHz: about" in text.partition("whole:")[2]

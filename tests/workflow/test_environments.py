@@ -1,13 +1,17 @@
 """What `make` installs, and what it asks of a machine before; the conda environments install what the lock pins."""
 
+import ast
 import importlib.util
 import re
 import shutil
 import subprocess
+import sys
+from importlib.metadata import packages_distributions
 from types import SimpleNamespace
 
 import pytest
 
+from setup.closure import SCRIPTS, closure
 from setup.config import ROOT
 from setup.yaml_file import read_yaml
 
@@ -19,6 +23,45 @@ def test_conda_pins_stand_in_the_lock(stage):
     lock = (ROOT / "envs/requirements.lock").read_text()
     pins = read_yaml(ROOT / f"envs/{stage}.yaml")["dependencies"][-1]["pip"]
     assert [pin for pin in pins if not re.search(rf"^{re.escape(pin)}[ ;]", lock, re.MULTILINE)] == []
+
+
+PIN = re.compile(r"([\w-]+)==")
+RULE = re.compile(r"^ *(?:use )?rule\b", re.MULTILINE)
+# Files that jobs load by names from the config: what stands in a rule that does, and where they are.
+BY_NAME = {
+    "model_code": "learning/models",
+    "imager_code": "imaging/imagers",
+    "solver_code": "scattering/solvers",
+}
+# Imports that an environment goes without: STEP files are an extra, and `check` asks a solver for its plan alone.
+WITHOUT = {stage: {"OCP"} for stage in STAGES} | {"mesh": {"OCP", "jax"}}
+UNSEEN = {"zarr"}  # xarray imports it where it opens a store
+
+
+def imported(scripts):
+    """The packages, by the names that they are imported by, of files below workflow/scripts and all their modules."""
+    names = set()
+    for file in set().union(*map(closure, scripts)):
+        for node in ast.walk(ast.parse((SCRIPTS / file).read_bytes())):
+            if isinstance(node, ast.Import):
+                names |= {alias.name.partition(".")[0] for alias in node.names}
+            elif isinstance(node, ast.ImportFrom) and not node.level:
+                names.add(node.module.partition(".")[0])
+    return {name for name in names if name not in sys.stdlib_module_names and not (SCRIPTS / name).exists()}
+
+
+@pytest.mark.parametrize("stage", STAGES)
+def test_conda_environment_has_what_its_jobs_import_and_nothing_else(stage):
+    text = "\nrule\n".join(path.read_text() for path in (ROOT / "workflow/rules").glob("*.smk"))
+    rules = [body for body in RULE.split(text) if f"envs/{stage}.yaml" in body]
+    scripts = set(re.findall(r'"([\w/]+\.py)"', "".join(re.findall(r"\bcode\(([^)]*)\)", "".join(rules)))))
+    assert len(scripts) >= len(rules) - 1 > 0  # two rules of learning share a script
+    folders = [folder for word, folder in BY_NAME.items() if any(word in body for body in rules)]
+    scripts |= {path.relative_to(SCRIPTS) for folder in folders for path in (SCRIPTS / folder).glob("*.py")}
+    there = packages_distributions()
+    needed = {there[name][0].lower() for name in imported(scripts) - WITHOUT[stage]}
+    pins = {PIN.match(pin)[1] for pin in read_yaml(ROOT / f"envs/{stage}.yaml")["dependencies"][-1]["pip"]}
+    assert (needed - pins, pins - needed - UNSEEN) == (set(), set())
 
 
 @pytest.mark.parametrize(

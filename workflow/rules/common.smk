@@ -119,6 +119,14 @@ def page_files():
     return [in_repository("workflow/scripts/report", name) for name in names if name.endswith((".html", ".css", ".js"))]
 
 
+def end_if_refused(report):
+    """End the run with an error if the report of `check` names targets that are refused: it has done its job, and stays."""
+    with open(report) as file:
+        *_, last = file
+    if last.startswith("Error:"):
+        sys.exit(f"{last.strip()} ({report} says why)")
+
+
 def expected(refuse):
     """What is said before anything runs (see `overview`)."""
     return unnamed(config, *OVERLAYS) + or_exit(overview, config, RESULTS, refuse, len(SEEDED))

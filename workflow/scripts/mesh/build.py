@@ -12,7 +12,7 @@ from core.errors import InputError
 from core.words import counted
 from mesh import symmetry, topology
 from mesh.arrange import first_crossing
-from mesh.distance import samples
+from mesh.distance import from_mirror_image, samples
 from mesh.ground import Ground
 from mesh.io import write_ply
 from mesh.measures import describe, size, warnings
@@ -23,7 +23,6 @@ from mesh.remesh import P99, P99_LIMIT, Size, fitting, remesh, restore_volume
 from mesh.repair import CLOSE, repair, thin
 from mesh.resolution import OF_PIECE, check_resolution, wanted_edge, wanted_edges
 
-ASYMMETRY = 1 / 100  # wavelengths at the top frequency between a target and its mirror image
 WRONG = 1 / 20  # wavelengths between mesh and source: more is another target
 CHANGED = 0.05  # of its area or volume: likewise
 MOST, CHEAP = 1.4, 1000  # times the triangles of the first mesh, or so many: more are not spent on its area alone
@@ -59,8 +58,8 @@ def load(path, target, mesh, radar, to_solve=False):
     raw = {"triangles": len(triangles)} | size(*topology.compact(vertices, triangles))
     vertices, triangles, repairs, tolerances = repair(vertices, triangles, edge, path)
     for axis in symmetry.axes(target.get("symmetry", [])):
-        limit = ASYMMETRY * sweep.C0 / sweep.frequencies(radar)[-1]
-        apart, place = symmetry.deviation(vertices, triangles, edge, axis)
+        limit = symmetry.allowed(radar)
+        apart, place = from_mirror_image(vertices, triangles, edge, axis)
         if apart > limit:
             raise InputError(
                 f"{path} is not symmetric about {'xyz'[axis]} = 0: near {topology.place(place)} it differs from its "

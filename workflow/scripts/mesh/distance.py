@@ -4,6 +4,7 @@ import numpy as np
 import pymeshlab
 
 from mesh.meshlab import loaded
+from mesh.symmetry import mirrored
 
 
 def samples(vertices, triangles, spacing):
@@ -43,3 +44,10 @@ def distances(points, vertices, triangles, signed=False):
         measuremesh=1, refmesh=0, signeddist=signed, maxdist=pymeshlab.PureValue(float(far))
     )
     return meshes.current_mesh().vertex_scalar_array()
+
+
+def from_mirror_image(vertices, triangles, spacing, axis):
+    """Largest distance in metres between a target and its mirror image, sampled every `spacing` metres, and where."""
+    points = samples(vertices, triangles, spacing)[0]
+    apart = distances(mirrored(points, axis), vertices, triangles)
+    return float(apart.max()), points[apart.argmax()]

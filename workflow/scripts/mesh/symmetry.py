@@ -7,10 +7,16 @@ import itertools
 
 import numpy as np
 
+from core import sweep
 from mesh import topology
-from mesh.distance import distances, samples
 
 AXES = {"yz": 0, "xz": 1, "xy": 2}  # mirror plane -> the coordinate that changes sign
+ASYMMETRY = 1 / 100  # wavelengths at the top frequency between a target and its mirror image
+
+
+def allowed(radar):
+    """How far a target may be from its mirror image, in metres."""
+    return ASYMMETRY * sweep.C0 / sweep.frequencies(radar)[-1]
 
 
 def axes(planes):
@@ -21,13 +27,6 @@ def axes(planes):
 def mirrored(points, axis):
     """Points (..., 3) on the other side of a plane."""
     return points * np.where(np.arange(3) == axis, -1.0, 1.0)
-
-
-def deviation(vertices, triangles, spacing, axis):
-    """Largest distance in metres between a target and its mirror image, sampled every `spacing` metres, and where."""
-    points = samples(vertices, triangles, spacing)[0]
-    apart = distances(mirrored(points, axis), vertices, triangles)
-    return float(apart.max()), points[apart.argmax()]
 
 
 def positive_half(vertices, triangles, tolerance, axis):

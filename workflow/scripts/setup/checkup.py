@@ -6,24 +6,30 @@ from core import sweep
 from core.errors import InputError
 from core.words import counted
 from mesh import symmetry, topology
-from mesh.build import ASYMMETRY, load
+from mesh.build import load
+from mesh.distance import from_mirror_image
 from mesh.ground import Ground
 from mesh.read import UNITS, check_size, in_metres, read_cad, states_unit
 from mesh.resolution import check_resolution, wanted_edges
 from scattering import needs
+from scattering.closed import check_closed
 
 SAMPLED = 2000  # triangles at which the thickness is measured, and what is between walls
 GIGA = 1000  # MB
+REFUSED = "  refused:"
 
 
 def checkup(config, name):
-    """Lines on a target of a config that is a mesh: its size, symmetry, thickness, repairs, and what a solve takes."""
+    """Lines on a target of a config that is a mesh: its size, symmetry, thickness, repairs, and what a solve takes.
+
+    What would stop a run stands in lines that begin with REFUSED.
+    """
     target, radar = config["targets"][name], config["radar"]
     path = target["mesh"]
     try:
         surface = read_cad(path)
     except InputError as error:
-        return [f"  refused: {error}"]
+        return [f"{REFUSED} {error}"]
     surface = topology.compact(in_metres(surface[0], target), surface[1])
     lines = [*_sizes(surface, target), *_symmetry(surface, target, radar)]
     try:
@@ -31,14 +37,11 @@ def checkup(config, name):
         check_resolution(np.ptp(surface[0], axis=0), config["mesh"], radar, path, needs.precision(config))
         source = load(path, target, config["mesh"], radar, to_solve=True)
     except InputError as error:
-        return [*lines, f"  refused: {error}"]
-    if needs.method(config, name).get("formulation") == "cfie":
-        from scattering.operators import cfie  # JAX takes a second
-
-        try:
-            cfie.check_mesh(source.vertices, source.triangles)
-        except InputError as error:
-            lines.append(f"  refused: {error}")
+        return [*lines, f"{REFUSED} {error}"]
+    try:
+        check_formulation(config, name, source)
+    except InputError as error:
+        lines.append(f"{REFUSED} {error}")
     lines.append(f"  repairs: {counted(source.repairs) or 'none needed'}")
     lines.append(_closed(source))
     size = source.measures
@@ -52,8 +55,14 @@ def checkup(config, name):
     try:
         needs.check_fit(config, name, size)
     except InputError as error:
-        lines.append(f"  refused: {error}")
+        lines.append(f"{REFUSED} {error}")
     return lines
+
+
+def check_formulation(config, name, source):
+    """Raise InputError if a target's Source is none for the equation that it is to be solved with."""
+    if needs.method(config, name).get("formulation") == "cfie":
+        check_closed(source.vertices, source.triangles)
 
 
 def swept(config):
@@ -79,9 +88,9 @@ def _box(lengths):
 
 def _symmetry(surface, target, radar):
     """Which of the mirror planes a target has, to what a run asks for, beside those that the config names."""
-    limit = ASYMMETRY * sweep.C0 / sweep.frequencies(radar)[-1]
+    limit = symmetry.allowed(radar)
     spacing = float(np.ptp(surface[0], axis=0).max()) / 100
-    found = [plane for plane, axis in symmetry.AXES.items() if symmetry.deviation(*surface, spacing, axis)[0] <= limit]
+    found = [plane for plane, axis in symmetry.AXES.items() if from_mirror_image(*surface, spacing, axis)[0] <= limit]
     more = [plane for plane in found if plane not in target.get("symmetry", [])]
     advice = f"; 'symmetry: [{', '.join(found)}]' would spare work" if more else ""
     return [f"  mirror planes: {', '.join(found) or 'none'}{advice}"]

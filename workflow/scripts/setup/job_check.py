@@ -1,13 +1,16 @@
 from pathlib import Path
 
 from core.job import job
-from setup.checkup import checkup, swept
+from setup.checkup import REFUSED, checkup, swept
 
 with job(snakemake):
-    lines = [swept(snakemake.params.settings)]
+    lines, refused = [swept(snakemake.params.settings)], []
     print(lines[0])
     for target in snakemake.params.targets:
         found = [f"{target}:", *checkup(snakemake.params.settings, target)]
         print("\n".join(found))
         lines += found
+        refused += [target] if any(line.startswith(REFUSED) for line in found) else []
+    # With this line the run ends in an error.
+    lines += [f"Error: refused: {', '.join(refused)}"] if refused else []
     Path(snakemake.output[0]).write_text("\n".join([*lines, ""]))

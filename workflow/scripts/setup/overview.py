@@ -3,19 +3,22 @@
 import json
 from pathlib import Path
 
+import igl
 import numpy as np
 
 from core.errors import InputError
 from core.folders import of_fields
 from core.sweep import images_are_made, why_no_images
 from imaging.geometry import describe, planned
-from mesh import cad_kernel, topology
+from mesh import cad_kernel, symmetry, topology
 from mesh.read import check_size, in_metres, read_cad
 from mesh.resolution import check_resolution
 from report.caveats import LEARNING, warnings
 from scattering import needs
 from setup.config import BASE, read_yaml
 from setup.disk import shortage
+
+LOOKED_AT = 200_000  # triangles: a target of more is left to its jobs, as its repair may take minutes
 
 
 def overview(config, results, refuse=False, seeds=1):
@@ -122,7 +125,8 @@ def _untrained(learning):
 def _size(config, name, mesh_json):
     """Area in m^2, box and reach from the origin in m of a target's CAD file; None where nothing says them yet.
 
-    mesh_json: what its mesh job writes. Raises InputError for a file that cannot be read, or of another size.
+    mesh_json: what its mesh job writes. Raises InputError for a file that cannot be read, or that is of another size,
+    less symmetric than it says, or open and to be solved as a closed one.
     """
     target = config["targets"][name]
     if "field" in target:
@@ -130,11 +134,29 @@ def _size(config, name, mesh_json):
     if Path(target["mesh"]).suffix.lower() in cad_kernel.FORMATS:  # they take long to read
         return json.loads(mesh_json.read_text())["source"] if mesh_json.exists() else None
     vertices, triangles = read_cad(target["mesh"])
-    vertices = in_metres(vertices, target)
-    used = vertices[np.unique(triangles)]
-    check_size(used, target, config["mesh"], config["radar"], target["mesh"], needs.precision(config))
+    vertices, triangles = topology.compact(in_metres(vertices, target), triangles)
+    check_size(vertices, target, config["mesh"], config["radar"], target["mesh"], needs.precision(config))
+    if len(triangles) <= LOOKED_AT and _is_doubtful(config, name, vertices, triangles):
+        from mesh.build import load  # with MeshLab, which takes long to load
+        from setup.checkup import check_formulation
+
+        check_formulation(config, name, load(target["mesh"], target, config["mesh"], config["radar"]))
     return {
         "area": float(topology.areas(vertices, triangles).sum()),
-        "box": np.ptp(used, axis=0).tolist(),
-        "reach": float(np.linalg.norm(used, axis=1).max()),
+        "box": np.ptp(vertices, axis=0).tolist(),
+        "reach": float(np.linalg.norm(vertices, axis=1).max()),
     }
+
+
+def _is_doubtful(config, name, vertices, triangles):
+    """Whether a CAD file as it stands is open and shall be closed, or has corners where its mirror image has nothing.
+
+    Repaired, as its mesh job does it, it may do all the same.
+    """
+    if needs.method(config, name).get("formulation") == "cfie" and not topology.is_watertight(triangles):
+        return True
+    planes, tree = symmetry.axes(config["targets"][name].get("symmetry", [])), igl.AABB()
+    tree.init(vertices, triangles.astype(np.int64))
+    images = (symmetry.mirrored(vertices, axis) for axis in planes)
+    apart = [tree.squared_distance(vertices, triangles.astype(np.int64), image)[0] for image in images]
+    return not (np.array(apart) <= symmetry.allowed(config["radar"]) ** 2).all()  # nor where it is NaN
