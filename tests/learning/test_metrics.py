@@ -26,11 +26,11 @@ def outcomes(count=900, azimuths=30, seed=0, right=0.6):
 def test_metrics_agree_with_scikit_learn(never):
     _, truth, predicted = outcomes()
     if never is not None:
-        predicted[predicted == never] = 0  # a class that is never predicted has precision 0
+        predicted[predicted == never] = 0  # a class that is never predicted has no precision
     counts = confusion(np.zeros_like(truth), truth, predicted, (1, 3))[0]
     assert (counts == reference.confusion_matrix(truth, predicted)).all()
     ours = metrics_of(counts, LABELS, LABELS)
-    precision, recall, _, _ = reference.precision_recall_fscore_support(truth, predicted, zero_division=0)
+    precision, recall, _, _ = reference.precision_recall_fscore_support(truth, predicted, zero_division=np.nan)
     expected = {
         "accuracy": reference.accuracy_score(truth, predicted),
         "f1_weighted": reference.f1_score(truth, predicted, average="weighted"),
@@ -40,7 +40,7 @@ def test_metrics_agree_with_scikit_learn(never):
         expected |= {f"precision_{label}": precision[index], f"recall_{label}": recall[index]}
     assert ours.keys() == expected.keys()
     for name, value in expected.items():
-        assert abs(ours[name] - value) < 1e-12, name
+        assert ours[name] == pytest.approx(value, abs=1e-12, nan_ok=True), name
 
 
 def test_resampled_metrics_are_those_of_repeated_observations():
@@ -56,6 +56,21 @@ def intervals(counts, seed):
     values, draws = metrics_of(counts.sum(axis=0), LABELS, LABELS), resampled(counts, LABELS, LABELS, seed)
     equal = equal_blocks(counts.sum(axis=(1, 2)))
     return {name: interval(values[name], draws[name], equal) for name in values}
+
+
+def test_precision_of_a_class_that_few_images_are_taken_for_has_the_interval_of_what_is_known_of_it():
+    groups, truth, predicted = outcomes()
+    predicted[(predicted == 1) & (groups > 2)] = 0  # named in three blocks of thirty: in many resamples in none
+    counts = confusion(groups, truth, predicted, (30, 3))
+    found, draws = intervals(counts, 0), resampled(counts, LABELS, LABELS, 0)
+    named = np.tensordot(weights(30, 0), counts, axes=1).sum(axis=1)[:, 1] > 0
+    assert 0 < (~named).sum() < 100
+    assert (np.isnan(draws["precision_disc"]) == ~named).all() and np.isfinite(draws["f1_macro"]).all()
+    value = metrics_of(counts.sum(axis=0), LABELS, LABELS)["precision_disc"]
+    low, high = found["precision_disc"]
+    assert low < value < high and interval(value, draws["precision_disc"][named], 30) == (low, high)
+    predicted[predicted == 1] = 0
+    assert np.isnan(intervals(confusion(groups, truth, predicted, (30, 3)), 0)["precision_disc"]).all()
 
 
 def test_intervals_are_seeded_and_contain_the_value():
@@ -265,6 +280,15 @@ def test_the_scores_table(tmp_path):
         cells = confusions[(confusions["experiment"] == "single") & (confusions["elevation"] == subset)]
         square = cells.pivot(index="target", columns="predicted", values="count")
         assert (square.to_numpy() == reference.confusion_matrix(part["truth"], part["predicted"])).all()
+
+
+def test_precision_of_a_class_that_no_image_is_taken_for_is_an_empty_cell(tmp_path):
+    frame = table()
+    frame["predicted"] = frame["predicted"].replace("disc", "dart")
+    scored(tmp_path, {"multi/knn/snr_0dB": frame})
+    cells = pd.read_csv(tmp_path / "scores.csv", keep_default_na=False, dtype=str).set_index("metric")
+    assert cells.loc["precision_disc", ["value", "low", "high"]].tolist() == ["", "", ""]
+    assert float(cells.loc["recall_disc", "value"]) == 0 and float(cells.loc["precision_dart", "low"]) > 0
 
 
 def test_a_run_has_the_same_scores_whatever_else_is_scored(tmp_path):

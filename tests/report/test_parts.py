@@ -6,6 +6,7 @@ import types
 from urllib.parse import unquote
 
 import fake
+import fake_learning
 import matplotlib.colors
 import numpy as np
 import pandas as pd
@@ -19,6 +20,7 @@ from report import (
     layout,
     published,
     section_headline,
+    section_learning,
     section_tried,
     thesis,
     vocabulary,
@@ -349,3 +351,19 @@ def test_a_path_keeps_its_place_to_a_hundredth_of_a_point():
     shown = layout.Figure("x", svg, pd.DataFrame(), "", "")
     assert unquote(shown.uri.partition(",")[2]).encode() == svg
     assert not set(shown.uri) & set('"<>#\n')
+
+
+def test_precision_of_a_class_that_no_image_is_taken_for_is_not_drawn_and_said_to_be_undefined(tmp_path):
+    (tmp_path / "learning").mkdir()
+    settings = copy.deepcopy(fake.SETTINGS)
+    settings["learning"]["experiments"] = {"e": {"train": {"elevation": "all", "snr_db": "clean"}, "models": ["lr"]}}
+    fake_learning.learn(tmp_path / "learning", settings)
+    scores = pd.read_csv(tmp_path / "learning/scores.csv")
+    lowest = (scores["metric"] == "precision_drone") & (scores["test_snr_db"] == scores["test_snr_db"].min())
+    for gap in (False, True):
+        scores.assign(value=scores["value"].mask(lowest & gap)).to_csv(tmp_path / "learning/scores.csv", index=False)
+        results = Results(tmp_path, settings, fake.names(settings))
+        with layout.style():
+            picture, *_ = section_learning.section(results).figures
+        assert picture.data.query("metric == 'precision_drone'")["value"].isna().sum() == gap
+        assert ("its precision is undefined and not drawn" in picture.caption) == gap

@@ -31,14 +31,14 @@ def metrics_of(counts, labels, judged):
 
     accuracy, f1_weighted (by true counts), f1_macro (plain mean), precision_<label>, recall_<label>; the last three of
     the labels in `judged` only: one that is predicted but can never be true says nothing of its own.
-    A ratio with nothing below the line is 0.
+    A ratio with nothing below the line is 0, but for the precision of a label that is never predicted, which is NaN.
     """
     counts = np.asarray(counts, float)
     right = np.diagonal(counts, axis1=-2, axis2=-1)
     true, predicted = counts.sum(axis=-1), counts.sum(axis=-2)
     total = true.sum(axis=-1)
     f1 = _ratio(2 * right, true + predicted)
-    precision, recall = _ratio(right, predicted), _ratio(right, true)
+    precision, recall = np.where(predicted > 0, _ratio(right, predicted), np.nan), _ratio(right, true)
     result = {
         "accuracy": _ratio(right.sum(axis=-1), total),
         "f1_weighted": _ratio((f1 * true).sum(axis=-1), total),
@@ -47,7 +47,7 @@ def metrics_of(counts, labels, judged):
     for index, label in enumerate(labels):
         if label in judged:
             result |= {f"precision_{label}": precision[..., index], f"recall_{label}": recall[..., index]}
-    return result
+    return {name: value[()] for name, value in result.items()}  # numbers, where counts have no leading dimension
 
 
 def metrics_of_labels(truth, predicted, weight=1.0):
@@ -82,12 +82,13 @@ def interval(value, resampled, blocks, share=True):
     (n / (n - 1) in variance), and neighbours have something in common (NEIGHBOURS). Of a `share`, which lies between 0
     and 1, it is laid out on the scale of log(value / (1 - value)), where it cannot leave them, and goes back; else it
     is symmetric.
-    NaN for a single block, which says nothing of spread. Where no image was ever wrong it has no width, and only says
-    that the sample shows no error; where all errors lie in one or two blocks it is too narrow.
+    NaN for a single block, which says nothing of spread, and for a value that is NaN; resamples that are NaN are left
+    out. Where no image was ever wrong it has no width, and only says that the sample shows no error; where all errors
+    lie in one or two blocks it is too narrow.
     """
-    if blocks <= 1:
+    if blocks <= 1 or np.isnan(value):
         return np.nan, np.nan
-    error = np.std(resampled) * np.sqrt(NEIGHBOURS * blocks / (blocks - 1))
+    error = np.nanstd(resampled) * np.sqrt(NEIGHBOURS * blocks / (blocks - 1))
     half = stdtrit(blocks - 1, (1 + LEVEL) / 2) * error
     if not share:
         return value - half, value + half

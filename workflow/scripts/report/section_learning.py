@@ -117,7 +117,9 @@ def experiment_figure(results, name, how, scores, validation):
     finish(drawing, grid, snr_axis(results.definition))
     drawn = scores if definition == results.definition else pd.concat([accuracy, scores])
     best = _most_accurate(looks, select(whole, metric=ACCURACY), validation)
-    caption = f"{how}. {best}{marks}{conditions(results, scores, definition, results.definition)}"
+    unnamed = whole[whole["metric"].str.startswith("precision_")]["value"].isna().any()
+    gaps = " Where a model takes no image for a class, its precision is undefined and not drawn." if unnamed else ""
+    caption = f"{how}. {best}{gaps}{marks}{conditions(results, scores, definition, results.definition)}"
     alt = f"Experiment {title(name)}: accuracy, and recall and precision of {', '.join(classes)}, against test SNR."
     return figure(f"learning_{name}", drawing, drawn, alt, caption, wide=True)
 
