@@ -49,13 +49,20 @@ def test_squared_distances_are_those_of_the_differences():
 
 
 @pytest.mark.parametrize("classes", [2, 3])
-@pytest.mark.parametrize("k", [1, 3, 5, 10**6])
+@pytest.mark.parametrize("k", [1, 3, 5, "all"])
 def test_knn_equals_scikit_learn(classes, k):
     images, labels = clouds(classes)
     tests, _ = clouds(classes, seed=1)
-    neighbours = KNeighborsClassifier(min(k, len(images))).fit(real_imaginary(images), labels)
+    k = len(images) if k == "all" else k
+    neighbours = KNeighborsClassifier(k).fit(real_imaginary(images), labels)
     model = fitted("knn", images, labels, k=k)
     assert (model.predict(tests) == neighbours.predict(real_imaginary(tests))).all()
+
+
+def test_knn_refuses_more_neighbours_than_images():
+    images, labels = clouds(2)
+    with pytest.raises(InputError, match=f"'k' is {len(images) + 1}, and there are {len(images)} training images"):
+        fitted("knn", images, labels, k=len(images) + 1)
 
 
 def test_knn_scores_are_minus_the_distance_to_each_class():

@@ -316,6 +316,11 @@ BAD = {
         "learning.models.matched_filter.othr",
         "did you mean 'other'?",
     ),
+    "more neighbours than images": (
+        {"learning": {"models": {"knn": {"k": [1, 139]}}}},
+        "learning.models.knn.k",
+        "139 is more than the 138 images that the run 'single_elevation' trains on; take 138 at most",
+    ),
     "trillions of angles": (
         {"aspect": {"elevation": {"start": -90, "stop": 90, "step": 1e-9}}},
         "aspect.elevation.step",

@@ -43,6 +43,7 @@ class Classifier:
     covariances: whether `fit` keeps a matrix of pixels by pixels for each SNR: it counts in the memory that is planned,
     and images of more pixels than check.MOST_PIXELS are refused.
     pairs: whether `fit` keeps a matrix of images by images: it counts in the memory that is planned.
+    fewest: None, or the name of the setting that says of how many images `fit` must learn at least.
     checkpoints: None, or a folder in which `fit` may keep its state, to go on from it after a kill.
     """
 
@@ -51,6 +52,7 @@ class Classifier:
     smallest = 1
     covariances = False
     pairs = False
+    fewest = None
     checkpoints = None
 
     def __init__(self, settings, seed):

@@ -63,6 +63,20 @@ def check_experiments(config, experiments):
             raise InputError(f"config key {problem}")
 
 
+def check_fewest(config):
+    """Raise InputError for a model that is set to ask for more training images than a run of its experiments has."""
+    models = config["learning"]["models"]
+    asking = {model: model_kind(models, model).stated.get("fewest") for model in models}
+    for run in runs(config).values() if images_are_made(config) else ():
+        for model in filter(asking.get, run["models"]):
+            key, most = f"learning.models.{model}.{asking[model]}", np.max(models[model][asking[model]])
+            if most > (there := training_images(config, run, models[model])):
+                raise InputError(
+                    f"config key '{key}': {most} is more than the {there} images that the run '{run['name']}' trains "
+                    f"on; take {there} at most."
+                )
+
+
 def model_kind(models, name):
     """The Kind of a model of the config: that of its own name, unless it says another."""
     return kind(MODELS, models[name].get("kind", name))
@@ -264,6 +278,17 @@ def _of_experiments(config, experiments):
         for name, target in config["targets"].items():
             if target["role"] == "known":
                 check_sides(split(images, target.get("symmetry", ()), division), division, name, len(images))
+
+
+def training_images(config, run, settings):
+    """How many images a model with these settings learns from in one of the config's runs."""
+    views = centres(sweep.azimuths(config["aspect"]), config["imaging"]["aperture"])
+    roles = ("known", OTHER) if settings.get("other", False) else ("known",)
+    planes = [target.get("symmetry", ()) for target in config["targets"].values() if target["role"] in roles]
+    copies = sum(1 if snr == CLEAN else config["noise"]["realizations"] for snr in run["snrs"])
+    sets = [*planes * copies, *([()] if OTHER in roles else [])]  # and pure noise, once
+    elevations = len(sweep.elevations(config["aspect"]) if run["elevation"] == "all" else run["elevation"])
+    return elevations * sum(len(split(views, of, Division(**run["division"]))["train"]) for of in sets)
 
 
 def _of_pixels(key, upsample, models, plan):

@@ -11,7 +11,7 @@ from core.errors import InputError
 from core.sweep import frequencies, images_are_made
 from learning.experiments import CLEAN
 from setup import overlay, sweeps
-from setup.check import check, check_experiments, rules
+from setup.check import check, check_experiments, check_fewest, rules
 from setup.overlay import ALL, EXPERIMENTS
 from setup.schema import check_schema
 from setup.snrs import write_out
@@ -46,6 +46,7 @@ def load(*overlays):
     }
     check(config)
     _leave_out(config, overlay.named(overlays, EXPERIMENTS))
+    check_fewest(config)
     # More bands than frequencies would leave some empty; the order of SNRs has no meaning.
     config["mesh"]["bands"] = min(config["mesh"]["bands"], len(frequencies(config["radar"])))
     config["noise"]["snr_db"] = sorted(config["noise"]["snr_db"])

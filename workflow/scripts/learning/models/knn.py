@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from core.errors import InputError
 from learning.classifier import OTHER, Classifier, Outcome
 from learning.features import real_imaginary, squared_distances
 
@@ -18,10 +19,13 @@ class Model(Classifier):
     LABELS = {"knn": ("KNN", "nearest neighbour (KNN)", 3)}
     SCORES = {"distance": ("nearest distance", 9)}
     SETTINGS = {
-        "k": {"type": "integer", "minimum": 1, "description": "number of neighbours"},
+        "k": {"type": "integer", "minimum": 1, "description": "number of neighbours, at most the training images"},
     }
+    fewest = "k"
 
     def fit(self, images, labels, validation=None, snrs=None, views=None):
+        if self.settings["k"] > len(images):
+            raise InputError(f"'k' is {self.settings['k']}, and there are {len(images)} training images; take fewer.")
         x = real_imaginary(images)
         order = np.argsort(labels, kind="stable")
         self.classes_, self.starts_ = np.unique(labels[order], return_index=True)
@@ -33,7 +37,7 @@ class Model(Classifier):
         distances = squared_distances(real_imaginary(images), self.references_, self.squared_norms_)
         scores = -np.sqrt(np.minimum.reduceat(distances, self.starts_, axis=1))
         known = {"distance": scores[:, self.classes_ != OTHER].max(axis=1)}
-        k = min(self.settings["k"], len(self.references_))
+        k = self.settings["k"]
         if k == 1:
             return Outcome(self.classes_[scores.argmax(axis=1)], scores, known)
         nearest = np.argpartition(distances, k - 1, axis=1)[:, :k]
