@@ -44,6 +44,14 @@ def test_links_lead_somewhere(page):
         assert not anchor or anchor in anchors(target.read_text()), link
 
 
+def test_pages_agree_on_how_long_runs_take():
+    readme, table = ((ROOT / name).read_text() for name in ("README.md", "config/README.md"))
+    whole = re.search(r"the default experiment\s+takes (\d+ minutes) .*up to twice that", readme)[1]
+    assert re.search(rf"^\| `config.yaml` .* \| {whole} .*up to twice that", table, re.MULTILINE)
+    for page in (readme, table, *((ROOT / name).read_text() for name in ("config/smoke.yaml", "docs/tutorial.md"))):
+        assert "one to two minutes" in page
+
+
 @pytest.fixture
 def points(tmp_path, monkeypatch):
     """The store of fields that own-fields.md makes, in the folder where it is made, and the config that takes them."""
