@@ -89,7 +89,7 @@ def test_other_errors_keep_their_traceback(tmp_path):
 
 
 JOB = """
-import os, signal, sys
+import atexit, os, signal, sys
 from types import SimpleNamespace
 from core.job import job
 with job(SimpleNamespace(log=[sys.argv[1]], output=["a.zarr"])):
@@ -106,6 +106,7 @@ with job(SimpleNamespace(log=[sys.argv[1]], output=["a.zarr"])):
         ("os.abort()", True),
         ("pass", False),
         ("raise KeyboardInterrupt", False),
+        ("atexit.register(os.kill, os.getpid(), signal.SIGINT); raise KeyboardInterrupt", False),
         ("sys.exit(3)", False),
     ],
 )
@@ -115,6 +116,7 @@ def test_log_says_that_a_job_was_killed(tmp_path, last, killed):
     code = JOB.format(last=last)
     finished = subprocess.run([sys.executable, "-c", code, log], env=environment, capture_output=True)
     assert (finished.returncode != 0) == (last != "pass")
+    assert b"Traceback" not in finished.stderr  # nor where Ctrl-C comes again while libraries say goodbye
     expected = ["begun", job.KILLED] if killed else ["begun"]
     # The one who watches writes a moment after the end; what it must not write it would have a second for.
     end = time.monotonic() + (30 if killed else 1)

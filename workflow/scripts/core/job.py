@@ -3,6 +3,7 @@
 import contextlib
 import errno
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -72,8 +73,8 @@ def job(snakemake):
     """Run the body with its output in `snakemake.log[0]` and BLAS on one thread.
 
     The last bit of a product depends on how many threads BLAS splits it between, and the results must not.
-    An InputError, a full disk or a file that may not be written ends the job with one message; anything else with a
-    traceback in the log. A job that is killed can say nothing: the log then says it for the job.
+    An InputError, a full disk or a file that may not be written ends the job with one message, Ctrl-C without one;
+    anything else with a traceback in the log. A job that is killed can say nothing: the log then says it for the job.
     """
     out, err, message = sys.stdout, sys.stderr, None
     try:
@@ -82,6 +83,9 @@ def job(snakemake):
             yield
     except InputError as error:
         message = f"Error: {error}"
+    except KeyboardInterrupt:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)  # a second one would fall into what libraries do at the end
+        sys.exit(128 + signal.SIGINT)  # Snakemake says that it was stopped
     except Exception as error:
         message = _refused(error, snakemake.output[0]) or traceback.format_exc()
     finally:
