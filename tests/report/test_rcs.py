@@ -217,5 +217,8 @@ def test_the_page_shows_what_meshes_warn_of(tmp_path):
     page = tmp_path / "rcs/index.html"
     write_rcs(tmp_path, settings, page, tables, (page.with_name("figures"), page.with_name("tables")))
     words = check_whole(tmp_path / "rcs").words
+    glossary = words.partition("Glossary")[2]
+    assert "RCS Radar cross section" in glossary
+    assert not any(word in glossary for word in ("margin", "folds", "realizations"))  # of its style, and the config
     assert "2 warnings on this run: missile" in words
     assert f"missile : its shell is nearly closed. missile : the mesh of band 0 {SENTENCE}" in words

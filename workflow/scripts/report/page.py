@@ -155,7 +155,8 @@ def _environment():
 
 
 def _spoken(text):
-    """The words of the glossary that a text has, with their meaning."""
+    """The words of the glossary that a page has, with their meaning; those of its style and of the config aside."""
+    text = re.sub(r"<(style|pre)\b.*?</\1>", "", text, flags=re.DOTALL)
     return {term: meaning for term, meaning in GLOSSARY.items() if re.search(rf"(?<![\w-]){term}(?![\w-])", text)}
 
 
