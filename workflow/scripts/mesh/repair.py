@@ -11,6 +11,7 @@ from mesh import topology
 from mesh.arrange import arrange, crossings
 from mesh.boxes import check_hubs
 from mesh.contact import APART, land
+from mesh.details import without_details
 from mesh.distance import distances
 from mesh.meshlab import loaded
 from mesh.progress import going
@@ -37,6 +38,7 @@ def repair(vertices, triangles, edge, name):
     vertices, triangles, counts["welded_vertices"] = _weld(vertices, triangles, tolerance)
     triangles, counts["split_t_junctions"] = _split_t_junctions(vertices, triangles, tolerance)
     vertices, triangles, counts["closed_holes"] = _close_holes(vertices, triangles, HOLE * edge)
+    vertices, triangles, counts["dropped_details"] = without_details(vertices, triangles, edge, name)
     whole = vertices, triangles
     vertices, triangles = _thinned(vertices, triangles, edge)
     counts["thinned_triangles"] = len(whole[1]) - len(triangles)
