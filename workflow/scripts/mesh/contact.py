@@ -7,7 +7,6 @@ far from the one that it lies on. `birth` is everywhere the source triangle that
 import itertools
 from typing import NamedTuple
 
-import igl
 import numpy as np
 from igl.copyleft import cgal
 
@@ -17,6 +16,7 @@ from mesh.progress import going
 
 STEEP = np.cos(np.radians(30.0))  # a rim is put onto what its sheet stands on, not onto what it runs along
 FLAT = 1 - 1e-6  # cosine of the angle between normals of one plane
+ON = 1e-12  # of a plane's extent: a point so near a triangle's side is in it
 APART = 0.4  # of the shortest edge at a vertex: nothing moves further
 
 
@@ -140,7 +140,7 @@ def overlay(vertices, triangles, birth, close, name):
         layout = _laid_out(vertices, triangles, edges, flat, beneath[flat], feet[np.isin(feet[:, 1], flat), 0])
         number, new = _numbers(layout, vertices, chains, sum(map(len, points)))
         points.append(new)
-        made, owner = _covered(layout)
+        made, owner = _covered(layout, name)
         pieces.append(number[made])
         parents.append(birth[flat[owner]])
     triangles, birth = np.concatenate(pieces).astype(np.int32), np.concatenate(parents)
@@ -220,10 +220,9 @@ class Layout(NamedTuple):
 
     names: np.ndarray  # (N,) the vertices that the triangles and lines use
     plan: np.ndarray  # (N, 2) where these are in the plane, in metres
-    faces: np.ndarray  # (F, 3) the triangles, by their place in `names`, turned anticlockwise
-    turned: np.ndarray  # (F,) True for those that had to be turned for that
+    faces: np.ndarray  # (F, 3) the triangles, by their place in `names`
+    turned: np.ndarray  # (F,) True for those that are clockwise in the plane
     patch: np.ndarray  # (F,) the patch of each
-    rim: np.ndarray  # (F, 3) True where side k is part of its patch's outline
     lines: np.ndarray  # (M, 2) likewise by their place in `names`
     points: np.ndarray  # (Q, 2) of the arrangement
     on_line: np.ndarray  # (L, 2) pairs of a line and a point on it
@@ -257,7 +256,7 @@ def _laid_out(vertices, triangles, edges, flat, beneath, feet):
     lines = np.union1d(numbers[~inner], np.setdiff1d(feet, numbers[inner]))
     lines = np.searchsorted(names, edges.ends[lines])
     points, on_line, cells = _arrangement(plan, lines)
-    return Layout(names, plan, faces, turned, patch, ~joined, lines, points, on_line, cells)
+    return Layout(names, plan, faces, turned, patch, lines, points, on_line, cells)
 
 
 def _arrangement(plan, lines):
@@ -294,8 +293,8 @@ def _numbers(layout, vertices, chains, first):
     number = np.array([known.get(point.tobytes(), -1) for point in points + 0.0])
     line, point = layout.on_line.T
     low, high = np.sort(names[layout.lines], axis=1)[line].T
-    start, along = (plan[np.searchsorted(names, low)], plan[np.searchsorted(names, high)])
-    along = along - start
+    start = plan[np.searchsorted(names, low)]
+    along = plan[np.searchsorted(names, high)] - start
     share = ((points[point] - start) * along).sum(axis=1) / (along**2).sum(axis=1)
     new, first_line = np.unique(point[number[point] < 0], return_index=True)
     at = np.flatnonzero(number[point] < 0)[first_line]
@@ -306,20 +305,17 @@ def _numbers(layout, vertices, chains, first):
     return number, vertices[low[at]] + share[at, None] * (vertices[high[at]] - vertices[low[at]])
 
 
-def _covered(layout):
+def _covered(layout, name):
     """Cells (C, 3) of a layout for each patch that covers them, facing as it does, and the face of it there, (C,)."""
-    middle = layout.points[layout.cells].mean(axis=1)
-    cells, owners = [], []
-    for patch in np.unique(layout.patch):
-        mine = np.flatnonzero(layout.patch == patch)
-        faces = np.where(layout.turned[mine, None], layout.faces[mine][:, ::-1], layout.faces[mine])
-        rim = np.where(layout.turned[mine, None], layout.rim[mine][:, [1, 0, 2]], layout.rim[mine])
-        outline = np.stack([faces, np.roll(faces, -1, axis=1)], axis=-1)[rim]
-        inside = np.flatnonzero(np.abs(igl.winding_number(layout.plan, outline, middle)) > 0.5)
-        tree, flat = igl.AABB(), np.column_stack([layout.plan, np.zeros(len(layout.plan))])
-        tree.init(flat, faces)
-        at = np.column_stack([middle[inside], np.zeros(len(inside))])
-        owner = mine[tree.squared_distance(flat, faces, at)[1]]
-        cells.append(np.where(layout.turned[owner, None], layout.cells[inside][:, ::-1], layout.cells[inside]))
-        owners.append(owner)
-    return np.concatenate(cells), np.concatenate(owners)
+    middle, corners = layout.points[layout.cells].mean(axis=1), layout.plan[layout.faces]
+    boxes = [np.pad(side, ((0, 0), (0, 1))) for side in (*around(middle[:, None]), *around(corners))]
+    cell, face = near_boxes(boxes[:2], boxes[2:], name).T
+    inside, least = np.ones(len(cell), dtype=bool), -ON * np.ptp(layout.plan)
+    for k in range(3):
+        along, to = corners[face, (k + 1) % 3] - corners[face, k], middle[cell] - corners[face, k]
+        left = (along[:, 0] * to[:, 1] - along[:, 1] * to[:, 0]) / np.linalg.norm(along, axis=1)
+        inside &= np.where(layout.turned[face], -left, left) >= least
+    cell, face = cell[inside], face[inside]
+    once = np.unique(layout.patch[face].astype(np.int64) * len(middle) + cell, return_index=True)[1]
+    cell, face = cell[once], face[once]
+    return np.where(layout.turned[face, None], layout.cells[cell][:, ::-1], layout.cells[cell]), face
