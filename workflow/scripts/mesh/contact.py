@@ -117,8 +117,8 @@ def overlay(vertices, triangles, birth, close, name):
 
     An edge that lies in a triangle, the foot of a sheet, cuts it too. Of triangles that lie on each other the larger
     keeps its edges, and what the smaller ones have inside their outlines is made anew: two fine parts would cut each
-    other into as many pieces as the product of their numbers. Returns
-    vertices, triangles, birth, and whether there was anything to cut; what lies on each other is then there twice.
+    other into as many pieces as the product of their numbers. Returns vertices, triangles, birth, and whether there was
+    anything to cut; what lies on each other is then there twice.
     """
     boxes, edges = around(vertices[triangles], close), topology.edges(triangles)
     lying = _in_chunks(_lying, near_boxes(boxes, boxes, name), vertices, triangles, close)
@@ -223,7 +223,7 @@ class Layout(NamedTuple):
     faces: np.ndarray  # (F, 3) the triangles, by their place in `names`
     turned: np.ndarray  # (F,) True for those that are clockwise in the plane
     patch: np.ndarray  # (F,) the patch of each
-    lines: np.ndarray  # (M, 2) likewise by their place in `names`
+    lines: np.ndarray  # (M, 2) their ends, likewise
     points: np.ndarray  # (Q, 2) of the arrangement
     on_line: np.ndarray  # (L, 2) pairs of a line and a point on it
     cells: np.ndarray  # (P, 3) triangles of the arrangement
@@ -255,6 +255,7 @@ def _laid_out(vertices, triangles, edges, flat, beneath, feet):
     patch = topology.groups(pairs, len(flat) + len(numbers))[1][: len(flat)]
     lines = np.union1d(numbers[~inner], np.setdiff1d(feet, numbers[inner]))
     lines = np.searchsorted(names, edges.ends[lines])
+    lines = lines[(plan[lines[:, 0]] != plan[lines[:, 1]]).any(axis=1)]
     points, on_line, cells = _arrangement(plan, lines)
     return Layout(names, plan, faces, turned, patch, lines, points, on_line, cells)
 
@@ -313,8 +314,8 @@ def _covered(layout, name):
     inside, least = np.ones(len(cell), dtype=bool), -ON * np.ptp(layout.plan)
     for k in range(3):
         along, to = corners[face, (k + 1) % 3] - corners[face, k], middle[cell] - corners[face, k]
-        left = (along[:, 0] * to[:, 1] - along[:, 1] * to[:, 0]) / np.linalg.norm(along, axis=1)
-        inside &= np.where(layout.turned[face], -left, left) >= least
+        left = along[:, 0] * to[:, 1] - along[:, 1] * to[:, 0]
+        inside &= np.where(layout.turned[face], -left, left) >= least * np.linalg.norm(along, axis=1)
     cell, face = cell[inside], face[inside]
     once = np.unique(layout.patch[face].astype(np.int64) * len(middle) + cell, return_index=True)[1]
     cell, face = cell[once], face[once]
