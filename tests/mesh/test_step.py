@@ -93,6 +93,34 @@ def test_solid_comes_back_and_makes_a_good_mesh(tmp_path, shapes, name, file, so
 
 
 @needs_kernel
+@pytest.mark.parametrize("gap", [0.0, 0.1])
+def test_a_bolt_and_the_plate_around_it_are_one(tmp_path, gap):
+    """A plate with a hole of 5 mm radius and a bolt that is `gap` mm narrower, turned, so that facets do not match."""
+    from OCP.BRep import BRep_Builder
+    from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut, BRepAlgoAPI_Fuse
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCylinder
+    from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
+    from OCP.TopoDS import TopoDS_Compound
+
+    def rod(low, radius, height, along=(1.0, 0.0, 0.0)):
+        axes = gp_Ax2(gp_Pnt(-45.0, 0.0, low), gp_Dir(0.0, 0.0, 1.0), gp_Dir(*along))
+        return BRepPrimAPI_MakeCylinder(axes, radius, height).Shape()
+
+    plate = BRepPrimAPI_MakeBox(gp_Pnt(-60.0, -40.0, 0.0), 120.0, 80.0, 20.0).Shape()
+    turned = (0.9, 0.436, 0.0)
+    bolt = BRepAlgoAPI_Fuse(rod(-10.0, 5.0 - gap, 30.0, turned), rod(20.0, 8.0, 6.0, turned)).Shape()
+    both, builder = TopoDS_Compound(), BRep_Builder()
+    builder.MakeCompound(both)
+    builder.Add(both, BRepAlgoAPI_Cut(plate, rod(-5.0, 5.0, 40.0)).Shape())
+    builder.Add(both, bolt)
+    source = load_source(write_shape(tmp_path / "bolt.step", both), {}, MESH, RADAR | {"center_frequency": 5e9})
+    volume = 120 * 80 * 20 + np.pi * (10 * (5 - gap) ** 2 + 6 * 8**2)
+    assert source.measures["volume"] == pytest.approx(1e-9 * volume, rel=1e-3)
+    assert topology.components(source.triangles)[0] == 1
+    assert (source.repairs["closed_slits"] > 0) == (gap > 0)
+
+
+@needs_kernel
 def test_chords_stay_close_to_a_ball(tmp_path, shapes):
     vertices, triangles = cad_kernel.read_surfaces(write_shape(tmp_path / "ball.step", shapes.ball), 0.0)
     assert np.linalg.norm(vertices, axis=1) == pytest.approx(0.15, rel=1e-6)

@@ -32,10 +32,7 @@ def near_boxes(these, those, name):
         if len(here) == 0 or len(there) == 0:
             continue
         if len(here) * len(there) > LEAF:
-            centre = (low[here] + high[here]) / 2
-            axis = np.ptp(centre, axis=0).argmax()
-            middle = np.median(centre[:, axis])
-            below, above = low[here, axis] < middle, high[here, axis] >= middle
+            axis, middle, below, above = _halved(low[here], high[here])
             if max(below.sum(), above.sum()) < 0.9 * len(here):
                 other_below, other_above = other_low[there, axis] < middle, other_high[there, axis] >= middle
                 halved = np.arange(3) == axis
@@ -54,6 +51,16 @@ def near_boxes(these, those, name):
             if count > PAIRS or alike > ALIKE * PAIRS:
                 _refuse(np.median((low[here] + high[here]) / 2, axis=0), name)
     return np.concatenate(pairs)
+
+
+def _halved(low, high):
+    """The axis and where to halve it so that the larger half of boxes (N, 3) is smallest; which are below and above."""
+    ways = []
+    for axis in range(3):
+        middle = np.median((low[:, axis] + high[:, axis]) / 2)
+        below, above = low[:, axis] < middle, high[:, axis] >= middle
+        ways.append((max(below.sum(), above.sum()), axis, middle, below, above))
+    return min(ways, key=lambda way: way[:2])[1:]
 
 
 def check_hubs(vertices, triangles, name):

@@ -16,6 +16,7 @@ from mesh.progress import going
 
 STEEP = np.cos(np.radians(30.0))  # a rim is put onto what its sheet stands on, not onto what it runs along
 FLAT = 1 - 1e-6  # cosine of the angle between normals of one plane
+ON = 1e-12  # of a plane's extent: a point so near a triangle's side is in it
 APART = 0.4  # of the shortest edge at a vertex: nothing moves further
 
 
@@ -112,14 +113,16 @@ def _cut_sides(triangles, birth, chains):
 
 
 def overlay(vertices, triangles, birth, close, name):
-    """Parts within `close` metres of one plane that lie on each other cut along each other's edges.
+    """Parts within `close` metres of one plane that lie on each other cut along each other's outlines.
 
-    An edge that lies in a triangle, the foot of a sheet, cuts it too. Returns vertices, triangles, birth, and whether
-    there was anything to cut; what lies on each other is then there twice.
+    An edge that lies in a triangle, the foot of a sheet, cuts it too. Of triangles that lie on each other the larger
+    keeps its edges, and what the smaller ones have inside their outlines is made anew: two fine parts would cut each
+    other into as many pieces as the product of their numbers. Returns vertices, triangles, birth, and whether there was
+    anything to cut; what lies on each other is then there twice.
     """
-    boxes, edges = around(vertices[triangles], close), topology.edges(triangles).ends
+    boxes, edges = around(vertices[triangles], close), topology.edges(triangles)
     lying = _in_chunks(_lying, near_boxes(boxes, boxes, name), vertices, triangles, close)
-    feet = _in_chunks(_feet, near_boxes(around(vertices[edges]), boxes, name), vertices, triangles, close)
+    feet = _in_chunks(_feet, near_boxes(around(vertices[edges.ends]), boxes, name), vertices, triangles, close)
     if len(lying) == 0 and len(feet) == 0:
         return vertices, triangles, birth, False
     # An edge where planes meet lies in triangles of each; only those of one plane are laid out together.
@@ -128,20 +131,20 @@ def overlay(vertices, triangles, birth, close, name):
     same = same[_cosine(topology.shape(vertices[triangles])[0], same) > FLAT]
     label = topology.groups(np.concatenate([lying, same]), len(triangles))[1]
     involved = np.unique(np.concatenate([lying.ravel(), feet[:, 1]]))
+    involved = involved[np.argsort(label[involved], kind="stable")]
     rest = np.delete(np.arange(len(triangles)), involved)
+    beneath = np.bincount(lying[:, 1], minlength=len(triangles)) > 0
     points, pieces, parents, chains = [vertices], [triangles[rest]], [birth[rest]], {}
-    for cluster in np.unique(label[involved]):
-        going("cut parts that lie on each other")
-        flat = involved[label[involved] == cluster]
-        layout = _laid_out(vertices, triangles[flat], edges[np.unique(feet[np.isin(feet[:, 1], flat), 0])])
-        number, new = _numbers(layout, vertices, triangles[flat], sum(map(len, points)))
+    for flat in np.split(involved, np.flatnonzero(np.diff(label[involved])) + 1):
+        going(f"cut {len(flat)} triangles that lie on each other")
+        layout = _laid_out(vertices, triangles, edges, flat, beneath[flat], feet[np.isin(feet[:, 1], flat), 0])
+        number, new = _numbers(layout, vertices, chains, sum(map(len, points)))
         points.append(new)
-        kept = layout.parent < len(flat)
-        pieces.append(number[layout.pieces[kept]])
-        parents.append(birth[flat[layout.parent[kept]]])
-        _add_chains(chains, layout, number, len(flat), close)
+        made, owner = _covered(layout, name)
+        pieces.append(number[made])
+        parents.append(birth[flat[owner]])
     triangles, birth = np.concatenate(pieces).astype(np.int32), np.concatenate(parents)
-    chains = {edge: sorted(share, key=share.get) for edge, share in chains.items() if share}
+    chains = {edge: sorted(share, key=share.get) for edge, share in chains.items()}
     triangles, birth = _cut_sides(triangles, birth, chains)
     solid = topology.have_three_corners(triangles)
     return np.concatenate(points), triangles[solid], birth[solid], True
@@ -209,75 +212,111 @@ def _feet(pairs, vertices, triangles, close):
 
 
 class Layout(NamedTuple):
-    """Triangles of one plane and edges in it, laid out flat and cut along each other.
+    """Triangles of one plane laid out flat, and the cells between the lines that are to cut them.
 
-    An edge is given to the arrangement as a side of a flat triangle, a helper, that is dropped afterwards.
+    Lines are the outlines of patches and the edges that lie in triangles. A patch is a triangle, or what is beneath
+    others and hangs together by edges of no more triangles.
     """
 
-    names: np.ndarray  # (N,) the vertices that the triangles and edges use
-    plan: np.ndarray  # (N + M, 2) where these are in the plane, in metres, and the apexes of the M edges' helpers
-    faces: np.ndarray  # (F + M, 3) points of the triangles, then of the helpers, whose first side is the edge
+    names: np.ndarray  # (N,) the vertices that the triangles and lines use
+    plan: np.ndarray  # (N, 2) where these are in the plane, in metres
+    faces: np.ndarray  # (F, 3) the triangles, by their place in `names`
+    turned: np.ndarray  # (F,) True for those that are clockwise in the plane
+    patch: np.ndarray  # (F,) the patch of each
+    lines: np.ndarray  # (M, 2) their ends, likewise
     points: np.ndarray  # (Q, 2) of the arrangement
-    pieces: np.ndarray  # (P, 3) triangles of the arrangement
-    parent: np.ndarray  # (P,) the face that each is a piece of
+    on_line: np.ndarray  # (L, 2) pairs of a line and a point on it
+    cells: np.ndarray  # (P, 3) triangles of the arrangement
 
 
-def _laid_out(vertices, triangles, edges):
-    """The Layout of triangles (F, 3) and edges (M, 2) that lie in the plane of the largest of these triangles."""
-    corners = vertices[triangles[topology.areas(vertices, triangles).argmax()]]
-    names = np.unique(np.concatenate([triangles.ravel(), edges.ravel()]))
+def _laid_out(vertices, triangles, edges, flat, beneath, feet):
+    """The Layout of the triangles `flat` (F,) and edges `feet` in the plane of the largest of these triangles.
+
+    `edges` are the topology.Edges of all triangles; what is `beneath` (F,) may lose edges.
+    """
+    mine = triangles[flat]
+    corners = vertices[mine[topology.areas(vertices, mine).argmax()]]
     along = corners[1] - corners[0]
     along = along / np.linalg.norm(along)
     frame = np.stack([along, np.cross(topology.shape(corners[None])[0][0], along)])
-    place = (vertices[names] - corners[0]) @ frame.T
-    foot = np.searchsorted(names, edges)
-    along = place[foot[:, 1]] - place[foot[:, 0]]
-    apexes = place[foot].mean(axis=1) + 0.1 * np.stack([-along[:, 1], along[:, 0]], axis=1)
-    plan = np.concatenate([place, apexes])
-    helpers = np.column_stack([foot, len(place) + np.arange(len(foot))])
-    faces = np.concatenate([np.searchsorted(names, triangles), helpers]).astype(np.int64)
-    points, pieces, _, parent, _ = cgal.remesh_self_intersections(
-        np.column_stack([plan, np.zeros(len(plan))]), faces, stitch_all=True
-    )
-    return Layout(names, plan, faces, points[:, :2], pieces, parent)
+    numbers, side = np.unique(edges.sides[flat], return_inverse=True)
+    side = side.reshape(-1, 3)
+    names = np.unique(np.concatenate([mine.ravel(), edges.ends[feet].ravel()]))
+    plan = (vertices[names] - corners[0]) @ frame.T
+    faces = np.searchsorted(names, mine)
+    u, v = plan[faces[:, 1]] - plan[faces[:, 0]], plan[faces[:, 2]] - plan[faces[:, 0]]
+    turned = u[:, 0] * v[:, 1] < u[:, 1] * v[:, 0]
+    forward = (faces < np.roll(faces, -1, axis=1)) ^ turned[:, None]
+    face = np.broadcast_to(np.arange(len(flat))[:, None], side.shape)
+    inner = (edges.count[numbers] == 2) & (np.bincount(side.ravel(), weights=beneath[face].ravel()) == 2)
+    inner &= np.bincount(side.ravel(), weights=forward.ravel()) == 1  # not where two are folded upon each other
+    joined = inner[side]
+    pairs = np.stack([face[joined], len(flat) + side[joined]], axis=1)
+    patch = topology.groups(pairs, len(flat) + len(numbers))[1][: len(flat)]
+    lines = np.union1d(numbers[~inner], np.setdiff1d(feet, numbers[inner]))
+    lines = np.searchsorted(names, edges.ends[lines])
+    lines = lines[(plan[lines[:, 0]] != plan[lines[:, 1]]).any(axis=1)]
+    points, on_line, cells = _arrangement(plan, lines)
+    return Layout(names, plan, faces, turned, patch, lines, points, on_line, cells)
 
 
-def _numbers(layout, vertices, triangles, first):
+def _arrangement(plan, lines):
+    """Points (Q, 2), pairs (L, 2) of a line and a point on it, and cells (P, 3): triangles between lines in a plane.
+
+    `lines` (M, 2) join points of `plan` (N, 2). To the exact arithmetic of surfaces each is the foot of a triangle that
+    stands on one triangle, beneath them all.
+    """
+    start, stop = plan[lines].transpose(1, 0, 2)
+    middle, length = (start + stop) / 2, np.linalg.norm(stop - start, axis=1)
+    apexes = np.column_stack([middle, length])
+    centre, far = plan.mean(axis=0), 10 * np.ptp(plan, axis=0).max()
+    floor = np.column_stack([centre + far * np.array([[0, 1], [-1, -1], [1, -1]]), np.zeros(3)])
+    size = len(plan)
+    standing = np.column_stack([lines, size + np.arange(len(lines))])
+    faces = np.concatenate([standing, size + len(lines) + np.arange(3)[None]]).astype(np.int64)
+    space = np.concatenate([np.column_stack([plan, np.zeros(size)]), apexes, floor])
+    points, pieces, _, parent, _ = cgal.remesh_self_intersections(space, faces, stitch_all=True)
+    on_floor = points[:, 2] == 0
+    upright = parent < len(lines)
+    pairs = np.stack([np.repeat(parent[upright], 3), pieces[upright].ravel()], axis=1)
+    pairs = np.unique(pairs[on_floor[pairs[:, 1]]], axis=0)
+    return points[:, :2], pairs, pieces[~upright]
+
+
+def _numbers(layout, vertices, chains, first):
     """The vertex of each point (Q,) of a layout, and where new ones, numbered from `first`, are in space, (N, 3).
 
-    Points beyond all of the triangles have none: -1.
+    Notes in `chains` the vertices on each line: {edge (low, high): {vertex: share of the edge}}. Points that are on no
+    line have no vertex: -1.
     """
     names, plan, points = layout.names, layout.plan, layout.points
-    known = {point.tobytes(): name for point, name in zip(plan[: len(names)] + 0.0, names.tolist(), strict=True)}
+    known = {point.tobytes(): name for point, name in zip(plan + 0.0, names.tolist(), strict=True)}
     number = np.array([known.get(point.tobytes(), -1) for point in points + 0.0])
-    owner = np.full(len(points), -1)  # a triangle that each point is in
-    for k in np.flatnonzero(layout.parent < len(triangles))[::-1]:
-        owner[layout.pieces[k]] = layout.parent[k]
-    new = np.flatnonzero((number < 0) & (owner >= 0))
+    line, point = layout.on_line.T
+    low, high = np.sort(names[layout.lines], axis=1)[line].T
+    start = plan[np.searchsorted(names, low)]
+    along = plan[np.searchsorted(names, high)] - start
+    share = ((points[point] - start) * along).sum(axis=1) / (along**2).sum(axis=1)
+    new, first_line = np.unique(point[number[point] < 0], return_index=True)
+    at = np.flatnonzero(number[point] < 0)[first_line]
     number[new] = first + np.arange(len(new))
-    origin, *others = plan[layout.faces[owner[new]]].transpose(1, 0, 2)
-    u, v, s = *(other - origin for other in others), points[new] - origin
-    double_area = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
-    b = ((s[:, 0] * v[:, 1] - s[:, 1] * v[:, 0]) / double_area)[:, None]
-    c = ((u[:, 0] * s[:, 1] - u[:, 1] * s[:, 0]) / double_area)[:, None]
-    first_corner, second, third = vertices[triangles[owner[new]]].transpose(1, 0, 2)
-    return number, first_corner + b * (second - first_corner) + c * (third - first_corner)
+    inside = (share > 0) & (share < 1) & (number[point] != low) & (number[point] != high)
+    for k in np.flatnonzero(inside).tolist():
+        chains.setdefault((int(low[k]), int(high[k])), {})[int(number[point[k]])] = share[k]
+    return number, vertices[low[at]] + share[at, None] * (vertices[high[at]] - vertices[low[at]])
 
 
-def _add_chains(chains, layout, number, count, close):
-    """Note in `chains` the vertices on each edge of a layout: {edge (low, high): {vertex: share of the edge}}.
-
-    Its first `count` faces are triangles, with three edges each.
-    """
-    for k, face in enumerate(layout.faces):
-        touched = np.unique(layout.pieces[layout.parent == k])
-        for a, b in ((0, 1), (1, 2), (2, 0)) if k < count else ((0, 1),):
-            start, along = layout.plan[face[a]], layout.plan[face[b]] - layout.plan[face[a]]
-            share = (layout.points[touched] - start) @ along / (along @ along)
-            off = np.linalg.norm(layout.points[touched] - start - share[:, None] * along, axis=1)
-            on = (off <= 1e-3 * close) & (share > 0) & (share < 1)
-            low, high = layout.names[face[[a, b]]]
-            chain = chains.setdefault((min(low, high), max(low, high)), {})
-            for vertex, at in zip(number[touched[on]].tolist(), share[on].tolist(), strict=True):
-                if vertex >= 0 and vertex not in (low, high):
-                    chain[vertex] = at if low < high else 1 - at
+def _covered(layout, name):
+    """Cells (C, 3) of a layout for each patch that covers them, facing as it does, and the face of it there, (C,)."""
+    middle, corners = layout.points[layout.cells].mean(axis=1), layout.plan[layout.faces]
+    boxes = [np.pad(side, ((0, 0), (0, 1))) for side in (*around(middle[:, None]), *around(corners))]
+    cell, face = near_boxes(boxes[:2], boxes[2:], name).T
+    inside, least = np.ones(len(cell), dtype=bool), -ON * np.ptp(layout.plan)
+    for k in range(3):
+        along, to = corners[face, (k + 1) % 3] - corners[face, k], middle[cell] - corners[face, k]
+        left = along[:, 0] * to[:, 1] - along[:, 1] * to[:, 0]
+        inside &= np.where(layout.turned[face], -left, left) >= least * np.linalg.norm(along, axis=1)
+    cell, face = cell[inside], face[inside]
+    once = np.unique(layout.patch[face].astype(np.int64) * len(middle) + cell, return_index=True)[1]
+    cell, face = cell[once], face[once]
+    return np.where(layout.turned[face, None], layout.cells[cell][:, ::-1], layout.cells[cell]), face

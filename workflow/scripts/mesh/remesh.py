@@ -28,6 +28,7 @@ STILL = 0.8  # cosine of the angle by which a moved vertex may turn a triangle
 RELAX = 0.7  # of the way to its neighbours' middle that a vertex moves
 P99, LONGEST = 1.345, 1.45  # wanted edges, for 99 % shorter than P99_LIMIT in the end, and all than 1.6
 P99_LIMIT = 1.35
+SHORTER = 0.97  # of that
 MEAN = 0.965, 0.994  # wanted edges: a mean in this range needs no more passes
 LEAST_SLOPE = 1e-12  # of the volume
 SAG = 3 / 4  # of what a face's centre is off a curved surface: what all its points are, on average
@@ -89,7 +90,11 @@ def remesh(vertices, triangles, size, solid, axes=()):
         if number < PASSES - 1:
             continue
         made = fitting(vertices, triangles, size, ground, axes)
-        mean = _ratios(*made, size).mean()
+        mean, most = _ratios(*made, size).mean(), P99
+        while number == PASSES + MORE - 1 and mean > MEAN[1]:  # its longest edges are cut where no edit changes it
+            most *= SHORTER
+            made = fitting(vertices, triangles, size, ground, axes, most)
+            mean = _ratios(*made, size).mean()
         fits = mean <= MEAN[1]
         if best is None or (fits and len(made[1]) < fewest):
             best, fewest = made, len(made[1]) if fits else np.inf

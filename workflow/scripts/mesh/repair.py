@@ -11,9 +11,11 @@ from mesh import topology
 from mesh.arrange import arrange, crossings
 from mesh.boxes import check_hubs
 from mesh.contact import APART, land
+from mesh.details import without_details
 from mesh.distance import distances
 from mesh.meshlab import loaded
 from mesh.progress import going
+from mesh.slits import close_slits
 
 CLOSE = 1e-6  # vertices nearer than this fraction of the target's diagonal are one
 WELD = 1 / 40  # wanted edges: rims that miss each other by less are joined; sheets 1/200 wavelength apart are two
@@ -37,12 +39,15 @@ def repair(vertices, triangles, edge, name):
     vertices, triangles, counts["welded_vertices"] = _weld(vertices, triangles, tolerance)
     triangles, counts["split_t_junctions"] = _split_t_junctions(vertices, triangles, tolerance)
     vertices, triangles, counts["closed_holes"] = _close_holes(vertices, triangles, HOLE * edge)
+    vertices, triangles, counts["dropped_details"] = without_details(vertices, triangles, edge, name)
     whole = vertices, triangles
     vertices, triangles = _thinned(vertices, triangles, edge)
     counts["thinned_triangles"] = len(whole[1]) - len(triangles)
     thinned_by = float(distances(whole[0], vertices, triangles).max()) if counts["thinned_triangles"] else 0.0
     triangles, counts["turned_triangles"] = topology.orient(vertices, triangles, name)
-    vertices, triangles, arranged = arrange(vertices, triangles, max(close, TOUCH * edge), name)
+    close = max(close, TOUCH * edge)
+    vertices, triangles, counts["closed_slits"] = close_slits(vertices, triangles, tolerance, close, name)
+    vertices, triangles, arranged = arrange(vertices, triangles, close, name)
     if len(vertices) == 0:
         raise InputError(f"{name}: nothing is left of it: its triangles are too narrow to have two sides.")
     triangles, turned = topology.orient(vertices, triangles, name)

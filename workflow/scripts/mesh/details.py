@@ -1,0 +1,49 @@
+"""Rivets, nuts and knobs: solids on a much larger part, too small for the field to see and for edges to follow."""
+
+import numpy as np
+
+from mesh import topology
+from mesh.boxes import near_boxes
+from mesh.ground import Ground
+
+SMALL, LOW = 1 / 2, 1 / 4  # wanted edges: a detail's largest extent, and how far it may stand out of its part
+MUCH = 8  # times its own extent: that of its part, at least
+TOUCH = 0.6  # of its extent: no corner of a detail that is sunk into its part is farther from it than half
+
+
+def without_details(vertices, triangles, edge, name):
+    """A surface for edges of `edge` metres without its details, and how many of these were dropped.
+
+    Details are closed solids smaller than SMALL that touch one other part, MUCH larger, and nowhere stand out of it by
+    more than LOW, which is as far as a mesh may be from its source. Those that touch each other stay if one stays.
+    """
+    count, piece = topology.edge_pieces(triangles)
+    _, sides, at_edge = topology.edges(triangles)
+    corners, closed = vertices[triangles], np.bincount(piece, (at_edge[sides] != 2).any(axis=1), count) == 0
+    low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
+    np.minimum.at(low, piece, corners.min(axis=1))
+    np.maximum.at(high, piece, corners.max(axis=1))
+    extent = (high - low).max(axis=1)
+    small = closed & (extent < SMALL * edge)
+    if not small.any() or small.all():
+        return vertices, triangles, 0
+    few = np.flatnonzero(small)
+    boxes = low[few], high[few]
+    groups, group = topology.groups(near_boxes(boxes, boxes, name), len(few))
+    mine = small[piece]
+    points, owner = corners[mine].reshape(-1, 3), np.searchsorted(few, np.repeat(piece[mine], 3))
+    parts, stays = np.zeros(groups, dtype=int), np.zeros(groups, dtype=bool)  # what each group touches
+    for part in np.flatnonzero(~small):
+        near = ((points >= low[part] - edge) & (points <= high[part] + edge)).all(axis=1)
+        if not near.any():
+            continue
+        nearest, farthest = np.full(len(few), np.inf), np.zeros(len(few))
+        apart = Ground(vertices, triangles[piece == part]).distance(points[near])[0]
+        np.minimum.at(nearest, owner[near], apart)
+        np.maximum.at(farthest, owner[near], apart)
+        touches = nearest <= TOUCH * extent[few]
+        parts[np.unique(group[touches])] += 1
+        high_up = (farthest > LOW * edge) | (extent[part] < MUCH * extent[few])
+        stays[group[touches & high_up]] = True
+    dropped = few[((parts == 1) & ~stays)[group]]
+    return *topology.compact(vertices, triangles[~np.isin(piece, dropped)]), len(dropped)
