@@ -9,6 +9,7 @@
 # make bench-thesis: solves at full size (ten minutes, 6 GB), and the whole reference experiment projected from them
 # make bench-compressed: compressed matrices beside whole ones, over unknowns and tolerance (half an hour, 6 GB)
 # make bench-mesh: 200 random vehicles of overlapping solids meshed, which are refused or miss a goal (an hour)
+# make bench-habits: CAD files of forty makers' habits meshed: fans, rivets, capped halves, patches, slivers (ten minutes)
 # make bench-meshing: what meshing takes beside solving: the default targets, a UAV, half a million triangles (ten minutes)
 # make bench-shapes: fields of targets with fine features beside those of finer meshes (five minutes)
 # make bench-imaging: 1,172,490 images from made-up fields, beside the disk's speed
@@ -26,7 +27,7 @@ export PATH := $(CURDIR)/$(BIN):$(PATH)
 
 .PHONY: smoke report thesis test lint docs environment results validate fields check-fields bench-learning bench-capsules \
 	bench-scattering bench-bempp bench-thesis bench-imaging bench-compressed bench-mesh bench-meshing \
-	bench-shapes
+	bench-habits bench-shapes
 
 smoke: environment
 	snakemake --cores $(CORES) report --configfile config/smoke.yaml
@@ -74,6 +75,9 @@ bench-scattering: environment
 
 bench-mesh: environment
 	PYTHONPATH=workflow/scripts:tests/mesh python benchmarks/bench_mesh.py
+
+bench-habits: environment
+	PYTHONPATH=workflow/scripts:tests/mesh python benchmarks/bench_habits.py
 
 bench-meshing: environment
 	PYTHONPATH=workflow/scripts:tests/mesh python benchmarks/bench_meshing.py --cores $(CORES)

@@ -1,7 +1,7 @@
 """The mesh stage on CAD files of many makers' habits: `make bench-habits`.
 
-Fans, fine exports, capped halves, rivets, lofts with slivers, patches and odd shells (tests/mesh/habits_made.py). Prints
-a line for each: seconds of processor time, unknowns, what its volume is off the solid's, or why it was refused. A table
+Fans, fine exports, capped halves, rivets, lofts with slivers, patches, odd shells (tests/mesh/habits_made.py). Prints a
+line for each: seconds of processor time, unknowns, what its volume is off the solid's, or why it was refused. A table
 goes to results/benchmarks/habits.csv.
 """
 
