@@ -154,7 +154,7 @@ def _shortened(source, edge, wavelength, axes):
         costly = len(made[1]) > max(MOST * fewest, CHEAP)
         places = followed.strays(made, apart, reach)
         if len(places[0]) == 0:
-            off = abs(topology.areas(*made).sum() / source.measures["area"] - 1)
+            off = abs((topology.areas(*made).sum() - apart[-1]) / source.measures["area"] - 1)
             if off < least and (least > CHANGED or not costly):
                 best, least = (made, apart), off
             places = followed.lost(made, apart)
@@ -162,8 +162,8 @@ def _shortened(source, edge, wavelength, axes):
             break
         size = size.shortened(*places)
     made, apart = best or (made, apart)
-    apart = [farthest(pair) for pair in apart[:2]]
-    return made, describe(made, surface, apart, wavelength, edge, source.measures["thinned_by"], axes)
+    apart, gained = [farthest(pair) for pair in apart[:2]], apart[-1]
+    return made, describe(made, surface, apart, wavelength, edge, source.measures["thinned_by"], axes, gained)
 
 
 def _by_piece(surface, size):
@@ -179,15 +179,11 @@ def _by_piece(surface, size):
     return size
 
 
-def _keeps(band, apart, share):
-    """True if a mesh is closed where its source is, at most `apart` wavelengths away, `share` of its size changed.
-
-    `band` is the mesh's measures.
-    """
-    if band["volume"]["before"] is not None and not band["watertight"]:
-        return False
-    changes = [abs(size["after"] / size["before"] - 1) for size in (band["area"], band["volume"]) if size["before"]]
-    return max(band["hausdorff"].values()) <= apart * band["wavelength"] and max(changes) <= share
+def _changes(band):
+    """By what share a mesh with the measures `band` changes its source's area, but for rods, and its volume if closed."""
+    area, volume = band["area"], band["volume"]
+    changes = {"area": (area["after"] - area["of_rods"]) / area["before"] - 1}
+    return changes | ({"volume": volume["after"] / volume["before"] - 1} if volume["before"] and volume["after"] else {})
 
 
 def missed(band):
@@ -197,12 +193,8 @@ def missed(band):
     """
     apart = max(band["hausdorff"].values()) / band["wavelength"]
     found = [(apart / GOAL[0], f"is {apart:.3f} wavelengths from its source (goal {GOAL[0]:g})")]
-    for kind in ("area", "volume"):
-        before, after = band[kind]["before"], band[kind]["after"]
-        if before and after:
-            percent = 100 * (after / before - 1)
-            goal = 100 * GOAL[1]
-            found.append((abs(percent) / goal, f"changes its {kind} by {percent:+.1f} % (goal {goal:.0f} %)"))
+    for kind, change in _changes(band).items():
+        found.append((abs(change) / GOAL[1], f"changes its {kind} by {100 * change:+.1f} % (goal {100 * GOAL[1]:.0f} %)"))
     found = [pair for pair in found if pair[0] > 1]
     if not found:
         return None
@@ -217,17 +209,16 @@ def _fault(mesh, band):
     apart = max(band["hausdorff"].values())
     if apart > WRONG * band["wavelength"]:
         return band["hausdorff_place"], f"cannot follow its surface, which they miss by {apart * 1000:.3g} mm"
-    if not _keeps(band, WRONG, np.inf):
+    if band["volume"]["before"] is not None and not band["watertight"]:
         ends, _, count = topology.edges(triangles)
         torn = ends[count != 2]
         return vertices[torn[0] if len(torn) else triangles[0]].mean(axis=0), "tear it open"
     crossed = first_crossing(*mesh)
     if crossed is not None:
         return crossed, "make its surfaces cross"
-    for kind in ("area", "volume"):
-        before, after = band[kind]["before"], band[kind]["after"]
-        if before and after and abs(after / before - 1) > CHANGED:
-            return None, f"change its {kind} by {100 * (after / before - 1):+.1f} %"
+    for kind, change in _changes(band).items():
+        if abs(change) > CHANGED:
+            return None, f"change its {kind} by {100 * change:+.1f} %"
     return None
 
 

@@ -1,6 +1,7 @@
 """Where a mesh misses its source by more than it should, and how much shorter its edges are to be there."""
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from mesh import topology
 from mesh.arrange import crossings
@@ -11,6 +12,7 @@ GOAL = 1 / 40, 0.01  # wavelengths from the source, and share of its area or vol
 WELL = 0.8, 0.6  # of the goals: what is asked for of each place, and of the whole area
 SHARE = 0.25, 0.7  # the least and the most that edges are shortened at once
 CROSSED, TURNED = 0.5, 0.6  # the share of edges that cross, and of those that cut corners off
+AROUND = 0.25, 0.25  # shares of the area: normals of rods add up to less, and look along a second axis with more
 ON = 1e-3  # wanted edges: a place nearer to the mesh is on it, whatever the normals at a crease
 
 
@@ -25,14 +27,17 @@ class Followed:
     def apart(self, mesh):
         """How far a mesh (vertices, triangles) and the source are apart: points (P, 3) and metres (P,) of each.
 
-        First the mesh's corners and middles, from the source, then the source's samples, from the mesh; last the
-        mesh's triangle nearest to each of these.
+        First the mesh's corners and middles, from the source, then the source's samples, from the mesh; then the mesh's
+        triangle nearest to each of these, and last the area in m^2 that rods thinner than an edge gain: with their
+        volume they keep their field, however few sides they have.
         """
         vertices, triangles = mesh
         ends = topology.edges(triangles).ends
         probes = np.concatenate([vertices, vertices[ends].mean(axis=1), vertices[triangles].mean(axis=1)])
         from_source, nearest = Ground(vertices, triangles).distance(self.points)
-        return (probes, self.ground.distance(probes)[0]), (self.points, from_source), nearest
+        rod = rods(vertices, triangles, self.edge)
+        gained = max(float(topology.areas(vertices, triangles)[rod].sum() - self.area[rod[nearest]].sum()), 0.0)
+        return (probes, self.ground.distance(probes)[0]), (self.points, from_source), nearest, gained
 
     def strays(self, mesh, apart, wavelength):
         """Places (P, 3) where a mesh strays or crosses itself, and the share of their length for edges there, (P,).
@@ -52,9 +57,9 @@ class Followed:
 
     def lost(self, mesh, apart):
         """Places and shares as in `strays` where a mesh loses or gains area, if it does so by too much."""
-        _, (_, distance), nearest = apart
+        _, (_, distance), nearest, gained = apart
         asked = WELL[1] * GOAL[1] * self.area.sum()
-        if abs(self.area.sum() - topology.areas(*mesh).sum()) <= asked:
+        if abs(self.area.sum() - topology.areas(*mesh).sum() + gained) <= asked:
             return np.zeros((0, 3)), np.zeros(0)
         turned = 1 - np.abs((topology.shape(mesh[0][mesh[1]])[0][nearest] * self.normal).sum(axis=1))
         turned[(distance <= ON * self.edge) | (self.area == 0)] = 0
@@ -62,6 +67,18 @@ class Followed:
         left = np.cumsum((turned * self.area)[order][::-1])[::-1]
         worst = order[(left > asked / 2) & (turned[order] > 0)]
         return self.points[worst], np.full(len(worst), TURNED)
+
+
+def rods(vertices, triangles, edge):
+    """True for triangles of rods and wires thinner than `edge` metres, (T,): so far around, normals look to all sides."""
+    corners = vertices[triangles]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    area = np.maximum(np.linalg.norm(normal, axis=1), np.finfo(float).tiny)[:, None]
+    of_face = np.concatenate([area, normal, (normal[:, :, None] * (normal / area)[:, None]).reshape(-1, 9)], axis=1)
+    near = cKDTree(corners.mean(axis=1)).query_pairs(edge, output_type="ndarray")
+    area, normal, square = np.split(of_face + topology.gathered(near, of_face[near[:, ::-1]], len(area)), [1, 4], axis=1)
+    second = np.linalg.eigvalsh((square / area).reshape(-1, 3, 3))[:, 1]
+    return (np.linalg.norm(normal / area, axis=1) < AROUND[0]) & (second > AROUND[1])
 
 
 def farthest(pair):
@@ -76,5 +93,4 @@ def hausdorff(mesh, source, spacing):
     Returns ((metres, point), (metres, point)), the point on the surface that the distance is measured from. The source
     is sampled every `spacing` metres.
     """
-    *both, _ = Followed(*source, 2 * spacing).apart(mesh)
-    return tuple(farthest(pair) for pair in both)
+    return tuple(farthest(pair) for pair in Followed(*source, 2 * spacing).apart(mesh)[:2])
