@@ -180,10 +180,12 @@ def _by_piece(surface, size):
 
 
 def _changes(band):
-    """By what share a mesh with the measures `band` changes its source's area, but for rods, and its volume if closed."""
+    """By what share a mesh with the measures `band` changes its source's area, rods' apart, and volume, if closed."""
     area, volume = band["area"], band["volume"]
     changes = {"area": (area["after"] - area["of_rods"]) / area["before"] - 1}
-    return changes | ({"volume": volume["after"] / volume["before"] - 1} if volume["before"] and volume["after"] else {})
+    if volume["before"] and volume["after"]:
+        changes["volume"] = volume["after"] / volume["before"] - 1
+    return changes
 
 
 def missed(band):
@@ -194,7 +196,8 @@ def missed(band):
     apart = max(band["hausdorff"].values()) / band["wavelength"]
     found = [(apart / GOAL[0], f"is {apart:.3f} wavelengths from its source (goal {GOAL[0]:g})")]
     for kind, change in _changes(band).items():
-        found.append((abs(change) / GOAL[1], f"changes its {kind} by {100 * change:+.1f} % (goal {100 * GOAL[1]:.0f} %)"))
+        text = f"changes its {kind} by {100 * change:+.1f} % (goal {100 * GOAL[1]:.0f} %)"
+        found.append((abs(change) / GOAL[1], text))
     found = [pair for pair in found if pair[0] > 1]
     if not found:
         return None

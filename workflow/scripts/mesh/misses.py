@@ -13,6 +13,7 @@ WELL = 0.8, 0.6  # of the goals: what is asked for of each place, and of the who
 SHARE = 0.25, 0.7  # the least and the most that edges are shortened at once
 CROSSED, TURNED = 0.5, 0.6  # the share of edges that cross, and of those that cut corners off
 AROUND = 0.25, 0.25  # shares of the area: normals of rods add up to less, and look along a second axis with more
+NEAR = 40  # triangles: among more, a rod is not of few sides
 ON = 1e-3  # wanted edges: a place nearer to the mesh is on it, whatever the normals at a crease
 
 
@@ -70,15 +71,17 @@ class Followed:
 
 
 def rods(vertices, triangles, edge):
-    """True for triangles of rods and wires thinner than `edge` metres, (T,): so far around, normals look to all sides."""
+    """True for triangles of rods thinner than `edge` metres, (T,): within so far of them normals look to all sides."""
     corners = vertices[triangles]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     area = np.maximum(np.linalg.norm(normal, axis=1), np.finfo(float).tiny)[:, None]
-    of_face = np.concatenate([area, normal, (normal[:, :, None] * (normal / area)[:, None]).reshape(-1, 9)], axis=1)
-    near = cKDTree(corners.mean(axis=1)).query_pairs(edge, output_type="ndarray")
-    area, normal, square = np.split(of_face + topology.gathered(near, of_face[near[:, ::-1]], len(area)), [1, 4], axis=1)
-    second = np.linalg.eigvalsh((square / area).reshape(-1, 3, 3))[:, 1]
-    return (np.linalg.norm(normal / area, axis=1) < AROUND[0]) & (second > AROUND[1])
+    square = (normal[:, :, None] * (normal / area)[:, None]).reshape(-1, 9)
+    middle = corners.mean(axis=1)
+    near = cKDTree(middle).query(middle, NEAR, distance_upper_bound=edge)[1]  # the number of triangles is none
+    of_face = np.concatenate([np.concatenate([area, normal, square], axis=1), np.zeros((1, 13))])
+    total = np.stack([column[near].sum(axis=1) for column in of_face.T], axis=1)
+    normal, square = total[:, 1:4] / total[:, :1], (total[:, 4:] / total[:, :1]).reshape(-1, 3, 3)
+    return (np.linalg.norm(normal, axis=1) < AROUND[0]) & (np.linalg.eigvalsh(square)[:, 1] > AROUND[1])
 
 
 def farthest(pair):
