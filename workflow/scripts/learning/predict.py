@@ -88,9 +88,8 @@ def predict_at(model, stores, tested, divided, folder):
         target = images.target_of(store)
         azimuth, found, block = divided[target]
         index = np.sort(np.concatenate([found[side] for side in sides]))
-        pixels, origin = images.read(
-            [store], {target: azimuth[index]}, pixels=run["upsample"], realizations=tested.realizations
-        )
+        asked = {"pixels": run["upsample"], "realizations": tested.realizations, "channels": run["channels"]}
+        pixels, origin = images.read([store], {target: azimuth[index]}, **asked)
         place = np.searchsorted(azimuth, origin["azimuth"])
         outcome = classify(model, pixels)
         check_outcome(outcome, len(pixels), model.classes_, who, f" of {store}")
@@ -115,7 +114,7 @@ def predict_at(model, stores, tested, divided, folder):
 
 
 def classify(model, images):
-    """The Outcome of images (n, range, crossrange), in batches."""
+    """The Outcome of images, in batches."""
     parts = [model.evaluate(images[start : start + BATCH]) for start in range(0, len(images), BATCH)]
     return Outcome(
         np.concatenate([part.labels for part in parts]),

@@ -34,7 +34,7 @@ def measure(stores, planes, folders, threads, output):
             (target := images.target_of(store)): images.azimuths_of(store, planes[target], division_of(folder), "test")
             for store in learned
         }
-        pool, _ = images.read(learned, azimuth, pixels=run["upsample"])
+        pool, _ = images.read(learned, azimuth, pixels=run["upsample"], channels=run["channels"])
         with threadpoolctl.threadpool_limits(threads):
             single, batch = (time_batches(model.predict, pool, size) for size in (1, BATCH))
         records.append(
@@ -59,7 +59,7 @@ def measure(stores, planes, folders, threads, output):
 def time_batches(predict, pool, size):
     """Median time per observation of calls with `size` images, each call with the next images of the pool.
 
-    predict: a function of images; pool: images (n, range, crossrange), from the first again after the last.
+    predict: a function of images; pool: images, from the first again after the last.
     """
     seconds, begin = [], time.perf_counter()
     for call in range(WARM_UP[size] + REPEATS[size]):

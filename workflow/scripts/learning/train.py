@@ -35,7 +35,7 @@ class Training:
 
 
 class Examples(NamedTuple):
-    """What `Classifier.fit` takes: images (n, range, crossrange), and labels, SNRs and views, each (n,)."""
+    """What `Classifier.fit` takes: images, and labels, SNRs and views, each (n,)."""
 
     images: np.ndarray
     labels: np.ndarray
@@ -136,7 +136,8 @@ def _fit(model, learned, held_out, keeps_snrs, who):
 
 def _read(stores, training, azimuth):
     """The `Examples` at some azimuths of each target: by SNR, then by target, whatever the order of the stores."""
-    pixels, origin = images.read(stores, azimuth, training.run["elevation"], training.run["upsample"])
+    run = training.run
+    pixels, origin = images.read(stores, azimuth, run["elevation"], run["upsample"], channels=run["channels"])
     role = origin["target"].map(training.roles)
     labels = np.where(role == "known", origin["target"], OTHER).astype(str)
     # Pure noise, which has no role, is that of every SNR.

@@ -135,7 +135,9 @@ def _widest(drawn, rows, labels):
 
 def paired(results):
     """Rows of the same model, training images and metric under both splits, side by side, and their difference."""
-    images = {run["experiment"]: repr((run["elevation"], run["upsample"])) for run in results.runs.values()}
+    images = {
+        run["experiment"]: repr((run["elevation"], run["upsample"], run["channels"])) for run in results.runs.values()
+    }
     scores = results.scores.assign(images=results.scores["experiment"].map(images))
     # An experiment tested on the open set has the closed set's rows too: any of several is as good.
     sector, random = (
