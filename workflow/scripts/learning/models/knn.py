@@ -3,7 +3,7 @@
 import numpy as np
 
 from learning.classifier import OTHER, Classifier, Outcome
-from learning.features import real_imaginary, squared_distances
+from learning.features import squared_distances
 
 
 class Model(Classifier):
@@ -19,10 +19,11 @@ class Model(Classifier):
     SCORES = {"distance": ("nearest distance", 9)}
     SETTINGS = {
         "k": {"type": "integer", "minimum": 1, "description": "number of neighbours"},
+        "features": {"$ref": "#/$defs/features", "default": "parts"},
     }
 
     def fit(self, images, labels, validation=None, snrs=None, views=None):
-        x = real_imaginary(images)
+        x = self.features(images)
         order = np.argsort(labels, kind="stable")
         self.classes_, self.starts_ = np.unique(labels[order], return_index=True)
         self.references_ = x[order]
@@ -30,7 +31,7 @@ class Model(Classifier):
         return self
 
     def evaluate(self, images):
-        distances = squared_distances(real_imaginary(images), self.references_, self.squared_norms_)
+        distances = squared_distances(self.features(images), self.references_, self.squared_norms_)
         scores = -np.sqrt(np.minimum.reduceat(distances, self.starts_, axis=1))
         known = {"distance": scores[:, self.classes_ != OTHER].max(axis=1)}
         k = min(self.settings["k"], len(self.references_))
