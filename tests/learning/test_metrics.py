@@ -88,7 +88,7 @@ def test_intervals_cover_the_truth_where_neighbours_share_their_samples(scheme, 
     azimuths, settings = np.arange(242) * 360 / 242, {"train": 0.7, "validation": 0.33, "folds": 6}
     tested, block = [], []
     for division in divisions(scheme, settings, 0, 21):
-        tested.append(split(azimuths, planes, division)["test"])
+        tested.append(split([0.0], azimuths, planes, division)["test"].azimuth)
         block.append(blocks(azimuths, planes, division)[tested[-1]])
     aspects, block = folded(azimuths[np.concatenate(tested)], planes), np.concatenate(block)
     block -= block.min()

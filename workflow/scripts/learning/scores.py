@@ -38,7 +38,7 @@ def score(predictions, runs, definition, seed, threads, scores, confusions, vali
     f1_weighted_gain is how much more the weighted F1 is than that of REFERENCE trained at the same SNRs, on the same
     test images, with a threshold of the same protocol, its interval from the same resamples; where REFERENCE was not
     trained so, there is none, and of several the first by name counts.
-    validation.csv is for comparing methods: of the closed set accuracy and weighted F1 at the validation azimuths, and
+    validation.csv is for comparing methods: of the closed set accuracy and weighted F1 on the validation images, and
     of each confidence score and protocol the weighted F1 that the threshold reaches on the images it was chosen with.
     n is the number of images that a value rests on.
     """

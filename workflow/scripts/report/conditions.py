@@ -1,9 +1,11 @@
 """Under which conditions the scores of a figure hold: a tail for its caption, the same everywhere."""
 
+from learning.split import folds
 from report import thesis
 from report.vocabulary import POWERS, PROTOCOLS, SPLITS, split_text, title
 
 MEANING = {
+    "elevation": "Split by elevation, every second elevation trains and test images are of those between.",
     "sector": "Split by sector, arcs of the aspects take turns to be tested, an aperture away from all that trains.",
     "random": "Split at random, test images have near copies among the training images.",
 }
@@ -52,22 +54,22 @@ def _networks(results, rows):
 
 def _split(results, split, rows):
     """A split in words, with its folds: those of an experiment that leaves some out by name."""
-    if split == "random":
+    count = len(folds(split, results.settings["learning"]["split"]))
+    if count == 1:
         return split_text(split)
-    count = results.settings["learning"]["split"]["folds"]
     experiments = sorted(rows[rows["split"] == split]["experiment"].unique())
     tested = {}  # experiments by the folds that they test
     for name in experiments:
         tested.setdefault(tuple(results.folds[name]), []).append(title(name))
-    if len(tested) == 1 and len(folds := next(iter(tested))) < count:
-        return f"{split_text(split)} ({fold_numbers(folds)} of {count})"
+    if len(tested) == 1 and len(some := next(iter(tested))) < count:
+        return f"{split_text(split)} ({fold_numbers(some)} of {count})"
     partial = [
-        f"of {' and '.join(names)} only {fold_numbers(folds)}" for folds, names in tested.items() if len(folds) < count
+        f"of {' and '.join(names)} only {fold_numbers(some)}" for some, names in tested.items() if len(some) < count
     ]
     return f"{split_text(split)} ({count} folds{''.join(f'; {words}' for words in partial)})"
 
 
-def fold_numbers(folds):
+def fold_numbers(numbers):
     """'folds 1 and 3' of numbers."""
-    *most, last = map(str, folds)
+    *most, last = map(str, numbers)
     return f"folds {', '.join(most)} and {last}" if most else f"fold {last}"

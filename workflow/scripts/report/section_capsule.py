@@ -16,13 +16,13 @@ from report.selection import decoded_snrs
 from report.vocabulary import (
     F1,
     PROTOCOLS,
-    SPLITS,
     at_highest,
     heading,
     of_run,
     run_title,
     select,
     snr_axis,
+    split_place,
     split_text,
 )
 
@@ -41,7 +41,7 @@ def section(results):
     def place(decoder):
         """The reference thesis's network, trained without noise, first."""
         run, model = decoder
-        return names.model(model).place, SPLITS.index(runs[run]["split"]), runs[run]["snrs"] != [CLEAN], run
+        return names.model(model).place, split_place(runs[run]["split"]), runs[run]["snrs"] != [CLEAN], run
 
     first = {}  # run of each model
     for run, model in sorted(results.decoders, key=place):

@@ -22,8 +22,8 @@ def section(results):
         title="Open set",
         text=(
             f"The test images are those of {known} and of {unknown}, which no model has seen. An image whose "
-            "confidence score is below a threshold is rejected as 'other'. Thresholds are chosen on images at the "
-            "validation azimuths, for each SNR by itself, for the largest weighted F1. Under the thesis protocol these "
+            "confidence score is below a threshold is rejected as 'other'. Thresholds are chosen on the "
+            "validation images, for each SNR by itself, for the largest weighted F1. Under the thesis protocol these "
             "hold the unknown targets too, under the blind protocol only the known ones and those of role other"
             f"{f' ({other})' if other else ''}; every fold has thresholds of its own. Scores that put the images in "
             "the same order, as softmax, maximum logit and energy of a linear model of two classes do, lie on each "

@@ -44,7 +44,7 @@ def section(results):
         id="tried",
         title="Everything tried on the open set",
         text=(
-            "Every model and confidence score of every open experiment, split by sector first, in the order of its "
+            "Every model and confidence score of every open experiment, split by split, in the order of its "
             f"mean weighted F1 over {middle_text(scores)} on the validation images with blind thresholds. All numbers "
             f"are of the test images.{compared if gains else ''}{conditions(results, scores)}",
         ),
