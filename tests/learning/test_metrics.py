@@ -396,10 +396,10 @@ def test_the_validation_table_of_closed_runs(tmp_path):
         }.items():
             assert abs(closed.loc[(subset, metric), "value"] - value) < 1e-12
             assert closed.loc[(subset, metric), "n"] == len(rows)
-    # The known scores are judged with the thresholds, under both protocols; that without any threshold is not.
+    # The known scores are judged with the thresholds, under all protocols; that without any threshold is not.
     opened = found[(found["experiment"] == "open") & (found["score"] != "")]
     assert set(zip(opened["score"], opened["threshold"], opened["metric"], strict=True)) == {
-        (score, protocol, "f1_weighted") for score in ("energy", "flat") for protocol in ("thesis", "blind")
+        (score, protocol, "f1_weighted") for score in ("energy", "flat") for protocol in ("thesis", "blind", "kept")
     }
 
 

@@ -8,6 +8,7 @@ import pandas as pd
 
 from learning import metrics, thresholds
 from learning.classifier import OTHER
+from learning.metrics import KEPT
 from learning.predict import KNOWN
 
 SHORT = ("accuracy", "f1_weighted", "f1_macro")  # metrics by another definition of SNR
@@ -83,9 +84,12 @@ class Decision:
         return metrics.confusion(place, *codes, (len(blocks), len(labels)), weight)
 
 
-def decide(table, is_open):
-    """The `Decision`s of a prediction table of all folds: the closed set's, and of an open run those of each score."""
-    return [_closed(table), *(_opened(table) if is_open else ())]
+def decide(table, is_open, kept=KEPT):
+    """The `Decision`s of a prediction table of all folds: the closed set's, and of an open run those of each score.
+
+    kept: the share of known images that the protocol of this name keeps.
+    """
+    return [_closed(table), *(_opened(table, kept) if is_open else ())]
 
 
 def _closed(table):
@@ -97,7 +101,7 @@ def _closed(table):
     return Decision("", "", test, test["predicted"].to_numpy(), (), validation)
 
 
-def _opened(table):
+def _opened(table, kept):
     """Known and unknown targets by each confidence score: without a threshold, and with that of each protocol."""
     scores = [name for name in table if name.startswith(KNOWN)]
     test = table[(table["side"] == "test") & table["role"].isin(["known", "unknown"])]
@@ -115,7 +119,7 @@ def _opened(table):
         for protocol in thresholds.ROLES:
             predicted, chosen, reached = np.empty(len(test), object), [], []
             for own, among in folds[protocol]:
-                threshold = thresholds.chosen(among, column)
+                threshold = thresholds.chosen(among, column, kept)
                 predicted[own] = thresholds.apply(values[own], labels[own], threshold)
                 chosen.append(threshold)
                 reached.append(thresholds.reached(among, column, threshold))

@@ -10,6 +10,7 @@ from core.sweep import snr_of_label
 from learning import judge
 from learning.experiments import REFERENCE, train_snr_db, training
 from learning.images import among
+from learning.metrics import KEPT
 
 HEAD = ["experiment", "model", "split", "training", "train_snr_db"]
 CASE = [*HEAD, "test_snr_db", "elevation", "score", "threshold"]
@@ -18,11 +19,11 @@ CONFUSION = [*CASE, "target", "predicted", "count"]
 VALIDATION = [*CASE, "metric", "value", "n"]
 
 
-def score(predictions, runs, definition, seed, threads, scores, confusions, validation):
+def score(predictions, runs, definition, seed, threads, scores, confusions, validation, kept=KEPT):
     """Write scores.csv, confusion.csv and validation.csv from prediction tables <run>/<model>/snr_<n>dB.csv.
 
     runs: what `experiments.runs` gives; definition: the SNR's, of the config; seed: the config's, for the intervals;
-    threads: how many models are judged at a time.
+    threads: how many models are judged at a time; kept: the config's `learning.kept`.
     Column `training` says in words what SNRs a run trained at and tells an experiment's runs apart; `train_snr_db` is a
     number, empty for training without noise and at several SNRs.
     Column `elevation`: 'all' counts every test image; 'trained' only those at elevations the model was trained at (left
@@ -39,12 +40,13 @@ def score(predictions, runs, definition, seed, threads, scores, confusions, vali
     test images, with a threshold of the same protocol, its interval from the same resamples; where REFERENCE was not
     trained so, there is none, and of several the first by name counts.
     validation.csv is for comparing methods: of the closed set accuracy and weighted F1 on the validation images, and
-    of each confidence score and protocol the weighted F1 that the threshold reaches on the images it was chosen with.
+    of each confidence score and protocol the weighted F1 that the threshold reaches on the images it was chosen with,
+    under `kept` on those of the blind protocol.
     n is the number of images that a value rests on.
     """
     rows, cells, reached, opened = [], [], [], {}
     cases = tables_of_cases(predictions, runs)
-    work = (delayed(_judged)(head, *case, definition, seed) for head, case in cases.items())
+    work = (delayed(_judged)(head, *case, definition, seed, kept) for head, case in cases.items())
     judged = Parallel(n_jobs=threads, return_as="generator")(work)
     for part in tqdm(judged, total=len(cases), unit="model", desc="scores", leave=False):
         for every, of_case in zip((rows, cells, reached), part[:3], strict=True):
@@ -61,12 +63,12 @@ def score(predictions, runs, definition, seed, threads, scores, confusions, vali
         )
 
 
-def _judged(head, run, tables, definition, seed):
+def _judged(head, run, tables, definition, seed, kept):
     """Of one model: rows of the three tables, and the open set's `Decision`s by what stands in the columns CASE."""
     rows, cells, reached, opened = [], [], [], {}
     every = {snr: pd.concat(map(read_table, paths), ignore_index=True) for snr, paths in sorted(tables.items())}
     for subset, parts in _subsets(every, run["elevation"]):
-        decided = {snr: judge.decide(part, run["open"]) for snr, part in parts.items()}
+        decided = {snr: judge.decide(part, run["open"], kept) for snr, part in parts.items()}
         for snr, decisions in decided.items():
             for decision in decisions:
                 key = (*head, snr, subset, decision.score, decision.threshold)

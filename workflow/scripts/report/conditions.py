@@ -2,7 +2,7 @@
 
 from learning.split import folds
 from report import thesis
-from report.vocabulary import POWERS, PROTOCOLS, SPLITS, split_text, title
+from report.vocabulary import POWERS, PROTOCOLS, SPLITS, protocols_text, split_text, title
 
 MEANING = {
     "elevation": "Split by elevation, every second elevation trains and test images are of those between.",
@@ -18,12 +18,12 @@ def conditions(results, rows, *definitions):
     where none is given.
     """
     splits = [_split(results, split, rows) for split in SPLITS if split in set(rows["split"])]
-    thresholds = " and ".join(protocol for protocol in PROTOCOLS if protocol in set(rows["threshold"]))
+    protocols = [protocol for protocol in PROTOCOLS if protocol in set(rows["threshold"])]
     noise = results.settings["noise"]
     powers = [noise_words(noise, one) for one in dict.fromkeys(definitions or [noise["definition"]])]
     parts = [
         _networks(results, rows),
-        f"Thresholds: {thresholds}." if thresholds else "",
+        f"Thresholds: {protocols_text(protocols).removesuffix(' thresholds')}." if protocols else "",
         f"Images {' and '.join(splits)}.",
         f"SNR by {' or '.join(powers)}{', as its axis says' if len(powers) > 1 else ''}.",
     ]

@@ -155,7 +155,7 @@ def _judged(results, run, model, snr):
     if results.runs[run]["open"]:
         validation = of_run(results.validation, results.runs[run], model)
         score = ranked(select(validation, metric="f1_weighted", threshold="blind", elevation="all")).iloc[0]["score"]
-        least = thresholds.choose(table, f"known_{score}", "blind")
+        least = thresholds.choose(table, f"known_{score}", "blind", results.settings["learning"]["kept"])
         table["taken_for"] = thresholds.apply(table[f"known_{score}"], table["predicted"], least)
     else:
         table["taken_for"] = table["predicted"]

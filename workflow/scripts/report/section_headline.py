@@ -12,7 +12,19 @@ from report.conditions import conditions, meaning
 from report.layout import BLACK, figure
 from report.plots import draw_curve, draw_published, draw_rejecting, finish, panels
 from report.published import FULL_SIZE, beside
-from report.vocabulary import F1, METHOD, PROTOCOLS, SPLITS, middle_text, ranked, select, snr_axis, split_text, title
+from report.vocabulary import (
+    DRAWN,
+    F1,
+    METHOD,
+    PROTOCOLS,
+    SPLITS,
+    middle_text,
+    ranked,
+    select,
+    snr_axis,
+    split_text,
+    title,
+)
 
 # The sets of test images, as the page calls them, and the threshold in scores.csv.
 SETS = {**{f"open set, {protocol} thresholds": protocol for protocol in PROTOCOLS}, "closed set": ""}
@@ -44,6 +56,7 @@ def lead(tables, names, network):
     return pd.concat(
         curve.assign(set=name, curve=label, theirs=theirs)
         for name, part, validation in sets_of(tables)
+        if SETS[name] in ("", *DRAWN)
         for label, curve, theirs in curves(part, validation, names, network)
     )
 

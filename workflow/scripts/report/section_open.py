@@ -6,7 +6,7 @@ from report.conditions import conditions
 from report.layout import Section, figure, table
 from report.plots import draw_curve, draw_rejecting, finish, panels
 from report.published import ADAPTATIONS, OPEN, confusion_figure, statements_table
-from report.vocabulary import F1, PROTOCOLS, at_highest, heading, select, snr_axis, title, with_interval
+from report.vocabulary import F1, PROTOCOLS, at_highest, heading, protocols_text, select, snr_axis, title, with_interval
 
 COLUMNS = 4  # models side by side
 SEPARATION = {"auroc": "AUROC", "fpr95": "FPR at 95 % TPR", "oscr": "OSCR"}
@@ -16,18 +16,19 @@ def section(results):
     scores = select(results.scores[results.scores["score"] != ""], elevation="all")
     known, unknown, other = (" and ".join(results.of_role(role)) for role in ("known", "unknown", "other"))
     rejecting = " or ".join(f"{value:.3f}" for value in results.rejecting(results.opened))
-    ours = select(results.confusion, experiment="fcnn_open")
+    ours, kept = select(results.confusion, experiment="fcnn_open"), 100 * results.settings["learning"]["kept"]
     return Section(
         id="open",
         title="Open set",
         text=(
             f"The test images are those of {known} and of {unknown}, which no model has seen. An image whose "
-            "confidence score is below a threshold is rejected as 'other'. Thresholds are chosen on the "
-            "validation images, for each SNR by itself, for the largest weighted F1. Under the thesis protocol these "
-            "hold the unknown targets too, under the blind protocol only the known ones and those of role other"
-            f"{f' ({other})' if other else ''}; every fold has thresholds of its own. Scores that put the images in "
-            "the same order, as softmax, maximum logit and energy of a linear model of two classes do, lie on each "
-            "other. OpenMax's score is its largest probability of a known class. Rejecting everything gives a weighted "
+            "confidence score is below a threshold is rejected as 'other'. Thresholds are chosen on the validation "
+            "images, for each SNR by itself: for the largest weighted F1, under the thesis protocol with the unknown "
+            "targets among these, under the blind protocol with the known ones and those of role other"
+            f"{f' ({other})' if other else ''} alone; under the kept protocol so that {kept:g} % of the known ones are "
+            "kept, whatever else there is. Every fold has thresholds of its own. Scores that put the images in the "
+            "same order, as softmax, maximum logit and energy of a linear model of two classes do, lie on each other. "
+            "OpenMax's score is its largest probability of a known class. Rejecting everything gives a weighted "
             f"F1 of {rejecting}: the dotted line.",
         ),
         figures=(
@@ -68,7 +69,7 @@ def open_figure(results, name, scores):
     model, _, score = best = held_out.idxmax()
     caption = (
         f"{heading(name)}: weighted F1 over the classes and 'other', unknown targets among the "
-        f"test images, with {lead} thresholds and with {PROTOCOLS[1]} thresholds. Best at {snr:g} dB on the validation "
+        f"test images, with {protocols_text(PROTOCOLS)}. Best at {snr:g} dB on the validation "
         f"images with {lead} thresholds: {names.model(model).label} with {names.score(score).label}, which has "
         f"{top[best]:.3f} on the test images.{conditions(results, part)}"
     )
@@ -77,7 +78,7 @@ def open_figure(results, name, scores):
 
 
 def open_table(results, name, scores):
-    """Every model and confidence score of an experiment at the highest SNR: F1 under both protocols, and separation.
+    """Every model and confidence score of an experiment at the highest SNR: F1 by protocol, and separation.
 
     scores: the experiment's rows.
     """
@@ -93,7 +94,7 @@ def open_table(results, name, scores):
         shown.append(line)
     caption = (
         f"{heading(name)} at {top['test_snr_db'].max():g} dB: weighted F1 with its 95 % interval with "
-        f"{PROTOCOLS[0]} and with {PROTOCOLS[1]} thresholds. AUROC: the probability that an image of a known target "
+        f"{protocols_text(PROTOCOLS)}. AUROC: the probability that an image of a known target "
         "scores higher than one of an unknown target; FPR: the share of unknown images kept by the threshold that "
         "keeps 95 % of the known ones; OSCR: the area under correct classification against false positives; of several "
         f"folds these are means. The CSV file holds all SNRs.{conditions(results, top)}"

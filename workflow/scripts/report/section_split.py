@@ -9,6 +9,7 @@ from report.plots import draw_rejecting, finish, panels
 from report.selection import TABLE_SNRS, evenly
 from report.vocabulary import (
     ACCURACY,
+    DRAWN,
     F1,
     METHOD,
     PROTOCOLS,
@@ -26,7 +27,7 @@ OTHERS = [split for split in SPLITS if split != "random"]
 # The panels of the folds' figure: threshold, metric, and what is drawn.
 PANELS = (
     ("", ACCURACY, "closed set: accuracy"),
-    *((protocol, F1, f"open set, {protocol} thresholds:\nweighted F1") for protocol in PROTOCOLS),
+    *((protocol, F1, f"open set, {protocol} thresholds:\nweighted F1") for protocol in DRAWN),
 )
 
 
@@ -234,9 +235,11 @@ def open_table(names, rows):
             first, _ = next(_compared(group))
             row = group.loc[group[f"validation_{first}"].idxmax()]
             line = {"model": name, "thresholds": protocol, "confidence score": names.score(row["score"]).label}
-            for split in (*compared, "random"):
+            own = [split for split in (*compared, "random") if pd.notna(row[f"value_{split}"])]
+            line |= dict.fromkeys((*compared, "random", *(f"random − {split}" for split in compared)), "–")
+            for split in own:
                 line[split] = with_interval({key: row[f"{key}_{split}"] for key in ("value", "low", "high")})
-            shown.append(line | {f"random − {split}": signed(_gain(row, split)) for split in compared})
+            shown.append(line | {f"random − {split}": signed(_gain(row, split)) for split in own if split != "random"})
     caption = (
         f"Open-set weighted F1 at {top['test_snr_db'].max():g} dB with its 95 % interval, for each model with the "
         "confidence score that does best on the validation images, not those split at random."

@@ -29,7 +29,8 @@ ACCURACY, F1, GAIN = "accuracy", "f1_weighted", "f1_weighted_gain"  # metrics
 # First the standard case, a view between those that train; then the limit, aspects far from them; then the thesis's.
 SPLITS = {"elevation": "split by elevation", "sector": "split by sector", "random": "split at random"}
 ELEVATIONS = {"all": "all elevations", "trained": "trained elevations"}  # that are tested
-PROTOCOLS = ("blind", "thesis")  # of thresholds, the harder first
+PROTOCOLS = ("blind", "thesis", "kept")  # of thresholds; the first is the one that methods are chosen by
+DRAWN = PROTOCOLS[:2]  # in figures of which each takes much room or ink
 # What tells one thing tried from another.
 METHOD = ["split", "experiment", "model", "training", "score"]
 MIDDLE = (-12, 12)  # dB: the SNRs by which methods are ranked
@@ -139,6 +140,12 @@ def heading(name):
 def split_text(split):
     """A split in words."""
     return SPLITS[split]
+
+
+def protocols_text(protocols):
+    """'blind, thesis and kept thresholds' of protocols."""
+    *most, last = protocols
+    return f"{' and '.join([', '.join(most), last]) if most else last} thresholds"
 
 
 def split_place(split):
