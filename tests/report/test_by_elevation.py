@@ -95,8 +95,8 @@ def test_training_images_by_elevation_are_of_every_second_one(results):
     assert elevations == {(1, "train"): train, (1, "test"): [-15], (2, "train"): train, (2, "test"): [15]}
 
 
-def test_likeness_falls_with_the_angle_between_views(results, tmp_path):
-    data = section_alike.likeness_by_angle(results, "drone").set_index(["along", "degrees"])
+def test_likeness_is_measured_by_the_angle_between_views(results):
+    data = section_alike.likeness_by_angle(results, "drone", 45).set_index(["along", "degrees"])
     image = np.abs(results.images("drone", "clean").image.transpose("elevation", "azimuth", ...).values)
     flat = image.reshape(5, 24, -1)
 
@@ -115,4 +115,4 @@ def test_likeness_falls_with_the_angle_between_views(results, tmp_path):
         60,
     ]
     drawn = section_alike.angle_figure(results)
-    assert set(drawn.data["target"]) == {"drone", "missile"} and "15° of elevation apart" in drawn.caption
+    assert set(drawn.data["target"]) == {"drone", "missile"} and " at 15° of elevation" in drawn.caption

@@ -42,10 +42,8 @@ class Divided(NamedTuple):
 
 def divide(stores, planes, division):
     """The `Divided` of each target of the stores, by its name. planes: of the targets by name; pure noise has none."""
-    divided = {}
-    for target, store in sorted(
-        {target_of(store): store for store in stores}.items()
-    ):  # its stores have the same views
+    divided, one_of_each = {}, {target_of(store): store for store in stores}  # a target's stores have the same views
+    for target, store in sorted(one_of_each.items()):
         with open_store(store) as dataset:
             elevation, azimuth = (dataset[name].values.astype(float) for name in ("elevation", "azimuth"))
         own = planes.get(target, ())

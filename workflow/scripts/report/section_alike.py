@@ -4,7 +4,6 @@ import numpy as np
 import pandas as pd
 
 from core import sweep
-from core.sweep import closes_circle, snr_label
 from learning import thresholds
 from learning.features import unit
 from learning.split import Division, Views, split
@@ -16,7 +15,7 @@ from report.vocabulary import of_run, ranked, run_title, select, split_text
 
 PAIRS = 4  # kinds of mistake that are shown, the most frequent first
 EXAMPLES = 2  # of each
-FARTHEST = 45  # degrees apart in azimuth
+FARTHEST = 45  # degrees apart in azimuth; or an aperture, if that is more
 MOST_POINTS = 150  # of a target in the map
 # The last of the palette: models have the first.
 COLORS, MARKERS = PALETTE[::-1], "osD^vPX*"
@@ -42,7 +41,10 @@ def standardized(images):
 
 def angle_figure(results):
     """How much two views of a known target are alike by the angle between them, along azimuth and along elevation."""
-    data = pd.concat([likeness_by_angle(results, target) for target in results.of_role("known")], ignore_index=True)
+    step = np.diff(sweep.azimuths(results.settings["aspect"])[:2])[0]
+    aperture = results.settings["imaging"]["aperture"] * step
+    data = [likeness_by_angle(results, target, max(FARTHEST, aperture)) for target in results.of_role("known")]
+    data = pd.concat(data, ignore_index=True)
     shown = data["along"].unique()
     drawing, grid = panels(1, len(shown), 1 + 4.2 * len(shown), 3.4, sharex=False)
     for axes, along in zip(grid.flat, shown, strict=True):
@@ -51,37 +53,35 @@ def angle_figure(results):
             axes.plot(line["degrees"], line["mean"], ms=3, label=target, **look)
             axes.fill_between(line["degrees"], line["low"], line["high"], color=look["color"], alpha=0.15, lw=0)
         axes.set_xlabel(f"apart in {along} [degrees]")
-    step = np.diff(sweep.azimuths(results.settings["aspect"])[:2])[0]
-    aperture = results.settings["imaging"]["aperture"] * step
     grid[0, 0].axvline(aperture, color=GREY, lw=0.8, ls="--", label="an aperture apart")
     finish(drawing, grid, "", "ZNCC of magnitudes")
-    first = select(data, along="azimuth").groupby("target", sort=False)
-    said = [
-        f"{target} {line['mean'].iloc[0]:.2f} one step of azimuth apart and "
-        f"{np.interp(aperture, line['degrees'], line['mean']):.2f} an aperture apart"
-        for target, line in first
-    ]
-    for target, line in select(data, along="elevation").groupby("target", sort=False):
-        said.append(f"{target} {line['mean'].iloc[0]:.2f} {line['degrees'].iloc[0]:g}° of elevation apart")
+    said, near = {}, data["degrees"].sub(aperture).abs() < 1e-3
+    first = data.drop_duplicates(["target", "along"])  # a step apart
+    for row in pd.concat([first, data[near & (data["along"] == "azimuth")]]).itertuples():
+        said.setdefault(row.target, []).append(f"{row.mean:.2f} at {row.degrees:.3g}° of {row.along}")
+    said = "; ".join(f"{target} {', '.join(dict.fromkeys(parts))}" for target, parts in said.items())
     caption = (
         "How much the images of two views of one target are alike, without noise, by the angle between the views: mean "
         "and, shaded, from the 10th to the 90th of 100 pairs, over all views. It is why splits differ: at random the "
         "nearest training image is a step of azimuth away, by elevation the step between elevations, by sector an "
-        f"aperture of azimuth (dashed, {aperture:.3g}°) or more. {'; '.join(said)}."
+        f"aperture of azimuth (dashed, {aperture:.3g}°) or more. Means: {said}."
     )
-    alt = f"ZNCC of images of one target against the angle between their views: {'; '.join(said)}."
+    alt = f"ZNCC of images of one target against the angle between their views: {said}."
     return figure("likeness_by_angle", drawing, data, alt, caption, wide=True)
 
 
-def likeness_by_angle(results, target):
-    """ZNCC of pairs of a target's clean images: rows of target, along, degrees, mean, low and high (10 and 90 %)."""
+def likeness_by_angle(results, target, farthest):
+    """ZNCC of pairs of a target's clean images: rows of target, along, degrees, mean, low and high (10 and 90 %).
+
+    farthest: degrees that two of them are apart in azimuth, at most.
+    """
     image = results.images(target, "clean").image.transpose("elevation", "azimuth", ...).load()
     shape = image.shape[:2]
     rows = standardized(image.values.reshape(np.prod(shape), -1)).reshape(*shape, -1)
     found, azimuth, elevation = [], image.azimuth.values, image.elevation.values
     step = azimuth[1] - azimuth[0]
-    for lag in range(1, min(int(FARTHEST / step), len(azimuth) - 1) + 1):
-        there = np.roll(rows, -lag, axis=1) if closes_circle(azimuth) else rows[:, lag:]
+    for lag in range(1, min(int(farthest / step + 1e-6), len(azimuth) - 1) + 1):
+        there = np.roll(rows, -lag, axis=1) if sweep.closes_circle(azimuth) else rows[:, lag:]
         found.append(("azimuth", lag * step, np.einsum("eap,eap->ea", rows[:, : there.shape[1]], there)))
     apart = (elevation - elevation[:, None]).round(4)
     for degrees in np.unique(apart[apart > 0]):
@@ -127,7 +127,7 @@ def mistakes_figure(results):
         cases = select(wrong, target=target, taken_for=taken)
         cases = cases.sort_values(f"score_{taken}", ascending=False, kind="stable")
         for case in cases.drop_duplicates(["elevation", "azimuth"]).head(EXAMPLES).itertuples():
-            seen = results.images(target, snr_label(snr)).image.isel(realization=case.realization)
+            seen = results.images(target, sweep.snr_label(snr)).image.isel(realization=case.realization)
             seen = seen.sel(elevation=case.elevation, azimuth=case.azimuth, method="nearest").load()
             likeness = rows[taken] @ standardized(seen.values[None])[0]
             near = training[taken].isel(view=int(likeness.argmax()))
@@ -182,7 +182,7 @@ def map_figure(results):
     _, rows = _training(results, run)
     snr = mistaken_snr(results.settings["noise"]["snr_db"])
     tables = []
-    for store, words in (("clean", "no noise"), (snr_label(snr), f"{snr:g} dB")):
+    for store, words in (("clean", "no noise"), (sweep.snr_label(snr), f"{snr:g} dB")):
         for target in known + results.of_role("unknown"):
             if store != "clean" and not results.runs[run]["open"] and target not in known:
                 continue  # has no images with noise
