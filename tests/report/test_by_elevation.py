@@ -4,6 +4,7 @@ import copy
 
 import fake
 import numpy as np
+import pandas as pd
 import pytest
 
 from report import section_alike, section_headline, section_open, section_run, section_split, section_summary
@@ -81,6 +82,21 @@ def test_every_protocol_has_its_column(results):
     assert {f"weighted F1, {name}" for name in ("blind", "thesis", "kept")} <= set(shown)
     assert "so that 95 % of the known ones are kept" in section.text[0]
     assert "with blind, thesis and kept thresholds" in section.figures[0].caption
+
+
+def test_several_looks_have_a_figure_where_scores_add_up(results):
+    scores = results.scores[results.scores["score"] != ""]
+    assert section_open.looks_figure(results, scores) == ()
+    several = [
+        scores.query("metric == 'f1_weighted' and model == 'knn'").assign(
+            metric=f"f1_weighted_{count}_looks", value=1 - 1 / count
+        )
+        for count in (2, 3, 5)
+    ]
+    (drawn,) = section_open.looks_figure(results, pd.concat([scores, *several]))
+    assert set(drawn.data["looks"]) == {1, 2, 3, 5} and set(drawn.data["model"]) == {"knn"}
+    assert set(drawn.data["threshold"]) == {"blind"} and set(drawn.data["split"]) == {"elevation", "sector", "random"}
+    assert (drawn.data.query("looks == 5")["value"] == 0.8).all()
 
 
 def test_training_images_by_elevation_are_of_every_second_one(results):

@@ -167,7 +167,8 @@ rule scores:
             "runs": {
                 name: section(run, *experiments.LEARNED, "open", "lacks_unknown")
                 for name, run in RUNS_OF[w.root].items()
-            }
+            },
+            "track": track(),
         },
     message:
         "scores of all predictions (progress in {log})"

@@ -43,6 +43,8 @@ class Classifier:
     covariances: whether `fit` keeps a matrix of pixels by pixels for each SNR: it counts in the memory that is planned,
     and images of more pixels than check.MOST_PIXELS are refused.
     pairs: whether `fit` keeps a matrix of images by images: it counts in the memory that is planned.
+    additive: whether scores and known scores are logarithms of likelihoods or of their ratios, so that those of several
+    looks add up: what it then reaches stands in scores.csv, too.
     checkpoints: None, or a folder in which `fit` may keep its state, to go on from it after a kill.
     """
 
@@ -51,6 +53,7 @@ class Classifier:
     smallest = 1
     covariances = False
     pairs = False
+    additive = False
     checkpoints = None
 
     def __init__(self, settings, seed):

@@ -2,13 +2,29 @@
 
 import itertools
 
+import pandas as pd
+
 from report.conditions import conditions
-from report.layout import Section, figure, table
+from report.layout import PALETTE, Section, figure, table
 from report.plots import draw_curve, draw_rejecting, finish, panels
 from report.published import ADAPTATIONS, OPEN, confusion_figure, statements_table
-from report.vocabulary import F1, PROTOCOLS, at_highest, heading, protocols_text, select, snr_axis, title, with_interval
+from report.selection import evenly
+from report.vocabulary import (
+    F1,
+    METHOD,
+    PROTOCOLS,
+    at_highest,
+    heading,
+    protocols_text,
+    ranked,
+    select,
+    snr_axis,
+    title,
+    with_interval,
+)
 
 COLUMNS = 4  # models side by side
+LOOKS_SNRS = 5  # lines of the figure of several looks
 SEPARATION = {"auroc": "AUROC", "fpr95": "FPR at 95 % TPR", "oscr": "OSCR"}
 
 
@@ -33,6 +49,7 @@ def section(results):
         ),
         figures=(
             *(open_figure(results, name, select(scores, experiment=name)) for name in results.opened),
+            *looks_figure(results, scores),
             *confusion_figure(results, "published_confusion", ours, ADAPTATIONS),
         ),
         tables=(
@@ -75,6 +92,38 @@ def open_figure(results, name, scores):
     )
     alt = f"Open-set weighted F1 of {title(name)} against test SNR, for each model, confidence score and threshold."
     return figure(f"open_{name}", drawing, scores, alt, caption, wide=True)
+
+
+def looks_figure(results, scores):
+    """Weighted F1 against the number of looks that are added up: a panel per method, a line per SNR.
+
+    scores: rows of the open set. Nothing where no model has scores that add up. Of several confidence scores that which
+    is best on the validation images of single looks.
+    """
+    rows = select(scores, threshold=PROTOCOLS[0])
+    looks = rows["metric"].str.extract(rf"^{F1}_(\d+)_looks$")[0]
+    together = rows.assign(looks=looks)[looks.notna()].astype({"looks": int})
+    if not len(together):
+        return ()
+    best = ranked(select(results.validation, metric=F1, threshold=PROTOCOLS[0], elevation="all"))
+    best = best.merge(together[METHOD].drop_duplicates(), on=METHOD).drop_duplicates(METHOD[:-1])[METHOD]
+    drawn = pd.concat([select(rows, metric=F1).assign(looks=1), together]).merge(best, on=METHOD)
+    methods = results.names.groups(drawn, *METHOD)
+    snrs = evenly(drawn["test_snr_db"].unique().tolist(), LOOKS_SNRS)
+    drawing, grid = panels(1, len(methods), max(1 + 3 * len(methods), 5), 3.4)
+    for axes, ((split, experiment, model, _, score), curves) in zip(grid.flat, methods, strict=True):
+        for color, snr in zip(PALETTE, snrs, strict=False):
+            line = select(curves, test_snr_db=snr).sort_values("looks")
+            axes.plot(line["looks"], line["value"], "o-", color=color, ms=4, label=f"{snr:g} dB")
+        axes.set_title(f"{results.names.method(model, score)},\n{title(experiment)} ({split})")
+    finish(drawing, grid, "looks", "weighted F1")
+    caption = (
+        "Several looks at a target together: weighted F1 of the open set against how many images, each an aperture of "
+        "azimuth from the one before, are judged as one by the sum of their scores, which are logarithms of "
+        f"likelihoods. Thresholds are chosen on as many looks.{conditions(results, drawn)}"
+    )
+    alt = "Weighted F1 of the open set against the number of looks, at some SNRs."
+    return (figure("looks", drawing, drawn, alt, caption, wide=len(methods) > 1),)
 
 
 def open_table(results, name, scores):
