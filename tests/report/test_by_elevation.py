@@ -40,7 +40,7 @@ def test_the_headline_has_a_column_for_each_split(results):
     assert list(drawn.data["split"].unique()) == ["elevation", "sector", "random"]
     assert set(drawn.data["threshold"]) == {"", "blind", "thesis"}  # two at once are enough
     assert "every second elevation trains and test images are of those between" in drawn.caption
-    assert "split by elevation (2 folds), split by sector" in drawn.caption.replace(" and ", ", ")
+    assert "split by elevation (2 folds), split by sector (3 folds) and split at random" in drawn.caption
     found = section_headline.comparison(results)
     dashes = {one["words"].partition("(")[2].partition(")")[0]: one["dashes"] for one in found["curves"]}
     assert len(set(dashes.values())) == 3 and dashes["elevation"] == ""
@@ -124,11 +124,6 @@ def test_likeness_is_measured_by_the_angle_between_views(results):
     for where, found in ((("azimuth", 30.0), beside), (("elevation", 45.0), above)):
         assert data.loc[where, "mean"] == pytest.approx(np.mean(found), abs=1e-5)
         assert data.loc[where, "low"] == pytest.approx(np.quantile(found, 0.1), abs=1e-5)
-    assert data.loc["azimuth"].index.tolist() == [15, 30, 45] and data.loc["elevation"].index.tolist() == [
-        15,
-        30,
-        45,
-        60,
-    ]
+    assert all(data.loc[along].index.tolist() == [15, 30, 45] for along in ("azimuth", "elevation"))
     drawn = section_alike.angle_figure(results)
     assert set(drawn.data["target"]) == {"drone", "missile"} and " at 15° of elevation" in drawn.caption

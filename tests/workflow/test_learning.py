@@ -243,11 +243,6 @@ EDITS = {
     "another split": ("      split: sector\n      folds: [2, 5]\n", "", {"train": 1, "predict": 1, **AFTER}),
     "one more fold": ("folds: [2, 5]", "folds: [2, 5, 6]", {"train": 1, "predict": 1, "scores": 1, "report": 1}),
     "between elevations no more": ("      split: elevation\n", "", {"train": 1, "predict": 1, **AFTER}),
-    "elevations farther apart": (
-        "learning:\n",
-        "learning:\n  split: {spacing: 9}\n",
-        {"train": 2, "predict": 2, **AFTER},
-    ),
     "more arcs": ("learning:\n", "learning:\n  split: {folds: 7}\n", {"train": 2, "predict": 2, **AFTER}),
     "realizations tested": (
         "learning:\n",

@@ -2,7 +2,7 @@
 
 from learning.split import folds
 from report import thesis
-from report.vocabulary import POWERS, PROTOCOLS, SPLITS, protocols_text, split_text, title
+from report.vocabulary import POWERS, PROTOCOLS, SPLITS, listed, split_text, title
 
 MEANING = {
     "elevation": "Split by elevation, every second elevation trains and test images are of those between.",
@@ -23,8 +23,8 @@ def conditions(results, rows, *definitions):
     powers = [noise_words(noise, one) for one in dict.fromkeys(definitions or [noise["definition"]])]
     parts = [
         _networks(results, rows),
-        f"Thresholds: {protocols_text(protocols).removesuffix(' thresholds')}." if protocols else "",
-        f"Images {' and '.join(splits)}.",
+        f"Thresholds: {listed(protocols)}." if protocols else "",
+        f"Images {listed(splits)}.",
         f"SNR by {' or '.join(powers)}{', as its axis says' if len(powers) > 1 else ''}.",
     ]
     return " " + " ".join(part for part in parts if part)
@@ -71,5 +71,4 @@ def _split(results, split, rows):
 
 def fold_numbers(numbers):
     """'folds 1 and 3' of numbers."""
-    *most, last = map(str, numbers)
-    return f"folds {', '.join(most)} and {last}" if most else f"fold {last}"
+    return f"{'folds' if len(numbers) > 1 else 'fold'} {listed(map(str, numbers))}"

@@ -15,7 +15,7 @@ from report.vocabulary import of_run, ranked, run_title, select, split_text
 
 PAIRS = 4  # kinds of mistake that are shown, the most frequent first
 EXAMPLES = 2  # of each
-FARTHEST = 45  # degrees apart in azimuth; or an aperture, if that is more
+FARTHEST = 45  # degrees that views are apart; or an aperture, if that is more
 MOST_POINTS = 150  # of a target in the map
 # The last of the palette: models have the first.
 COLORS, MARKERS = PALETTE[::-1], "osD^vPX*"
@@ -73,7 +73,7 @@ def angle_figure(results):
 def likeness_by_angle(results, target, farthest):
     """ZNCC of pairs of a target's clean images: rows of target, along, degrees, mean, low and high (10 and 90 %).
 
-    farthest: degrees that two of them are apart in azimuth, at most.
+    farthest: degrees that two of them are apart, at most.
     """
     image = results.images(target, "clean").image.transpose("elevation", "azimuth", ...).load()
     shape = image.shape[:2]
@@ -84,7 +84,7 @@ def likeness_by_angle(results, target, farthest):
         there = np.roll(rows, -lag, axis=1) if sweep.closes_circle(azimuth) else rows[:, lag:]
         found.append(("azimuth", lag * step, np.einsum("eap,eap->ea", rows[:, : there.shape[1]], there)))
     apart = (elevation - elevation[:, None]).round(4)
-    for degrees in np.unique(apart[apart > 0]):
+    for degrees in np.unique(apart[(apart > 0) & (apart <= farthest)]):
         low, high = np.nonzero(apart == degrees)
         found.append(("elevation", degrees, np.einsum("eap,eap->ea", rows[low], rows[high])))
     table = [(target, along, degrees, x.mean(), *np.quantile(x, (0.1, 0.9))) for along, degrees, x in found]

@@ -18,8 +18,8 @@ from report.vocabulary import (
     PROTOCOLS,
     at_highest,
     heading,
+    listed,
     of_run,
-    protocols_text,
     run_title,
     select,
     snr_axis,
@@ -120,7 +120,7 @@ def f1_figure(results, opened, model, shown):
     first = f"{heading(run_title(first))}, {split_text(first['split'])}"
     caption = (
         f"Weighted F1 of {network} with 95 % intervals: the known targets alone, and with unknown ones, by confidence "
-        f"score, with {protocols_text(PROTOCOLS)}. {first}, {PROTOCOLS[0]} thresholds, at "
+        f"score, with {listed(PROTOCOLS)} thresholds. {first}, {PROTOCOLS[0]} thresholds, at "
         f"{top['test_snr_db'].max():g} dB: {values}.{words}{conditions(results, drawn, definition)}"
     )
     alt = f"Weighted F1 of {network} against test SNR, in the closed set and in the open set."

@@ -15,7 +15,7 @@ from report.vocabulary import (
     PROTOCOLS,
     at_highest,
     heading,
-    protocols_text,
+    listed,
     ranked,
     select,
     snr_axis,
@@ -86,7 +86,7 @@ def open_figure(results, name, scores):
     model, _, score = best = held_out.idxmax()
     caption = (
         f"{heading(name)}: weighted F1 over the classes and 'other', unknown targets among the "
-        f"test images, with {protocols_text(PROTOCOLS)}. Best at {snr:g} dB on the validation "
+        f"test images, with {listed(PROTOCOLS)} thresholds. Best at {snr:g} dB on the validation "
         f"images with {lead} thresholds: {names.model(model).label} with {names.score(score).label}, which has "
         f"{top[best]:.3f} on the test images.{conditions(results, part)}"
     )
@@ -143,7 +143,7 @@ def open_table(results, name, scores):
         shown.append(line)
     caption = (
         f"{heading(name)} at {top['test_snr_db'].max():g} dB: weighted F1 with its 95 % interval with "
-        f"{protocols_text(PROTOCOLS)}. AUROC: the probability that an image of a known target "
+        f"{listed(PROTOCOLS)} thresholds. AUROC: the probability that an image of a known target "
         "scores higher than one of an unknown target; FPR: the share of unknown images kept by the threshold that "
         "keeps 95 % of the known ones; OSCR: the area under correct classification against false positives; of several "
         f"folds these are means. The CSV file holds all SNRs.{conditions(results, top)}"

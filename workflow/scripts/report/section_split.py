@@ -201,9 +201,13 @@ def plainly(names, accuracy):
         parts = [f"{name} {signed(_gain(group.iloc[0], split))}" for name, group in _groups(names, top)]
         said.append(
             f"Accuracy at {top['test_snr_db'].max():g} dB under the random split less that under {split}: "
-            f"{'; '.join(parts)}. The random split flatters most {names.model(most['model']).label} at "
-            f"{most['test_snr_db']:g} dB, by {_gain(most, split):.3f}."
+            f"{'; '.join(parts)}."
         )
+        if _gain(most, split) > 0:
+            said.append(
+                f"The random split flatters most {names.model(most['model']).label} at {most['test_snr_db']:g} dB, by "
+                f"{_gain(most, split):.3f}."
+            )
     return " ".join(said)
 
 

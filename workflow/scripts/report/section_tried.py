@@ -17,9 +17,9 @@ from report.vocabulary import (
     METHOD,
     PROTOCOLS,
     at_snrs,
+    listed,
     middle,
     middle_text,
-    protocols_text,
     ranked,
     select,
     snr_axis,
@@ -198,7 +198,7 @@ def tried_table(names, scores, ranks, reference):
     gain = f"; gain: the mean of what it is more than that of {reference} trained at the same SNRs, with ZNCC"
     caption = (
         f"Weighted F1 of the open set with {LEAD} thresholds at some SNRs, and its mean over {middle_text(scores)} "
-        f"with {protocols_text(PROTOCOLS)}, all on the test images; validation mean: the same mean on the "
+        f"with {listed(PROTOCOLS)} thresholds, all on the test images; validation mean: the same mean on the "
         f"validation images, by which the rows are in order{gain if reference else ''}. The CSV file holds all SNRs, "
         "all protocols and the 95 % intervals."
     )

@@ -142,10 +142,10 @@ def split_text(split):
     return SPLITS[split]
 
 
-def protocols_text(protocols):
-    """'blind, thesis and kept thresholds' of protocols."""
-    *most, last = protocols
-    return f"{' and '.join([', '.join(most), last]) if most else last} thresholds"
+def listed(words):
+    """'a, b and c' of words."""
+    *most, last = words
+    return f"{', '.join(most)} and {last}" if most else last
 
 
 def split_place(split):
