@@ -157,16 +157,15 @@ def paired(results):
     scores = results.scores.merge(held_out, how="left", on=same)
     scores["images"] = scores["experiment"].map(images)
     # An experiment tested on the open set has the closed set's rows too: any of several is as good.
-    parts = {split: select(scores, split=split).drop_duplicates(KEYS).set_index(KEYS)[OWN] for split in SPLITS}
-    table = parts["random"].add_suffix("_random")
-    for split in OTHERS:
-        table = table.join(parts[split].add_suffix(f"_{split}"))
-    return table.dropna(how="all", subset=[f"value_{split}" for split in OTHERS]).reset_index()
+    own = {split: select(scores, split=split).drop_duplicates(KEYS).set_index(KEYS)[OWN] for split in SPLITS}
+    others = [split for split in OTHERS if len(own[split])]
+    table = own["random"].add_suffix("_random").join([own[split].add_suffix(f"_{split}") for split in others])
+    return table.dropna(how="all", subset=[f"value_{split}" for split in others]).reset_index()
 
 
 def _compared(rows):
     """(split, rows that it has) of every split but the random one that the rows of `paired` have."""
-    for split in OTHERS:
+    for split in (split for split in OTHERS if f"value_{split}" in rows):
         own = rows.dropna(subset=f"value_{split}")
         if len(own):
             yield split, own
