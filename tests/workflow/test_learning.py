@@ -156,7 +156,7 @@ def test_the_scores_name_experiment_split_and_training_snr(scores):
         ("encoded", "adaptive_filter", "random", "random: clean, 20 dB"),
     }
     assert set(scores.loc[scores["score"] != "", "experiment"]) == {"opened", "encoded", "between"}
-    assert set(scores["threshold"]) == {"", "thesis", "blind"}
+    assert set(scores["threshold"]) == {"", "thesis", "blind", "kept"}
 
 
 def test_every_run_is_judged_on_validation_images(project, scores):
