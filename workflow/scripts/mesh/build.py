@@ -260,6 +260,8 @@ def write(path, settings, measures_path, source_path, mesh_paths):
     write_ply(source_path, source.vertices, source.triangles)
     meshes, measures = build_bands(source, path, **settings)
     print(f"repairs: {counted(measures['repairs']) or 'none'}")
+    for warning in source.measures["warnings"]:
+        print(f"Warning: {warning}")
     for made, mesh_path, band in zip(meshes, mesh_paths, measures["bands"], strict=True):
         write_ply(mesh_path, *made)
         print(
