@@ -57,7 +57,9 @@ def scores(tmp_path):
             paths.append(path)
     tables = [tmp_path / f"{name}.csv" for name in ("scores", "confusion", "validation")]
     score(paths, runs, "mean", 0, 1, *tables)
-    return pd.read_csv(tmp_path / "scores.csv", keep_default_na=False).astype({"value": float, "test_snr_db": float})
+    return pd.read_csv(tmp_path / "scores.csv", keep_default_na=False, na_values={"value": [""]}).astype(
+        {"value": float, "test_snr_db": float}
+    )
 
 
 def test_the_gain_is_the_difference_of_the_weighted_f1(scores):

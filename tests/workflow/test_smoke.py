@@ -329,7 +329,9 @@ def test_the_thesis_s_page_shows_what_there_is_and_names_the_rest(smoke, results
     finished = smoke.run("--cores", 1, "thesis_page", *SMOKE)
     assert finished.returncode == 0, finished.stdout
     page = (results / "report/thesis/README.md").read_text()
-    scores = pd.read_csv(results / "learning/scores.csv", keep_default_na=False).astype({"value": float})
+    scores = pd.read_csv(results / "learning/scores.csv", keep_default_na=False, na_values={"value": [""]}).astype(
+        {"value": float}
+    )
     rows = scores.query("model == 'knn' and metric == 'accuracy' and snr_definition == 'mean'")
     (line,) = (line for line in page.splitlines() if line.startswith("| KNN, split at random |"))
     assert len(rows) and [cell.split()[0] for cell in line.split(" | ")[1:]] == [f"{value:.3f}" for value in rows.value]
