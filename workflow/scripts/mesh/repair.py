@@ -1,18 +1,16 @@
 """From a CAD file's triangles to a sound surface. Every repair is counted; what cannot be repaired is refused."""
 
-import itertools
-
 import numpy as np
 import pymeshlab
-from scipy.spatial import cKDTree
 
 from core.errors import InputError
 from mesh import topology
 from mesh.arrange import arrange, crossings
 from mesh.boxes import check_hubs
-from mesh.contact import APART, land
+from mesh.contact import land
 from mesh.details import without_details
 from mesh.distance import distances
+from mesh.joins import close_gaps, join_exactly, left_open
 from mesh.meshlab import loaded
 from mesh.progress import going
 from mesh.slits import close_slits
@@ -20,7 +18,6 @@ from mesh.slits import close_slits
 CLOSE = 1e-6  # vertices nearer than this fraction of the target's diagonal are one
 WELD = 1 / 40  # wanted edges: rims that miss each other by less are joined; sheets 1/200 wavelength apart are two
 TOUCH = 1 / 4000  # wanted edges: surfaces no farther apart lie on each other; a text file's rounding is less
-HOLE = 1.0  # wanted edges: openings no wider than this are closed
 MANY = 20_000  # triangles; larger sources are thinned if they are much finer than needed
 THINNER = 1 / 3, 1 / 5, 1 / 8  # wanted edges: what a larger source is thinned to, or else to less
 
@@ -29,16 +26,17 @@ def repair(vertices, triangles, edge, name):
     """Merge, weld, close, thin, orient and unite a surface for meshes of `edge` metres.
 
     Returns vertices, triangles, a mapping of how many of each repair were made, and a mapping of `tolerance` (metres
-    within which rims were joined) and `thinned_by` (largest distance in metres of the source's vertices from the
-    surface that stands for it; 0 if the source was not thinned). Raises InputError, naming `name`.
+    within which rims were joined), `joined_by` (widest gap in metres that was closed between rims), `thinned_by`
+    (largest distance in metres of the source's vertices from the surface that stands for it; 0 if the source was not
+    thinned) and `warnings` (sentences about what is open). Raises InputError, naming `name`.
     """
     vertices, triangles, counts = _clean(vertices, triangles, name)
     check_hubs(vertices, triangles, name)
     tolerance, close = WELD * edge, CLOSE * np.linalg.norm(np.ptp(vertices, axis=0))
+    vertices, triangles, tied = join_exactly(vertices, triangles, tolerance, close, name)
     vertices, counts["landed_vertices"] = land(vertices, triangles, tolerance, close, name)
-    vertices, triangles, counts["welded_vertices"] = _weld(vertices, triangles, tolerance)
-    triangles, counts["split_t_junctions"] = _split_t_junctions(vertices, triangles, tolerance)
-    vertices, triangles, counts["closed_holes"] = _close_holes(vertices, triangles, HOLE * edge)
+    vertices, triangles, joined, joined_by = close_gaps(vertices, triangles, edge, tolerance, close, name)
+    counts |= joined | {"split_t_junctions": joined["split_t_junctions"] + tied}
     vertices, triangles, counts["dropped_details"] = without_details(vertices, triangles, edge, name)
     whole = vertices, triangles
     vertices, triangles = _thinned(vertices, triangles, edge)
@@ -53,7 +51,9 @@ def repair(vertices, triangles, edge, name):
     triangles, turned = topology.orient(vertices, triangles, name)
     counts["turned_triangles"] += turned
     counts |= arranged
-    return vertices, triangles, counts, {"tolerance": tolerance, "thinned_by": thinned_by}
+    warnings = left_open(vertices, triangles, edge, tolerance, name)
+    limits = {"tolerance": tolerance, "joined_by": joined_by, "thinned_by": thinned_by, "warnings": warnings}
+    return vertices, triangles, counts, limits
 
 
 def thin(vertices, triangles, edge):
@@ -124,95 +124,3 @@ def _without_area(vertices, triangles, name):
         f"{name}: all of its {len(triangles)} triangles are without area, near "
         f"{topology.place(vertices[triangles[0, 0]])}."
     )
-
-
-def _weld(vertices, triangles, tolerance):
-    """Vertices on rims that miss each other by at most `tolerance` metres made one. Also how many vanish."""
-    border = np.unique(topology.rims(triangles)[0])
-    if len(border) == 0:
-        return vertices, triangles, 0
-    pairs = border[cKDTree(vertices[border]).query_pairs(tolerance, output_type="ndarray")]
-    apart = np.linalg.norm(vertices[pairs[:, 0]] - vertices[pairs[:, 1]], axis=1)
-    # Fine rims would else shrink to points.
-    pairs = pairs[apart <= APART * topology.shortest_edges(vertices, triangles)[pairs].min(axis=1)]
-    label = topology.groups(pairs, len(vertices))[1]
-    first = np.unique(label, return_index=True)[1]
-    joined = first[label][triangles]
-    joined = joined[topology.have_three_corners(joined)]
-    if not topology.first_of_each(joined).all():  # the rims of two sheets, one upon the other: not a crack
-        return vertices, triangles, 0
-    return *topology.compact(vertices, joined), len(vertices) - len(first)
-
-
-def _split_t_junctions(vertices, triangles, tolerance):
-    """Rim edges cut at the rim vertices of other triangles that lie within `tolerance` metres of them.
-
-    Also how many vertices were tied in. The vertices stay; the cut edge bends to them.
-    """
-    tied = 0
-    for _ in range(8):  # a triangle is cut along one of its sides at a time
-        rims, owner, side = topology.rims(triangles)
-        if len(rims) == 0:
-            break
-        border = np.unique(rims)
-        start, stop = vertices[rims].transpose(1, 0, 2)
-        length = np.linalg.norm(stop - start, axis=1)
-        middle, reach = (start + stop) / 2, length / 2 + tolerance
-        near = cKDTree(vertices[border]).query_ball_point(middle, reach, return_sorted=True)
-        gone, pieces = [], []
-        for k, candidates in enumerate(near):
-            if owner[k] in gone[-2:]:
-                continue
-            candidates = np.setdiff1d(border[candidates], triangles[owner[k]])
-            along = (stop[k] - start[k]) / length[k]
-            reach = (vertices[candidates] - start[k]) @ along
-            off = np.linalg.norm(vertices[candidates] - start[k] - reach[:, None] * along, axis=1)
-            inside = (off <= tolerance) & (off < APART * reach) & (off < APART * (length[k] - reach))
-            if not inside.any():
-                continue
-            a, b, c = np.roll(triangles[owner[k]], -side[k])
-            chain = candidates[inside][np.argsort(reach[inside])]
-            chain = [a, *(chain if a == rims[k, 0] else chain[::-1]), b]
-            pieces += [(*pair, c) for pair in itertools.pairwise(chain)]
-            gone.append(owner[k])
-            tied += len(chain) - 2
-        if not gone:
-            break
-        triangles = np.concatenate([np.delete(triangles, gone, axis=0), np.array(pieces, dtype=triangles.dtype)])
-        triangles = triangles[topology.first_of_each(triangles)]
-    return triangles, tied
-
-
-def _close_holes(vertices, triangles, widest):
-    """Openings at most `widest` metres wide closed, in pieces that are much larger; and how many."""
-    rims = topology.rims(triangles)[0]
-    if len(rims) == 0:
-        return vertices, triangles, 0
-    piece = topology.components(triangles)[1]
-    piece_of = np.zeros(len(vertices), dtype=int)
-    piece_of[triangles] = piece[:, None]
-    border, index = np.unique(rims, return_inverse=True)
-    index = index.reshape(-1, 2)
-    loops, label = topology.groups(index, len(border))
-    simple = np.ones(loops, dtype=bool)  # each of its vertices has two rims
-    simple[label[np.bincount(index.ravel()) != 2]] = False
-    centres, lids, closed = [], [], 0
-    for loop in np.flatnonzero(simple):
-        members = border[label == loop]
-        width = np.linalg.norm(np.ptp(vertices[members], axis=0))
-        if width > widest:
-            continue
-        around = vertices[np.unique(triangles[piece == piece_of[members[0]]])]
-        if np.linalg.norm(np.ptp(around, axis=0)) < 3 * width:
-            continue  # the rim of a small sheet, not a hole in a large one
-        edges = rims[label[index[:, 0]] == loop]
-        if len(edges) == 3:
-            lids.append(members)
-        else:
-            lids += [(*ends, len(vertices) + len(centres)) for ends in edges]
-            centres.append(vertices[members].mean(axis=0))
-        closed += 1
-    if closed == 0:
-        return vertices, triangles, 0
-    lids = np.array(lids, dtype=triangles.dtype)
-    return np.concatenate([vertices, np.reshape(centres, (-1, 3))]), np.concatenate([triangles, lids]), closed

@@ -1,0 +1,178 @@
+"""Rims that meet, nearly meet or miss each other: what is closed depends on how wide gaps are, on nothing else."""
+
+import numpy as np
+import pytest
+from patches_made import WEDGE, octants, patch, skins, slotted, surface, turned, wedge
+from shapes_made import cube, together
+
+from mesh import topology
+from mesh.build import build, write
+from mesh.io import write_ply
+from mesh.repair import WELD, repair
+from scattering.solve import solve
+
+RADAR = {"center_frequency": 1.0e9, "bandwidth": 0.0, "frequencies": 1, "polarizations": ["VV"]}
+MESH = {"edges_per_wavelength": 10, "bands": 1}
+EDGE = 0.0299792458  # m
+TOLERANCE = WELD * EDGE  # 0.75 mm
+BALL = 4 / 3 * np.pi * 0.15**3  # m^3
+
+
+def euler(vertices, triangles):
+    return len(vertices) - len(topology.edges(triangles).ends) + len(triangles)
+
+
+def check_closed(parts, volume, accuracy):
+    """The repairs of patches that become one closed surface of this volume in m^3."""
+    sound, faces, repairs, limits = repair(*surface(parts), EDGE, "patches")
+    assert topology.is_watertight(faces) and euler(sound, faces) == 2
+    assert topology.tetrahedra(sound, faces).sum() == pytest.approx(volume, rel=accuracy)
+    assert limits["warnings"] == []
+    return repairs
+
+
+def reversed_some(parts):
+    return [part[:, ::-1] if k % 2 else part for k, part in enumerate(parts)]
+
+
+DIVISIONS = [
+    (((1, 2), (1, 2), (2, 3)), (1, 1)),
+    (((3, 4), (2, 5), (3, 1)), (2, 4)),
+    (((1, 1), (4, 1), (1, 7)), (3, 1)),
+    (((5, 3), (2, 2), (4, 4)), (1, 3)),
+]
+CHANGES = {
+    "as drawn": lambda parts: parts,
+    "turned": lambda parts: turned(parts, 1),
+    "single precision": lambda parts: [part.astype(np.float32).astype(float) for part in turned(parts, 2)],
+    "text in mm": lambda parts: [part.round(9) for part in turned(parts, 3)],
+    "reversed": lambda parts: reversed_some(turned(parts, 4)),
+}
+
+
+@pytest.mark.parametrize("change", CHANGES)
+@pytest.mark.parametrize("trailing", [1e-4, 3e-4, 1e-3])
+def test_patches_that_meet_exactly_close_a_wing_thinner_than_the_tolerance_at_its_edge(trailing, change):
+    for divisions, caps in DIVISIONS:
+        parts = CHANGES[change](wedge(trailing, divisions, caps))
+        repairs = check_closed(parts, WEDGE[0] * WEDGE[1] * trailing / 2, 1e-3)
+        assert repairs["split_t_junctions"] > 0
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_patches_that_miss_each_other_by_less_than_the_trailing_edge_close_a_wing(seed):
+    trailing, random = 1e-3, np.random.default_rng(seed)
+    for divisions, caps in DIVISIONS:
+        parts = [part + random.uniform(-2e-5, 2e-5, 3) for part in turned(wedge(trailing, divisions, caps), seed)]
+        repairs = check_closed(parts, WEDGE[0] * WEDGE[1] * trailing / 2, 0.1)
+        assert repairs["closed_cracks"] > 0 and repairs["closed_holes"] == 0
+
+
+FINE, COARSE = (12, 17, 13, 19, 15, 11, 18, 14), (7, 12, 9, 13, 10, 8, 11, 14)
+SPHERES = {
+    "on the sphere": octants(FINE),
+    "chords 0.9 mm apart": octants(COARSE),
+    "0.3 mm apart": octants(FINE, gap=3e-4),
+    "overlapping by 0.3 mm": octants(FINE, gap=-3e-4),
+    "rounded": [part.round(6) for part in turned(octants(FINE), 5)],
+    "reversed": reversed_some(octants(FINE)),
+}
+
+
+@pytest.mark.parametrize("name", SPHERES)
+def test_octants_that_sample_their_seams_apart_become_a_sphere(name):
+    """Chords of the coarse one take 1.5 % of the volume."""
+    repairs = check_closed(SPHERES[name], BALL, 0.016)
+    assert repairs["closed_cracks"] > 0 and repairs["split_t_junctions"] > 100
+
+
+def test_an_unsewn_sphere_is_meshed_as_a_closed_one(tmp_path):
+    write_ply(tmp_path / "sphere.ply", *surface(octants(COARSE)))
+    (mesh,), measures = build(tmp_path / "sphere.ply", {}, MESH, RADAR)
+    assert topology.is_watertight(mesh[1]) and measures["source"]["warnings"] == []
+    assert 9.2e-4 < measures["source"]["joined_by"] < 9.6e-4  # m; a chord of 33.7 mm is 0.94 mm from its arc
+    assert measures["bands"][0]["unknowns"] == 1.5 * measures["bands"][0]["triangles"]
+
+
+def test_seams_wider_than_the_tolerance_stay_open_and_are_told(tmp_path, capsys):
+    _, faces, repairs, limits = repair(*surface(octants(FINE, gap=1.5e-3)), EDGE, "sphere")
+    assert topology.components(faces)[0] == 8 and repairs["closed_cracks"] == 0
+    (warning,) = limits["warnings"]
+    assert "patches do not meet: near (" in warning and "mm away" in warning and "0.75 mm within" in warning
+    write_ply(tmp_path / "sphere.ply", *surface(octants((3,) * 8, gap=1.5e-3)))
+    settings = {"target": {}, "mesh": MESH, "radar": RADAR}
+    write(tmp_path / "sphere.ply", settings, tmp_path / "m.json", tmp_path / "source.ply", [tmp_path / "mesh.ply"])
+    assert "Warning: Its patches do not meet" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(("trailing", "edge", "closed"), [
+    (0, EDGE, True), (2e-4, EDGE, True), (5e-4, EDGE, True), (2e-4, EDGE / 3, True), (5e-4, EDGE / 3, False),
+])  # fmt: skip
+def test_two_skins_of_a_wing_are_joined_within_the_tolerance_and_what_is_open_is_told(trailing, edge, closed):
+    sound, faces, _, limits = repair(*surface(skins(trailing)), edge, "wing")
+    assert (topology.components(faces)[0] == 1) == closed
+    assert topology.edges(faces).count.max() == 2  # no side is tied to the inside of the other
+    (warning,) = limits["warnings"]
+    if closed:
+        tips = vertices_at_rims(sound, faces)
+        assert np.abs(np.abs(tips[:, 1]) - 0.3).max() < 1e-9  # m: the tips alone are open
+        assert "nearly closed" in warning and "2 openings" in warning and "16 mm wide" in warning
+    else:
+        assert "0.5 mm away" in warning and "0.25 mm within which they are joined" in warning
+
+
+def vertices_at_rims(vertices, triangles):
+    return vertices[np.unique(topology.rims(triangles)[0])]
+
+
+COUNTS = [(1, 1), (12, 12), (1, 12), (5, 12), (7, 11), (40, 40), (150, 150)]
+
+
+@pytest.mark.parametrize("change", [lambda part: part, lambda part: turned([part], 6)[0].round(6)])
+def test_a_crack_is_closed_by_its_width_whatever_its_sides_are_cut_into(change):
+    for counts in COUNTS:
+        sound, faces, repairs, limits = repair(*surface([change(slotted(3e-4, counts))]), EDGE, "slot")
+        assert euler(sound, faces) == 1  # a sheet without a hole
+        assert topology.areas(sound, faces).sum() == pytest.approx(0.09, rel=1e-5)
+        assert (repairs["closed_cracks"], repairs["closed_holes"]) == (1, 0)
+        assert limits["joined_by"] == pytest.approx(3e-4, rel=0.02) and limits["warnings"] == []
+
+
+def test_a_slot_wider_than_the_tolerance_stays_whatever_its_sides_are_cut_into():
+    for counts in COUNTS:
+        sound, faces, repairs, _ = repair(*surface([slotted(9e-4, counts)]), EDGE, "slot")
+        assert euler(sound, faces) == 0
+        assert topology.areas(sound, faces).sum() == pytest.approx(0.09 - 0.15 * 9e-4, rel=1e-6)
+        assert repairs["closed_cracks"] == repairs["closed_holes"] == repairs["split_t_junctions"] == 0
+
+
+def test_a_short_slot_is_closed_whatever_its_sides_are_cut_into():
+    """Its rim of 62 mm is no longer than three edges: a fifth of a wavelength."""
+    for counts in COUNTS:
+        sound, faces, repairs, _ = repair(*surface([slotted(9e-4, counts, length=0.03)]), EDGE, "slot")
+        assert euler(sound, faces) == 1
+        assert (repairs["closed_cracks"], repairs["closed_holes"]) == (1, 0)
+
+
+def test_a_slot_has_one_field_however_its_rim_is_cut(tmp_path):
+    """Half a wave long at 1 GHz: as a slot it would resonate, and change the field by half of its peak."""
+    fields, unknowns = [], []
+    for counts in ((1, 1), (12, 12)):
+        write_ply(tmp_path / "slot.ply", *surface([slotted(3e-4, counts)]))
+        (mesh,), measures = build(tmp_path / "slot.ply", {}, MESH, RADAR | {"center_frequency": 2.0e9})
+        unknowns.append(measures["bands"][0]["unknowns"])
+        fields.append(solve(*mesh, [0.8e9, 1.0e9], [0, 30], [0], ["VV", "HH"], threads=1).field)
+    assert unknowns[0] == pytest.approx(unknowns[1], rel=0.01)
+    apart = np.abs(fields[0] - fields[1]).max() / np.abs(fields[0]).max()
+    assert apart < 10 ** (0.05 / 20) - 1  # 0.0027 when this was set
+
+
+def test_sheets_upon_each_other_and_the_rims_of_ribbons_stay_apart():
+    sheet = cube(0.2)[0][:4], np.array([[0, 1, 2], [1, 3, 2]])
+    sound, faces, repairs, _ = repair(*together(sheet, (sheet[0] + [0, 0, TOLERANCE / 2], sheet[1])), EDGE, "sheets")
+    assert topology.components(faces)[0] == 2 and repairs["closed_cracks"] == 0
+    for width, cuts in ((TOLERANCE / 2, (20, 1)), (TOLERANCE / 2, (20, 2)), (TOLERANCE / 3, (40, 3)), (0.002, (3, 2))):
+        ribbon = patch([[0, 0, 0], [0.2, 0, 0], [0.2, width, 0], [0, width, 0]], *cuts)
+        sound, faces, repairs, _ = repair(*surface([ribbon]), EDGE, "ribbon")
+        assert topology.areas(sound, faces).sum() == pytest.approx(0.2 * width)
+        assert repairs["closed_cracks"] == repairs["closed_holes"] == 0

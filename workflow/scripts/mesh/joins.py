@@ -1,0 +1,261 @@
+"""Rims that face each other across a crack become one; what is left of cracks and small holes is closed.
+
+Vertices that become one meet in their middle; an edge bends to the vertex that it is tied to.
+"""
+
+import itertools
+from typing import NamedTuple
+
+import numpy as np
+
+from mesh import topology
+from mesh.boxes import around, near_boxes
+from mesh.contact import APART
+from mesh.openings import close_holes, middles, once, openings, pinched
+from mesh.progress import going
+
+SMALL = 3.0  # wanted edges: openings whose rim is no longer are closed; a slot resonates where it is ten, a wavelength
+NARROW = 1 / 10  # wanted edges: how wide such a small opening is at most to be closed by joining its sides
+WARNED = 1 / 15  # wanted edges: rims that face each other across less, but stay apart, are reported
+SHUT = 1 / 10  # of its area: a surface whose openings are smaller is reported as one that is nearly closed
+ROUNDS = 100  # of joins, each at distances up to twice the smallest that is left
+
+
+class Facing(NamedTuple):
+    """Rim vertices and rim edges that face each other."""
+
+    vertex: np.ndarray  # (F,)
+    ends: np.ndarray  # (F, 2) of the edge, the nearer one first
+    side: np.ndarray  # (F,) which side of which triangle the edge is: side k of triangle t is 3 t + k
+    share: np.ndarray  # (F,) of the edge between its nearer end and the vertex's foot on it
+    width: np.ndarray  # (F,) metres between vertex and foot
+    apart: np.ndarray  # (F,) metres between vertex and nearer end
+    alike: np.ndarray  # (F,) True if these two become one, False if the edge is tied to the vertex
+
+
+def join(vertices, triangles, reach, close, name, small=np.inf, barred=None):
+    """Rims that face each other within `reach` metres joined, the nearest first, and each vertex to the nearest rim.
+
+    A vertex becomes one with the near end of the edge that it faces, or else the edge is tied to it. What has met its
+    partner is no rim any more, and is left alone. Distances that differ by `close` metres are alike; with `small` only
+    openings are closed whose rims are at most so many metres long; `barred` vertices, a mask (V,), take no part.
+    Returns vertices, triangles, label (V,), the vertex that each vertex became, how many vertices edges were tied to,
+    and the width in metres of the widest gap that was closed.
+    """
+    source, size = vertices, len(vertices)
+    label, tied, widest, barred = np.arange(size), 0, 0.0, np.zeros(size, dtype=bool) if barred is None else barred
+    for _ in range(ROUNDS):
+        faced = facing(vertices, triangles, reach, name, barred, small)
+        if len(faced.vertex) == 0:
+            break
+        going(f"join rims at {len(faced.vertex)} places")
+        least = _least(faced, size)
+        now = (faced.width <= least[faced.vertex] + close) & (faced.width <= max(close, 2 * faced.width.min()))
+        faced = Facing(*(field[now] for field in faced))
+        alike = faced.alike
+        if alike.any():
+            pairs = np.stack([faced.vertex, faced.ends[:, 0]], axis=1)[alike]
+            triangles, became = _welded(triangles, pairs[np.argsort(faced.apart[alike], kind="stable")], barred)
+            label = became[label]
+            vertices = middles(source, label)
+        else:
+            triangles, count = _tied(triangles, faced)
+            tied += count
+        widest = max(widest, float(faced.width[alike if alike.any() else slice(None)].max()))
+    return vertices, triangles, label, tied, widest
+
+
+def join_exactly(vertices, triangles, tolerance, close, name):
+    """Rims joined that lie on each other within `close` metres: vertices, triangles, how many vertices were tied in.
+
+    What is within `tolerance` metres of another rim but not on it waits, and so do its edges, for they too will move.
+    """
+    faced = facing(vertices, triangles, tolerance, name, np.zeros(len(vertices), dtype=bool))
+    least = _least(faced, len(vertices))
+    made = join(vertices, triangles, close, close, name, barred=np.isfinite(least) & (least > close))
+    return *made[:2], made[3]
+
+
+def _least(faced, size):
+    """Metres from each vertex to the nearest rim that it faces, (size,); infinite if it faces none."""
+    least = np.full(size, np.inf)
+    np.minimum.at(least, faced.vertex, faced.width)
+    return least
+
+
+def facing(vertices, triangles, reach, name, barred, small=np.inf):
+    """The Facing of a surface's rims within `reach` metres, without `barred` vertices (a mask, (V,)).
+
+    Near along the rim, or through the surface, is not across a gap. With `small`, only rims of one opening face each
+    other, if it has at most so many metres of them.
+    """
+    rims, owner, side = topology.rims(triangles)
+    free = ~barred[rims].any(axis=1)
+    opened = openings(vertices, triangles) if small < np.inf else None
+    if opened:
+        free &= (opened.hole & (opened.length <= small))[opened.number]
+    rims, owner, side = rims[free], owner[free], side[free]
+    border = np.unique(rims)
+    pairs = near_boxes(around(vertices[rims], reach), around(vertices[border][:, None]), name)
+    edge, vertex = pairs[:, 0], border[pairs[:, 1]]
+    if opened:
+        number, size = opened.number[free], len(vertices)
+        same = np.isin(number[edge] * size + vertex, number[:, None] * size + rims)
+        edge, vertex = edge[same], vertex[same]
+    start, along = vertices[rims[edge, 0]], vertices[rims[edge, 1]] - vertices[rims[edge, 0]]
+    square = np.maximum((along**2).sum(axis=1), np.finfo(float).tiny)
+    share = np.clip(((vertices[vertex] - start) * along).sum(axis=1) / square, 0, 1)
+    width = np.linalg.norm(vertices[vertex] - start - share[:, None] * along, axis=1)
+    ends = np.where((share > 0.5)[:, None], rims[edge, ::-1], rims[edge])
+    share = np.minimum(share, 1 - share)
+    apart = np.linalg.norm(vertices[vertex] - vertices[ends[:, 0]], axis=1)
+    shortest = topology.shortest_edges(vertices, triangles)
+    around_both = np.minimum(shortest[vertex], shortest[ends[:, 0]])
+    alike = apart <= np.minimum(2 * reach, np.maximum(width / APART, APART * around_both))
+    alike = (alike | (share == 0)) & (apart <= 2 * reach)
+    # Near through the surface, as along a rim and across a ribbon, is not across a gap.
+    mesh_edges, size = topology.edges(triangles), len(vertices)
+    names, inner = mesh_edges.ends @ [size, 1], mesh_edges.count > 1
+    to_near, to_far = (np.minimum(vertex, end) * size + np.maximum(vertex, end) for end in ends.T)
+    alike &= (width <= reach) & ~np.isin(to_near, names)
+    chosen = np.flatnonzero(alike)
+    alike[
+        chosen[_hang_together(vertices, triangles, owner[edge[chosen]], vertex[chosen], apart[chosen] / APART / 2)]
+    ] = False
+    good = (width <= reach) & (alike | (share > 0))
+    good &= ~np.isin(to_near, names[inner]) & ~np.isin(to_far, names[inner])
+    chosen = np.flatnonzero(good)
+    good[
+        chosen[_hang_together(vertices, triangles, owner[edge[chosen]], vertex[chosen], width[chosen] / APART / 2)]
+    ] = False
+    return Facing(*(field[good] for field in (vertex, ends, 3 * owner[edge] + side[edge], share, width, apart, alike)))
+
+
+def _hang_together(vertices, triangles, start, vertex, reach):
+    """True where one comes from a triangle to a vertex across edges at most `reach` metres from that, (P,).
+
+    start: (P,) triangles; vertex: (P,); reach: (P,).
+    """
+    mesh_edges, size = topology.edges(triangles), len(triangles)
+    at_edge, first = np.argsort(mesh_edges.sides, axis=None, kind="stable") // 3, np.cumsum(mesh_edges.count)
+    met, new, seen = np.zeros(len(start), dtype=bool), np.arange(len(start)) * size + start, np.zeros(0, dtype=np.int64)
+    while len(new):
+        pair, triangle = np.divmod(new, size)
+        met[pair[(triangles[triangle] == vertex[pair][:, None]).any(axis=1)]] = True
+        seen = np.union1d(seen, new)
+        pair, triangle = pair[~met[pair]], triangle[~met[pair]]
+        pair, edge = np.repeat(pair, 3), mesh_edges.sides[triangle].ravel()
+        begin, end = vertices[mesh_edges.ends[edge]].transpose(1, 0, 2)
+        along, off = end - begin, vertices[vertex[pair]] - begin
+        share = np.clip((off * along).sum(axis=1) / np.maximum((along**2).sum(axis=1), np.finfo(float).tiny), 0, 1)
+        near = np.linalg.norm(off - share[:, None] * along, axis=1) <= reach[pair]
+        pair, edge = pair[near], edge[near]
+        count = mesh_edges.count[edge]
+        beyond = at_edge[np.arange(count.sum()) + np.repeat(first[edge] - np.cumsum(count), count)]
+        new = np.setdiff1d(np.repeat(pair, count) * size + beyond, seen)
+    return met
+
+
+def _welded(triangles, pairs, barred):
+    """Triangles with the vertices of pairs (P, 2) made one, the first pairs first, and what each vertex became.
+
+    A vertex is in one pair at a time. Pairs that would make two triangles one are of two sheets, one upon the other:
+    they stay apart, and their vertices are barred from now on.
+    """
+    size, busy, kept = len(barred), set(), []
+    for pair in pairs.tolist():
+        if busy.isdisjoint(pair):
+            busy.update(pair)
+            kept.append(sorted(pair))
+    while True:
+        became = np.arange(size)
+        for low, high in kept:
+            became[high] = low
+        joined = became[triangles]
+        twice = np.isin(topology.triple(joined, size), topology.triple(joined, size)[~topology.first_of_each(joined)])
+        if not twice.any():
+            return joined.astype(triangles.dtype), became
+        torn = [pair for pair in kept if np.isin(pair, triangles[twice]).any()]
+        barred[np.array(torn).ravel()] = True
+        kept = [pair for pair in kept if pair not in torn]
+
+
+def _tied(triangles, faced):
+    """Triangles whose sides are cut at the vertices that face them, and how many these are.
+
+    A triangle is cut along one of its sides at a time. Two that come to lie on each other vanish if they close nothing.
+    """
+    owner, side = np.divmod(faced.side, 3)
+    nearest = np.argsort(faced.width, kind="stable")
+    first = faced.side[nearest[np.unique(owner[nearest], return_index=True)[1]]]
+    share = np.where(faced.ends[:, 0] == triangles[owner, side], faced.share, 1 - faced.share)
+    chains = {}
+    for k in np.lexsort((share, faced.side)):
+        chains.setdefault(int(faced.side[k]), []).append(int(faced.vertex[k]))
+    pieces = []
+    for cut in first.tolist():
+        a, b, c = np.roll(triangles[cut // 3], -(cut % 3)).tolist()
+        pieces += [(*pair, c) for pair in itertools.pairwise([a, *chains[cut], b])]
+    whole = np.delete(triangles, first // 3, axis=0)
+    return once(np.concatenate([whole, np.array(pieces, dtype=triangles.dtype)])), len(pieces) - len(first)
+
+
+def close_gaps(vertices, triangles, edge, tolerance, close, name):
+    """A surface for meshes of `edge` metres without its cracks of at most `tolerance` metres and its small holes.
+
+    Returns vertices, triangles, how many of each repair were made, and the width in metres of the widest gap that was
+    joined. `close` metres are nothing. Raises InputError, naming `name`.
+    """
+    before = topology.rims(triangles)[0]
+    counts = dict.fromkeys(("welded_vertices", "split_t_junctions", "closed_cracks", "closed_holes"), 0)
+    if len(before) == 0:
+        return *topology.compact(vertices, triangles), counts, 0.0
+    label, widest = np.arange(len(vertices)), 0.0
+    for reach, small in ((tolerance, np.inf), (NARROW * edge, SMALL * edge)):
+        vertices, triangles, became, tied, width = join(vertices, triangles, reach, close, name, small)
+        label, widest = became[label], max(widest, width)
+        vertices, triangles, became, width = pinched(vertices, triangles, reach, small)
+        label, widest = became[label], max(widest, width)
+        counts["split_t_junctions"] += tied
+    counts["welded_vertices"] = len(np.unique(before)) - len(np.unique(label[before]))
+    vertices, triangles, counts["closed_holes"] = close_holes(vertices, triangles, SMALL * edge, tolerance)
+    before = label[before]
+    gone = ~np.isin(before, topology.rims(triangles)[0])
+    nodes, index = np.unique(before, return_inverse=True)
+    index = index.reshape(-1, 2)
+    pieces = topology.groups(index[gone.all(axis=1)], len(nodes))[1]
+    counts["closed_cracks"] = max(0, len(np.unique(pieces[index[gone]])) - counts["closed_holes"])
+    return *topology.compact(vertices, triangles), counts, widest
+
+
+def left_open(vertices, triangles, edge, tolerance, name):
+    """Sentences that say where a surface is open that may be meant to be closed; none for a closed one.
+
+    It may where many rims face each other at most WARNED wanted edges apart, or its openings are less than SHUT of its
+    area.
+    """
+    border = np.unique(topology.rims(triangles)[0])
+    if len(border) == 0:
+        return []
+    sentences = []
+    faced = facing(vertices, triangles, WARNED * edge, name, np.zeros(len(vertices), dtype=bool))
+    least = _least(faced, len(vertices))
+    near = np.flatnonzero(np.isfinite(least))
+    if len(near) > len(border) / 5:
+        widest, middle = near[least[near].argmax()], near[np.argsort(least[near])[len(near) // 2]]
+        sentences.append(
+            f"Its patches do not meet: near {topology.place(vertices[middle])}, and at {len(near)} of {len(border)} "
+            f"vertices of its rims, another rim is {least[middle] * 1000:.2g} mm away (at most "
+            f"{least[widest] * 1000:.2g} mm), more than the {tolerance * 1000:.2g} mm within which they are joined. If "
+            "it is to be closed there, sew it in the CAD program."
+        )
+    opened, area = openings(vertices, triangles), topology.areas(vertices, triangles).sum()
+    if opened.area.sum() < SHUT * area:
+        largest = opened.area.argmax()
+        width = 2 * opened.area[largest] / opened.length[largest]
+        sentences.append(
+            f"It is nearly closed, but open: the largest of {len(opened.area)} openings, near "
+            f"{topology.place(opened.centre[largest])}, is about {width * 1000:.2g} mm wide and has a rim of "
+            f"{opened.length[largest] * 1000:.3g} mm. If it is a solid, close it in the CAD program."
+        )
+    return sentences

@@ -1,0 +1,118 @@
+"""The openings of a surface, and how small and narrow ones are closed."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from mesh import topology
+
+TINY = 1e-30  # metres: two vertices in one place are a rim, too
+
+
+class Openings(NamedTuple):
+    """The openings of a surface: closed lines of rims. At a vertex of several those rims hang together that face."""
+
+    rims: np.ndarray  # (R, 2)
+    owner: np.ndarray  # (R,) the triangle of each rim
+    number: np.ndarray  # (R,) the opening of each rim
+    length: np.ndarray  # (O,) of an opening's rims, in metres
+    centre: np.ndarray  # (O, 3)
+    area: np.ndarray  # (O,) of the triangles between rims and centre, in m^2
+    hole: np.ndarray  # (O,) True where the surface lies around the rims, not between them
+
+
+def openings(vertices, triangles):
+    """The Openings of a surface."""
+    rims, owner, side = topology.rims(triangles)
+    pairs, order = [], np.argsort(rims, axis=None, kind="stable")
+    for group in np.split(order, np.flatnonzero(np.diff(rims.ravel()[order])) + 1):  # at one vertex
+        away = vertices[rims.ravel()[group ^ 1]] - vertices[rims.ravel()[group]]
+        away /= np.maximum(np.linalg.norm(away, axis=1), TINY)[:, None]
+        alike = np.triu(away @ away.T + 2, 1)  # positive where there is a pair
+        while alike.any():
+            i, j = np.unravel_index(alike.argmax(), alike.shape)
+            pairs.append((group[i] // 2, group[j] // 2))
+            alike[[i, j]] = alike[:, [i, j]] = 0
+    count, number = topology.groups(np.reshape(pairs, (-1, 2)).astype(int), len(rims))
+    start, stop = vertices[rims].transpose(1, 0, 2)
+    middle, length = (start + stop) / 2, np.maximum(np.linalg.norm(stop - start, axis=1), TINY)
+    total = np.bincount(number, length, count)
+    centre = topology.gathered(number[:, None], (middle * length[:, None])[:, None], count) / total[:, None]
+    area = np.linalg.norm(np.cross(start - centre[number], stop - centre[number]), axis=1) / 2
+    inward = vertices[triangles[owner, side - 1]] - start
+    along = (stop - start) / length[:, None]
+    inward -= (inward * along).sum(axis=1)[:, None] * along
+    inward /= np.maximum(np.linalg.norm(inward, axis=1), TINY)[:, None]
+    outward = np.linalg.norm(centre[number] - middle, axis=1) / 2 - ((centre[number] - middle) * inward).sum(axis=1)
+    hole = np.bincount(number, outward * length, count) > 0
+    return Openings(rims, owner, number, total, centre, np.bincount(number, area, count), hole)
+
+
+def pinched(vertices, triangles, narrow, longest):
+    """Openings at most `narrow` metres wide between two long edges closed: the ends of their short edges become one.
+
+    Their rims are at most `longest` metres long. Returns vertices, triangles, what each vertex became, (V,), and the
+    width of the widest in metres.
+    """
+    opened, size = openings(vertices, triangles), len(vertices)
+    ends = vertices[opened.rims]
+    short = np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1) <= narrow
+    width = 2 * opened.area / opened.length
+    slim = (width <= narrow) & (opened.length <= longest) & (np.bincount(opened.number, ~short, len(width)) == 2)
+    mesh_edges = topology.edges(triangles)
+    inner = mesh_edges.ends[mesh_edges.count > 1] @ [size, 1]
+    pairs, widest = [], 0.0
+    for opening in np.flatnonzero(slim):
+        mine = opened.number == opening
+        members = np.unique(opened.rims[mine])
+        between = np.isin((members[:, None] * size + members).ravel(), inner).any()
+        if not between and len(np.unique(opened.owner[mine])) > 1:  # else a ribbon spans it
+            pairs.append(opened.rims[mine & short])
+            widest = max(widest, float(width[opening]))
+    if not pairs:
+        return vertices, triangles, np.arange(size), 0.0
+    label = topology.groups(np.concatenate(pairs), size)[1]
+    became = np.unique(label, return_index=True)[1][label]
+    triangles = became[triangles].astype(triangles.dtype)
+    return middles(vertices, became), once(triangles[topology.have_three_corners(triangles)]), became, widest
+
+
+def close_holes(vertices, triangles, longest, narrow):
+    """Openings closed whose rim is at most `longest` metres long, in pieces that are much larger.
+
+    Also how many of them are wider than `narrow` metres; the others are the ends of cracks.
+    """
+    opened = openings(vertices, triangles)
+    piece = topology.components(triangles)[1]
+    piece_of = np.zeros(len(vertices), dtype=int)
+    piece_of[triangles] = piece[:, None]
+    centres, lids, closed = [], [], 0
+    for opening in np.flatnonzero(opened.hole & (opened.length <= longest)):
+        edges = opened.rims[opened.number == opening]
+        members, count = np.unique(edges, return_counts=True)
+        of_piece = np.unique(triangles[piece == piece_of[members[0]]])
+        width, size = (np.linalg.norm(np.ptp(vertices[some], axis=0)) for some in (members, of_piece))
+        if (count != 2).any() or size < 3 * width:
+            continue  # the rim of a small sheet, not a hole in a large one
+        closed += int(2 * opened.area[opening] > narrow * opened.length[opening])
+        if len(edges) == 3:
+            lids.append(members)
+        else:
+            lids += [(*ends, len(vertices) + len(centres)) for ends in edges]
+            centres.append(vertices[members].mean(axis=0))
+    lids = np.reshape(lids, (-1, 3)).astype(triangles.dtype)
+    return np.concatenate([vertices, np.reshape(centres, (-1, 3))]), np.concatenate([triangles, lids]), closed
+
+
+def once(triangles):
+    """Triangles without those that are there twice; and without either of these, if that opens nothing."""
+    first, (_, sides, count) = topology.first_of_each(triangles), topology.edges(triangles)
+    names = topology.triple(triangles, int(triangles.max()) + 1)
+    fold = np.isin(names, names[~first]) & (count[sides] % 2 == 0).all(axis=1)
+    return triangles[first & ~fold]
+
+
+def middles(vertices, label):
+    """Where vertices are, (V, 3), if each is in the middle of those with its label, (V,)."""
+    members = np.maximum(np.bincount(label, minlength=len(vertices)), 1)
+    return topology.gathered(label[:, None], vertices[:, None], len(vertices)) / members[:, None]
