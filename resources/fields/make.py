@@ -3,7 +3,7 @@
     make.py missing    the bands of targets without a store that are not kept yet, as targets for snakemake
     make.py keep       keep those that the run has finished, in bands/, with what each solve took
     make.py publish    join the bands of each target that has all: <target>.zarr and its rows of solves.csv
-    make.py splits     splits.csv: the side of every target and azimuth under the config's splits
+    make.py splits     splits.csv and splits_by_elevation.csv: the side of every view under the config's splits
     make.py card       the tables and the figure of README.md, from solves.csv and accuracy.csv
 
 `make fields` does the first four, and takes hours for what is missing; `make check-fields` makes accuracy.csv (see
@@ -22,7 +22,7 @@ import numpy as np
 import pandas as pd
 
 from core import store as stores
-from core.sweep import azimuths, sweeps
+from core.sweep import azimuths, elevations, sweeps
 from learning import export
 from learning.split import SIDES
 from scattering import needs
@@ -148,14 +148,19 @@ def _attributes(config, target, records):
 
 
 def splits(config, results):
-    """One row for each target and azimuth; a guard is an azimuth between two sides, which none of them has."""
-    targets, azimuth = config["targets"], azimuths(config["aspect"])
+    """One row for each target and azimuth, and one for each elevation; a guard is between two sides and on none."""
+    targets, elevation, azimuth = config["targets"], elevations(config["aspect"]), azimuths(config["aspect"])
     roles, planes = ({name: of.get(key, []) for name, of in targets.items()} for key in ("role", "symmetry"))
     divided = config["learning"]["split"], config["seed"], config["imaging"]["aperture"]
     rows = pd.MultiIndex.from_product([sorted(targets), azimuth.round(6)], names=["target", "azimuth"])
-    names = np.array([*SIDES, export.GUARD])
-    sides = {name: names[table].ravel() for name, table in export.splits(azimuth, roles, planes, *divided).items()}
+    names, sides, of_elevations = np.array([*SIDES, export.GUARD]), {}, {}
+    for name, table in export.splits(elevation, azimuth, roles, planes, *divided).items():
+        if name.startswith("elevation"):  # the same for every target and azimuth
+            of_elevations[name] = names[table[0, :, 0]]
+        else:  # the same at every elevation
+            sides[name] = names[table[:, 0]].ravel()
     pd.DataFrame(sides, rows).to_csv(HERE / "splits.csv")
+    pd.DataFrame(of_elevations, pd.Index(elevation, name="elevation")).to_csv(HERE / "splits_by_elevation.csv")
 
 
 def card(config, results):

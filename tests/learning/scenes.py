@@ -13,7 +13,7 @@ from learning.experiments import LEARNED, runs
 from learning.predict import Tested, predict
 from learning.train import Training, train
 
-SPLIT = {"scheme": "random", "train": 0.7, "validation": 0.33, "folds": 4}
+SPLIT = {"scheme": "random", "train": 0.7, "validation": 0.33, "folds": 4, "spacing": 0}
 ELEVATION, AZIMUTHS, RANGE, CROSSRANGE = [-15.0, 0.0, 15.0], 24, 6, 5
 ALL = {"elevation": "all", "snr_db": "clean"}
 APERTURE = 3

@@ -73,11 +73,11 @@ def test_sides_are_those_that_models_learn_by(forms):
     for scheme, names in {"random": ["random"], "sector": [f"sector_{fold}" for fold in (1, 2, 3, 4)]}.items():
         for name, division in zip(names, divisions(scheme, SPLIT, 3, APERTURE), strict=True):
             for label, target in enumerate(attrs["targets"]):
-                sides = split(aspects(), PLANES[target], division)
+                sides = split(ELEVATION, aspects(), PLANES[target], division)
                 for number, side in enumerate(SIDES):
                     assert attrs["sides"][number] == side
                     found = data["azimuth"][(data[f"split_{name}"] == number) & (data["label"] == label)]
-                    np.testing.assert_allclose(np.unique(found), aspects()[sides[side]], rtol=1e-6)
+                    np.testing.assert_allclose(np.unique(found), aspects()[sides[side].azimuth], rtol=1e-6)
 
 
 def test_images_without_noise_have_an_infinite_snr(stores, tmp_path):

@@ -65,8 +65,8 @@ def scores(tmp_path):
 def test_the_gain_is_the_difference_of_the_weighted_f1(scores):
     f1 = scores[(scores["metric"] == "f1_weighted") & (scores["threshold"] != "")].set_index(KEYS)["value"]
     gains = scores[scores["metric"] == "f1_weighted_gain"].set_index(KEYS)["value"]
-    assert len(gains) == 8
-    for where in itertools.product(("thesis", "blind"), (0, 20)):
+    assert len(gains) == 12
+    for where in itertools.product(("thesis", "blind", "kept"), (0, 20)):
         ours = f1["ours", "mine", "random", KNOWN_SCORE, *where]
         theirs = f1["theirs", MODEL, "random", KNOWN_SCORE, *where]
         assert gains["ours", "mine", "random", KNOWN_SCORE, *where] == pytest.approx(ours - theirs, abs=1e-12)

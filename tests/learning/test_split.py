@@ -8,7 +8,8 @@ import pytest
 from core.errors import InputError
 from learning.split import SIDES, Division, blocks, check, divisions, folded, split
 
-SETTINGS = {"scheme": "random", "train": 0.7, "validation": 0.33, "folds": 6}
+SETTINGS = {"scheme": "random", "train": 0.7, "validation": 0.33, "folds": 6, "spacing": 0}
+ELEVATIONS = np.arange(-45, 46, 15.0)
 PLANES = [(), ("xz",), ("yz",), ("xz", "yz")]
 SWEEPS = [(36, 5), (121, 11), (242, 21)]  # azimuths and aperture of config/smoke.yaml, config.yaml and thesis.yaml
 
@@ -24,6 +25,13 @@ def at_random(seed=0, aperture=5, **settings):
 
 def by_sector(aperture, seed=0, **settings):
     return divisions("sector", SETTINGS | settings, seed, aperture)
+
+
+def sides_of(azimuths, planes, division):
+    """Indices of the azimuths of each side, of a scheme whose sides have all elevations."""
+    sides = split(ELEVATIONS, azimuths, planes, division)
+    assert all(side.elevation.tolist() == list(range(len(ELEVATIONS))) for side in sides.values())
+    return {name: side.azimuth for name, side in sides.items()}
 
 
 def mirrored(angles, planes):
@@ -48,7 +56,7 @@ def samples(azimuths, index, aperture, planes, closed):
 @pytest.mark.parametrize("planes", PLANES)
 @pytest.mark.parametrize("share", [0.5, 0.57, 0.7])
 def test_random_sides_are_disjoint_complete_and_of_the_right_size(count, planes, share):
-    sides = split(circle(count), planes, at_random(train=share))
+    sides = sides_of(circle(count), planes, at_random(train=share))
     assert sorted(np.concatenate([*sides.values()])) == list(range(count))
     assert all((np.diff(index) > 0).all() for index in sides.values())
     aspects = {side: len(set(np.round(folded(circle(count)[index], planes), 6))) for side, index in sides.items()}
@@ -63,7 +71,7 @@ def test_random_sides_are_disjoint_complete_and_of_the_right_size(count, planes,
 def test_no_side_holds_a_mirror_image_of_anothers_view(count, aperture, planes, scheme):
     azimuths = circle(count)
     for division in divisions(scheme, SETTINGS, 0, aperture):
-        sides = split(azimuths, planes, division)
+        sides = sides_of(azimuths, planes, division)
         views = {
             side: set((np.round(mirrored(azimuths[index], planes) % 360, 4) % 360).ravel().tolist())
             for side, index in sides.items()
@@ -79,7 +87,7 @@ def test_by_sector_no_side_shares_a_sample_or_a_mirrored_one(count, aperture, pl
     azimuths = circle(count) if closed else np.arange(count) * (300 / count) - 140
     every = by_sector(aperture)
     for division in every:
-        sides = split(azimuths, planes, division)
+        sides = sides_of(azimuths, planes, division)
         held = {side: samples(azimuths, index, aperture, planes, closed) for side, index in sides.items()}
         for one, other in itertools.combinations(SIDES, 2):
             assert not held[one] & held[other]
@@ -93,7 +101,7 @@ def test_by_sector_no_side_shares_a_sample_or_a_mirrored_one(count, aperture, pl
             distances = np.minimum(distances, 360 - distances)
         assert (distances.min(axis=1, initial=np.inf) < aperture * (azimuths[1] - azimuths[0]) - 1e-9).all()
     # Every azimuth is tested by one of the folds.
-    tested = np.concatenate([split(azimuths, planes, division)["test"] for division in every])
+    tested = np.concatenate([sides_of(azimuths, planes, division)["test"] for division in every])
     assert sorted(tested) == list(range(count))
 
 
@@ -101,8 +109,8 @@ def test_by_sector_no_side_shares_a_sample_or_a_mirrored_one(count, aperture, pl
 @pytest.mark.parametrize("planes", PLANES[:3])
 def test_every_fold_of_a_target_with_one_plane_or_none_trains_a_good_part(count, aperture, planes):
     for division in by_sector(aperture):
-        sides = split(circle(count), planes, division)
-        check(sides, division, "a", count)
+        check(split(ELEVATIONS, circle(count), planes, division), division, "a", count)
+        sides = sides_of(circle(count), planes, division)
         if planes:
             assert len(sides["train"]) > 0.13 * count
         else:  # three guards, and no more
@@ -112,7 +120,7 @@ def test_every_fold_of_a_target_with_one_plane_or_none_trains_a_good_part(count,
 
 def test_sectors_are_arcs():
     for division in by_sector(11):
-        sides = split(circle(121), ("xz",), division)
+        sides = sides_of(circle(121), ("xz",), division)
         for side in ("validation", "test"):
             aspects = np.unique(np.round(folded(circle(121)[sides[side]], ("xz",)), 6))
             np.testing.assert_allclose(np.diff(aspects), 360 / 121, rtol=1e-4)
@@ -131,15 +139,15 @@ def test_aspects_are_those_of_the_mirror_images(planes):
 
 
 def test_the_seed_and_nothing_else_decides():
-    first = split(circle(121), ("xz",), at_random())
+    first = sides_of(circle(121), ("xz",), at_random())
     np.random.default_rng(0).random(5)
-    again = split(circle(121), ("xz",), Division("random", 0, {"validation": 0.33, "train": 0.7}, 0, 5))
+    again = sides_of(circle(121), ("xz",), Division("random", 0, {"validation": 0.33, "train": 0.7}, 0, 5))
     assert [first[side].tolist() for side in SIDES] == [again[side].tolist() for side in SIDES]
-    assert split(circle(121), ("xz",), at_random(seed=1))["train"].tolist() != first["train"].tolist()
+    assert sides_of(circle(121), ("xz",), at_random(seed=1))["train"].tolist() != first["train"].tolist()
 
 
 def test_training_azimuths_are_spread_over_the_circle():
-    train = split(circle(1000), (), at_random())["train"]
+    train = sides_of(circle(1000), (), at_random())["train"]
     quarters = np.bincount(train // 250)
     assert quarters.min() > 150 and quarters.max() < 200
 
@@ -153,13 +161,13 @@ def test_training_azimuths_are_spread_over_the_circle():
 )
 def test_an_empty_side_is_refused(count, planes, division, left):
     with pytest.raises(InputError, match=left):
-        check(split(circle(count), planes, division), division, "kite", count)
+        check(split(ELEVATIONS, circle(count), planes, division), division, "kite", count)
 
 
 @pytest.mark.parametrize("count", [3, 4, 5, 8])
 @pytest.mark.parametrize("share", [0.5, 0.7, 0.99])
 def test_a_few_azimuths_leave_one_for_each_side(count, share):
-    sides = split(circle(count), (), at_random(train=share))
+    sides = sides_of(circle(count), (), at_random(train=share))
     assert all(len(index) >= 1 for index in sides.values())
 
 
@@ -179,3 +187,70 @@ def test_blocks_are_arcs_of_an_aperture_or_folds(count, aperture, planes):
             place = np.round((image % 360) / (360 / count)).astype(int) % count
             assert (found[place] == found).all()
     assert set(blocks(azimuths, planes, by_sector(aperture)[3])) == {4}
+
+
+def by_elevation(**settings):
+    return divisions("elevation", SETTINGS | settings, 0, 5)
+
+
+SPACED = [
+    (0, 4),
+    (0, 5),
+    (0, 19),
+    (5, 19),
+    (7, 19),
+    (10, 37),
+    (12.5, 40),
+]  # spacing and number of elevations by 5 degrees
+
+
+@pytest.mark.parametrize(("spacing", "count"), SPACED)
+def test_by_elevation_sides_are_disjoint_complete_and_apart(spacing, count):
+    elevations, azimuths = 5.0 * np.arange(count) - 45, circle(36)
+    every = [split(elevations, azimuths, ("xz",), division) for division in by_elevation(spacing=spacing)]
+    used = set()
+    for sides in every:
+        assert all(side.azimuth.tolist() == list(range(36)) and len(side.elevation) for side in sides.values())
+        index = [number for side in sides.values() for number in side.elevation]
+        assert len(index) == len(set(index))
+        used |= set(index)
+        train, test = elevations[sides["train"].elevation], elevations[sides["test"].elevation]
+        # As near as is asked for, in whole steps of the sweep.
+        nearest = np.abs(test[:, None] - train).min(axis=1)
+        np.testing.assert_allclose(nearest, 5 * np.ceil(spacing / 5) if spacing else 5)
+    one, other = every
+    assert one["train"].elevation.tolist() == other["train"].elevation.tolist()
+    # Each of those between is tested once, and validates in the other fold.
+    assert one["test"].elevation.tolist() == other["validation"].elevation.tolist()
+    assert one["validation"].elevation.tolist() == other["test"].elevation.tolist()
+    assert len(used) == count or spacing > 5
+
+
+def test_every_second_elevation_trains():
+    one, _ = by_elevation()
+    sides = split(np.array([-10.0, 0, 5, 30, 31, 40, 41]), circle(8), (), one)
+    assert [sides[name].elevation.tolist() for name in SIDES] == [[0, 2, 4, 6], [3], [1, 5]]
+    guarded = split(np.array([-10.0, 0, 5, 30, 31, 40, 41]), circle(8), (), by_elevation(spacing=10)[1])
+    assert [guarded[name].elevation.tolist() for name in SIDES] == [[0, 3], [1], [5]]
+
+
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_too_few_elevations_are_refused(count):
+    for division in by_elevation():
+        sides = split(5.0 * np.arange(count), circle(8), (), division)
+        with pytest.raises(
+            InputError, match=rf"'aspect\.elevation'.* four elevations at least, .* the sweep has {count}\."
+        ):
+            check(sides, division, "kite", 8)
+    near = by_elevation(spacing=10)[0]
+    with pytest.raises(
+        InputError, match=r"each 10 degrees or more above .*'learning\.split\.spacing'.* the sweep has 3"
+    ):
+        check(split(5.0 * np.arange(6), circle(8), (), near), near, "kite", 8)
+
+
+def test_by_elevation_blocks_are_arcs_in_both_folds():
+    one, other = by_elevation()
+    arcs = blocks(circle(36), ("xz",), one)
+    np.testing.assert_array_equal(arcs, blocks(circle(36), ("xz",), other))
+    np.testing.assert_array_equal(arcs, blocks(circle(36), ("xz",), at_random()))

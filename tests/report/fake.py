@@ -28,7 +28,8 @@ SETTINGS = {
     "imaging": {"imager": "fourier", "aperture": 3, "window": "hamming", "reformat": "polar", "upsample": "none"},
     "noise": {"snr_db": [-12, 0, 2.5, 12, 24], "realizations": 2, "definition": "peak_3db", "per": "image"},
     "learning": {
-        "split": {"scheme": "random", "train": 0.7, "validation": 0.33, "folds": 3},
+        "split": {"scheme": "random", "train": 0.7, "validation": 0.33, "folds": 3, "spacing": 0},
+        "kept": 0.95,
         "realizations": "all",
         "models": {
             "lr": {"penalty": 0.001},

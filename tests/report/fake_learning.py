@@ -91,7 +91,7 @@ def _scored(run, place, model, folds, settings):
         head = [run["experiment"], model, run["split"], training(run), train_snr_db(run), snr, subset]
         value = right(snr, place, subset)
         known = SCORES.get(model, ["softmax"]) if run["open"] else ()
-        opened = [[score, protocol] for score in known for protocol in ("thesis", "blind")]
+        opened = [[score, protocol] for score in known for protocol in ("thesis", "blind", "kept")]
         for kind in (["", ""], *opened):
             classes = [*labels, "other"] if kind[0] else labels
             metrics = [*SHORT, *(f"{what}_{label}" for label in classes for what in ("precision", "recall"))]

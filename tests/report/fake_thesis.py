@@ -111,8 +111,8 @@ def _fit(folder, path, run, model, config):
     roles = {name: target["role"] for name, target in config["targets"].items()}
     store = {name: folder / "imaging" / name / f"{label(run['snrs'][0])}.zarr" for name in roles}
     known = [name for name, role in roles.items() if role == "known"]
-    azimuth = {name: images.azimuths_of(store[name], (), division, "train") for name in known}
-    pixels, origin = images.read([store[name] for name in known], azimuth)
+    stores = [store[name] for name in known]
+    pixels, origin = images.read_side(stores, images.divide(stores, {}, division), "train")
     labels = origin["target"].to_numpy(str)
     if own.get("other"):
         random = np.random.default_rng(7)

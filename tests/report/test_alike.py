@@ -18,6 +18,10 @@ def results(whole):
     return Results(whole.parent, fake.SETTINGS, fake.names(fake.SETTINGS))
 
 
+def azimuths_of(stack):
+    return np.unique(stack.azimuth.values)
+
+
 def test_whose_mistakes_are_shown_follows_from_the_config_alone():
     run = {"first": True, "open": False, "split": "random", "models": ["lr", "knn"]}
     runs = {"a": run}
@@ -53,7 +57,7 @@ def test_mistakes_stand_beside_the_training_image_most_like_them(results, whole)
     titles = list(dict.fromkeys(data["image"]))
     pairs = list(zip(titles[::2], titles[1::2], strict=True))
     assert len(pairs) == section_alike.EXAMPLES  # missile for drone; a ufo's confidence is below the threshold
-    train = section_alike._azimuths(results, run, "drone", "train")
+    train = azimuths_of(section_alike._stacked(results, run, "drone", "train"))
     store = results.images("drone", "clean").image.sel(azimuth=train)
     for seen, near in pairs:
         shown, nearest = (data[data["image"] == title] for title in (seen, near))
@@ -83,11 +87,12 @@ def test_the_map_is_of_test_images_by_their_nearest_training_images(results, who
     own = results.images("ufo", "clean").image.sel(elevation=row["elevation"], azimuth=row["azimuth"]).values
     for known in ("drone", "missile"):
         train = results.images(known, "clean").image
-        train = train.sel(azimuth=section_alike._azimuths(results, "capsule_sector_fold2", known, "train")).values
+        there = azimuths_of(section_alike._stacked(results, "capsule_sector_fold2", known, "train"))
+        train = train.sel(azimuth=there).values
         likeness = [np.corrcoef(np.abs(own).ravel(), np.abs(one).ravel())[0, 1] for rows in train for one in rows]
         assert row[f"like_{known}"] == pytest.approx(max(likeness), abs=1e-6)
     assert (row["x"], row["y"]) == (row["like_drone"], row["like_missile"])
-    test = section_alike._azimuths(results, "capsule_sector_fold2", "ufo", "test")
+    test = azimuths_of(section_alike._stacked(results, "capsule_sector_fold2", "ufo", "test"))
     assert set(data[data["target"] == "ufo"]["azimuth"]) <= set(test)
 
 

@@ -323,11 +323,11 @@ def test_compare_opens_on_the_headline_s_curves(whole):
     opened = [one for one in found if one["set"] == "open set, blind thresholds"]
     shown = [one["words"] for one in opened if one["shown"]]
     assert any(words.startswith("capsule, ZNCC: capsule open (random), trained without noise") for words in shown)
-    assert {one["dashed"] for one in found if "(sector)" in one["words"]} == {False}
-    assert {one["dashed"] for one in found if "(random)" in one["words"]} == {True}
+    assert {one["dashes"] for one in found if "(sector)" in one["words"]} == {""}
+    assert {one["dashes"] for one in found if "(random)" in one["words"]} == {"6 4"}
     # One of three targets is unknown.
     lines = section_headline.comparison(results)["rejecting"]
-    assert lines == {f"open set, {name} thresholds": [0.1667] for name in ("blind", "thesis")}
+    assert lines == {f"open set, {name} thresholds": [0.1667] for name in ("blind", "thesis", "kept")}
     # One known score of each model in each experiment is the best of them.
     best = [(one["words"].partition(": ")[2], one["model"]) for one in opened if one["best"]]
     assert len({(words, model) for words, model in best}) == len(best)

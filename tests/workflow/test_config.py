@@ -248,6 +248,31 @@ BAD = {
         "fold 7 is none of 6",
     ),
     "folds of the other split": (one_experiment(folds=[2]), "learning.experiments.e.folds", "only the split by sector"),
+    "a third fold by elevation": (
+        one_experiment(split="elevation", folds=[3]),
+        "learning.experiments.e.folds",
+        "fold 3 is none of 2.",
+    ),
+    "too few elevations": (
+        {"aspect": {"elevation": {"step": 45}}, **one_experiment(split="elevation")},
+        "aspect.elevation",
+        "every second trains and the others validate and test by turns; the sweep has 3",
+    ),
+    "too few elevations so far apart": (
+        {"learning": {"split": {"spacing": 35}, **one_experiment(split="elevation")["learning"]}},
+        "aspect.elevation",
+        "('learning.split.spacing'), of which",
+    ),
+    "elevations of the split and others": (
+        one_experiment([0], split="elevation"),
+        "learning.experiments.e.train.elevation",
+        "write all",
+    ),
+    "elevations a right angle apart": (
+        {"learning": {"split": {"spacing": 91}}},
+        "learning.split.spacing",
+        "by elevation",
+    ),
     "one fold": ({"learning": {"split": {"folds": 1}}}, "learning.split.folds", "by sector"),
     "realizations": ({"learning": {"realizations": "none"}}, "learning.realizations", "models are tested on"),
     "whose noise": ({"noise": {"per": "target"}}, "noise.per", "overlapping apertures"),

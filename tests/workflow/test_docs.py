@@ -107,7 +107,7 @@ def made(tmp_path_factory):
     path = folder / "results/smoke/learning/export/snr_20dB.h5"
     path.parent.mkdir(parents=True)
     for form in (path, path.with_suffix(".zarr")):
-        split = {"train": 0.7, "validation": 0.33, "folds": 6}
+        split = {"train": 0.7, "validation": 0.33, "folds": 6, "spacing": 0}
         export(stores, form, roles, {target: ["xz"] for target in roles}, split, 0, 5)
     return path
 

@@ -28,7 +28,7 @@ targets:
   kite: {field: fields/kite.zarr, role: unknown}
   cube: {field: fields/cube.zarr, role: other}
 radar: {center_frequency: 1.0e+9, bandwidth: 0.4e+9, frequencies: 6}
-aspect: {elevation: {start: 0, stop: 10, step: 10}, azimuth: {count: 40}}
+aspect: {elevation: {start: 0, stop: 30, step: 10}, azimuth: {count: 40}}
 imaging: {aperture: 5}
 noise: {snr_db: [0, 20], realizations: 2}
 learning:
@@ -51,6 +51,11 @@ learning:
       models: [matched_filter]
       split: sector
       folds: [2, 5]
+    between:
+      train: {elevation: all, snr_db: clean}
+      models: [knn]
+      open: true
+      split: elevation
     noisy:
       train: {elevation: all, snr_db: {each: [0, 20]}}
       models: [lr]
@@ -69,6 +74,8 @@ RUNS = {
     "opened": ["matched_filter", "fcnn_other"],
     "far_fold2": ["matched_filter"],
     "far_fold5": ["matched_filter"],
+    "between_fold1": ["knn"],
+    "between_fold2": ["knn"],
     "noisy_snr_0dB": ["lr"],
     "noisy_snr_20dB": ["lr"],
     "mixed": ["fcnn"],
@@ -152,14 +159,15 @@ def test_the_scores_name_experiment_split_and_training_snr(scores):
         ("opened", "matched_filter", "random", "clean"),
         ("opened", "fcnn_other", "random", "clean"),
         ("far", "matched_filter", "sector", "clean"),
+        ("between", "knn", "elevation", "clean"),
         ("noisy", "lr", "random", "0 dB"),
         ("noisy", "lr", "random", "20 dB"),
         ("mixed", "fcnn", "random", "random: clean, 20 dB"),
         ("encoded", "capsule_denoise", "random", "random: clean, 20 dB"),
         ("encoded", "adaptive_filter", "random", "random: clean, 20 dB"),
     }
-    assert set(scores.loc[scores["score"] != "", "experiment"]) == {"opened", "encoded"}
-    assert set(scores["threshold"]) == {"", "thesis", "blind"}
+    assert set(scores.loc[scores["score"] != "", "experiment"]) == {"opened", "encoded", "between"}
+    assert set(scores["threshold"]) == {"", "thesis", "blind", "kept"}
 
 
 def test_every_run_is_judged_on_validation_images(project, scores):
@@ -170,6 +178,24 @@ def test_every_run_is_judged_on_validation_images(project, scores):
         map(tuple, judged[method].to_numpy())
     )
     assert set(found["metric"]) == {"accuracy", "f1_weighted"} and found["value"].between(0, 1).all()
+
+
+def test_by_elevation_both_folds_train_on_the_same_and_test_what_is_between(results, scores):
+    for fold, tested in ((1, 10), (2, 30)):
+        model = results / f"learning/models/between_fold{fold}/knn"
+        sides = json.loads((model / "split.json").read_text())["targets"]["dart"]
+        assert {name: side["elevation"] for name, side in sides.items()} == {
+            "train": [0, 20],
+            "validation": [40 - tested],
+            "test": [tested],
+        }
+        table = pd.read_csv(results / f"learning/predictions/between_fold{fold}/knn/snr_20dB.csv")
+        assert set(table.loc[table["side"] == "test", "elevation"]) == {tested}
+    rows = scores.query("experiment == 'between' and metric == 'f1_weighted' and threshold == 'blind'")
+    rows = rows.query("test_snr_db == 20 and snr_definition == 'peak_3db'")
+    assert sorted(rows["fold"].fillna(0)) == [0, 1, 2]
+    assert rows.loc[rows["fold"].isna(), "n"].item() == 3 * 2 * 40  # three targets at two elevations, each once
+    assert rows.loc[rows["fold"].isna(), "low"].notna().all()
 
 
 def test_models_learn(scores):
@@ -186,7 +212,7 @@ def test_pure_noise_is_an_image_store_of_its_own(results):
     assert noise.image.dims == like.image.dims and noise.image.shape == like.image.shape
     np.testing.assert_allclose(np.abs(noise.image).max(["range", "crossrange"]), 1, rtol=1e-6)
     # Neighbouring images of noise have nothing in common, unlike those of a target.
-    flat = noise.image.values.reshape(2, 40, -1)
+    flat = noise.image.values.reshape(4, 40, -1)
     flat = flat / np.linalg.norm(flat, axis=-1, keepdims=True)
     correlation = np.abs((flat[:, 1:] * flat[:, :-1].conj()).sum(axis=-1))
     assert correlation.mean() < 0.4
@@ -205,7 +231,7 @@ def test_reconstructions_are_stored_beside_the_truth(results):
 
 def test_the_report_has_every_experiment(results):
     page = (results / "report/index.html").read_text()
-    for name in ("closed", "opened", "far", "noisy", "mixed", "encoded"):
+    for name in ("closed", "opened", "far", "between", "noisy", "mixed", "encoded"):
         assert f'id="figure-learning_{name}"' in page
     assert 'id="figure-open_opened"' in page and 'id="splits"' in page
 
@@ -227,11 +253,12 @@ EDITS = {
     "choices in another order": ("penalty: [0.01, 1]", "penalty: [1, 0.01]", {}),
     "another split": ("      split: sector\n      folds: [2, 5]\n", "", {"train": 1, "predict": 1, **AFTER}),
     "one more fold": ("folds: [2, 5]", "folds: [2, 5, 6]", {"train": 1, "predict": 1, "scores": 1, "report": 1}),
+    "between elevations no more": ("      split: elevation\n", "", {"train": 1, "predict": 1, **AFTER}),
     "more arcs": ("learning:\n", "learning:\n  split: {folds: 7}\n", {"train": 2, "predict": 2, **AFTER}),
     "realizations tested": (
         "learning:\n",
         "learning:\n  realizations: all\n",
-        {"predict": 11, "scores": 1, "report": 1},
+        {"predict": 13, "scores": 1, "report": 1},
     ),
     "closed": ("      open: true\n", "", AFTER_TEST | {"predict": 2}),
     "the default split's share": (
@@ -242,12 +269,12 @@ EDITS = {
     "the seed": (
         "name: learn\n",
         "name: learn\nseed: 4\n",
-        {"noise": 4, "pure_noise": 1, "train": 11, "predict": 11, "reconstruct": 1, **AFTER},
+        {"noise": 4, "pure_noise": 1, "train": 13, "predict": 13, "reconstruct": 1, **AFTER},
     ),
     "an unknown target": (
         "  cube:",
         "  bird: {field: fields/cube.zarr, role: unknown}\n  cube:",
-        {"field": 1, "image": 1, "noise": 1, "predict": 4, "reconstruct": 1, "scores": 1, "report": 1},
+        {"field": 1, "image": 1, "noise": 1, "predict": 6, "reconstruct": 1, "scores": 1, "report": 1},
     ),
 }
 

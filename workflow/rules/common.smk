@@ -310,6 +310,14 @@ def of_targets(targets):
     }
 
 
+def track():
+    """The models whose scores add up over looks, degrees between azimuths, and azimuths of an aperture."""
+    named = sorted({model for run in RUNS.values() for model in run["models"]})
+    additive = [model for model in named if model_kind(MODELS, model).stated.get("additive", False)]
+    first, second, *_ = sweep.azimuths(config["aspect"])
+    return [additive, float(second - first), config["imaging"]["aperture"]]
+
+
 def tested_realizations():
     """How many realizations of each view's noise are tested."""
     tested, every = config["learning"]["realizations"], config["noise"]["realizations"]

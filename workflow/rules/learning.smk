@@ -162,12 +162,13 @@ rule scores:
     resources:
         mem_mb=lambda w, threads: 500 + 500 * threads,
     params:
-        settings=lambda w: section(SEEDED[w.root], "noise.definition", "seed")
+        settings=lambda w: section(SEEDED[w.root], "learning.kept", "noise.definition", "seed")
         | {
             "runs": {
                 name: section(run, *experiments.LEARNED, "open", "lacks_unknown")
                 for name, run in RUNS_OF[w.root].items()
-            }
+            },
+            "track": track(),
         },
     message:
         "scores of all predictions (progress in {log})"

@@ -116,7 +116,7 @@ rule compare:
     resources:
         mem_mb=2000,
     params:
-        settings=lambda w: section(config, "noise.definition", "seed") | {"roots": compared()},
+        settings=lambda w: section(config, "learning.kept", "noise.definition", "seed") | {"roots": compared()},
     message:
         "compare: write {output.page} (progress in {log})"
     script:

@@ -44,6 +44,8 @@ class Classifier:
     and images of more pixels than check.MOST_PIXELS are refused.
     pairs: whether `fit` keeps a matrix of images by images: it counts in the memory that is planned.
     fewest: None, or the name of the setting that says of how many images `fit` must learn at least.
+    additive: whether scores and known scores are logarithms of likelihoods or of their ratios, so that those of several
+    looks add up: what it then reaches stands in scores.csv, too.
     checkpoints: None, or a folder in which `fit` may keep its state, to go on from it after a kill.
     """
 
@@ -53,6 +55,7 @@ class Classifier:
     covariances = False
     pairs = False
     fewest = None
+    additive = False
     checkpoints = None
 
     def __init__(self, settings, seed):

@@ -11,7 +11,7 @@ from core.errors import InputError
 from core.sweep import snr_of_label
 from learning import images
 from learning.experiments import CLEAN
-from learning.split import SCHEMES, SIDES, check, divisions, split
+from learning.split import SETTINGS, SIDES, check, divisions, split
 
 GUARD = "guard"  # an image that a split leaves out
 ROWS = 1024  # images of a chunk, at most
@@ -29,13 +29,13 @@ def export(stores, path, roles, planes, settings, seed, aperture):
     """Write the images of all targets at one SNR to `path`, an HDF5 file (.h5) or a zarr store (.zarr).
 
     Images of one store after those of another; row n of `image`, complex64, is what `label`, `elevation`, `azimuth`,
-    `realization`, `snr`, `split_random` and `split_sector_<fold>` (the number of its side in the attribute 'sides') say
-    of it. stores: imaging/<target>/<label>.zarr; roles, planes: of the targets, the latter their mirror planes;
-    settings: the config's `learning.split`.
+    `realization`, `snr` and, each the number of its side in the attribute 'sides', `split_random`,
+    `split_sector_<fold>` and `split_elevation_<fold>` say of it. stores: imaging/<target>/<label>.zarr; roles, planes:
+    of the targets, the latter their mirror planes; settings: the config's `learning.split`.
     """
     targets = sorted(roles)
     with xr.open_zarr(stores[0]) as first:
-        azimuth, attrs = first.azimuth.values, first.attrs
+        elevation, azimuth, attrs = first.elevation.values, first.azimuth.values, first.attrs
         grid = {name: (name, first[name].values, first[name].attrs) for name in ("range", "crossrange")}
     found, origin = images.read(stores, dict.fromkeys(targets, azimuth))
     sides = [*SIDES, GUARD]
@@ -46,8 +46,8 @@ def export(stores, path, roles, planes, settings, seed, aperture):
         "realization": ("n", origin.realization.to_numpy(np.int16)),
         "snr": ("n", np.full(len(origin), _snr(stores[0]), np.float32)),
     }
-    place = data["label"][1], np.searchsorted(azimuth, origin.azimuth)
-    for name, table in splits(azimuth, roles, planes, settings, seed, aperture).items():
+    place = data["label"][1], np.searchsorted(elevation, origin.elevation), np.searchsorted(azimuth, origin.azimuth)
+    for name, table in splits(elevation, azimuth, roles, planes, settings, seed, aperture).items():
         data[f"split_{name}"] = ("n", table[place])
     dataset = xr.Dataset(data, grid)
     for name in data:
@@ -60,23 +60,23 @@ def export(stores, path, roles, planes, settings, seed, aperture):
     print(f"{len(found)} images of {found.shape[1]} x {found.shape[2]} pixels: {path}")
 
 
-def splits(azimuth, roles, planes, settings, seed, aperture):
-    """The side of every target and azimuth, as numbers of SIDES and, last, GUARD: tables (targets, azimuths), int8.
+def splits(elevation, azimuth, roles, planes, settings, seed, aperture):
+    """The side of every view, as numbers of SIDES and, last, GUARD: tables (targets, elevations, azimuths), int8.
 
-    A mapping of `random` and `sector_<fold>`; targets in order of their names. A division that leaves a known target a
-    side without images is left out.
+    A mapping of `random`, `sector_<fold>` and `elevation_<fold>`; targets in order of their names. A division that
+    leaves a known target a side without images is left out.
     """
     tables = {}
-    for division in (one for scheme in SCHEMES for one in divisions(scheme, settings, seed, aperture)):
+    for division in (one for scheme in SETTINGS for one in divisions(scheme, settings, seed, aperture)):
         name = f"{division.scheme}_{division.fold}" if division.fold else division.scheme
-        table = np.full((len(roles), len(azimuth)), len(SIDES), np.int8)
+        table = np.full((len(roles), len(elevation), len(azimuth)), len(SIDES), np.int8)
         try:
-            for row, target in enumerate(sorted(roles)):
-                found = split(azimuth, planes[target], division)
+            for own, target in zip(table, sorted(roles), strict=True):
+                found = split(elevation, azimuth, planes[target], division)
                 if roles[target] == "known":
                     check(found, division, target, len(azimuth))
                 for number, side in enumerate(SIDES):
-                    table[row, found[side]] = number
+                    own[np.ix_(*found[side])] = number
         except InputError as error:  # the sweep is too short for it
             print(f"Warning: no split_{name}: {error}")
         else:

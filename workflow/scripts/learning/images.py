@@ -1,6 +1,7 @@
 """Images from their stores, and where each comes from."""
 
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -9,7 +10,7 @@ from core.errors import InputError
 from core.store import open_store
 from learning.experiments import TOLERANCE
 from learning.features import upsample
-from learning.split import split
+from learning.split import blocks, split
 
 ORIGIN = ("elevation", "azimuth", "realization")
 
@@ -25,11 +26,41 @@ def azimuths(store):
         return dataset.azimuth.values.astype(float)
 
 
-def azimuths_of(store, planes, division, *sides):
-    """The azimuths in degrees of these sides of a store's target, ascending: arguments as of `split`."""
-    every = azimuths(store)
-    found = split(every, planes, division)
-    return every[np.sort(np.concatenate([found[side] for side in sides]))]
+class Divided(NamedTuple):
+    """How a target's views are divided. elevation, azimuth: of the sweep, degrees; sides, blocks: see `split`."""
+
+    elevation: np.ndarray
+    azimuth: np.ndarray
+    sides: dict
+    blocks: np.ndarray
+
+    def angles(self, *sides):
+        """Elevations and azimuths in degrees of these sides together, ascending."""
+        index = zip(*(self.sides[side] for side in sides), strict=True)
+        return tuple(of[np.unique(np.concatenate(parts))] for of, parts in zip(self[:2], index, strict=True))
+
+
+def divide(stores, planes, division):
+    """The `Divided` of each target of the stores, by its name. planes: of the targets by name; pure noise has none."""
+    divided, one_of_each = {}, {target_of(store): store for store in stores}  # a target's stores have the same views
+    for target, store in sorted(one_of_each.items()):
+        with open_store(store) as dataset:
+            elevation, azimuth = (dataset[name].values.astype(float) for name in ("elevation", "azimuth"))
+        own = planes.get(target, ())
+        sides = split(elevation, azimuth, own, division)
+        divided[target] = Divided(elevation, azimuth, sides, blocks(azimuth, own, division))
+    return divided
+
+
+def read_side(stores, divided, *sides, elevation="all", **how):
+    """What `read` gives of the views of these sides of each target. divided: what `divide` gives; how: as of `read`.
+
+    elevation: as of `read`, of a run that trains at some alone, which no split by elevation has.
+    """
+    angles = {target: of.angles(*sides) for target, of in divided.items()}
+    every = next(iter(angles.values()))[0]  # the sweep's, and so the same of all targets
+    azimuth = {target: of[1] for target, of in angles.items()}
+    return read(stores, azimuth, every if isinstance(elevation, str) else elevation, **how)
 
 
 def read(stores, azimuth, elevation="all", pixels="none", realizations=None):

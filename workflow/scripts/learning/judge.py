@@ -1,6 +1,6 @@
 """Prediction tables judged: which label each test image ends up with, and the metrics and intervals that follow."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -8,6 +8,7 @@ import pandas as pd
 
 from learning import metrics, thresholds
 from learning.classifier import OTHER
+from learning.metrics import KEPT
 from learning.predict import KNOWN
 
 SHORT = ("accuracy", "f1_weighted", "f1_macro")  # metrics by another definition of SNR
@@ -20,9 +21,9 @@ class Decision:
 
     score, threshold: what stands in these columns. test: the table's rows; predicted: their labels (n,), rejected ones
     OTHER. fixed: metrics that do not follow from labels, as (name, value, low, high). validation: (metric, value,
-    number of images) at the validation azimuths. is_final: whether these labels are the last word, not those before a
-    threshold. labels: all that occur; judged: those that can be true; blocks: those that the images belong to (see
-    `split.blocks`).
+    number of images) on the validation images. is_final: whether these labels are the last word, not those before a
+    threshold. labels: all that occur; judged: those that can be true; blocks, folds: those that the images belong to
+    (see `split.blocks`), as text.
     """
 
     score: str
@@ -53,6 +54,15 @@ class Decision:
         return self._placed[0]
 
     @cached_property
+    def folds(self):
+        return np.unique(self.test["fold"].to_numpy(str))
+
+    def of_folds(self, folds):
+        """The same of the images of these folds alone."""
+        own = np.isin(self.test["fold"].to_numpy(str), folds)
+        return replace(self, test=self.test[own], predicted=self.predicted[own])
+
+    @cached_property
     def labels(self):
         return ordered(self._labelled[0])
 
@@ -74,9 +84,12 @@ class Decision:
         return metrics.confusion(place, *codes, (len(blocks), len(labels)), weight)
 
 
-def decide(table, is_open):
-    """The `Decision`s of a prediction table of all folds: the closed set's, and of an open run those of each score."""
-    return [_closed(table), *(_opened(table) if is_open else ())]
+def decide(table, is_open, kept=KEPT):
+    """The `Decision`s of a prediction table of all folds: the closed set's, and of an open run those of each score.
+
+    kept: the share of known images that the protocol of this name keeps.
+    """
+    return [_closed(table), *(_opened(table, kept) if is_open else ())]
 
 
 def _closed(table):
@@ -88,7 +101,7 @@ def _closed(table):
     return Decision("", "", test, test["predicted"].to_numpy(), (), validation)
 
 
-def _opened(table):
+def _opened(table, kept):
     """Known and unknown targets by each confidence score: without a threshold, and with that of each protocol."""
     scores = [name for name in table if name.startswith(KNOWN)]
     test = table[(table["side"] == "test") & table["role"].isin(["known", "unknown"])]
@@ -106,7 +119,7 @@ def _opened(table):
         for protocol in thresholds.ROLES:
             predicted, chosen, reached = np.empty(len(test), object), [], []
             for own, among in folds[protocol]:
-                threshold = thresholds.chosen(among, column)
+                threshold = thresholds.chosen(among, column, kept)
                 predicted[own] = thresholds.apply(values[own], labels[own], threshold)
                 chosen.append(threshold)
                 reached.append(thresholds.reached(among, column, threshold))
@@ -130,24 +143,26 @@ def rows(decision, seed):
         yield "", name, value, *metrics.interval(value, draws[name], _equal_blocks(counts)), images
     for row in decision.fixed:
         yield "", *row, images
-    # Of several folds each is a block of its own.
-    for fold, own in zip(blocks, counts, strict=True) if decision.test["fold"].nunique() > 1 else ():
-        values = metrics.metrics_of(own, labels, labels)
+    for fold in decision.folds if len(decision.folds) > 1 else ():
+        own = decision.of_folds([fold])
+        values = metrics.metrics_of(own.counts(labels, own.blocks).sum(axis=0), labels, labels)
         for name in BY_FOLD:
-            yield fold, name, values[name], np.nan, np.nan, int(own.sum())
+            yield fold, name, values[name], np.nan, np.nan, len(own.test)
 
 
 def _separated(decision, seed):
     """What a confidence score separates without a threshold: a mapping of metric to (value, low, high).
 
-    Scores of two models do not compare, so of several folds it is the mean of what each separates.
+    Scores of two models do not compare, so of several folds it is the mean of what each separates. Either every fold
+    has images in all blocks, or it is a block of its own, which counts as often as it is drawn.
     """
     sizes = np.unique(decision.test["block"], return_counts=True)[1]
     count = len(sizes)
     draws = np.concatenate([np.ones((1, count)), metrics.weights(count, seed)])
     parts = [part for _, part in decision.test.groupby("fold")]
-    if len(parts) == 1:
-        found = _separation(decision, parts[0], draws)
+    if all(part["block"].nunique() == count for part in parts):
+        every = [_separation(decision, part, draws) for part in parts]
+        found = {name: sum(of[name] for of in every) / len(parts) for name in every[0]}
     else:
         alone = [_separation(decision, part, np.ones((1, 1))) for part in parts]
         found = {name: draws @ np.concatenate([of[name] for of in alone]) / count for name in alone[0]}
@@ -213,17 +228,17 @@ def _weighted(decisions, weights, seed):
 
 
 def gain(decision, reference, seed):
-    """How much more the weighted F1 of a Decision is than a reference's on the same blocks: (value, low, high, images).
+    """How much more the weighted F1 of a Decision is than a reference's on the same folds: (value, low, high, images).
 
-    None where they have no block in common.
+    None where they have no fold in common.
     """
-    blocks = np.intersect1d(decision.blocks, reference.blocks)
-    if not len(blocks):
+    folds = np.intersect1d(decision.folds, reference.folds)
+    if not len(folds):
         return None
     f1, equal = [], None
-    for one in (decision, reference):
+    for one in (decision.of_folds(folds), reference.of_folds(folds)):
         labels = one.labels
-        counts = one.counts(labels, one.blocks)[np.isin(one.blocks, blocks)]
+        counts = one.counts(labels, one.blocks)
         equal = _equal_blocks(counts)  # of the same test images
         drawn = metrics.resampled(counts, labels, labels, seed)["f1_weighted"]
         f1.append((metrics.metrics_of(counts.sum(axis=0), labels, labels)["f1_weighted"], drawn, counts.sum()))

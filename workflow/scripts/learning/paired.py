@@ -17,10 +17,11 @@ COLUMNS = [*HEAD, "test_snr_db", "score", "threshold", "run", "metric"]
 COLUMNS += ["value", "reference_value", "difference", "low", "high", "n"]
 
 
-def differences(roots, seed):
+def differences(roots, seed, kept):
     """How the scores of each other run differ from the first one's, a DataFrame with COLUMNS.
 
-    roots: the runs' folders by name, results/<run>, the first the reference. seed: of the resamples.
+    roots: the runs' folders by name, results/<run>, the first the reference. seed: of the resamples; kept: the share
+    of known images that thresholds of this name keep, in all runs.
     Compared are the same experiment, model, split, training, confidence score and protocol at the same test SNR, in the
     closed set and, of open runs, with thresholds. Both values count the test images that both runs have alone (`n`),
     each judged by its own run; `low` and `high` are the 95 % interval of the difference, by a bootstrap over blocks of
@@ -31,9 +32,9 @@ def differences(roots, seed):
     for head, tables in reference.items():
         for snr, paths in sorted(tables.items()):
             there = [(name, cases[head][snr]) for name, cases in others if snr in cases.get(head, {})]
-            decided = _decided(paths) if there else {}
+            decided = _decided(paths, kept) if there else {}
             for name, of_other in there:
-                for kind, decision in _decided(of_other).items():
+                for kind, decision in _decided(of_other, kept).items():
                     if kind in decided:
                         found = difference(decision, decided[kind], seed)
                         rows += [[*head, snr, *kind, name, *row] for row in found]
@@ -78,8 +79,8 @@ def _cases(root):
     return {head: {snr: of[snr] for snr in of if (*head[:4], snr) in named} for head, of in cases.items()}
 
 
-def _decided(paths):
+def _decided(paths, kept):
     """The `Decision`s of one SNR that are the last word, by confidence score and protocol."""
     table = pd.concat(map(read_table, paths), ignore_index=True)
     is_open = any(name.startswith(KNOWN) for name in table)
-    return {(one.score, one.threshold): one for one in judge.decide(table, is_open) if one.is_final}
+    return {(one.score, one.threshold): one for one in judge.decide(table, is_open, kept) if one.is_final}

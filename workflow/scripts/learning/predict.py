@@ -12,7 +12,7 @@ from learning import images
 from learning.classifier import OTHER, Outcome
 from learning.conformance import check_outcome, describe
 from learning.model_folder import config_of, division_of, load
-from learning.split import blocks, split
+from learning.split import Views
 
 BATCH = 1024  # images at a time: bounds the memory, and as a constant keeps results the same bit for bit
 SCORE, KNOWN = "score_", "known_"
@@ -32,12 +32,12 @@ class Tested(NamedTuple):
 
 
 def predict(stores, tested, folder, outputs):
-    """Classify images at azimuths that the model in `folder` was not trained at; write a table for each SNR.
+    """Classify images of views that the model in `folder` was not trained at; write a table for each SNR.
 
     stores: imaging/<target>/<label>.zarr of all SNRs; tested: a `Tested`; outputs: paths <label>.csv. Targets of role
-    other are classified at the validation azimuths only, with which thresholds are chosen.
+    other are classified at the validation views only, with which thresholds are chosen.
     """
-    model, divided = load(folder), divide(stores, tested.planes, division_of(folder))
+    model, divided = load(folder), images.divide(stores, tested.planes, division_of(folder))
     for output in tqdm(sorted(map(Path, outputs)), unit="SNR", desc="predicting", leave=False):
         at_snr = [store for store in stores if Path(store).stem == output.stem]
         table = predict_at(model, at_snr, tested, divided, folder)
@@ -49,31 +49,13 @@ def predict(stores, tested, folder, outputs):
         print(f"{output.stem}: {len(table)} images; of {len(known)} test images of known targets {right:.4f} are right")
 
 
-class Divided(NamedTuple):
-    """How a target's azimuths (n,) in degrees are divided: what `split` and `blocks` give."""
-
-    azimuth: np.ndarray
-    sides: dict
-    blocks: np.ndarray
-
-
-def divide(stores, planes, division):
-    """The `Divided` of each target, by its name. planes: of each one."""
-    one_of_each = {images.target_of(store): store for store in stores}  # a target's stores have the same azimuths
-    azimuth = {target: images.azimuths(store) for target, store in one_of_each.items()}
-    return {
-        target: Divided(angles, *(part(angles, planes[target], division) for part in (split, blocks)))
-        for target, angles in azimuth.items()
-    }
-
-
 def predict_at(model, stores, tested, divided, folder):
-    """The predictions at one SNR, a DataFrame. divided: what `divide` gives.
+    """The predictions at one SNR, a DataFrame. divided: what `images.divide` gives.
 
     Columns: target, elevation, azimuth (degrees), realization, truth, predicted, role, side, fold, block
     (see `split.blocks`), snr_<definition> (the image's own SNR in dB by each definition), score_<class>..., and if it
     is open known_<confidence score>... . truth is OTHER for a target that is not known.
-    Rows: validation and test azimuths, all elevations and realizations, sorted by the first four columns.
+    Rows: validation and test views, all realizations, sorted by the first four columns.
     Raises InputError for a model that gives no proper Outcome, and for an open run's without a confidence score.
     """
     config, is_open = config_of(folder), tested.is_open
@@ -86,12 +68,11 @@ def predict_at(model, stores, tested, divided, folder):
         parts += [(store, role, sides) for sides in ([SIDES[role]] if is_open else [[side] for side in SIDES[role]])]
     for store, role, sides in parts:
         target = images.target_of(store)
-        azimuth, found, block = divided[target]
-        index = np.sort(np.concatenate([found[side] for side in sides]))
-        pixels, origin = images.read(
-            [store], {target: azimuth[index]}, pixels=run["upsample"], realizations=tested.realizations
-        )
-        place = np.searchsorted(azimuth, origin["azimuth"])
+        of = divided[target]
+        how = {"pixels": run["upsample"], "realizations": tested.realizations}
+        pixels, origin = images.read_side([store], {target: of}, *sides, **how)
+        place = Views(*(np.searchsorted(getattr(of, name), origin[name]) for name in Views._fields))
+        held_out = [np.isin(*pair) for pair in zip(place, of.sides["validation"], strict=True)]
         outcome = classify(model, pixels)
         check_outcome(outcome, len(pixels), model.classes_, who, f" of {store}")
         if is_open and not outcome.known:
@@ -103,9 +84,9 @@ def predict_at(model, stores, tested, divided, folder):
             "truth": origin["target"] if role == "known" else OTHER,
             "predicted": outcome.labels,
             "role": role,
-            "side": np.where(np.isin(place, found["validation"]), "validation", "test"),
+            "side": np.where(np.all(held_out, axis=0), "validation", "test"),
             "fold": run["division"]["fold"],
-            "block": block[place],
+            "block": of.blocks[place.azimuth],
         }
         columns |= {name: origin.pop(name) for name in list(origin) if name.startswith("snr_")}
         columns |= {SCORE + name: column for name, column in zip(model.classes_, outcome.scores.T, strict=True)}

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from core.store import open_store, write
+from core.store import write
 from core.sweep import snr_of_label
 from learning import images
 from learning.experiments import CLEAN
@@ -18,19 +18,19 @@ def reconstruct(stores, planes, folder, output):
     """Write what the model in `folder` makes of EXAMPLES test images of each target to a zarr store.
 
     stores: imaging/<target>/<label>.zarr, without noise and at some SNRs; planes: each target's mirror planes. The
-    examples lie evenly among the elevations and a target's test azimuths; of noisy images the first realization.
+    examples lie evenly among a target's test views; of noisy images the first realization.
     Variables, magnitudes over (range, crossrange): truth (target, example), without noise; seen and made (snr, target,
     example), what the network sees and what it reconstructs; predicted (snr, target, example): the class.
     """
     model, run = load(folder), config_of(folder)["run"]
     targets = sorted({images.target_of(store) for store in stores})
     labels = sorted({Path(store).stem for store in stores} - {CLEAN}, key=snr_of_label)
-    division = division_of(folder)
+    divided = images.divide(stores, planes, division_of(folder))
     azimuths = {}  # by target, of the examples
     decoded = {}  # by target and label: images that the network sees, what it makes of them, predicted classes
     for store in map(Path, stores):
         target = images.target_of(store)
-        elevation, azimuth = _examples(store, images.azimuths_of(store, planes[target], division, "test"))
+        elevation, azimuth = _examples(*divided[target].angles("test"))
         azimuths[target] = azimuth
         pixels, origin = images.read([store], {target: azimuth}, elevation, run["upsample"])
         # All pairs of these angles, and all realizations: of each example the first.
@@ -65,9 +65,8 @@ def reconstruct(stores, planes, folder, output):
     print(f"{len(targets)} targets, {EXAMPLES} images of each without noise and at {', '.join(labels)}")
 
 
-def _examples(store, azimuths):
-    """Elevations and azimuths, each (EXAMPLES,) in degrees, evenly among those of a store at these azimuths."""
-    with open_store(store) as dataset:
-        elevation, azimuth = np.meshgrid(dataset.elevation.values, azimuths, indexing="ij")
+def _examples(elevations, azimuths):
+    """Elevations and azimuths, each (EXAMPLES,) in degrees, evenly among all pairs of these."""
+    elevation, azimuth = np.meshgrid(elevations, azimuths, indexing="ij")
     places = np.linspace(0, elevation.size - 1, EXAMPLES + 2).astype(int)[1:-1]
     return elevation.ravel()[places], azimuth.ravel()[places]

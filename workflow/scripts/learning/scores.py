@@ -7,9 +7,11 @@ from joblib import Parallel, delayed
 from tqdm import tqdm
 
 from core.sweep import snr_of_label
-from learning import judge
+from learning import judge, metrics
 from learning.experiments import REFERENCE, train_snr_db, training
 from learning.images import among
+from learning.looks import LOOKS, fused
+from learning.metrics import KEPT
 
 HEAD = ["experiment", "model", "split", "training", "train_snr_db"]
 CASE = [*HEAD, "test_snr_db", "elevation", "score", "threshold"]
@@ -18,11 +20,12 @@ CONFUSION = [*CASE, "target", "predicted", "count"]
 VALIDATION = [*CASE, "metric", "value", "n"]
 
 
-def score(predictions, runs, definition, seed, threads, scores, confusions, validation):
+def score(predictions, runs, definition, seed, threads, scores, confusions, validation, kept=KEPT, track=None):
     """Write scores.csv, confusion.csv and validation.csv from prediction tables <run>/<model>/snr_<n>dB.csv.
 
     runs: what `experiments.runs` gives; definition: the SNR's, of the config; seed: the config's, for the intervals;
-    threads: how many models are judged at a time.
+    threads: how many models are judged at a time; kept: the config's `learning.kept`. track: None, or names of the
+    models whose scores add up over looks, and the azimuth's step in degrees and the aperture, as of `looks.fused`.
     Column `training` says in words what SNRs a run trained at and tells an experiment's runs apart; `train_snr_db` is a
     number, empty for training without noise and at several SNRs.
     Column `elevation`: 'all' counts every test image; 'trained' only those at elevations the model was trained at (left
@@ -38,13 +41,16 @@ def score(predictions, runs, definition, seed, threads, scores, confusions, vali
     f1_weighted_gain is how much more the weighted F1 is than that of REFERENCE trained at the same SNRs, on the same
     test images, with a threshold of the same protocol, its interval from the same resamples; where REFERENCE was not
     trained so, there is none, and of several the first by name counts.
-    validation.csv is for comparing methods: of the closed set accuracy and weighted F1 at the validation azimuths, and
-    of each confidence score and protocol the weighted F1 that the threshold reaches on the images it was chosen with.
+    f1_weighted_<n>_looks is the weighted F1 of so many looks together, with thresholds chosen on as many, without an
+    interval, as few tracks are independent.
+    validation.csv is for comparing methods: of the closed set accuracy and weighted F1 on the validation images, and
+    of each confidence score and protocol the weighted F1 that the threshold reaches on the images it was chosen with,
+    under `kept` on those of the blind protocol.
     n is the number of images that a value rests on.
     """
     rows, cells, reached, opened = [], [], [], {}
     cases = tables_of_cases(predictions, runs)
-    work = (delayed(_judged)(head, *case, definition, seed) for head, case in cases.items())
+    work = (delayed(_judged)(head, *case, definition, seed, kept, track) for head, case in cases.items())
     judged = Parallel(n_jobs=threads, return_as="generator")(work)
     for part in tqdm(judged, total=len(cases), unit="model", desc="scores", leave=False):
         for every, of_case in zip((rows, cells, reached), part[:3], strict=True):
@@ -61,12 +67,12 @@ def score(predictions, runs, definition, seed, threads, scores, confusions, vali
         )
 
 
-def _judged(head, run, tables, definition, seed):
+def _judged(head, run, tables, definition, seed, kept, track):
     """Of one model: rows of the three tables, and the open set's `Decision`s by what stands in the columns CASE."""
     rows, cells, reached, opened = [], [], [], {}
     every = {snr: pd.concat(map(read_table, paths), ignore_index=True) for snr, paths in sorted(tables.items())}
     for subset, parts in _subsets(every, run["elevation"]):
-        decided = {snr: judge.decide(part, run["open"]) for snr, part in parts.items()}
+        decided = {snr: judge.decide(part, run["open"], kept) for snr, part in parts.items()}
         for snr, decisions in decided.items():
             for decision in decisions:
                 key = (*head, snr, subset, decision.score, decision.threshold)
@@ -75,9 +81,26 @@ def _judged(head, run, tables, definition, seed):
                 reached += [[*key, *row] for row in decision.validation]
                 if decision.threshold and subset == "all":  # runs trained at other elevations have other images
                     opened[key] = decision
+        for snr, part in parts.items() if track and head[1] in track[0] else ():
+            rows += [
+                [*head, snr, subset, *kind, definition, "", *row] for kind, row in _looks(part, run, kept, *track[1:])
+            ]
         for other, snr, kind, row in judge.by_other_definitions(decided, definition, seed):
             rows.append([*head, snr, subset, *kind, other, "", *row])
     return rows, cells, reached, opened
+
+
+def _looks(table, run, kept, step, aperture):
+    """(score and threshold, (metric, value, low, high, n)) of the weighted F1 of several looks together."""
+    for count in LOOKS:
+        together = fused(table, count, step, aperture)
+        known = together[together["role"] == "known"]
+        if known.groupby("fold")["side"].nunique().reindex(table["fold"].unique()).eq(2).all():  # chosen on some, too
+            for one in judge.decide(together, run["open"], kept):
+                if one.is_final:
+                    f1 = metrics.metrics_of_labels(one.test["truth"], one.predicted)["f1_weighted"]
+                    row = f"f1_weighted_{count}_looks", f1, "", "", len(one.test)
+                    yield (one.score, one.threshold), row
 
 
 def tables_of_cases(predictions, runs):

@@ -1,6 +1,7 @@
-"""Division of a target's viewing azimuths between training, validation and test."""
+"""Division of a target's views between training, validation and test."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -9,16 +10,27 @@ from core.sweep import closes_circle
 
 SIDES = ("train", "validation", "test")
 WORDS = ("to train", "to validate", "to test")
-# What each scheme takes from the config: shares of the aspects, and how many folds there are.
-SETTINGS = {"random": ("train", "validation"), "sector": ("folds", "validation")}
-ROUNDING = 1e-6  # degrees: two aspects nearer than this are the same one
+# What each scheme takes from the config: shares of the aspects, how many folds there are, degrees between elevations.
+SETTINGS = {"random": ("train", "validation"), "sector": ("folds", "validation"), "elevation": ("spacing",)}
+ROUNDING = 1e-6  # degrees: two angles nearer than this are the same one
+
+
+class Views(NamedTuple):
+    """Every one of some elevations at every one of some azimuths: indices into a sweep's, ascending."""
+
+    elevation: np.ndarray
+    azimuth: np.ndarray
+
+    @property
+    def count(self):
+        return len(self.elevation) * len(self.azimuth)
 
 
 @dataclass(frozen=True)
 class Division:
-    """How a run divides the azimuths of every target.
+    """How a run divides the views of every target.
 
-    scheme: `random` or `sector`; fold: of `sector` which of the folds, from 1; of `random` 0.
+    scheme: one of SETTINGS; fold: which of the scheme's folds, from 1; of `random`, which has none, 0.
     settings: what SETTINGS names of `learning.split` of the config.
     seed: the config's; aperture: azimuth samples of an image.
     """
@@ -33,27 +45,46 @@ class Division:
 def divisions(scheme, settings, seed, aperture):
     """The Division of every fold of a scheme. settings: `learning.split` of the config."""
     own = {key: settings[key] for key in SETTINGS[scheme]}
-    folds = range(1, settings["folds"] + 1) if scheme == "sector" else [0]
-    return [Division(scheme, fold, own, seed, aperture) for fold in folds]
+    return [Division(scheme, fold, own, seed, aperture) for fold in folds(scheme, settings)]
 
 
-def split(azimuths, planes, division):
-    """Indices into `azimuths` of each side, ascending: a mapping train, validation, test. A side may be empty.
+def folds(scheme, settings):
+    """The numbers of a scheme's folds, from 1; [0] of one that has none. settings: `learning.split` of the config."""
+    count = {"sector": settings["folds"], "elevation": 2}.get(scheme)
+    return [*range(1, count + 1)] if count else [0]
 
-    azimuths: (n,) in degrees, uniform and ascending; planes: the target's mirror planes, `xz` and `yz`. What is divided
-    are aspects: a view and its mirror image are one and fall on the same side, and so do an azimuth's images at all
-    elevations and with all noise realizations. Nothing else than the arguments decides.
+
+def split(elevations, azimuths, planes, division):
+    """The `Views` of each side: a mapping train, validation, test. A side may be empty.
+
+    elevations: (m,) and azimuths: (n,) in degrees, ascending, the latter uniform; planes: the target's mirror planes,
+    `xz` and `yz`. A view and its mirror image, which has the same elevation, fall on the same side, and so do all noise
+    realizations. The sides differ either in elevation or in azimuth, so that two of them together are `Views`, too.
+    Nothing else than the arguments decides.
     """
-    aspects, owners = np.unique(_rounded(folded(azimuths, planes)), return_inverse=True)
-    sides = SCHEMES[division.scheme](aspects, _least(azimuths, division), _circle(azimuths, planes), division)
-    return {side: np.flatnonzero(np.isin(owners, index)) for side, index in zip(SIDES, sides, strict=True)}
+    if division.scheme == "elevation":
+        every = np.arange(len(azimuths))
+        sides = [Views(index, every) for index in elevation(elevations, division)]
+    else:
+        aspects, owners = np.unique(_rounded(folded(azimuths, planes)), return_inverse=True)
+        found = OF_ASPECTS[division.scheme](aspects, _least(azimuths, division), _circle(azimuths, planes), division)
+        every = np.arange(len(elevations))
+        sides = [Views(every, np.flatnonzero(np.isin(owners, index))) for index in found]
+    return dict(zip(SIDES, sides, strict=True))
 
 
 def check(sides, division, target, count):
     """Raise InputError if a side of a target that trains is empty. sides: what `split` gives for so many azimuths."""
-    if all(map(len, sides.values())):
+    if all(side.count for side in sides.values()):
         return
-    left = ", ".join(f"{len(sides[side])} {words}" for side, words in zip(SIDES, WORDS, strict=True))
+    if division.scheme == "elevation":
+        used, spacing = sum(len(side.elevation) for side in sides.values()), division.settings["spacing"]
+        apart = f", each {spacing:g} degrees or more above the one before ('learning.split.spacing')" if spacing else ""
+        raise InputError(
+            f"config key 'aspect.elevation': the split by elevation takes four elevations at least{apart}, of which "
+            f"every second trains and the others validate and test by turns; the sweep has {used}."
+        )
+    left = ", ".join(f"{len(sides[side].azimuth)} {words}" for side, words in zip(SIDES, WORDS, strict=True))
     if division.scheme == "sector":
         raise InputError(
             f"config key 'learning.split.folds': fold {division.fold} of {division.settings['folds']} leaves of "
@@ -70,8 +101,9 @@ def check(sides, division, target, count):
 def blocks(azimuths, planes, division):
     """The number of the block that each azimuth's images belong to, (n,): images of two blocks count as independent.
 
-    Of `random`, arcs of an aperture of the folded aspects, as images that are nearer share samples. Of `sector` the
-    fold: what one fitted model says of its test images has that model in common.
+    Arcs of an aperture of the folded aspects, as images that are nearer share samples; all elevations of an arc are one
+    block, in both folds of `elevation`, too. Of `sector` the fold: what one fitted model says of its test images has
+    that model in common.
     """
     if division.scheme == "sector":
         return np.full(len(azimuths), division.fold)
@@ -130,7 +162,21 @@ def sector(aspects, least, circle, division):
     return trained[best], arcs[best], test
 
 
-SCHEMES = {"random": random, "sector": sector}
+OF_ASPECTS = {"random": random, "sector": sector}
+
+
+def elevation(elevations, division):
+    """Every second elevation trains; of those between, every second validates and the others test.
+
+    In fold 2 it is the other way round, so that each of those is tested once. An elevation less than `spacing` degrees
+    above the last one that has a side has none: it is a guard. So what is tested is `spacing` or more from what trains.
+    """
+    used = []
+    for number, angle in enumerate(elevations):
+        if not used or angle - elevations[used[-1]] >= division.settings["spacing"] - ROUNDING:
+            used.append(number)
+    train, first, second = (np.array(part, int) for part in (used[::2], used[1::4], used[3::4]))
+    return (train, second, first) if division.fold == 1 else (train, first, second)
 
 
 def _apart(numbers, arc, aspects, least, circle):

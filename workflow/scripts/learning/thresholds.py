@@ -1,8 +1,8 @@
 """The threshold below which an image is rejected as none of the known classes.
 
-It is chosen on validation images, for each SNR by itself, as a radar knows the level of its noise. Two protocols:
-`thesis` sees images of the unknown targets among them (at azimuths that are not tested); `blind` sees none, only the
-known targets and those of role other.
+It is chosen on validation images, for each SNR by itself, as a radar knows the level of its noise. Three protocols:
+`thesis` sees images of the unknown targets among them (of views that are not tested); `blind` sees none, only the known
+targets and those of role other; `kept` chooses by the known ones alone, to keep a share of them.
 """
 
 from typing import NamedTuple
@@ -13,48 +13,53 @@ import pandas as pd
 from learning.classifier import OTHER
 from learning.metrics import KEPT, metrics_of_labels
 
-ROLES = {"thesis": ("known", "unknown"), "blind": ("known", "other")}
+# Whose validation images a protocol is judged by; all but `kept` choose by them, too.
+ROLES = {"thesis": ("known", "unknown"), "blind": ("known", "other"), "kept": ("known", "other")}
 
 
 class Seen(NamedTuple):
     """The validation rows of a prediction table that a protocol sees.
 
-    truth, predicted: their labels (n,); weight: for how many each of those with truth OTHER counts.
+    truth, predicted: their labels (n,); weight: for how many each of those with truth OTHER counts; by_share: whether
+    the threshold keeps a share of the known ones.
     """
 
     rows: pd.DataFrame
     truth: np.ndarray
     predicted: np.ndarray
     weight: float
+    by_share: bool
 
 
 def seen(table, protocol):
     """What a protocol sees of a prediction table, which has columns side, role, truth and predicted."""
     rows = table[(table["side"] == "validation") & table["role"].isin(ROLES[protocol])]
     known = (rows["role"] == "known").sum()
-    weight = known / (len(rows) - known) if protocol == "blind" and 0 < known < len(rows) else 1.0
-    return Seen(rows, *(rows[name].to_numpy(object) for name in ("truth", "predicted")), weight)
+    weight = known / (len(rows) - known) if protocol != "thesis" and 0 < known < len(rows) else 1.0
+    by_share = protocol == "kept" or known == len(rows)
+    return Seen(rows, *(rows[name].to_numpy(object) for name in ("truth", "predicted")), weight, by_share)
 
 
-def choose(table, score, protocol):
+def choose(table, score, protocol, kept=KEPT):
     """The threshold of a confidence score, a column of a prediction table, under a protocol."""
-    return chosen(seen(table, protocol), score)
+    return chosen(seen(table, protocol), score, kept)
 
 
-def chosen(among, score):
+def chosen(among, score, kept=KEPT):
     """The threshold of a confidence score that is chosen on what a protocol sees, `Seen`.
 
-    The threshold with the largest weighted F1 over the classes and OTHER; where there is nothing but known images, the
-    one that keeps 95 % of them. Under the blind protocol the images of role other together count as much as the known
-    ones: how many targets of that role a config happens to have says nothing of how many unknown ones will come.
+    The threshold with the largest weighted F1 over the classes and OTHER; under the protocol `kept`, and where there is
+    nothing but known images, the one that keeps this share of them. Under the blind protocol the images of role other
+    together count as much as the known ones: how many targets of that role a config happens to have says nothing of how
+    many unknown ones will come.
     """
-    if (among.rows["role"] == "known").all():
-        return float(np.quantile(among.rows[score], 1 - KEPT))
+    if among.by_share:
+        return float(np.quantile(among.rows.loc[among.rows["role"] == "known", score], 1 - kept))
     return best(among.rows[score].to_numpy(float), among.truth, among.predicted, among.weight)
 
 
 def reached(among, score, threshold):
-    """What `chosen` makes as large as it can: the weighted F1 of a threshold on the rows, and how many these are."""
+    """The weighted F1 of a threshold on the rows, which `chosen` makes as large as it can, and how many these are."""
     predicted = apply(among.rows[score], among.predicted, threshold)
     weights = np.where(among.truth == OTHER, among.weight, 1.0)
     return metrics_of_labels(among.truth, predicted, weights)["f1_weighted"], len(among.rows)

@@ -30,11 +30,8 @@ def measure(stores, planes, folders, threads, output):
         model, config = load(folder), config_of(folder)
         run = config["run"]
         learned = [store for store in stores if images.target_of(store) in config["classes"]]
-        azimuth = {
-            (target := images.target_of(store)): images.azimuths_of(store, planes[target], division_of(folder), "test")
-            for store in learned
-        }
-        pool, _ = images.read(learned, azimuth, pixels=run["upsample"])
+        divided = images.divide(learned, planes, division_of(folder))
+        pool, _ = images.read_side(learned, divided, "test", pixels=run["upsample"])
         with threadpoolctl.threadpool_limits(threads):
             single, batch = (time_batches(model.predict, pool, size) for size in (1, BATCH))
         records.append(

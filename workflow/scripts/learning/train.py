@@ -12,7 +12,7 @@ import pandas as pd
 from learning import conformance, images
 from learning.classifier import ANY_SNR, OTHER, build, choices
 from learning.model_folder import CONFIG, SPLIT, write_json
-from learning.split import Division, check, split
+from learning.split import Division, check
 
 CURVE, SECONDS, SEARCH = "curve.csv", "seconds.csv", "search.csv"
 
@@ -44,15 +44,15 @@ class Examples(NamedTuple):
 
 
 def train(stores, training, folder, checkpoints=None):
-    """Fit a model to the training azimuths of the stores and write it to `folder`.
+    """Fit a model to the training views of the stores and write it to `folder`.
 
     stores: imaging/<target>/<label>.zarr, each target's at every SNR of the run, and that of pure noise where the model
     learns a class OTHER. training: a `Training`; of the combinations of its choices the one that is most accurate on
-    the validation azimuths is kept, the first of equals.
+    the validation images is kept, the first of equals.
     checkpoints: a folder in which a long training keeps its state, to go on after a kill; it is removed in the end.
-    Writes model.npz (what was learned), config.json, split.json (the `Division`, and of each target indices and
-    azimuths in degrees of each side) and, for a model that has one, curve.csv and the seconds until each epoch,
-    seconds.csv; for one with choices search.csv.
+    Writes model.npz (what was learned), config.json, split.json (the `Division`, and of each target elevations and
+    azimuths of each side, in degrees and, `index`, the azimuths' numbers) and, for a model that has one, curve.csv and
+    the seconds until each epoch, seconds.csv; for one with choices search.csv.
     Raises InputError for a known target without images on one of its sides, and for a model that is not what
     `classifier.py` asks for.
     """
@@ -61,15 +61,10 @@ def train(stores, training, folder, checkpoints=None):
     # Every model has its own random numbers, whatever else the config holds.
     seed = int(np.random.SeedSequence([training.seed, *f"{run['name']}/{name}".encode()]).generate_state(1)[0])
     division = Division(**run["division"])
-    one_of_each = {images.target_of(store): store for store in stores}  # a target's stores have the same azimuths
-    azimuth = {target: images.azimuths(store) for target, store in sorted(one_of_each.items())}
-    sides = {target: split(angles, training.planes.get(target, ()), division) for target, angles in azimuth.items()}
+    divided = images.divide(stores, training.planes, division)
     for target in sorted(target for target, role in training.roles.items() if role == "known"):
-        check(sides[target], division, target, len(azimuth[target]))
-    learned, held_out = (
-        _read(stores, training, {target: azimuth[target][found[side]] for target, found in sides.items()})
-        for side in ("train", "validation")
-    )
+        check(divided[target].sides, division, target, len(divided[target].azimuth))
+    learned, held_out = (_read(stores, training, divided, side) for side in ("train", "validation"))
 
     who = conformance.describe(name, run["name"], kind)
     model, best, search = None, -1.0, []
@@ -103,13 +98,8 @@ def train(stores, training, folder, checkpoints=None):
         "image_shape": list(learned.images.shape[1:]),
     }
     write_json(folder / CONFIG, config)
-    found = {
-        target: {
-            side: {"index": index.tolist(), "azimuth": azimuth[target][index].tolist()} for side, index in by.items()
-        }
-        for target, by in sides.items()
-    }
-    write_json(folder / SPLIT, {"division": asdict(division), "targets": found})
+    views = {target: {side: _listed(of, side) for side in of.sides} for target, of in divided.items()}
+    write_json(folder / SPLIT, {"division": asdict(division), "targets": views})
     if checkpoints is not None:
         shutil.rmtree(checkpoints, ignore_errors=True)
         for parent in list(Path(checkpoints).parents)[:2]:
@@ -134,9 +124,16 @@ def _fit(model, learned, held_out, keeps_snrs, who):
     return float(np.mean(model.predict(held_out.images[of_class]) == held_out.labels[of_class]))
 
 
-def _read(stores, training, azimuth):
-    """The `Examples` at some azimuths of each target: by SNR, then by target, whatever the order of the stores."""
-    pixels, origin = images.read(stores, azimuth, training.run["elevation"], training.run["upsample"])
+def _listed(divided, side):
+    """What split.json says of a side of a target's `images.Divided`."""
+    angles = zip(("elevation", "azimuth"), divided.angles(side), strict=True)
+    return {"index": divided.sides[side].azimuth.tolist()} | {name: of.tolist() for name, of in angles}
+
+
+def _read(stores, training, divided, side):
+    """The `Examples` of a side of each target: by SNR, then by target, whatever the order of the stores."""
+    run = training.run
+    pixels, origin = images.read_side(stores, divided, side, elevation=run["elevation"], pixels=run["upsample"])
     role = origin["target"].map(training.roles)
     labels = np.where(role == "known", origin["target"], OTHER).astype(str)
     # Pure noise, which has no role, is that of every SNR.

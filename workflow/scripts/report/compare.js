@@ -75,7 +75,7 @@ page.live.compare = ({ curves: data, rejecting, axis }) => {
         const band = [...path(3), ...path(2).reverse()].join(" ");
         add(group, "polygon", { points: band, fill: color, class: "band" });
       }
-      const dashes = curve.dashed ? { "stroke-dasharray": "6 4" } : {};
+      const dashes = curve.dashes ? { "stroke-dasharray": curve.dashes } : {};
       add(group, "polyline", { points: path(1).join(" "), stroke: color, fill: "none", ...dashes });
       for (const [snr, value, least, most] of curve.points) {
         const dot = add(group, "path", { d: marker, transform: `translate(${x(snr)} ${y(value)}) scale(4)`, fill: color });

@@ -1,9 +1,11 @@
 """Under which conditions the scores of a figure hold: a tail for its caption, the same everywhere."""
 
+from learning.split import folds
 from report import thesis
-from report.vocabulary import POWERS, PROTOCOLS, SPLITS, split_text, title
+from report.vocabulary import POWERS, PROTOCOLS, SPLITS, listed, split_text, title
 
 MEANING = {
+    "elevation": "Split by elevation, every second elevation trains and test images are of those between.",
     "sector": "Split by sector, arcs of the aspects take turns to be tested, an aperture away from all that trains.",
     "random": "Split at random, test images have near copies among the training images.",
 }
@@ -16,13 +18,13 @@ def conditions(results, rows, *definitions):
     where none is given.
     """
     splits = [_split(results, split, rows) for split in SPLITS if split in set(rows["split"])]
-    thresholds = " and ".join(protocol for protocol in PROTOCOLS if protocol in set(rows["threshold"]))
+    protocols = [protocol for protocol in PROTOCOLS if protocol in set(rows["threshold"])]
     noise = results.settings["noise"]
     powers = [noise_words(noise, one) for one in dict.fromkeys(definitions or [noise["definition"]])]
     parts = [
         _networks(results, rows),
-        f"Thresholds: {thresholds}." if thresholds else "",
-        f"Images {' and '.join(splits)}.",
+        f"Thresholds: {listed(protocols)}." if protocols else "",
+        f"Images {listed(splits)}.",
         f"SNR by {' or '.join(powers)}{', as its axis says' if len(powers) > 1 else ''}.",
     ]
     return " " + " ".join(part for part in parts if part)
@@ -52,22 +54,21 @@ def _networks(results, rows):
 
 def _split(results, split, rows):
     """A split in words, with its folds: those of an experiment that leaves some out by name."""
-    if split == "random":
+    count = len(folds(split, results.settings["learning"]["split"]))
+    if count == 1:
         return split_text(split)
-    count = results.settings["learning"]["split"]["folds"]
     experiments = sorted(rows[rows["split"] == split]["experiment"].unique())
     tested = {}  # experiments by the folds that they test
     for name in experiments:
         tested.setdefault(tuple(results.folds[name]), []).append(title(name))
-    if len(tested) == 1 and len(folds := next(iter(tested))) < count:
-        return f"{split_text(split)} ({fold_numbers(folds)} of {count})"
+    if len(tested) == 1 and len(some := next(iter(tested))) < count:
+        return f"{split_text(split)} ({fold_numbers(some)} of {count})"
     partial = [
-        f"of {' and '.join(names)} only {fold_numbers(folds)}" for folds, names in tested.items() if len(folds) < count
+        f"of {' and '.join(names)} only {fold_numbers(some)}" for some, names in tested.items() if len(some) < count
     ]
     return f"{split_text(split)} ({count} folds{''.join(f'; {words}' for words in partial)})"
 
 
-def fold_numbers(folds):
+def fold_numbers(numbers):
     """'folds 1 and 3' of numbers."""
-    *most, last = map(str, folds)
-    return f"folds {', '.join(most)} and {last}" if most else f"fold {last}"
+    return f"{'folds' if len(numbers) > 1 else 'fold'} {listed(map(str, numbers))}"

@@ -7,12 +7,16 @@ GLOSSARY = {
     "open set": "Test images of known targets and of unknown ones, which no model has seen and each shall reject.",
     "closed set": "Test images of the known targets alone.",
     "by sector": "An arc of the aspects tests, at least an aperture away from all that trains; the arcs take turns.",
+    "by elevation": "Every second elevation trains, and the test images are of those between: views that lie between "
+    "a library's.",
     "at random": "Single aspects are drawn to be tested: each has neighbours among the training images that share most "
     "of its samples.",
     "blind": "A threshold of rejection chosen without any image of an unknown target.",
-    "thesis thresholds": "Thresholds of rejection chosen with images of the unknown targets at validation azimuths, as "
+    "thesis thresholds": "Thresholds of rejection chosen with images of the unknown targets at validation views, as "
     "the reference thesis does.",
-    "validation images": "Images at azimuths that neither train nor test: thresholds and settings are chosen by them.",
+    "kept thresholds": "Thresholds of rejection that keep a share of the known validation images, 95 % unless the "
+    "config says another, chosen without any other image.",
+    "validation images": "Images of views that neither train nor test: thresholds and settings are chosen by them.",
     "ZNCC": "Zero-mean normalised cross-correlation of two images: 1 where they are alike but for brightness, 0 where "
     "nothing of them is.",
     "MSE": "Mean squared error between an image and its reconstruction.",
@@ -48,7 +52,8 @@ GLOSSARY = {
     "peak_3db": "Signal power is the mean over the aperture's samples within 3 dB of its strongest.",
     "mean power": "Signal power is the mean over all samples of the aperture.",
     "SNR": "Signal-to-noise ratio of the samples before the image is formed, in decibels.",
-    "95 % intervals": "From resampling blocks of test images that belong together, by sector the folds.",
+    "95 % intervals": "From resampling blocks of test images that belong together: arcs of an aperture, or by sector "
+    "the folds.",
     "coherent": "With phase: magnitudes alone are incoherent.",
     "adaptive matched filter": "Correlation with training images after the covariance of all images at that SNR has "
     "been made white.",
@@ -69,7 +74,8 @@ GLOSSARY = {
     "EFIE": "Electric field integral equation.",
     "CFIE": "Combined field integral equation, for closed targets; it has no interior resonances.",
     "aperture": "The aspects whose echoes together make one image.",
-    "folds": "Of a split by sector: which arcs test and which train; a model is fitted to each fold.",
+    "folds": "By sector: which arcs test and which train; by elevation: which of the elevations between test. A model "
+    "is fitted to each fold.",
     "realizations": "Draws of the noise that are added to the same echoes.",
     "range profile": "Echo against range at one aspect, from all frequencies together.",
     "sinogram": "Range profiles side by side over azimuth: each scatterer draws a sine.",

@@ -174,7 +174,7 @@ class Results:
 
     @cached_property
     def folds(self):
-        """The numbers of the folds that each experiment is tested on; 0 for one split at random."""
+        """The numbers of the folds that each experiment is tested on; 0 for one split at random, which has none."""
         folds = {}
         for run in self.runs.values():
             folds.setdefault(run["experiment"], set()).add(run["division"]["fold"])

@@ -16,13 +16,14 @@ from report.selection import decoded_snrs
 from report.vocabulary import (
     F1,
     PROTOCOLS,
-    SPLITS,
     at_highest,
     heading,
+    listed,
     of_run,
     run_title,
     select,
     snr_axis,
+    split_place,
     split_text,
 )
 
@@ -41,7 +42,7 @@ def section(results):
     def place(decoder):
         """The reference thesis's network, trained without noise, first."""
         run, model = decoder
-        return names.model(model).place, SPLITS.index(runs[run]["split"]), runs[run]["snrs"] != [CLEAN], run
+        return names.model(model).place, split_place(runs[run]["split"]), runs[run]["snrs"] != [CLEAN], run
 
     first = {}  # run of each model
     for run, model in sorted(results.decoders, key=place):
@@ -102,7 +103,7 @@ def f1_figure(results, opened, model, shown):
     alike = [run["name"] for run in opened if run["split"] == "random" and run["snrs"] == [CLEAN]]
     statements = statements[statements["score"].notna() & bool(alike)]
     drawn, statements, definition, words = beside(results, drawn, statements, FULL_SIZE)
-    drawing, grid = panels(len(PROTOCOLS), len(opened), max(1 + 3.6 * len(opened), 5.6), 6.0)
+    drawing, grid = panels(len(PROTOCOLS), len(opened), max(1 + 3.6 * len(opened), 5.6), 3 * len(PROTOCOLS))
     for (row, protocol), (column, run) in itertools.product(enumerate(PROTOCOLS), enumerate(opened)):
         axes = grid[row, column]
         draw_rejecting(axes, results.rejecting([run["experiment"]]))
@@ -119,7 +120,7 @@ def f1_figure(results, opened, model, shown):
     first = f"{heading(run_title(first))}, {split_text(first['split'])}"
     caption = (
         f"Weighted F1 of {network} with 95 % intervals: the known targets alone, and with unknown ones, by confidence "
-        f"score, with {PROTOCOLS[0]} and with {PROTOCOLS[1]} thresholds. {first}, {PROTOCOLS[0]} thresholds, at "
+        f"score, with {listed(PROTOCOLS)} thresholds. {first}, {PROTOCOLS[0]} thresholds, at "
         f"{top['test_snr_db'].max():g} dB: {values}.{words}{conditions(results, drawn, definition)}"
     )
     alt = f"Weighted F1 of {network} against test SNR, in the closed set and in the open set."
@@ -136,7 +137,10 @@ def histogram_figure(results, run, model, shown, scores):
 
     Of several folds the first, whose thresholds are drawn. shown: confidence scores; scores: the rows of all folds.
     """
-    snrs = sorted(decoded_snrs(results.settings["noise"]["snr_db"]), reverse=True)
+    snrs, kept = (
+        sorted(decoded_snrs(results.settings["noise"]["snr_db"]), reverse=True),
+        results.settings["learning"]["kept"],
+    )
     tables = {snr: results.predictions(run, model, snr) for snr in snrs}
     drawing, grid = panels(len(snrs), len(shown), 1 + 3.2 * len(shown), 0.8 + 2.2 * len(snrs), "col", False)
     drawn, rates = [], []
@@ -147,7 +151,7 @@ def histogram_figure(results, run, model, shown, scores):
         for axes, snr in zip(grid[:, column], snrs, strict=True):
             here = select(scores, score=score, test_snr_db=snr)
             chosen = {
-                protocol: plain(score, thresholds.choose(tables[snr], f"known_{score}", protocol))
+                protocol: plain(score, thresholds.choose(tables[snr], f"known_{score}", protocol, kept))
                 for protocol in PROTOCOLS
             }
             for role, color in (("known", BLUE), ("unknown", VERMILION)):
@@ -156,7 +160,7 @@ def histogram_figure(results, run, model, shown, scores):
                 bins = {"snr_db": snr, "score": score, "role": role, "from": edges[:-1], "to": edges[1:]}
                 lines = {f"threshold_{protocol}": value for protocol, value in chosen.items()}
                 drawn.append(pd.DataFrame({**bins, "images": counts, "density": density, **lines}))
-            for (protocol, value), dash in zip(chosen.items(), ("--", ":"), strict=True):
+            for (protocol, value), dash in zip(chosen.items(), ("--", ":", "-."), strict=True):
                 axes.axvline(value, color="black", ls=dash, lw=1.2, label=f"{protocol} threshold")
             axes.set_title(f"{label} at {snr:g} dB")
             rates.append(f"{label} at {snr:g} dB {select(here, metric='auroc')['value'].iloc[0]:.3f}")

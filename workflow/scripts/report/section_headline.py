@@ -12,13 +12,26 @@ from report.conditions import conditions, meaning
 from report.layout import BLACK, figure
 from report.plots import draw_curve, draw_published, draw_rejecting, finish, panels
 from report.published import FULL_SIZE, beside
-from report.vocabulary import F1, METHOD, PROTOCOLS, SPLITS, middle_text, ranked, select, snr_axis, split_text, title
+from report.vocabulary import (
+    DRAWN,
+    F1,
+    METHOD,
+    PROTOCOLS,
+    SPLITS,
+    middle_text,
+    ranked,
+    select,
+    snr_axis,
+    split_text,
+    title,
+)
 
 # The sets of test images, as the page calls them, and the threshold in scores.csv.
 SETS = {**{f"open set, {protocol} thresholds": protocol for protocol in PROTOCOLS}, "closed set": ""}
 # What the reference thesis states of its own method in each: model and metric of the published table.
 PUBLISHED = {"closed set": ("capsule", "f1"), "open set, thesis thresholds": ("capsule_zncc", "weighted_f1")}
 THESIS_PROTOCOL = {"ls": (0, (4, 2)), "lw": 1}
+DASHES = {"solid": "", "dashed": "6 4", "dash-dotted": "8 3 2 3"}  # of curves by split, as SVG has them
 
 
 def sets_of(tables):
@@ -43,6 +56,7 @@ def lead(tables, names, network):
     return pd.concat(
         curve.assign(set=name, curve=label, theirs=theirs)
         for name, part, validation in sets_of(tables)
+        if SETS[name] in ("", *DRAWN)
         for label, curve, theirs in curves(part, validation, names, network)
     )
 
@@ -136,10 +150,12 @@ def comparison(results):
 
     Each curve has the set it belongs to, its experiment, model and words for both, a colour, whether it stands in the
     headline, whether its confidence score is its model's best on the validation images, and [SNR, value, low, high] by
-    SNR. rejecting: the weighted F1 of rejecting all test images, in each set where one may. axis: its label; caption:
-    the conditions under which all hold.
+    SNR. rejecting: the weighted F1 of rejecting all test images, in each set where one may. axis: its label; lines:
+    what a line's dashes say; caption: the conditions under which all hold.
     """
     names, listed, lines, parts = results.names, [], {}, list(sets_of(results))
+    used = {run["split"] for run in results.runs.values()}
+    dashes = dict(zip([split for split in SPLITS if split in used], DASHES.items(), strict=False))
     for name, part, validation in parts:
         shown = {tuple(curve[METHOD].iloc[0]) for _, curve, _ in curves(part, validation, names, "")}
         # Of each model the best confidence score: the others are drawn when asked for.
@@ -157,7 +173,7 @@ def comparison(results):
                     "model": names.model(model).label,
                     "words": f"{names.method(model, score)}: {title(experiment)} ({split}), {trained}",
                     "color": names.model(model).color,
-                    "dashed": split != SPLITS[0],
+                    "dashes": dashes[split][1],
                     "shown": method in shown,
                     "best": method in best,
                     "points": points.where(points.notna(), None).to_numpy().tolist(),  # JSON knows no NaN
@@ -167,5 +183,6 @@ def comparison(results):
         "curves": listed,
         "rejecting": lines,
         "axis": snr_axis(results.definition),
+        "lines": "; ".join(f"{look} lines: {split_text(split)}" for split, (look, _) in dashes.items()),
         "caption": conditions(results, pd.concat(part for _, part, _ in parts)).strip(),
     }

@@ -50,8 +50,8 @@ def section(results):
         text=(
             "Each model learns the known targets from its experiment's training images and is tested at every SNR on "
             "aspects that it was not trained at: here on the known targets alone (the closed set). Bands and brackets "
-            "are 95 % intervals, from resampling blocks of test images: by sector the folds, at random arcs as long "
-            f"as an aperture. {meaning(scores['split'])}",
+            "are 95 % intervals, from resampling blocks of test images: by sector the folds, else arcs as long as an "
+            f"aperture. {meaning(scores['split'])}",
         ),
         figures=(*pictures, *matrices, *curves_figure(results)),
         tables=(
@@ -197,8 +197,8 @@ def curves_figure(results):
     folded = any(len(results.folds[results.runs[run]["experiment"]]) > 1 for run, _ in curves)
     first = " Of an experiment with several folds they are those of its first." if folded else ""
     caption = (
-        "Training curves of the networks: thick lines are on the training images, thin lines with markers on those at "
-        "the validation azimuths. The loss is what each descends: cross-entropy, or of a capsule network the "
+        "Training curves of the networks: thick lines are on the training images, thin lines with markers on the "
+        "validation images. The loss is what each descends: cross-entropy, or of a capsule network the "
         f"margin loss and the error of the reconstruction.{first} Training ended: {'; '.join(ends)}."
     )
     alt = "Loss, accuracy and learning rate of the networks over the epochs of their training."

@@ -72,7 +72,9 @@ def _splits(results):
     tested = {tuple(results.folds[run["experiment"]]) for run in results.runs.values() if run["split"] == "sector"}
     some = len(tested) == 1 and len(folds := next(iter(tested))) < split["folds"]
     arcs = f"{split['folds']} arcs of the aspects"
+    guard = f", {split['spacing']:g}° away or more" if split["spacing"] else ""
     words = {
+        "elevation": f"by elevation: every second elevation trains, those between are tested{guard}",
         "sector": f"by sector: {f'of {arcs} {fold_numbers(folds)}' if some else arcs} take turns to be tested",
         "random": f"at random: {100 * split['train']:.3g} % of the aspects train",
     }

@@ -1,4 +1,4 @@
-"""How far the random split flatters, and how far the folds of the split by sector are from each other."""
+"""How far the random split flatters, and how far the folds of the other splits are from each other."""
 
 import numpy as np
 import pandas as pd
@@ -9,6 +9,7 @@ from report.plots import draw_rejecting, finish, panels
 from report.selection import TABLE_SNRS, evenly
 from report.vocabulary import (
     ACCURACY,
+    DRAWN,
     F1,
     METHOD,
     PROTOCOLS,
@@ -21,10 +22,12 @@ from report.vocabulary import (
 )
 
 KEYS = ["images", "model", "training", "train_snr_db", "elevation", "metric", "score", "threshold", "test_snr_db"]
+OWN = ["experiment", "value", "low", "high", "validation"]
+OTHERS = [split for split in SPLITS if split != "random"]
 # The panels of the folds' figure: threshold, metric, and what is drawn.
 PANELS = (
     ("", ACCURACY, "closed set: accuracy"),
-    *((protocol, F1, f"open set, {protocol} thresholds:\nweighted F1") for protocol in PROTOCOLS),
+    *((protocol, F1, f"open set, {protocol} thresholds:\nweighted F1") for protocol in DRAWN),
 )
 
 
@@ -35,15 +38,15 @@ def section(results):
         return ()
     accuracy = select(pairs, metric=ACCURACY, score="")
     opened = select(pairs, metric=F1, threshold=PROTOCOLS)
-    compared = [_images(results, accuracy), plainly(results.names, accuracy)] if len(pairs) else []
+    compared = [f"{_images(results, accuracy)} {plainly(results.names, accuracy)}"] if len(pairs) else []
     return (
         Section(
             id="splits",
             title="How far the random split flatters" if len(pairs) else "How far the folds differ",
-            text=(what_splits_are(results), *([" ".join(compared)] if compared else [])),
+            text=(what_splits_are(results), *compared),
             figures=figures,
             tables=(
-                *([open_table(results, opened)] if len(opened) else []),
+                *([open_table(results.names, opened)] if len(opened) else []),
                 *([accuracy_table(results.names, accuracy)] if len(accuracy) else []),
             ),
         ),
@@ -52,16 +55,25 @@ def section(results):
 
 def what_splits_are(results):
     """How aspects are divided, and what scores and their intervals are, in sentences."""
-    folds, aperture = results.settings["learning"]["split"]["folds"], results.settings["imaging"]["aperture"]
+    split, aperture = results.settings["learning"]["split"], results.settings["imaging"]["aperture"]
+    used = {run["split"] for run in results.runs.values()}
+    guard = f", {split['spacing']:g}° or more from those that train" if split["spacing"] else ""
+    words = {
+        "elevation": "Split by elevation, every second elevation trains, at all azimuths, and those between validate "
+        f"and test by turns{guard}, in two folds: the standard case, a view between those of a library, as radar "
+        "benchmarks test at another depression angle.",
+        "sector": f"Split by sector, the aspects are cut into {split['folds']} arcs. In each fold one of them tests, "
+        "another arc validates, and the rest trains a model of the fold's own, but for guards: any two sides are an "
+        f"aperture apart, {aperture} azimuth steps, so that no test image shares a sample with one that trained or "
+        "validated: the limit, aspects that a library lacks.",
+        "random": "Neighbouring azimuths share most of their aperture: split at random, as in the reference thesis, "
+        "test images have near-copies among the training images.",
+    }
     return (
-        "What is divided are aspects: a view and its mirror image in a target's mirror planes are one, and fall on the "
-        "same side. Neighbouring azimuths share most of their aperture: split at random, test images have near-copies "
-        f"among the training images. Split by sector, the aspects are cut into {folds} arcs. In each fold one of them "
-        "tests, another arc validates, and the rest trains a model of the fold's own, but for guards: any two sides "
-        f"are an aperture apart, {aperture} azimuth steps, so that no test image shares a sample with one that trained "
-        "or validated. Scores are of the test images of all folds together, each judged by the model of its fold. "
-        "Intervals come from resampling blocks, by sector the folds and at random arcs of an aperture, and are widened "
-        "where blocks are few; one fold alone has none."
+        "A view and its mirror image in a target's mirror planes are one, and fall on the same side. "
+        f"{' '.join(text for name, text in words.items() if name in used)} Scores are of the test images of all folds "
+        "together, each judged by the model of its fold. Intervals come from resampling blocks, by sector the folds "
+        "and else arcs of an aperture, and are widened where blocks are few; one fold alone has none by sector."
     )
 
 
@@ -105,7 +117,7 @@ def folds_figure(results):
         f"each model's confidence score that is best on the validation images. {_widest(drawn, rows, labels)}"
         f"{conditions(results, drawn)}"
     )
-    alt = f"Accuracy and open-set weighted F1 of each fold and of all at {snr:g} dB, for each model split by sector."
+    alt = f"Accuracy and open-set weighted F1 of each fold and of all at {snr:g} dB, for each model that has folds."
     return (figure("folds", drawing, drawn, alt, caption, wide=True),)
 
 
@@ -113,7 +125,7 @@ def fold_values(results):
     """What `folds_figure` draws: rows of scores at the highest SNR, of each fold and, with fold empty, of all."""
     parts = []
     for threshold, metric, _ in PANELS:
-        case = {"split": "sector", "elevation": "all", "threshold": threshold, "metric": metric}
+        case = {"elevation": "all", "threshold": threshold, "metric": metric}
         alone, together, held_out = (
             at_highest(select(table, **case)) for table in (results.fold_scores, results.scores, results.validation)
         )
@@ -134,19 +146,33 @@ def _widest(drawn, rows, labels):
 
 
 def paired(results):
-    """Rows of the same model, training images and metric under both splits, side by side, and their difference."""
+    """Rows split at random with those of the same model, training images and metric under other splits beside them.
+
+    Columns KEYS and, with each split's name, experiment, value, low, high and validation, the same on the validation
+    images; NaN where a split has no such row. Rows of the random split alone are left out.
+    """
     images = {run["experiment"]: repr((run["elevation"], run["upsample"])) for run in results.runs.values()}
-    scores = results.scores.assign(images=results.scores["experiment"].map(images))
+    same = [*METHOD, "train_snr_db", "elevation", "metric", "threshold", "test_snr_db"]
+    held_out = results.validation.rename(columns={"value": "validation"})[[*same, "validation"]]
+    scores = results.scores.merge(held_out, how="left", on=same)
+    scores["images"] = scores["experiment"].map(images)
     # An experiment tested on the open set has the closed set's rows too: any of several is as good.
-    sector, random = (
-        select(scores, split=split).drop_duplicates(KEYS)[[*KEYS, "experiment", "value", "low", "high"]]
-        for split in SPLITS
-    )
-    return sector.merge(random, on=KEYS, suffixes=[f"_{split}" for split in SPLITS])
+    own = {split: select(scores, split=split).drop_duplicates(KEYS).set_index(KEYS)[OWN] for split in SPLITS}
+    others = [split for split in OTHERS if len(own[split])]
+    table = own["random"].add_suffix("_random").join([own[split].add_suffix(f"_{split}") for split in others])
+    return table.dropna(how="all", subset=[f"value_{split}" for split in others]).reset_index()
 
 
-def _gain(row):
-    return row["value_random"] - row["value_sector"]
+def _compared(rows):
+    """(split, rows that it has) of every split but the random one that the rows of `paired` have."""
+    for split in (split for split in OTHERS if f"value_{split}" in rows):
+        own = rows.dropna(subset=f"value_{split}")
+        if len(own):
+            yield split, own
+
+
+def _gain(row, split):
+    return row["value_random"] - row[f"value_{split}"]
 
 
 def _groups(names, rows):
@@ -157,61 +183,68 @@ def _groups(names, rows):
 
 
 def _images(results, accuracy):
-    """How many images train on either side, of several folds in the first, in a sentence."""
-    times = select(results.times, model=list(accuracy["model"]))
-    sector, random = (
-        select(times, experiment=list(accuracy[f"experiment_{split}"]))["training_observations"].min()
-        for split in SPLITS
-    )
-    return f"By sector {sector:,} images train in the first fold, at random {random:,}."
+    """How many images train under each split, of several folds in the first, in a sentence."""
+    times, said = select(results.times, model=list(accuracy["model"])), []
+    for split, rows in [*_compared(accuracy), ("random", accuracy)]:
+        number = select(times, experiment=list(rows[f"experiment_{split}"]))["training_observations"].min()
+        said.append(f"{'at' if split == 'random' else 'by'} {split} {number:,}")
+    by, *rest = said
+    return f"{by[:1].upper()}{by[1:]} images train in the first fold, {', '.join(rest)}."
 
 
 def plainly(names, accuracy):
     """By how much the accuracy of each model differs at the highest SNR, and where most of all, in sentences."""
-    top = at_highest(accuracy)
-    parts = [f"{name} {signed(_gain(rows.iloc[0]))}" for name, rows in _groups(names, top)]
-    most = accuracy.loc[_gain(accuracy).idxmax()]
-    return (
-        f"Accuracy at {top['test_snr_db'].max():g} dB under the random split less that under sector: "
-        f"{'; '.join(parts)}. The random split flatters most {names.model(most['model']).label} at "
-        f"{most['test_snr_db']:g} dB, by {_gain(most):.3f}."
-    )
+    said = []
+    for split, rows in _compared(accuracy):
+        top, most = at_highest(rows), rows.loc[_gain(rows, split).idxmax()]
+        parts = [f"{name} {signed(_gain(group.iloc[0], split))}" for name, group in _groups(names, top)]
+        said.append(
+            f"Accuracy at {top['test_snr_db'].max():g} dB under the random split less that under {split}: "
+            f"{'; '.join(parts)}."
+        )
+        if _gain(most, split) > 0:
+            said.append(
+                f"The random split flatters most {names.model(most['model']).label} at {most['test_snr_db']:g} dB, by "
+                f"{_gain(most, split):.3f}."
+            )
+    return " ".join(said)
 
 
 def accuracy_table(names, rows):
-    """Accuracy under both splits at some SNRs: three rows for each model."""
-    snrs = evenly(rows["test_snr_db"].unique().tolist(), TABLE_SNRS)
-    kinds = {split: lambda row, split=split: f"{row[f'value_{split}']:.3f}" for split in SPLITS}
-    kinds["random − sector"] = lambda row: signed(_gain(row))
+    """Accuracy under all splits at some SNRs: a row for each split of each model, and for each difference."""
+    snrs, compared = evenly(rows["test_snr_db"].unique().tolist(), TABLE_SNRS), [split for split, _ in _compared(rows)]
+    kinds = {split: lambda row, split=split: f"{row[f'value_{split}']:.3f}" for split in (*compared, "random")}
+    for split in compared:
+        kinds[f"random − {split}"] = lambda row, split=split: signed(_gain(row, split))
     shown = [
         {"model": name, "split": kind} | at_snrs(curve, snrs, text)
         for name, curve in _groups(names, rows)
         for kind, text in kinds.items()
+        if kind == "random" or curve[f"value_{kind.rpartition(' ')[2]}"].notna().all()
     ]
     caption = "Accuracy on the known targets at some test SNRs. The CSV file holds all SNRs, and the 95 % intervals."
     return table("split_accuracy", rows, shown, caption)
 
 
-def open_table(results, rows):
-    """Open-set weighted F1 under both splits at the highest SNR, with each model's best confidence score by protocol.
+def open_table(names, rows):
+    """Open-set weighted F1 under all splits at the highest SNR, with each model's best confidence score by protocol.
 
-    Best is which has the largest weighted F1 by sector on the validation images at that SNR.
+    Best is which has the largest weighted F1 on the validation images at that SNR, under the first split that it has.
     """
-    names, top = results.names, at_highest(rows)
-    keys = ["experiment_sector", "model", "training", "score", "threshold", "test_snr_db"]
-    held_out = select(results.validation, metric=F1, elevation="all")
-    held_out = held_out.rename(columns={"experiment": "experiment_sector", "value": "validation"})
-    top = top.merge(held_out[[*keys, "validation"]], on=keys)
-    shown = []
+    top, shown = at_highest(rows), []
+    compared = [split for split, _ in _compared(top)]
     for protocol in PROTOCOLS:
         for name, group in _groups(names, select(top, threshold=protocol)):
-            row = group.loc[group["validation"].idxmax()]
+            first, _ = next(_compared(group))
+            row = group.loc[group[f"validation_{first}"].idxmax()]
             line = {"model": name, "thresholds": protocol, "confidence score": names.score(row["score"]).label}
-            for split in SPLITS:
+            own = [split for split in (*compared, "random") if pd.notna(row[f"value_{split}"])]
+            line |= dict.fromkeys((*compared, "random", *(f"random − {split}" for split in compared)), "–")
+            for split in own:
                 line[split] = with_interval({key: row[f"{key}_{split}"] for key in ("value", "low", "high")})
-            shown.append(line | {"random − sector": signed(_gain(row))})
+            shown.append(line | {f"random − {split}": signed(_gain(row, split)) for split in own if split != "random"})
     caption = (
         f"Open-set weighted F1 at {top['test_snr_db'].max():g} dB with its 95 % interval, for each model with the "
-        "confidence score that does best by sector on the validation images."
+        "confidence score that does best on the validation images, not those split at random."
     )
     return table("split_open", rows, shown, caption)

@@ -11,11 +11,13 @@ from report.conditions import conditions
 from report.layout import BLACK, Section, figure, signed, table
 from report.plots import draw_curve, draw_rejecting, finish, panels
 from report.vocabulary import (
+    DRAWN,
     F1,
     GAIN,
     METHOD,
     PROTOCOLS,
     at_snrs,
+    listed,
     middle,
     middle_text,
     ranked,
@@ -28,7 +30,7 @@ from report.vocabulary import (
 SOLVED = 0.98  # weighted F1 of the thesis's method from which on there is nothing to gain
 BEST = 3  # methods drawn for each split
 SHOWN_SNRS = (-12, -6, 0, 6, 12, 24)  # dB, of the table
-LEAD, OTHER = PROTOCOLS
+LEAD, *OTHERS = PROTOCOLS
 DASHES = ((0, (5, 2)), "-.", (0, (3, 1, 1, 1, 1, 1)))  # of the thesis's method by what it is trained at
 
 
@@ -44,7 +46,7 @@ def section(results):
         id="tried",
         title="Everything tried on the open set",
         text=(
-            "Every model and confidence score of every open experiment, split by sector first, in the order of its "
+            "Every model and confidence score of every open experiment, split by split, in the order of its "
             f"mean weighted F1 over {middle_text(scores)} on the validation images with blind thresholds. All numbers "
             f"are of the test images.{compared if gains else ''}{conditions(results, scores)}",
         ),
@@ -111,7 +113,7 @@ def gain_figure(results, scores, ranks, reference):
     theirs_color = results.names.model(REFERENCE[0]).color
     dashes = dict(zip(picks["training"].unique(), itertools.cycle(DASHES), strict=False))
     methods = list(zip(labels, picks.to_dict("records"), strict=True))
-    columns = list(itertools.product(picks["split"].unique(), PROTOCOLS))
+    columns = list(itertools.product(picks["split"].unique(), DRAWN))
     drawing, grid = panels(2, len(columns), 1 + 2.5 * len(columns), 5.6, sharey="row")
     drawn, counts = [], []
     for (upper, lower), (split, protocol) in zip(grid.T, columns, strict=True):
@@ -187,16 +189,17 @@ def tried_table(names, scores, ranks, reference):
             "validation mean": f"{row['validation']:.3f}",
             **at_snrs(curves[tuple(row[name] for name in METHOD)], near, lambda row: f"{row['value']:.3f}"),
             "mean": f"{row[f'mean_{LEAD}']:.3f}",
-            f"mean, {OTHER}": f"{row[f'mean_{OTHER}']:.3f}",
+            **{f"mean, {other}": f"{row[f'mean_{other}']:.3f}" for other in OTHERS},
         }
         if reference:
-            line |= {"gain": signed(row[f"gain_{LEAD}"]), f"gain, {OTHER}": signed(row[f"gain_{OTHER}"])}
+            line["gain"] = signed(row[f"gain_{LEAD}"])
+            line |= {f"gain, {other}": signed(row[f"gain_{other}"]) for other in OTHERS}
         shown.append(line)
     gain = f"; gain: the mean of what it is more than that of {reference} trained at the same SNRs, with ZNCC"
     caption = (
         f"Weighted F1 of the open set with {LEAD} thresholds at some SNRs, and its mean over {middle_text(scores)} "
-        f"with {LEAD} and with {OTHER} thresholds, all on the test images; validation mean: the same mean on the "
+        f"with {listed(PROTOCOLS)} thresholds, all on the test images; validation mean: the same mean on the "
         f"validation images, by which the rows are in order{gain if reference else ''}. The CSV file holds all SNRs, "
-        "both protocols and the 95 % intervals."
+        "all protocols and the 95 % intervals."
     )
     return table("tried", scores, shown, caption)

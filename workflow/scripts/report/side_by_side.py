@@ -19,15 +19,15 @@ TITLE = 34  # letters in a line of its title
 TEMPLATES = Path(__file__).parent / "templates"
 
 
-def write_comparison(roots, definition, seed, page, table, over_seeds=None):
+def write_comparison(roots, definition, seed, kept, page, table, over_seeds=None):
     """Write the page of runs side by side, one self-contained HTML file, and all differences as a table, a CSV file.
 
     roots: the runs' folders by name, the first the one that the others are compared with. definition: the SNR's, of
-    the first one's config, by which scores are shown. seed: of the resamples. over_seeds: None, or the first run's
-    learning/seeds.csv.
+    the first one's config, by which scores are shown. seed: of the resamples. kept: as of `differences`.
+    over_seeds: None, or the first run's learning/seeds.csv.
     """
     first, *others = roots
-    found = differences(roots, seed)
+    found = differences(roots, seed, kept)
     found.to_csv(table, index=False)
     best = _best(Path(roots[first], SCORES).with_name("validation.csv"))
     scores = {name: _rows(Path(root, SCORES), definition, best) for name, root in roots.items()}

@@ -26,9 +26,11 @@ from report.layout import (
 )
 
 ACCURACY, F1, GAIN = "accuracy", "f1_weighted", "f1_weighted_gain"  # metrics
-SPLITS = ("sector", "random")  # the harder first
+# First the standard case, a view between those that train; then the limit, aspects far from them; then the thesis's.
+SPLITS = {"elevation": "split by elevation", "sector": "split by sector", "random": "split at random"}
 ELEVATIONS = {"all": "all elevations", "trained": "trained elevations"}  # that are tested
-PROTOCOLS = ("blind", "thesis")  # of thresholds, the harder first
+PROTOCOLS = ("blind", "thesis", "kept")  # of thresholds; the first is the one that methods are chosen by
+DRAWN = PROTOCOLS[:2]  # in figures of which each takes much room or ink
 # What tells one thing tried from another.
 METHOD = ["split", "experiment", "model", "training", "score"]
 MIDDLE = (-12, 12)  # dB: the SNRs by which methods are ranked
@@ -115,9 +117,9 @@ class Names:
 
     def _place(self, column, row):
         if column == "split":
-            return SPLITS.index(row["split"])
-        if column == "experiment":  # those split by sector first
-            return SPLITS.index(row["split"]), row["experiment"]
+            return split_place(row["split"])
+        if column == "experiment":
+            return split_place(row["split"]), row["experiment"]
         if column == "training":  # by its SNR; without noise, and several SNRs, last
             return np.inf if np.isnan(row["train_snr_db"]) else row["train_snr_db"], row["training"]
         if column in ("model", "score"):
@@ -137,7 +139,18 @@ def heading(name):
 
 def split_text(split):
     """A split in words."""
-    return {"sector": "split by sector", "random": "split at random"}[split]
+    return SPLITS[split]
+
+
+def listed(words):
+    """'a, b and c' of words."""
+    *most, last = words
+    return f"{', '.join(most)} and {last}" if most else last
+
+
+def split_place(split):
+    """A split's place among SPLITS, to sort by."""
+    return [*SPLITS].index(split)
 
 
 def run_title(run, fold=False):
@@ -195,11 +208,11 @@ def middle_text(table):
 def ranked(validation):
     """The mean weighted F1 of each method over the middle SNRs on the validation images, the best first.
 
-    validation: rows of weighted F1 of one set of images and one protocol. Columns METHOD and value; split by sector
-    first. What is best is chosen by this, never by the test images.
+    validation: rows of weighted F1 of one set of images and one protocol. Columns METHOD and value; in the order of
+    SPLITS. What is best is chosen by this, never by the test images.
     """
     rows = validation[validation["test_snr_db"].isin(middle(validation["test_snr_db"]))]
     means = rows.groupby(METHOD)["value"].mean().reset_index()
-    order = pd.DataFrame({"split": means["split"].map(SPLITS.index), "value": -means["value"]})
+    order = pd.DataFrame({"split": means["split"].map(split_place), "value": -means["value"]})
     order = order.join(means[METHOD[1:]])
     return means.loc[order.sort_values(list(order)).index]

@@ -16,7 +16,7 @@ from core.sweep import images_are_made
 from imaging.geometry import PURE_NOISE, centres, planned
 from learning.classifier import NOT_HYPER, OTHER, choices
 from learning.experiments import CLEAN, TOLERANCE, runs
-from learning.split import Division, split
+from learning.split import Division, folds, split
 from learning.split import check as check_sides
 from mesh import cad_kernel
 from scattering import field_files, needs
@@ -231,13 +231,17 @@ def _of_experiments(config, experiments):
     yield from _of_names("learning.experiments", experiments)
     every = runs({**config, "learning": {**learning, "experiments": experiments}})
     for name, experiment in experiments.items():
-        if "folds" in experiment and experiment.get("split", learning["split"]["scheme"]) != "sector":
-            yield f"'learning.experiments.{name}.folds': only the split by sector has folds; leave it out."
-        for fold in experiment.get("folds", ()):
-            if fold > learning["split"]["folds"]:
-                count = learning["split"]["folds"]
-                yield f"'learning.experiments.{name}.folds': fold {fold} is none of {count} ('learning.split.folds')."
         key, trained = f"learning.experiments.{name}", experiment["train"]["elevation"]
+        scheme = experiment.get("split", learning["split"]["scheme"])
+        count = len(folds(scheme, learning["split"]))
+        if "folds" in experiment and count == 1:
+            yield f"'{key}.folds': only the split by sector and that by elevation have folds; leave it out."
+        for fold in experiment.get("folds", ()):
+            if fold > count:
+                of_config = " ('learning.split.folds')" if scheme == "sector" else ""
+                yield f"'{key}.folds': fold {fold} is none of {count}{of_config}."
+        if scheme == "elevation" and trained != "all":
+            yield f"'{key}.train.elevation': the split by elevation says at which elevations it trains; write all."
         if known < 2:
             yield (
                 f"'{key}' needs at least two targets with role known; there are {known}. Write 'learning: "
@@ -277,7 +281,8 @@ def _of_experiments(config, experiments):
         division = Division(**run["division"])
         for name, target in config["targets"].items():
             if target["role"] == "known":
-                check_sides(split(images, target.get("symmetry", ()), division), division, name, len(images))
+                sides = split(elevations, images, target.get("symmetry", ()), division)
+                check_sides(sides, division, name, len(images))
 
 
 def training_images(config, run, settings):
