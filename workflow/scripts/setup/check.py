@@ -287,13 +287,14 @@ def _of_experiments(config, experiments):
 
 def training_images(config, run, settings):
     """How many images a model with these settings learns from in one of the config's runs."""
-    views = centres(sweep.azimuths(config["aspect"]), config["imaging"]["aperture"])
+    azimuths = centres(sweep.azimuths(config["aspect"]), config["imaging"]["aperture"])
+    elevations = sweep.elevations(config["aspect"]) if run["elevation"] == "all" else np.sort(run["elevation"])
     roles = ("known", OTHER) if settings.get("other", False) else ("known",)
     planes = [target.get("symmetry", ()) for target in config["targets"].values() if target["role"] in roles]
     copies = sum(1 if snr == CLEAN else config["noise"]["realizations"] for snr in run["snrs"])
     sets = [*planes * copies, *([()] if OTHER in roles else [])]  # and pure noise, once
-    elevations = len(sweep.elevations(config["aspect"]) if run["elevation"] == "all" else run["elevation"])
-    return elevations * sum(len(split(views, of, Division(**run["division"]))["train"]) for of in sets)
+    division = Division(**run["division"])
+    return sum(split(elevations, azimuths, planes, division)["train"].count for planes in sets)
 
 
 def _of_pixels(key, upsample, models, plan):
