@@ -339,7 +339,7 @@ def test_wall_between_touching_solids_goes(tmp_path):
 
 
 def test_rod_a_tenth_of_an_edge_thick_is_kept(tmp_path):
-    """It costs what isotropic triangles cost that turn round it; its area is held to 5 % where 1 % would cost more."""
+    """With its volume and few sides it has the field of a round one, and is not refined for its area, nor warned of."""
     turn = np.arange(12) * 2 * np.pi / 12
     ring = np.stack([0 * turn, 0.0015 * np.cos(turn), 0.0015 * np.sin(turn)], 1)
     vertices = np.concatenate([ring, ring + np.array([0.3, 0, 0]), [[0, 0, 0], [0.3, 0, 0]]])
@@ -350,11 +350,9 @@ def test_rod_a_tenth_of_an_edge_thick_is_kept(tmp_path):
     (mesh,), measures = build(rod, {}, MESH, RADAR)
     (band,) = measures["bands"]
     assert topology.is_watertight(mesh[1])
-    assert band["area"]["after"] == pytest.approx(band["area"]["before"], rel=0.05)
+    assert band["area"]["after"] - band["area"]["of_rods"] == pytest.approx(band["area"]["before"], rel=0.01)
     assert band["volume"]["after"] == pytest.approx(band["volume"]["before"], rel=0.01)
-    assert re.match(
-        r"changes its area by \+[1-4]\.\d % .*'mesh.edges_per_wavelength: \d+' is estimated", band["missed"]
-    )
+    assert band["missed"] is None
 
 
 def test_text_stl_cut_between_facets_is_refused(tmp_path):

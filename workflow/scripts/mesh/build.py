@@ -21,7 +21,7 @@ from mesh.progress import begin, say
 from mesh.read import check_size, in_metres, read_cad
 from mesh.remesh import P99, P99_LIMIT, Size, fitting, remesh, restore_volume
 from mesh.repair import CLOSE, repair, thin
-from mesh.resolution import OF_PIECE, check_resolution, wanted_edge, wanted_edges
+from mesh.resolution import OF_PIECE, SINGLE, check_resolution, wanted_edge, wanted_edges
 
 WRONG = 1 / 20  # wavelengths between mesh and source: more is another target
 CHANGED = 0.05  # of its area or volume: likewise
@@ -30,6 +30,7 @@ FINER = 1.5, 2, 3  # times as many edges: what a refused mesh is tried with, to 
 WASTE = 6  # times the triangles of the first mesh: where shorter edges do not cure so far, they will not
 TRIES = 8  # meshes of a band, each finer where the last one misses
 CHORD = 1 / 40  # wanted edges between a CAD kernel's surface and its triangles: a tenth of what a mesh may miss
+BORDER = 0.7  # of the wanted edge: at open borders
 THINNER = 1 / 2  # wanted edges: a source with much smaller triangles is thinned to these before it is remeshed
 
 
@@ -142,7 +143,8 @@ def _followed(source, edge, wavelength, axes, name):
 def _shortened(source, edge, wavelength, axes):
     """A band's mesh and its measures: edges are shortened where it misses the source, until it does nowhere."""
     surface, reach = source[:2], min(wavelength, max(source.measures["box"]))  # a small target is held to its own size
-    followed, size, half = Followed(*surface, edge), _by_piece(surface, Size(edge)), _half(surface, edge, axes)
+    size = _at_borders(surface, _by_piece(surface, Size(edge)), wavelength / SINGLE)
+    followed, half = Followed(*surface, edge), _half(surface, edge, axes)
     best = fewest = None
     least = np.inf  # of the best, by how much its area is off
     for number in range(TRIES):
@@ -153,7 +155,7 @@ def _shortened(source, edge, wavelength, axes):
         costly = len(made[1]) > max(MOST * fewest, CHEAP)
         places = followed.strays(made, apart, reach)
         if len(places[0]) == 0:
-            off = abs(topology.areas(*made).sum() / source.measures["area"] - 1)
+            off = abs((topology.areas(*made).sum() - apart[-1]) / source.measures["area"] - 1)
             if off < least and (least > CHANGED or not costly):
                 best, least = (made, apart), off
             places = followed.lost(made, apart)
@@ -161,8 +163,8 @@ def _shortened(source, edge, wavelength, axes):
             break
         size = size.shortened(*places)
     made, apart = best or (made, apart)
-    apart = [farthest(pair) for pair in apart[:2]]
-    return made, describe(made, surface, apart, wavelength, edge, source.measures["thinned_by"], axes)
+    apart, gained = [farthest(pair) for pair in apart[:2]], apart[-1]
+    return made, describe(made, surface, apart, wavelength, edge, source.measures["thinned_by"], axes, gained)
 
 
 def _by_piece(surface, size):
@@ -178,15 +180,27 @@ def _by_piece(surface, size):
     return size
 
 
-def _keeps(band, apart, share):
-    """True if a mesh is closed where its source is, at most `apart` wavelengths away, `share` of its size changed.
+def _at_borders(surface, size, finest):
+    """The Size with shorter edges at open borders of a surface (vertices, triangles), where currents are singular.
 
-    `band` is the mesh's measures.
+    They stay as they are where that would be less than `finest` metres.
     """
-    if band["volume"]["before"] is not None and not band["watertight"]:
-        return False
-    changes = [abs(size["after"] / size["before"] - 1) for size in (band["area"], band["volume"]) if size["before"]]
-    return max(band["hausdorff"].values()) <= apart * band["wavelength"] and max(changes) <= share
+    vertices, triangles = surface
+    start, stop = vertices[topology.rims(triangles)[0]].transpose(1, 0, 2)
+    if len(start) == 0 or BORDER * size.edge < finest:
+        return size
+    parts = ceil(np.linalg.norm(stop - start, axis=1).max() / size.edge * 4)
+    points = (start + np.linspace(0, 1, parts + 1)[:, None, None] * (stop - start)).reshape(-1, 3)
+    return size.shortened(points, np.full(len(points), BORDER))
+
+
+def _changes(band):
+    """By what share a mesh with the measures `band` changes its source's area, rods' apart, and volume, if closed."""
+    area, volume = band["area"], band["volume"]
+    changes = {"area": (area["after"] - area["of_rods"]) / area["before"] - 1}
+    if volume["before"] and volume["after"]:
+        changes["volume"] = volume["after"] / volume["before"] - 1
+    return changes
 
 
 def missed(band):
@@ -196,12 +210,9 @@ def missed(band):
     """
     apart = max(band["hausdorff"].values()) / band["wavelength"]
     found = [(apart / GOAL[0], f"is {apart:.3f} wavelengths from its source (goal {GOAL[0]:g})")]
-    for kind in ("area", "volume"):
-        before, after = band[kind]["before"], band[kind]["after"]
-        if before and after:
-            percent = 100 * (after / before - 1)
-            goal = 100 * GOAL[1]
-            found.append((abs(percent) / goal, f"changes its {kind} by {percent:+.1f} % (goal {goal:.0f} %)"))
+    for kind, change in _changes(band).items():
+        text = f"changes its {kind} by {100 * change:+.1f} % (goal {100 * GOAL[1]:.0f} %)"
+        found.append((abs(change) / GOAL[1], text))
     found = [pair for pair in found if pair[0] > 1]
     if not found:
         return None
@@ -216,17 +227,16 @@ def _fault(mesh, band):
     apart = max(band["hausdorff"].values())
     if apart > WRONG * band["wavelength"]:
         return band["hausdorff_place"], f"cannot follow its surface, which they miss by {apart * 1000:.3g} mm"
-    if not _keeps(band, WRONG, np.inf):
+    if band["volume"]["before"] is not None and not band["watertight"]:
         ends, _, count = topology.edges(triangles)
         torn = ends[count != 2]
         return vertices[torn[0] if len(torn) else triangles[0]].mean(axis=0), "tear it open"
     crossed = first_crossing(*mesh)
     if crossed is not None:
         return crossed, "make its surfaces cross"
-    for kind in ("area", "volume"):
-        before, after = band[kind]["before"], band[kind]["after"]
-        if before and after and abs(after / before - 1) > CHANGED:
-            return None, f"change its {kind} by {100 * (after / before - 1):+.1f} %"
+    for kind, change in _changes(band).items():
+        if abs(change) > CHANGED:
+            return None, f"change its {kind} by {100 * change:+.1f} %"
     return None
 
 

@@ -1,6 +1,7 @@
 """Where a mesh misses its source by more than it should, and how much shorter its edges are to be there."""
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from mesh import topology
 from mesh.arrange import crossings
@@ -11,6 +12,8 @@ GOAL = 1 / 40, 0.01  # wavelengths from the source, and share of its area or vol
 WELL = 0.8, 0.6  # of the goals: what is asked for of each place, and of the whole area
 SHARE = 0.25, 0.7  # the least and the most that edges are shortened at once
 CROSSED, TURNED = 0.5, 0.6  # the share of edges that cross, and of those that cut corners off
+AROUND = 0.25, 0.25  # shares of the area: normals of rods add up to less, and look along a second axis with more
+NEAR = 40  # triangles: among more, a rod is not of few sides
 ON = 1e-3  # wanted edges: a place nearer to the mesh is on it, whatever the normals at a crease
 
 
@@ -25,14 +28,17 @@ class Followed:
     def apart(self, mesh):
         """How far a mesh (vertices, triangles) and the source are apart: points (P, 3) and metres (P,) of each.
 
-        First the mesh's corners and middles, from the source, then the source's samples, from the mesh; last the
-        mesh's triangle nearest to each of these.
+        First the mesh's corners and middles, from the source, then the source's samples, from the mesh; then the mesh's
+        triangle nearest to each of these, and last the area in m^2 that rods thinner than an edge gain: with their
+        volume they keep their field, however few sides they have.
         """
         vertices, triangles = mesh
         ends = topology.edges(triangles).ends
         probes = np.concatenate([vertices, vertices[ends].mean(axis=1), vertices[triangles].mean(axis=1)])
         from_source, nearest = Ground(vertices, triangles).distance(self.points)
-        return (probes, self.ground.distance(probes)[0]), (self.points, from_source), nearest
+        rod = rods(vertices, triangles, self.edge)
+        gained = max(float(topology.areas(vertices, triangles)[rod].sum() - self.area[rod[nearest]].sum()), 0.0)
+        return (probes, self.ground.distance(probes)[0]), (self.points, from_source), nearest, gained
 
     def strays(self, mesh, apart, wavelength):
         """Places (P, 3) where a mesh strays or crosses itself, and the share of their length for edges there, (P,).
@@ -52,9 +58,9 @@ class Followed:
 
     def lost(self, mesh, apart):
         """Places and shares as in `strays` where a mesh loses or gains area, if it does so by too much."""
-        _, (_, distance), nearest = apart
+        _, (_, distance), nearest, gained = apart
         asked = WELL[1] * GOAL[1] * self.area.sum()
-        if abs(self.area.sum() - topology.areas(*mesh).sum()) <= asked:
+        if abs(self.area.sum() - topology.areas(*mesh).sum() + gained) <= asked:
             return np.zeros((0, 3)), np.zeros(0)
         turned = 1 - np.abs((topology.shape(mesh[0][mesh[1]])[0][nearest] * self.normal).sum(axis=1))
         turned[(distance <= ON * self.edge) | (self.area == 0)] = 0
@@ -62,6 +68,20 @@ class Followed:
         left = np.cumsum((turned * self.area)[order][::-1])[::-1]
         worst = order[(left > asked / 2) & (turned[order] > 0)]
         return self.points[worst], np.full(len(worst), TURNED)
+
+
+def rods(vertices, triangles, edge):
+    """True for triangles of rods thinner than `edge` metres, (T,): within so far of them normals look to all sides."""
+    corners = vertices[triangles]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    area = np.maximum(np.linalg.norm(normal, axis=1), np.finfo(float).tiny)[:, None]
+    square = (normal[:, :, None] * (normal / area)[:, None]).reshape(-1, 9)
+    middle = corners.mean(axis=1)
+    near = cKDTree(middle).query(middle, NEAR, distance_upper_bound=edge)[1]  # the number of triangles is none
+    of_face = np.concatenate([np.concatenate([area, normal, square], axis=1), np.zeros((1, 13))])
+    total = np.stack([column[near].sum(axis=1) for column in of_face.T], axis=1)
+    normal, square = total[:, 1:4] / total[:, :1], (total[:, 4:] / total[:, :1]).reshape(-1, 3, 3)
+    return (np.linalg.norm(normal, axis=1) < AROUND[0]) & (np.linalg.eigvalsh(square)[:, 1] > AROUND[1])
 
 
 def farthest(pair):
@@ -76,5 +96,4 @@ def hausdorff(mesh, source, spacing):
     Returns ((metres, point), (metres, point)), the point on the surface that the distance is measured from. The source
     is sampled every `spacing` metres.
     """
-    *both, _ = Followed(*source, 2 * spacing).apart(mesh)
-    return tuple(farthest(pair) for pair in both)
+    return tuple(farthest(pair) for pair in Followed(*source, 2 * spacing).apart(mesh)[:2])

@@ -149,7 +149,9 @@ def quality_table(results):
         return lambda row: _within(row[value] / row[of] if of else row[value], least, most, form)
 
     def change(quantity):
-        return lambda row: _change(*(row[quantity.format(when)] for when in ("before", "after")))
+        """A column of what `quantity` changes by, but for what rods thinner than an edge gain."""
+        kept = quantity.format("of_rods")
+        return lambda row: _change(row[quantity.format("before")], row[quantity.format("after")] - row.get(kept, 0.0))
 
     shown = {
         "target": "{target}",
@@ -178,7 +180,8 @@ def quality_table(results):
         "wanted length. Angles are the smallest of each triangle, without the thin ones: triangles that creases force "
         "to be narrow, as on the rim of a plate. Off CAD is the largest distance from the mesh to the CAD surface, "
         "then the other way round, in wavelengths at the band's highest frequency. Area and volume are their change "
-        "from the repaired CAD surface. Ideal are equilateral triangles of the wanted edge. Rims are edges with one "
+        "from the repaired CAD surface, without what rods thinner than an edge gain in area: they have few sides and "
+        "their volume. Ideal are equilateral triangles of the wanted edge. Rims are edges with one "
         "triangle, junctions with three or more."
     )
     return table("meshes", data, shown, caption)
