@@ -157,6 +157,8 @@ def _mesh(folder, name, settings):
     """The same ellipsoid in every band, with its true figures."""
     folder.mkdir(parents=True, exist_ok=True)
     surface = ellipsoid(SHAPES[name])
+    counts = {"vertices": len(surface[0]), "triangles": len(surface[1])}
+    source = size(*surface) | counts | {"thinned_by": 0.0, "thinned_area": 0.0, "thinned_volume": 0.0}
     write_ply(folder / f"{name}-source.ply", *surface)
     bands = []
     for number, band in enumerate(sweep.bands(settings["radar"], settings["mesh"]["bands"])):
@@ -164,10 +166,9 @@ def _mesh(folder, name, settings):
         wavelength = sweep.C0 / band[-1]
         frequencies = {"first": float(band[0]), "last": float(band[-1]), "count": len(band)}
         figures = {"frequencies": frequencies} | describe(
-            surface, surface, ((0.0, surface[0][0]),) * 2, wavelength, wavelength / 10
+            surface, source, ((0.0, surface[0][0]),) * 2, wavelength, wavelength / 10
         )
         bands.append(figures)
-    source = size(*surface) | {"vertices": len(surface[0]), "triangles": len(surface[1]), "thinned_by": 0.0}
     source["raw"] = size(*surface) | {"triangles": len(surface[1]) + 2}
     repairs = {"duplicate_triangles": 2, "welded_vertices": 0}
     (folder / f"{name}.json").write_text(json.dumps({"source": source, "repairs": repairs, "bands": bands}))

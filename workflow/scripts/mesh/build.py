@@ -20,7 +20,7 @@ from mesh.misses import GOAL, Followed, farthest
 from mesh.progress import begin, say
 from mesh.read import check_size, in_metres, read_cad
 from mesh.remesh import P99, P99_LIMIT, Size, fitting, remesh, restore_volume
-from mesh.repair import CLOSE, repair, thin
+from mesh.repair import CLOSE, repair
 from mesh.resolution import OF_PIECE, SINGLE, check_resolution, wanted_edge, wanted_edges
 
 WRONG = 1 / 20  # wavelengths between mesh and source: more is another target
@@ -31,7 +31,6 @@ WASTE = 6  # times the triangles of the first mesh: where shorter edges do not c
 TRIES = 8  # meshes of a band, each finer where the last one misses
 CHORD = 1 / 40  # wanted edges between a CAD kernel's surface and its triangles: a tenth of what a mesh may miss
 BORDER = 0.7  # of the wanted edge: at open borders
-THINNER = 1 / 2  # wanted edges: a source with much smaller triangles is thinned to these before it is remeshed
 
 
 class Source(NamedTuple):
@@ -61,31 +60,33 @@ def load(path, target, mesh, radar, to_solve=False):
     for axis in symmetry.axes(target.get("symmetry", [])):
         limit = symmetry.allowed(radar)
         apart, place = from_mirror_image(vertices, triangles, edge, axis)
-        if apart > limit:
+        if apart - 2 * tolerances["thinned_by"] > limit:  # so far apart is the file itself
             raise InputError(
                 f"{path} is not symmetric about {'xyz'[axis]} = 0: near {topology.place(place)} it differs from its "
                 f"mirror image by {apart * 1000:.3g} mm (at most {limit * 1000:.3g} mm is allowed). Mend it, or leave "
                 "this plane out of the target's 'symmetry'."
             )
-    counts = {"vertices": len(vertices), "triangles": len(triangles)}
-    return Source(vertices, triangles, repairs, size(vertices, triangles) | counts | tolerances | {"raw": raw})
+    measures = size(vertices, triangles) | {"vertices": len(vertices), "triangles": len(triangles)} | tolerances
+    for kind in ("area", "volume"):  # meshes are held to the CAD surface
+        if measures[kind] is not None:
+            measures[kind] += tolerances[f"thinned_{kind}"]
+    return Source(vertices, triangles, repairs, measures | {"raw": raw})
 
 
-def _half(surface, edge, axes):
-    """What a band's mesh is made of: the surface (vertices, triangles), thinned, on one side of its mirror planes."""
-    vertices, triangles = thin(*surface, THINNER * edge)
+def _half(surface, axes):
+    """What a band's mesh is made of: the surface (vertices, triangles) on one side of its mirror planes."""
+    vertices, triangles = surface
     close = CLOSE * np.linalg.norm(np.ptp(vertices, axis=0))
     for axis in axes:
         vertices, triangles = symmetry.positive_half(vertices, triangles, close, axis)
     return vertices, triangles
 
 
-def _whole(half, surface, edge, axes):
-    """The mesh of a surface from that of its half, exactly symmetric; a closed target keeps its volume."""
-    vertices, triangles = half
-    if topology.is_watertight(surface[1]):
-        # Mirror planes go through the origin: closing the part there would add no volume.
-        volume = topology.tetrahedra(*surface).sum() / 2 ** len(axes)
+def _whole(half, source, edge, axes):
+    """The mesh of a Source from that of its half, exactly symmetric; a closed target keeps its volume."""
+    (vertices, triangles), surface, volume = half, source[:2], source.measures["volume"]
+    if volume is not None:
+        volume /= 2 ** len(axes)  # mirror planes go through the origin: closing the part there would add no volume
         restored = restore_volume(vertices, triangles, surface, volume, edge, axes)
         longest = np.percentile(topology.edge_lengths(restored, triangles), 99) / edge
         if longest > P99_LIMIT:  # what gets its volume back gets longer edges, too
@@ -144,12 +145,12 @@ def _shortened(source, edge, wavelength, axes):
     """A band's mesh and its measures: edges are shortened where it misses the source, until it does nowhere."""
     surface, reach = source[:2], min(wavelength, max(source.measures["box"]))  # a small target is held to its own size
     size = _at_borders(surface, _by_piece(surface, Size(edge)), wavelength / SINGLE)
-    followed, half = Followed(*surface, edge), _half(surface, edge, axes)
+    followed, half = Followed(*surface, edge), _half(surface, axes)
     best = fewest = None
     least = np.inf  # of the best, by how much its area is off
     for number in range(TRIES):
         say(f"remesh to {edge * 1000:.3g} mm" + (f", shorter where mesh {number} missed" if number else ""))
-        made = _whole(remesh(*half, size, surface, axes), surface, edge, axes)
+        made = _whole(remesh(*half, size, surface, axes), source, edge, axes)
         apart = followed.apart(made)
         fewest = fewest or len(made[1])
         costly = len(made[1]) > max(MOST * fewest, CHEAP)
@@ -158,13 +159,13 @@ def _shortened(source, edge, wavelength, axes):
             off = abs((topology.areas(*made).sum() - apart[-1]) / source.measures["area"] - 1)
             if off < least and (least > CHANGED or not costly):
                 best, least = (made, apart), off
-            places = followed.lost(made, apart)
+            places = followed.lost(made, apart, source.measures["area"])
         if len(places[0]) == 0 or (costly and least <= CHANGED) or len(made[1]) > WASTE * max(fewest, CHEAP):
             break
         size = size.shortened(*places)
     made, apart = best or (made, apart)
     apart, gained = [farthest(pair) for pair in apart[:2]], apart[-1]
-    return made, describe(made, surface, apart, wavelength, edge, source.measures["thinned_by"], axes, gained)
+    return made, describe(made, source.measures, apart, wavelength, edge, axes, gained)
 
 
 def _by_piece(surface, size):

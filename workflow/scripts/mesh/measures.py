@@ -55,16 +55,17 @@ def mirror_error(vertices, axes):
     return max((float(tree.query(symmetry.mirrored(vertices, axis))[0].max()) for axis in axes), default=None)
 
 
-def describe(mesh, source, apart, wavelength, edge, thinned_by=0.0, axes=(), of_rods=0.0):
-    """The measures of one band's mesh and of its source, both (vertices, triangles), as a mapping; lengths in metres.
+def describe(mesh, source, apart, wavelength, edge, axes=(), of_rods=0.0):
+    """The measures of one band's mesh (vertices, triangles) beside its source's as a mapping; lengths in metres.
 
-    `apart` is their Hausdorff distance as two pairs of metres and a point, to the source and from it. The source may
-    itself be `thinned_by` metres away from the CAD surface, which the distances then include. `axes` are the mirror
-    planes that the mesh is to have. Of its area `of_rods` m^2 are what thin rods gain, which does no harm.
+    `source` has the CAD surface's `area` and `volume`, as from `size`, and by how much it is `thinned_by`. `apart` is
+    the Hausdorff distance to the thinned surface as two pairs of metres and a point, to the source and from it; what is
+    given includes the thinning. `axes` are the mirror planes that the mesh is to have. Of its area `of_rods` m^2 are
+    what thin rods gain, which does no harm.
     """
     vertices, triangles = mesh
     length, angle = topology.edge_lengths(*mesh), topology.shape(vertices[triangles])[2]
-    before, after = size(*source), size(*mesh)
+    before, after, thinned_by = source, size(*mesh), source["thinned_by"]
     lengths = {"mean": length.mean(), "max": length.max(), "p99": np.percentile(length, 99)}
     (to_source, _), (from_source, _) = apart
     at_edges, thin = topology.edges(triangles).count, in_thin_features(vertices, triangles, edge)

@@ -56,11 +56,11 @@ class Followed:
         shares.append(np.full(len(crossed), CROSSED))
         return np.concatenate(places), np.concatenate(shares)
 
-    def lost(self, mesh, apart):
-        """Places and shares as in `strays` where a mesh loses or gains area, if it does so by too much."""
+    def lost(self, mesh, apart, area):
+        """Places and shares as in `strays` where a mesh loses or gains area, if too much of the `area` in m^2."""
         _, (_, distance), nearest, gained = apart
-        asked = WELL[1] * GOAL[1] * self.area.sum()
-        if abs(self.area.sum() - topology.areas(*mesh).sum() + gained) <= asked:
+        asked = WELL[1] * GOAL[1] * area
+        if abs(area - topology.areas(*mesh).sum() + gained) <= asked:
             return np.zeros((0, 3)), np.zeros(0)
         turned = 1 - np.abs((topology.shape(mesh[0][mesh[1]])[0][nearest] * self.normal).sum(axis=1))
         turned[(distance <= ON * self.edge) | (self.area == 0)] = 0

@@ -1,0 +1,66 @@
+"""A CAD file's triangles made fewer where they are much smaller than needed, and the surface stays where it is."""
+
+import numpy as np
+
+from mesh import topology
+from mesh.arrange import crossings
+from mesh.distance import samples
+from mesh.ground import Ground
+from mesh.meshlab import loaded
+from mesh.progress import say
+
+FEW = 20_000  # triangles; to fewer nothing is thinned
+SHARES = 1 / 2, 1 / 3, 1 / 5, 1 / 8  # wanted edges: what a surface is thinned to, or else to less
+FLAT = 1e-6  # the library's weight of round triangles beside the surface's place; at its 1e-3 tips are cut off
+OFF, LOST = 1 / 40, 2e-3  # wanted edges, and share of the area, by which a thinned surface may differ
+
+
+def thin(vertices, triangles, edge):
+    """A surface of many triangles with about as many as edges of a share of `edge` metres need, and metres it moved by.
+
+    What would come out too far off, lose area or cross itself keeps more triangles, and in the end all of them.
+    """
+    whole, area = (vertices, triangles), topology.areas(vertices, triangles).sum()
+    for share in SHARES:
+        enough = max(int(area / (np.sqrt(3) / 4 * (share * edge) ** 2)), FEW)
+        if len(triangles) <= 2 * enough:
+            break
+        say(f"thin {len(triangles)} triangles to {enough}")
+        made = _decimated(vertices, triangles, enough)
+        off = max(_apart(whole, made, edge), _apart(made, whole, edge))
+        if off <= OFF * edge and abs(topology.areas(*made).sum() - area) <= LOST * area and not _opens(made, whole):
+            return *made, off
+    return vertices, triangles, 0.0
+
+
+def _decimated(vertices, triangles, count):
+    """The surface with `count` triangles, or more where its topology asks for them."""
+    meshes = loaded(vertices, triangles)
+    meshes.meshing_decimation_quadric_edge_collapse(
+        targetfacenum=count,
+        preserveboundary=True,
+        preservenormal=True,
+        preservetopology=True,
+        planarquadric=True,
+        planarweight=FLAT,
+        autoclean=False,
+    )
+    mesh = meshes.current_mesh()
+    return topology.compact(mesh.vertex_matrix(), mesh.face_matrix())
+
+
+def _apart(surface, other, edge):
+    """Largest distance in metres from a surface to another, both (vertices, triangles)."""
+    return float(Ground(*other).distance(samples(*surface, edge / 2)[0])[0].max())
+
+
+def _opens(made, whole):
+    """True if more walls of single pieces cross than did, which opens solids where they are united."""
+    crossed = _crosses_itself(*made)
+    return crossed > 0 and crossed > _crosses_itself(*whole)
+
+
+def _crosses_itself(vertices, triangles):
+    """How many pairs of triangles of one piece cross; those of solids that overlap do not count."""
+    pairs, piece = crossings(vertices, triangles), topology.components(triangles)[1]
+    return int((piece[pairs[:, 0]] == piece[pairs[:, 1]]).sum()) if len(pairs) else 0
