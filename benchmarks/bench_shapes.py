@@ -28,7 +28,7 @@ def main():
     options = parser.parse_args()
     OUTPUT.mkdir(parents=True, exist_ok=True)
     rows = []
-    figure, panels = plt.subplots(3, 3, figsize=(12, 9), layout="constrained", sharex=True)
+    figure, panels = plt.subplots(2, 3, figsize=(12, 6), layout="constrained", sharex=True)
     with tempfile.TemporaryDirectory() as folder:
         for name, panel in zip(options.shapes, panels.ravel(), strict=False):
             reference, _ = field(folder, name, REFERENCE, options.threads)

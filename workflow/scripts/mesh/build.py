@@ -21,7 +21,7 @@ from mesh.progress import begin, say
 from mesh.read import check_size, in_metres, read_cad
 from mesh.remesh import P99, P99_LIMIT, Size, fitting, remesh, restore_volume
 from mesh.repair import CLOSE, repair
-from mesh.resolution import OF_PIECE, SINGLE, check_resolution, wanted_edge, wanted_edges
+from mesh.resolution import OF_PIECE, check_resolution, wanted_edge, wanted_edges
 
 WRONG = 1 / 20  # wavelengths between mesh and source: more is another target
 CHANGED = 0.05  # of its area or volume: likewise
@@ -30,7 +30,6 @@ FINER = 1.5, 2, 3  # times as many edges: what a refused mesh is tried with, to 
 WASTE = 6  # times the triangles of the first mesh: where shorter edges do not cure so far, they will not
 TRIES = 8  # meshes of a band, each finer where the last one misses
 CHORD = 1 / 40  # wanted edges between a CAD kernel's surface and its triangles: a tenth of what a mesh may miss
-BORDER = 0.7  # of the wanted edge: at open borders
 
 
 class Source(NamedTuple):
@@ -144,7 +143,7 @@ def _followed(source, edge, wavelength, axes, name):
 def _shortened(source, edge, wavelength, axes):
     """A band's mesh and its measures: edges are shortened where it misses the source, until it does nowhere."""
     surface, reach = source[:2], min(wavelength, max(source.measures["box"]))  # a small target is held to its own size
-    size = _at_borders(surface, _by_piece(surface, Size(edge)), wavelength / SINGLE)
+    size = _by_piece(surface, Size(edge))
     followed, half = Followed(*surface, edge), _half(surface, axes)
     best = fewest = None
     least = np.inf  # of the best, by how much its area is off
@@ -179,20 +178,6 @@ def _by_piece(surface, size):
             points = samples(vertices, mine, wanted)[0]
             size = size.shortened(points, wanted / size(points))
     return size
-
-
-def _at_borders(surface, size, finest):
-    """The Size with shorter edges at open borders of a surface (vertices, triangles), where currents are singular.
-
-    They stay as they are where that would be less than `finest` metres.
-    """
-    vertices, triangles = surface
-    start, stop = vertices[topology.rims(triangles)[0]].transpose(1, 0, 2)
-    if len(start) == 0 or BORDER * size.edge < finest:
-        return size
-    parts = ceil(np.linalg.norm(stop - start, axis=1).max() / size.edge * 4)
-    points = (start + np.linspace(0, 1, parts + 1)[:, None, None] * (stop - start)).reshape(-1, 3)
-    return size.shortened(points, np.full(len(points), BORDER))
 
 
 def _changes(band):

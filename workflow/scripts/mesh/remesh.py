@@ -2,7 +2,6 @@
 
 from typing import NamedTuple
 
-import igl
 import numpy as np
 from scipy.spatial import cKDTree
 
@@ -27,8 +26,6 @@ TOO_SHORT, STAY = 0.3, 0.05  # of the same, while long edges are halved
 LEAST_ANGLE = 20.0  # degrees; no vertex moves to make a smaller one
 STILL = 0.8  # cosine of the angle by which a moved vertex may turn a triangle
 RELAX = 0.7  # of the way to its neighbours' middle that a vertex moves
-NARROW, WIDER = 0.2, 0.5  # wanted edges: how wide rows of triangles shall be on open borders, and wider for each beside
-SETTLE = 10  # moves of the vertices to that
 P99, LONGEST = 1.345, 1.45  # wanted edges, for 99 % shorter than P99_LIMIT in the end, and all than 1.6
 P99_LIMIT = 1.35
 SHORTER = 0.97  # of that
@@ -92,12 +89,11 @@ def remesh(vertices, triangles, size, solid, axes=()):
         vertices = relax(vertices, triangles, wanted(vertices), ground)
         if number < PASSES - 1:
             continue
-        narrow = narrowed(vertices, triangles, size, ground, axes)
-        made = fitting(narrow, triangles, size, ground, axes)
+        made = fitting(vertices, triangles, size, ground, axes)
         mean, most = _ratios(*made, size).mean(), P99
         while number == PASSES + MORE - 1 and mean > MEAN[1]:  # its longest edges are cut where no edit changes it
             most *= SHORTER
-            made = fitting(narrow, triangles, size, ground, axes, most)
+            made = fitting(vertices, triangles, size, ground, axes, most)
             mean = _ratios(*made, size).mean()
         fits = mean <= MEAN[1]
         if best is None or (fits and len(made[1]) < fewest):
@@ -208,28 +204,6 @@ def relax(vertices, triangles, wanted, ground):
         back = np.unique(triangles[bad])
         points[back] = vertices[back]
     return points
-
-
-def narrowed(vertices, triangles, size, ground, axes):
-    """The vertices (V, 3) moved so that triangles along open borders are narrow, none longer or shorter along them.
-
-    The current along a border grows towards it without end: what wide triangles there miss of it is most of the error
-    of a plate without thickness. Borders in the mirror planes `axes` are not open.
-    """
-    ends, owner, _ = topology.rims(triangles)
-    for axis in axes:
-        beside = vertices[:, axis] != 0
-        kept = beside[ends].any(axis=1) | ~beside[triangles[owner]].any(axis=1)
-        ends, owner = ends[kept], owner[kept]
-    if len(ends) == 0:
-        return vertices
-    for _ in range(SETTLE):
-        tree = igl.AABB()
-        tree.init(vertices, np.ascontiguousarray(ends))
-        apart = np.sqrt(tree.squared_distance(vertices, ends, vertices)[0])
-        wanted = size(vertices)
-        vertices = relax(vertices, triangles, np.minimum(wanted, NARROW * wanted + WIDER * apart), ground)
-    return vertices
 
 
 def lift_chords(vertices, triangles, source, axis):
