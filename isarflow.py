@@ -14,9 +14,10 @@ import numpy as np
 class Images:
     """Images and what is known of each, arrays of one length n.
 
-    x: complex64 (n, range, crossrange), divided by its peak magnitude. y: the target's name; role: the target's, known,
-    unknown or other. side: train, validation, test or guard, which no side uses. snr: dB, infinite without noise.
-    elevation, azimuth: degrees, of the radar. realization: number of the noise sample.
+    x: complex64 (n, range, crossrange), divided by its peak magnitude; of several polarizations (n, channel, range,
+    crossrange), whose names the file has as `channel`. y: the target's name; role: the target's, known, unknown or
+    other. side: train, validation, test or guard, which no side uses. snr: dB, infinite without noise. elevation,
+    azimuth: degrees, of the radar. realization: number of the noise sample.
     """
 
     x: np.ndarray

@@ -9,6 +9,8 @@ import xarray as xr
 from core.store import write
 from core.sweep import C0
 
+FOURIER = {"imager": "fourier", "polarizations": ["VV"], "window": "hamming", "upsample": "none"}
+
 
 def point_field(points, amplitudes, frequency, elevation, azimuth):
     """f = sum of a exp(2jk u.p) over scatterers at points (P, 3): shape (frequency, elevation, azimuth)."""
@@ -38,7 +40,7 @@ def wide():
     return SimpleNamespace(
         frequency=np.linspace(4.05e9, 7.05e9, 27),
         azimuth=np.arange(242) * 360 / 242,
-        imaging={"imager": "fourier", "aperture": 21, "window": "hamming", "reformat": "polar", "upsample": "none"},
+        imaging=FOURIER | {"aperture": 21, "reformat": "polar"},
     )
 
 
@@ -48,7 +50,7 @@ def narrow():
     return SimpleNamespace(
         frequency=np.linspace(9.925e9, 10.075e9, 31),
         azimuth=100 + 0.05 * np.arange(31),
-        imaging={"imager": "fourier", "aperture": 31, "window": "hamming", "reformat": "none", "upsample": "none"},
+        imaging=FOURIER | {"aperture": 31, "reformat": "none"},
     )
 
 
@@ -60,7 +62,7 @@ def store(tmp_path):
         frequency=np.linspace(2e9, 3.5e9, 8),
         elevation=np.array([-30.0, 0.0, 30.0]),
         azimuth=np.arange(60) * 6.0,
-        imaging={"imager": "fourier", "aperture": 5, "window": "hamming", "reformat": "polar", "upsample": "none"},
+        imaging=FOURIER | {"aperture": 5, "reformat": "polar"},
         noise={"seed": 3, "realizations": 2, "definition": "peak_3db", "per": "image"},
         folder=tmp_path,
         write=write_field,

@@ -53,18 +53,23 @@ def run_of(selection=ALL, name="multi", seed=0, **more):
     return {key: run[key] for key in LEARNED}
 
 
-def write(path, images, azimuth):
-    """A store as the imaging stage writes it; images with five dimensions have noise realizations in front."""
-    names = ["realization", "elevation", "azimuth", "range", "crossrange"][-images.ndim :]
-    coordinates = {"elevation": ELEVATION, "azimuth": azimuth}
+def write(path, images, azimuth, channels=()):
+    """A store as the imaging stage writes it; images with a dimension more have noise realizations in front.
+
+    channels: the polarizations of several; then images are (..., channel, range, crossrange).
+    """
+    names = ["elevation", "azimuth", *(["channel"] if channels else []), "range", "crossrange"]
+    names = ["realization"] * (images.ndim - len(names)) + names
+    coordinates = {"elevation": ELEVATION, "azimuth": azimuth} | ({"channel": list(channels)} if channels else {})
     pixels = {"range": (RANGE, "away from the radar"), "crossrange": (CROSSRANGE, "horizontal")}
     for name, (count, comment) in pixels.items():
         coordinates[name] = name, np.arange(count) * 0.1, {"units": "m", "comment": comment}
-    if images.ndim == 5:
+    is_noisy = names[0] == "realization"
+    if is_noisy:
         coordinates["realization"] = np.arange(len(images))
-    attrs = {"range_wavenumber": 40.0}
+    attrs = {"range_wavenumber": 40.0, "polarization": ", ".join(channels) or "VV"}
     data = {"image": (names, images.astype(np.complex64))}
-    if images.ndim == 5:
+    if is_noisy:
         directions = (len(ELEVATION), len(azimuth))
         data["snr_mean"] = (
             ("elevation", "azimuth"),

@@ -10,7 +10,7 @@ from core.errors import InputError
 from learning import openmax
 from learning.classifier import build
 from learning.conformance import check_fitted
-from learning.features import real_imaginary, squared_distances
+from learning.features import KINDS, of, real_imaginary, squared_distances
 
 FCNN = {"width": 32, "epochs": 20, "batch": 16, "learning_rate": 0.003, "openmax_tail": 5, "openmax_alpha": 1}
 SETTINGS = {
@@ -39,6 +39,53 @@ def fitted(name, images, labels, **settings):
 def test_features_are_real_then_imaginary_parts():
     images = np.arange(6).reshape(1, 2, 3) * (1 - 2j)
     assert real_imaginary(images).tolist() == [[0, 1, 2, 3, 4, 5, 0, -2, -4, -6, -8, -10]]
+
+
+def test_features_are_what_their_names_say():
+    images = np.array([[[[3 + 4j, 0.5], [0, 5e-5j]]], [[[0, 0], [0, 0]]]], np.complex64)
+    assert of(images, "parts").tolist() == real_imaginary(images).tolist()
+    np.testing.assert_allclose(of(images, "magnitude"), [[5, 0.5, 0, 5e-5], [0, 0, 0, 0]], rtol=1e-6)
+    np.testing.assert_allclose(of(images, "power"), [[25, 0.25, 0, 25e-10], [0, 0, 0, 0]], rtol=1e-6)
+    # -20 dB is a third of the way down to the floor, at which all fainter pixels are.
+    np.testing.assert_allclose(of(images, "log"), [[1, 2 / 3, 0, 0], [0, 0, 0, 0]], atol=1e-6)
+    assert {of(images, kind).dtype for kind in KINDS} == {np.dtype(np.float32)}
+    assert of(images, "log", np.float64).dtype == np.float64
+    with pytest.raises(InputError, match="'features' is 'phase'; it must be one of parts, magnitude, power, log"):
+        of(images, "phase")
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("name", SETTINGS)
+def test_a_model_sees_of_an_image_what_its_setting_says(name, kind):
+    """The classes differ by the place of a bright pixel; every pixel's phase is drawn at random."""
+    random, labels = np.random.default_rng(3), clouds(2)[1]
+
+    def turned(images):
+        return images * np.exp(2j * np.pi * random.random(images.shape)).astype(np.complex64)
+
+    images = (0.05 * clouds(1, 120)[0]).astype(np.complex64)
+    images[labels == "class0", 1, 1], images[labels == "class1", 2, 2] = 1, 1
+    images = turned(images)
+    model = fitted(name, images[:80], labels[:80], features=kind)
+    right = (model.predict(images[80:]) == labels[80:]).mean()
+    if name != "fcnn":  # which this test gives too little time to learn
+        assert right < 0.8 if (name, kind) == ("lr", "parts") else right > 0.9
+    scores, others = (model.evaluate(some).scores for some in (images[80:], turned(images[80:])))
+    # Of all but the parts, a pixel's phase changes nothing.
+    assert np.allclose(scores, others, rtol=1e-3, atol=1e-3 * np.abs(scores).max()) == (kind != "parts")
+    if kind == "parts":
+        np.testing.assert_array_equal(scores, fitted(name, images[:80], labels[:80]).evaluate(images[80:]).scores)
+
+
+@pytest.mark.parametrize("kind", ["magnitude", "power", "log"])
+def test_the_matched_filter_of_features_without_phase_is_the_largest_zncc(kind):
+    images, labels = clouds(3, count=7)
+    tests, _ = clouds(3, count=5, seed=1)
+    model = fitted("matched_filter", images, labels, features=kind)
+    x, y = of(images, kind, float), of(tests, kind, float)
+    every = np.corrcoef(y, x)[: len(y), len(y) :]
+    expected = np.stack([every[:, labels == name].max(axis=1) for name in model.classes_], axis=1)
+    np.testing.assert_allclose(model.decision_function(tests), expected, atol=1e-5)
 
 
 def test_squared_distances_are_those_of_the_differences():

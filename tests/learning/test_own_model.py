@@ -195,6 +195,15 @@ def test_the_forest_of_the_docs_learns_and_is_kept(own, stores, tmp_path):
         own(code + "\n    def load(self, folder):\n        return self\n")
 
 
+def test_a_forest_sees_the_features_that_it_is_told(own, stores, tmp_path):
+    code = example("RandomForest").replace('settings["trees"]', 'settings["power"] * 20')
+    plain, log = (digest(own(code, {"kind": "mine", "power": 1} | more)) for more in ({}, {"features": "log"}))
+    same = digest(own(code, {"kind": "mine", "power": 1, "features": "magnitude"}))
+    assert plain["estimator.joblib"] == same["estimator.joblib"] != log["estimator.joblib"]
+    with pytest.raises(InputError, match="'features' is 'phase'"):
+        own(code, {"kind": "mine", "power": 1, "features": "phase"})
+
+
 def test_an_estimator_without_probabilities_gives_its_decision_function(own, stores, tmp_path):
     code = example("RandomForest").replace("sklearn.ensemble", "sklearn.linear_model")
     code = re.sub(r"RandomForestClassifier\(.*\)", "RidgeClassifier()", code).replace("RandomForest", "Ridge")

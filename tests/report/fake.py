@@ -25,7 +25,14 @@ SETTINGS = {
     "radar": {"center_frequency": 1e9, "bandwidth": 0.4e9, "frequencies": 5, "polarizations": ["VV", "HH"]},
     "aspect": {"elevation": {"start": -30, "stop": 30, "step": 30}, "azimuth": {"count": 24}},
     "scattering": {"solver": "mom", "formulation": "efie", "precision": "single", "tolerance": 1e-5},
-    "imaging": {"imager": "fourier", "aperture": 3, "window": "hamming", "reformat": "polar", "upsample": "none"},
+    "imaging": {
+        "imager": "fourier",
+        "polarizations": ["VV"],
+        "aperture": 3,
+        "window": "hamming",
+        "reformat": "polar",
+        "upsample": "none",
+    },
     "noise": {"snr_db": [-12, 0, 2.5, 12, 24], "realizations": 2, "definition": "peak_3db", "per": "image"},
     "learning": {
         "split": {"scheme": "random", "train": 0.7, "validation": 0.33, "folds": 3, "spacing": 0},
@@ -211,27 +218,33 @@ def _scattering(path, name, settings, frequency, elevation, azimuth):
 
 
 def _images(folder, settings, elevation, azimuth):
-    """Random pixels, each image with its peak at 1."""
+    """Random pixels, each image with its peak at 1 over all its channels."""
     random = np.random.default_rng([5, *folder.name.encode()])
     pixels = (settings["radar"]["frequencies"], settings["imaging"]["aperture"])
+    names = settings["imaging"]["polarizations"]
+    channels, inner = ((len(names),), ("channel",)) if len(names) > 1 else ((), ())
+    coords = {"channel": coordinate("channel", np.array(names), "1")} if inner else {}
     noise = settings["noise"]
     for store in ("clean", *map(sweep.snr_label, noise["snr_db"])):
         lead = () if store == "clean" else (noise["realizations"],)
-        image = random.normal(size=(*lead, len(elevation), len(azimuth), *pixels, 2)) @ [1, 1j]
-        image = (image / np.abs(image).max(axis=(-2, -1), keepdims=True)).astype(np.complex64)
+        image = random.normal(size=(*lead, len(elevation), len(azimuth), *channels, *pixels, 2)) @ [1, 1j]
+        over = tuple(range(-2 - len(channels), 0))
+        image = (image / np.abs(image).max(axis=over, keepdims=True)).astype(np.complex64)
         axes = ("realization",) * len(lead) + ("elevation", "azimuth")
         dataset = xr.Dataset(
             {
-                "image": ((*axes, "range", "crossrange"), image),
-                "peak": (axes, np.ones(image.shape[:-2], np.float32)),
+                "image": ((*axes, *inner, "range", "crossrange"), image),
+                "peak": (axes, np.ones(image.shape[: len(axes)], np.float32)),
             },
             {
+                **coords,
                 "elevation": coordinate("elevation", elevation, "degrees"),
                 "azimuth": coordinate("azimuth", azimuth, "degrees"),
                 "range": coordinate("range", 0.3 * (np.arange(pixels[0]) - pixels[0] // 2), "m"),
                 "crossrange": coordinate("crossrange", 0.2 * (np.arange(pixels[1]) - pixels[1] // 2), "m"),
             },
             {
+                "polarization": "VV",
                 "aperture_angle": 75.0,
                 "range_resolution": 0.3,
                 "crossrange_resolution": 0.2,

@@ -339,6 +339,7 @@ def test_solved_field_fed_back_gives_the_same_images(tmp_path):
         first, second = xr.open_zarr(solved)[name], xr.open_zarr(fed)[name]
         assert first.values.tobytes() == second.values.tobytes() and first.attrs == second.attrs, name
     imaging = {"imager": "fourier", "aperture": 5, "window": "hamming", "reformat": "polar", "upsample": "none"}
+    imaging |= {"polarizations": radar["polarizations"]}
     noise = {"seed": 1, "realizations": 2, "definition": "peak_3db", "per": "image"}
     for path in (solved, fed):
         make_clean(path, None, path.with_suffix(".clean"), imaging)

@@ -294,7 +294,49 @@ BAD = {
     "a range of SNRs of no number": ({"noise": {"snr_db": {"step": float("nan")}}}, "noise.snr_db.step", "finite"),
     "no such imager": ({"imaging": {"imager": "furier"}}, "imaging.imager", "did you mean 'fourier'?"),
     "imager of no name": ({"imaging": {"imager": [1]}}, "imaging.imager", "There are: fourier"),
-    "key of no imager": ({"imaging": {"looks": 3}}, "imaging.looks", "aperture, imager, reformat, upsample, window"),
+    "key of no imager": (
+        {"imaging": {"looks": 3}},
+        "imaging.looks",
+        "aperture, imager, polarizations, reformat, upsample, window",
+    ),
+    "channel that is not solved": (
+        {"imaging": {"polarizations": ["VV", "HV"]}},
+        "imaging.polarizations",
+        "HV is none of 'radar.pol",
+    ),
+    "channel that no image has": (
+        {
+            "radar": {"polarizations": ["VV", "HH"]},
+            "imaging": {"polarizations": ["VV"]},
+            **one_experiment(channels=["HH"]),
+        },
+        "learning.experiments.e.channels",
+        "HH is none of 'imaging.polarizations' (VV)",
+    ),
+    "channel of no name": (one_experiment(channels=["VW"]), "learning.experiments.e.channels.0", "not one of VV, HH"),
+    "features": (
+        {"learning": {"models": {"knn": {"features": "magnitud"}}}},
+        "learning.models.knn.features",
+        "did you mean 'magnitude'",
+    ),
+    "a choice of features": (
+        {"learning": {"models": {"lr": {"features": ["log", "phase"]}}}},
+        "learning.models.lr.features",
+        "'phase'",
+    ),
+    "features of a model that has its own": (
+        {"learning": {"models": {"capsule": {"features": "log"}}}},
+        "learning.models.capsule.features",
+        "is unknown",
+    ),
+    "more channels than covariances hold": (
+        {
+            "radar": {"polarizations": ["VV", "HH", "HV"]},
+            **one_experiment(models=["adaptive_filter"], snr_db={"random": [0, 6]}, upsample=64),
+        },
+        "learning.experiments.e.upsample",
+        "have 12288",
+    ),
     "aperture too wide": ({"imaging": {"aperture": 61}}, "imaging.reformat", "imaging.aperture"),
     "aperture that keeps little bandwidth": ({"imaging": {"aperture": 37}}, "imaging.reformat", "of the bandwidth"),
     "too few pixels": ({"imaging": {"upsample": 10}}, "imaging.upsample", "11 samples"),

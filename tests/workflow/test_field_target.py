@@ -8,7 +8,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from core.errors import InputError
 from core.sweep import azimuths, elevations, frequencies
+from scattering.store import write_field
+from setup.config import load
+from setup.overview import overview
 from setup.yaml_file import read_yaml
 
 TINY = ("--configfile", "config/tiny.yaml")
@@ -104,6 +108,25 @@ def test_meshed_target_beside_fields_gets_its_mesh_and_solve(kept):
         "image": 1,
         "report": 1,
     }
+
+
+def test_a_store_without_a_polarization_that_is_asked_for_is_refused_before_any_work(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    axes = [1e9, 1.1e9], [0.0], [0.0, 10.0, 20.0]
+    write_field("one.zarr", np.ones((1, 2, 1, 3), np.complex64), ["VV"], *axes, {})
+    target = {"field": "one.zarr", "role": "other"}
+    said = r"field.*one\.zarr: no polarization HH, which config key 'radar\.polarizations' asks for; there is VV"
+
+    def config(*polarizations):
+        radar = {"polarizations": list(polarizations)}
+        return load({"targets": {"*": None, "copy": target}, "radar": radar, "learning": {"experiments": {}}})
+
+    assert not [line for line in overview(config("VV"), tmp_path / "results", refuse=True) if "no polarization" in line]
+    with pytest.raises(InputError, match=f"'targets.copy.{said}"):
+        overview(config("VV", "HH"), tmp_path / "results", refuse=True)
+    assert any(
+        "Warning: copy: one.zarr: no polar" in line for line in overview(config("VV", "HH"), tmp_path / "results")
+    )
 
 
 # The last: the job that fails leaves its target without a store.

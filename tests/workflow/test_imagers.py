@@ -98,7 +98,10 @@ def test_an_imager_of_ones_own_is_one_file_and_lines_of_config(project):
     [
         ("looks: 0", "'imaging.looks': 0 is less than 1. Expected: parts of the aperture"),
         ("looks: 12", "'imaging.looks': there are more looks than"),
-        ("looks: 2, window: hann", "'imaging.window' is unknown. Known keys here: aperture, imager, looks."),
+        (
+            "looks: 2, window: hann",
+            "'imaging.window' is unknown. Known keys here: aperture, imager, looks, polarizations.",
+        ),
         ("imager: multilok", "'imaging.imager': there is no imager 'multilok'; did you mean 'multilook'?"),
         ("aperture: 9", "'imaging.looks' is missing. Expected: parts of the aperture"),
     ],

@@ -27,13 +27,14 @@ targets:
   disc: {field: fields/disc.zarr, role: known}
   kite: {field: fields/kite.zarr, role: unknown}
   cube: {field: fields/cube.zarr, role: other}
-radar: {center_frequency: 1.0e+9, bandwidth: 0.4e+9, frequencies: 6}
+radar: {center_frequency: 1.0e+9, bandwidth: 0.4e+9, frequencies: 6, polarizations: [VV, HH]}
 aspect: {elevation: {start: 0, stop: 30, step: 10}, azimuth: {count: 40}}
 imaging: {aperture: 5}
 noise: {snr_db: [0, 20], realizations: 2}
 learning:
   models:
     lr_tuned: {penalty: [0.01, 1]}
+    knn: {features: magnitude}
     fcnn: {width: 32, batch: 8, epochs: 10}
     capsule: {width: 8, capsules: 2, decoder: 16, batch: 8}
     capsule_denoise: {epochs: 15}
@@ -46,6 +47,7 @@ learning:
       train: {elevation: all, snr_db: clean}
       models: [matched_filter, fcnn_other]
       open: true
+      channels: [VV]
     far:
       train: {elevation: all, snr_db: clean}
       models: [matched_filter]
@@ -60,9 +62,11 @@ learning:
       train: {elevation: all, snr_db: {each: [0, 20]}}
       models: [lr]
       upsample: 12
+      channels: [VV]
     mixed:
       train: {elevation: all, snr_db: {random: [clean, 20]}}
       models: [fcnn]
+      channels: [VV]
     encoded:
       train: {elevation: all, snr_db: {random: [clean, 20]}}
       models: [capsule_denoise, adaptive_filter]
@@ -102,8 +106,11 @@ def project(project_of):
     k = 2 * np.pi * sweep[0] / C0
     for name, points in POINTS.items():
         nearer = direction @ np.array(points).T
-        field = np.exp(2j * k[:, None, None, None] * nearer).sum(axis=-1).astype(np.complex64)
-        write_field(project.folder / f"fields/{name}.zarr", field[None], ["VV"], *sweep, {"formulation": "points"})
+        echoes = np.exp(2j * k[:, None, None, None] * nearer)
+        # In HH scatterers are the weaker the farther back they lie, on both sides alike.
+        field = np.stack([echoes.sum(axis=-1), echoes @ (0.5 + np.array(points)[:, 0])])
+        path = project.folder / f"fields/{name}.zarr"
+        write_field(path, field.astype(np.complex64), ["VV", "HH"], *sweep, {"formulation": "points"})
     finished = project.run("--cores", 2, "report", *LEARN)
     assert finished.returncode == 0, finished.stdout
     assert "Traceback" not in finished.stdout  # nor from a library that says goodbye
@@ -149,6 +156,7 @@ def test_every_run_has_its_models_and_predictions(results):
         run: json.loads((results / f"learning/models/{run}/config.json").read_text())["image_shape"] for run in FITTED
     }
     assert shapes["noisy_snr_0dB/lr"] == [12, 12] and shapes["mixed/fcnn"] == [6, 5]
+    assert shapes["far_fold2/matched_filter"] == [2, 6, 5] and shapes["encoded/capsule_denoise"] == [2, 18, 18]
 
 
 def test_the_scores_name_experiment_split_and_training_snr(scores):
@@ -210,7 +218,8 @@ def test_pure_noise_is_an_image_store_of_its_own(results):
     noise = xr.open_zarr(results / "imaging/pure-noise/clean.zarr").load()
     like = xr.open_zarr(results / "imaging/dart/clean.zarr").load()
     assert noise.image.dims == like.image.dims and noise.image.shape == like.image.shape
-    np.testing.assert_allclose(np.abs(noise.image).max(["range", "crossrange"]), 1, rtol=1e-6)
+    assert noise.image.dims == ("elevation", "azimuth", "channel", "range", "crossrange")
+    np.testing.assert_allclose(np.abs(noise.image).max(["channel", "range", "crossrange"]), 1, rtol=1e-6)
     # Neighbouring images of noise have nothing in common, unlike those of a target.
     flat = noise.image.values.reshape(4, 40, -1)
     flat = flat / np.linalg.norm(flat, axis=-1, keepdims=True)
@@ -261,6 +270,16 @@ EDITS = {
         {"predict": 13, "scores": 1, "report": 1},
     ),
     "closed": ("      open: true\n", "", AFTER_TEST | {"predict": 2}),
+    "channels of an experiment": (
+        "[lr_tuned, knn]\n",
+        "[lr_tuned, knn]\n      channels: [HH]\n",
+        {"train": 2, "predict": 2, **AFTER},
+    ),
+    "channels of all images": (
+        "imaging: {aperture: 5}",
+        "imaging: {aperture: 5, polarizations: [VV]}",
+        {"image": 4, "noise": 4, "pure_noise": 1, "train": 13, "predict": 13, "reconstruct": 1, **AFTER},
+    ),
     "the default split's share": (
         "learning:\n",
         "learning:\n  split: {train: 0.6}\n",

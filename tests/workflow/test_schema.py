@@ -35,7 +35,9 @@ def keys_of(rules, path=()):
 
 KEYS = dict(keys_of(schema()))
 for name in available(MODELS):
-    KEYS |= {("learning", "models", name, key): True for key in kind(MODELS, name).settings}
+    KEYS |= {
+        ("learning", "models", name, key): "default" not in rule for key, rule in kind(MODELS, name).settings.items()
+    }
 KEYS |= {("imaging", key): True for key in settings_of("imaging", {"imager": "fourier"})}
 KEYS |= {("scattering", key): True for key in settings_of("scattering", {"solver": "mom"})}
 

@@ -65,6 +65,7 @@ EDITS = {
     "imaging.window": ("aperture: 5", "aperture: 5, window: hann", IMAGED),
     "imaging.reformat": ("aperture: 5", "aperture: 5, reformat: exact", IMAGED),
     "imaging.upsample": ("aperture: 5", "aperture: 5, upsample: 12", IMAGED),
+    "imaging.polarizations": ("aperture: 5", "aperture: 5, polarizations: [VV]", {}),
     "noise.realizations": ("realizations: 2", "realizations: 3", {"noise": 2, **TESTED}),
     "noise.definition": ("realizations: 2", "realizations: 2, definition: mean", {"noise": 2, **TESTED}),
     "noise.per": ("realizations: 2", "realizations: 2, per: sweep", {"noise": 2, **TESTED}),
@@ -82,6 +83,7 @@ EDITS = {
     "folds that no experiment has": ("learning:\n", "learning:\n  split: {folds: 3}\n", {"report": 1}),
     "learning.realizations": ("learning:\n", "learning:\n  realizations: all\n", TESTED),
     "a hyper-parameter": ("learning:\n", MODELS + "{knn: {k: 3}}\n", ONE_MODEL),
+    "a model's features": ("learning:\n", MODELS + "{knn: {features: magnitude}}\n", ONE_MODEL),
     "a model more": ("[lr, knn]", "[lr, knn, svm]", ONE_MODEL),
     "a model less": ("[lr, knn]", "[lr]", {"timing": 1, "scores": 1, "report": 1}),
     "an experiment more": (

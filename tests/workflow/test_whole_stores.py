@@ -18,6 +18,7 @@ from scattering.store import join_bands, write_field
 RADAR = {"center_frequency": 1e9, "bandwidth": 0.4e9, "frequencies": 6, "polarizations": ["VV"]}
 ASPECT = {"elevation": {"start": 0, "stop": 10, "step": 10}, "azimuth": {"count": 12}}
 IMAGING = {"imager": "fourier", "aperture": 3, "window": "hamming", "reformat": "polar", "upsample": "none"}
+IMAGING |= {"polarizations": ["VV"]}
 NOISE = {"seed": 1, "realizations": 2, "definition": "mean", "per": "image"}
 FREQUENCY, ELEVATION, AZIMUTH = np.linspace(0.8e9, 1.2e9, 6), np.array([0.0, 10.0]), np.arange(12) * 30.0
 EVERY = {"a": AZIMUTH, "pure-noise": AZIMUTH}  # of each target

@@ -329,6 +329,7 @@ def megabytes_of(run, model):
     run, plan, copies = RUNS[run], planned(config), config["noise"]["realizations"]
     sampled = plan["range_pixels"] * plan["crossrange_pixels"]
     pixels = sampled if run["upsample"] == "none" else run["upsample"] ** 2
+    pixels *= experiments.channels_of(run, plan["channels"])
     sets = len(trained_targets(model)) * sum(1 if snr == experiments.CLEAN else copies for snr in run["snrs"])
     sets = max(sets, copies)  # a prediction reads the noisy images of a target at a time
     stated = model_kind(MODELS, model).stated

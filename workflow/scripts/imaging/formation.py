@@ -12,6 +12,7 @@ from core.sweep import C0, closes_circle
 FOLDER = "imaging/imagers"  # where the kinds are, below workflow/scripts
 
 BYTES = 8  # one complex64
+SHARED = ("imager", "aperture", "polarizations")  # keys of the config's section that are no settings of an imager
 
 
 class Formation:
@@ -82,7 +83,7 @@ def build(frequency, angle, imaging):
     cannot make an image.
     """
     imager = load_class(FOLDER, imaging["imager"], "Imager", Formation)
-    return imager(frequency, angle, {key: imaging[key] for key in imaging if key not in ("imager", "aperture")})
+    return imager(frequency, angle, {key: imaging[key] for key in imaging if key not in SHARED})
 
 
 def apertures(field, azimuth, aperture):
@@ -99,20 +100,22 @@ def apertures(field, azimuth, aperture):
 
 
 def form_images(imager, samples):
-    """Images of one elevation: samples (images, F * A) -> complex64 (images, range, crossrange), peaks (images,).
+    """Images of one elevation, complex64 (images, [channel,] range, crossrange), and their peaks (images,).
 
-    Images are divided by their peaks; a zero image (a symmetric target, cross-polarized) stays zero. All are formed in
-    one call: the result of an image then never depends, in its last bit, on how many others the run makes.
+    samples: (images, [channel,] F * A). An image is divided by its one peak over all channels; a zero image (a
+    symmetric target, cross-polarized) stays zero. All are formed in one call: the result of an image then never
+    depends, in its last bit, on how many others the run makes.
     InputError if the imager gives images of another shape than its axes, or what is not finite.
     """
-    image = imager.on_axes(samples.reshape(len(samples), len(imager.frequency), len(imager.angle)))
-    shape = (len(samples), *(len(axis) for axis in imager.axes()))
+    image = imager.on_axes(samples.reshape(-1, len(imager.frequency), len(imager.angle)))
+    shape = (samples[..., 0].size, *(len(axis) for axis in imager.axes()))
     if image.shape != shape or not np.isfinite(image).all():
         wrong = f"images of shape {image.shape}" if image.shape != shape else "values that are not finite"
         raise InputError(
             f"{imager.file}: its Imager makes {wrong}; by its axes finite images of shape {shape} are expected."
         )
     image = image if imager.coherent else np.abs(image)
-    peak = np.abs(image).max(axis=(1, 2))
-    image = image / np.where(peak > 0, peak, 1)[:, None, None]
-    return image.astype(np.complex64, copy=False), peak
+    image = image.reshape(*samples.shape[:-1], *shape[1:])
+    peak = np.abs(image).max(axis=tuple(range(1, image.ndim)), keepdims=True)
+    image = image / np.where(peak > 0, peak, 1)
+    return image.astype(np.complex64, copy=False), peak.reshape(len(samples))

@@ -85,7 +85,7 @@ def geometry(frequency, elevation, azimuth, imaging):
     turn = np.radians(uniform_step("azimuth", azimuth))
     samples = imaging["aperture"]
     wavelength = C0 / ((frequency[0] + frequency[-1]) / 2)
-    images = len(elevation) * len(centres(azimuth, samples))
+    images, channels = len(elevation) * len(centres(azimuth, samples)), len(imaging["polarizations"])
     imager = imager_of(frequency, azimuth, imaging)
     down, cross = imager.axes()
     sizes = {
@@ -102,7 +102,8 @@ def geometry(frequency, elevation, azimuth, imaging):
         "crossrange_pixel": uniform_step(f"{imager.file}, cross-range", cross),
         "least_cosine": float(np.cos(np.radians(np.abs(elevation).max()))),
         "images": images,
-        "bytes": images * len(down) * len(cross) * BYTES,
+        "channels": channels,
+        "bytes": images * channels * len(down) * len(cross) * BYTES,
         "working_bytes": imager.working_bytes(len(down) * len(cross)),
     }
     return sizes | {"words": imager.words(), "coherent": imager.coherent, "warnings": imager.warnings(sizes)}
@@ -120,6 +121,11 @@ def megabytes(geometry, copies):
     return 500 + (2.5 * copies * geometry["bytes"] + geometry["working_bytes"]) / 1e6
 
 
+def of_channels(geometry):
+    """In words, how many polarizations an image has; nothing of one."""
+    return f" of {geometry['channels']} polarizations" if geometry["channels"] > 1 else ""
+
+
 def describe(geometry):
     """What `geometry` gives, as lines of text."""
     return [
@@ -131,7 +137,7 @@ def describe(geometry):
         ),
         f"crossrange extent at the highest frequency: {geometry['crossrange_extent_highest_frequency']:.3f} m",
         f"aperture {geometry['aperture_angle']:.2f} degrees, bandwidth {100 * geometry['fractional_bandwidth']:.1f} %",
-        f"{geometry['images']} images, {geometry['bytes'] / 1e6:.3g} MB",
+        f"{geometry['images']} images{of_channels(geometry)}, {geometry['bytes'] / 1e6:.3g} MB",
     ]
 
 

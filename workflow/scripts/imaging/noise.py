@@ -33,9 +33,12 @@ def definition_offset(samples):
         return 10 * np.log10(signal_power(samples, "peak_3db") / signal_power(samples, "mean"))
 
 
-def generator(seed, target, snr_db, realization):
-    """The random numbers of one realization. They follow from these names and values, and from nothing else."""
-    key = f"{seed}|{target}|{float(snr_db)!r}|{realization}"
+def generator(seed, target, snr_db, realization, channel=None):
+    """The random numbers of one realization. They follow from these names and values, and from nothing else.
+
+    channel: the name of a channel after the first; the first one's numbers do not depend on what it is called.
+    """
+    key = f"{seed}|{target}|{float(snr_db)!r}|{realization}{f'|{channel}' if channel else ''}"
     return np.random.default_rng(int.from_bytes(hashlib.sha256(key.encode()).digest()))
 
 

@@ -22,6 +22,7 @@ VARIABLES = {
     "peak": ("m", "peak magnitude of the image, as a scattering amplitude"),
     "elevation": ("degrees", "elevation of the radar above the horizon"),
     "azimuth": ("degrees", "azimuth of the radar, centre of the aperture"),
+    "channel": ("1", "polarization, receive and transmit (V = elevation, H = azimuth)"),
     "range": ("m", "down-range from the origin, negative towards the radar"),
     "crossrange": ("m", "cross-range from the origin"),
     "realization": ("1", "number of the noise sample"),
@@ -29,6 +30,7 @@ VARIABLES = {
     **{f"snr_{name}": ("dB", f"SNR of the image's aperture, by the definition {name}") for name in DEFINITIONS},
 }
 COMMENTS = {
+    "channel": "noise has the same variance in all channels, that which gives the first one its SNR",
     "range": "along the line of sight of the image's centre direction",
     "crossrange": "horizontal, along increasing azimuth; true horizontal distance times cos(elevation)",
 }
@@ -37,13 +39,14 @@ COMMENTS = {
 def make_clean(field_path, mesh_path, image_path, imaging):
     """Form the images of a scattering store without noise and write them.
 
-    The store has `image` (elevation, azimuth, range, crossrange), complex64, divided by its peak magnitude, and that
-    `peak` (elevation, azimuth) in m; snr_definition_offset, of the same shape, is in dB what the choice of
-    noise.definition changes. imaging: the config's section.
+    The store has `image` (elevation, azimuth, [channel,] range, crossrange), complex64, divided by its one peak
+    magnitude, and that `peak` (elevation, azimuth) in m; snr_definition_offset, of the same shape, is in dB what the
+    choice of noise.definition changes. imaging: the config's section; its polarizations are the channels, which one
+    alone does without. What is said of SNR is that of the first.
     mesh_path: what the mesh stage says of the mesh, whose reach says if the target fits the unambiguous extent; None
-    without a mesh. Images are of the field's first polarization, the first of radar.polarizations.
+    without a mesh.
     """
-    plan = _Plan(_open(field_path), imaging)
+    plan = _Plan(_open(field_path, imaging["polarizations"]), imaging)
     print(*describe(plan.geometry), sep="\n")
     reach = 0.0
     if mesh_path is None:
@@ -52,7 +55,7 @@ def make_clean(field_path, mesh_path, image_path, imaging):
         reach = json.loads(Path(mesh_path).read_text())["source"]["reach"]
     for warning in warnings(plan.geometry, reach):
         print(f"Warning: {warning}")
-    formed = [(*form_images(plan.imager, samples), definition_offset(samples)) for samples in plan.samples()]
+    formed = [(*form_images(plan.imager, samples), definition_offset(samples[:, 0])) for samples in plan.samples()]
     images, peaks, offsets = map(np.array, zip(*formed, strict=True))
     offset = float(np.nanmean(offsets)) if np.isfinite(offsets).any() else 0.0
     print(f"SNR definitions: peak_3db reads {offset:.2f} dB higher than mean, on average over the images")
@@ -64,27 +67,28 @@ def make_noisy(field_path, image_paths, imaging, target, noise):
 
     image_paths: a store for each SNR, named by its label, as snr_6dB.zarr. target: its name, part of the seed. noise:
     mapping with seed, realizations, definition and per.
-    A store has each image's own SNR besides, snr_<definition> (elevation, azimuth) in dB by each definition.
+    A store has each image's own SNR besides, snr_<definition> (elevation, azimuth) in dB by each definition. All
+    channels have noise of the variance that gives the first one its SNR, as one receiver has it.
     """
-    plan = _Plan(_open(field_path), imaging)
+    plan = _Plan(_open(field_path, imaging["polarizations"]), imaging)
     for path in tqdm(image_paths, unit="SNR", desc="adding noise", leave=False):
         _make_at(plan, path, target, sweep.snr_of_label(Path(path).stem), noise)
 
 
 def _make_at(plan, path, target, snr_db, noise):
     """Write the images of a plan at one SNR; arguments as of `make_noisy`."""
-    randoms = [generator(noise["seed"], target, snr_db, number) for number in range(noise["realizations"])]
+    randoms = [plan.randoms(noise["seed"], target, snr_db, number) for number in range(noise["realizations"])]
     images = np.empty((len(randoms), len(plan.elevation), len(plan.azimuth), *plan.shape), np.complex64)
     peaks = np.empty(images.shape[:3], np.float32)
     own = {name: np.empty(peaks.shape[1:], np.float32) for name in DEFINITIONS}
     for row, samples in enumerate(plan.samples()):
-        powers = {name: signal_power(samples, name) for name in DEFINITIONS}
+        powers = {name: signal_power(samples[:, 0], name) for name in DEFINITIONS}
         variance = variances(powers[noise["definition"]], snr_db, noise["per"])
         for name, power in powers.items():
             with np.errstate(invalid="ignore"):  # an aperture without signal has no SNR
                 own[name][row] = 10 * np.log10(power / variance)
-        for number, random in enumerate(randoms):
-            noisy = samples + plan.noise(variance, noise["per"], random)
+        for number, of_channels in enumerate(randoms):
+            noisy = samples + plan.noise(variance, noise["per"], of_channels)
             images[number, row], peaks[number, row] = form_images(plan.imager, noisy)
     shared = {"snr_db": float(snr_db), "snr_definition": noise["definition"], "noise_per": noise["per"]}
     plan.write(path, images, peaks, shared | {"seed": noise["seed"]}, {f"snr_{name}": of for name, of in own.items()})
@@ -96,20 +100,23 @@ def make_pure_noise(radar, aspect, image_path, imaging, seed):
     radar, aspect, imaging: sections of the config.
     """
     axes = {
+        "polarization": imaging["polarizations"],
         "frequency": sweep.frequencies(radar),
         "elevation": sweep.elevations(aspect),
         "azimuth": sweep.azimuths(aspect),
     }
     ones = np.ones([len(values) for values in axes.values()], np.complex64)
-    plan = _Plan(xr.DataArray(ones, axes | {"polarization": radar["polarizations"][0]}, list(axes)), imaging)
-    random = generator(seed, PURE_NOISE, 0, 0)
-    variance = np.ones(len(plan.azimuth))
-    formed = [form_images(plan.imager, plan.noise(variance, "image", random)) for _ in plan.elevation]
+    plan = _Plan(xr.DataArray(ones, axes, list(axes)), imaging)
+    randoms, variance = plan.randoms(seed, PURE_NOISE, 0, 0), np.ones(len(plan.azimuth))
+    formed = [form_images(plan.imager, plan.noise(variance, "image", randoms)) for _ in plan.elevation]
     plan.write(image_path, *map(np.array, zip(*formed, strict=True)), {"seed": seed})
 
 
 class _Plan:
-    """What all images of one field (frequency, elevation, azimuth) share: the imager, the axes, the attributes."""
+    """What all images of one field share: the imager, the axes, the attributes.
+
+    field: (polarization, frequency, elevation, azimuth); its polarizations are the images' channels.
+    """
 
     def __init__(self, field, imaging):
         frequency, self.elevation, self.sweep = (field[name].values for name in ("frequency", "elevation", "azimuth"))
@@ -117,55 +124,73 @@ class _Plan:
         self.geometry = geometry(frequency, self.elevation, self.sweep, imaging)
         self.azimuth = centres(self.sweep, imaging["aperture"])
         self.imager = imager_of(frequency, self.sweep, imaging)
-        self.shape = tuple(map(len, self.imager.axes()))
+        self.channels = self.field.polarization.values.tolist()
+        self.shape = (len(self.channels), *map(len, self.imager.axes()))
 
     def samples(self):
-        """The apertures' samples, one elevation after the other: (images, S)."""
+        """The apertures' samples, one elevation after the other: (images, channel, S)."""
         for elevation in range(len(self.elevation)):
-            yield apertures(self.field.values[:, elevation, :], self.sweep, self.imaging["aperture"])
+            yield self._cut(self.field.values[:, :, elevation])
 
-    def noise(self, variance, per, random):
-        """Noise for the apertures' samples of one elevation, (images, S), of these variances (images,)."""
-        frequencies, aperture = len(self.field), self.imaging["aperture"]
+    def _cut(self, channels):
+        """The apertures of one elevation, (images, channel, S), of its samples (channel, frequency, azimuth)."""
+        return np.stack([apertures(field, self.sweep, self.imaging["aperture"]) for field in channels], axis=1)
+
+    def randoms(self, seed, target, snr_db, number):
+        """The random numbers of a realization, for each channel its own."""
+        return [generator(seed, target, snr_db, number, name) for name in (None, *self.channels[1:])]
+
+    def noise(self, variance, per, randoms):
+        """Noise for the apertures' samples of one elevation, (images, channel, S), of these variances (images,).
+
+        All channels have the same: they are of one receiver.
+        """
+        frequencies = self.field.sizes["frequency"]
         if per == "image":
-            return white_noise(variance, frequencies * aperture, random)
-        return apertures(white_noise(np.full(frequencies, variance[0]), len(self.sweep), random), self.sweep, aperture)
+            samples = frequencies * self.imaging["aperture"]
+            return np.stack([white_noise(variance, samples, random) for random in randoms], axis=1)
+        shared = np.full(frequencies, variance[0])
+        return self._cut([white_noise(shared, len(self.sweep), random) for random in randoms])
 
     def write(self, path, image, peak, attrs, others=None):
-        """Write a store of images (elevation, azimuth, range, crossrange), or with a leading realization.
+        """Write a store of images (elevation, azimuth, channel, range, crossrange), or with a leading realization.
 
-        others: variables (elevation, azimuth) by name.
+        A single channel is left out. others: variables (elevation, azimuth) by name.
         """
         down, cross = self.imager.axes()
-        coords = {"elevation": self.elevation, "azimuth": self.azimuth, "range": down, "crossrange": cross}
+        coords = {"elevation": self.elevation, "azimuth": self.azimuth}
+        coords |= {"channel": self.channels, "range": down, "crossrange": cross}
         axes = tuple(coords)
-        if image.ndim == 5:
+        if image.ndim == 6:
             axes, coords["realization"] = ("realization", *axes), np.arange(len(image))
         shared = {
-            "polarization": str(self.field.polarization.values),
-            **self.imaging,
+            "polarization": ", ".join(self.channels),
+            **{key: value for key, value in self.imaging.items() if key != "polarizations"},
             "coherent": self.imager.coherent,
             **{key: self.geometry[key] for key in STATED},
             # In rad/m, of the middle of the image's spectrum: about it zeros are added to up-sample the image.
             "range_wavenumber": self.imager.carrier(),
         }
-        data = {"image": (axes, image), "peak": (axes[:-2], peak.astype(np.float32))}
+        data = {"image": (axes, image), "peak": (axes[:-3], peak.astype(np.float32))}
         directions = ("elevation", "azimuth")
         data |= {name: (directions, np.asarray(of, np.float32)) for name, of in (others or {}).items()}
         dataset = xr.Dataset(data, coords, shared | attrs)
+        if len(self.channels) == 1:
+            dataset = dataset.squeeze("channel", drop=True)
         for name, variable in dataset.variables.items():
             variable.attrs |= dict(zip(("units", "long_name"), VARIABLES[name], strict=True))
             variable.attrs |= {"comment": COMMENTS[name]} if name in COMMENTS else {}
-        # One elevation a chunk: a direction reads fast and the files stay few. Noise does not compress.
-        chunks = tuple({**dataset.image.sizes, "elevation": 1}.values())
+        # One elevation and channel a chunk: a direction reads fast and the files stay few. Noise does not compress.
+        chunks = tuple(1 if name in ("elevation", "channel") else size for name, size in dataset.image.sizes.items())
         encoding = {"image": {"chunks": chunks, "compressors": None}, "peak": {"chunks": dataset.peak.shape}}
         stores.write(dataset, path, encoding)
 
 
-def _open(path):
-    """The first polarization of a scattering store: `field` (frequency, elevation, azimuth), loaded."""
+def _open(path, polarizations):
+    """These polarizations of a scattering store: `field` (polarization, frequency, elevation, azimuth), loaded."""
     with stores.open_store(path) as store:
-        field = store["field"].isel(polarization=0).transpose("frequency", "elevation", "azimuth").load()
+        field = store["field"].sel(polarization=polarizations)
+        field = field.transpose("polarization", "frequency", "elevation", "azimuth").load()
     if not np.isfinite(field.values).all():
         raise InputError(f"{path}: the field holds values that are not finite; make it again.")
     return field

@@ -7,6 +7,7 @@ import numpy as np
 
 from core.errors import InputError
 from core.kinds import file_of, load_class
+from learning.features import of
 
 FOLDER = "learning/models"  # where the kinds are, below workflow/scripts
 STATE = "model.npz"
@@ -29,7 +30,10 @@ class Outcome(NamedTuple):
 
 
 class Classifier:
-    """A classifier of complex images.
+    """A classifier of complex images (observations, range, crossrange), complex64.
+
+    Where a run sees several polarizations, images are (observations, channel, range, crossrange); `features` gives rows
+    of either, `features.by_channel` that form of both.
 
     A model is a class `Model` in a file of its own, models/<name>.py; it defines `fit` and `evaluate`.
     What `fit` learns are arrays whose names end with an underscore: those are saved and loaded.
@@ -46,6 +50,7 @@ class Classifier:
     fewest: None, or the name of the setting that says of how many images `fit` must learn at least.
     additive: whether scores and known scores are logarithms of likelihoods or of their ratios, so that those of several
     looks add up: what it then reaches stands in scores.csv, too.
+    FEATURES: the kind of `features.of` where the setting `features` names no other.
     checkpoints: None, or a folder in which `fit` may keep its state, to go on from it after a kill.
     """
 
@@ -57,12 +62,13 @@ class Classifier:
     fewest = None
     additive = False
     checkpoints = None
+    FEATURES = "parts"
 
     def __init__(self, settings, seed):
         self.settings, self.seed = settings, seed
 
     def fit(self, images, labels, validation=None, snrs=None, views=None):
-        """Learn from complex images (observations, range, crossrange) and their class names; gives the model back.
+        """Learn from images and their class names; gives the model back.
 
         validation: None, or images, labels, snrs and views of the validation azimuths, for the training curve and for
         stopping. snrs: None, or the SNR's name of each image, shape (observations,), to be kept apart: 'clean',
@@ -72,11 +78,20 @@ class Classifier:
         raise NotImplementedError
 
     def evaluate(self, images):
-        """The Outcome of images (observations, range, crossrange), in one pass over them.
+        """The Outcome of images, in one pass over them.
 
         Each image is judged by itself: what others are among them changes nothing.
         """
         raise NotImplementedError
+
+    @property
+    def sees(self):
+        """The kind of features that the model sees of images."""
+        return self.settings.get("features", self.FEATURES)
+
+    def features(self, images, dtype=np.float32):
+        """What the model sees of images: features (observations, d)."""
+        return of(images, self.sees, dtype)
 
     def predict(self, images):
         """Predicted labels, shape (observations,)."""

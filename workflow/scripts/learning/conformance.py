@@ -39,7 +39,7 @@ def check_face(model, who):
 def check_fitted(model, labels, images, who):
     """Raise InputError for a fitted model with other classes than its labels, a wrong curve or a wrong Outcome.
 
-    labels: those that it was trained with; images: some that it was not, (n, range, crossrange).
+    labels: those that it was trained with; images: some that it was not.
     """
     classes = getattr(model, "classes_", None)
     if not isinstance(classes, np.ndarray) or classes.ndim != 1:

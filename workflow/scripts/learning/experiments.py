@@ -11,7 +11,7 @@ from learning.split import divisions
 CLEAN = "clean"
 TOLERANCE = 1e-4  # degrees: two angles nearer than this are the same one
 # What of a run decides what its models learn. The rest (its models, whether it is open) may change without a new fit.
-LEARNED = ("division", "elevation", "experiment", "name", "random_snr", "snrs", "split", "upsample")
+LEARNED = ("channels", "division", "elevation", "experiment", "name", "random_snr", "snrs", "split", "upsample")
 
 # The reference thesis's method of the open set: model, training SNR, confidence score. Others are compared with it.
 REFERENCE = ("capsule", "clean", "zncc")
@@ -25,8 +25,8 @@ def runs(config):
     A run is a mapping of its name, experiment (that one's name), models, elevation (a list of degrees, or all), snrs
     (those of the training images, numbers or 'clean'), random_snr (whether each batch is drawn from one of them), open
     (whether unknown targets are tested), lacks_unknown (whether they should be and there are none), split (random or
-    sector), division (the fields of its `Division`), first (whether its fold is the experiment's first) and upsample
-    (pixels a side, or none).
+    sector), division (the fields of its `Division`), first (whether its fold is the experiment's first), upsample
+    (pixels a side, or none) and channels (the polarizations that its images have, a list, or all).
     InputError for two runs of one name.
     """
     every, learning = {}, config["learning"]
@@ -45,6 +45,7 @@ def runs(config):
             "lacks_unknown": experiment.get("open", False) and not unknown,
             "split": experiment.get("split", learning["split"]["scheme"]),
             "upsample": experiment.get("upsample", "none"),
+            "channels": sorted(experiment["channels"]) if "channels" in experiment else "all",
         }
         each = {f"{name}_{label(value)}": [value] for value in values}
         every_fold = divisions(shared["split"], learning["split"], config["seed"], config["imaging"]["aperture"])
@@ -60,6 +61,11 @@ def runs(config):
                 own = {"name": run, "snrs": snrs, "division": asdict(division), "first": division is tested[0]}
                 every[run] = shared | own
     return every
+
+
+def channels_of(run, every):
+    """How many channels a run's images have, of so many that there are."""
+    return every if run["channels"] == "all" else len(run["channels"])
 
 
 def label(snr):
@@ -115,7 +121,7 @@ def labels_in_words(labels):
 
 
 def megabytes(images, pixels, covariances, pairs):
-    """Memory of a job of a model, in MB: 1000 for the libraries, and its images of so many pixels each.
+    """Memory of a job of a model, in MB: 1000 for the libraries, and its images of so many pixels in all channels.
 
     Of each image there are complex64 pixels and three copies of its real and imaginary parts in double precision, as
     libraries make them. pairs: whether the model keeps a number in double precision for each pair of images, besides

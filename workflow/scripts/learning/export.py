@@ -16,7 +16,7 @@ from learning.split import SETTINGS, SIDES, check, divisions, split
 GUARD = "guard"  # an image that a split leaves out
 ROWS = 1024  # images of a chunk, at most
 ABOUT = {
-    "image": ("1", "ISAR image divided by its peak magnitude, (n, range, crossrange)"),
+    "image": ("1", "ISAR image divided by its peak magnitude, (n, [channel,] range, crossrange)"),
     "label": ("1", "class: the target's number in the attribute 'targets', from 0"),
     "elevation": ("degrees", "elevation of the radar above the horizon"),
     "azimuth": ("degrees", "azimuth of the radar, centre of the aperture"),
@@ -28,19 +28,21 @@ ABOUT = {
 def export(stores, path, roles, planes, settings, seed, aperture):
     """Write the images of all targets at one SNR to `path`, an HDF5 file (.h5) or a zarr store (.zarr).
 
-    Images of one store after those of another; row n of `image`, complex64, is what `label`, `elevation`, `azimuth`,
-    `realization`, `snr` and, each the number of its side in the attribute 'sides', `split_random`,
-    `split_sector_<fold>` and `split_elevation_<fold>` say of it. stores: imaging/<target>/<label>.zarr; roles, planes:
+    Images of one store after those of another, with an axis `channel` of several polarizations; row n of `image`,
+    complex64, is what `label`, `elevation`, `azimuth`, `realization`, `snr` and, each the number of its side in the
+    attribute 'sides', `split_random`, `split_sector_<fold>` and `split_elevation_<fold>` say of it. stores:
+    imaging/<target>/<label>.zarr; roles, planes:
     of the targets, the latter their mirror planes; settings: the config's `learning.split`.
     """
     targets = sorted(roles)
     with xr.open_zarr(stores[0]) as first:
         elevation, azimuth, attrs = first.elevation.values, first.azimuth.values, first.attrs
-        grid = {name: (name, first[name].values, first[name].attrs) for name in ("range", "crossrange")}
+        axes = [name for name in ("channel", "range", "crossrange") if name in first.dims]
+        grid = {name: (name, first[name].values, first[name].attrs) for name in axes}
     found, origin = images.read(stores, dict.fromkeys(targets, azimuth))
     sides = [*SIDES, GUARD]
     data = {
-        "image": (("n", "range", "crossrange"), found),
+        "image": (("n", *axes), found),
         "label": ("n", origin.target.map(targets.index).to_numpy(np.int8)),
         **{name: ("n", origin[name].to_numpy(np.float32)) for name in ("elevation", "azimuth")},
         "realization": ("n", origin.realization.to_numpy(np.int16)),
@@ -57,7 +59,7 @@ def export(stores, path, roles, planes, settings, seed, aperture):
     write = {".h5": _write_hdf5, ".zarr": _write_zarr}[Path(path).suffix]
     rows = -(-len(found) // -(-len(found) // ROWS))  # even chunks: a zarr store's last one is as large as the others
     write(dataset, path, {"image": (rows, *found.shape[1:])})
-    print(f"{len(found)} images of {found.shape[1]} x {found.shape[2]} pixels: {path}")
+    print(f"{len(found)} images of {' x '.join(map(str, found.shape[-2:]))} pixels: {path}")
 
 
 def splits(elevation, azimuth, roles, planes, settings, seed, aperture):
@@ -104,10 +106,11 @@ def _write_zarr(dataset, path, chunks):
 def _write_hdf5(dataset, path, chunks):
     # Renamed when it is whole; a complex number is a compound of r and i, as h5py and MATLAB read it.
     part = Path(f"{path}.part")
+    text = h5py.string_dtype()
     with h5py.File(part, "w") as file:
         for name, variable in dataset.variables.items():
-            file.create_dataset(name, data=variable.values, chunks=chunks.get(name)).attrs.update(variable.attrs)
-        text = h5py.string_dtype()
+            data = variable.values.astype(text if variable.dtype.kind == "U" else variable.dtype, copy=False)
+            file.create_dataset(name, data=data, chunks=chunks.get(name)).attrs.update(variable.attrs)
         for name, value in dataset.attrs.items():
             file.attrs[name] = value if isinstance(value, str) else np.array(value, text)
     part.rename(path)

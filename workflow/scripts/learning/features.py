@@ -1,10 +1,40 @@
-"""What models compute from complex images."""
+"""What models compute from complex images, which are (n, range, crossrange), or (n, channel, range, crossrange)."""
 
 import numpy as np
 
+from core.errors import InputError
+
+KINDS = ("parts", "magnitude", "power", "log")  # of features; config/schema.yaml says what they are
+FLOOR_DB = -60  # below an image's peak: fainter pixels count as this in `log`
+
+
+def by_channel(images):
+    """The images as (n, channel, range, crossrange), also where there is one channel and no axis of it."""
+    return images.reshape(len(images), -1, *images.shape[-2:])
+
+
+def of(images, kind, dtype=np.float32):
+    """What a model sees of images by its setting `features`: rows of real numbers (n, d), all channels in one.
+
+    parts: real parts, then imaginary parts. magnitude: |x|. power: |x|^2. log: 1 + log10(|x| / peak) / 3, floored at
+    -60 dB below the image's peak, so from 0 there to 1 at the peak. InputError for another kind.
+    """
+    if kind not in KINDS:
+        raise InputError(f"a model's setting 'features' is {kind!r}; it must be one of {', '.join(KINDS)}.")
+    if kind == "parts":
+        return real_imaginary(images, dtype)
+    rows = np.abs(images).reshape(len(images), -1).astype(dtype, copy=False)
+    if kind == "power":
+        return rows**2
+    if kind == "log":
+        peak = rows.max(axis=1, keepdims=True)
+        rows = np.maximum(rows / np.where(peak > 0, peak, 1), 10 ** (FLOOR_DB / 20))
+        return 1 - 20 * np.log10(rows) / FLOOR_DB
+    return rows
+
 
 def real_imaginary(images, dtype=np.float32):
-    """Real parts, then imaginary parts: images (n, range, crossrange) to features (n, 2 range crossrange)."""
+    """Real parts, then imaginary parts, of all pixels of an image: (n, 2 pixels)."""
     flat = images.reshape(len(images), -1)
     return np.concatenate([flat.real, flat.imag], axis=1).astype(dtype, copy=False)
 
@@ -15,8 +45,19 @@ def unit(features):
 
 
 def unit_rows(images):
-    """Images (n, range, crossrange) as rows of length 1, complex64; a zero image stays zero."""
+    """Images as rows of length 1, complex64; a zero image stays zero."""
     return unit(images.reshape(len(images), -1).astype(np.complex64, copy=False))
+
+
+def standardized(features):
+    """Features (n, d) without their means and of length 1: products are their ZNCC. A constant row is zero."""
+    return unit(features - features.mean(axis=1, keepdims=True))
+
+
+def of_peak_one(images):
+    """Images divided by their peak magnitude over all channels, complex64; a zero image stays zero."""
+    peak = np.abs(images).max(axis=tuple(range(1, images.ndim)), keepdims=True)
+    return (images / np.where(peak > 0, peak, 1)).astype(np.complex64)
 
 
 def squared_distances(x, references, squared_norms):
@@ -33,20 +74,19 @@ def squared_distances(x, references, squared_norms):
 
 
 def upsample(images, down, carrier, pixels):
-    """Images (n, range, crossrange) on `pixels` a side of the same extent, divided by their new peak magnitude.
+    """Images on `pixels` a side of the same extent, divided by their new peak magnitude.
 
     The same as zero padding of the aperture before the Fourier transform (thesis section 4.4.5), but begun from the
     image. down: the ranges (range,) in m, uniform; carrier: the wavenumber in rad/m in the middle of the image's
     spectrum, about which the zeros are added.
     """
-    shape, axes = images.shape[1:], (1, 2)
+    shape, axes = images.shape[-2:], (-2, -1)
     step = (down[1] - down[0]) * shape[0] / pixels
     finer_down = (np.arange(pixels) - pixels // 2) * step
     base = images * np.exp(-2j * carrier * down).astype(np.complex64)[:, None]
     spectrum = np.fft.fftshift(np.fft.fft2(np.fft.ifftshift(base, axes), axes=axes), axes)
     padding = [(pixels // 2 - count // 2, -(-pixels // 2) - -(-count // 2)) for count in shape]
-    spectrum = np.fft.ifftshift(np.pad(spectrum, [(0, 0), *padding]), axes)
+    spectrum = np.fft.ifftshift(np.pad(spectrum, [(0, 0)] * (images.ndim - 2) + padding), axes)
     finer = np.fft.fftshift(np.fft.ifft2(spectrum, axes=axes), axes)
     finer *= np.exp(2j * carrier * finer_down).astype(np.complex64)[:, None]
-    peak = np.abs(finer).max(axis=axes, keepdims=True)
-    return (finer / np.where(peak > 0, peak, 1)).astype(np.complex64)
+    return of_peak_one(finer)

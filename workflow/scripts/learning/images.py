@@ -9,7 +9,7 @@ import pandas as pd
 from core.errors import InputError
 from core.store import open_store
 from learning.experiments import TOLERANCE
-from learning.features import upsample
+from learning.features import of_peak_one, upsample
 from learning.split import blocks, split
 
 ORIGIN = ("elevation", "azimuth", "realization")
@@ -63,45 +63,51 @@ def read_side(stores, divided, *sides, elevation="all", **how):
     return read(stores, azimuth, every if isinstance(elevation, str) else elevation, **how)
 
 
-def read(stores, azimuth, elevation="all", pixels="none", realizations=None):
+def read(stores, azimuth, elevation="all", pixels="none", realizations=None, channels="all"):
     """All images of the stores at some azimuths and elevations (degrees; elevation may be 'all').
 
     azimuth: a mapping of each target to its azimuths. pixels: 'none', or how many a side the images are up-sampled to.
-    realizations: of each view's noise, the first ones, at most; None for all.
-    Gives the images, complex64 (n, range, crossrange), and a DataFrame of n rows that says where each comes from:
+    realizations: of each view's noise, the first ones, at most; None for all. channels: the polarizations that are
+    taken, or 'all'; images of some are divided by the peak of these.
+    Gives the images, complex64 (n, range, crossrange), or of several channels (n, channel, range, crossrange) in the
+    order of the stores', and a DataFrame of n rows that says where each comes from:
     columns label (of its SNR, as 'clean' or 'snr_6dB'), target, elevation, azimuth (degrees) and realization, which is
     0 in a store without noise; of noisy images also snr_<definition>, each one's own SNR in dB. Rows are in the order
     of the former columns, each store's angles as they stand there.
-    Raises InputError for an angle that a store does not have, for an image that is not finite, and for fewer pixels
-    than the images have.
+    Raises InputError for an angle or a channel that a store does not have, for an image that is not finite, and for
+    fewer pixels than the images have.
     """
     stores = sorted(map(Path, stores), key=lambda store: (store.stem, target_of(store)))
     images, origins = zip(
-        *(_read(store, azimuth[target_of(store)], elevation, pixels, realizations) for store in stores), strict=True
+        *(_read(store, azimuth[target_of(store)], elevation, pixels, realizations, channels) for store in stores),
+        strict=True,
     )
     return np.concatenate(images), pd.concat(origins, ignore_index=True)
 
 
-def _read(store, azimuth, elevation, pixels, realizations):
+def _read(store, azimuth, elevation, pixels, realizations, channels):
     with open_store(store) as dataset:
-        image = dataset["image"]
+        image, is_part = _of_channels(dataset, channels, store)
         is_noisy = "realization" in image.dims
         image = image[:realizations] if is_noisy else image.expand_dims(realization=[0])
         if not isinstance(elevation, str):
             image = _select(image, "elevation", elevation, store)
         # Loaded before azimuths are chosen: a chunk has all of them, and choosing while reading takes twice as long.
-        image = _select(image.load(), "azimuth", azimuth, store).transpose(*ORIGIN, "range", "crossrange")
+        image = _select(image.load(), "azimuth", azimuth, store)
+        image = image.transpose(*ORIGIN, "channel", "range", "crossrange", missing_dims="ignore")
         carrier = dataset.attrs["range_wavenumber"] if pixels != "none" else None
         own = [dataset[name] for name in dataset if is_noisy and name.startswith("snr_")]
         rows, columns = (np.isin(dataset[name].values, image[name].values) for name in ("elevation", "azimuth"))
         own = {snr.name: snr.transpose("elevation", "azimuth").values[np.ix_(rows, columns)] for snr in own}
     if not np.isfinite(image.values).all():
         raise InputError(f"{store} holds images that are not finite; delete it and make it again.")
-    images = image.values.reshape(-1, *image.shape[-2:])
+    images = image.values.reshape(-1, *image.shape[len(ORIGIN) :])
+    images = of_peak_one(images) if is_part else images
     if pixels != "none":
-        if pixels < max(images.shape[1:]):
+        rows, columns = images.shape[-2:]
+        if pixels < max(rows, columns):
             raise InputError(
-                f"{store} has images of {images.shape[1]} x {images.shape[2]} pixels, more than the {pixels} a side "
+                f"{store} has images of {rows} x {columns} pixels, more than the {pixels} a side "
                 "that 'upsample' of the experiment asks for."
             )
         images = upsample(images, image["range"].values, carrier, pixels)
@@ -111,6 +117,21 @@ def _read(store, azimuth, elevation, pixels, realizations):
     for name, of_direction in own.items():
         origin[name] = np.repeat(of_direction, image.sizes["realization"])
     return images, origin
+
+
+def _of_channels(dataset, channels, store):
+    """The images of a store in these channels, without an axis for a single one, and whether there are others."""
+    image = dataset["image"]
+    several = "channel" in image.dims
+    have = image["channel"].values.tolist() if several else [dataset.attrs.get("polarization")]
+    wanted = have if channels == "all" else channels
+    missing = [name for name in wanted if name not in have]
+    if missing:
+        raise InputError(f"{store} has no channel {missing[0]}; it has {', '.join(map(str, have))}.")
+    if several:
+        places = [place for place, name in enumerate(have) if name in wanted]
+        image = image.isel(channel=places if len(places) > 1 else places[0], drop=True)
+    return image, len(wanted) < len(have)
 
 
 def among(angles, others):

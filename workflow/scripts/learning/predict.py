@@ -69,7 +69,7 @@ def predict_at(model, stores, tested, divided, folder):
     for store, role, sides in parts:
         target = images.target_of(store)
         of = divided[target]
-        how = {"pixels": run["upsample"], "realizations": tested.realizations}
+        how = {"pixels": run["upsample"], "realizations": tested.realizations, "channels": run["channels"]}
         pixels, origin = images.read_side([store], {target: of}, *sides, **how)
         place = Views(*(np.searchsorted(getattr(of, name), origin[name]) for name in Views._fields))
         held_out = [np.isin(*pair) for pair in zip(place, of.sides["validation"], strict=True)]
@@ -96,7 +96,7 @@ def predict_at(model, stores, tested, divided, folder):
 
 
 def classify(model, images):
-    """The Outcome of images (n, range, crossrange), in batches."""
+    """The Outcome of images, in batches."""
     parts = [model.evaluate(images[start : start + BATCH]) for start in range(0, len(images), BATCH)]
     return Outcome(
         np.concatenate([part.labels for part in parts]),

@@ -13,6 +13,7 @@ from scipy.special import log_softmax
 from core.errors import InputError
 from learning import confidence
 from learning.classifier import Classifier, Outcome
+from learning.features import by_channel
 from learning.training_loop import COLUMNS, Batches
 
 BATCH = 256  # images at a time, where none is learned from
@@ -20,11 +21,11 @@ WEIGHTS = "weights."  # before the names under which a network's tensors are sav
 
 
 class PyTorch(Classifier):
-    """Base of a model that trains a network on images as two channels, their real and imaginary parts.
+    """Base of a model that trains a network on images as channels: real and imaginary parts of each polarization.
 
-    A model defines `network`; Adam trains it on the cross-entropy, in the setting `epochs` passes over the images in
-    batches of `batch` at `learning_rate`. With a setting `patience` it ends after so many epochs without a smaller
-    validation loss, and keeps the weights that had the smallest.
+    A model defines `network`, which takes so many `channels`; Adam trains it on the cross-entropy, in the setting
+    `epochs` passes over the images in batches of `batch` at `learning_rate`. With a setting `patience` it ends after so
+    many epochs without a smaller validation loss, and keeps the weights that had the smallest.
     Scores are logits; known scores `confidence.of_logits`. The network's tensors are saved as plain arrays.
     All on one core: the same config gives the same weights.
     """
@@ -32,9 +33,10 @@ class PyTorch(Classifier):
     by_snr = True
 
     def network(self, pixels, classes):
-        """A torch.nn.Module of float32 images (n, 2, range, crossrange) to logits (n, classes).
+        """A torch.nn.Module of float32 images (n, self.channels, range, crossrange) to logits (n, classes).
 
-        pixels: of an image, (range, crossrange); classes: how many there are.
+        Channels are the real parts of all polarizations, then the imaginary ones: two, of one polarization. pixels: of
+        an image, (range, crossrange); classes: how many there are.
         """
         raise InputError(f"{self.__module__}: its Model lacks network(self, pixels, classes), a torch.nn.Module.")
 
@@ -43,7 +45,7 @@ class PyTorch(Classifier):
         torch.set_num_threads(1)
         torch.manual_seed(self.seed)
         self.classes_, y = np.unique(labels, return_inverse=True)
-        self.pixels_ = np.array(images.shape[1:])
+        self.shape_ = np.array(by_channel(images).shape[1:])
         self.net = self._built()
         held_out = validation and (_channels(validation[0]), np.searchsorted(self.classes_, validation[1]))
         batches = Batches(len(images), self.settings["batch"], np.random.default_rng(self.seed), snrs)
@@ -51,7 +53,9 @@ class PyTorch(Classifier):
         return self
 
     def _built(self):
-        return self.network(tuple(map(int, self.pixels_)), len(self.classes_))
+        channels, *pixels = map(int, self.shape_)
+        self.channels = 2 * channels
+        return self.network(tuple(pixels), len(self.classes_))
 
     def _train(self, x, y, held_out, batches):
         rate, patience = self.settings["learning_rate"], self.settings.get("patience")
@@ -107,8 +111,9 @@ class PyTorch(Classifier):
 
 
 def _channels(images):
-    """Complex images (n, range, crossrange) as a float32 tensor (n, 2, range, crossrange)."""
-    return torch.from_numpy(np.stack([images.real, images.imag], axis=1).astype(np.float32))
+    """Complex images as a float32 tensor (n, channels, range, crossrange)."""
+    every = by_channel(images)
+    return torch.from_numpy(np.concatenate([every.real, every.imag], axis=1).astype(np.float32))
 
 
 def _measured(logits, y):

@@ -19,8 +19,9 @@ def reconstruct(stores, planes, folder, output):
 
     stores: imaging/<target>/<label>.zarr, without noise and at some SNRs; planes: each target's mirror planes. The
     examples lie evenly among a target's test views; of noisy images the first realization.
-    Variables, magnitudes over (range, crossrange): truth (target, example), without noise; seen and made (snr, target,
-    example), what the network sees and what it reconstructs; predicted (snr, target, example): the class.
+    Variables, magnitudes of the first polarization over (range, crossrange): truth (target, example), without noise;
+    seen and made (snr, target, example), what the network sees and what it reconstructs; predicted (snr, target,
+    example): the class.
     """
     model, run = load(folder), config_of(folder)["run"]
     targets = sorted({images.target_of(store) for store in stores})
@@ -32,7 +33,7 @@ def reconstruct(stores, planes, folder, output):
         target = images.target_of(store)
         elevation, azimuth = _examples(*divided[target].angles("test"))
         azimuths[target] = azimuth
-        pixels, origin = images.read([store], {target: azimuth}, elevation, run["upsample"])
+        pixels, origin = images.read([store], {target: azimuth}, elevation, run["upsample"], channels=run["channels"])
         # All pairs of these angles, and all realizations: of each example the first.
         rows = [
             np.flatnonzero(images.among(origin["elevation"], [e]) & images.among(origin["azimuth"], [a]))[0]

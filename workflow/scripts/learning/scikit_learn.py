@@ -14,19 +14,17 @@ FILE = "estimator.joblib"
 class ScikitLearn(Classifier):
     """Base of a model that fits an estimator of scikit-learn, or a pipeline that ends in one, to features of images.
 
-    A model defines `estimator`, and where the magnitudes of the pixels are not what it learns from, `features`.
+    A model defines `estimator`, and where it learns from what no setting `features` says, a method `features`.
     Scores are the estimator's class probabilities, else its decision function; the largest is the prediction. Known
     score: `probability`, the largest of a known class; of decision functions `confidence.of_logits`.
     The estimator is kept by joblib, a pickle: whoever loads it runs what is in it.
     """
 
+    FEATURES = "magnitude"
+
     def estimator(self):
         """The unfitted estimator, made from self.settings; its random_state is self.seed."""
         raise InputError(f"{self.__module__}: its Model lacks estimator(self), which gives one of scikit-learn.")
-
-    def features(self, images):
-        """Features (n, d) of complex images (n, range, crossrange)."""
-        return np.abs(images).reshape(len(images), -1)
 
     def fit(self, images, labels, validation=None, snrs=None, views=None):
         estimator = self.estimator()

@@ -31,7 +31,7 @@ def measure(stores, planes, folders, threads, output):
         run = config["run"]
         learned = [store for store in stores if images.target_of(store) in config["classes"]]
         divided = images.divide(learned, planes, division_of(folder))
-        pool, _ = images.read_side(learned, divided, "test", pixels=run["upsample"])
+        pool, _ = images.read_side(learned, divided, "test", pixels=run["upsample"], channels=run["channels"])
         with threadpoolctl.threadpool_limits(threads):
             single, batch = (time_batches(model.predict, pool, size) for size in (1, BATCH))
         records.append(
@@ -56,7 +56,7 @@ def measure(stores, planes, folders, threads, output):
 def time_batches(predict, pool, size):
     """Median time per observation of calls with `size` images, each call with the next images of the pool.
 
-    predict: a function of images; pool: images (n, range, crossrange), from the first again after the last.
+    predict: a function of images; pool: images, from the first again after the last.
     """
     seconds, begin = [], time.perf_counter()
     for call in range(WARM_UP[size] + REPEATS[size]):

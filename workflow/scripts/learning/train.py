@@ -35,7 +35,7 @@ class Training:
 
 
 class Examples(NamedTuple):
-    """What `Classifier.fit` takes: images (n, range, crossrange), and labels, SNRs and views, each (n,)."""
+    """What `Classifier.fit` takes: images, and labels, SNRs and views, each (n,)."""
 
     images: np.ndarray
     labels: np.ndarray
@@ -133,7 +133,8 @@ def _listed(divided, side):
 def _read(stores, training, divided, side):
     """The `Examples` of a side of each target: by SNR, then by target, whatever the order of the stores."""
     run = training.run
-    pixels, origin = images.read_side(stores, divided, side, elevation=run["elevation"], pixels=run["upsample"])
+    how = {"elevation": run["elevation"], "pixels": run["upsample"], "channels": run["channels"]}
+    pixels, origin = images.read_side(stores, divided, side, **how)
     role = origin["target"].map(training.roles)
     labels = np.where(role == "known", origin["target"], OTHER).astype(str)
     # Pure noise, which has no role, is that of every SNR.

@@ -236,7 +236,10 @@ page.live.explore = (data) => {
       return { range: own.range, cross: own.crossrange, decibels, azimuth: own.azimuths[a] };
     }
     let samples = imaging.aperture(data, shown.samples, p, e, centre);
-    if (+snr.value) samples = imaging.withNoise(samples, data.snrs[snr.value - 1], data.definition, 7919 * centre + 31 * e + +target.value);
+    if (+snr.value) {
+      const first = imaging.aperture(data, shown.samples, 0, e, centre); // a receiver's noise is the same in all
+      samples = imaging.withNoise(samples, data.snrs[snr.value - 1], data.definition, 7919 * centre + 31 * e + +target.value, first);
+    }
     const [rows, columns] = data.pixels.map((count) => count * 2 ** pad.value);
     const formed = imaging.image(data, samples, way.value, rows, columns);
     return { ...formed, decibels: imaging.decibels(formed.level), azimuth: data.azimuths[centre] };

@@ -30,9 +30,10 @@ const imaging = (() => {
     return strong.reduce((sum, one) => sum + one, 0) / strong.length;
   }
 
-  // White noise at an SNR in dB, the same for the same seed: mulberry32, and Box and Muller's pairs.
-  function withNoise(samples, snr, definition, seed) {
-    const spread = Math.sqrt(power(samples, definition) / 10 ** (snr / 10) / 2);
+  // White noise at an SNR in dB, which counts the power of `first`, the same for the same seed: mulberry32, and Box and
+  // Muller's pairs.
+  function withNoise(samples, snr, definition, seed, first = samples) {
+    const spread = Math.sqrt(power(first, definition) / 10 ** (snr / 10) / 2);
     let state = seed >>> 0;
     const random = () => {
       state = (state + 0x6d2b79f5) >>> 0;

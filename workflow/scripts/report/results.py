@@ -85,9 +85,19 @@ class Results:
         """How far from the origin a target reaches, in m; None of one that is given by its field."""
         return self.meshes[target]["source"]["reach"] if target in self.meshed else None
 
-    def images(self, target, store):
+    def every_channel(self, target, store):
         """A store of a target's images ('clean', 'snr_-6dB'), opened lazily: only the images shown are read."""
         return open_store(self.folder / "imaging" / target / f"{store}.zarr")
+
+    def images(self, target, store):
+        """The same in the first channel alone, which stands for all where one image is shown or compared."""
+        dataset = self.every_channel(target, store)
+        return dataset.isel(channel=0, drop=True) if "channel" in dataset.dims else dataset
+
+    @property
+    def polarizations(self):
+        """The channels of an image."""
+        return self.settings["imaging"]["polarizations"]
 
     @property
     def definition(self):

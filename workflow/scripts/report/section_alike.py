@@ -4,8 +4,7 @@ import numpy as np
 import pandas as pd
 
 from core import sweep
-from learning import thresholds
-from learning.features import unit
+from learning import features, thresholds
 from learning.split import Division, Views, split
 from report.draw_images import gallery
 from report.layout import GREY, PALETTE, Section, figure
@@ -35,8 +34,7 @@ def section(results):
 
 def standardized(images):
     """Magnitudes of images (n, ...) as rows (n, d) without their means and of length 1; a constant one stays zero."""
-    rows = np.abs(images).reshape(len(images), -1)
-    return unit(rows - rows.mean(axis=1, keepdims=True))
+    return features.standardized(np.abs(images).reshape(len(images), -1))
 
 
 def angle_figure(results):

@@ -38,9 +38,10 @@ def explorer(results):
     frequency, azimuth = first.frequency.values, first.azimuth.values
     imaging, plan = settings["imaging"], planned(settings)
     each = len(results.targets) * first.field[0, :, 0].size * SAMPLE
-    polarizations = first.polarization.values.tolist()
+    imaged = results.polarizations[0]  # the images' first
+    polarizations = sorted(first.polarization.values.tolist(), key=lambda name: name != imaged)
     if len(polarizations) * min(3, first.sizes["elevation"]) * each > MOST_BYTES:
-        polarizations = polarizations[:1]  # images are of the first
+        polarizations = polarizations[:1]
     count = max(1, MOST_BYTES // (len(polarizations) * each))
     elevations = evenly(first.elevation.values.tolist(), count)
     aperture, name = imaging["aperture"], imaging.get("window", "hamming")

@@ -35,11 +35,13 @@ def section(results):
             "sight, negative towards the radar, which looks from the bottom of each image. Cross-range is at right "
             "angles to it, in the plane of the turn. A white line is the outline of the target's mesh, where it has "
             "one, as it lies in the image plane."
-            + ("" if planned(results.settings)["coherent"] else " Only magnitudes are kept; there is no phase."),
+            + ("" if planned(results.settings)["coherent"] else " Only magnitudes are kept; there is no phase.")
+            + channels_text(results),
         ),
         figures=(
             *(azimuth_gallery(results, name) for name in results.targets),
             elevation_gallery(results, shown),
+            *channel_gallery(results, shown),
             noise_gallery(results, shown),
             *alike_figure(results),
             *definitions_figure(results),
@@ -49,12 +51,23 @@ def section(results):
     )
 
 
+def channels_text(results):
+    """How images of several polarizations are shown, a sentence; nothing of one."""
+    first, *others = results.polarizations
+    if not others:
+        return ""
+    return (
+        f" An image has a channel for each of {', '.join(results.polarizations)} and one peak over all of them. Where "
+        f"no polarization is named, {first} is shown; the SNR is that of {first}, and all channels have its noise."
+    )
+
+
 def images_table(results):
     """Per target: how many images, what they resolve, and by how much the two definitions of SNR differ."""
-    rows, noise = [], results.settings["noise"]
+    rows, noise, megabytes = [], results.settings["noise"], planned(results.settings)["bytes"] / 1e6
     for name in results.targets:
         dataset = results.images(name, "clean")
-        attrs, sizes, megabytes = dataset.attrs, dataset.sizes, dataset.image.nbytes / 1e6
+        attrs, sizes = dataset.attrs, dataset.sizes
         rows.append(
             {
                 "target": name,
@@ -109,6 +122,22 @@ def elevation_gallery(results, target):
     at = f"azimuth {float(cut.azimuth):.0f}°"
     note = "Away from the horizon the image plane is inclined: cross-range shrinks with the cosine of the elevation."
     return angle_gallery(results, "gallery_elevation", target, "elevation", cut, at, note)
+
+
+def channel_gallery(results, target):
+    """One noise-free image of a target in each of its polarizations; nothing where there is but one."""
+    if len(results.polarizations) == 1:
+        return ()
+    image = results.every_channel(target, "clean").image.sel(elevation=0, method="nearest")
+    image = image.isel(azimuth=image.sizes["azimuth"] // 8).load()
+    images = {name: image.sel(channel=name) for name in results.polarizations}
+    names = ", ".join(images)
+    alt = f"One noise-free ISAR image of {target} in {names}."
+    caption = (
+        f"{target} at azimuth {float(image.azimuth):.0f}°, elevation {float(image.elevation):g}°, noise-free, in "
+        f"{names}: 0 to {FLOOR_DB} dB of the one peak over all of them."
+    )
+    return (gallery("gallery_polarization", target, images, results.surfaces.get(target), alt, caption),)
 
 
 def angle_gallery(results, name, target, axis, cut, at, note):

@@ -37,7 +37,7 @@ def section(results):
     pictures, matrices = [], []
     for name in results.names.values(scores, "experiment"):
         part, held_out = select(scores, experiment=name), select(validation, experiment=name, elevation="all")
-        how = f"{heading(name)}: {_training(train[name]['train'])}"
+        how = f"{heading(name)}: {_training(train[name])}"
         held_out = select(held_out, metric=ACCURACY)
         if part["training"].nunique() > 1:
             pictures.append(training_snr_figure(results, name, how, part, held_out))
@@ -136,9 +136,10 @@ def _most_accurate(looks, accuracy, validation):
     return f"Most accurate on the validation images at {snr:g} dB: {parts}."
 
 
-def _training(train):
+def _training(experiment):
     """What an experiment trains on, in words."""
-    noise = training_noise(train["snr_db"])
+    train, only = experiment["train"], experiment.get("channels")
+    noise = training_noise(train["snr_db"]) + (f" on {', '.join(only)} alone" if only else "")
     if train["elevation"] == "all":
         return f"trained {noise}, at all elevations"
     return f"trained {noise}, at elevation {', '.join(f'{angle:g}' for angle in train['elevation'])}°"

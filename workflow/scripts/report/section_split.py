@@ -151,7 +151,9 @@ def paired(results):
     Columns KEYS and, with each split's name, experiment, value, low, high and validation, the same on the validation
     images; NaN where a split has no such row. Rows of the random split alone are left out.
     """
-    images = {run["experiment"]: repr((run["elevation"], run["upsample"])) for run in results.runs.values()}
+    images = {
+        run["experiment"]: repr((run["elevation"], run["upsample"], run["channels"])) for run in results.runs.values()
+    }
     same = [*METHOD, "train_snr_db", "elevation", "metric", "threshold", "test_snr_db"]
     held_out = results.validation.rename(columns={"value": "validation"})[[*same, "validation"]]
     scores = results.scores.merge(held_out, how="left", on=same)

@@ -74,11 +74,12 @@ def everywhere(results, run, model, snr):
     realizations of the known and the unknown targets.
     """
     folder = results.folder / "learning" / "models" / run / model
-    network, upsample, tables = load(folder), config_of(folder)["run"]["upsample"], []
+    network, own, tables = load(folder), config_of(folder)["run"], []
+    seen = {"pixels": own["upsample"], "channels": own["channels"]}
     for role in ("known", "unknown"):
         for target in results.of_role(role):
             store = results.folder / "imaging" / target / f"{snr_label(snr)}.zarr"
-            pixels, origin = images.read([store], {target: images.azimuths(store)}, pixels=upsample)
+            pixels, origin = images.read([store], {target: images.azimuths(store)}, **seen)
             outcome = classify(network, pixels)
             known = {KNOWN + name: values for name, values in outcome.known.items()}
             truth = target if role == "known" else OTHER

@@ -347,7 +347,7 @@ def fig_4_15(results):
         elevation = float(results.images(target, "clean").elevation.sel(elevation=0, method="nearest"))
         where = {target: azimuths[around(len(azimuths), 8)[1:2]]}
         for pixels in ("none", UPSAMPLED):
-            (image,), _ = images.read([store], where, [elevation], pixels)
+            (image,), _ = images.read([store], where, [elevation], pixels, channels=results.polarizations[:1])
             line.append((f"{target}, {image.shape[0]} × {image.shape[1]}", image))
     alt = f"Images of {' and '.join(known)} as they are and up-sampled to {UPSAMPLED} pixels a side."
     return Entry(names, title, did, blocks=(images_picture(names[0], [line], alt),))

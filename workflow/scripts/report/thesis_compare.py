@@ -80,7 +80,9 @@ def by_sector(results, experiment, model, metric, score=""):
         return results.mean_scores.iloc[:0]
 
     def alike(run):
-        same = training(run) == training(own) and all(run[key] == own[key] for key in ("elevation", "upsample"))
+        same = training(run) == training(own) and all(
+            run[key] == own[key] for key in ("elevation", "upsample", "channels")
+        )
         return same and run["split"] == HARDER and model in run["models"] and (run["open"] or not score)
 
     experiments = sorted(run["experiment"] for run in results.runs.values() if alike(run))

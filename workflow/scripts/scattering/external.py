@@ -1,5 +1,7 @@
 """A field from elsewhere becomes a target's store: FEKO's far fields (.ffe) or a store of the same format."""
 
+import contextlib
+
 import numpy as np
 import xarray as xr
 
@@ -76,17 +78,31 @@ def _check_mirrored(samples, field, polarizations, wanted, plane):
             )
 
 
-def _from_store(path, polarizations, wanted):
-    """The wanted samples of a scattering store, shape (polarization, frequency, elevation, azimuth)."""
-    check_given(path)
+def check_polarizations(path, polarizations):
+    """Raise InputError for a store of a field without one of the polarizations. Nothing else of it is read."""
+    with _opened(path) as dataset:
+        there = dataset["polarization"].values
+    _places_of(path, there, polarizations)
+
+
+@contextlib.contextmanager
+def _opened(path):
+    """The dataset of a store from elsewhere. InputError for what is none of a field."""
     try:
         with xr.open_zarr(path) as dataset:
-            field = dataset["field"].transpose(*COORDINATES).load()
-            given = {name: np.asarray(field[name].values, float) for name in wanted}
+            yield dataset
     except (KeyError, ValueError, OSError, RuntimeError) as error:
         raise InputError(
             f"{path}: not a store with a variable 'field' over {', '.join(COORDINATES)} ({error})."
         ) from None
+
+
+def _from_store(path, polarizations, wanted):
+    """The wanted samples of a scattering store, shape (polarization, frequency, elevation, azimuth)."""
+    check_given(path)
+    with _opened(path) as dataset:
+        field = dataset["field"].transpose(*COORDINATES).load()
+        given = {name: np.asarray(field[name].values, float) for name in wanted}
     convention, units = dataset.attrs.get("convention", CONVENTION), field.attrs.get("units", "m")
     if convention != CONVENTION:
         raise InputError(f"{path}: the store's convention is '{convention}'; wanted is '{CONVENTION}'.")
@@ -97,15 +113,21 @@ def _from_store(path, polarizations, wanted):
     for name, unit in UNITS.items():
         if field[name].attrs.get("units", unit) != unit:
             raise InputError(f"{path}: its {name} is in '{field[name].attrs['units']}', not in {unit}.")
-    there = [str(name) for name in field.polarization.values]
+    ways = _places_of(path, field.polarization.values, polarizations)
+    places = [_places(path, name, given[name], values) for name, values in wanted.items()]
+    return field.values[np.ix_(ways, *places)]
+
+
+def _places_of(path, there, polarizations):
+    """Where the polarizations are among those there. InputError if one is not there exactly once."""
+    there = [str(name) for name in there]
     absent = [name for name in polarizations if there.count(name) != 1]
     if absent:
         raise InputError(
             f"{path}: no polarization {', '.join(absent)}, which config key 'radar.polarizations' asks for; "
             f"there is {', '.join(there)}."
         )
-    places = [_places(path, name, given[name], values) for name, values in wanted.items()]
-    return field.values[np.ix_([there.index(name) for name in polarizations], *places)]
+    return [there.index(name) for name in polarizations]
 
 
 def _from_ffe(field, polarizations, wanted):

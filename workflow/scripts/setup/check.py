@@ -15,7 +15,7 @@ from core.folders import of_fields
 from core.sweep import images_are_made
 from imaging.geometry import PURE_NOISE, centres, planned
 from learning.classifier import NOT_HYPER, OTHER, choices
-from learning.experiments import CLEAN, TOLERANCE, runs
+from learning.experiments import CLEAN, TOLERANCE, channels_of, runs
 from learning.split import Division, folds, split
 from learning.split import check as check_sides
 from mesh import cad_kernel
@@ -91,6 +91,9 @@ def _problems(config):
     if config["name"] in config.get("compare", ()):
         yield f"'compare': '{config['name']}' is this run's own 'name'; give it the names of others."
     yield from sweeps.problems(config)
+    yield from _absent(
+        "imaging.polarizations", config["imaging"]["polarizations"], "radar.polarizations", config["radar"]
+    )
     if images_are_made(config):
         planned(config)
     yield from _of_targets_solver(config)
@@ -106,6 +109,14 @@ def _problems(config):
             yield from _of_mesh(f"targets.{name}", target)
     yield from _of_labels(config["noise"]["snr_db"])
     yield from _of_models(config["learning"]["models"])
+
+
+def _absent(key, polarizations, source, section):
+    """Polarizations that a key names and its source, that of another section, does not."""
+    for name in polarizations:
+        if name not in section["polarizations"]:
+            have = ", ".join(section["polarizations"])
+            yield f"'{key}': {name} is none of '{source}' ({have}); add it there, or leave it out here."
 
 
 def _of_names(key, names):
@@ -220,7 +231,8 @@ def _of_models(models):
             ):
                 yield f"'{key}': {file}.py says {attribute} = {names!r}; it is a mapping of names to {entries}."
         for choice in choices(settings) if stated is not None else ():
-            allowed = {"additionalProperties": False, "required": list(stated), "properties": shared | stated}
+            required = [setting for setting, rule in stated.items() if "default" not in rule]
+            allowed = {"additionalProperties": False, "required": required, "properties": shared | stated}
             check_schema(choice, allowed | {"$defs": schema()["$defs"]}, ("learning", "models", name))
 
 
@@ -242,6 +254,8 @@ def _of_experiments(config, experiments):
                 yield f"'{key}.folds': fold {fold} is none of {count}{of_config}."
         if scheme == "elevation" and trained != "all":
             yield f"'{key}.train.elevation': the split by elevation says at which elevations it trains; write all."
+        imaging = config["imaging"]
+        yield from _absent(f"{key}.channels", experiment.get("channels", ()), "imaging.polarizations", imaging)
         if known < 2:
             yield (
                 f"'{key}' needs at least two targets with role known; there are {known}. Write 'learning: "
@@ -270,7 +284,7 @@ def _of_experiments(config, experiments):
         for model in run["models"] if run["random_snr"] else ():
             if not stated[model].get("by_snr", False):
                 yield f"'{key}.train.snr_db': {model} does not keep the SNRs of its images apart."
-        yield from _of_pixels(f"'{key}.upsample'", run["upsample"], stated, plan)
+        yield from _of_pixels(f"'{key}.upsample'", run, stated, plan)
         for model in run["models"]:
             denoises = True in np.atleast_1d(learning["models"][model].get("denoise", False))
             if denoises and not (run["random_snr"] and CLEAN in run["snrs"]):
@@ -297,9 +311,9 @@ def training_images(config, run, settings):
     return sum(split(elevations, azimuths, planes, division)["train"].count for planes in sets)
 
 
-def _of_pixels(key, upsample, models, plan):
+def _of_pixels(key, run, models, plan):
     """Whether a run's images have the pixels that its models can take. models: what each one's file states."""
-    sides = plan["range_pixels"], plan["crossrange_pixels"]
+    sides, upsample = (plan["range_pixels"], plan["crossrange_pixels"]), run["upsample"]
     if upsample != "none":
         if upsample < max(sides):
             yield f"{key}: {upsample} pixels a side are fewer than the images' {sides[0]} x {sides[1]}."
@@ -308,8 +322,9 @@ def _of_pixels(key, upsample, models, plan):
         smallest = stated.get("smallest", 1)
         if min(sides) < smallest:
             yield f"{key}: {model} needs {smallest} pixels a side or more, these images have {min(sides)}; 32 is usual."
-        if stated.get("covariances", False) and sides[0] * sides[1] > MOST_PIXELS:
+        pixels = sides[0] * sides[1] * channels_of(run, plan["channels"])
+        if stated.get("covariances", False) and pixels > MOST_PIXELS:
             yield (
-                f"{key}: {model} keeps covariances of all pixels, and these images have {sides[0] * sides[1]}; "
+                f"{key}: {model} keeps covariances of all channels' pixels, and these images have {pixels}; "
                 f"{MOST_PIXELS} (64 a side) are the most it takes."
             )

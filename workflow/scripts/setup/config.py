@@ -33,6 +33,7 @@ def load(*overlays):
     config = _changed(functools.reduce(overlay.merge, overlays, read_yaml(BASE)), _number)
     check_schema(config, rules(config))
     config["radar"] = sweeps.with_band(config["radar"])
+    config["imaging"].setdefault("polarizations", list(config["radar"]["polarizations"]))
     write_out(config)
     if isinstance(config["seed"], list):
         config["seed"], *config["further_seeds"] = config["seed"]

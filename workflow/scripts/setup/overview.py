@@ -14,7 +14,7 @@ from mesh import cad_kernel, symmetry, topology
 from mesh.read import check_size, in_metres, read_cad
 from mesh.resolution import check_resolution
 from report.caveats import LEARNING, warnings
-from scattering import needs
+from scattering import field_files, needs
 from setup.config import BASE, read_yaml
 from setup.disk import shortage
 
@@ -31,12 +31,17 @@ def overview(config, results, refuse=False, seeds=1):
     fields, sizes, lines = of_fields(results, config), {}, []
     if "from" in config:
         lines.append(_taken(config["targets"], fields))
-    for name in config["targets"]:
+    for name, target in config["targets"].items():
         try:
             sizes[name] = _size(config, name, fields / "mesh" / f"{name}.json")
+            if field_files.is_store(target.get("field")):
+                from scattering.external import check_polarizations  # xarray takes a second
+
+                check_polarizations(target["field"], config["radar"]["polarizations"])
         except InputError as error:
             if refuse:
-                raise InputError(f"config key 'targets.{name}.mesh': {error}") from None
+                key = "mesh" if "mesh" in target else "field"
+                raise InputError(f"config key 'targets.{name}.{key}': {error}") from None
             sizes[name] = None
             lines.append(f"Warning: {name}: {error}")
     lines += _solves(config, sizes, fields, refuse)

@@ -7,6 +7,7 @@ from core.errors import InputError
 from learning import capsules, confidence
 from learning.classifier import OTHER, Classifier, Outcome
 from learning.experiments import cleanest
+from learning.features import by_channel
 from learning.training_loop import Batches, Checkpoint, Settings, minimize
 
 CHUNK = 16  # images at a time: what a convolution looks at then stays in the processor's cache
@@ -28,6 +29,7 @@ class Model(Classifier):
     `epochs`, or when the validation loss has not fallen for `patience` of them; the weights with the smallest are kept.
     denoise: the decoder's aim is the view's image without noise, not the noisy one that the network sees.
     complex: real and imaginary parts as two channels in and out, each batch's phases drawn anew, instead of magnitudes.
+    Of images of several polarizations each is a channel, or a pair of them, in and out.
     An image labelled OTHER is of no class: all capsules shall be short, and nothing is reconstructed.
 
     Scores are the lengths of the class capsules. Confidence scores, from the reconstruction by the predicted class:
@@ -129,14 +131,20 @@ class Model(Classifier):
         return x, np.array([place.get(view, row) for row, view in enumerate(views.tolist())]), y
 
     def _inputs(self, images):
-        """Channels (n, rows, columns, 1 or 2), float32: magnitudes, or for complex images real and imaginary parts."""
-        if min(images.shape[1:]) < self.smallest:
+        """Channels (n, rows, columns, channels), float32, as they lie in images of several polarizations.
+
+        Magnitudes, or for complex images of each polarization real and imaginary parts.
+        """
+        rows, columns = images.shape[-2:]
+        if min(rows, columns) < self.smallest:
             raise InputError(
                 f"a capsule network needs images of {self.smallest} pixels a side or more, these have "
-                f"{images.shape[1]} x {images.shape[2]}: give its experiment 'upsample: 32'."
+                f"{rows} x {columns}: give its experiment 'upsample: 32'."
             )
-        channels = [images.real, images.imag] if self.settings["complex"] else [np.abs(images)]
-        return np.stack(channels, axis=-1).astype(np.float32, copy=False)
+        last = np.moveaxis(by_channel(images), 1, -1)
+        channels = [last.real, last.imag] if self.settings["complex"] else [np.abs(last)]
+        stacked = np.stack(channels, axis=-1).reshape(len(images), rows, columns, -1)
+        return stacked.astype(np.float32, copy=False)
 
     def _train(self, x, sources, y, held_out, snrs):
         settings, random = self.settings, np.random.default_rng(self.seed)
@@ -218,9 +226,13 @@ class Model(Classifier):
         return x, vectors, scores, mask, self._decode(self._weights(), vectors, mask)
 
     def reconstruct(self, images):
-        """Of images (n, rows, columns): what the network sees, what it makes of it (magnitudes), and their classes."""
+        """Of images: what the network sees of the first polarization, what it makes of it, and their classes.
+
+        The first two are magnitudes (n, rows, columns).
+        """
         x, _, scores, _, made = self._decoded(images)
-        magnitude = [np.sqrt((channels**2).sum(axis=-1)) for channels in (x, made.reshape(x.shape))]
+        first = slice(2 if self.settings["complex"] else 1)
+        magnitude = [np.sqrt((channels[..., first] ** 2).sum(axis=-1)) for channels in (x, made.reshape(x.shape))]
         return *magnitude, self.classes_[scores.argmax(axis=1)]
 
     def evaluate(self, images):
@@ -248,9 +260,8 @@ class Model(Classifier):
 
 
 def _turned(images, phases):
-    """Images (n, rows, columns, 2) of real and imaginary parts, each turned by its phase (n,) in rad."""
-    cosine, sine = (function(phases).astype(np.float32)[:, None, None] for function in (np.cos, np.sin))
-    return [
-        np.stack([cosine * x[..., 0] - sine * x[..., 1], sine * x[..., 0] + cosine * x[..., 1]], axis=-1)
-        for x in images
-    ]
+    """Images (n, rows, columns, channels), pairs of real and imaginary parts, each turned by its phase (n,) in rad."""
+    cosine, sine = (function(phases).astype(np.float32)[:, None, None, None] for function in (np.cos, np.sin))
+    pairs = [(x[..., ::2], x[..., 1::2]) for x in images]
+    turned = [np.stack([cosine * x - sine * y, sine * x + cosine * y], axis=-1) for x, y in pairs]
+    return [both.reshape(x.shape) for both, x in zip(turned, images, strict=True)]

@@ -4,12 +4,12 @@ import numpy as np
 
 from learning import confidence, openmax
 from learning.classifier import OTHER, Classifier, Outcome
-from learning.features import real_imaginary, unit
+from learning.features import unit
 from learning.training_loop import Batches, Settings, glorot, minimize
 
 
 class Model(Classifier):
-    """`width` rectified linear units on real and imaginary parts, then a logit for each class (thesis section 5.2).
+    """`width` rectified linear units on the image's `features`, then a logit for each class (thesis section 5.2).
 
     Trained by Adam on the cross-entropy for `epochs` passes over the images in batches of `batch`.
     Confidence scores from the logits: `confidence.of_logits`, and OpenMax as published and with shifted logits; from
@@ -44,18 +44,19 @@ class Model(Classifier):
             "description": "largest distances that a Weibull distribution is fitted to",
         },
         "openmax_alpha": {"type": "integer", "minimum": 1, "description": "largest logits that OpenMax revises"},
+        "features": {"$ref": "#/$defs/features", "default": "parts"},
     }
     by_snr = True
 
     def fit(self, images, labels, validation=None, snrs=None, views=None):
-        x = real_imaginary(images)
+        x = self.features(images)
         self.classes_, y = np.unique(labels, return_inverse=True)
         held_out = None
         if validation is not None:
-            held_out = real_imaginary(validation[0]), np.searchsorted(self.classes_, validation[1])
+            held_out = self.features(validation[0]), np.searchsorted(self.classes_, validation[1])
         self._train(x, y, held_out, snrs)
 
-        features = self._features(x)
+        features = self._hidden(x)
         known = labels != OTHER
         self.references_ = unit(features[known])
         classes = self.classes_[self.classes_ != OTHER]
@@ -92,17 +93,17 @@ class Model(Classifier):
         )
         self._keep(learned)
 
-    def _features(self, x):
+    def _hidden(self, x):
         return np.maximum(x @ self.hidden_ + self.hidden_offset_, 0)
 
     def _logits(self, features):
         return (features @ self.output_ + self.output_offset_).astype(np.float64)
 
     def decision_function(self, images):
-        return self._logits(self._features(real_imaginary(images)))
+        return self._logits(self._hidden(self.features(images)))
 
     def evaluate(self, images):
-        features = self._features(real_imaginary(images))
+        features = self._hidden(self.features(images))
         logits = self._logits(features)
         scores = confidence.of_logits(logits, self.classes_)
         if OTHER not in self.classes_:

@@ -4,7 +4,7 @@ import numpy as np
 
 from core.errors import InputError
 from learning.classifier import OTHER, Classifier, Outcome
-from learning.features import real_imaginary, squared_distances
+from learning.features import squared_distances
 
 
 class Model(Classifier):
@@ -20,13 +20,14 @@ class Model(Classifier):
     SCORES = {"distance": ("nearest distance", 9)}
     SETTINGS = {
         "k": {"type": "integer", "minimum": 1, "description": "number of neighbours, at most the training images"},
+        "features": {"$ref": "#/$defs/features", "default": "parts"},
     }
     fewest = "k"
 
     def fit(self, images, labels, validation=None, snrs=None, views=None):
         if self.settings["k"] > len(images):
             raise InputError(f"'k' is {self.settings['k']}, and there are {len(images)} training images; take fewer.")
-        x = real_imaginary(images)
+        x = self.features(images)
         order = np.argsort(labels, kind="stable")
         self.classes_, self.starts_ = np.unique(labels[order], return_index=True)
         self.references_ = x[order]
@@ -34,7 +35,7 @@ class Model(Classifier):
         return self
 
     def evaluate(self, images):
-        distances = squared_distances(real_imaginary(images), self.references_, self.squared_norms_)
+        distances = squared_distances(self.features(images), self.references_, self.squared_norms_)
         scores = -np.sqrt(np.minimum.reduceat(distances, self.starts_, axis=1))
         known = {"distance": scores[:, self.classes_ != OTHER].max(axis=1)}
         k = self.settings["k"]

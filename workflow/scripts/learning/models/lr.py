@@ -4,11 +4,10 @@ import numpy as np
 
 from learning import confidence
 from learning.classifier import Classifier, Outcome
-from learning.features import real_imaginary
 
 
 class Model(Classifier):
-    """Minimises the summed cross-entropy plus w'w / (2 penalty) over real and imaginary parts of the image.
+    """Minimises the summed cross-entropy plus w'w / (2 penalty) over the image's `features`.
 
     Scores are logits: their softmax gives the class probabilities.
     coef_: (features, classes), intercept_: (classes,).
@@ -21,12 +20,13 @@ class Model(Classifier):
     SCORES = {"softmax": ("softmax", 0), "max_logit": ("maximum logit", 3), "energy": ("energy", 4)}
     SETTINGS = {
         "penalty": {"type": "number", "exclusiveMinimum": 0, "description": "lambda of the penalty w'w / (2 lambda)"},
+        "features": {"$ref": "#/$defs/features", "default": "parts"},
     }
 
     def fit(self, images, labels, validation=None, snrs=None, views=None):
         from sklearn.linear_model import LogisticRegression  # predictions do without scikit-learn
 
-        x = real_imaginary(images, np.float64)
+        x = self.features(images, np.float64)
         fitted = LogisticRegression(C=self.settings["penalty"], tol=1e-6, max_iter=5000).fit(x, labels)
         weights, offsets = fitted.coef_, fitted.intercept_
         if len(fitted.classes_) == 2:
@@ -36,7 +36,7 @@ class Model(Classifier):
         return self
 
     def decision_function(self, images):
-        return real_imaginary(images, np.float64) @ self.coef_ + self.intercept_
+        return self.features(images, np.float64) @ self.coef_ + self.intercept_
 
     def evaluate(self, images):
         logits = self.decision_function(images)

@@ -1,34 +1,40 @@
-"""Matched filter: a bank of templates, the training images, and the complex correlation with each."""
+"""Matched filter: a bank of templates, the training images, and the correlation with each."""
 
 import numpy as np
 
 from learning.classifier import OTHER, Classifier, Outcome
-from learning.features import unit_rows
+from learning.features import standardized, unit_rows
 
 
 class Model(Classifier):
-    """The class of the training image with the largest normalised complex correlation |t^H x| / (|t| |x|).
+    """The class of the training image with the largest normalised correlation.
 
-    For one known image in white noise this is the optimal detector of it at unknown amplitude and phase (Kay 1998,
-    Fundamentals of Statistical Signal Processing II, section 7.4). White is the noise of the aperture: the window
-    colours it in the image, so the bar is a little low.
-    Scores are the largest correlation with each class, 0 to 1. Confidence score: `correlation`, the largest of a known
-    class. templates_: (pixels, templates), complex64, conjugate, grouped by class, each of length 1; starts_:
-    (classes,), each class's first.
+    Of the `features` parts it is the complex one, |t^H x| / (|t| |x|). For one known image in white noise this is the
+    optimal detector of it at unknown amplitude and phase (Kay 1998, Fundamentals of Statistical Signal Processing II,
+    section 7.4). White is the noise of the aperture: the window colours it in the image, so the bar is a little low. Of
+    all other features, which have no phase, it is the zero-mean normalised cross-correlation (ZNCC).
+    Scores are the largest correlation with each class, 1 at most. Confidence score: `correlation`, the largest of a
+    known class. templates_: (pixels, templates), conjugate, grouped by class, each of length 1; starts_: (classes,),
+    each class's first.
     """
 
     LABELS = {"matched_filter": ("matched filter", "the matched filter", 4)}
     SCORES = {"correlation": ("correlation", 8)}
-    SETTINGS = {}
+    SETTINGS = {"features": {"$ref": "#/$defs/features", "default": "parts"}}
 
     def fit(self, images, labels, validation=None, snrs=None, views=None):
         order = np.argsort(labels, kind="stable")
         self.classes_, self.starts_ = np.unique(labels[order], return_index=True)
-        self.templates_ = np.ascontiguousarray(unit_rows(images[order]).conj().T)
+        self.templates_ = np.ascontiguousarray(self._rows(images[order]).conj().T)
         return self
 
     def evaluate(self, images):
-        correlations = np.abs(unit_rows(images) @ self.templates_)
+        correlations = self._rows(images) @ self.templates_
+        if self.sees == "parts":
+            correlations = np.abs(correlations)
         scores = np.maximum.reduceat(correlations, self.starts_, axis=1)
         known = scores[:, self.classes_ != OTHER].max(axis=1)
         return Outcome(self.classes_[scores.argmax(axis=1)], scores, {"correlation": known})
+
+    def _rows(self, images):
+        return unit_rows(images) if self.sees == "parts" else standardized(self.features(images))

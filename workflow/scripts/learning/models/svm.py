@@ -3,11 +3,11 @@
 import numpy as np
 
 from learning.classifier import OTHER, Classifier, Outcome
-from learning.features import real_imaginary, squared_distances
+from learning.features import squared_distances
 
 
 class Model(Classifier):
-    """Soft-margin SVM on real and imaginary parts of the image, kernel exp(-|x - y|^2 / scale^2), one against the rest.
+    """Soft-margin SVM on the image's `features`, kernel exp(-|x - y|^2 / scale^2), one against the rest.
 
     Scores are signed distances to the separating surface in units of the margin: positive on the class's side,
     near the intercept far from every support vector. They are no probabilities. Confidence score: `margin`, the largest
@@ -21,13 +21,14 @@ class Model(Classifier):
     SETTINGS = {
         "C": {"type": "number", "exclusiveMinimum": 0, "description": "box constraint"},
         "scale": {"type": "number", "exclusiveMinimum": 0, "description": "s of the kernel exp(-|x - y|^2 / s^2)"},
+        "features": {"$ref": "#/$defs/features", "default": "parts"},
     }
     pairs = True
 
     def fit(self, images, labels, validation=None, snrs=None, views=None):
         from sklearn.svm import SVC  # predictions do without scikit-learn
 
-        x = real_imaginary(images, np.float64)
+        x = self.features(images, np.float64)
         kernel = self._kernel(x, x, np.einsum("ij,ij->i", x, x))
         self.classes_ = np.unique(labels)
         dual = np.zeros((len(x), len(self.classes_)))
@@ -56,7 +57,7 @@ class Model(Classifier):
         return np.exp(kernel, out=kernel)
 
     def evaluate(self, images):
-        kernel = self._kernel(real_imaginary(images, np.float64), self.vectors_, self.squared_norms_)
+        kernel = self._kernel(self.features(images, np.float64), self.vectors_, self.squared_norms_)
         scores = kernel @ self.dual_ + self.intercept_
         margin = scores[:, self.classes_ != OTHER].max(axis=1)
         return Outcome(self.classes_[scores.argmax(axis=1)], scores, {"margin": margin})
