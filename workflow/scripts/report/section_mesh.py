@@ -151,7 +151,8 @@ def quality_table(results):
     def change(quantity):
         """A column of what `quantity` changes by, but for what rods thinner than an edge gain."""
         kept = quantity.format("of_rods")
-        return lambda row: _change(row[quantity.format("before")], row[quantity.format("after")] - row.get(kept, 0.0))
+        before, after = quantity.format("before"), quantity.format("after")
+        return lambda row: _change(row[before], row[after], row.get(kept, 0.0))
 
     shown = {
         "target": "{target}",
@@ -228,7 +229,7 @@ def source_table(results):
         "size in the file [m]": "{file_x_m:.3f} × {file_y_m:.3f} × {file_z_m:.3f}",
         "size change [%]": lambda row: _change(*(max(row[f"{of}{axis}_m"] for axis in "xyz") for of in ("file_", ""))),
         "area in the file [m²]": "{file_area_m2:.4f}",
-        "area change [%]": lambda row: _change(row["file_area_m2"], row["area_m2"], np.inf),
+        "area change [%]": lambda row: _change(row["file_area_m2"], row["area_m2"], most=np.inf),
         "pieces": "{components}",
         "solve [GB]": lambda row: f"{row['planned_memory_mb'] / 1000:.1f}",
         "solve, estimate": lambda row: f"about {duration(row['planned_time_s'])}",
@@ -249,8 +250,8 @@ def _within(value, least, most, form):
     return f"{value:{form}}{'' if least <= value <= most else ' ✗'}"
 
 
-def _change(before, after, most=1.0):
-    """Change in percent as text; a dash where there is nothing to compare (an open surface has no volume)."""
-    change = np.nan if pd.isna(before) or pd.isna(after) else 100 * (after / before - 1)
+def _change(before, after, kept=0.0, most=1.0):
+    """Change in percent as text, but for what is `kept`; a dash where an open surface has no volume to compare."""
+    change = np.nan if pd.isna(before) or pd.isna(after) else 100 * ((after - kept) / before - 1)
     text = "0.00" if abs(change) < 0.005 else signed(change, 2)
     return f"{text}{' ✗' if abs(change) > most else ''}"
