@@ -42,4 +42,5 @@ def test_the_images_are_shown_in_the_first_polarization_and_once_in_all(results,
 
 def test_the_viewer_begins_with_the_first_and_likeness_is_of_it(results):
     assert section_explore.explorer(results)["polarizations"] == ["HH", "VV"]
-    assert section_alike._stacked(results, "drone", "snr_12dB", [0.0, 15.0]).dims == ("view", "range", "crossrange")
+    run = next(iter(results.runs))
+    assert section_alike._stacked(results, run, "drone", "test", "snr_12dB").dims == ("view", "range", "crossrange")
