@@ -239,8 +239,10 @@ def test_a_lock_is_kept_while_a_job_of_the_run_that_was_killed_goes_on(another):
     killed(another())
     script = Path(".snakemake/scripts/x.job_mesh.py").absolute()
     script.parent.mkdir()
-    script.write_text("input()")
-    with subprocess.Popen([sys.executable, script], stdin=subprocess.PIPE) as orphan:
+    script.write_text("print(flush=True); input()")
+    streams = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
+    with subprocess.Popen([sys.executable, script], **streams) as orphan:
+        assert orphan.stdout.readline()  # before it runs, its command line may not be there
         (line,) = lock.release_stale()
         assert f"a job of it goes on: process {orphan.pid}." in line and is_locked()
         orphan.kill()
