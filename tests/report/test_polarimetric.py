@@ -42,5 +42,10 @@ def test_the_images_are_shown_in_the_first_polarization_and_once_in_all(results,
 
 def test_the_viewer_begins_with_the_first_and_likeness_is_of_it(results):
     assert section_explore.explorer(results)["polarizations"] == ["HH", "VV"]
-    run = next(iter(results.runs))
-    assert section_alike._stacked(results, run, "drone", "test", "snr_12dB").dims == ("view", "range", "crossrange")
+    found = section_alike.likeness_by_angle(results, "drone", 15.0).iloc[0]  # of views a step of azimuth apart
+    store = xr.open_zarr(results.folder / "imaging/drone/clean.zarr").image.sel(channel="HH").load()
+    views = np.abs(store.transpose("azimuth", "elevation", ...).stack(pixel=["range", "crossrange"]).values)
+    views = views - views.mean(axis=-1, keepdims=True)
+    views /= np.linalg.norm(views, axis=-1, keepdims=True)
+    assert found["along"] == "azimuth"
+    assert found["mean"] == pytest.approx((views * np.roll(views, -1, axis=0)).sum(axis=-1).mean(), abs=1e-5)
