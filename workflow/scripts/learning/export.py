@@ -31,8 +31,8 @@ def export(stores, path, roles, planes, settings, seed, aperture):
     Images of one store after those of another, with an axis `channel` of several polarizations; row n of `image`,
     complex64, is what `label`, `elevation`, `azimuth`, `realization`, `snr` and, each the number of its side in the
     attribute 'sides', `split_random`, `split_sector_<fold>` and `split_elevation_<fold>` say of it. stores:
-    imaging/<target>/<label>.zarr; roles, planes:
-    of the targets, the latter their mirror planes; settings: the config's `learning.split`.
+    imaging/<target>/<label>.zarr; roles, planes: of the targets, the latter their mirror planes; settings: the config's
+    `learning.split`.
     """
     targets = sorted(roles)
     with xr.open_zarr(stores[0]) as first:

@@ -22,10 +22,8 @@ def arrange(vertices, triangles, close, name):
     Raises InputError, naming `name`.
     """
     whole, source = vertices, triangles
-    count, piece = topology.edge_pieces(triangles)
-    _, sides, at_edge = topology.edges(triangles)
-    open_or_joined = (at_edge[sides] != 2).any(axis=1)
-    solid = (np.bincount(piece, weights=open_or_joined, minlength=count) == 0)[piece]
+    piece, closed = topology.closed_pieces(triangles)
+    solid = closed[piece]
     # A solid must not open; a sheet drawn twice encloses nothing and may become one.
     volume = np.bincount(piece, topology.tetrahedra(whole, source))
     thick = solid & (volume > close * np.bincount(piece, topology.areas(whole, source)))[piece]

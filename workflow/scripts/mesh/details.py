@@ -17,10 +17,9 @@ def without_details(vertices, triangles, edge, name):
     Details are closed solids smaller than SMALL that touch one other part, MUCH larger, and nowhere stand out of it by
     more than LOW, which is as far as a mesh may be from its source. Those that touch each other stay if one stays.
     """
-    count, piece = topology.edge_pieces(triangles)
-    _, sides, at_edge = topology.edges(triangles)
-    corners, closed = vertices[triangles], np.bincount(piece, (at_edge[sides] != 2).any(axis=1), count) == 0
-    low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
+    piece, closed = topology.closed_pieces(triangles)
+    corners, shape = vertices[triangles], (len(closed), 3)
+    low, high = np.full(shape, np.inf), np.full(shape, -np.inf)
     np.minimum.at(low, piece, corners.min(axis=1))
     np.maximum.at(high, piece, corners.max(axis=1))
     extent = (high - low).max(axis=1)

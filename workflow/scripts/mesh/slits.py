@@ -18,9 +18,8 @@ def close_slits(vertices, triangles, widest, close, name):
     A slit is where all of a closed solid's triangle faces another solid's wall, from outside or a little from inside.
     The union of the solids then has none. The triangles face outwards.
     """
-    count, piece = topology.edge_pieces(triangles)
-    _, sides, at_edge = topology.edges(triangles)
-    closed = (np.bincount(piece, (at_edge[sides] != 2).any(axis=1), count) == 0)[piece]
+    piece, closed = topology.closed_pieces(triangles)
+    closed = closed[piece]
     if len(np.unique(piece[closed])) < 2:
         return vertices, triangles, 0
     solids, corners, normal = np.flatnonzero(closed), vertices[triangles], topology.shape(vertices[triangles])[0]

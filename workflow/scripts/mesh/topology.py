@@ -97,6 +97,13 @@ def edge_pieces(triangles):
     return pieces, label[:size]
 
 
+def closed_pieces(triangles):
+    """The piece by edges of each triangle, (T,), and whether each piece is closed: all its edges have two triangles."""
+    pieces, piece = edge_pieces(triangles)
+    _, sides, count = edges(triangles)
+    return piece, np.bincount(piece, (count[sides] != 2).any(axis=1), pieces) == 0
+
+
 def place(point):
     """A point (3,) in metres as text for a message."""
     return f"({', '.join(f'{x:.4g}' for x in np.asarray(point, float) + 0.0)}) m"

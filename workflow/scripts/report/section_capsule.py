@@ -137,10 +137,8 @@ def histogram_figure(results, run, model, shown, scores):
 
     Of several folds the first, whose thresholds are drawn. shown: confidence scores; scores: the rows of all folds.
     """
-    snrs, kept = (
-        sorted(decoded_snrs(results.settings["noise"]["snr_db"]), reverse=True),
-        results.settings["learning"]["kept"],
-    )
+    snrs = sorted(decoded_snrs(results.settings["noise"]["snr_db"]), reverse=True)
+    kept = results.settings["learning"]["kept"]
     tables = {snr: results.predictions(run, model, snr) for snr in snrs}
     drawing, grid = panels(len(snrs), len(shown), 1 + 3.2 * len(shown), 0.8 + 2.2 * len(snrs), "col", False)
     drawn, rates = [], []
