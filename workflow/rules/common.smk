@@ -270,7 +270,8 @@ def training_stores(wildcards):
     roots = {label: RESULTS if label == experiments.CLEAN else wildcards.root for label in labels}
     targets = trained_targets(wildcards.model)
     stores = [f"{roots[label]}/imaging/{target}/{label}.zarr" for target in targets for label in labels]
-    learns_noise = MODELS[wildcards.model].get("other", False)
+    model = MODELS[wildcards.model]
+    learns_noise = model.get("other", False) or model_kind(MODELS, wildcards.model).stated.get("learns_noise", False)
     return stores + ([f"{wildcards.root}/imaging/{PURE_NOISE}/clean.zarr"] if learns_noise else [])
 
 

@@ -50,6 +50,7 @@ class Classifier:
     fewest: None, or the name of the setting that says of how many images `fit` must learn at least.
     additive: whether scores and known scores are logarithms of likelihoods or of their ratios, so that those of several
     looks add up: what it then reaches stands in scores.csv, too.
+    learns_noise: whether `fit` finds images of noise alone, (m, ...), in the attribute `noise`.
     FEATURES: the kind of `features.of` where the setting `features` names no other.
     checkpoints: None, or a folder in which `fit` may keep its state, to go on from it after a kill.
     """
@@ -61,6 +62,8 @@ class Classifier:
     pairs = False
     fewest = None
     additive = False
+    learns_noise = False
+    noise = None
     checkpoints = None
     FEATURES = "parts"
 
@@ -73,7 +76,7 @@ class Classifier:
         validation: None, or images, labels, snrs and views of the validation azimuths, for the training curve and for
         stopping. snrs: None, or the SNR's name of each image, shape (observations,), to be kept apart: 'clean',
         'snr_6dB', or ANY_SNR.
-        views: None, or numbers (observations,), the same for all images of one target from one direction.
+        views: None, or where each image is from, (observations,), structured: target, elevation and azimuth in degrees.
         """
         raise NotImplementedError
 

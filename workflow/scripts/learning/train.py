@@ -64,13 +64,15 @@ def train(stores, training, folder, checkpoints=None):
     divided = images.divide(stores, training.planes, division)
     for target in sorted(target for target, role in training.roles.items() if role == "known"):
         check(divided[target].sides, division, target, len(divided[target].azimuth))
-    learned, held_out = (_read(stores, training, divided, side) for side in ("train", "validation"))
+    learned, noise = _read(stores, training, divided, "train")
+    held_out, _ = _read(stores, training, divided, "validation")
 
     who = conformance.describe(name, run["name"], kind)
     model, best, search = None, -1.0, []
     for settings in choices(training.settings):
         candidate = build(kind, settings, seed)
         candidate.checkpoints = checkpoints
+        candidate.noise = noise if candidate.learns_noise else None
         accuracy = _fit(candidate, learned, held_out, run["random_snr"], who)
         search.append({**settings, "validation_accuracy": accuracy})
         if accuracy > best:
@@ -131,7 +133,10 @@ def _listed(divided, side):
 
 
 def _read(stores, training, divided, side):
-    """The `Examples` of a side of each target: by SNR, then by target, whatever the order of the stores."""
+    """The `Examples` of a side of each target, by SNR, then by target, and images of pure noise, where they are read.
+
+    The latter are among the examples of a model with a class OTHER, too.
+    """
     run = training.run
     how = {"elevation": run["elevation"], "pixels": run["upsample"], "channels": run["channels"]}
     pixels, origin = images.read_side(stores, divided, side, **how)
@@ -139,5 +144,7 @@ def _read(stores, training, divided, side):
     labels = np.where(role == "known", origin["target"], OTHER).astype(str)
     # Pure noise, which has no role, is that of every SNR.
     snrs = np.where(role.isna(), ANY_SNR, origin["label"]).astype(str)
-    views = origin.round(4).groupby(["target", "elevation", "azimuth"]).ngroup().to_numpy()
-    return Examples(pixels, labels, snrs, views)
+    views = origin[["target", "elevation", "azimuth"]].round(4).to_records(index=False, column_dtypes={"target": "U"})
+    is_noise = role.isna().to_numpy()
+    kept = np.flatnonzero(~is_noise | training.settings.get("other", False))
+    return Examples(*(of[kept] for of in (pixels, labels, snrs, views))), pixels[is_noise]

@@ -1,0 +1,228 @@
+"""Likelihood: the library of training views is the model. Magnitudes by the Rice density, coherence after whitening."""
+
+import functools
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from scipy.linalg import eigh
+from scipy.ndimage import uniform_filter
+
+from learning.classifier import OTHER, Classifier, Outcome
+from learning.features import by_channel, standardized, unit, unit_rows
+
+BLOCK = 64  # images at a time, always: the last bits of a product depend on how many rows it has
+LOADING = 0.01  # of the mean noise power of a pixel: what its covariance, of few images, is not sure of
+WEAK = 0.03  # of the noise's power: directions in which the library has less say nothing, and cost
+LEAST_NOISE = 0.3  # of the energy: coherence takes at least so much, as no template is the view itself
+FAINT = 0.25  # of an image's pixels, the faintest, are taken to hold nothing but noise
+SHARES = (1e-4, 0.99)  # of noise in an image's energy, at least and at most
+LEAST = 1e-6  # of a template's largest power: the least that mismatch is in proportion to
+AROUND = (1, 1, 3, 3)  # pixels over which a template's power is averaged
+# Of the calibration: dB over an image's pixels at which known views are scored, how many bins these are parted into by
+# their share of noise, and at which shares of a bin's views its scores are kept.
+SNRS = np.arange(-18.0, 31.0, 3.0)
+BINS = 16
+LEVELS = np.array([0, 0.001, 0.003, 0.01, 0.02, 0.03, 0.05, 0.07, 0.1, *np.arange(0.15, 1, 0.05), 1])
+# Polynomials of `_log_i0`, from the largest power.
+NEAR_I0 = (0.0045813, 0.0360768, 0.2659732, 1.2067492, 3.0899424, 3.5156229, 1.0)
+FAR_I0 = (0.00392377, -0.01647633, 0.02635537, -0.02057706, 0.00916281, -0.00157565, 0.00225319, 0.01328592, 0.39894228)
+
+
+class Model(Classifier):
+    """The class of the likeliest view of the library, and how likely that is.
+
+    An image x of unit energy and N pixels over all channels holds a share n of noise, whose covariance over the pixels
+    is n Q, with Q of trace 1 from images of noise alone. n follows from the image's faint pixels: of noise alone
+    |x_p|^2 / Q_pp has an exponential distribution, of which FAINT is the quantile -log(1 - FAINT).
+
+    Rice (Rice 1944): a pixel of magnitude r has the density 2 r / v exp(-(r^2 + s^2 a^2) / v) I0(2 r s a / v) under a
+    template of magnitudes a, at the likeliest scale s. Its variance v is that of the noise, n Q_pp, and s^2 times the
+    share `mismatch` of the template's power around the pixel, by which a view between the library's differs. The score
+    is the log-likelihood less the largest that any magnitudes could have. `between` adds templates with the mean power
+    of training views that are neighbours in elevation.
+
+    Coherence (Kraut, Scharf and McWhorter 2001): c = |t^H S^-1 x|^2 / ((t^H S^-1 t) (x^H S^-1 x)), with S = (1 - n) R +
+    n Q, R being the covariance of the training images; the log-likelihood ratio of N samples is -N log(1 - c).
+
+    A class's score is the sum of both, each of its best template. Confidence scores are the largest of a class:
+    `likelihood`, and of its parts alone `rice` and `coherence`; and `calibrated`, the log of the share of known
+    validation views that have less of the first at this share of noise, so that one threshold serves all SNRs.
+    templates_: (templates, N), complex64, of unit energy, grouped by class; starts_: (classes + 1,), where each class's
+    begin, and their number; neighbours_: (pairs, 2) templates; basis_: (N, directions) complex64 B with B^H Q B = 1 and
+    B^H R B = diag(powers_); noise_: (N,), the diagonal of Q; shape_: (channels, range, crossrange); shares_: (bins,),
+    log(n / (1 - n)), and usual_: (bins, LEVELS), the scores of known views there.
+    """
+
+    LABELS = {"likelihood": ("likelihood", "the likelihood of the library", 12)}
+    SCORES = {
+        "likelihood": ("likelihood", 17),
+        "calibrated": ("calibrated likelihood", 19),
+        "rice": ("Rician likelihood", 18),
+        "coherence": ("coherence", 16),
+    }
+    SETTINGS = {
+        "candidates": {
+            "type": "integer",
+            "minimum": 1,
+            "description": "templates of each class whose likelihood is computed, those with the largest ZNCC",
+        },
+        "mismatch": {
+            "type": "number",
+            "minimum": 0,
+            "description": "variance of a view about its template, in units of the template's power around each pixel",
+        },
+        "between": {"type": "boolean", "description": "whether neighbours in elevation make templates between them"},
+    }
+    covariances = True
+    learns_noise = True
+    additive = True
+
+    def fit(self, images, labels, validation=None, snrs=None, views=None):
+        order = np.flatnonzero(labels != OTHER)
+        order = order[np.argsort(labels[order], kind="stable")]
+        self.classes_, starts = np.unique(labels[order], return_index=True)
+        self.starts_ = np.append(starts, len(order))
+        self.shape_ = np.array(by_channel(images[:1]).shape[1:])
+        self.templates_ = unit_rows(images[order])
+        self.neighbours_ = _neighbours(views[order]) if self.settings["between"] else np.zeros((0, 2), int)
+        noise = unit(by_channel(self.noise).reshape(-1, np.prod(self.shape_[1:])))  # all channels have the same
+        covariance = np.kron(np.eye(self.shape_[0]), noise.T @ noise.conj() / len(noise)) / self.shape_[0]
+        self.noise_ = np.diag(covariance).real.astype(np.float32)
+        covariance[np.diag_indices(len(covariance))] += LOADING / len(covariance)
+        spread = self.templates_.T @ self.templates_.conj() / len(order)
+        both = spread.astype(np.complex128), covariance.astype(np.complex128)
+        powers, basis = eigh(*both, subset_by_value=(WEAK, np.inf))
+        self.powers_, self.basis_ = powers.astype(np.float32), basis.astype(np.complex64)
+        held_out = images[order] if validation is None else validation.images[validation.labels != OTHER]
+        self._calibrate(unit_rows(held_out))
+        return self
+
+    def _calibrate(self, rows):
+        """Learn which scores known views (n, N), which hold no noise and are no templates, have by their noise."""
+        random, noise = np.random.default_rng(self.seed), unit_rows(self.noise)
+        scores, shares = [], []
+        for snr in SNRS:
+            drawn = noise[random.integers(len(noise), size=len(rows))]
+            turn = 10 ** (-snr / 20) * np.exp(2j * np.pi * random.random((len(rows), 1)))
+            parts, share = self._scored(rows + (turn * drawn).astype(np.complex64))
+            scores.append(parts.sum(axis=1).max(axis=1))
+            shares.append(np.log(share / (1 - share)))
+        scores, shares = np.concatenate(scores), np.concatenate(shares)
+        bins = np.array_split(np.argsort(shares, kind="stable"), BINS)
+        self.shares_ = np.array([shares[rows].mean() for rows in bins])
+        self.usual_ = np.array([np.quantile(scores[rows], LEVELS) for rows in bins])
+
+    def evaluate(self, images):
+        parts, share = self._scored(images.reshape(len(images), -1))
+        scores = parts.sum(axis=1)
+        known = {"likelihood": scores.max(axis=1)}
+        known |= dict(zip(("rice", "coherence"), parts.max(axis=2).T, strict=True))
+        usual = np.transpose([np.interp(np.log(share / (1 - share)), self.shares_, at) for at in self.usual_.T])
+        less = [np.interp(score, at, LEVELS) for score, at in zip(known["likelihood"], usual, strict=True)]
+        known["calibrated"] = np.log(np.maximum(less, LEVELS[1] / 2))
+        return Outcome(self.classes_[scores.argmax(axis=1)], scores, known)
+
+    def _scored(self, rows):
+        """Rice and coherence of the best template of each class, (n, 2, classes), and the share of noise, (n,)."""
+        found = []
+        for start in range(0, len(rows), BLOCK):
+            block = rows[start : start + BLOCK]
+            filled = unit(np.concatenate([block, np.repeat(block[:1], BLOCK - len(block), axis=0)]))
+            magnitudes = np.abs(filled)
+            share = np.quantile(magnitudes**2 / self.noise_, FAINT, axis=1) / -np.log(1 - FAINT)
+            share = np.clip(share, *SHARES).astype(np.float32)
+            scores = self._rice(magnitudes, share), self._coherence(filled, np.maximum(share, LEAST_NOISE))
+            found.append((np.stack(scores, axis=1)[: len(block)], share[: len(block)]))
+        scores, shares = zip(*found, strict=True)
+        return np.concatenate(scores), np.concatenate(shares)
+
+    def _coherence(self, rows, share):
+        """The log-likelihood ratio of coherence with each class, (n, classes); share: of noise, (n,)."""
+        white, squared = self._white
+        x, weights = rows @ self.basis_.conj(), 1 / ((1 - share[:, None]) * self.powers_ + share[:, None])
+        energy = (np.abs(x) ** 2 * weights).sum(axis=1, keepdims=True)
+        coherence = np.abs((x * weights) @ white.conj().T) ** 2 / np.maximum(weights @ squared.T * energy, 1e-30)
+        best = np.maximum.reduceat(coherence, self.starts_[:-1], axis=1)
+        return -rows.shape[1] * np.log(np.maximum(1 - best, 1e-6))
+
+    def _rice(self, magnitudes, share):
+        """The Rician score of the best template of each class, (n, classes); share: of noise, (n,)."""
+        templates, around, owned = self._bank
+        near = standardized(magnitudes) @ self._standardized.T
+        noise, scale, found = share[:, None] * self.noise_, np.sqrt(1 - share), []
+        for mine in owned:
+            count = min(self.settings["candidates"], len(mine))
+            chosen = mine[np.argpartition(-near[:, mine], count - 1, axis=1)[:, :count]]
+            found.append(
+                _rician(magnitudes, noise, scale, templates[chosen], around[chosen], self.settings["mismatch"])
+            )
+        return np.stack(found, axis=1)
+
+    @functools.cached_property
+    def _white(self):
+        white = self.templates_ @ self.basis_.conj()
+        return white, np.abs(white) ** 2
+
+    @functools.cached_property
+    def _bank(self):
+        """Magnitudes of all templates, those between neighbours too, their power around pixels, and whose they are."""
+        magnitudes = np.abs(self.templates_)
+        first, second = self.neighbours_.T
+        between = np.sqrt((magnitudes[first] ** 2 + magnitudes[second] ** 2) / 2)
+        magnitudes = np.concatenate([magnitudes, between])
+        power = magnitudes**2
+        around = uniform_filter(power.reshape(-1, *self.shape_), AROUND, mode="nearest").reshape(power.shape)
+        around = np.maximum(around, LEAST * power.max(axis=1, keepdims=True))
+        owner = np.repeat(np.arange(len(self.classes_)), np.diff(self.starts_))
+        owner = np.concatenate([owner, owner[first]])
+        return magnitudes, around, [np.flatnonzero(owner == number) for number in range(len(self.classes_))]
+
+    @functools.cached_property
+    def _standardized(self):
+        return standardized(self._bank[0])
+
+
+def _neighbours(views):
+    """Pairs (P, 2) of views that are neighbours in elevation: of one target, at one azimuth, no other between.
+
+    views: (n,) structured, with target, elevation and azimuth.
+    """
+    order = np.lexsort([views["elevation"], views["azimuth"], views["target"]])
+    first, second = views[order[:-1]], views[order[1:]]
+    same = (first["target"] == second["target"]) & (first["azimuth"] == second["azimuth"])
+    same &= first["elevation"] != second["elevation"]
+    return np.stack([order[:-1][same], order[1:][same]], axis=1)
+
+
+@jax.jit
+def _rician(magnitudes, noise, scale, templates, around, mismatch):
+    """The largest Rician log-likelihood of templates, less that of the best magnitudes: (n,).
+
+    magnitudes, noise: (n, N), and the noise's variance; scale: (n,), of the templates, to begin with;
+    templates, around: (n, K, N), and their power around each pixel.
+    """
+    r, s = magnitudes[:, None], jnp.broadcast_to(scale[:, None], templates.shape[:2])
+    inverse = 1 / (noise[:, None] + s[..., None] ** 2 * mismatch * around)
+    weighted, size = r * templates * inverse, (templates**2 * inverse).sum(axis=-1)
+    s = (weighted * _cosine(2 * s[..., None] * weighted)).sum(axis=-1) / size  # more steps change no score
+    best = jnp.sqrt(jnp.maximum(r**2 - 1 / inverse, 0))
+    best = r * _cosine(2 * r * best * inverse)
+    level = _log_i0(2 * s[..., None] * weighted) - _log_i0(2 * r * best * inverse) + best**2 * inverse
+    return (level.sum(axis=-1) - s**2 * size).max(axis=1)
+
+
+def _cosine(z):
+    """I1(z) / I0(z), the expected cosine of a pixel's phase: the lower bound of Amos (1974), 2 % below it at most."""
+    return z / (0.5 + jnp.sqrt(2.25 + z**2))
+
+
+def _log_i0(z):
+    """log I0(z): Abramowitz and Stegun (1964), 9.8.1 and 9.8.2, within 2e-7, and six times as fast as jax.scipy's."""
+    near, far = jnp.minimum(z / 3.75, 1) ** 2, 3.75 / jnp.maximum(z, 3.75)
+    beyond = z - 0.5 * jnp.log(jnp.maximum(z, 3.75)) + jnp.log(_polynomial(FAR_I0, far))
+    return jnp.where(z < 3.75, jnp.log(_polynomial(NEAR_I0, near)), beyond)
+
+
+def _polynomial(coefficients, x):
+    return functools.reduce(lambda value, coefficient: value * x + coefficient, coefficients)
