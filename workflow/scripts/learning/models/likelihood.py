@@ -19,11 +19,6 @@ FAINT = 0.25  # of an image's pixels, the faintest, are taken to hold nothing bu
 SHARES = (1e-4, 0.99)  # of noise in an image's energy, at least and at most
 LEAST = 1e-6  # of a template's largest power: the least that mismatch is in proportion to
 AROUND = (1, 1, 3, 3)  # pixels over which a template's power is averaged
-# Of the calibration: dB over an image's pixels at which known views are scored, how many bins these are parted into by
-# their share of noise, and at which shares of a bin's views its scores are kept.
-SNRS = np.arange(-18.0, 31.0, 3.0)
-BINS = 16
-LEVELS = np.array([0, 0.001, 0.003, 0.01, 0.02, 0.03, 0.05, 0.07, 0.1, *np.arange(0.15, 1, 0.05), 1])
 # Polynomials of `_log_i0`, from the largest power.
 NEAR_I0 = (0.0045813, 0.0360768, 0.2659732, 1.2067492, 3.0899424, 3.5156229, 1.0)
 FAR_I0 = (0.00392377, -0.01647633, 0.02635537, -0.02057706, 0.00916281, -0.00157565, 0.00225319, 0.01328592, 0.39894228)
@@ -46,18 +41,15 @@ class Model(Classifier):
     n Q, R being the covariance of the training images; the log-likelihood ratio of N samples is -N log(1 - c).
 
     A class's score is the sum of both, each of its best template. Confidence scores are the largest of a class:
-    `likelihood`, and of its parts alone `rice` and `coherence`; and `calibrated`, the log of the share of known
-    validation views that have less of the first at this share of noise, so that one threshold serves all SNRs.
+    `likelihood`, and of its parts alone `rice` and `coherence`. All grow with the SNR, which thresholds follow.
     templates_: (templates, N), complex64, of unit energy, grouped by class; starts_: (classes + 1,), where each class's
     begin, and their number; neighbours_: (pairs, 2) templates; basis_: (N, directions) complex64 B with B^H Q B = 1 and
-    B^H R B = diag(powers_); noise_: (N,), the diagonal of Q; shape_: (channels, range, crossrange); shares_: (bins,),
-    log(n / (1 - n)), and usual_: (bins, LEVELS), the scores of known views there.
+    B^H R B = diag(powers_); noise_: (N,), the diagonal of Q; shape_: (channels, range, crossrange).
     """
 
     LABELS = {"likelihood": ("likelihood", "the likelihood of the library", 12)}
     SCORES = {
         "likelihood": ("likelihood", 17),
-        "calibrated": ("calibrated likelihood", 19),
         "rice": ("Rician likelihood", 18),
         "coherence": ("coherence", 16),
     }
@@ -94,37 +86,17 @@ class Model(Classifier):
         both = spread.astype(np.complex128), covariance.astype(np.complex128)
         powers, basis = eigh(*both, subset_by_value=(WEAK, np.inf))
         self.powers_, self.basis_ = powers.astype(np.float32), basis.astype(np.complex64)
-        held_out = images[order] if validation is None else validation.images[validation.labels != OTHER]
-        self._calibrate(unit_rows(held_out))
         return self
 
-    def _calibrate(self, rows):
-        """Learn which scores known views (n, N), which hold no noise and are no templates, have by their noise."""
-        random, noise = np.random.default_rng(self.seed), unit_rows(self.noise)
-        scores, shares = [], []
-        for snr in SNRS:
-            drawn = noise[random.integers(len(noise), size=len(rows))]
-            turn = 10 ** (-snr / 20) * np.exp(2j * np.pi * random.random((len(rows), 1)))
-            parts, share = self._scored(rows + (turn * drawn).astype(np.complex64))
-            scores.append(parts.sum(axis=1).max(axis=1))
-            shares.append(np.log(share / (1 - share)))
-        scores, shares = np.concatenate(scores), np.concatenate(shares)
-        bins = np.array_split(np.argsort(shares, kind="stable"), BINS)
-        self.shares_ = np.array([shares[rows].mean() for rows in bins])
-        self.usual_ = np.array([np.quantile(scores[rows], LEVELS) for rows in bins])
-
     def evaluate(self, images):
-        parts, share = self._scored(images.reshape(len(images), -1))
+        parts = self._scored(images.reshape(len(images), -1))
         scores = parts.sum(axis=1)
         known = {"likelihood": scores.max(axis=1)}
         known |= dict(zip(("rice", "coherence"), parts.max(axis=2).T, strict=True))
-        usual = np.transpose([np.interp(np.log(share / (1 - share)), self.shares_, at) for at in self.usual_.T])
-        less = [np.interp(score, at, LEVELS) for score, at in zip(known["likelihood"], usual, strict=True)]
-        known["calibrated"] = np.log(np.maximum(less, LEVELS[1] / 2))
         return Outcome(self.classes_[scores.argmax(axis=1)], scores, known)
 
     def _scored(self, rows):
-        """Rice and coherence of the best template of each class, (n, 2, classes), and the share of noise, (n,)."""
+        """Rice and coherence of the best template of each class, (n, 2, classes), of images as rows (n, N)."""
         found = []
         for start in range(0, len(rows), BLOCK):
             block = rows[start : start + BLOCK]
@@ -133,9 +105,8 @@ class Model(Classifier):
             share = np.quantile(magnitudes**2 / self.noise_, FAINT, axis=1) / -np.log(1 - FAINT)
             share = np.clip(share, *SHARES).astype(np.float32)
             scores = self._rice(magnitudes, share), self._coherence(filled, np.maximum(share, LEAST_NOISE))
-            found.append((np.stack(scores, axis=1)[: len(block)], share[: len(block)]))
-        scores, shares = zip(*found, strict=True)
-        return np.concatenate(scores), np.concatenate(shares)
+            found.append(np.stack(scores, axis=1)[: len(block)])
+        return np.concatenate(found)
 
     def _coherence(self, rows, share):
         """The log-likelihood ratio of coherence with each class, (n, classes); share: of noise, (n,)."""
@@ -213,7 +184,7 @@ def _rician(magnitudes, noise, scale, templates, around, mismatch):
 
 
 def _cosine(z):
-    """I1(z) / I0(z), the expected cosine of a pixel's phase: the lower bound of Amos (1974), 2 % below it at most."""
+    """I1(z) / I0(z), the expected cosine of a pixel's phase: the lower bound of Amos (1974), 5 % below it at most."""
     return z / (0.5 + jnp.sqrt(2.25 + z**2))
 
 

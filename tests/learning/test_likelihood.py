@@ -1,0 +1,189 @@
+"""The likelihood of the library against one by SciPy, its invariances, and what thresholds keep."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.optimize import minimize_scalar
+from scipy.special import i0e, i1e
+from scipy.stats import rice
+
+from learning.classifier import OTHER, build
+from learning.models import likelihood
+from learning.models.likelihood import _cosine, _log_i0, _rician
+from learning.thresholds import choose
+
+SHAPE = (3, 14, 11)  # channels, range, crossrange
+SETTINGS = {"candidates": 8, "mismatch": 0.0, "between": False}
+
+
+def white(random, *shape):
+    return ((random.standard_normal(shape) + 1j * random.standard_normal(shape)) / np.sqrt(2)).astype(np.complex64)
+
+
+def coloured(random, count):
+    """Noise as a window makes it: neighbours correlate and pixels differ in power, alike in all channels."""
+    parts = white(random, count, *SHAPE)
+    return (parts + 0.5 * np.roll(parts, 1, axis=-1)) * np.linspace(0.5, 1.5, SHAPE[1])[:, None]
+
+
+def scenes(seed, count=60, classes=2, first=0):
+    """Images of classes that differ by their scatterers' places, whose amplitudes and phases vary with the view."""
+    random = np.random.default_rng(seed)
+    images, labels = [], []
+    for number in range(first, first + classes):
+        mean = white(np.random.default_rng([9, number]), *SHAPE) ** 3
+        images.append(mean * np.exp(1j * random.uniform(0, 2 * np.pi, (count, 1, 1, 1))))
+        images[-1] = images[-1] + 0.1 * np.abs(mean) * white(random, count, *SHAPE)
+        labels += [f"class{number}"] * count
+    return np.concatenate(images).astype(np.complex64), np.array(labels)
+
+
+def fitted(seed=0, classes=2, **settings):
+    images, labels = scenes(1, classes=classes)
+    model = build("likelihood", SETTINGS | settings, seed)
+    model.noise = coloured(np.random.default_rng(5), 2000)
+    return model.fit(images, labels, views=views(labels))
+
+
+def views(labels):
+    kinds = [("target", "U10"), ("elevation", float), ("azimuth", float)]
+    rows = [(label, number % 3, number // 3 % 20) for number, label in enumerate(labels)]
+    return np.array(rows, kinds)
+
+
+def at_snr(images, snr, seed):
+    """Images of unit energy with noise of this SNR over their pixels, of the colour that the model has learned."""
+    images = images / np.linalg.norm(images.reshape(len(images), -1), axis=1)[:, None, None, None]
+    noise = coloured(np.random.default_rng(seed), len(images))
+    power = np.mean(np.abs(coloured(np.random.default_rng(6), 2000)) ** 2) * np.prod(SHAPE)
+    return (images + 10 ** (-snr / 20) / np.sqrt(power) * noise).astype(np.complex64)
+
+
+@pytest.fixture(scope="module")
+def model():
+    return fitted()
+
+
+def largest(magnitudes, template, deviation):
+    """The largest log-likelihood over the template's scale, by SciPy's density."""
+    cost = minimize_scalar(
+        lambda scale: -rice.logpdf(magnitudes, scale * template / deviation, scale=deviation).sum(),
+        bounds=(0, 3),
+        method="bounded",
+    )
+    return -cost.fun
+
+
+@pytest.mark.parametrize("mismatch", [0, 0.05])
+def test_rice_is_the_likelihood_by_scipy_less_that_of_the_best_magnitudes(mismatch):
+    random = np.random.default_rng(0)
+    magnitudes, templates = np.abs(white(random, 6, 30)), np.abs(white(random, 6, 4, 30))
+    noise, around = random.uniform(0.05, 0.3, (6, 30)), templates**2 + 0.1
+    found = _rician(*(np.float32(of) for of in (magnitudes, noise, np.ones(6), templates, around)), mismatch)
+    for row, level in enumerate(np.asarray(found)):
+        # At scale 1, with which it begins, the variance of view and noise together is fixed.
+        variance = noise[row] + mismatch * around[row]
+
+        deviations = np.sqrt(variance / 2)
+        each = [
+            largest(magnitudes[row], template, of)
+            - sum(largest(r, 1, deviation) for r, deviation in zip(magnitudes[row], of, strict=True))
+            for template, of in zip(templates[row], deviations, strict=True)
+        ]
+        assert level == pytest.approx(max(each), rel=0.01)
+
+
+def test_the_bessel_functions_are_scipys():
+    z = np.geomspace(1e-3, 1e4, 400).astype(np.float32)
+    np.testing.assert_allclose(_log_i0(z), np.log(i0e(z.astype(float))) + z, rtol=2e-6, atol=2e-6)
+    exact = i1e(z.astype(float)) / i0e(z.astype(float))
+    assert (_cosine(z) <= exact * (1 + 1e-6)).all() and (_cosine(z) > 0.94 * exact).all()
+
+
+def test_coherence_is_its_formula(monkeypatch):
+    monkeypatch.setattr(likelihood, "WEAK", -np.inf)  # no direction is left out
+    model = fitted()
+    tests = at_snr(scenes(3, count=4)[0], 0, 1)
+    rows = tests.reshape(len(tests), -1) / np.linalg.norm(tests.reshape(len(tests), -1), axis=1)[:, None]
+    share = np.full(len(rows), 0.4, np.float32)
+    noise = model.noise.reshape(-1, SHAPE[1] * SHAPE[2])
+    noise = noise / np.linalg.norm(noise, axis=1, keepdims=True)
+    of_noise = np.kron(np.eye(3), noise.T @ noise.conj() / len(noise)) / 3
+    of_noise += 0.01 / len(of_noise) * np.eye(len(of_noise))
+    t = model.templates_.astype(complex)
+    inverse = np.linalg.inv(0.6 * t.T @ t.conj() / len(t) + 0.4 * of_noise)
+    found = np.abs(rows @ inverse.T @ t.conj().T) ** 2
+    found /= np.einsum("ni,ij,nj->n", t.conj(), inverse, t).real
+    found /= np.einsum("ni,ij,nj->n", rows.conj(), inverse, rows).real[:, None]
+    expected = -rows.shape[1] * np.log(1 - np.maximum.reduceat(found, model.starts_[:-1], axis=1))
+    np.testing.assert_allclose(model._coherence(rows.astype(np.complex64), share), expected, rtol=1e-3, atol=1e-2)
+
+
+def test_phase_and_scale_change_nothing(model):
+    tests = at_snr(scenes(3)[0], 3, 1)
+    one, other = model.evaluate(tests), model.evaluate((tests * 40 * np.exp(2j)).astype(np.complex64))
+    np.testing.assert_allclose(one.scores, other.scores, rtol=1e-4, atol=0.02)
+    assert (one.labels == other.labels).all()
+
+
+def test_the_order_of_polarizations_changes_nothing(model):
+    images, labels = scenes(1)
+    turned = build("likelihood", SETTINGS, 0)
+    turned.noise = model.noise[:, ::-1]
+    turned.fit(images[:, ::-1], labels)
+    tests = at_snr(scenes(3)[0], 0, 1)
+    np.testing.assert_allclose(
+        model.evaluate(tests).scores, turned.evaluate(tests[:, ::-1]).scores, rtol=2e-3, atol=0.3
+    )
+
+
+def test_the_others_of_a_batch_change_no_bit(model):
+    tests = at_snr(scenes(3)[0], 0, 1)
+    whole, alone = model.evaluate(tests), [model.evaluate(tests[place : place + 1]) for place in (0, 63, 64, 119)]
+    for place, one in zip((0, 63, 64, 119), alone, strict=True):
+        np.testing.assert_array_equal(one.scores[0], whole.scores[place])
+
+
+@pytest.mark.parametrize("snr", [-12, -6, 0, 6, 12, 20])
+def test_a_threshold_by_known_views_keeps_the_share_that_it_says(model, snr):
+    """Of views and noise that are others than those it was chosen by."""
+    chosen, tested = (model.evaluate(at_snr(scenes(seed, count=4000)[0], snr, seed)).known for seed in (7, 8))
+    table = pd.DataFrame({"side": "validation", "role": "known", "truth": "", "predicted": "", **chosen})
+    for name in chosen:
+        assert (tested[name] >= choose(table, name, "kept", 0.95)).mean() == pytest.approx(0.95, abs=0.01)
+
+
+def test_known_views_are_told_from_others(model):
+    known, labels = scenes(8)
+    outcome, strange = model.evaluate(at_snr(known, 10, 4)), model.evaluate(at_snr(scenes(8, first=5)[0], 10, 4))
+    assert (outcome.labels == labels).all()
+    for name, scores in outcome.known.items():
+        assert (strange.known[name] < np.quantile(scores, 0.05)).mean() > 0.95
+
+
+def test_neighbours_in_elevation_make_templates_between_them():
+    """A view between two of the library is likelier with their mean power among the templates."""
+    scores = {between: fitted(between=between).evaluate(at_snr(scenes(3)[0], 15, 1)) for between in (True, False)}
+    images, _ = scenes(1)
+    model = fitted(between=True)
+    pairs = model.neighbours_
+    # Elevations 0, 1 and 2 of 20 azimuths of each class: two pairs each.
+    assert len(pairs) == 2 * 20 * 2 and len(model._bank[0]) == len(images) + len(pairs)
+    one, other = pairs[7]
+    middle = np.sqrt((np.abs(model.templates_[one]) ** 2 + np.abs(model.templates_[other]) ** 2) / 2)
+    np.testing.assert_allclose(model._bank[0][len(images) + 7], middle, rtol=1e-5)
+    assert scores[True].known["rice"].mean() > scores[False].known["rice"].mean()
+
+
+def test_what_is_no_class_is_no_template(tmp_path):
+    images, labels = scenes(1, classes=3)
+    labels[labels == "class2"] = OTHER
+    model = build("likelihood", SETTINGS, 0)
+    model.noise = coloured(np.random.default_rng(5), 300)
+    model.fit(images, labels)
+    assert model.classes_.tolist() == ["class0", "class1"] and len(model.templates_) == 120
+    model.save(tmp_path)
+    loaded = build("likelihood", SETTINGS, 0).load(tmp_path)
+    np.testing.assert_array_equal(loaded.evaluate(images).scores, model.evaluate(images).scores)
+    zero = model.evaluate(np.zeros((1, *SHAPE), np.complex64))
+    assert np.isfinite(zero.scores).all() and all(np.isfinite(of).all() for of in zero.known.values())
