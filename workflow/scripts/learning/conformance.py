@@ -127,7 +127,7 @@ def check_restored(model, restored, images, who):
     except Exception as error:  # of whatever kind: it worked before it was saved
         why = f"it ends with {type(error).__name__}: {error}"
     if why:
-        names = sorted(vars(model).keys() - vars(loaded).keys() - {"curve_", "checkpoints"}) if loaded else ()
+        names = sorted(vars(model).keys() - vars(loaded).keys() - {"curve_", "checkpoints", "noise"}) if loaded else ()
         lost = f" (not loaded: {', '.join(names)})" if names else ""
         raise InputError(
             f"{who}: after it was saved and loaded, {why}. What fit learns must be arrays whose names end with an "

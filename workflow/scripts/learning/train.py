@@ -72,7 +72,8 @@ def train(stores, training, folder, checkpoints=None):
     for settings in choices(training.settings):
         candidate = build(kind, settings, seed)
         candidate.checkpoints = checkpoints
-        candidate.noise = noise if candidate.learns_noise else None
+        if candidate.learns_noise:
+            candidate.noise = noise
         accuracy = _fit(candidate, learned, held_out, run["random_snr"], who)
         search.append({**settings, "validation_accuracy": accuracy})
         if accuracy > best:
