@@ -16,7 +16,10 @@ class Model(Classifier):
     references_: (references, features), grouped by class; starts_: (classes,), each class's first row.
     """
 
-    LABELS = {"knn": ("KNN", "nearest neighbour (KNN)", 3)}
+    LABELS = {
+        "knn": ("KNN", "nearest neighbour (KNN)", 3),
+        "knn_magnitude": ("KNN, magnitudes", "the nearest neighbour of magnitudes", 13),
+    }
     SCORES = {"distance": ("nearest distance", 9)}
     SETTINGS = {
         "k": {"type": "integer", "minimum": 1, "description": "number of neighbours, at most the training images"},

@@ -18,7 +18,10 @@ class Model(Classifier):
     each class's first.
     """
 
-    LABELS = {"matched_filter": ("matched filter", "the matched filter", 4)}
+    LABELS = {
+        "matched_filter": ("matched filter", "the matched filter", 4),
+        "zncc": ("ZNCC", "the correlation of magnitudes (ZNCC)", 14),
+    }
     SCORES = {"correlation": ("correlation", 8)}
     SETTINGS = {"features": {"$ref": "#/$defs/features", "default": "parts"}}
 
