@@ -1,6 +1,7 @@
 # make smoke:  the smallest experiment, in a minute or two: results/smoke/report/index.html
 # make report: the default experiment, from CAD to results/quick/report/index.html
 # make thesis: the reference experiment at full size, from the fields of resources/fields (hours of learning)
+# make recognition: the same at full size in three polarizations: docs/recognition.md (two hours), published
 # make test:   the whole test suite;   make lint: what CI checks besides
 # make docs: the pages as a site, results/docs/index.html
 # make bench-scattering: what a solve costs against what the machine can do (run nothing beside it)
@@ -25,7 +26,7 @@ RUN ?= thesis
 BIN := .venv/bin
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
-.PHONY: smoke report thesis test lint docs environment results validate fields check-fields bench-learning bench-capsules \
+.PHONY: smoke report thesis recognition test lint docs environment results validate fields check-fields bench-learning bench-capsules \
 	bench-scattering bench-bempp bench-thesis bench-imaging bench-compressed bench-mesh bench-meshing \
 	bench-habits bench-shapes
 
@@ -37,6 +38,11 @@ report: environment
 
 thesis: environment
 	snakemake --cores $(CORES) report thesis_page --configfile config/thesis.yaml config/thesis-fields.yaml
+
+recognition: environment
+	snakemake --cores $(CORES) results/recognition/learning/scores.csv \
+		--configfile config/thesis.yaml config/thesis-fields.yaml config/recognition.yaml
+	PYTHONPATH=workflow/scripts python resources/results/recognition.py results/recognition
 
 test: environment
 	python -m pytest -n $(CORES) --dist loadfile --no-loadscope-reorder

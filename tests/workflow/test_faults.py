@@ -34,7 +34,7 @@ targets:
   corner-1: {mesh: resources/cad/trihedral.stl, role: known, symmetry: [xz]}
   points: {field: fields/points.zarr, role: known}
 mesh: {bands: 1}
-radar: {center_frequency: 0.7e+9, bandwidth: 0.2e+9, frequencies: 3}
+radar: {center_frequency: 0.7e+9, bandwidth: 0.2e+9, frequencies: 3, polarizations: [VV]}
 aspect: {elevation: {start: 0, stop: 10, step: 10}, azimuth: {count: 16}}
 imaging: {aperture: 3}
 noise: {snr_db: [20], realizations: 2}

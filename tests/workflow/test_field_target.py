@@ -23,7 +23,7 @@ targets:
   pair: {field: fields/pair.ffe, role: known}
   copy: {field: fields/copy.zarr, role: unknown}
 mesh: {bands: 1}
-radar: {center_frequency: 1.0e+9, bandwidth: 0.2e+9, frequencies: 3}
+radar: {center_frequency: 1.0e+9, bandwidth: 0.2e+9, frequencies: 3, polarizations: [VV]}
 aspect: {elevation: {start: 0, stop: 10, step: 10}, azimuth: {start: -20, stop: 20, step: 10}}
 imaging: {aperture: 3}
 noise: {snr_db: [10], realizations: 1}

@@ -18,7 +18,7 @@ name: looks
 targets:
   '*': null
   spot: {field: fields/spot.zarr, role: known}
-radar: {center_frequency: 3.0e+9, bandwidth: 1.0e+9, frequencies: 9}
+radar: {center_frequency: 3.0e+9, bandwidth: 1.0e+9, frequencies: 9, polarizations: [VV]}
 aspect: {elevation: {start: 0, stop: 0, step: 1}, azimuth: {start: -10, stop: 10, step: 2}}
 imaging: {aperture: 9}
 noise: {snr_db: [20], realizations: 1}

@@ -38,7 +38,7 @@ def test_targets_models_and_experiments_are_merged_one_by_one():
                 "experiments": {
                     "sector": None,
                     "multi_elevation": {"models": ["lr"]},
-                    "single_elevation": {"train": {"elevation": [15]}, "models": ["lr"]},
+                    "fcnn_open": {"train": {"elevation": [15]}, "models": ["lr"]},
                     "capsule_open": {"upsample": 40, "open": None},
                 },
             },
@@ -55,7 +55,7 @@ def test_targets_models_and_experiments_are_merged_one_by_one():
     everywhere = {"elevation": "all", "snr_db": "clean"}
     assert merged["learning"]["experiments"] == experiments | {
         "multi_elevation": {"train": everywhere, "models": ["lr"]},
-        "single_elevation": {"train": {"elevation": [15], "snr_db": "clean"}, "models": ["lr"]},
+        "fcnn_open": {"train": {"elevation": [15], "snr_db": "clean"}, "models": ["lr"], "open": True},
         "capsule_open": {"train": everywhere, "models": ["capsule"], "upsample": 40},
     }
 
@@ -95,7 +95,8 @@ def test_each_of_several_overlays_is_laid_over_those_before():
 def test_what_is_said_of_a_file_does_not_hold_for_another(key, tmp_path):
     path = tmp_path / {"mesh": "a.stl", "field": "a.ffe"}[key]
     path.touch()
-    assert load({"targets": {"ufo": {key: str(path)}}})["targets"]["ufo"] == {key: str(path), "role": "unknown"}
+    overlay = {"targets": {"ufo": {key: str(path)}}, "radar": {"polarizations": ["VV"]}}
+    assert load(overlay)["targets"]["ufo"] == {key: str(path), "role": "unknown"}
     same = {"mesh": "resources/cad/ufo.stl", "role": "known"}
     assert load({"targets": {"ufo": same}})["targets"]["ufo"] == {**same, "symmetry": ["xz", "yz"]}
 
@@ -107,7 +108,7 @@ def test_default_targets_and_experiments_that_run_besides_are_said():
     train = {"experiments": {"e": MINE}}
     targets, experiments = said({"targets": {"a": KNOWN, "drone": {}, "ufo": None}, "learning": train})
     assert "remain: missile, aircraft, trihedral. 'targets.missile: null' removes one" in targets
-    assert "remain: single_elevation, multi_elevation, fcnn_open" in experiments
+    assert "remain: multi_elevation, library, library_elevation" in experiments
     assert "'learning.experiments.\"*\": null' all of them" in experiments
     for silent in ({}, {"targets": {"ufo": None}}, {"targets": {"*": None, "a": KNOWN, "drone": {}}}):
         assert said(silent) == []
@@ -134,5 +135,5 @@ def test_default_experiments_beside_ones_own_may_be_left_out_but_ones_own_may_no
     config = load(overlay)
     assert {"e", "multi_elevation"} <= set(config["learning"]["experiments"])
     assert "sector" in config["learning"]["left_out"]
-    with pytest.raises(InputError, match="8 as a guard"):
+    with pytest.raises(InputError, match="10 as a guard"):
         load({"aspect": {"azimuth": NARROW}, "learning": {"experiments": {"sector": {"models": ["lr"]}}}})

@@ -11,7 +11,7 @@ targets:
   '*': null
 %s
 mesh: {bands: 1}
-radar: {center_frequency: 0.5e+9, bandwidth: 0, frequencies: 1}
+radar: {center_frequency: 0.5e+9, bandwidth: 0, frequencies: 1, polarizations: [VV]}
 learning: {experiments: {'*': null}}
 """
 MESHES = [f"results/paths/mesh/{target}.json" for target in NAMES]

@@ -8,7 +8,7 @@ CONFIG = """
 name: quiet
 targets: {'*': null, trihedral: {mesh: resources/cad/trihedral.stl, role: other, symmetry: [xz]}}
 mesh: {bands: 1}
-radar: {center_frequency: 0.5e9, bandwidth: 0, frequencies: 1}
+radar: {center_frequency: 0.5e9, bandwidth: 0, frequencies: 1, polarizations: [VV]}
 aspect: {elevation: {start: 0, stop: 0, step: 1}, azimuth: {count: 4}}
 """
 CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f]")

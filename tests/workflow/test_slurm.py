@@ -25,7 +25,7 @@ OWN = ("--slurm-status-command", "squeue", "--slurm-init-seconds-before-status-c
 BROKEN = """
 name: broken
 targets: {'*': null, mine: {mesh: resources/broken.stl, role: known}}
-radar: {center_frequency: 1.0e9, bandwidth: 0, frequencies: 1}
+radar: {center_frequency: 1.0e9, bandwidth: 0, frequencies: 1, polarizations: [VV]}
 aspect: {elevation: {start: 0, stop: 0, step: 1}, azimuth: {count: 4}}
 """
 

@@ -5,6 +5,7 @@ import numpy as np
 from core.sweep import snr_label
 
 ROLES = ("known", "unknown", "other")
+SPLITS = ("elevation", "sector", "random")  # in the order of the page
 GALLERY_AZIMUTHS = 8  # images of each target
 GALLERY_ELEVATIONS = 8  # images of one target
 DECODED_SNRS = (3, 24)  # dB
@@ -15,7 +16,7 @@ THESIS_NETWORKS = (
     *((run, model) for run in ("fcnn_open", "fcnn_listing") for model in ("fcnn", "fcnn_other")),
     ("capsule_open", "capsule"),
 )
-MISTAKEN = ("adaptive_filter", "matched_filter", "capsule", "fcnn", "knn")  # whose mistakes are shown, the first it has
+MISTAKEN = ("likelihood", "adaptive_filter", "matched_filter", "capsule", "fcnn", "knn")  # whose mistakes are shown, the first it has
 HIGH_SNR, LOW_SNR = 24, -6
 ROLES_OPENED = (("known",), ("known", "unknown"))  # of the closed and of the open set
 
@@ -67,7 +68,7 @@ def noise_snrs(snr_db):
 
 
 def mistaken(runs):
-    """(run, model) of which the page shows what was mistaken: an open run split by sector, if there is one.
+    """(run, model) of which the page shows what was mistaken: an open run, of those the first of SPLITS that there is.
 
     runs: what `learning.experiments.runs` gives. The first of its experiment; of its models the best that is known.
     """
@@ -75,7 +76,7 @@ def mistaken(runs):
 
     def place(name):
         asked = [number for number, model in enumerate(MISTAKEN) if model in runs[name]["models"]]
-        return not runs[name]["open"], runs[name]["split"] != "sector", *(asked or [len(MISTAKEN)])
+        return not runs[name]["open"], SPLITS.index(runs[name]["split"]), *(asked or [len(MISTAKEN)])
 
     run = min(first, key=place)
     models = runs[run]["models"]

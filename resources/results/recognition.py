@@ -1,0 +1,174 @@
+"""Publish the recognition run: `make recognition`.
+
+    recognition.py results/recognition
+
+Writes its scores into the folder recognition/ beside this file, whole, each compressed (xz); the figures of
+docs/recognition.md; and the tables of that page and of the repository's README.md, between their marks.
+"""
+
+import argparse
+import lzma
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import pandas as pd
+from publish import TABLES, _cell
+
+from learning import judge, paired, scores
+
+ROOT = Path(__file__).parents[2]
+SNRS = -12, -6, 0, 6, 12, 24  # dB
+METHODS = {  # experiment of each split, model, known score, channels
+    "likelihood": ("", "likelihood", "likelihood", "VV HH HV"),
+    "its magnitudes alone (Rice)": ("", "likelihood", "rice", "VV HH HV"),
+    "its coherence alone": ("", "likelihood", "coherence", "VV HH HV"),
+    "without views between": ("", "likelihood_library", "likelihood", "VV HH HV"),
+    "without mismatch": ("", "likelihood_exact", "likelihood", "VV HH HV"),
+    "adaptive filter": ("adaptive", "adaptive_filter", "coherence", "VV HH HV"),
+    "ZNCC of magnitudes": ("", "zncc", "correlation", "VV HH HV"),
+    "KNN on magnitudes": ("", "knn_magnitude", "distance", "VV HH HV"),
+    "matched filter": ("", "matched_filter", "correlation", "VV HH HV"),
+    "likelihood, VV": ("vv", "likelihood", "likelihood", "VV"),
+    "ZNCC of magnitudes, VV": ("vv", "zncc", "correlation", "VV"),
+}
+SPLITS = {"elevation": "elevations between the library's", "random": "azimuths at random"}
+EXPERIMENTS = {  # by split and the first of METHODS
+    ("elevation", ""): "elevation",
+    ("random", ""): "random",
+    ("elevation", "vv"): "elevation_vv",
+    ("random", "vv"): "random_vv",
+    ("elevation", "adaptive"): "adaptive_elevation",
+    ("random", "adaptive"): "adaptive",
+}
+AGAINST = ("adaptive filter", "ZNCC of magnitudes", "KNN on magnitudes", "matched filter")
+SHOWN = ("likelihood", "adaptive filter", "ZNCC of magnitudes", "matched filter", "likelihood, VV")  # of the figure
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("run", type=Path, help="the run's folder, results/recognition")
+    run = parser.parse_args().run
+    learning, folder = run / "learning", Path(__file__).parent / "recognition"
+    folder.mkdir(exist_ok=True)
+    for name in TABLES:
+        (folder / f"{name}.csv.xz").write_bytes(lzma.compress((learning / f"{name}.csv").read_bytes(), preset=9))
+    table = pd.read_csv(learning / "scores.csv", keep_default_na=False)
+    table = table[(table.elevation == "all") & (table.fold.astype(str) == "") & (table.snr_definition == "mean")]
+    draw(table, ROOT / "docs/img/recognition.svg")
+    page = ROOT / "docs/recognition.md"
+    put(page, "f1", by_split(table, METHODS, "f1_weighted", "kept"))
+    put(page, "auroc", by_split(table, METHODS, "auroc", ""))
+    put(page, "looks", looks(table))
+    put(page, "paired", differences(learning / "predictions"))
+    put(page, "confusion", confusion(pd.read_csv(learning / "confusion.csv", keep_default_na=False)))
+    few = {name: METHODS[name] for name in SHOWN}
+    put(ROOT / "README.md", "recognition", by_split(table, few, "f1_weighted", "kept"))
+
+
+def put(path, mark, text):
+    """Put text between the marks of this name in a file."""
+    start, end = f"<!-- {mark} -->\n", f"<!-- end of {mark} -->\n"
+    before, rest = path.read_text().split(start)
+    path.write_text(before + start + text + end + rest.split(end)[1])
+
+
+def of_method(table, split, method, metric, threshold):
+    """The rows of a method, by SNR."""
+    part, model, score, _ = method
+    chosen = (table.experiment == EXPERIMENTS[split, part]) & (table.model == model) & (table.metric == metric)
+    return table[chosen & (table.score == score) & (table.threshold == threshold)].set_index("test_snr_db")
+
+
+def by_split(table, methods, metric, threshold):
+    """A metric at some SNRs with its 95 % interval, in Markdown."""
+    lines = head([f"{snr} dB" for snr in SNRS], "SNR")
+    for split, words in SPLITS.items():
+        lines.append(f"| **{words}** {'| ' * len(SNRS)}|")
+        for name, method in methods.items():
+            rows = of_method(table, split, method, metric, threshold)
+            lines.append(f"| {name} | {' | '.join(_cell(rows, float(snr)) for snr in SNRS)} |")
+    return "\n".join(lines) + "\n"
+
+
+def looks(table):
+    """Weighted F1 of the likelihood of several looks together, in Markdown."""
+    lines = head([f"{snr} dB" for snr in SNRS], "looks")
+    for split, words in SPLITS.items():
+        lines.append(f"| **{words}** {'| ' * len(SNRS)}|")
+        for count in (1, 2, 3, 5):
+            metric = f"f1_weighted_{count}_looks" if count > 1 else "f1_weighted"
+            rows = of_method(table, split, METHODS["likelihood"], metric, "kept")
+            values = [f"{float(rows.value.loc[snr]):.3f}" if snr in rows.index else "" for snr in map(float, SNRS)]
+            lines.append(f"| {count} | {' | '.join(values)} |")
+    return "\n".join(lines) + "\n"
+
+
+def differences(predictions):
+    """By how much the likelihood's weighted F1 is larger than others' on the same images, in Markdown."""
+    lines = head([f"{snr} dB" for snr in SNRS], "less")
+    kept, seed = 0.95, 0
+    for split, words in SPLITS.items():
+        lines.append(f"| **{words}** {'| ' * len(SNRS)}|")
+        decided = {}
+        for name in ("likelihood", *AGAINST):
+            part, model, score, _ = METHODS[name]
+            folds = sorted(predictions.glob(f"{EXPERIMENTS[split, part]}*/{model}"))
+            folds = [one for one in folds if one.parent.name.split("_fold")[0] == EXPERIMENTS[split, part]]
+            for snr in SNRS:
+                tables = pd.concat([scores.read_table(one / f"snr_{snr}dB.csv") for one in folds], ignore_index=True)
+                for one in judge.decide(tables, True, kept):
+                    if (one.score, one.threshold) == (score, "kept"):
+                        decided[name, snr] = one
+        for name in AGAINST:
+            cells = []
+            for snr in SNRS:
+                for metric, *_, value, low, high, _ in paired.difference(
+                    decided["likelihood", snr], decided[name, snr], seed
+                ):
+                    if metric == "f1_weighted":
+                        cells.append(f"{value:+.3f} ({low:+.3f} to {high:+.3f})".replace("-", "\N{MINUS SIGN}"))
+            lines.append(f"| {name} | {' | '.join(cells)} |")
+    return "\n".join(lines) + "\n"
+
+
+def confusion(table):
+    """What the likelihood takes each target for at 6 dB, in shares, in Markdown."""
+    lines = ["| split | target | drone | missile | other |", "|---|---|---|---|---|"]
+    for split, words in SPLITS.items():
+        mine = table[(table.experiment == EXPERIMENTS[split, ""]) & (table.model == "likelihood")]
+        mine = mine[(mine.score == "likelihood") & (mine.threshold == "kept") & (mine.test_snr_db == 6)]
+        counts = mine[mine.elevation == "all"].pivot_table(
+            index="target", columns="predicted", values="count", aggfunc="sum"
+        )
+        shares = counts.div(counts.sum(axis=1), axis=0).fillna(0)
+        for target, row in shares.iterrows():
+            cells = " | ".join(f"{row.get(name, 0):.3f}" for name in ("drone", "missile", "other"))
+            lines.append(f"| {words} | {target} | {cells} |")
+    return "\n".join(lines) + "\n"
+
+
+def head(columns, first):
+    return [f"| {first} | {' | '.join(columns)} |".replace("-", "\N{MINUS SIGN}"), "|---" * (1 + len(columns)) + "|"]
+
+
+def draw(table, path):
+    """The weighted F1 of some methods against the SNR, for each split."""
+    plt.rcParams.update({"svg.hashsalt": "isarflow", "font.size": 10})
+    figure, axes = plt.subplots(1, 2, figsize=(9, 3.8), sharey=True, layout="constrained")
+    for axis, (split, words) in zip(axes, SPLITS.items(), strict=True):
+        for name in SHOWN:
+            rows = of_method(table, split, METHODS[name], "f1_weighted", "kept").sort_index()
+            x = rows.index.to_numpy(float)
+            value, low, high = (rows[column].astype(float).to_numpy() for column in ("value", "low", "high"))
+            (line,) = axis.plot(x, value, marker="o", markersize=3, linestyle="--" if "VV" in name else "-", label=name)
+            axis.fill_between(x, low, high, color=line.get_color(), alpha=0.12, linewidth=0)
+        axis.set(title=words, xlabel="SNR [dB]", xticks=SNRS, ylim=(0.3, 1))
+        axis.grid(alpha=0.3)
+    axes[0].set_ylabel("weighted F1, open set")
+    axes[1].legend(loc="lower right", fontsize=8)
+    figure.savefig(path, metadata={"Date": None})
+    plt.close(figure)
+
+
+if __name__ == "__main__":
+    main()
