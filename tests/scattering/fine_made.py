@@ -58,16 +58,6 @@ def graded_disc(radius, count):
     return sheet((ring / count)[:, None] * way, radius * np.sin(np.pi / 2 * ring / count)[:, None] * way)
 
 
-def duct_with_lips(radius, lip, length, count):
-    """A round tube about the x axis, a flat ring around each of its open ends, all without thickness."""
-    angle = 2 * np.pi * np.arange(count) / count
-    rings = [(radius + lip, -1), (radius, -1), (radius, 1), (radius + lip, 1)]
-    vertices = [np.stack([0 * angle + end * length / 2, r * np.cos(angle), r * np.sin(angle)], 1) for r, end in rings]
-    here = np.arange(4 * count).reshape(4, count)
-    quads = np.stack([here[:-1], np.roll(here, -1, 1)[:-1], np.roll(here, -1, 1)[1:], here[1:]], axis=-1).reshape(-1, 4)
-    return np.concatenate(vertices), np.concatenate([quads[:, :3], quads[:, [0, 2, 3]]])
-
-
 WITHOUT_THICKNESS = {  # and a mesh of each that is graded towards its border by construction
     "sheet": (sheet(0.085 * np.array([(-1, -1), (1, -1), (1, 1), (-1, 1.0)])), graded_square(0.17, 20)),
     "disc": (graded_disc(0.085, 16), graded_disc(0.085, 12)),
@@ -79,7 +69,6 @@ SHAPES = {
     "duct": (tube(0.03, 0.001, 0.12, 96), ["xz", "xy"]),
     "plate": ((cube()[0] * [0.2, 0.15, WAVELENGTH / 100], cube()[1]), ["xz", "xy"]),
     "rod": (rod(WAVELENGTH / 100, 0.15), []),
-    "lips": (duct_with_lips(0.02, 0.015, 0.24, 48), ["xz", "xy", "yz"]),
     **{name: (shape, []) for name, (shape, _) in WITHOUT_THICKNESS.items()},
 }
 
@@ -98,6 +87,6 @@ def field(path, name, density, threads):
 
 def apart(found, reference):
     """Mean and largest difference in dB where the reference is within SHOWN of its peak, of the worse polarization."""
-    level, of_reference = (20 * np.log10(np.maximum(np.abs(of), 1e-99)) for of in (found, reference))
+    level, of_reference = (20 * np.log10(np.maximum(np.abs(of), np.finfo(float).tiny)) for of in (found, reference))
     pairs = zip(np.abs(level - of_reference), of_reference > of_reference.max() - SHOWN, strict=True)
     return np.max([(off[shown].mean(), off[shown].max()) for off, shown in pairs], axis=0)
