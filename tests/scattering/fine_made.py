@@ -6,6 +6,7 @@ Each is one to three wavelengths long at `WAVELENGTH`: (vertices (V, 3) in metre
 from pathlib import Path
 
 import numpy as np
+from scipy.spatial import Delaunay
 from shapes_made import cube, lofted, save, together, tube
 from vehicles_made import fin, fuselage, plan_wing
 
@@ -33,6 +34,34 @@ def _finned():
     return together(fuselage(0.3, 0.03), *[(vertices @ turn.T, triangles) for turn in turns])
 
 
+def sheet(points, places=None):
+    """The convex hull of points (P, 2) in triangles, without thickness, its corners put at `places` (P, 2)."""
+    triangles, places = Delaunay(points).simplices, points if places is None else places
+    first, second = (points[triangles[:, k]] - points[triangles[:, 0]] for k in (1, 2))
+    turned = np.linalg.det(np.stack([first, second], axis=1)) < 0
+    triangles[turned] = triangles[turned, ::-1]
+    return np.column_stack([places, np.zeros(len(places))]), triangles
+
+
+def graded_square(side, count):
+    """A square of `count` rows each way, narrow at its border as the current is singular there."""
+    along = np.linspace(-1, 1, count + 1)
+    points = np.stack(np.meshgrid(along, along, indexing="ij"), axis=-1).reshape(-1, 2)
+    return sheet(points, side / 2 * np.sin(np.pi / 2 * points))
+
+
+def graded_disc(radius, count):
+    """A disc of `count` rings, as `graded_square`."""
+    ring, number = np.array([(k, n) for k in range(count + 1) for n in range(max(6 * k, 1))]).T
+    turn = 2 * np.pi * number / np.maximum(6 * ring, 1)
+    way = np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    return sheet((ring / count)[:, None] * way, radius * np.sin(np.pi / 2 * ring / count)[:, None] * way)
+
+
+WITHOUT_THICKNESS = {  # and a mesh of each that is graded towards its border by construction
+    "sheet": (sheet(0.085 * np.array([(-1, -1), (1, -1), (1, 1), (-1, 1.0)])), graded_square(0.17, 20)),
+    "disc": (graded_disc(0.085, 16), graded_disc(0.085, 12)),
+}
 SHAPES = {
     "sleeve": (together(rod(0.02, 0.12, 64), tube(0.0215, 0.001, 0.06, 64)), ["xz", "xy"]),  # a gap of 0.5 mm
     "wing": (plan_wing(0.24, 0.09, 0.06, 0.03, (-0.045, 0.0), 0.12, 0.0, 3e-4, count=32), ["xz"]),
@@ -40,6 +69,7 @@ SHAPES = {
     "duct": (tube(0.03, 0.001, 0.12, 96), ["xz", "xy"]),
     "plate": ((cube()[0] * [0.2, 0.15, WAVELENGTH / 100], cube()[1]), ["xz", "xy"]),
     "rod": (rod(WAVELENGTH / 100, 0.15), []),
+    **{name: (shape, []) for name, (shape, _) in WITHOUT_THICKNESS.items()},
 }
 
 
@@ -57,6 +87,6 @@ def field(path, name, density, threads):
 
 def apart(found, reference):
     """Mean and largest difference in dB where the reference is within SHOWN of its peak, of the worse polarization."""
-    level, of_reference = (20 * np.log10(np.abs(of)) for of in (found, reference))
+    level, of_reference = (20 * np.log10(np.maximum(np.abs(of), np.finfo(float).tiny)) for of in (found, reference))
     pairs = zip(np.abs(level - of_reference), of_reference > of_reference.max() - SHOWN, strict=True)
     return np.max([(off[shown].mean(), off[shown].max()) for off, shown in pairs], axis=0)

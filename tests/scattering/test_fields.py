@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
-from fine_made import REFERENCE, apart, field
+from fine_made import AZIMUTH, ELEVATION, REFERENCE, WAVELENGTH, WITHOUT_THICKNESS, apart, field
 from shapes_made import lofted, save
 
+from core.sweep import C0
 from mesh.build import build
 from scattering.solve import solve
 
@@ -17,6 +18,23 @@ def test_meshes_have_the_field_of_finer_ones(tmp_path, name):
         mean, _ = apart(found, reference)
         assert mean <= decibel
         assert max(band["hausdorff"].values()) <= band["wavelength"] / 40
+
+
+@pytest.mark.parametrize("name", WITHOUT_THICKNESS)
+def test_plates_without_thickness_have_their_field_at_grazing_incidence_too(tmp_path, name):
+    """Beside meshes graded by construction.
+
+    Measured: 0.21 dB all round and 0.29 at grazing incidence (sheet), 0.11 and 0.24 (disc); with rows of triangles as
+    wide at the border as elsewhere 0.40 and 0.44 at grazing incidence.
+    """
+    graded = WITHOUT_THICKNESS[name][1]
+    given = [C0 / WAVELENGTH], ELEVATION, AZIMUTH, ["VV", "HH"]
+    reference = solve(*graded, *given, precision="double", threads=1).field[:, 0].reshape(2, -1)
+    found, band = field(tmp_path, name, 10, threads=1)
+    assert apart(found, reference)[0] <= 0.3
+    grazing = np.repeat(ELEVATION == 0, len(AZIMUTH))
+    assert apart(found[1:, grazing], reference[1:, grazing])[0] <= 0.3
+    assert band["unknowns"] <= {"sheet": 1447, "disc": 1116}[name]  # of the mesh with rows all as wide
 
 
 def test_a_wire_resonates_as_it_does_with_all_its_facets(tmp_path):

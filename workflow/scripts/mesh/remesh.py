@@ -2,6 +2,7 @@
 
 from typing import NamedTuple
 
+import igl
 import numpy as np
 from scipy.spatial import cKDTree
 
@@ -25,7 +26,9 @@ DEVIATION = 0.2  # wanted edges that one edit may move the surface, seen from a 
 TOO_SHORT, STAY = 0.3, 0.05  # of the same, while long edges are halved
 LEAST_ANGLE = 20.0  # degrees; no vertex moves to make a smaller one
 STILL = 0.8  # cosine of the angle by which a moved vertex may turn a triangle
-RELAX = 0.7  # of the way to its neighbours' middle that a vertex moves
+RELAX, SLOW = 0.7, 0.35  # of the way to its neighbours' middle that a vertex moves; beside open borders
+NARROW, WIDER = 0.2, 0.4  # wanted edges: how wide rows of triangles shall be on open borders, and wider for each beside
+SETTLE = 10  # moves of the vertices to that
 P99, LONGEST = 1.345, 1.45  # wanted edges, for 99 % shorter than P99_LIMIT in the end, and all than 1.6
 P99_LIMIT = 1.35
 SHORTER = 0.97  # of that
@@ -89,11 +92,11 @@ def remesh(vertices, triangles, size, solid, axes=()):
         vertices = relax(vertices, triangles, wanted(vertices), ground)
         if number < PASSES - 1:
             continue
-        made = fitting(vertices, triangles, size, ground, axes)
+        made = narrowed(*fitting(vertices, triangles, size, ground, axes), size, ground, axes)
         mean, most = _ratios(*made, size).mean(), P99
         while number == PASSES + MORE - 1 and mean > MEAN[1]:  # its longest edges are cut where no edit changes it
             most *= SHORTER
-            made = fitting(vertices, triangles, size, ground, axes, most)
+            made = narrowed(*fitting(vertices, triangles, size, ground, axes, most), size, ground, axes)
             mean = _ratios(*made, size).mean()
         fits = mean <= MEAN[1]
         if best is None or (fits and len(made[1]) < fewest):
@@ -136,7 +139,7 @@ def fitting(vertices, triangles, size, ground, axes, most=P99):
 def _ratios(vertices, triangles, size):
     """Lengths of the edges over what is wanted, (E,)."""
     ends = topology.edges(triangles).ends
-    return np.linalg.norm(vertices[ends[:, 1]] - vertices[ends[:, 0]], axis=1) / size(vertices)[ends].mean(axis=1)
+    return topology.lengths(vertices, ends) / size(vertices)[ends].mean(axis=1)
 
 
 def split(vertices, triangles, size, longest, ground=None):
@@ -144,7 +147,7 @@ def split(vertices, triangles, size, longest, ground=None):
     while True:
         going(f"cut long edges of {len(triangles)} triangles")
         ends, sides, _ = topology.edges(triangles)
-        span = np.linalg.norm(vertices[ends[:, 1]] - vertices[ends[:, 0]], axis=1)
+        span = topology.lengths(vertices, ends)
         ratio = span / size(vertices)[ends].mean(axis=1)
         cut = ratio > longest
         if not cut.any():
@@ -176,10 +179,10 @@ def _vertex_normals(vertices, triangles):
     return total / np.maximum(np.linalg.norm(total, axis=1), np.finfo(float).tiny)[:, None]
 
 
-def relax(vertices, triangles, wanted, ground):
-    """Vertices moved towards the middle of their triangles, along the surface; those on features along these.
+def relax(vertices, triangles, wanted, ground, way=RELAX, longest=np.inf):
+    """Vertices moved some of the way to the middle of their triangles, on the surface; those on features on these.
 
-    `wanted` is the length of edges in metres at the vertices, (V,).
+    `wanted` is the length of edges in metres at the vertices, (V,). No edge grows beyond `longest` metres, (E,).
     """
     seen = lines(vertices, triangles)
     normal, _, angle = topology.shape(vertices[triangles])
@@ -191,19 +194,42 @@ def relax(vertices, triangles, wanted, ground):
     line = (seen.count == 2) & ~seen.fixed
     ends = seen.edges.ends[seen.feature]
     target[line] = (topology.gathered(ends, vertices[ends[:, ::-1]], len(vertices)) / 2)[line]
-    move, up = RELAX * (target - vertices), _vertex_normals(vertices, triangles)
+    move, up = way * (target - vertices), _vertex_normals(vertices, triangles)
     move[~line] -= ((move * up).sum(axis=1)[:, None] * up)[~line]
     points = _grounded(vertices + move, up, line, ground, wanted)
     points[seen.fixed] = vertices[seen.fixed]
-    for _ in range(10):  # who would turn or flatten a triangle stays
+    ends = seen.edges.ends
+    most = np.maximum(longest, (1 + 1e-9) * topology.lengths(vertices, ends))
+    for _ in range(10):  # who would turn or flatten a triangle, or make an edge too long, stays
         new, _, new_angle = topology.shape(points[triangles])
         bad = (new * normal).sum(axis=1) < STILL
         bad |= new_angle < np.minimum(angle, LEAST_ANGLE) - 1e-9
-        if not bad.any():
+        back = np.unique(np.concatenate([triangles[bad].ravel(), ends[topology.lengths(points, ends) > most].ravel()]))
+        if len(back) == 0:
             break
-        back = np.unique(triangles[bad])
         points[back] = vertices[back]
     return points
+
+
+def narrowed(vertices, triangles, size, ground, axes):
+    """The mesh with vertices moved so that triangles along open borders are narrow, and as long along these as before.
+
+    The current along a border grows towards it without end: what wide triangles there miss of it is most of the error
+    of a plate without thickness. Borders in the mirror planes `axes` are not open.
+    """
+    borders, owner, _ = topology.rims(triangles)
+    for axis in axes:
+        beside = vertices[:, axis] != 0
+        is_open = beside[borders].any(axis=1) | ~beside[triangles[owner]].any(axis=1)
+        borders, owner = borders[is_open], owner[is_open]
+    for _ in range(SETTLE if len(borders) else 0):
+        tree, wanted, ends = igl.AABB(), size(vertices), topology.edges(triangles).ends
+        tree.init(vertices, np.ascontiguousarray(borders))
+        apart = np.sqrt(tree.squared_distance(vertices, borders, vertices)[0])
+        narrow = np.minimum(wanted, NARROW * wanted + WIDER * apart)
+        vertices = relax(vertices, triangles, narrow, ground, SLOW, P99 * wanted[ends].mean(axis=1))
+        triangles = flip(vertices, triangles, wanted, DEVIATION, axes)
+    return vertices, triangles
 
 
 def lift_chords(vertices, triangles, source, axis):

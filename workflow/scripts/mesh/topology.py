@@ -192,10 +192,15 @@ def angles(corners):
     return _angles(ahead, double_area)
 
 
+def lengths(vertices, ends):
+    """Metres between each of the pairs of vertices `ends` (E, 2), (E,)."""
+    start, stop = vertices[ends].transpose(1, 0, 2)
+    return np.linalg.norm(stop - start, axis=1)
+
+
 def edge_lengths(vertices, triangles):
     """Length of each edge in metres, (E,)."""
-    start, stop = vertices[edges(triangles).ends].transpose(1, 0, 2)
-    return np.linalg.norm(stop - start, axis=1)
+    return lengths(vertices, edges(triangles).ends)
 
 
 def shortest_edges(vertices, triangles):
