@@ -42,7 +42,7 @@ def test_one_cad_file_is_a_config(tmp_path, monkeypatch):
     assert config["name"] == "my_plate_2" and not config["learning"]["experiments"]
     assert config["targets"] == {"my_plate_2": {"mesh": "My plate (2).stl", "role": "other"}}
     assert "size 0.3 x 0.2 x 0.1 m" in "\n".join(checkup(config, "my_plate_2"))
-    assert swept(config).startswith("by 'radar' 2.02 to 3.52 GHz, by 'mesh' 10 edges")
+    assert swept(config).startswith("by 'radar' 2.025 to 3.525 GHz, by 'mesh' 10 edges")
     inches = load(of_command_line({"cad": "My plate (2).stl", "unit": "in"}))
     assert inches["targets"]["my_plate_2"]["unit"] == "in"
     mine = {"cad": "My plate (2).stl", "name": "mine", "targets": {"my_plate_2": "{unit: mm}"}}
@@ -130,4 +130,4 @@ def test_check_says_all_of_every_target_and_ends_in_an_error_where_one_is_refuse
     *_, last = finished.stdout.splitlines()
     assert last == "Error: refused: beside, open (results/a/check.txt says why)"
     for text in (finished.stdout, (project.folder / "results/a/check.txt").read_text()):
-        assert text.count("  refused: ") == 2 and "up to 3.52 GHz: about" in text.partition("whole:")[2]
+        assert text.count("  refused: ") == 2 and "up to 3.525 GHz: about" in text.partition("whole:")[2]
