@@ -50,7 +50,7 @@ def join(vertices, triangles, reach, close, name, small=np.inf, barred=None):
             break
         going(f"join rims at {len(faced.vertex)} places")
         least = _least(faced, size)
-        now = (faced.width <= least[faced.vertex] + close) & (faced.width <= max(close, 2 * faced.width.min()))
+        now = (faced.width <= least[faced.vertex] + close) & (faced.width <= np.maximum(close, 2 * _nearby(faced, size)))
         faced = Facing(*(field[now] for field in faced))
         alike = faced.alike
         if alike.any():
@@ -81,6 +81,14 @@ def _least(faced, size):
     least = np.full(size, np.inf)
     np.minimum.at(least, faced.vertex, faced.width)
     return least
+
+
+def _nearby(faced, size):
+    """The least width in metres that a vertex of each pair that faces has with any other, (F,)."""
+    members = np.column_stack([faced.vertex, faced.ends])
+    least = np.full(size, np.inf)
+    np.minimum.at(least, members, faced.width[:, None])
+    return least[members].min(axis=1)
 
 
 def facing(vertices, triangles, reach, name, barred, small=np.inf):
@@ -138,11 +146,10 @@ def _hang_together(vertices, triangles, start, vertex, reach):
     """
     mesh_edges, size = topology.edges(triangles), len(triangles)
     at_edge, first = np.argsort(mesh_edges.sides, axis=None, kind="stable") // 3, np.cumsum(mesh_edges.count)
-    met, new, seen = np.zeros(len(start), dtype=bool), np.arange(len(start)) * size + start, np.zeros(0, dtype=np.int64)
-    while len(new):
+    met, new, last = np.zeros(len(start), dtype=bool), np.arange(len(start)) * size + start, np.zeros(0, dtype=np.int64)
+    while len(new):  # from a round's triangles one comes to the next round's, back to the last one's, or stays
         pair, triangle = np.divmod(new, size)
         met[pair[(triangles[triangle] == vertex[pair][:, None]).any(axis=1)]] = True
-        seen = np.union1d(seen, new)
         pair, triangle = pair[~met[pair]], triangle[~met[pair]]
         pair, edge = np.repeat(pair, 3), mesh_edges.sides[triangle].ravel()
         begin, end = vertices[mesh_edges.ends[edge]].transpose(1, 0, 2)
@@ -152,7 +159,7 @@ def _hang_together(vertices, triangles, start, vertex, reach):
         pair, edge = pair[near], edge[near]
         count = mesh_edges.count[edge]
         beyond = at_edge[np.arange(count.sum()) + np.repeat(first[edge] - np.cumsum(count), count)]
-        new = np.setdiff1d(np.repeat(pair, count) * size + beyond, seen)
+        last, new = new, np.setdiff1d(np.repeat(pair, count) * size + beyond, np.concatenate([last, new]))
     return met
 
 
