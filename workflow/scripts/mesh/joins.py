@@ -94,22 +94,25 @@ def _nearby(faced, size):
 def facing(vertices, triangles, reach, name, barred, small=np.inf):
     """The Facing of a surface's rims within `reach` metres, without `barred` vertices (a mask, (V,)).
 
-    Near along the rim, or through the surface, is not across a gap. With `small`, only rims of one opening face each
-    other, if it has at most so many metres of them.
+    Near along the rim, or through the surface, is not across a gap. An opening that is `reach` metres wide or less
+    closes by itself: rims of two such do not face each other, or parts that touch there would grow together. With
+    `small`, only rims of one opening face each other, if it has at most so many metres of them.
     """
     rims, owner, side = topology.rims(triangles)
-    free = ~barred[rims].any(axis=1)
-    opened = openings(vertices, triangles) if small < np.inf else None
-    if opened:
-        free &= (opened.hole & (opened.length <= small))[opened.number]
+    free, opened = ~barred[rims].any(axis=1), openings(vertices, triangles)
+    alone = opened.hole & (2 * opened.area <= reach * opened.length)
+    if small < np.inf:
+        alone = opened.hole & (opened.length <= small)
+        free &= alone[opened.number]
+    number, loose = opened.number[free], np.unique(opened.rims[~alone[opened.number]])
     rims, owner, side = rims[free], owner[free], side[free]
     border = np.unique(rims)
     pairs = near_boxes(around(vertices[rims], reach), around(vertices[border][:, None]), name)
     edge, vertex = pairs[:, 0], border[pairs[:, 1]]
-    if opened:
-        number, size = opened.number[free], len(vertices)
-        same = np.isin(number[edge] * size + vertex, number[:, None] * size + rims)
-        edge, vertex = edge[same], vertex[same]
+    size = len(vertices)
+    together = np.isin(number[edge] * size + vertex, number[:, None] * size + rims)
+    together |= ~alone[number[edge]] | np.isin(vertex, loose)
+    edge, vertex = edge[together], vertex[together]
     start, along = vertices[rims[edge, 0]], vertices[rims[edge, 1]] - vertices[rims[edge, 0]]
     square = np.maximum((along**2).sum(axis=1), np.finfo(float).tiny)
     share = np.clip(((vertices[vertex] - start) * along).sum(axis=1) / square, 0, 1)
@@ -122,7 +125,7 @@ def facing(vertices, triangles, reach, name, barred, small=np.inf):
     alike = apart <= np.minimum(2 * reach, np.maximum(width / APART, APART * around_both))
     alike = (alike | (share == 0)) & (apart <= 2 * reach)
     # Near through the surface, as along a rim and across a ribbon, is not across a gap.
-    mesh_edges, size = topology.edges(triangles), len(vertices)
+    mesh_edges = topology.edges(triangles)
     names, inner = mesh_edges.ends @ [size, 1], mesh_edges.count > 1
     to_near, to_far = (np.minimum(vertex, end) * size + np.maximum(vertex, end) for end in ends.T)
     alike &= (width <= reach) & ~np.isin(to_near, names)
