@@ -181,14 +181,13 @@ def test_sheets_upon_each_other_and_the_rims_of_ribbons_stay_apart():
 def test_a_soup_of_loose_triangles_is_joined_in_few_rounds(monkeypatch):
     """Nearest pairs first, but everywhere at once: with one place after the other this sphere took 40 rounds."""
     monkeypatch.setattr(joins, "ROUNDS", 15)
-    vertices, triangles = soup(*sphere(0.15, 3))
+    whole = sphere(0.15, 3)
+    vertices, triangles = soup(*whole)
     vertices = vertices + np.random.default_rng(0).uniform(-2e-5, 2e-5, vertices.shape)
     sound, faces, repairs, _ = repair(vertices, triangles, EDGE, "soup")
-    assert topology.is_watertight(faces) and len(sound) == 642 and len(faces) == 1280
+    assert topology.is_watertight(faces) and (len(sound), len(faces)) == (642, 1280)
     assert repairs["welded_vertices"] == 3 * 1280 - 642
-    assert topology.tetrahedra(sound, faces).sum() == pytest.approx(
-        topology.tetrahedra(*sphere(0.15, 3)).sum(), rel=1e-4
-    )
+    assert topology.tetrahedra(sound, faces).sum() == pytest.approx(topology.tetrahedra(*whole).sum(), rel=1e-4)
 
 
 @pytest.mark.parametrize("trailing", [1e-4, 3e-4])

@@ -18,7 +18,7 @@ SMALL = 3.0  # wanted edges: openings whose rim is no longer are closed; a slot 
 NARROW = 1 / 10  # wanted edges: how wide such a small opening is at most to be closed by joining its sides
 WARNED = 1 / 15  # wanted edges: rims that face each other across less, but stay apart, are reported
 SHUT = 1 / 10  # of its area: a surface whose openings are smaller is reported as one that is nearly closed
-ROUNDS = 100  # of joins, each at distances up to twice the smallest that is left
+ROUNDS = 100  # of joins, each at distances up to twice the smallest that is left nearby
 
 
 class Facing(NamedTuple):
@@ -34,7 +34,7 @@ class Facing(NamedTuple):
 
 
 def join(vertices, triangles, reach, close, name, small=np.inf, barred=None):
-    """Rims that face each other within `reach` metres joined, the nearest first, and each vertex to the nearest rim.
+    """Rims that face each other within `reach` metres joined, each vertex to the nearest rim, the nearest first nearby.
 
     A vertex becomes one with the near end of the edge that it faces, or else the edge is tied to it. What has met its
     partner is no rim any more, and is left alone. Distances that differ by `close` metres are alike; with `small` only
@@ -50,7 +50,7 @@ def join(vertices, triangles, reach, close, name, small=np.inf, barred=None):
             break
         going(f"join rims at {len(faced.vertex)} places")
         least = _least(faced, size)
-        now = (faced.width <= least[faced.vertex] + close) & (faced.width <= np.maximum(close, 2 * _nearby(faced, size)))
+        now = (faced.width <= least[faced.vertex] + close) & (faced.width <= np.maximum(close, 2 * _least_near(faced)))
         faced = Facing(*(field[now] for field in faced))
         alike = faced.alike
         if alike.any():
@@ -83,10 +83,10 @@ def _least(faced, size):
     return least
 
 
-def _nearby(faced, size):
-    """The least width in metres that a vertex of each pair that faces has with any other, (F,)."""
+def _least_near(faced):
+    """The least width in metres across which a vertex of each pair that faces faces any other, (F,)."""
     members = np.column_stack([faced.vertex, faced.ends])
-    least = np.full(size, np.inf)
+    least = np.full(members.max() + 1, np.inf)
     np.minimum.at(least, members, faced.width[:, None])
     return least[members].min(axis=1)
 
