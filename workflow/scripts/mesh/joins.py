@@ -99,6 +99,8 @@ def facing(vertices, triangles, reach, name, barred, small=np.inf):
     `small`, only rims of one opening face each other, if it has at most so many metres of them.
     """
     rims, owner, side = topology.rims(triangles)
+    if len(rims) == 0:
+        return Facing(*(np.zeros(shape, dtype=int) for shape in (0, (0, 2), 0)), *np.zeros((3, 0)), np.zeros(0, bool))
     free, opened = ~barred[rims].any(axis=1), openings(vertices, triangles)
     alone = opened.hole & (2 * opened.area <= reach * opened.length)
     if small < np.inf:
