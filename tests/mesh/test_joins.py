@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 from patches_made import WEDGE, octants, patch, skins, slotted, surface, turned, wedge
-from shapes_made import cube, together
+from shapes_made import cube, soup, sphere, together
 
-from mesh import topology
+from mesh import joins, topology
 from mesh.build import build, write
 from mesh.io import write_ply
 from mesh.repair import WELD, repair
@@ -176,3 +176,28 @@ def test_sheets_upon_each_other_and_the_rims_of_ribbons_stay_apart():
         sound, faces, repairs, _ = repair(*surface([ribbon]), EDGE, "ribbon")
         assert topology.areas(sound, faces).sum() == pytest.approx(0.2 * width)
         assert repairs["closed_cracks"] == repairs["closed_holes"] == 0
+
+
+def test_a_soup_of_loose_triangles_is_joined_in_few_rounds(monkeypatch):
+    """Nearest pairs first, but everywhere at once: with one place after the other this sphere took 40 rounds."""
+    monkeypatch.setattr(joins, "ROUNDS", 15)
+    whole = sphere(0.15, 3)
+    vertices, triangles = soup(*whole)
+    vertices = vertices + np.random.default_rng(0).uniform(-2e-5, 2e-5, vertices.shape)
+    sound, faces, repairs, _ = repair(vertices, triangles, EDGE, "soup")
+    assert topology.is_watertight(faces) and (len(sound), len(faces)) == (642, 1280)
+    assert repairs["welded_vertices"] == 3 * 1280 - 642
+    assert topology.tetrahedra(sound, faces).sum() == pytest.approx(topology.tetrahedra(*whole).sum(), rel=1e-4)
+
+
+@pytest.mark.parametrize("trailing", [1e-4, 3e-4])
+def test_cracks_in_the_feet_of_fins_in_a_cross_close_each_by_itself(trailing):
+    """All four feet lie along one line; with the cracks joined to each other the fins would be one torn surface."""
+    turns = [np.array([[1, 0, 0], [0, c, -s], [0, s, c]]) for c, s in ((1, 0), (0, 1), (-1, 0), (0, -1))]
+    for divisions, caps in DIVISIONS[:2]:
+        parts = wedge(trailing, divisions, caps)
+        del parts[3]  # the cap at their foot
+        sound, faces, _, limits = repair(*surface([part @ turn.T for turn in turns for part in parts]), EDGE, "fins")
+        assert topology.is_watertight(faces) and topology.components(faces)[0] == 1 and limits["warnings"] == []
+        volume = 4 * WEDGE[0] * WEDGE[1] * trailing / 2
+        assert topology.tetrahedra(sound, faces).sum() == pytest.approx(volume, rel=2e-3)

@@ -81,7 +81,7 @@ def field(path, name, density, threads):
     target = {"unit": "m", "symmetry": planes}
     (mesh,), measures = build(source, target, {"edges_per_wavelength": density, "bands": 1}, radar)
     given = [C0 / WAVELENGTH], ELEVATION, AZIMUTH, radar["polarizations"], planes
-    solution = solve(*mesh, *given, precision="double", threads=threads)
+    solution = solve(*mesh, *given, precision="single", threads=threads)
     return solution.field[:, 0].reshape(2, -1), measures["bands"][0]
 
 

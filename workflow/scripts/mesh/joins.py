@@ -18,7 +18,7 @@ SMALL = 3.0  # wanted edges: openings whose rim is no longer are closed; a slot 
 NARROW = 1 / 10  # wanted edges: how wide such a small opening is at most to be closed by joining its sides
 WARNED = 1 / 15  # wanted edges: rims that face each other across less, but stay apart, are reported
 SHUT = 1 / 10  # of its area: a surface whose openings are smaller is reported as one that is nearly closed
-ROUNDS = 100  # of joins, each at distances up to twice the smallest that is left
+ROUNDS = 100  # of joins, each at distances up to twice the smallest that is left nearby
 
 
 class Facing(NamedTuple):
@@ -34,7 +34,7 @@ class Facing(NamedTuple):
 
 
 def join(vertices, triangles, reach, close, name, small=np.inf, barred=None):
-    """Rims that face each other within `reach` metres joined, the nearest first, and each vertex to the nearest rim.
+    """Rims that face each other within `reach` metres joined, each vertex to the nearest rim, the nearest first nearby.
 
     A vertex becomes one with the near end of the edge that it faces, or else the edge is tied to it. What has met its
     partner is no rim any more, and is left alone. Distances that differ by `close` metres are alike; with `small` only
@@ -50,7 +50,7 @@ def join(vertices, triangles, reach, close, name, small=np.inf, barred=None):
             break
         going(f"join rims at {len(faced.vertex)} places")
         least = _least(faced, size)
-        now = (faced.width <= least[faced.vertex] + close) & (faced.width <= max(close, 2 * faced.width.min()))
+        now = (faced.width <= least[faced.vertex] + close) & (faced.width <= np.maximum(close, 2 * _least_near(faced)))
         faced = Facing(*(field[now] for field in faced))
         alike = faced.alike
         if alike.any():
@@ -83,25 +83,38 @@ def _least(faced, size):
     return least
 
 
+def _least_near(faced):
+    """The least width in metres across which a vertex of each pair that faces faces any other, (F,)."""
+    members = np.column_stack([faced.vertex, faced.ends])
+    least = np.full(members.max() + 1, np.inf)
+    np.minimum.at(least, members, faced.width[:, None])
+    return least[members].min(axis=1)
+
+
 def facing(vertices, triangles, reach, name, barred, small=np.inf):
     """The Facing of a surface's rims within `reach` metres, without `barred` vertices (a mask, (V,)).
 
-    Near along the rim, or through the surface, is not across a gap. With `small`, only rims of one opening face each
-    other, if it has at most so many metres of them.
+    Near along the rim, or through the surface, is not across a gap. An opening that is `reach` metres wide or less
+    closes by itself: rims of two such do not face each other, or parts that touch there would grow together. With
+    `small`, only rims of one opening face each other, if it has at most so many metres of them.
     """
     rims, owner, side = topology.rims(triangles)
-    free = ~barred[rims].any(axis=1)
-    opened = openings(vertices, triangles) if small < np.inf else None
-    if opened:
-        free &= (opened.hole & (opened.length <= small))[opened.number]
+    if len(rims) == 0:
+        return Facing(*(np.zeros(shape, dtype=int) for shape in (0, (0, 2), 0)), *np.zeros((3, 0)), np.zeros(0, bool))
+    free, opened = ~barred[rims].any(axis=1), openings(vertices, triangles)
+    alone = opened.hole & (2 * opened.area <= reach * opened.length)
+    if small < np.inf:
+        alone = opened.hole & (opened.length <= small)
+        free &= alone[opened.number]
+    number, loose = opened.number[free], np.unique(opened.rims[~alone[opened.number]])
     rims, owner, side = rims[free], owner[free], side[free]
     border = np.unique(rims)
     pairs = near_boxes(around(vertices[rims], reach), around(vertices[border][:, None]), name)
     edge, vertex = pairs[:, 0], border[pairs[:, 1]]
-    if opened:
-        number, size = opened.number[free], len(vertices)
-        same = np.isin(number[edge] * size + vertex, number[:, None] * size + rims)
-        edge, vertex = edge[same], vertex[same]
+    size = len(vertices)
+    together = np.isin(number[edge] * size + vertex, number[:, None] * size + rims)
+    together |= ~alone[number[edge]] | np.isin(vertex, loose)
+    edge, vertex = edge[together], vertex[together]
     start, along = vertices[rims[edge, 0]], vertices[rims[edge, 1]] - vertices[rims[edge, 0]]
     square = np.maximum((along**2).sum(axis=1), np.finfo(float).tiny)
     share = np.clip(((vertices[vertex] - start) * along).sum(axis=1) / square, 0, 1)
@@ -114,7 +127,7 @@ def facing(vertices, triangles, reach, name, barred, small=np.inf):
     alike = apart <= np.minimum(2 * reach, np.maximum(width / APART, APART * around_both))
     alike = (alike | (share == 0)) & (apart <= 2 * reach)
     # Near through the surface, as along a rim and across a ribbon, is not across a gap.
-    mesh_edges, size = topology.edges(triangles), len(vertices)
+    mesh_edges = topology.edges(triangles)
     names, inner = mesh_edges.ends @ [size, 1], mesh_edges.count > 1
     to_near, to_far = (np.minimum(vertex, end) * size + np.maximum(vertex, end) for end in ends.T)
     alike &= (width <= reach) & ~np.isin(to_near, names)
@@ -138,11 +151,10 @@ def _hang_together(vertices, triangles, start, vertex, reach):
     """
     mesh_edges, size = topology.edges(triangles), len(triangles)
     at_edge, first = np.argsort(mesh_edges.sides, axis=None, kind="stable") // 3, np.cumsum(mesh_edges.count)
-    met, new, seen = np.zeros(len(start), dtype=bool), np.arange(len(start)) * size + start, np.zeros(0, dtype=np.int64)
-    while len(new):
+    met, new, last = np.zeros(len(start), dtype=bool), np.arange(len(start)) * size + start, np.zeros(0, dtype=np.int64)
+    while len(new):  # from a round's triangles one comes to the next round's, back to the last one's, or stays
         pair, triangle = np.divmod(new, size)
         met[pair[(triangles[triangle] == vertex[pair][:, None]).any(axis=1)]] = True
-        seen = np.union1d(seen, new)
         pair, triangle = pair[~met[pair]], triangle[~met[pair]]
         pair, edge = np.repeat(pair, 3), mesh_edges.sides[triangle].ravel()
         begin, end = vertices[mesh_edges.ends[edge]].transpose(1, 0, 2)
@@ -152,7 +164,7 @@ def _hang_together(vertices, triangles, start, vertex, reach):
         pair, edge = pair[near], edge[near]
         count = mesh_edges.count[edge]
         beyond = at_edge[np.arange(count.sum()) + np.repeat(first[edge] - np.cumsum(count), count)]
-        new = np.setdiff1d(np.repeat(pair, count) * size + beyond, seen)
+        last, new = new, np.setdiff1d(np.repeat(pair, count) * size + beyond, np.concatenate([last, new]))
     return met
 
 

@@ -24,8 +24,10 @@ class Openings(NamedTuple):
 def openings(vertices, triangles):
     """The Openings of a surface."""
     rims, owner, side = topology.rims(triangles)
-    pairs, order = [], np.argsort(rims, axis=None, kind="stable")
-    for group in np.split(order, np.flatnonzero(np.diff(rims.ravel()[order])) + 1):  # at one vertex
+    order = np.argsort(rims, axis=None, kind="stable")
+    first, count = np.unique(rims.ravel()[order], return_index=True, return_counts=True)[1:]
+    pairs = list(zip(order[first[count == 2]] // 2, order[first[count == 2] + 1] // 2, strict=True))
+    for group in (order[k : k + n] for k, n in zip(first[count > 2], count[count > 2], strict=True)):  # at one vertex
         away = vertices[rims.ravel()[group ^ 1]] - vertices[rims.ravel()[group]]
         away /= np.maximum(np.linalg.norm(away, axis=1), TINY)[:, None]
         alike = np.triu(away @ away.T + 2, 1)  # positive where there is a pair
