@@ -1,7 +1,7 @@
 # make smoke:  the smallest experiment, in a minute or two: results/smoke/report/index.html
 # make report: the default experiment, from CAD to results/quick/report/index.html
 # make thesis: the reference experiment at full size, from the fields of resources/fields (hours of learning)
-# make recognition: the same at full size in three polarizations: docs/recognition.md (two hours), published
+# make recognition: the same at full size in three polarizations: docs/recognition.md (half an hour), published
 # make test:   the whole test suite;   make lint: what CI checks besides
 # make docs: the pages as a site, results/docs/index.html
 # make bench-scattering: what a solve costs against what the machine can do (run nothing beside it)

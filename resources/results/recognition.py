@@ -22,7 +22,6 @@ METHODS = {  # experiment of each split, model, known score, channels
     "likelihood": ("", "likelihood", "likelihood", "VV HH HV"),
     "its magnitudes alone (Rice)": ("", "likelihood", "rice", "VV HH HV"),
     "its coherence alone": ("", "likelihood", "coherence", "VV HH HV"),
-    "without views between": ("", "likelihood_library", "likelihood", "VV HH HV"),
     "without mismatch": ("", "likelihood_exact", "likelihood", "VV HH HV"),
     "adaptive filter": ("adaptive", "adaptive_filter", "coherence", "VV HH HV"),
     "ZNCC of magnitudes": ("", "zncc", "correlation", "VV HH HV"),

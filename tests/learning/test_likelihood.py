@@ -13,7 +13,7 @@ from learning.models.likelihood import _cosine, _log_i0, _rician
 from learning.thresholds import choose
 
 SHAPE = (3, 14, 11)  # channels, range, crossrange
-SETTINGS = {"candidates": 8, "mismatch": 0.0, "between": False}
+SETTINGS = {"candidates": 8, "mismatch": 0.0}
 
 
 def white(random, *shape):
@@ -42,13 +42,7 @@ def fitted(seed=0, classes=2, **settings):
     images, labels = scenes(1, classes=classes)
     model = build("likelihood", SETTINGS | settings, seed)
     model.noise = coloured(np.random.default_rng(5), 2000)
-    return model.fit(images, labels, views=views(labels))
-
-
-def views(labels):
-    kinds = [("target", "U10"), ("elevation", float), ("azimuth", float)]
-    rows = [(label, number % 3, number // 3 % 20) for number, label in enumerate(labels)]
-    return np.array(rows, kinds)
+    return model.fit(images, labels)
 
 
 def at_snr(images, snr, seed):
@@ -159,20 +153,6 @@ def test_known_views_are_told_from_others(model):
     assert (outcome.labels == labels).all()
     for name, scores in outcome.known.items():
         assert (strange.known[name] < np.quantile(scores, 0.05)).mean() > 0.95
-
-
-def test_neighbours_in_elevation_make_templates_between_them():
-    """A view between two of the library is likelier with their mean power among the templates."""
-    scores = {between: fitted(between=between).evaluate(at_snr(scenes(3)[0], 15, 1)) for between in (True, False)}
-    images, _ = scenes(1)
-    model = fitted(between=True)
-    pairs = model.neighbours_
-    # Elevations 0, 1 and 2 of 20 azimuths of each class: two pairs each.
-    assert len(pairs) == 2 * 20 * 2 and len(model._bank[0]) == len(images) + len(pairs)
-    one, other = pairs[7]
-    middle = np.sqrt((np.abs(model.templates_[one]) ** 2 + np.abs(model.templates_[other]) ** 2) / 2)
-    np.testing.assert_allclose(model._bank[0][len(images) + 7], middle, rtol=1e-5)
-    assert scores[True].known["rice"].mean() > scores[False].known["rice"].mean()
 
 
 def test_what_is_no_class_is_no_template(tmp_path):

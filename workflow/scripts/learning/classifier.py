@@ -76,7 +76,7 @@ class Classifier:
         validation: None, or images, labels, snrs and views of the validation azimuths, for the training curve and for
         stopping. snrs: None, or the SNR's name of each image, shape (observations,), to be kept apart: 'clean',
         'snr_6dB', or ANY_SNR.
-        views: None, or where each image is from, (observations,), structured: target, elevation and azimuth in degrees.
+        views: None, or numbers (observations,), the same for all images of one target from one direction.
         """
         raise NotImplementedError
 

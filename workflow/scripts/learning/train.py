@@ -145,7 +145,7 @@ def _read(stores, training, divided, side):
     labels = np.where(role == "known", origin["target"], OTHER).astype(str)
     # Pure noise, which has no role, is that of every SNR.
     snrs = np.where(role.isna(), ANY_SNR, origin["label"]).astype(str)
-    views = origin[["target", "elevation", "azimuth"]].round(4).to_records(index=False, column_dtypes={"target": "U"})
+    views = origin.round(4).groupby(["target", "elevation", "azimuth"]).ngroup().to_numpy()
     is_noise = role.isna().to_numpy()
     kept = np.flatnonzero(~is_noise | training.settings.get("other", False))
     return Examples(*(of[kept] for of in (pixels, labels, snrs, views))), pixels[is_noise]

@@ -16,7 +16,14 @@ THESIS_NETWORKS = (
     *((run, model) for run in ("fcnn_open", "fcnn_listing") for model in ("fcnn", "fcnn_other")),
     ("capsule_open", "capsule"),
 )
-MISTAKEN = ("likelihood", "adaptive_filter", "matched_filter", "capsule", "fcnn", "knn")  # whose mistakes are shown, the first it has
+MISTAKEN = (
+    "likelihood",
+    "adaptive_filter",
+    "matched_filter",
+    "capsule",
+    "fcnn",
+    "knn",
+)  # whose mistakes are shown, the first it has
 HIGH_SNR, LOW_SNR = 24, -6
 ROLES_OPENED = (("known",), ("known", "unknown"))  # of the closed and of the open set
 

@@ -1,6 +1,7 @@
 """Likelihood: the library of training views is the model. Magnitudes by the Rice density, coherence after whitening."""
 
 import functools
+import itertools
 
 import jax
 import jax.numpy as jnp
@@ -34,8 +35,7 @@ class Model(Classifier):
     Rice (Rice 1944): a pixel of magnitude r has the density 2 r / v exp(-(r^2 + s^2 a^2) / v) I0(2 r s a / v) under a
     template of magnitudes a, at the likeliest scale s. Its variance v is that of the noise, n Q_pp, and s^2 times the
     share `mismatch` of the template's power around the pixel, by which a view between the library's differs. The score
-    is the log-likelihood less the largest that any magnitudes could have. `between` adds templates with the mean power
-    of training views that are neighbours in elevation.
+    is the log-likelihood less the largest that any magnitudes could have.
 
     Coherence (Kraut, Scharf and McWhorter 2001): c = |t^H S^-1 x|^2 / ((t^H S^-1 t) (x^H S^-1 x)), with S = (1 - n) R +
     n Q, R being the covariance of the training images; the log-likelihood ratio of N samples is -N log(1 - c).
@@ -43,8 +43,8 @@ class Model(Classifier):
     A class's score is the sum of both, each of its best template. Confidence scores are the largest of a class:
     `likelihood`, and of its parts alone `rice` and `coherence`. All grow with the SNR, which thresholds follow.
     templates_: (templates, N), complex64, of unit energy, grouped by class; starts_: (classes + 1,), where each class's
-    begin, and their number; neighbours_: (pairs, 2) templates; basis_: (N, directions) complex64 B with B^H Q B = 1 and
-    B^H R B = diag(powers_); noise_: (N,), the diagonal of Q; shape_: (channels, range, crossrange).
+    begin, and their number; basis_: (N, directions) complex64 B with B^H Q B = 1 and B^H R B = diag(powers_); noise_:
+    (N,), the diagonal of Q; shape_: (channels, range, crossrange).
     """
 
     LABELS = {"likelihood": ("likelihood", "the likelihood of the library", 12)}
@@ -64,7 +64,6 @@ class Model(Classifier):
             "minimum": 0,
             "description": "variance of a view about its template, in units of the template's power around each pixel",
         },
-        "between": {"type": "boolean", "description": "whether neighbours in elevation make templates between them"},
     }
     covariances = True
     learns_noise = True
@@ -77,7 +76,6 @@ class Model(Classifier):
         self.starts_ = np.append(starts, len(order))
         self.shape_ = np.array(by_channel(images[:1]).shape[1:])
         self.templates_ = unit_rows(images[order])
-        self.neighbours_ = _neighbours(views[order]) if self.settings["between"] else np.zeros((0, 2), int)
         noise = unit(by_channel(self.noise).reshape(-1, np.prod(self.shape_[1:])))  # all channels have the same
         covariance = np.kron(np.eye(self.shape_[0]), noise.T @ noise.conj() / len(noise)) / self.shape_[0]
         self.noise_ = np.diag(covariance).real.astype(np.float32)
@@ -119,12 +117,12 @@ class Model(Classifier):
 
     def _rice(self, magnitudes, share):
         """The Rician score of the best template of each class, (n, classes); share: of noise, (n,)."""
-        templates, around, owned = self._bank
+        templates, around = self._bank
         near = standardized(magnitudes) @ self._standardized.T
         noise, scale, found = share[:, None] * self.noise_, np.sqrt(1 - share), []
-        for mine in owned:
-            count = min(self.settings["candidates"], len(mine))
-            chosen = mine[np.argpartition(-near[:, mine], count - 1, axis=1)[:, :count]]
+        for first, end in itertools.pairwise(self.starts_):
+            count = min(self.settings["candidates"], end - first)
+            chosen = first + np.argpartition(-near[:, first:end], count - 1, axis=1)[:, :count]
             found.append(
                 _rician(magnitudes, noise, scale, templates[chosen], around[chosen], self.settings["mismatch"])
             )
@@ -137,33 +135,15 @@ class Model(Classifier):
 
     @functools.cached_property
     def _bank(self):
-        """Magnitudes of all templates, those between neighbours too, their power around pixels, and whose they are."""
+        """Magnitudes of all templates, and their power around pixels."""
         magnitudes = np.abs(self.templates_)
-        first, second = self.neighbours_.T
-        between = np.sqrt((magnitudes[first] ** 2 + magnitudes[second] ** 2) / 2)
-        magnitudes = np.concatenate([magnitudes, between])
         power = magnitudes**2
         around = uniform_filter(power.reshape(-1, *self.shape_), AROUND, mode="nearest").reshape(power.shape)
-        around = np.maximum(around, LEAST * power.max(axis=1, keepdims=True))
-        owner = np.repeat(np.arange(len(self.classes_)), np.diff(self.starts_))
-        owner = np.concatenate([owner, owner[first]])
-        return magnitudes, around, [np.flatnonzero(owner == number) for number in range(len(self.classes_))]
+        return magnitudes, np.maximum(around, LEAST * power.max(axis=1, keepdims=True))
 
     @functools.cached_property
     def _standardized(self):
         return standardized(self._bank[0])
-
-
-def _neighbours(views):
-    """Pairs (P, 2) of views that are neighbours in elevation: of one target, at one azimuth, no other between.
-
-    views: (n,) structured, with target, elevation and azimuth.
-    """
-    order = np.lexsort([views["elevation"], views["azimuth"], views["target"]])
-    first, second = views[order[:-1]], views[order[1:]]
-    same = (first["target"] == second["target"]) & (first["azimuth"] == second["azimuth"])
-    same &= first["elevation"] != second["elevation"]
-    return np.stack([order[:-1][same], order[1:][same]], axis=1)
 
 
 @jax.jit
