@@ -65,7 +65,7 @@ if workflow.is_main_process:  # a job runs under the lock of the run that sent i
 
 # On a cluster a job's memory also holds the two Snakemakes that start it, 190 MB each; in part they share it.
 STARTING = 400  # MB
-SHORT = 60  # s by plan on two cores: a solve that takes no longer is a short one
+SHORT = 180  # s by plan on two cores: a solve that takes no longer is a short one
 TARGETS = list(config["targets"])
 # A target is a mesh, which is solved, or a field from elsewhere.
 MESHED = [target for target in TARGETS if "mesh" in config["targets"][target]]
