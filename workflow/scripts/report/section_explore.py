@@ -19,7 +19,7 @@ from report.draw_images import FLOOR_DB, decibels
 from report.selection import around, evenly, noise_snrs
 
 MOST_TRIANGLES = 12_000  # of the mesh that is shown: it stays quick to turn
-MOST_BYTES = 1_000_000  # of all fields, and again of images of an imager of one's own
+MOST_BYTES = 600_000  # of all fields, and again of images of an imager of one's own
 SAMPLE = 4  # bytes: two numbers of two
 FULL = 32_767  # the largest of two bytes
 COLORS = 256
