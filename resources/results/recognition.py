@@ -160,7 +160,8 @@ def draw(table, path):
             x = rows.index.to_numpy(float)
             value, low, high = (rows[column].astype(float).to_numpy() for column in ("value", "low", "high"))
             (line,) = axis.plot(x, value, marker="o", markersize=3, linestyle="--" if "VV" in name else "-", label=name)
-            axis.fill_between(x, low, high, color=line.get_color(), alpha=0.12, linewidth=0)
+            if name == "likelihood":  # all five would hide each other
+                axis.fill_between(x, low, high, color=line.get_color(), alpha=0.15, linewidth=0)
         axis.set(title=words, xlabel="SNR [dB]", xticks=SNRS, ylim=(0.3, 1))
         axis.grid(alpha=0.3)
     axes[0].set_ylabel("weighted F1, open set")
