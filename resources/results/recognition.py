@@ -51,8 +51,7 @@ def main():
     folder.mkdir(exist_ok=True)
     for name in TABLES:
         (folder / f"{name}.csv.xz").write_bytes(lzma.compress((learning / f"{name}.csv").read_bytes(), preset=9))
-    table = pd.read_csv(learning / "scores.csv", keep_default_na=False)
-    table = table[(table.elevation == "all") & (table.fold.astype(str) == "") & (table.snr_definition == "mean")]
+    table = whole(learning / "scores.csv")
     draw(table, ROOT / "docs/img/recognition.svg")
     page = ROOT / "docs/recognition.md"
     put(page, "f1", by_split(table, METHODS, "f1_weighted", "kept"))
@@ -64,11 +63,23 @@ def main():
     put(ROOT / "README.md", "recognition", by_split(table, few, "f1_weighted", "kept"))
 
 
-def put(path, mark, text):
-    """Put text between the marks of this name in a file."""
+def whole(path):
+    """The rows of a table of scores that count all elevations and folds, by the run's definition of SNR."""
+    table = pd.read_csv(path, keep_default_na=False)
+    return table[(table.elevation == "all") & (table.fold.astype(str) == "") & (table.snr_definition == "mean")]
+
+
+def between(path, mark):
+    """What stands in a file before, between and after the marks of this name."""
     start, end = f"<!-- {mark} -->\n", f"<!-- end of {mark} -->\n"
     before, rest = path.read_text().split(start)
-    path.write_text(before + start + text + end + rest.split(end)[1])
+    text, after = rest.split(end)
+    return before + start, text, end + after
+
+
+def put(path, mark, text):
+    before, _, after = between(path, mark)
+    path.write_text(before + text + after)
 
 
 def of_method(table, split, method, metric, threshold):

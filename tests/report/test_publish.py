@@ -68,3 +68,20 @@ def test_the_table_in_the_readme_is_of_the_committed_scores(publisher):
 
 def test_nothing_made_up_is_committed():
     assert not (ROOT / "docs/results.md").exists() or "`fake`" not in (ROOT / "docs/results.md").read_text()
+
+
+def test_the_tables_of_recognition_are_of_the_committed_scores(monkeypatch):
+    monkeypatch.syspath_prepend(ROOT / "resources/results")
+    published = SimpleNamespace(**runpy.run_path(ROOT / "resources/results/recognition.py"))
+    table, page = published.whole(ROOT / "resources/results/recognition/scores.csv.xz"), ROOT / "docs/recognition.md"
+    for mark, metric, threshold in (("f1", "f1_weighted", "kept"), ("auroc", "auroc", "")):
+        made = published.by_split(table, published.METHODS, metric, threshold)
+        assert published.between(page, mark)[1] == made and "()" not in made
+        assert all(
+            line.count("\N{EN DASH}") == len(published.SNRS) for line in made.splitlines()[2:] if "**" not in line
+        )
+    assert published.between(page, "looks")[1] == published.looks(table)
+    few = {name: published.METHODS[name] for name in published.SHOWN}
+    assert published.between(ROOT / "README.md", "recognition")[1] == published.by_split(
+        table, few, "f1_weighted", "kept"
+    )
