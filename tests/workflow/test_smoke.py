@@ -55,7 +55,7 @@ EDITS = {
     "mesh.edges_per_wavelength": ("bands: 2", "bands: 2, edges_per_wavelength: 11", ALL | SPHERE),
     "radar.center_frequency": ("0.9e9", "0.8e9", ALL),
     "radar.bandwidth": ("0.4e9", "0.3e9", ALL),
-    "radar.polarizations": ("frequencies: 5", "frequencies: 5, polarizations: [HH]", SOLVED),
+    "radar.polarizations": ("[VV]", "[HH]", SOLVED),
     "two elevations' signs swapped": ("start: 0, stop: 30", "start: -30, stop: 0", SOLVED),
     "aspect.azimuth": ("count: 36", "count: 40", SOLVED),
     "scattering.formulation": ("imaging:", "scattering: {formulation: cfie}\nimaging:", SOLVED | SPHERE),
