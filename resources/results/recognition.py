@@ -173,7 +173,7 @@ def draw(table, path):
             (line,) = axis.plot(x, value, marker="o", markersize=3, linestyle="--" if "VV" in name else "-", label=name)
             if name == "likelihood":  # all five would hide each other
                 axis.fill_between(x, low, high, color=line.get_color(), alpha=0.15, linewidth=0)
-        axis.set(title=words, xlabel="SNR [dB]", xticks=SNRS, ylim=(0.3, 1))
+        axis.set(title=words, xlabel="SNR [dB]", xticks=SNRS, ylim=(0.2, 1))
         axis.grid(alpha=0.3)
     axes[0].set_ylabel("weighted F1, open set")
     axes[1].legend(loc="lower right", fontsize=8)

@@ -3,6 +3,8 @@
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.linalg import eigh
+from scipy.ndimage import uniform_filter
 from scipy.optimize import minimize_scalar
 from scipy.special import i0e, i1e
 from scipy.stats import rice
@@ -113,6 +115,66 @@ def test_coherence_is_its_formula(monkeypatch):
     np.testing.assert_allclose(model._coherence(rows.astype(np.complex64), share), expected, rtol=1e-3, atol=1e-2)
 
 
+def level(r, a, v):
+    """What the log of Rice's density of r has of a, by SciPy's Bessel function."""
+    return np.log(i0e(2 * r * a / v)) + 2 * r * a / v - a**2 / v
+
+
+def reference(model, images, labels, tests):
+    """Rice and coherence of each test and class (n, 2, classes), image by image and template by template."""
+    flat = [of.reshape(len(of), -1).astype(complex) for of in (images, tests)]
+    library, x = (of / np.linalg.norm(of, axis=1, keepdims=True) for of in flat)
+    noise = model.noise.reshape(-1, SHAPE[1] * SHAPE[2]).astype(complex)
+    noise = noise / np.linalg.norm(noise, axis=1, keepdims=True)
+    of_noise = np.kron(np.eye(SHAPE[0]), noise.T @ noise.conj() / len(noise)) / SHAPE[0]
+    each, classes = np.diag(of_noise).real, np.unique(labels)
+    loaded = of_noise + likelihood.LOADING / len(of_noise) * np.eye(len(of_noise))
+    powers, basis = eigh(library.T @ library.conj() / len(library), loaded)
+    powers, basis = powers[powers > likelihood.WEAK], basis[:, powers > likelihood.WEAK]
+    found = np.zeros((len(x), 2, len(classes)))
+    for row, (image, magnitudes) in enumerate(zip(x, np.abs(x), strict=True)):
+        share = np.quantile(magnitudes**2 / each, 0.25) / -np.log(0.75)
+        inverse = 1 / ((1 - max(share, 0.3)) * powers + max(share, 0.3))
+        for column, name in enumerate(classes):
+            mine = library[labels == name]
+            alike = [np.corrcoef(magnitudes, np.abs(one))[0, 1] for one in mine]
+            scores = []
+            for a in np.abs(mine[np.argsort(alike)[-model.settings["candidates"] :]]):
+                around = uniform_filter((a**2).reshape(SHAPE), (1, 3, 3), mode="nearest").ravel()
+                v = share * each + (1 - share) * model.settings["mismatch"] * around
+                z = 2 * magnitudes * np.sqrt(1 - share) * a / v
+                s = (magnitudes * a / v * i1e(z) / i0e(z)).sum() / (a**2 / v).sum()
+                best = magnitudes
+                for _ in range(300):
+                    best = magnitudes * i1e(2 * magnitudes * best / v) / i0e(2 * magnitudes * best / v)
+                scores.append((level(magnitudes, s * a, v) - level(magnitudes, best, v)).sum())
+            found[row, 0, column] = max(scores)
+            t, y = mine @ basis.conj(), image @ basis.conj()
+            c = np.abs((t.conj() * inverse) @ y) ** 2 / ((np.abs(t) ** 2 @ inverse) * (np.abs(y) ** 2 @ inverse))
+            found[row, 1, column] = -len(image) * np.log(1 - c.max())
+    return found
+
+
+@pytest.mark.parametrize("snr", [-3, 9])
+def test_scores_are_the_formulas_from_images_to_the_end(snr):
+    images, labels = scenes(1)
+    model, tests = fitted(mismatch=0.05), at_snr(scenes(3, count=2)[0], snr, 1)
+    outcome, expected = model.evaluate(tests), reference(model, images, labels, tests)
+    np.testing.assert_allclose(outcome.scores, expected.sum(axis=1), rtol=0.01, atol=1)
+    for number, name in enumerate(("rice", "coherence")):
+        np.testing.assert_allclose(outcome.known[name], expected[:, number].max(axis=1), rtol=0.01, atol=1)
+    np.testing.assert_allclose(outcome.known["likelihood"], expected.sum(axis=1).max(axis=1), rtol=0.01, atol=1)
+
+
+def test_a_second_fit_forgets_the_first():
+    model, tests = fitted(), at_snr(scenes(3)[0], 9, 1)
+    model.evaluate(tests)
+    model.fit(*scenes(1, classes=3))
+    again = build("likelihood", SETTINGS, 0)
+    again.noise = model.noise
+    np.testing.assert_array_equal(model.evaluate(tests).scores, again.fit(*scenes(1, classes=3)).evaluate(tests).scores)
+
+
 def test_phase_and_scale_change_nothing(model):
     tests = at_snr(scenes(3)[0], 3, 1)
     one, other = model.evaluate(tests), model.evaluate((tests * 40 * np.exp(2j)).astype(np.complex64))
@@ -138,7 +200,7 @@ def test_the_others_of_a_batch_change_no_bit(model):
         np.testing.assert_array_equal(one.scores[0], whole.scores[place])
 
 
-@pytest.mark.parametrize("snr", [-12, -6, 0, 6, 12, 20])
+@pytest.mark.parametrize("snr", [-12, 0, 6, 20])
 def test_a_threshold_by_known_views_keeps_the_share_that_it_says(model, snr):
     """Of views and noise that are others than those it was chosen by."""
     chosen, tested = (model.evaluate(at_snr(scenes(seed, count=4000)[0], snr, seed)).known for seed in (7, 8))

@@ -38,9 +38,11 @@ class Model(Classifier):
     is the log-likelihood less the largest that any magnitudes could have.
 
     Coherence (Kraut, Scharf and McWhorter 2001): c = |t^H S^-1 x|^2 / ((t^H S^-1 t) (x^H S^-1 x)), with S = (1 - n) R +
-    n Q, R being the covariance of the training images; the log-likelihood ratio of N samples is -N log(1 - c).
+    n Q, R being the covariance of the training images; the log-likelihood ratio of N independent samples of unknown
+    level is -N log(1 - c).
 
-    A class's score is the sum of both, each of its best template. Confidence scores are the largest of a class:
+    A class's score is the sum of both, each of its best template: not a likelihood of both together, as they share the
+    magnitudes and the pixels are not independent. Confidence scores are the largest of a class:
     `likelihood`, and of its parts alone `rice` and `coherence`. All grow with the SNR, which thresholds follow.
     templates_: (templates, N), complex64, of unit energy, grouped by class; starts_: (classes + 1,), where each class's
     begin, and their number; basis_: (N, directions) complex64 B with B^H Q B = 1 and B^H R B = diag(powers_); noise_:
@@ -70,6 +72,8 @@ class Model(Classifier):
     additive = True
 
     def fit(self, images, labels, validation=None, snrs=None, views=None):
+        for made in ("_white", "_bank", "_standardized"):  # of templates of an earlier fit
+            vars(self).pop(made, None)
         order = np.flatnonzero(labels != OTHER)
         order = order[np.argsort(labels[order], kind="stable")]
         self.classes_, starts = np.unique(labels[order], return_index=True)
@@ -78,7 +82,7 @@ class Model(Classifier):
         self.templates_ = unit_rows(images[order])
         noise = unit(by_channel(self.noise).reshape(-1, np.prod(self.shape_[1:])))  # all channels have the same
         covariance = np.kron(np.eye(self.shape_[0]), noise.T @ noise.conj() / len(noise)) / self.shape_[0]
-        self.noise_ = np.diag(covariance).real.astype(np.float32)
+        self.noise_ = np.maximum(np.diag(covariance).real, 1e-12).astype(np.float32)
         covariance[np.diag_indices(len(covariance))] += LOADING / len(covariance)
         spread = self.templates_.T @ self.templates_.conj() / len(order)
         both = spread.astype(np.complex128), covariance.astype(np.complex128)
@@ -156,7 +160,8 @@ def _rician(magnitudes, noise, scale, templates, around, mismatch):
     r, s = magnitudes[:, None], jnp.broadcast_to(scale[:, None], templates.shape[:2])
     inverse = 1 / (noise[:, None] + s[..., None] ** 2 * mismatch * around)
     weighted, size = r * templates * inverse, (templates**2 * inverse).sum(axis=-1)
-    s = (weighted * _cosine(2 * s[..., None] * weighted)).sum(axis=-1) / size  # more steps change no score
+    # One step: more move a score by less than a fifth of what scores of equal views differ by.
+    s = (weighted * _cosine(2 * s[..., None] * weighted)).sum(axis=-1) / jnp.maximum(size, 1e-30)
     best = jnp.sqrt(jnp.maximum(r**2 - 1 / inverse, 0))
     best = r * _cosine(2 * r * best * inverse)
     level = _log_i0(2 * s[..., None] * weighted) - _log_i0(2 * r * best * inverse) + best**2 * inverse
