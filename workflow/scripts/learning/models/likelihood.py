@@ -32,7 +32,7 @@ class Model(Classifier):
     is n Q, with Q of trace 1 from images of noise alone. n follows from the image's faint pixels: of noise alone
     |x_p|^2 / Q_pp has an exponential distribution, of which FAINT is the quantile -log(1 - FAINT).
 
-    Rice (Rice 1944): a pixel of magnitude r has the density 2 r / v exp(-(r^2 + s^2 a^2) / v) I0(2 r s a / v) under a
+    Rice (Rice 1945): a pixel of magnitude r has the density 2 r / v exp(-(r^2 + s^2 a^2) / v) I0(2 r s a / v) under a
     template of magnitudes a, at the likeliest scale s. Its variance v is that of the noise, n Q_pp, and s^2 times the
     share `mismatch` of the template's power around the pixel, by which a view between the library's differs. The score
     is the log-likelihood less the largest that any magnitudes could have.
