@@ -18,17 +18,17 @@ from learning import judge, paired, scores
 
 ROOT = Path(__file__).parents[2]
 SNRS = -12, -6, 0, 6, 12, 24  # dB
-METHODS = {  # experiment of each split, model, known score, channels
-    "likelihood": ("", "likelihood", "likelihood", "VV HH HV"),
-    "its magnitudes alone (Rice)": ("", "likelihood", "rice", "VV HH HV"),
-    "its coherence alone": ("", "likelihood", "coherence", "VV HH HV"),
-    "without mismatch": ("", "likelihood_exact", "likelihood", "VV HH HV"),
-    "adaptive filter": ("adaptive", "adaptive_filter", "coherence", "VV HH HV"),
-    "ZNCC of magnitudes": ("", "zncc", "correlation", "VV HH HV"),
-    "KNN on magnitudes": ("", "knn_magnitude", "distance", "VV HH HV"),
-    "matched filter": ("", "matched_filter", "correlation", "VV HH HV"),
-    "likelihood, VV": ("vv", "likelihood", "likelihood", "VV"),
-    "ZNCC of magnitudes, VV": ("vv", "zncc", "correlation", "VV"),
+METHODS = {  # experiment of each split, model, known score
+    "likelihood": ("", "likelihood", "likelihood"),
+    "its magnitudes alone (Rice)": ("", "likelihood", "rice"),
+    "its coherence alone": ("", "likelihood", "coherence"),
+    "without mismatch": ("", "likelihood_exact", "likelihood"),
+    "adaptive filter": ("adaptive", "adaptive_filter", "coherence"),
+    "ZNCC of magnitudes": ("", "zncc", "correlation"),
+    "KNN on magnitudes": ("", "knn_magnitude", "distance"),
+    "matched filter": ("", "matched_filter", "correlation"),
+    "likelihood, VV": ("vv", "likelihood", "likelihood"),
+    "ZNCC of magnitudes, VV": ("vv", "zncc", "correlation"),
 }
 SPLITS = {"elevation": "elevations between the library's", "random": "azimuths at random"}
 EXPERIMENTS = {  # by split and the first of METHODS
@@ -84,7 +84,7 @@ def put(path, mark, text):
 
 def of_method(table, split, method, metric, threshold):
     """The rows of a method, by SNR."""
-    part, model, score, _ = method
+    part, model, score = method
     chosen = (table.experiment == EXPERIMENTS[split, part]) & (table.model == model) & (table.metric == metric)
     return table[chosen & (table.score == score) & (table.threshold == threshold)].set_index("test_snr_db")
 
@@ -121,7 +121,7 @@ def differences(predictions):
         lines.append(f"| **{words}** {'| ' * len(SNRS)}|")
         decided = {}
         for name in ("likelihood", *AGAINST):
-            part, model, score, _ = METHODS[name]
+            part, model, score = METHODS[name]
             folds = sorted(predictions.glob(f"{EXPERIMENTS[split, part]}*/{model}"))
             folds = [one for one in folds if one.parent.name.split("_fold")[0] == EXPERIMENTS[split, part]]
             for snr in SNRS:

@@ -72,7 +72,7 @@ class Model(Classifier):
     additive = True
 
     def fit(self, images, labels, validation=None, snrs=None, views=None):
-        for made in ("_white", "_bank", "_standardized"):  # of templates of an earlier fit
+        for made in ("_white", "_bank"):  # of templates of an earlier fit
             vars(self).pop(made, None)
         order = np.flatnonzero(labels != OTHER)
         order = order[np.argsort(labels[order], kind="stable")]
@@ -121,8 +121,8 @@ class Model(Classifier):
 
     def _rice(self, magnitudes, share):
         """The Rician score of the best template of each class, (n, classes); share: of noise, (n,)."""
-        templates, around = self._bank
-        near = standardized(magnitudes) @ self._standardized.T
+        templates, around, alike = self._bank
+        near = standardized(magnitudes) @ alike.T
         noise, scale, found = share[:, None] * self.noise_, np.sqrt(1 - share), []
         for first, end in itertools.pairwise(self.starts_):
             count = min(self.settings["candidates"], end - first)
@@ -139,15 +139,12 @@ class Model(Classifier):
 
     @functools.cached_property
     def _bank(self):
-        """Magnitudes of all templates, and their power around pixels."""
+        """Magnitudes of all templates, their power around pixels, and the magnitudes as ZNCC takes them."""
         magnitudes = np.abs(self.templates_)
         power = magnitudes**2
         around = uniform_filter(power.reshape(-1, *self.shape_), AROUND, mode="nearest").reshape(power.shape)
-        return magnitudes, np.maximum(around, LEAST * power.max(axis=1, keepdims=True))
-
-    @functools.cached_property
-    def _standardized(self):
-        return standardized(self._bank[0])
+        around = np.maximum(around, LEAST * power.max(axis=1, keepdims=True))
+        return magnitudes, around, standardized(magnitudes)
 
 
 @jax.jit
