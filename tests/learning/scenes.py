@@ -26,6 +26,7 @@ SETTINGS = {
     "fcnn": FCNN,
 }
 ROLES = {"dart": "known", "disc": "known", "cube": "unknown", "wing": "other"}
+ALL_TARGETS = ("dart", "disc", "cube", "wing")
 PLANES = {"dart": [], "disc": [], "cube": ["xz"], "wing": ["xz", "yz"]}
 
 

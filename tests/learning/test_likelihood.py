@@ -9,6 +9,7 @@ from scipy.optimize import minimize_scalar
 from scipy.special import i0e, i1e
 from scipy.stats import rice
 
+from core.errors import InputError
 from learning.classifier import OTHER, build
 from learning.models import likelihood
 from learning.models.likelihood import _cosine, _log_i0, _rician
@@ -112,7 +113,7 @@ def test_coherence_is_its_formula(monkeypatch):
     found /= np.einsum("ni,ij,nj->n", t.conj(), inverse, t).real
     found /= np.einsum("ni,ij,nj->n", rows.conj(), inverse, rows).real[:, None]
     expected = -rows.shape[1] * np.log(1 - np.maximum.reduceat(found, model.starts_[:-1], axis=1))
-    np.testing.assert_allclose(model._coherence(rows.astype(np.complex64), share), expected, rtol=1e-3, atol=1e-2)
+    np.testing.assert_allclose(model._coherence(rows.astype(np.complex64), share, None), expected, rtol=1e-3, atol=1e-2)
 
 
 def level(r, a, v):
@@ -160,10 +161,11 @@ def test_scores_are_the_formulas_from_images_to_the_end(snr):
     images, labels = scenes(1)
     model, tests = fitted(mismatch=0.05), at_snr(scenes(3, count=2)[0], snr, 1)
     outcome, expected = model.evaluate(tests), reference(model, images, labels, tests)
-    np.testing.assert_allclose(outcome.scores, expected.sum(axis=1), rtol=0.01, atol=1)
+    both = expected[:, 0] + likelihood.COHERENCE * expected[:, 1]
+    np.testing.assert_allclose(outcome.scores, both, rtol=0.01, atol=1)
     for number, name in enumerate(("rice", "coherence")):
         np.testing.assert_allclose(outcome.known[name], expected[:, number].max(axis=1), rtol=0.01, atol=1)
-    np.testing.assert_allclose(outcome.known["likelihood"], expected.sum(axis=1).max(axis=1), rtol=0.01, atol=1)
+    np.testing.assert_allclose(outcome.known["likelihood"], both.max(axis=1), rtol=0.01, atol=1)
 
 
 def test_a_second_fit_forgets_the_first():
@@ -229,3 +231,8 @@ def test_what_is_no_class_is_no_template(tmp_path):
     np.testing.assert_array_equal(loaded.evaluate(images).scores, model.evaluate(images).scores)
     zero = model.evaluate(np.zeros((1, *SHAPE), np.complex64))
     assert np.isfinite(zero.scores).all() and all(np.isfinite(of).all() for of in zero.known.values())
+
+
+def test_a_class_other_is_refused():
+    with pytest.raises(InputError, match="has no class 'other'"):
+        fitted(other=True)

@@ -90,6 +90,11 @@ WRONG = {
         "something else of an image alone than among others",
     ),
     "an evaluate of no argument": ("def evaluate(self, images)", "def evaluate(self)", "its evaluate cannot be called"),
+    "no images that are left out": (
+        "    def fit",
+        "    leaves_out = True\n\n    def fit",
+        r"evaluate\(self, images, without=None\)",
+    ),
     "a setting that is not there": (LEARNED, "        self.settings['depth']\n" + LEARNED, "the setting 'depth'"),
     "a fit of two arguments": (", validation=None, snrs=None, views=None", "", "fit cannot be called"),
     "no classes": (LEARNED, "        self.classes_ = None\n" + LEARNED, "classes_ must be a numpy array.*nothing"),

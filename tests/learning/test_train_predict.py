@@ -8,6 +8,7 @@ import pandas as pd
 import pytest
 import xarray as xr
 from scenes import (
+    ALL_TARGETS,
     APERTURE,
     AZIMUTHS,
     CROSSRANGE,
@@ -213,9 +214,6 @@ def test_an_snr_has_the_same_table_whatever_else_is_predicted(stores, tmp_path):
     tables_of(stores("snr_0dB"), folder, tmp_path / "alone")
     tables_of(stores("snr_0dB") + stores("snr_30dB"), folder, tmp_path / "both")
     assert (tmp_path / "alone/snr_0dB.csv").read_bytes() == (tmp_path / "both/snr_0dB.csv").read_bytes()
-
-
-ALL_TARGETS = ("dart", "disc", "cube", "wing")
 
 
 def test_the_table_of_an_open_run(stores, tmp_path):

@@ -51,6 +51,10 @@ class Classifier:
     additive: whether scores and known scores are logarithms of likelihoods or of their ratios, so that those of several
     looks add up: what it then reaches stands in scores.csv, too.
     learns_noise: whether `fit` finds images of noise alone, (m, ...), in the attribute `noise`.
+    leaves_out: whether the model keeps training images and can leave some of them out: `fit` finds the aspect of each
+    image, (observations,) as text, in the attribute `aspects` and keeps those of its templates as `aspects_`, and
+    `evaluate(images, without)` judges each image without the templates of the aspect that `without` (n,) names.
+    Thresholds that keep a share of the known images then follow from the training views (see `thresholds`).
     FEATURES: the kind of `features.of` where the setting `features` names no other.
     checkpoints: None, or a folder in which `fit` may keep its state, to go on from it after a kill.
     """
@@ -64,6 +68,8 @@ class Classifier:
     additive = False
     learns_noise = False
     noise = None
+    leaves_out = False
+    aspects = None
     checkpoints = None
     FEATURES = "parts"
 
@@ -86,6 +92,16 @@ class Classifier:
         Each image is judged by itself: what others are among them changes nothing.
         """
         raise NotImplementedError
+
+    def _aspects(self, order):
+        """The aspects of the training images `order`; '' where `fit` was given none."""
+        return np.full(len(order), "") if self.aspects is None else self.aspects[order]
+
+    def _masked(self, likeness, without, least):
+        """Likeness to templates, (n, templates), set to `least` for those that an image is judged without."""
+        if without is not None:
+            likeness[np.asarray(without)[:, None] == self.aspects_] = least
+        return likeness
 
     @property
     def sees(self):

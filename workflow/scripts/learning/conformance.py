@@ -15,6 +15,10 @@ from learning.classifier import FOLDER, OTHER, Outcome
 
 FEW = 8  # images that a model is tried on
 ARGUMENTS = ("images", "labels", "validation", "snrs", "views")
+EVALUATED = {  # what `evaluate` takes, by whether the model leaves some of its images out
+    False: (("images",), "evaluate(self, images)"),
+    True: (("images", "without"), "evaluate(self, images, without=None)"),
+}
 NEAR, BATCHED = 1e-3, 1e-2  # of the largest score: two answers that differ by less are the same, also in another batch
 CURVE = ("epoch", "loss", "accuracy", "validation_loss", "validation_accuracy")  # what the report draws
 
@@ -28,7 +32,7 @@ def check_face(model, who):
     """Raise InputError for a model whose `fit` or `evaluate` does not take what it is given."""
     for method, arguments, wanted in (
         (model.fit, ARGUMENTS, "fit(self, images, labels, validation=None, snrs=None, views=None)"),
-        (model.evaluate, ARGUMENTS[:1], "evaluate(self, images)"),
+        (model.evaluate, *EVALUATED[model.leaves_out]),
     ):
         try:
             inspect.signature(method).bind(*arguments)

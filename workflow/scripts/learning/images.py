@@ -10,7 +10,7 @@ from core.errors import InputError
 from core.store import open_store
 from learning.experiments import TOLERANCE
 from learning.features import of_peak_one, upsample
-from learning.split import blocks, split
+from learning.split import blocks, folded, split
 
 ORIGIN = ("elevation", "azimuth", "realization")
 
@@ -132,6 +132,18 @@ def _of_channels(dataset, channels, store):
         places = [place for place, name in enumerate(have) if name in wanted]
         image = image.isel(channel=places if len(places) > 1 else places[0], drop=True)
     return image, len(wanted) < len(have)
+
+
+def aspects(origin, planes):
+    """The target and aspect of each row of what `read` gives, (n,) as text: the same for a view and its mirror image.
+
+    planes: of the targets by name, their mirror planes; pure noise has none.
+    """
+    found = np.empty(len(origin), object)
+    for target, rows in origin.groupby("target").indices.items():
+        of_target = folded(origin["azimuth"].to_numpy()[rows], planes.get(target, ()))
+        found[rows] = [f"{target} {aspect:.4f}" for aspect in of_target + 0.0]
+    return found.astype(str)
 
 
 def among(angles, others):

@@ -12,7 +12,7 @@ from learning import images
 from learning.classifier import OTHER, Outcome
 from learning.conformance import check_outcome, describe
 from learning.model_folder import config_of, division_of, load
-from learning.split import Views
+from learning.split import LEFT_OUT, Views
 
 BATCH = 1024  # images at a time: bounds the memory, and as a constant keeps results the same bit for bit
 SCORE, KNOWN = "score_", "known_"
@@ -35,7 +35,8 @@ def predict(stores, tested, folder, outputs):
     """Classify images of views that the model in `folder` was not trained at; write a table for each SNR.
 
     stores: imaging/<target>/<label>.zarr of all SNRs; tested: a `Tested`; outputs: paths <label>.csv. Targets of role
-    other are classified at the validation views only, with which thresholds are chosen.
+    other are classified at the validation views only, with which thresholds are chosen. Of an open run at random so are
+    the training views of the known ones, if the model can leave their own aspects out of its library.
     """
     model, divided = load(folder), images.divide(stores, tested.planes, division_of(folder))
     for output in tqdm(sorted(map(Path, outputs)), unit="SNR", desc="predicting", leave=False):
@@ -55,7 +56,8 @@ def predict_at(model, stores, tested, divided, folder):
     Columns: target, elevation, azimuth (degrees), realization, truth, predicted, role, side, fold, block
     (see `split.blocks`), snr_<definition> (the image's own SNR in dB by each definition), score_<class>..., and if it
     is open known_<confidence score>... . truth is OTHER for a target that is not known.
-    Rows: validation and test views, all realizations, sorted by the first four columns.
+    Rows: validation and test views, all realizations, and training views of the side LEFT_OUT; sorted by the first four
+    columns.
     Raises InputError for a model that gives no proper Outcome, and for an open run's without a confidence score.
     """
     config, is_open = config_of(folder), tested.is_open
@@ -66,14 +68,20 @@ def predict_at(model, stores, tested, divided, folder):
         # The last bits of a score depend on what else is in its batch. A closed run's test images are batches of their
         # own, an open run's stand among the validation images.
         parts += [(store, role, sides) for sides in ([SIDES[role]] if is_open else [[side] for side in SIDES[role]])]
+        # Only at random is a view left out to the rest of the library what a test view is to all of it.
+        at_random = run["split"] == "random" and run["elevation"] == "all"
+        if is_open and role == "known" and model.leaves_out and at_random:
+            parts.append((store, role, ["train"]))
     for store, role, sides in parts:
+        left_out = sides == ["train"]
         target = images.target_of(store)
         of = divided[target]
-        how = {"pixels": run["upsample"], "realizations": tested.realizations, "channels": run["channels"]}
+        how = {"pixels": run["upsample"], "channels": run["channels"]}
+        how["realizations"] = 1 if left_out else tested.realizations  # they are many as it is
         pixels, origin = images.read_side([store], {target: of}, *sides, **how)
         place = Views(*(np.searchsorted(getattr(of, name), origin[name]) for name in Views._fields))
         held_out = [np.isin(*pair) for pair in zip(place, of.sides["validation"], strict=True)]
-        outcome = classify(model, pixels)
+        outcome = classify(model, pixels, images.aspects(origin, tested.planes) if left_out else None)
         check_outcome(outcome, len(pixels), model.classes_, who, f" of {store}")
         if is_open and not outcome.known:
             raise InputError(
@@ -84,7 +92,7 @@ def predict_at(model, stores, tested, divided, folder):
             "truth": origin["target"] if role == "known" else OTHER,
             "predicted": outcome.labels,
             "role": role,
-            "side": np.where(np.all(held_out, axis=0), "validation", "test"),
+            "side": LEFT_OUT if left_out else np.where(np.all(held_out, axis=0), "validation", "test"),
             "fold": run["division"]["fold"],
             "block": of.blocks[place.azimuth],
         }
@@ -95,9 +103,10 @@ def predict_at(model, stores, tested, divided, folder):
     return pd.concat(tables).sort_values(["target", "elevation", "azimuth", "realization"], ignore_index=True)
 
 
-def classify(model, images):
-    """The Outcome of images, in batches."""
-    parts = [model.evaluate(images[start : start + BATCH]) for start in range(0, len(images), BATCH)]
+def classify(model, images, without=None):
+    """The Outcome of images, in batches. without: None, or the aspects (n,) that they are judged without."""
+    batches = [slice(start, start + BATCH) for start in range(0, len(images), BATCH)]
+    parts = [model.evaluate(images[of], *(() if without is None else (without[of],))) for of in batches]
     return Outcome(
         np.concatenate([part.labels for part in parts]),
         np.concatenate([part.scores for part in parts]),

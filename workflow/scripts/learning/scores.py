@@ -12,6 +12,7 @@ from learning.experiments import REFERENCE, train_snr_db, training
 from learning.images import among
 from learning.looks import LOOKS, fused
 from learning.metrics import KEPT
+from learning.split import LEFT_OUT
 
 HEAD = ["experiment", "model", "split", "training", "train_snr_db"]
 CASE = [*HEAD, "test_snr_db", "elevation", "score", "threshold"]
@@ -92,6 +93,7 @@ def _judged(head, run, tables, definition, seed, kept, track):
 
 def _looks(table, run, kept, step, aperture):
     """(score and threshold, (metric, value, low, high, n)) of the weighted F1 of several looks together."""
+    table = table[table["side"] != LEFT_OUT]
     for count in LOOKS:
         together = fused(table, count, step, aperture)
         known = together[together["role"] == "known"]

@@ -9,6 +9,7 @@ from core.errors import InputError
 from core.sweep import closes_circle
 
 SIDES = ("train", "validation", "test")
+LEFT_OUT = "left out"  # in predictions the side of training views that a model judged without their own aspect
 WORDS = ("to train", "to validate", "to test")
 # What each scheme takes from the config: shares of the aspects, how many folds there are, degrees between elevations.
 SETTINGS = {"random": ("train", "validation"), "sector": ("folds", "validation"), "elevation": ("spacing",)}

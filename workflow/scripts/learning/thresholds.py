@@ -2,7 +2,8 @@
 
 It is chosen on validation images, for each SNR by itself, as a radar knows the level of its noise. Three protocols:
 `thesis` sees images of the unknown targets among them (of views that are not tested); `blind` sees none, only the known
-targets and those of role other; `kept` chooses by the known ones alone, to keep a share of them.
+targets and those of role other; `kept` chooses by the known ones alone, to keep a share of them. Where the model could
+leave training views out of its library in turn, `kept` is chosen on these instead: they are many more.
 """
 
 from typing import NamedTuple
@@ -12,6 +13,7 @@ import pandas as pd
 
 from learning.classifier import OTHER
 from learning.metrics import KEPT, metrics_of_labels
+from learning.split import LEFT_OUT
 
 # Whose validation images a protocol is judged by; all but `kept` choose by them, too.
 ROLES = {"thesis": ("known", "unknown"), "blind": ("known", "other"), "kept": ("known", "other")}
@@ -20,15 +22,15 @@ ROLES = {"thesis": ("known", "unknown"), "blind": ("known", "other"), "kept": ("
 class Seen(NamedTuple):
     """The validation rows of a prediction table that a protocol sees.
 
-    truth, predicted: their labels (n,); weight: for how many each of those with truth OTHER counts; by_share: whether
-    the threshold keeps a share of the known ones.
+    truth, predicted: their labels (n,); weight: for how many each of those with truth OTHER counts; by_share: None, or
+    the rows of known targets of which the threshold keeps a share.
     """
 
     rows: pd.DataFrame
     truth: np.ndarray
     predicted: np.ndarray
     weight: float
-    by_share: bool
+    by_share: pd.DataFrame | None
 
 
 def seen(table, protocol):
@@ -36,7 +38,9 @@ def seen(table, protocol):
     rows = table[(table["side"] == "validation") & table["role"].isin(ROLES[protocol])]
     known = (rows["role"] == "known").sum()
     weight = known / (len(rows) - known) if protocol != "thesis" and 0 < known < len(rows) else 1.0
-    by_share = protocol == "kept" or known == len(rows)
+    by_share = rows[rows["role"] == "known"] if protocol == "kept" or known == len(rows) else None
+    if protocol == "kept" and (left_out := table["side"] == LEFT_OUT).any():
+        by_share = table[left_out]
     return Seen(rows, *(rows[name].to_numpy(object) for name in ("truth", "predicted")), weight, by_share)
 
 
@@ -53,8 +57,8 @@ def chosen(among, score, kept=KEPT):
     together count as much as the known ones: how many targets of that role a config happens to have says nothing of how
     many unknown ones will come.
     """
-    if among.by_share:
-        return float(np.quantile(among.rows.loc[among.rows["role"] == "known", score], 1 - kept))
+    if among.by_share is not None:
+        return float(np.quantile(among.by_share[score], 1 - kept))
     return best(among.rows[score].to_numpy(float), among.truth, among.predicted, among.weight)
 
 

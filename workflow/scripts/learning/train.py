@@ -35,12 +35,13 @@ class Training:
 
 
 class Examples(NamedTuple):
-    """What `Classifier.fit` takes: images, and labels, SNRs and views, each (n,)."""
+    """What `Classifier.fit` takes: images, and labels, SNRs, views and aspects, each (n,)."""
 
     images: np.ndarray
     labels: np.ndarray
     snrs: np.ndarray
     views: np.ndarray
+    aspects: np.ndarray
 
 
 def train(stores, training, folder, checkpoints=None):
@@ -74,6 +75,8 @@ def train(stores, training, folder, checkpoints=None):
         candidate.checkpoints = checkpoints
         if candidate.learns_noise:
             candidate.noise = noise
+        if candidate.leaves_out:
+            candidate.aspects = learned.aspects
         accuracy = _fit(candidate, learned, held_out, run["random_snr"], who)
         search.append({**settings, "validation_accuracy": accuracy})
         if accuracy > best:
@@ -148,4 +151,5 @@ def _read(stores, training, divided, side):
     views = origin.round(4).groupby(["target", "elevation", "azimuth"]).ngroup().to_numpy()
     is_noise = role.isna().to_numpy()
     kept = np.flatnonzero(~is_noise | training.settings.get("other", False))
-    return Examples(*(of[kept] for of in (pixels, labels, snrs, views))), pixels[is_noise]
+    aspects = images.aspects(origin, training.planes)
+    return Examples(*(of[kept] for of in (pixels, labels, snrs, views, aspects))), pixels[is_noise]

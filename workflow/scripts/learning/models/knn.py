@@ -26,6 +26,7 @@ class Model(Classifier):
         "features": {"$ref": "#/$defs/features", "default": "parts"},
     }
     fewest = "k"
+    leaves_out = True
 
     def fit(self, images, labels, validation=None, snrs=None, views=None):
         if self.settings["k"] > len(images):
@@ -33,12 +34,13 @@ class Model(Classifier):
         x = self.features(images)
         order = np.argsort(labels, kind="stable")
         self.classes_, self.starts_ = np.unique(labels[order], return_index=True)
-        self.references_ = x[order]
+        self.references_, self.aspects_ = x[order], self._aspects(order)
         self.squared_norms_ = np.einsum("ij,ij->i", self.references_, self.references_)
         return self
 
-    def evaluate(self, images):
+    def evaluate(self, images, without=None):
         distances = squared_distances(self.features(images), self.references_, self.squared_norms_)
+        distances = self._masked(distances, without, np.finfo(distances.dtype).max)
         scores = -np.sqrt(np.minimum.reduceat(distances, self.starts_, axis=1))
         known = {"distance": scores[:, self.classes_ != OTHER].max(axis=1)}
         k = self.settings["k"]

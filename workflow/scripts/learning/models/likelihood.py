@@ -9,6 +9,7 @@ import numpy as np
 from scipy.linalg import eigh
 from scipy.ndimage import uniform_filter
 
+from core.errors import InputError
 from learning.classifier import OTHER, Classifier, Outcome
 from learning.features import by_channel, standardized, unit, unit_rows
 
@@ -19,6 +20,7 @@ LEAST_NOISE = 0.3  # of the energy: coherence takes at least so much, as no temp
 FAINT = 0.25  # of an image's pixels, the faintest, are taken to hold nothing but noise
 SHARES = (1e-4, 0.99)  # of noise in an image's energy, at least and at most
 LEAST = 1e-6  # of a template's largest power: the least that mismatch is in proportion to
+COHERENCE = 1.5  # how much it counts beside magnitudes: more helps below 0 dB and costs above
 AROUND = (1, 1, 3, 3)  # pixels over which a template's power is averaged
 # Polynomials of `_log_i0`, from the largest power.
 NEAR_I0 = (0.0045813, 0.0360768, 0.2659732, 1.2067492, 3.0899424, 3.5156229, 1.0)
@@ -41,9 +43,9 @@ class Model(Classifier):
     n Q, R being the covariance of the training images; the log-likelihood ratio of N independent samples of unknown
     level is -N log(1 - c).
 
-    A class's score is the sum of both, each of its best template: not a likelihood of both together, as they share the
-    magnitudes and the pixels are not independent. Confidence scores are the largest of a class:
-    `likelihood`, and of its parts alone `rice` and `coherence`. All grow with the SNR, which thresholds follow.
+    A class's score is the first plus COHERENCE times the second, each of its best template: not a likelihood of both
+    together, as they share the magnitudes and the pixels are not independent. Confidence scores are the largest of a
+    class: `likelihood`, and of its parts alone `rice` and `coherence`. All grow with the SNR, which thresholds follow.
     templates_: (templates, N), complex64, of unit energy, grouped by class; starts_: (classes + 1,), where each class's
     begin, and their number; basis_: (N, directions) complex64 B with B^H Q B = 1 and B^H R B = diag(powers_); noise_:
     (N,), the diagonal of Q; shape_: (channels, range, crossrange).
@@ -70,16 +72,19 @@ class Model(Classifier):
     covariances = True
     learns_noise = True
     additive = True
+    leaves_out = True
 
     def fit(self, images, labels, validation=None, snrs=None, views=None):
         for made in ("_white", "_bank"):  # of templates of an earlier fit
             vars(self).pop(made, None)
+        if self.settings.get("other"):
+            raise InputError("the likelihood has no class 'other': take 'other' out of the model's settings.")
         order = np.flatnonzero(labels != OTHER)
         order = order[np.argsort(labels[order], kind="stable")]
         self.classes_, starts = np.unique(labels[order], return_index=True)
         self.starts_ = np.append(starts, len(order))
         self.shape_ = np.array(by_channel(images[:1]).shape[1:])
-        self.templates_ = unit_rows(images[order])
+        self.templates_, self.aspects_ = unit_rows(images[order]), self._aspects(order)
         noise = unit(by_channel(self.noise).reshape(-1, np.prod(self.shape_[1:])))  # all channels have the same
         covariance = np.kron(np.eye(self.shape_[0]), noise.T @ noise.conj() / len(noise)) / self.shape_[0]
         self.noise_ = np.maximum(np.diag(covariance).real, 1e-12).astype(np.float32)
@@ -90,14 +95,14 @@ class Model(Classifier):
         self.powers_, self.basis_ = powers.astype(np.float32), basis.astype(np.complex64)
         return self
 
-    def evaluate(self, images):
-        parts = self._scored(images.reshape(len(images), -1))
-        scores = parts.sum(axis=1)
+    def evaluate(self, images, without=None):
+        parts = self._scored(images.reshape(len(images), -1), without)
+        scores = parts[:, 0] + COHERENCE * parts[:, 1]
         known = {"likelihood": scores.max(axis=1)}
         known |= dict(zip(("rice", "coherence"), parts.max(axis=2).T, strict=True))
         return Outcome(self.classes_[scores.argmax(axis=1)], scores, known)
 
-    def _scored(self, rows):
+    def _scored(self, rows, without):
         """Rice and coherence of the best template of each class, (n, 2, classes), of images as rows (n, N)."""
         found = []
         for start in range(0, len(rows), BLOCK):
@@ -106,27 +111,31 @@ class Model(Classifier):
             magnitudes = np.abs(filled)
             share = np.quantile(magnitudes**2 / self.noise_, FAINT, axis=1) / -np.log(1 - FAINT)
             share = np.clip(share, *SHARES).astype(np.float32)
-            scores = self._rice(magnitudes, share), self._coherence(filled, np.maximum(share, LEAST_NOISE))
+            apart = None if without is None else np.resize(without[start : start + BLOCK], BLOCK)
+            coherence = self._coherence(filled, np.maximum(share, LEAST_NOISE), apart)
+            scores = self._rice(magnitudes, share, apart), coherence
             found.append(np.stack(scores, axis=1)[: len(block)])
         return np.concatenate(found)
 
-    def _coherence(self, rows, share):
+    def _coherence(self, rows, share, without):
         """The log-likelihood ratio of coherence with each class, (n, classes); share: of noise, (n,)."""
         white, squared = self._white
         x, weights = rows @ self.basis_.conj(), 1 / ((1 - share[:, None]) * self.powers_ + share[:, None])
         energy = (np.abs(x) ** 2 * weights).sum(axis=1, keepdims=True)
         coherence = np.abs((x * weights) @ white.conj().T) ** 2 / np.maximum(weights @ squared.T * energy, 1e-30)
-        best = np.maximum.reduceat(coherence, self.starts_[:-1], axis=1)
+        best = np.maximum.reduceat(self._masked(coherence, without, 0), self.starts_[:-1], axis=1)
         return -rows.shape[1] * np.log(np.maximum(1 - best, 1e-6))
 
-    def _rice(self, magnitudes, share):
+    def _rice(self, magnitudes, share, without):
         """The Rician score of the best template of each class, (n, classes); share: of noise, (n,)."""
         templates, around, alike = self._bank
-        near = standardized(magnitudes) @ alike.T
+        near = self._masked(standardized(magnitudes) @ alike.T, without, -2)
         noise, scale, found = share[:, None] * self.noise_, np.sqrt(1 - share), []
         for first, end in itertools.pairwise(self.starts_):
             count = min(self.settings["candidates"], end - first)
             chosen = first + np.argpartition(-near[:, first:end], count - 1, axis=1)[:, :count]
+            nearest = first + near[:, first:end].argmax(axis=1)[:, None]  # in place of what is left out
+            chosen = np.where(np.take_along_axis(near, chosen, axis=1) < -1.5, nearest, chosen)
             found.append(
                 _rician(magnitudes, noise, scale, templates[chosen], around[chosen], self.settings["mismatch"])
             )

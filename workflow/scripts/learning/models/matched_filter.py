@@ -23,19 +23,21 @@ class Model(Classifier):
         "zncc": ("ZNCC", "the correlation of magnitudes (ZNCC)", 14),
     }
     SCORES = {"correlation": ("correlation", 8)}
+    leaves_out = True
     SETTINGS = {"features": {"$ref": "#/$defs/features", "default": "parts"}}
 
     def fit(self, images, labels, validation=None, snrs=None, views=None):
         order = np.argsort(labels, kind="stable")
         self.classes_, self.starts_ = np.unique(labels[order], return_index=True)
+        self.aspects_ = self._aspects(order)
         self.templates_ = np.ascontiguousarray(self._rows(images[order]).conj().T)
         return self
 
-    def evaluate(self, images):
+    def evaluate(self, images, without=None):
         correlations = self._rows(images) @ self.templates_
         if self.sees == "parts":
             correlations = np.abs(correlations)
-        scores = np.maximum.reduceat(correlations, self.starts_, axis=1)
+        scores = np.maximum.reduceat(self._masked(correlations, without, -1), self.starts_, axis=1)
         known = scores[:, self.classes_ != OTHER].max(axis=1)
         return Outcome(self.classes_[scores.argmax(axis=1)], scores, {"correlation": known})
 
