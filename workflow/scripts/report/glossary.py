@@ -14,8 +14,8 @@ GLOSSARY = {
     "blind": "A threshold of rejection chosen without any image of an unknown target.",
     "thesis thresholds": "Thresholds of rejection chosen with images of the unknown targets at validation views, as "
     "the reference thesis does.",
-    "kept thresholds": "Thresholds of rejection that keep a share of the known validation images, 95 % unless the "
-    "config says another, chosen without any other image.",
+    "kept thresholds": "Thresholds of rejection that keep a share of the known images, 95 % unless the config says "
+    "another, chosen by these alone: validation images, or at random a library's views left out in turn.",
     "validation images": "Images of views that neither train nor test: thresholds and settings are chosen by them.",
     "ZNCC": "Zero-mean normalised cross-correlation of two images: 1 where they are alike but for brightness, 0 where "
     "nothing of them is.",
