@@ -23,10 +23,10 @@ def scripts(tmp_path, monkeypatch):
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).write_text(text)
     monkeypatch.setattr(closure, "SCRIPTS", tmp_path)
-    for cached in (closure.closure, closure._imported):
+    for cached in (closure.closure, closure._imported, closure._code):
         cached.cache_clear()
     yield tmp_path
-    for cached in (closure.closure, closure._imported):
+    for cached in (closure.closure, closure._imported, closure._code):
         cached.cache_clear()
 
 
@@ -39,3 +39,77 @@ def test_a_module_that_is_not_python_is_named(scripts):
     (scripts / "stage/near.py").write_text("import numpy\ndef (:\n")
     with pytest.raises(InputError, match=r"workflow/scripts/stage/near\.py, line 2: not Python"):
         closure.closure("stage/job.py")
+
+
+CODE = """\"\"\"What it is for.\"\"\"
+
+import other.deep
+
+
+class Thing:
+    \"\"\"Has a part.\"\"\"
+
+    part: int = 1
+
+    async def wait(self, count=2):
+        \"\"\"Waits.\"\"\"
+        return f"{count:.1f} s"  # why
+
+
+def first(x):
+    return "a" "b" + x
+"""
+
+
+def digest_of(scripts, text):
+    (scripts / "stage/near.py").write_text(text)
+    for cached in (closure.closure, closure._imported, closure._code):
+        cached.cache_clear()
+    return closure.digest("stage/near.py")
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("What it is for", "What it was for"),
+        ('"""Has a part."""\n\n    ', ""),
+        ("  # why", ""),
+        ("        return f", "        return \\\n            f"),
+        ("\n\n\ndef first", "\n\n# More.\n\n\ndef first"),
+    ],
+)
+def test_comments_docstrings_and_layout_do_not_count(scripts, old, new):
+    assert CODE.count(old) == 1
+    assert digest_of(scripts, CODE.replace(old, new)) == digest_of(scripts, CODE)
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("= 1", "= 1.0"),
+        ("count=2", "count=3"),
+        (":.1f}", ":.2f}"),
+        ('"a" "b"', '"a" "c"'),
+        ("async def", "def"),
+        ("import other.deep", "import other.deep as deep"),
+        ("return f", "yield f"),
+    ],
+)
+def test_all_else_counts(scripts, old, new):
+    assert CODE.count(old) == 1
+    assert digest_of(scripts, CODE.replace(old, new)) != digest_of(scripts, CODE)
+
+
+def test_what_is_imported_counts_and_so_does_where_it_is(scripts):
+    before = digest_of(scripts, CODE)
+    (scripts / "other/deep.py").write_text("x = 1")
+    changed = digest_of(scripts, CODE)
+    assert changed != before
+    (scripts / "other/__init__.py").write_text("x = 1")
+    (scripts / "other/deep.py").write_text("")
+    assert digest_of(scripts, CODE) not in (before, changed)
+
+
+def test_every_version_of_python_has_the_same_digest(scripts):
+    """3.11, 3.12 and 3.13 were asked."""
+    assert digest_of(scripts, CODE) == "98790e9063ef2efe73e668721c53172cbc9207c3fbc0f7223cdce1203b948326"

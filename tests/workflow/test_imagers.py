@@ -85,10 +85,10 @@ def test_an_imager_of_ones_own_is_one_file_and_lines_of_config(project):
         assert abs(float(image.crossrange[column]) - PLACE[1]) < 2 * (image.crossrange[1] - image.crossrange[0])
     assert "multilook, looks 2" in page.read_text() and "there is no phase" in page.read_text()
 
-    project.edit(IMAGER, "    coherent = False", "    coherent = False  # a comment")
+    project.edit(IMAGER, "    coherent = False", "    coherent = False\n    ADDED = 1")
     assert project.planned("report", *STORES, *LOOKS) == {"image": 1, "noise": 1, "report": 1}
-    project.edit(IMAGER, "  # a comment", "")
-    (project.folder / "workflow/scripts/imaging/imagers/fourier.py").open("a").write("# A comment.\n")
+    project.edit(IMAGER, "\n    ADDED = 1", "")
+    (project.folder / "workflow/scripts/imaging/imagers/fourier.py").open("a").write("ADDED = 1\n")
     # No image is made by it; the page's viewer forms images this way, too.
     assert project.planned("report", *STORES, *LOOKS) == {"report": 1}
 

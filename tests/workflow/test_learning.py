@@ -310,7 +310,7 @@ def test_an_edit_reruns_what_it_concerns_and_no_more(restored, case):
 def test_the_code_of_a_model_reruns_its_own_jobs(project):
     path = project.folder / "workflow/scripts/learning/models/fcnn.py"
     text = path.read_text()
-    path.write_text(text + "# A comment.\n")
+    path.write_text(text + "ADDED = 1\n")
     found = project.planned("report", *LEARN)
     path.write_text(text)
     assert found == {"train": 2, "predict": 2, **AFTER}
@@ -369,7 +369,7 @@ def test_after_a_kill_and_on_one_core_the_bytes_are_the_same(project, results):
     model, loop = results / "learning/models" / name, "workflow/scripts/learning/training_loop.py"
     project.edit(loop, "BETWEEN = 20.0", "BETWEEN = 0.0")
     every = project.folder / "workflow/scripts/learning/train.py"  # the loop is that of networks alone
-    every.write_bytes(every.read_bytes() + b"\n# A comment.\n")
+    every.write_bytes(every.read_bytes() + b"\nADDED = 1\n")
     run = project.start("--cores", 1, model.relative_to(project.folder), *LEARN, start_new_session=True)
     while not list((results / "learning/checkpoints" / name).glob("*[0-9a-f].npz")):
         assert run.poll() is None, "the run ended before it could be killed"

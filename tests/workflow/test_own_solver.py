@@ -62,12 +62,12 @@ def test_what_reruns(project):
     again = {"solve": 2, "scattering": 1}
     assert project.planned(STORE, *PLATE) == {}
     path = project.folder / "workflow/scripts/scattering" / SOLVER
-    path.write_text(CODE + "\n# A comment.\n")
+    path.write_text(CODE + "\nADDED = 1\n")
     assert project.planned(STORE, *PLATE) == again
     path.write_text(CODE)
     # What another solver alone imports is none of this one's code.
     other = project.folder / "workflow/scripts/scattering/factorization.py"
-    other.write_bytes(other.read_bytes() + b"\n# A comment.\n")
+    other.write_bytes(other.read_bytes() + b"\nADDED = 1\n")
     assert project.planned(STORE, *PLATE) == {}
     project.edit("config/plate.yaml", "points: middles", "points: centroid")
     assert project.planned(STORE, *PLATE) == again

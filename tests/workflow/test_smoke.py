@@ -118,7 +118,7 @@ EDITS = {
     ),
     "a target less": (UFO, "", {"report": 1}),
 }
-# What a comment more in a file, or a byte, makes necessary.
+# What a statement more in a file of Python, or a comment or a byte in another, makes necessary.
 FILES = {
     "workflow/scripts/mesh/edits.py": ALL,
     "workflow/scripts/scattering/basis.py": SOLVED | SPHERE,
@@ -273,11 +273,11 @@ def test_a_run_takes_the_meshes_and_fields_of_another(smoke):
 
 
 @contextlib.contextmanager
-def edited(*files):
-    """The files with a comment more, for a while."""
+def edited(*files, statement=b"ADDED = 1"):
+    """The files of Python with a statement more, others with a comment, for a while."""
     contents = [file.read_bytes() for file in files]
     for file, content in zip(files, contents, strict=True):
-        file.write_bytes(content + b"\n# A comment.\n")
+        file.write_bytes(content + b"\n" + (statement if file.suffix == ".py" else b"# A comment.") + b"\n")
     try:
         yield
     finally:
@@ -295,6 +295,18 @@ def test_an_edit_of_a_file_reruns_what_it_concerns_and_no_more(smoke, path):
 def test_edits_of_what_no_result_comes_from_rerun_nothing(smoke):
     with edited(*(smoke.folder / path for path in NO_RESULT_OF)):
         assert smoke.planned("report", *SMOKE) == {}
+
+
+def test_an_edited_comment_or_docstring_reruns_nothing(smoke):
+    names = "mesh/edits.py", "core/sweep.py", "scattering/solve.py", "learning/models/knn.py", "report/page.py"
+    files = [smoke.folder / "workflow/scripts" / name for name in names]
+    before = [file.read_text() for file in files]
+    for file in files:
+        file.write_text('"""Says something else."""\n\n' + file.read_text().partition('"""\n')[2])
+    with edited(*files, statement=b"# A comment."):
+        assert smoke.planned("report", "thesis_page", *SMOKE) == {"thesis_page": 1}
+    for file, text in zip(files, before, strict=True):
+        file.write_text(text)
 
 
 # After the edits above: all that was put back has a new date and its old content.

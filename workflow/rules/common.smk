@@ -30,7 +30,7 @@ from setup import disk, lock, together
 from core import folders, sweep
 from setup.check import model_kind
 from setup.kinds import IMAGERS, SOLVERS, kind, page_names
-from setup.closure import closure
+from setup.closure import digest
 from setup.config import load, of_command_line, section, unnamed
 from core.errors import InputError
 from setup.overview import overview
@@ -103,14 +103,11 @@ def in_repository(*parts):
 
 
 def code(*scripts):
-    """The files below workflow/scripts that a job's results come from, by the scripts that it runs.
+    """A hash of the code that a job's results come from: of these scripts and every module that they import.
 
-    These are the scripts and every module that they import, directly or not. As inputs they rerun a job when their
-    content changes.
+    As a param it reruns the job when what the code does changes; an edited comment or docstring changes nothing.
     """
-    return sorted(
-        {in_repository("workflow", "scripts", file) for script in scripts for file in or_exit(closure, script)}
-    )
+    return or_exit(digest, *scripts)
 
 
 def page_files():
@@ -244,18 +241,18 @@ def predictions_shown():
 
 
 def imager_code():
-    """The files that the config's imager is made of: its own, which jobs load by name, and what it imports."""
-    return code(kind(IMAGERS, config["imaging"]["imager"]).file)
+    """The file of the config's imager, which jobs load by name."""
+    return [kind(IMAGERS, config["imaging"]["imager"]).file]
 
 
 def model_code(*models):
-    """The files that these models of the config are made of: their own, which jobs load by name, and what they import."""
-    return code(*(model_kind(MODELS, model).file for model in models))
+    """The files of these models of the config, which jobs load by name."""
+    return [model_kind(MODELS, model).file for model in models]
 
 
 def solver_code():
-    """The files that the config's solver is made of: its own, which jobs load by name, and what it imports."""
-    return code(kind(SOLVERS, config["scattering"]["solver"]).file)
+    """The file of the config's solver, which jobs load by name."""
+    return [kind(SOLVERS, config["scattering"]["solver"]).file]
 
 
 def trained_targets(model):

@@ -8,7 +8,6 @@ rule image:
     input:
         field=lambda w: for_images(f"{FIELDS}/scattering/{w.target}.zarr"),
         mesh=lambda w: f"{FIELDS}/mesh/{w.target}.json" if w.target in MESHED else [],
-        code=code("imaging/job_image.py") + imager_code(),
     output:
         directory(f"{RESULTS}/imaging/{{target}}/clean.zarr"),
     log:
@@ -21,6 +20,7 @@ rule image:
     resources:
         mem_mb=lambda w: image_megabytes(1),
     params:
+        code=code("imaging/job_image.py", *imager_code()),
         settings=section(config, "imaging"),
     message:
         "imaging {wildcards.target}: form the clean images"
@@ -38,7 +38,6 @@ for number, snrs in enumerate(SNR_SETS, 1):
             f"noise{numbered(number, '_')}"
         input:
             field=lambda w: for_images(f"{FIELDS}/scattering/{w.target}.zarr"),
-            code=code("imaging/job_noise.py") + imager_code(),
         output:
             [directory(f"{{root}}/imaging/{{target}}/{snr}.zarr") for snr in snrs],
         log:
@@ -52,6 +51,7 @@ for number, snrs in enumerate(SNR_SETS, 1):
             mem_mb=lambda w: image_megabytes(config["noise"]["realizations"]),
             runtime=lambda w, attempt: 240 * attempt,  # minutes a cluster gives it, as its name may have a number
         params:
+            code=code("imaging/job_noise.py", *imager_code()),
             settings=lambda w: section(
                 SEEDED[w.root], "imaging", "noise.definition", "noise.per", "noise.realizations", "seed"
             ),
@@ -63,7 +63,6 @@ for number, snrs in enumerate(SNR_SETS, 1):
 
 rule pure_noise:
     input:
-        code=code("imaging/job_pure_noise.py") + imager_code(),
     output:
         directory(f"{{root}}/imaging/{PURE_NOISE}/clean.zarr"),
     log:
@@ -76,6 +75,7 @@ rule pure_noise:
     resources:
         mem_mb=lambda w: image_megabytes(1),
     params:
+        code=code("imaging/job_pure_noise.py", *imager_code()),
         settings=lambda w: section(SEEDED[w.root], "aspect", "imaging", "radar", "seed"),
     message:
         "imaging: form images of noise alone"

@@ -9,8 +9,6 @@
 rule train:
     input:
         stores=training_stores,
-        code=code("learning/job_train.py"),
-        model_code=lambda w: model_code(w.model),
     output:
         model=directory("{root}/learning/models/{run}/{model}"),
     log:
@@ -25,6 +23,7 @@ rule train:
     resources:
         mem_mb=lambda w: megabytes_of(w.run, w.model),
     params:
+        code=lambda w: code("learning/job_train.py", *model_code(w.model)),
         settings=lambda w: section(SEEDED[w.root], f"learning.models.{w.model}", "seed")
         | of_targets(trained_targets(w.model))
         | {"run": section(RUNS_OF[w.root][w.run], *experiments.LEARNED)},
@@ -45,8 +44,6 @@ for number, snrs in enumerate(SNR_SETS, 1):
                 f"{w.root}/imaging/{{target}}/{{snr}}.zarr", target=tested_targets(w.run), snr=snrs
             ),
             model=rules.train.output.model,
-            code=code("learning/job_predict.py"),
-            model_code=rules.train.input.model_code,
         output:
             tables=expand("{{root}}/learning/predictions/{{run}}/{{model}}/{snr}.csv", snr=snrs),
         log:
@@ -60,6 +57,7 @@ for number, snrs in enumerate(SNR_SETS, 1):
             mem_mb=lambda w: megabytes_of(w.run, w.model),
             runtime=lambda w, attempt: 240 * attempt,  # minutes a cluster gives it, as its name may have a number
         params:
+            code=lambda w: code("learning/job_predict.py", *model_code(w.model)),
             settings=lambda w: of_targets(tested_targets(w.run))
             | {"is_open": RUNS[w.run]["open"], "realizations": tested_realizations()},
         message:
@@ -75,8 +73,6 @@ rule reconstruct:
             f"{RESULTS}/imaging/{{target}}/{{snr}}.zarr", target=[*KNOWN, *UNKNOWN], snr=["clean", *DECODED_SNRS]
         ),
         model=f"{RESULTS}/learning/models/{{run}}/{{model}}",
-        code=code("learning/job_reconstruct.py"),
-        model_code=rules.train.input.model_code,
     output:
         reconstructions=directory(f"{RESULTS}/learning/reconstructions/{{run}}/{{model}}.zarr"),
     log:
@@ -89,6 +85,7 @@ rule reconstruct:
     resources:
         mem_mb=1000,
     params:
+        code=lambda w: code("learning/job_reconstruct.py", *model_code(w.model)),
         settings=of_targets([*KNOWN, *UNKNOWN]),
     message:
         "reconstruct {wildcards.run}/{wildcards.model}: some images and what it makes of them"
@@ -100,8 +97,6 @@ rule timing:
     input:
         stores=expand(f"{RESULTS}/imaging/{{target}}/clean.zarr", target=KNOWN),
         models=expand(f"{RESULTS}/learning/models/{{fitted}}", fitted=TIMED),
-        code=code("learning/job_timing.py"),
-        model_code=model_code(*{fitted.split("/")[1] for fitted in FITTED}),
     output:
         times=report(
             f"{RESULTS}/learning/times.json",
@@ -122,6 +117,7 @@ rule timing:
     resources:
         mem_mb=max([megabytes_of(*fitted.split("/")) for fitted in TIMED], default=1000),
     params:
+        code=code("learning/job_timing.py", *model_code(*{fitted.split("/")[1] for fitted in FITTED})),
         settings=of_targets(KNOWN),
     message:
         "timing of every model: alone on all cores"
@@ -132,7 +128,6 @@ rule timing:
 rule scores:
     input:
         predictions=expand("{{root}}/learning/predictions/{fitted}/{snr}.csv", fitted=FITTED, snr=SNRS),
-        code=code("learning/job_scores.py"),
     output:
         scores=report(
             "{root}/learning/scores.csv",
@@ -162,6 +157,7 @@ rule scores:
     resources:
         mem_mb=lambda w, threads: 500 + 500 * threads,
     params:
+        code=code("learning/job_scores.py"),
         settings=lambda w: section(SEEDED[w.root], "learning.kept", "noise.definition", "seed")
         | {
             "runs": {
@@ -180,7 +176,6 @@ rule scores:
 rule seeds:
     input:
         scores=expand("{root}/learning/scores.csv", root=SEEDED),
-        code=code("learning/job_seeds.py"),
     output:
         report(
             f"{RESULTS}/learning/seeds.csv",
@@ -197,6 +192,8 @@ rule seeds:
     threads: 1
     resources:
         mem_mb=1000,
+    params:
+        code=code("learning/job_seeds.py"),
     message:
         f"seeds: scores over {len(SEEDED)} seeds"
     script:
@@ -207,7 +204,6 @@ rule seeds:
 rule export_hdf5:
     input:
         stores=expand(f"{RESULTS}/imaging/{{target}}/{{{{images}}}}.zarr", target=TARGETS),
-        code=code("learning/job_export.py"),
     output:
         f"{RESULTS}/learning/export/{{images}}.h5",
     log:
@@ -222,6 +218,7 @@ rule export_hdf5:
     resources:
         mem_mb=lambda w: 500 + 3 * len(TARGETS) * image_megabytes(config["noise"]["realizations"]),
     params:
+        code=code("learning/job_export.py"),
         settings=lambda w: section(config, "imaging.aperture", "learning.split", "seed") | of_targets(TARGETS),
     message:
         "export the images of all targets, {wildcards.images}: {output}"

@@ -6,7 +6,6 @@
 rule mesh:
     input:
         cad=lambda w: watched(config["targets"][w.target]["mesh"]),
-        code=code("mesh/job_mesh.py"),
     output:
         measures=report(
             f"{FIELDS}/mesh/{{target}}.json",
@@ -29,6 +28,7 @@ rule mesh:
     resources:
         mem_mb=4000,
     params:
+        code=code("mesh/job_mesh.py"),
         cad=lambda w: config["targets"][w.target]["mesh"],
         digest=lambda w: unwatched_digest(config["targets"][w.target]["mesh"]),
         settings=lambda w: {
@@ -51,8 +51,6 @@ rule mesh:
 rule check:
     input:
         cad=[watched(config["targets"][target]["mesh"]) for target in MESHED],
-        code=code("setup/job_check.py"),
-        solver_code=solver_code(),
     output:
         f"{RESULTS}/check.txt",
     log:
@@ -65,6 +63,7 @@ rule check:
     resources:
         mem_mb=4000,
     params:
+        code=code("setup/job_check.py", *solver_code()),
         settings=section(config, "aspect", "mesh", "radar", "scattering", "targets"),
         targets=sorted(MESHED),
         asked=time.time(),  # another one every time: who asks again wants to read it again

@@ -22,7 +22,7 @@ rule report:
         predictions=predictions_shown(),
         published=published("results", "prediction_times", "confusion", "galleries"),
         full_size=full_size_scores(),
-        code=code("report/job_report.py") + page_files() + imager_code() + solver_code(),
+        page_files=page_files(),
     output:
         # Not in Snakemake's own report: browsers do not open so large a page from within another.
         page=f"{RESULTS}/report/index.html",
@@ -52,6 +52,7 @@ rule report:
     resources:
         mem_mb=4000,
     params:
+        code=code("report/job_report.py", *imager_code(), *solver_code()),
         settings=section(config, *config),
         stated=page_names(MODELS),
     message:
@@ -73,8 +74,6 @@ rule thesis_page:
             for target, images in (thesis_images(config, RUNS) if images_are_made(config) else ())
         ],
         published=published("results", "prediction_times", "confusion", "settings"),
-        code=code("report/job_thesis.py"),
-        model_code=model_code(*{fitted.split("/")[1] for fitted in JUDGED}),
     output:
         page=directory(f"{RESULTS}/report/thesis"),
     log:
@@ -88,6 +87,7 @@ rule thesis_page:
         # A network classifies all of a target's images at an SNR.
         mem_mb=max([megabytes_of(*fitted.split("/")) for fitted in JUDGED], default=2000),
     params:
+        code=code("report/job_thesis.py", *model_code(*{fitted.split("/")[1] for fitted in JUDGED})),
         settings=section(config, *config),
         stated=page_names(MODELS),
     message:
@@ -102,7 +102,7 @@ rule compare:
         tables=lambda w: [table for root in compared().values() for table in judged_of(root)],
         over_seeds=rules.seeds.output if len(SEEDED) > 1 else [],
         validation=f"{RESULTS}/learning/validation.csv",
-        code=code("report/job_compare.py") + [in_repository("workflow/scripts/report/templates/side_by_side.html")],
+        template=in_repository("workflow/scripts/report/templates/side_by_side.html"),
     output:
         page=f"{RESULTS}/report/compare.html",
         table=f"{RESULTS}/report/compare.csv",
@@ -116,6 +116,7 @@ rule compare:
     resources:
         mem_mb=2000,
     params:
+        code=code("report/job_compare.py"),
         settings=lambda w: section(config, "learning.kept", "noise.definition", "seed") | {"roots": compared()},
     message:
         "compare: write {output.page} (progress in {log})"
@@ -131,9 +132,7 @@ rule rcs:
         references=[
             path for target in TARGETS for path in field_files.paths(config["targets"][target].get("reference", []))
         ],
-        code=code("report/job_rcs.py"),
         page_files=page_files(),
-        solver_code=solver_code(),
     output:
         page=f"{RESULTS}/rcs/index.html",
         samples=expand(f"{RESULTS}/rcs/{{target}}.csv", target=TARGETS),
@@ -149,6 +148,7 @@ rule rcs:
     resources:
         mem_mb=2000,
     params:
+        code=code("report/job_rcs.py", *solver_code()),
         settings=section(config, *config),
     message:
         "rcs: write {output.page} (progress in {log})"

@@ -10,8 +10,6 @@ rule solve:
     input:
         mesh=f"{FIELDS}/mesh/{{target}}-{{band}}.ply",
         measures=f"{FIELDS}/mesh/{{target}}.json",
-        code=code("scattering/job_solve.py"),
-        solver_code=solver_code(),
     output:
         directory(f"{FIELDS}/scattering/bands/{{target}}-{{band}}.zarr"),
     log:
@@ -28,6 +26,7 @@ rule solve:
         mem_mb=solve_megabytes,
         runtime=solve_minutes,
     params:
+        code=code("scattering/job_solve.py", *solver_code()),
         settings=lambda w: {
             **section(config, "aspect", "mesh.bands", "radar"),
             "scattering": method(w.target),
@@ -42,7 +41,6 @@ rule solve:
 rule scattering:
     input:
         bands=[f"{FIELDS}/scattering/bands/{{target}}-{band}.zarr" for band in BANDS],
-        code=code("scattering/job_scattering.py"),
     output:
         directory(f"{FIELDS}/scattering/{{target}}.zarr"),
     log:
@@ -58,6 +56,8 @@ rule scattering:
     threads: 1
     resources:
         mem_mb=1000,
+    params:
+        code=code("scattering/job_scattering.py"),
     message:
         "scattering {wildcards.target}: join the bands"
     script:
@@ -67,7 +67,6 @@ rule scattering:
 rule field:
     input:
         files=lambda w: field_files.files(config["targets"][w.target]["field"]),
-        code=code("scattering/job_field.py"),
     output:
         directory(f"{FIELDS}/scattering/{{target}}.zarr"),
     log:
@@ -84,6 +83,7 @@ rule field:
     resources:
         mem_mb=1000,
     params:
+        code=code("scattering/job_field.py"),
         settings=lambda w: section(config, "aspect", "radar")
         | section(config["targets"][w.target], "field", *{"symmetry"}.intersection(config["targets"][w.target])),
     message:
@@ -94,8 +94,6 @@ rule field:
 
 rule sphere:
     input:
-        code=code("scattering/job_sphere.py"),
-        solver_code=solver_code(),
     output:
         f"{FIELDS}/scattering/check/sphere.json",
     log:
@@ -110,6 +108,7 @@ rule sphere:
     resources:
         mem_mb=1000,
     params:
+        code=code("scattering/job_sphere.py", *solver_code()),
         settings=section(config, "mesh.edges_per_wavelength", "scattering"),
     message:
         "scattering: solve a sphere and compare it with the Mie series"

@@ -1,7 +1,8 @@
-"""Which files a script's result comes from: its own, and all modules that it imports, directly or not."""
+"""What code a script's result comes from: its own, and that of all modules that it imports, directly or not."""
 
 import ast
 import functools
+import hashlib
 from pathlib import Path
 
 from core.errors import InputError
@@ -23,16 +24,45 @@ def closure(script):
     return sorted(path.as_posix() for path in files)
 
 
+def digest(*scripts):
+    """A hash of the code in the closures of scripts, the same whatever their comments, docstrings and layout are."""
+    files = sorted({file for script in scripts for file in closure(script)})
+    return hashlib.sha256(repr([(file, _code(file)) for file in files]).encode()).hexdigest()
+
+
+@functools.cache
+def _code(file):
+    """The syntax tree of a file without docstrings, as text."""
+    tree = _tree(file)
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
+            first = node.body[0] if node.body else None
+            if isinstance(first, ast.Expr) and isinstance(getattr(first.value, "value", None), str):
+                del node.body[0]
+    return repr(_plain(tree))
+
+
+def _plain(node):
+    """A syntax tree as nested lists, without what not every version of Python has: fields that are empty."""
+    if isinstance(node, ast.AST):
+        fields = ((name, value) for name, value in ast.iter_fields(node) if name != "ctx" and value not in (None, []))
+        return [type(node).__name__, *([name, _plain(value)] for name, value in fields)]
+    return list(map(_plain, node)) if isinstance(node, list) else repr(node)
+
+
+def _tree(file):
+    try:
+        return ast.parse((SCRIPTS / file).read_bytes())
+    except (SyntaxError, ValueError) as error:
+        where = f"workflow/scripts/{Path(file).as_posix()}"
+        raise InputError(f"{where}, line {getattr(error, 'lineno', 1)}: not Python ({error}).") from None
+
+
 @functools.cache
 def _imported(file):
     """The files of the modules that a file imports, and of the packages that they are in."""
     names = set()
-    try:
-        tree = ast.parse((SCRIPTS / file).read_bytes())
-    except (SyntaxError, ValueError) as error:
-        where = f"workflow/scripts/{Path(file).as_posix()}"
-        raise InputError(f"{where}, line {getattr(error, 'lineno', 1)}: not Python ({error}).") from None
-    for node in ast.walk(tree):
+    for node in ast.walk(_tree(file)):
         if isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
