@@ -9,6 +9,7 @@ from shapes_made import cube, save, sphere
 from core.errors import InputError
 from mesh import read, symmetry, topology
 from mesh.build import build, write
+from mesh.distance import samples
 from mesh.io import read_ply, write_ply
 from mesh.misses import hausdorff
 from mesh.repair import repair
@@ -110,6 +111,27 @@ def test_hausdorff_is_the_largest_distance_and_its_place():
 
 def test_unknowns_of_an_open_sheet_leave_out_its_rim():
     assert topology.unknowns(np.array([[0, 1, 2], [2, 1, 3]])) == 1
+
+
+@pytest.mark.parametrize("mirror", [[], ["xz", "xy"]])
+def test_open_round_walls_keep_their_radius(tmp_path, mirror):
+    """A tube with a flat ring at one end; with chords inside alone they are 0.4 to 1.5 % smaller."""
+    turn, here = 2 * np.pi * np.arange(96) / 96, np.arange(96)
+    profile = [(-0.3, 0.1), (0.3, 0.1), (0.3, 0.16)]
+    rings = [np.stack([0 * turn + x, r * np.cos(turn), r * np.sin(turn)], axis=1) for x, r in profile]
+    quads = np.concatenate([np.stack([n, np.roll(n, -1), np.roll(n, -1) + 96, n + 96], 1) for n in (here, here + 96)])
+    source = np.concatenate(rings), np.concatenate([quads[:, :3], quads[:, [0, 2, 3]]])
+    (mesh,), measures = build(save(tmp_path / "tube.ply", *source), {"symmetry": mirror}, MESH, RADAR)
+    wall = mesh[1][np.abs(topology.shape(mesh[0][mesh[1]])[0][:, 0]) < 0.5]
+    points, area, _ = samples(mesh[0], wall, 0.003)
+    assert np.average(np.hypot(*points.T[1:]), weights=area) == pytest.approx(0.1, rel=2e-3)
+    ends = mesh[0][topology.rims(mesh[1])[0]]
+    for x, wanted in ((-0.3, 0.1), (0.3, 0.16)):
+        start, stop = ends[np.abs(ends[:, 0, 0] - x) < 1e-6].transpose(1, 0, 2)
+        along = start + np.linspace(0, 1, 11)[:, None, None] * (stop - start)
+        assert np.hypot(*along.T[1:]).mean() == pytest.approx(wanted, rel=2e-3)
+        assert np.abs(along[:, :, 0] - x).max() < 1e-6
+    assert measures["bands"][0]["area"]["after"] == pytest.approx(topology.areas(*source).sum(), rel=5e-3)
 
 
 @pytest.mark.parametrize("axis", [0, 1])

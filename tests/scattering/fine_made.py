@@ -58,6 +58,20 @@ def graded_disc(radius, count):
     return sheet((ring / count)[:, None] * way, radius * np.sin(np.pi / 2 * ring / count)[:, None] * way)
 
 
+def revolved(profile, count):
+    """An open surface: a `profile` of points (x, radius) turned about the x axis, in `count` sides."""
+    turn = 2 * np.pi * np.arange(count) / count
+    vertices = np.concatenate([np.stack([0 * turn + x, r * np.cos(turn), r * np.sin(turn)], 1) for x, r in profile])
+    here = np.arange(len(vertices)).reshape(-1, count)
+    there = np.roll(here, -1, axis=1)
+    quads = np.stack([here[:-1], there[:-1], there[1:], here[1:]], axis=-1).reshape(-1, 4)
+    return vertices, np.concatenate([quads[:, :3], quads[:, [0, 2, 3]]])
+
+
+OPEN = {  # without thickness
+    "lips": revolved([(-0.12, 0.035), (-0.12, 0.02), (0.12, 0.02), (0.12, 0.035)], 48),
+    "pipe": revolved([(-0.1, 0.03), (0.1, 0.03)], 96),  # just wide enough for a wave to pass
+}
 WITHOUT_THICKNESS = {  # and a mesh of each that is graded towards its border by construction
     "sheet": (sheet(0.085 * np.array([(-1, -1), (1, -1), (1, 1), (-1, 1.0)])), graded_square(0.17, 20)),
     "disc": (graded_disc(0.085, 16), graded_disc(0.085, 12)),
@@ -69,6 +83,7 @@ SHAPES = {
     "duct": (tube(0.03, 0.001, 0.12, 96), ["xz", "xy"]),
     "plate": ((cube()[0] * [0.2, 0.15, WAVELENGTH / 100], cube()[1]), ["xz", "xy"]),
     "rod": (rod(WAVELENGTH / 100, 0.15), []),
+    **{name: (shape, ["xz", "xy", "yz"]) for name, shape in OPEN.items()},
     **{name: (shape, []) for name, (shape, _) in WITHOUT_THICKNESS.items()},
 }
 

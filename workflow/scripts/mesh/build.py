@@ -19,7 +19,7 @@ from mesh.measures import describe, size, warnings
 from mesh.misses import GOAL, Followed, farthest
 from mesh.progress import begin, say
 from mesh.read import check_size, in_metres, read_cad
-from mesh.remesh import P99, P99_LIMIT, Size, fitting, remesh, restore_volume
+from mesh.remesh import P99, P99_LIMIT, Size, fitting, remesh, restore_chords, restore_volume
 from mesh.repair import CLOSE, repair
 from mesh.resolution import OF_PIECE, check_resolution, wanted_edge, wanted_edges
 
@@ -82,7 +82,7 @@ def _half(surface, axes):
 
 
 def _whole(half, source, edge, axes):
-    """The mesh of a Source from that of its half, exactly symmetric; a closed target keeps its volume."""
+    """The mesh of a Source from that of its half, exactly symmetric, its chords not all inside round walls."""
     (vertices, triangles), surface, volume = half, source[:2], source.measures["volume"]
     if volume is not None:
         volume /= 2 ** len(axes)  # mirror planes go through the origin: closing the part there would add no volume
@@ -92,6 +92,8 @@ def _whole(half, source, edge, axes):
             vertices, triangles = fitting(vertices, triangles, Size(edge), None, axes, P99 * P99 / longest)
             restored = restore_volume(vertices, triangles, surface, volume, edge, axes)
         vertices = restored
+    else:
+        vertices = restore_chords(vertices, triangles, surface, edge, axes)
     for axis in axes:
         vertices, triangles = symmetry.with_mirror(vertices, triangles, axis)
     return vertices, triangles

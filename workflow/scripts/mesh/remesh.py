@@ -40,6 +40,8 @@ CANCELLED = 0.2  # of the volumes that one side gains and the other loses: a tub
 ON, STIFF = 1e-6, 1e3  # of its size: a face so near the source lies on it, and counts so many times to stay there
 GAIN = 0.7  # of the goal for the area: what noses may gain
 BLUNT = 0.03, 0.06, 0.1, 0.2, 0.4, 1e3  # what noses are tried with: from all the way ahead to none
+BORDER_SAG = 2 / 3  # of what the middle of an edge is off a curved border: likewise
+WAYS = 1, 0.8, 0.6, 0.4, 0.2  # shares that are tried of what an open surface's chords ask for
 NO_LOSS = 1e-4  # of the volume: so little need not be restored, and flat faces stay where they are
 
 
@@ -217,11 +219,7 @@ def narrowed(vertices, triangles, size, ground, axes):
     The current along a border grows towards it without end: what wide triangles there miss of it is most of the error
     of a plate without thickness. Borders in the mirror planes `axes` are not open.
     """
-    borders, owner, _ = topology.rims(triangles)
-    for axis in axes:
-        beside = vertices[:, axis] != 0
-        is_open = beside[borders].any(axis=1) | ~beside[triangles[owner]].any(axis=1)
-        borders, owner = borders[is_open], owner[is_open]
+    borders = _borders(vertices, triangles, axes)[0]
     for _ in range(SETTLE if len(borders) else 0):
         tree, wanted, ends = igl.AABB(), size(vertices), topology.edges(triangles).ends
         tree.init(vertices, np.ascontiguousarray(borders))
@@ -230,6 +228,16 @@ def narrowed(vertices, triangles, size, ground, axes):
         vertices = relax(vertices, triangles, narrow, ground, SLOW, P99 * wanted[ends].mean(axis=1))
         triangles = flip(vertices, triangles, wanted, DEVIATION, axes)
     return vertices, triangles
+
+
+def _borders(vertices, triangles, axes):
+    """Edges with one triangle, (R, 2), and that triangle, (R,), but for those in the mirror planes `axes`."""
+    borders, owner, _ = topology.rims(triangles)
+    for axis in axes:
+        beside = vertices[:, axis] != 0
+        is_open = beside[borders].any(axis=1) | ~beside[triangles[owner]].any(axis=1)
+        borders, owner = borders[is_open], owner[is_open]
+    return borders, owner
 
 
 def lift_chords(vertices, triangles, source, axis):
@@ -264,16 +272,51 @@ def restore_volume(vertices, triangles, source, volume, edge, axes):
     corners = vertices[triangles]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])  # twice the area long
     depth = -distances(corners.mean(axis=1), *source, signed=True)
-    abouts = [_about(vertices, triangles, of, normal, axes) for of in (_own_depth(depth, corners, source), depth)]
+    abouts = [_about(vertices, triangles, of, normal, axes) for of in (_own_depth(corners, source, depth), depth)]
     area = (1 + GAIN * GOAL[1]) * topology.areas(*source).sum() / 2 ** len(axes)
     longest = max(P99 * edge, np.percentile(topology.edge_lengths(vertices, triangles), 99))
     for blunt in BLUNT:
         restored = _restored(vertices, triangles, abouts, volume, blunt)
-        kept = topology.areas(restored, triangles).sum() <= area
-        kept &= np.percentile(topology.edge_lengths(restored, triangles), 99) <= longest
-        if kept and not len(crossings(restored, triangles)):
+        if _is_sound(restored, triangles, area, longest):
             break
     return restored
+
+
+def restore_chords(vertices, triangles, source, edge, axes):
+    """Vertices of an open mesh moved so that chords are inside and outside the `source` (vertices, triangles) alike.
+
+    What `restore_volume` does, with the same arguments, where there is no volume: faces ask for what they are off along
+    their normals, and edges of open borders for what they are off in the planes of their faces. All of it is done as
+    far as the goal for the area, the length of edges and other walls allow.
+    """
+    corners = vertices[triangles]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    of_faces = _about(vertices, triangles, _own_depth(corners, source), normal, axes)
+    borders, owner = _borders(vertices, triangles, axes)
+    ground, middle = Ground(*source), vertices[borders].mean(axis=1)
+    along = vertices[borders[:, 1]] - vertices[borders[:, 0]]
+    out = np.cross(along, ground.normal[ground.distance(middle)[1]])  # about as long as the edge
+    out *= np.sign((out * (middle - corners[owner].mean(axis=1))).sum(axis=1))[:, None]
+    away = ((ground.on_line(middle) - middle) * out).sum(axis=1) / np.linalg.norm(along, axis=1)
+    ends = np.concatenate([borders[:, [0, 0, 1]], borders[:, [0, 1, 1]]])  # as triangles, for both ends alike
+    of_borders = _about(vertices, ends, np.tile(away, 2), np.tile(out, (2, 1)), axes)
+    step = SAG * _push(of_faces, BLUNT[0])[0]
+    out = of_borders.area / np.maximum(np.linalg.norm(of_borders.area, axis=1), np.finfo(float).tiny)[:, None]
+    step += BORDER_SAG * _push(of_borders, BLUNT[0])[0] - (step * out).sum(axis=1)[:, None] * out  # tilted faces' part
+    area = (1 + GOAL[1]) * topology.areas(*source).sum() / 2 ** len(axes)
+    longest = max(P99 * edge, np.percentile(topology.edge_lengths(vertices, triangles), 99))
+    for way in WAYS:
+        restored = vertices + way * step
+        if _is_sound(restored, triangles, area, longest):
+            return restored
+    return vertices
+
+
+def _is_sound(vertices, triangles, area, longest):
+    """Whether a mesh has at most `area` m^2, 99 % of its edges at most `longest` metres, and does not cross itself."""
+    kept = topology.areas(vertices, triangles).sum() <= area
+    kept &= np.percentile(topology.edge_lengths(vertices, triangles), 99) <= longest
+    return kept and not len(crossings(vertices, triangles))
 
 
 def _restored(vertices, triangles, abouts, volume, blunt):
@@ -324,11 +367,11 @@ def _about(vertices, triangles, depth, normal, axes):
     around = topology.gathered(triangles, np.repeat(of_face[:, None], 3, axis=1), len(vertices))
     around[:, 1:22] /= np.maximum(around[:, :1], np.finfo(float).tiny)
     mean, square, matrix = around[:, 1:4], around[:, 4:13].reshape(-1, 3, 3), around[:, 13:22].reshape(-1, 3, 3)
-    missing = mean - (square @ mean[:, :, None])[:, :, 0]
+    missing, area = mean - (square @ mean[:, :, None])[:, :, 0], around[:, 22:]
     for axis in axes:
         held = vertices[:, axis] == 0
-        mean[held, axis], missing[held] = 0.0, 0.0
-    return About(mean, missing, matrix, around[:, 22:])
+        mean[held, axis], missing[held], area[held, axis] = 0.0, 0.0, 0.0
+    return About(mean, missing, matrix, area)
 
 
 def _push(about, blunt):
@@ -341,15 +384,18 @@ def _push(about, blunt):
     return push, (push * about.area).sum(axis=1) < 0
 
 
-def _own_depth(depth, corners, source):
-    """The `depth` (T,) of triangles' centres (corners (T, 3, 3)), from the wall of their side where another is nearer.
+def _own_depth(corners, source, depth=None):
+    """How far the centres of triangles (corners (T, 3, 3)) are beneath the wall of their side of the `source`, (T,).
 
-    source: the closed surface (vertices, triangles).
+    source: the surface (vertices, triangles). depth: how far beneath the nearest wall, (T,), if that is known, as it is
+    of a closed surface: it stays where the nearest wall is of their side.
     """
-    ground, depth = Ground(*source), depth.copy()
-    points, normal = corners.mean(axis=1), topology.shape(corners)[0]
+    ground, points, normal = Ground(*source), corners.mean(axis=1), topology.shape(corners)[0]
     apart, face = ground.distance(points)
-    other = np.flatnonzero((ground.normal[face] * normal).sum(axis=1) < SAME_SIDE)
+    other = np.arange(len(points))
+    if depth is not None:
+        other = np.flatnonzero((ground.normal[face] * normal).sum(axis=1) < SAME_SIDE)
+    depth = np.zeros(len(points)) if depth is None else depth.copy()
     place = ground.nearest(points[other], normal[other], OTHER_SIDE * apart[other])
     found = np.isfinite(place[:, 0])
     depth[other[found]] = ((place - points[other]) * normal[other]).sum(axis=1)[found]

@@ -244,4 +244,5 @@ def triple(triangles, size):
 def gathered(names, values, size):
     """Sums of values (N, K, D) over the places where names (N, K) have each number below `size`, (size, D)."""
     names, values = names.ravel(), values.reshape(-1, values.shape[-1])
-    return np.stack([np.bincount(names, column, minlength=size) for column in values.T], axis=1)
+    # Of no places at all np.bincount makes whole numbers.
+    return np.stack([np.bincount(names, column, minlength=size) for column in values.T], axis=1, dtype=float)
