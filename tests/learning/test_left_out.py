@@ -15,10 +15,9 @@ from learning.split import LEFT_OUT
 KINDS = {
     "knn": {"k": 1},
     "matched_filter": {},
-    "adaptive_filter": {"loading": 0.1},
     "likelihood": {"candidates": 3, "mismatch": 0.03},
 }
-OF_TEMPLATES = ("templates_", "references_", "aspects_", "squared_norms_", "sizes_")
+OF_TEMPLATES = ("templates_", "references_", "aspects_", "squared_norms_")
 
 
 def library(count=40):

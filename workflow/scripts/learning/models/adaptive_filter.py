@@ -16,7 +16,8 @@ class Model(Classifier):
     have in common, so that the templates are compared in what tells them apart, and the noise as the window colours it.
     There is one S for each SNR that was trained at. Which of them an image gets follows from the image itself: the one
     under which it is likeliest, up to an unknown amplitude (complex angular central Gaussian, Kent 1997).
-    Templates are the training images with the least noise.
+    Templates are the training images with the least noise. None is left out for a threshold, as a training image's own
+    noise is in S.
     Scores are the roots of the largest coherence with each class, 0 to 1. Confidence score: `coherence`, the largest of
     a known class. templates_: (pixels, templates), complex64, conjugate, grouped by class; starts_: (classes,), each
     class's first; inverses_: (SNRs, pixels, pixels), the S^-1, and volumes_ (SNRs,) the log det S; sizes_:
@@ -34,7 +35,6 @@ class Model(Classifier):
     }
     by_snr = True
     covariances = True
-    leaves_out = True
 
     def fit(self, images, labels, validation=None, snrs=None, views=None):
         x = unit_rows(images)
@@ -42,7 +42,7 @@ class Model(Classifier):
         clean = np.flatnonzero((snrs == cleanest(snrs)) | (snrs == ANY_SNR))
         order = clean[np.argsort(labels[clean], kind="stable")]
         self.classes_, self.starts_ = np.unique(labels[order], return_index=True)
-        templates, self.aspects_ = x[order], self._aspects(order)
+        templates = x[order]
         self.templates_ = np.ascontiguousarray(templates.conj().T)
         inverses, volumes, sizes = [], [], []
         for name in np.unique(snrs[labels != OTHER]):
@@ -58,7 +58,7 @@ class Model(Classifier):
         self.sizes_ = np.maximum(sizes, 1e-12).astype(np.float32)  # a zero template correlates with nothing
         return self
 
-    def evaluate(self, images, without=None):
+    def evaluate(self, images):
         x = unit_rows(images)
         white = np.stack([x @ inverse.T for inverse in self.inverses_])
         powers = np.einsum("sni,ni->sn", white, x.conj()).real
@@ -67,6 +67,6 @@ class Model(Classifier):
         likeliest, rows = costs.argmin(axis=0), np.arange(len(x))
         coherence = np.abs(white[likeliest, rows] @ self.templates_) / self.sizes_[likeliest]
         coherence /= np.sqrt(np.maximum(powers[likeliest, rows], 1e-30))[:, None]
-        scores = np.maximum.reduceat(self._masked(coherence, without, 0), self.starts_, axis=1)
+        scores = np.maximum.reduceat(coherence, self.starts_, axis=1)
         known = scores[:, self.classes_ != OTHER].max(axis=1)
         return Outcome(self.classes_[scores.argmax(axis=1)], scores, {"coherence": known})
