@@ -48,12 +48,6 @@ def inverse(r):
     return jnp.where(r > TINY, 1 / jnp.maximum(r, r.dtype.type(TINY)), 0)
 
 
-def by_points(tile):
-    """A (3 U, 3 V) tile between the three points of triangles as a 3 x 3 list of (U, V)."""
-    u, v = tile.shape[0] // 3, tile.shape[1] // 3
-    return [[tile[a * u : (a + 1) * u, b * v : (b + 1) * v] for b in range(3)] for a in range(3)]
-
-
 @jax.jit
 def distances(p, q):
     """R between two sets of points, (3, P, ...) and (3, Q, ...): (P, Q, ...)."""
