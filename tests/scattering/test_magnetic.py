@@ -41,9 +41,7 @@ def general(size, dtype, block, kind=GeneralMatrix, seed=0):
 def test_factorization_solves(dtype, bound, block):
     a, matrix = general(201, dtype, block)
     left, right = np.random.default_rng(1).normal(size=(2, 201, 5)).astype(dtype)
-    rows, cols = np.array([5, 40, 200]), np.array([5, 180, 0])
-    matrix.add(rows, cols, np.array([1.0, 2.0, 3.0j]))
-    a[rows, cols] += [1.0, 2.0, 3.0j]
+    rows = np.array([5, 40, 200])
     assert np.allclose(matrix.rows(rows), a[rows], rtol=1e-6)
     matrix.factorize()
     truth = np.linalg.solve(a, right)

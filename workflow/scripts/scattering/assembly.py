@@ -6,8 +6,9 @@ Galerkin's method with exp(+j omega t) on an integral equation of `operators`; o
 
 (Harrington, Field Computation by Moment Methods, ch. 3; Rao, Wilton, Glisson 1982, eq. 17). Every tile is first
 integrated between half functions with three points a triangle, which is corrected for triangles that are near each
-other as the operator integrates them anew, then gathered into RWG functions (see `kernels`). For mirror planes the sources are also taken at their images; the
-sums with the characters of the group give one matrix per parity (see `basis`).
+other as the operator integrates them anew, then gathered into RWG functions (see `kernels`). For mirror planes the
+sources are also taken at their images; the sums with the characters of the group give one matrix per parity (see
+`basis`).
 """
 
 from dataclasses import dataclass, replace
@@ -95,7 +96,11 @@ class Entries:
             begins.append(before + np.searchsorted(pairs[:, 0], np.arange(count + 1)))
             sources.append(pairs[:, 1])
             before += len(pairs)
-        return np.array(begins), np.concatenate(sources), np.concatenate([values.real, values.imag], 1).astype(self.real)
+        return (
+            np.array(begins),
+            np.concatenate(sources),
+            np.concatenate([values.real, values.imag], 1).astype(self.real),
+        )
 
     def place(self, block):
         """What a tile reads of a Block's triangles and functions, as its rows and as its columns; and its spans."""
@@ -103,9 +108,7 @@ class Entries:
 
     def between(self, row, col):
         """For each parity the tile between two placed Blocks, (rows, cols)."""
-        shapes = [
-            (a.stop - a.start, b.stop - b.start) for a, b in zip(row.spans, col.spans, strict=True)
-        ]
+        shapes = [(a.stop - a.start, b.stop - b.start) for a, b in zip(row.spans, col.spans, strict=True)]
         ends = np.cumsum([0, *(rows * cols for rows, cols in shapes)]).tolist()
         out = np.zeros(2 * ends[-1], self.real)
         combined = self.operator.ALPHA != 1
@@ -134,7 +137,10 @@ def assemble(entries, matrices, threads=1, progress=lambda done: None):
             matrix.put(rows.start, cols.start, block)
 
     with Pool(threads) as pool:
-        tasks = [[pool.submit(store, row, col) for col in (placed[: i + 1] if symmetric else placed)] for i, row in enumerate(placed)]
+        tasks = [
+            [pool.submit(store, row, col) for col in (placed[: i + 1] if symmetric else placed)]
+            for i, row in enumerate(placed)
+        ]
         for i, of_row in enumerate(tasks):
             pool.wait(of_row)
             progress(((i + 1) / len(placed)) ** (2 if symmetric else 1))

@@ -15,8 +15,8 @@ def _fit(function, degree):
 
 
 # Of full turns t. The libraries' own functions reduce any argument exactly, which is not needed here and costs more.
-_COS = {4: _fit(lambda t: np.cos(2 * np.pi * t), 6), 8: _fit(lambda t: np.cos(2 * np.pi * t), 11)}
-_SIN = {4: _fit(lambda t: np.sin(2 * np.pi * t) / t, 6), 8: _fit(lambda t: np.sin(2 * np.pi * t) / t, 11)}
+COS = {4: _fit(lambda t: np.cos(2 * np.pi * t), 6), 8: _fit(lambda t: np.cos(2 * np.pi * t), 11)}
+SIN = {4: _fit(lambda t: np.sin(2 * np.pi * t) / t, 6), 8: _fit(lambda t: np.sin(2 * np.pi * t) / t, 11)}
 
 
 def _horner(coefficients, x):
@@ -34,13 +34,13 @@ def _turns(x):
 def cosine(x):
     """cos(x), to the rounding of x."""
     t = _turns(x)
-    return _horner(_COS[x.dtype.itemsize], t * t)
+    return _horner(COS[x.dtype.itemsize], t * t)
 
 
 def sine(x):
     """sin(x), to the rounding of x."""
     t = _turns(x)
-    return t * _horner(_SIN[x.dtype.itemsize], t * t)
+    return t * _horner(SIN[x.dtype.itemsize], t * t)
 
 
 def inverse(r):

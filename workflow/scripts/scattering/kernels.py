@@ -12,9 +12,9 @@ compiled one is told from its own file's state.
 import numpy as np
 from numba import config, njit, types
 from numba.extending import overload
-from numpy.polynomial import Chebyshev, Polynomial
 
 from core.compiled import folder
+from scattering.kernel import COS, SIN
 from scattering.quadrature import RULES
 
 TILE = 384  # triangles that a tile holds, functions beyond its block's own included; or directions at once
@@ -27,15 +27,7 @@ NU, CORNERS, HALVES, SUMS, END = (n * TILE for n in (9, 18, 27, 45, 73))
 BY_COL, BY_NU, WEIGHTED, TOTAL = (SUMS + n * TILE for n in (0, 6, 12, 14))
 
 
-def _fit(function, degree):
-    """Polynomial in x = t^2, 0 <= x <= 1/4, of a function of t; twelve coefficients."""
-    x = (np.cos(np.pi * (np.arange(200) + 0.5) / 200) + 1) / 8
-    found = Chebyshev.fit(x, function(np.sqrt(x)), degree, domain=[0, 0.25]).convert(kind=Polynomial).coef
-    return np.pad(found, (0, 11 - degree))
-
-
-# Of full turns t. The libraries' own functions reduce any argument exactly, which is not needed here and costs more.
-_DEGREES = {types.float32: (np.float32, 6), types.float64: (np.float64, 11)}
+POINTS, WEIGHTS = RULES[7]
 
 
 def _cosine_sine(turns):
@@ -44,9 +36,9 @@ def _cosine_sine(turns):
 
 @overload(_cosine_sine, inline="always", jit_options={"fastmath": True})
 def _of_type(turns):
-    real, degree = _DEGREES[turns]
-    c = tuple(real(v) for v in _fit(lambda t: np.cos(2 * np.pi * t), degree))
-    s = tuple(real(v) for v in _fit(lambda t: np.sin(2 * np.pi * t) / t, degree))
+    real, size = (np.float32, 4) if turns == types.float32 else (np.float64, 8)
+    # Filled up with zeros, which the compiler leaves out.
+    c, s = (tuple(real(c) for c in np.pad(of[size], (0, 12 - len(of[size])))) for of in (COS, SIN))
     half = real(0.5)
 
     def of(turns):
@@ -158,7 +150,7 @@ def _magnetic(w, count, point, nu, center, normal, own, constants):
     """Add one field point's part to the sums from which half functions of m follow (see `operators.cfie`).
 
     With zeta'_j the height of corner v'_j above the field triangle and D = r - r', the integrand of m is
-    g (r - v_i) . [(r - v'_j) (n . (r' - c)) - D zeta'_j], where grad G = g (r - r'), g = -(1 + j k R) exp(-j k R) / R^3.
+    g (r - v_i) . [(r - v'_j) (n . (r' - c)) - D zeta'_j] with grad G = g (r - r'), g = -(1 + j k R) exp(-j k R) / R^3.
     own: (rho_a - nu_i) . rho_a of this a. A sum's rows: of tangential parts for each i, of normal ones for each i, of
     nu_a . (c - v'_j) times heights for each j, of g for each b, of heights; of both parts.
     """
@@ -305,7 +297,6 @@ def _scatter(out, real, imag, weight, width):
 
 # Rows of the work array for `excite`: u, the tested polarization, the phase of the centroid in turns, sums over a
 # triangle of the wave's phase factor and of that times rho . p, and what half functions make of it, (part, i).
-POINTS, WEIGHTS = RULES[7]
 TESTED, TURN, WAVE, OF_HALVES, OF_WAVES = (n * TILE for n in (3, 6, 7, 11, 17))
 
 
