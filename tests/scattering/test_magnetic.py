@@ -4,6 +4,7 @@ import jax.numpy as jnp
 import mie
 import numpy as np
 import pytest
+from scipy import sparse
 from scipy.integrate import dblquad
 from test_matrix import K
 from test_solve import AZIMUTH, ELEVATION, FREQUENCY, decibel, octasphere, sheet
@@ -161,7 +162,9 @@ def test_eigenvalues_of_a_small_sphere(monkeypatch):
     tangential = axis - surface.normals * (surface.normals @ axis)[:, None]
     halves = np.zeros((3 * len(surface.vertices), len(basis)))
     np.add.at(halves, (basis.halves.reshape(-1), np.repeat(np.arange(len(basis)), 2)), basis.signs.reshape(-1))
-    gram = halves.T @ cfie._gram(surface) @ halves
+    lengths = surface.lengths / 6
+    own = sparse.block_diag(cfie._gram(surface) * lengths[:, :, None] * lengths[:, None])
+    gram = halves.T @ own @ halves
     nu = surface.vertices.mean(1)[:, None] - surface.vertices
     for current, truth in ((tangential, 1 / 3), (np.cross(surface.normals, axis), 2 / 3)):
         tested = np.einsum("tix,tx->ti", nu, current) * surface.lengths / 2
