@@ -257,6 +257,7 @@ class _System:
         The matrix is assembled anew, tile by tile, because its factors have taken its place.
         """
         entries = self.entries(np.complex128)
+        self.rows = entries.rows(self.probed)
         products = [Product(x, entries.operator.SYMMETRIC) for x in currents]
         assemble(entries, products)
         corrections = self._solve([b - p.result for b, p in zip(right, products, strict=True)])
