@@ -19,7 +19,7 @@ import pandas as pd
 from scattering.assembly import Entries, assemble
 from scattering.basis import fundamental_domain, rwg
 from scattering.factorization import SymmetricMatrix
-from scattering.farfield import excitation
+from scattering.farfield import Excitation
 from scattering.operators import efie
 
 K = 2 * np.pi  # wavelength 1 m
@@ -33,11 +33,11 @@ def ours(vertices, triangles):
         surface = fundamental_domain(vertices, triangles, [])
         bases = [rwg(surface, surface.parities[0])]
         matrix = SymmetricMatrix(len(bases[0]), np.complex64)
-        assemble(Entries(efie, surface, bases, K, efie.near_terms(surface), np.complex64), [matrix])
+        assemble(Entries(efie, surface, bases, K, efie.near_terms(surface), np.complex64), [matrix], os.cpu_count())
         times.append(time.perf_counter() - start)
     start = time.perf_counter()
     matrix.factorize(os.cpu_count())
-    wave = excitation(surface, bases, K, np.array([[0.0, 0, 1]]), np.array([[1.0, 0, 0]]), np.complex64)[0]
+    wave = Excitation(surface, bases, np.complex64)(K, np.array([[0.0, 0, 1]]), np.array([[1.0, 0, 0]]))[0]
     amplitude = -matrix.between(wave, wave, [slice(0, 1)], os.cpu_count())[0][0, 0]
     return {
         "unknowns": len(bases[0]),

@@ -28,7 +28,7 @@ from core.sweep import C0, Sweep
 from mesh.io import read_ply
 from scattering.assembly import Entries
 from scattering.basis import fundamental_domain, rwg
-from scattering.farfield import excitation
+from scattering.farfield import Excitation
 from scattering.lowrank import LowRankMatrix
 from scattering.operators import efie
 from scattering.plan import planned
@@ -124,7 +124,7 @@ def of_large_sphere(unknowns, threads):
     # Receivers in the plane of travel and along, with both polarizations; two waves that come from -travel.
     u = np.concatenate([cos * travel + sin * along] * 2 + [-travel[None]] * 2)
     waves = np.concatenate([cos * along - sin * travel, np.tile(across, (360, 1)), [along, across]])
-    right = excitation(surface, bases, K, u, waves, np.complex64)[0]
+    right = Excitation(surface, bases, np.complex64)(K, u, waves, threads=threads)[0]
     between = -matrix.between(right, right, [slice(0, len(u))], threads)[0]
     residual = _residual(rows, numbers, right[:, -2:], matrix.solve(right[:, -2:], threads))
     done = time.perf_counter()

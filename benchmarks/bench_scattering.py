@@ -22,7 +22,7 @@ import threadpoolctl
 from scattering.assembly import Entries, assemble
 from scattering.basis import fundamental_domain, rwg
 from scattering.factorization import SymmetricMatrix
-from scattering.farfield import excitation
+from scattering.farfield import Excitation
 from scattering.operators import efie
 from scattering.sampling import sample
 
@@ -90,9 +90,12 @@ def measure(count, planes, threads):
     held = psutil.Process().memory_info().rss
     row["near_pairs_s"], near = seconds(lambda: efie.near_terms(surface))
     system = matrices()
-    row["assembly_s"], _ = seconds(lambda: assemble(Entries(efie, surface, bases, k, near, np.complex64), system))
+    row["assembly_s"], _ = seconds(
+        lambda: assemble(Entries(efie, surface, bases, k, near, np.complex64), system, threads)
+    )
     samples = sample(surface, k, ELEVATION, AZIMUTH, np.complex64)
-    few = excitation(surface, bases, k, samples.u[:4], samples.polarizations["V"][:4], np.complex64)
+    excitation = Excitation(surface, bases, np.complex64)
+    few = excitation(k, samples.u[:4], samples.polarizations["V"][:4])
     probed = np.linspace(0, len(bases[0]) - 1, 128).astype(int)
     probe = system[0].rows(probed)
 
@@ -101,9 +104,7 @@ def measure(count, planes, threads):
 
     row["factorization_s"], _ = seconds(lambda: [matrix.factorize(threads) for matrix in system])
     row["sampled"] = len(samples.u)
-    row["excitation_s"], waves = seconds(
-        lambda: excitation(surface, bases, k, samples.u, samples.polarizations["V"], np.complex64)
-    )
+    row["excitation_s"], waves = seconds(lambda: excitation(k, samples.u, samples.polarizations["V"], threads=threads))
     row["directions_s"], _ = seconds(
         lambda: [matrix.between(wave, wave, samples.rings, threads) for matrix, wave in zip(system, waves, strict=True)]
     )
@@ -116,7 +117,7 @@ def measure(count, planes, threads):
     if planes == "none" and row["unknowns"] <= LARGEST_LU:
         del system[:], waves
         refilled = matrices()
-        assemble(Entries(efie, surface, bases, k, near, np.complex64), refilled)
+        assemble(Entries(efie, surface, bases, k, near, np.complex64), refilled, threads)
         full = refilled.pop().rows(np.arange(row["unknowns"]))
         with threadpoolctl.threadpool_limits(threads):
             row["scipy_lu_s"], lu = seconds(

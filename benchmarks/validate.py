@@ -25,7 +25,7 @@ from imaging.point_response import point_response
 from scattering.assembly import Entries, assemble
 from scattering.basis import fundamental_domain, rwg
 from scattering.factorization import GeneralMatrix, SymmetricMatrix
-from scattering.farfield import electric, excitation
+from scattering.farfield import Excitation
 from scattering.sampling import directions
 from scattering.solve import OPERATORS, solve
 
@@ -85,7 +85,7 @@ def resonance():
             assemble(Entries(operator, surface, bases, k, near[formulation], np.complex128), [stored])
             matrix = stored.rows(np.arange(len(bases[0])))
             received, excited = (
-                excitation(surface, bases, k, u, h, np.complex128, wave)[0] for wave in (electric, operator.excited)
+                Excitation(surface, bases, np.complex128)(k, u, h, alpha)[0] for alpha in (1, operator.ALPHA)
             )
             field = -(received.T @ np.linalg.solve(matrix, excited))[0, 0]
             error = decibel(field / mie.backscatter(k, radius))

@@ -4,6 +4,7 @@ import jax.numpy as jnp
 import mie
 import numpy as np
 import pytest
+from scipy import sparse
 from scipy.integrate import dblquad
 from test_matrix import K
 from test_solve import AZIMUTH, ELEVATION, FREQUENCY, decibel, octasphere, sheet
@@ -41,9 +42,7 @@ def general(size, dtype, block, kind=GeneralMatrix, seed=0):
 def test_factorization_solves(dtype, bound, block):
     a, matrix = general(201, dtype, block)
     left, right = np.random.default_rng(1).normal(size=(2, 201, 5)).astype(dtype)
-    rows, cols = np.array([5, 40, 200]), np.array([5, 180, 0])
-    matrix.add(rows, cols, np.array([1.0, 2.0, 3.0j]))
-    a[rows, cols] += [1.0, 2.0, 3.0j]
+    rows = np.array([5, 40, 200])
     assert np.allclose(matrix.rows(rows), a[rows], rtol=1e-6)
     matrix.factorize()
     truth = np.linalg.solve(a, right)
@@ -163,7 +162,9 @@ def test_eigenvalues_of_a_small_sphere(monkeypatch):
     tangential = axis - surface.normals * (surface.normals @ axis)[:, None]
     halves = np.zeros((3 * len(surface.vertices), len(basis)))
     np.add.at(halves, (basis.halves.reshape(-1), np.repeat(np.arange(len(basis)), 2)), basis.signs.reshape(-1))
-    gram = halves.T @ cfie._gram(surface) @ halves
+    lengths = surface.lengths / 6
+    own = sparse.block_diag(cfie._gram(surface) * lengths[:, :, None] * lengths[:, None])
+    gram = halves.T @ own @ halves
     nu = surface.vertices.mean(1)[:, None] - surface.vertices
     for current, truth in ((tangential, 1 / 3), (np.cross(surface.normals, axis), 2 / 3)):
         tested = np.einsum("tix,tx->ti", nu, current) * surface.lengths / 2

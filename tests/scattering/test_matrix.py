@@ -11,10 +11,11 @@ from scipy.integrate import dblquad
 from test_solve import octasphere
 
 from scattering import nearfield
-from scattering.assembly import TILE, TILE_FUNCTIONS, Entries, assemble, blocks_of
+from scattering.assembly import Entries, assemble, blocks_of
 from scattering.basis import fundamental_domain, rwg
-from scattering.factorization import SymmetricMatrix
+from scattering.factorization import GeneralMatrix, SymmetricMatrix
 from scattering.kernel import green_imag, green_real
+from scattering.kernels import TILE
 from scattering.operators import cfie, efie
 from scattering.quadrature import RULES, static_potentials
 
@@ -66,20 +67,6 @@ def test_bits_do_not_depend_on_threads():
         assert all(np.array_equal(x, y) for x, y in zip(results[0], other, strict=True))
 
 
-def test_added_entries_reach_both_sides_of_the_diagonal():
-    a = symmetric(90)
-    matrix = filled(a, np.complex128, 32)
-    rows, cols = np.array([5, 40, 40, 5, 89]), np.array([5, 5, 41, 40, 31])
-    matrix.add(rows, cols, np.arange(1, 6) + 0j)
-    a[5, 5] += 1
-    a[40, 5] += 2
-    a[5, 40] += 2  # the entry (5, 40) lies above the diagonal blocks: its mirror counts
-    a[40, 41] += 3
-    a[89, 31] += 5
-    a[31, 89] += 5
-    assert np.allclose(matrix.rows(np.array([5, 40, 89])), a[[5, 40, 89]])
-
-
 def test_static_potentials_agree_with_integration():
     triangle = np.array([[0.0, 0.0, 0.0], [1.0, 0.2, 0.1], [0.3, 0.9, -0.2]])
     edges = triangle[1] - triangle[0], triangle[2] - triangle[0]
@@ -109,6 +96,23 @@ def test_quadrature_is_exact_to_its_degree(count, degree):
             assert np.isclose((weights * points[:, 1] ** a * points[:, 2] ** b).sum(), exact, rtol=1e-12)
 
 
+def test_tiles_do_not_depend_on_threads_and_hold_what_rows_do():
+    """Rows are put together of other blocks: of chosen functions, on any triangles."""
+    surface = fundamental_domain(*octasphere(9, [0.6, 0.5, 0.4]), ["xz", "yz"])
+    bases = [rwg(surface, parity) for parity in surface.parities]
+    for operator, kind in ((efie, SymmetricMatrix), (cfie, GeneralMatrix)):
+        entries = Entries(operator, surface, bases, K, operator.near_terms(surface), np.complex64)
+        found = []
+        for threads in (1, 3):
+            matrices = [kind(len(basis), np.complex64) for basis in bases]
+            assemble(entries, matrices, threads)
+            found.append([matrix.rows(np.arange(len(basis))) for matrix, basis in zip(matrices, bases, strict=True)])
+        numbers = [np.arange(0, len(basis), 7) for basis in bases]
+        for one, other, rows, own in zip(*found, entries.rows(numbers), numbers, strict=True):
+            assert np.array_equal(one, other)
+            assert np.abs(rows - one[own]).max() < 1e-6 * np.abs(one).max()
+
+
 def test_blocks_hold_every_function_once():
     surface = fundamental_domain(*octasphere(14, [1.0, 0.8, 0.9]), ["xz"])
     bases = [rwg(surface, parity) for parity in surface.parities]
@@ -118,8 +122,8 @@ def test_blocks_hold_every_function_once():
         assert [b.spans[p].start for b in blocks[1:]] == [b.spans[p].stop for b in blocks[:-1]]
         assert (blocks[0].spans[p].start, blocks[-1].spans[p].stop) == (0, len(basis))
     for block in blocks:
-        assert block.triangles.shape == (TILE,)
-        assert block.halves.shape == (2, TILE_FUNCTIONS, 2)
+        assert len(block.triangles) <= TILE
+        assert [len(halves) for halves in block.halves] == [span.stop - span.start for span in block.spans]
 
 
 def test_blocks_are_compact_patches_or_parts_of_them(monkeypatch):

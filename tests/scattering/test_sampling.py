@@ -9,7 +9,7 @@ from test_solve import octasphere
 
 from scattering import sampling
 from scattering.basis import fundamental_domain, rwg
-from scattering.farfield import excitation
+from scattering.farfield import Excitation
 from scattering.solve import solve
 
 K = 2 * np.pi  # wavelength 1 m
@@ -31,12 +31,12 @@ def test_excitation_follows_from_the_samples(ellipsoid, symmetry, dtype):
     assert len(samples.u) < 0.5 * len(ELEVATION) * len(AZIMUTH) / 2 ** len(symmetry)
     u, *waves = (x.reshape(-1, 3) for x in sampling.directions(ELEVATION, AZIMUTH))
     for letter, wave in zip("VH", waves, strict=True):
-        few = excitation(surface, bases, K, samples.u, samples.polarizations[letter], dtype)
-        whole = excitation(surface, bases, K, u, wave, dtype)
+        excitation = Excitation(surface, bases, dtype)
+        few, whole = excitation(K, samples.u, samples.polarizations[letter]), excitation(K, u, wave)
         for parity, (a, b) in enumerate(zip(few, whole, strict=True)):
             rings = zip(samples.rings, samples.weights, strict=True)
             follows = np.concatenate([a[:, ring] @ weights[letter][parity].T for ring, weights in rings], 1)
-            # The excitation itself is a power series over each triangle, good to 1e-5 at ten edges a wavelength.
+            # The excitation itself is that of seven points a triangle, good to 1e-5 at ten edges a wavelength.
             assert np.abs(follows - b).max() < 1e-5 * np.abs(whole[0]).max()
 
 

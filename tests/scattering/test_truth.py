@@ -15,7 +15,7 @@ from test_solve import ELEVATION, FREQUENCY, decibel, octasphere, sheet, weld
 from scattering.assembly import Entries, assemble
 from scattering.basis import fundamental_domain, rwg, unknowns
 from scattering.factorization import SymmetricMatrix
-from scattering.farfield import excitation
+from scattering.farfield import Excitation
 from scattering.operators import cfie, efie
 from scattering.sampling import sample
 from scattering.solve import solve
@@ -54,7 +54,7 @@ def pattern(vertices, triangles, travel, across):
     # A wave that comes from -travel, and receivers all around in the plane of travel and along.
     u = np.concatenate([cos * travel + sin * along] * 2 + [-travel[None]] * 2)
     waves = np.concatenate([cos * along - sin * travel, np.tile(across, (len(ANGLES), 1)), [along, across]])
-    v = excitation(surface, bases, K, u, waves, np.complex64)[0]
+    v = Excitation(surface, bases, np.complex64)(K, u, waves)[0]
     whole = -matrix.between(v, v, [slice(0, len(u))], 2)[0]
     n = len(ANGLES)
     return whole[:n, -2], whole[n : 2 * n, -1]

@@ -34,7 +34,7 @@ BY_NAME = {
     "solver_code": "scattering/solvers",
 }
 # Imports that an environment goes without: STEP files are an extra, and `check` asks a solver for its plan alone.
-WITHOUT = {stage: {"OCP"} for stage in STAGES} | {"mesh": {"OCP", "jax"}}
+WITHOUT = {stage: {"OCP"} for stage in STAGES} | {"mesh": {"OCP", "jax", "numba"}}
 UNSEEN = {"zarr"}  # xarray imports it where it opens a store
 
 

@@ -5,44 +5,37 @@ Galerkin's method with exp(+j omega t) on an integral equation of `operators`; o
     z_mn = int int [ f_m . f_n' - div f_m div f_n' / k^2 ] exp(-j k R) / R dS dS'          (m^3)
 
 (Harrington, Field Computation by Moment Methods, ch. 3; Rao, Wilton, Glisson 1982, eq. 17). Every tile is first
-integrated between half functions with three points a triangle, then gathered into RWG functions. Triangles that are
-near each other are integrated anew by the operator. For mirror planes the sources are also taken at their images; the
-sums with the characters of the group give one matrix per parity (see `basis`).
+integrated between half functions with three points a triangle, which is corrected for triangles that are near each
+other as the operator integrates them anew, then gathered into RWG functions (see `kernels`). For mirror planes the
+sources are also taken at their images; the sums with the characters of the group give one matrix per parity (see
+`basis`).
 """
 
-from collections import deque
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
-from types import SimpleNamespace
 
-import jax
-import jax.numpy as jnp
 import numpy as np
 
-from scattering import nearfield
-from scattering.kernel import distances, green_imag, green_real
-from scattering.quadrature import points_of
-
-# Triangles a tile holds, functions beyond its block's own included. Fixed, so that one compilation serves all.
-TILE = 384
-TILE_FUNCTIONS = 528
-UNDER_WAY = 8  # tiles that JAX may compute ahead
+from scattering.factorization import Pool
+from scattering.kernel import TINY
+from scattering.kernels import TILE, tile
+from scattering.quadrature import RULES
 
 
 @dataclass(frozen=True)
 class Block:
-    """The functions that begin on the triangles of a patch, padded to shapes that all blocks share.
+    """The functions that begin on the triangles of a patch, or others on no more than TILE triangles.
 
-    triangles: (TILE,) those that the functions touch, in any parity, padded with the number T
-    spans: (G,) slices of each parity's functions; halves: (G, TILE_FUNCTIONS, 2) i * TILE + place in `triangles`;
-    signs: (G, TILE_FUNCTIONS, 2), 0 where padded. Without these two it holds the 3 TILE half functions themselves.
+    triangles: (U,) those that the functions touch, in any parity; spans: (G,) slices of each parity's functions, or of
+    their numbers where they are chosen; halves: (G,) arrays (n, 2) of half functions TILE i + place in `triangles`;
+    signs: (G,) arrays (n, 2)
     """
 
     triangles: np.ndarray
     spans: list
-    halves: np.ndarray | None = None
-    signs: np.ndarray | None = None
+    halves: list
+    signs: list
 
 
 def blocks_of(bases, patches):
@@ -54,63 +47,22 @@ def blocks_of(bases, patches):
         begin, end = runs.pop()
         spans = [slice(*np.searchsorted(f, [begin, end]).tolist()) for f in first]
         used = np.unique(np.concatenate([t[span].reshape(-1) for t, span in zip(touched, spans, strict=True)]))
-        if len(used) > TILE or max(span.stop - span.start for span in spans) > TILE_FUNCTIONS:
+        if len(used) > TILE:
             middle = (begin + end) // 2
             runs += [(middle, end), (begin, middle)]
             continue
-        block = block_of(bases, [np.arange(span.start, span.stop) for span in spans], patches[-1])
+        block = block_of(bases, [np.arange(span.start, span.stop) for span in spans])
         blocks.append(replace(block, spans=spans))
     return blocks
 
 
-def block_of(bases, numbers, count):
-    """The Block of chosen functions, `numbers` of each parity, on as many as TILE of `count` triangles."""
+def block_of(bases, numbers):
+    """The Block of chosen functions, `numbers` of each parity, on no more than TILE triangles."""
     chosen = [basis.halves[own] for basis, own in zip(bases, numbers, strict=True)]
     used = np.unique(np.concatenate([halves.reshape(-1) // 3 for halves in chosen]))
-    halves = np.zeros((len(bases), TILE_FUNCTIONS, 2), np.int32)
-    signs = np.zeros((len(bases), TILE_FUNCTIONS, 2))
-    for p, (basis, own, mine) in enumerate(zip(bases, numbers, chosen, strict=True)):
-        halves[p, : len(own)] = mine % 3 * TILE + np.searchsorted(used, mine // 3)
-        signs[p, : len(own)] = basis.signs[own]
-    triangles = np.pad(used, (0, TILE - len(used)), constant_values=count)
-    return Block(triangles, [slice(0, len(own)) for own in numbers], halves, signs)
-
-
-# Each step is compiled by itself: together XLA would evaluate Green's function for each output. Real and imaginary part
-# are arrays of their own all the way, because it does not vectorize complex arithmetic on a CPU.
-
-
-@jax.jit
-def _sum(images, characters):
-    """The tile between half functions with the images of the sources summed with one parity's characters."""
-    (rows, cols), dtype = images[0][0][0].shape, images[0][0][0].dtype
-    z = jnp.zeros((3 * rows, 3 * cols), dtype)
-    for i, j in np.ndindex(3, 3):
-        part = sum(character * image[i][j] for character, image in zip(characters, images, strict=True))
-        # One after the other: XLA joins blocks at half the speed.
-        z = jax.lax.dynamic_update_slice(z, part, (i * rows, j * cols))
-    return z
-
-
-# No number is beyond the ends: to make sure of that takes XLA as long as to gather.
-
-
-@jax.jit
-def _rows(z, halves, signs):
-    """Rows of functions from those of their halves."""
-    first, second = (z.at[halves[:, end]].get(mode="promise_in_bounds") for end in (0, 1))
-    return first * signs[:, :1] + second * signs[:, 1:]
-
-
-@jax.jit
-def _columns(z, halves, signs):
-    first, second = (z.at[:, halves[:, end]].get(mode="promise_in_bounds") for end in (0, 1))
-    return first * signs[:, 0] + second * signs[:, 1]
-
-
-@jax.jit
-def _complex(real, imag):
-    return jax.lax.complex(real, imag)
+    halves = [mine % 3 * TILE + np.searchsorted(used, mine // 3) for mine in chosen]
+    signs = [basis.signs[own] for basis, own in zip(bases, numbers, strict=True)]
+    return Block(used, [slice(0, len(own)) for own in numbers], halves, signs)
 
 
 class Entries:
@@ -123,113 +75,111 @@ class Entries:
     def __init__(self, operator, surface, bases, wavenumber, near, dtype):
         self.operator, self.surface, self.bases, self.near, self.dtype = operator, surface, bases, near, dtype
         self.real = np.float32 if dtype == np.complex64 else np.float64
-        self.wavenumber, self.k = wavenumber, self.real(wavenumber)
-        self.characters = [tuple(self.real(character) for character in parity) for parity in surface.parities]
+        self.wavenumber, alpha = wavenumber, operator.ALPHA
+        scales = wavenumber / (2 * np.pi), 4 / wavenumber**2, TINY**2, 1 / 2, 1, wavenumber, alpha
+        self.constants = np.array([*scales, (1 - alpha) / wavenumber, 1 / 6], self.real)
+        self.characters = surface.parities.astype(self.real)
         self.blocks = blocks_of(bases, surface.patches)
 
     @cached_property
     def placed(self):
-        """The Blocks on JAX's device."""
         return [self.place(block) for block in self.blocks]
 
     @cached_property
     def corrections(self):
-        """What three points a triangle leave out between near pairs, for each parity a sparse (N, N)."""
-        of_halves = self.operator.corrections(self.near, self.surface, self.wavenumber, self.real)
-        parities = zip(self.surface.parities, self.bases, strict=True)
-        return [nearfield.between_functions(of_halves, parity, basis) for parity, basis in parities]
+        """What three points a triangle leave out between near pairs: as `kernels.tile` takes it."""
+        count = len(self.surface.vertices)
+        values = self.operator.corrections(self.near, self.surface, self.wavenumber, self.real)
+        values = np.concatenate(values).reshape(-1, 9)
+        begins, sources, before = [], [], 0
+        for pairs in self.near.pairs:
+            begins.append(before + np.searchsorted(pairs[:, 0], np.arange(count + 1)))
+            sources.append(pairs[:, 1])
+            before += len(pairs)
+        return (
+            np.array(begins),
+            np.concatenate(sources),
+            np.concatenate([values.real, values.imag], 1).astype(self.real),
+        )
 
     def place(self, block):
-        """A Block with what its tiles read, on JAX's device."""
-        return _on_device(block, self.surface, self.real)
-
-    def begin(self, row, col):
-        """For each parity the tile between two placed Blocks, padded, which JAX computes in the background."""
-        images = [_image(self.operator, self.k, row, source, col) for source in col.images]
-        parts = list(zip(*images, strict=True))
-        tiles = []
-        for p, characters in enumerate(self.characters):
-            sums = [_sum(part, characters) for part in parts]
-            if row.halves is not None:
-                sums = [_rows(z, row.halves[p], row.signs[p]) for z in sums]
-            if col.halves is not None:
-                sums = [_columns(z, col.halves[p], col.signs[p]) for z in sums]
-            tiles.append(_complex(*sums))
-        return tiles
+        """What a tile reads of a Block's triangles and functions, as its rows and as its columns; and its spans."""
+        return _Placed(block, self.surface, self.real)
 
     def between(self, row, col):
-        """For each parity the tile between two placed Blocks, (rows, cols), without corrections."""
-        parities = zip(self.begin(row, col), row.spans, col.spans, strict=True)
-        return [_cut(tile, rows, cols) for tile, rows, cols in parities]
+        """For each parity the tile between two placed Blocks, (rows, cols)."""
+        shapes = [(a.stop - a.start, b.stop - b.start) for a, b in zip(row.spans, col.spans, strict=True)]
+        ends = np.cumsum([0, *(rows * cols for rows, cols in shapes)]).tolist()
+        out = np.zeros(2 * ends[-1], self.real)
+        combined = self.operator.ALPHA != 1
+        tile(out, row.rows, col.cols, self.corrections, self.characters, self.constants, combined)
+        entries = out.view(self.dtype)
+        return [entries[slice(*pair)].reshape(shape) for pair, shape in zip(pairwise(ends), shapes, strict=True)]
 
     def rows(self, numbers):
         """Whole rows of every parity's matrix, (len(numbers), N), of functions on no more than TILE triangles."""
-        row = self.place(block_of(self.bases, numbers, len(self.surface.vertices)))
+        row = self.place(block_of(self.bases, numbers))
         wholes = zip(*(self.between(row, col) for col in self.placed), strict=True)
-        return [
-            (np.concatenate(whole, axis=1) + correction.tocsr()[own].toarray()).astype(self.dtype)
-            for whole, correction, own in zip(wholes, self.corrections, numbers, strict=True)
-        ]
+        return [np.concatenate(whole, axis=1) for whole in wholes]
 
 
-def assemble(entries, matrices, progress=lambda done: None):
+def assemble(entries, matrices, threads=1, progress=lambda done: None):
     """Fill every parity's matrix with Entries.
 
-    matrices: for each parity an object that takes dense blocks, `put(row, col, block)`, and entries, `add(rows, cols,
-    values)`; progress(done) is called with the fraction done. Of a symmetric matrix only the lower triangle is filled.
+    matrices: for each parity an object that takes dense blocks, `put(row, col, block)`, from several threads if there
+    are; progress(done) is called with the fraction done. Of a symmetric matrix only the lower triangle is filled.
     """
-    symmetric = entries.operator.SYMMETRIC
-    # JAX computes in the background: a few tiles are under way while finished ones are stored.
-    under_way = deque()
-    for i, row in enumerate(entries.placed):
-        for col in entries.placed[: i + 1] if symmetric else entries.placed:
-            under_way.extend(zip(matrices, row.spans, col.spans, entries.begin(row, col), strict=True))
-            while len(under_way) > UNDER_WAY:
-                _store(*under_way.popleft())
-        progress(((i + 1) / len(entries.placed)) ** (2 if symmetric else 1))
-    while under_way:
-        _store(*under_way.popleft())
-    for correction, matrix in zip(entries.corrections, matrices, strict=True):
-        matrix.add(*correction.coords, correction.data)
+    symmetric, placed = entries.operator.SYMMETRIC, entries.placed
+    entries.corrections  # noqa: B018 (once, before there are threads)
+
+    def store(row, col):
+        for matrix, rows, cols, block in zip(matrices, row.spans, col.spans, entries.between(row, col), strict=True):
+            matrix.put(rows.start, cols.start, block)
+
+    with Pool(threads) as pool:
+        tasks = [
+            [pool.submit(store, row, col) for col in (placed[: i + 1] if symmetric else placed)]
+            for i, row in enumerate(placed)
+        ]
+        for i, of_row in enumerate(tasks):
+            pool.wait(of_row)
+            progress(((i + 1) / len(placed)) ** (2 if symmetric else 1))
 
 
-def _store(matrix, rows, cols, tile):
-    matrix.put(rows.start, cols.start, _cut(tile, rows, cols))
+class _Placed:
+    """A Block's arrays for `kernels.tile`: as rows, at the identity, and as columns, at every image."""
 
-
-def _cut(tile, rows, cols):
-    return np.asarray(tile)[: rows.stop - rows.start, : cols.stop - cols.start]
-
-
-def _image(operator, k, row, source, col):
-    """Real and imaginary part of the half functions' tile for one image of the sources."""
-    r = distances(row.images[0].points, source.points)
-    return operator.half_functions(k, (green_real(k, r), green_imag(k, r)), r, row, source, col)
-
-
-def _on_device(block, surface, real):
-    """A Block with what its tiles read, on JAX's device: corners and points at each image, edge lengths, normals."""
-    # One more triangle, of zero size, serves as padding.
-    vertices = np.concatenate([surface.vertices, np.zeros((1, 3, 3))])[block.triangles]
-    lengths = np.concatenate([surface.lengths, np.zeros((1, 3))])[block.triangles]
-    normals = np.concatenate([surface.normals, np.zeros((1, 3))])[block.triangles]
-    images = []
-    for signs in surface.reflections:
-        image = (vertices * signs).transpose(1, 2, 0)
-        center = image.mean(0)
-        nu = image - center
-        images.append(
-            SimpleNamespace(
-                center=jnp.asarray(center, real),
-                nu=jnp.asarray(nu, real),
-                points=jnp.asarray(points_of(3, image).reshape(3, -1), real),
-            )
+    def __init__(self, block, surface, real):
+        self.spans = block.spans
+        corners, lengths = surface.vertices[block.triangles], surface.lengths[block.triangles]
+        center = corners.mean(1)
+        nu, points = corners - center[:, None], RULES[3][0] @ corners
+        # (rho_a - nu_i) . rho_a with rho_a = nu_a / 2
+        own = (nu**2).sum(2)[:, :, None] / 4 - np.einsum("tax,tix->tai", nu, nu) / 2
+        halves, signs = np.concatenate(block.halves), np.concatenate(block.signs)
+        # Half functions lack their l / 6.
+        weights = signs * lengths.T.reshape(-1)[halves // TILE * len(lengths) + halves % TILE] / 6
+        ends = np.cumsum([0, *map(len, block.halves)])
+        starts, functions, of_rows = [], [], []
+        for begin, end in pairwise(ends.tolist()):
+            place = (halves[begin:end] % TILE * 3 + halves[begin:end] // TILE).reshape(-1)
+            order = np.argsort(place, kind="stable")
+            order = order[weights[begin:end].reshape(-1)[order] != 0]
+            starts.append(sum(map(len, functions)) + np.searchsorted(place[order], np.arange(3 * len(corners) + 1)))
+            functions.append(order // 2)
+            of_rows.append(weights[begin:end].reshape(-1)[order])
+        geometry = (points, nu, center, surface.normals[block.triangles], own)
+        self.rows = (
+            block.triangles,
+            *(np.ascontiguousarray(x, real) for x in geometry),
+            np.array(starts),
+            np.concatenate(functions),
+            np.concatenate(of_rows).astype(real),
+            ends,
         )
-    return SimpleNamespace(
-        spans=block.spans,
-        images=images,
-        lengths=jnp.asarray(lengths.T, real),
-        normals=jnp.asarray(normals.T, real),
-        halves=None if block.halves is None else [jnp.asarray(halves) for halves in block.halves],
-        signs=None if block.signs is None else [jnp.asarray(signs, real) for signs in block.signs],
-    )
+        sources = np.zeros((len(surface.reflections), 27, TILE), real)
+        for image, sign in zip(sources, surface.reflections, strict=True):
+            for rows, vectors in zip((image[:9], image[9:18], image[18:]), (points, nu, corners), strict=True):
+                rows[:, : len(corners)] = (vectors * sign).reshape(-1, 9).T
+        columns = sources.reshape(len(sources), -1), block.triangles
+        self.cols = *columns, halves.T.astype(np.uint32), np.ascontiguousarray(weights.T, real), ends

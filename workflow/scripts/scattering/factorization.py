@@ -18,7 +18,6 @@ from itertools import pairwise, product
 
 import numpy as np
 import threadpoolctl
-from scipy import sparse
 
 BLOCK = 256  # rows and columns of a block: few, because work on diagonal blocks is not halved
 LARGE = 8_000, 384  # from this size on, blocks of this many: there products are faster, and diagonal blocks weigh less
@@ -28,7 +27,7 @@ RUN = 512  # rows or columns of a task
 class SymmetricMatrix:
     """An (N, N) complex-symmetric matrix, stored as block rows of its lower triangle, real and imaginary part apart.
 
-    Filled by `put` and `add`, then `factorize`d in place; after that `between` and `solve` may be called.
+    Filled by `put`, then `factorize`d in place; after that `between` and `solve` may be called.
     """
 
     def __init__(self, size, dtype, block=None):
@@ -57,17 +56,6 @@ class SymmetricMatrix:
                 mirror = part[:, left - col :].T
                 mine[0, left - a : right - a, top:bottom] = mirror.real
                 mine[1, left - a : right - a, top:bottom] = mirror.imag
-
-    def add(self, rows, cols, values):
-        """Add values to entries, given with both triangles; no entry may occur twice."""
-        order = np.argsort(rows, kind="stable")
-        rows, cols, values = rows[order], cols[order], values[order]
-        for (a, b), mine in zip(self.spans, self.blocks, strict=True):
-            run = slice(*np.searchsorted(rows, [a, b]))
-            kept = cols[run] < b
-            place = rows[run][kept] - a, cols[run][kept]
-            mine[0][place] += values.real[run][kept]
-            mine[1][place] += values.imag[run][kept]
 
     def rows(self, numbers):
         """Whole rows of the matrix (not of its factors), (len(numbers), N)."""
@@ -190,7 +178,7 @@ def _update(mine, lower, cols):
 
 
 class GeneralMatrix:
-    """An (N, N) matrix, stored as block columns. Used as SymmetricMatrix, filled with all blocks and entries."""
+    """An (N, N) matrix, stored as block columns. Used as SymmetricMatrix, filled with all blocks."""
 
     def __init__(self, size, dtype, block=BLOCK):
         self.size, self.dtype = size, np.dtype(dtype)
@@ -203,12 +191,6 @@ class GeneralMatrix:
             left, right = max(col, a), min(col + block.shape[1], b)
             if left < right:
                 column[row : row + block.shape[0], left - a : right - a] = block[:, left - col : right - col]
-
-    def add(self, rows, cols, values):
-        """Add values to entries; no entry may occur twice."""
-        for (a, b), column in zip(self.spans, self.columns, strict=True):
-            mine = (cols >= a) & (cols < b)
-            column[rows[mine], cols[mine] - a] += values[mine].astype(self.dtype)
 
     def rows(self, numbers):
         """Whole rows of the matrix (not of its factors), (len(numbers), N)."""
@@ -264,7 +246,7 @@ class GeneralMatrix:
 
 
 class Product:
-    """A x, collected in double precision from what `put` and `add` give of A; of A nothing is kept."""
+    """A x, collected in double precision from what `put` gives of A, one thread at a time; of A nothing is kept."""
 
     def __init__(self, x, symmetric):
         self.x, self.symmetric = x, symmetric
@@ -276,10 +258,6 @@ class Product:
         self.result[rows] += block @ self.x[cols]
         if self.symmetric and row > col:
             self.result[cols] += block.T @ self.x[rows]
-
-    def add(self, rows, cols, values):
-        """Take entries, given with both triangles."""
-        self.result += sparse.csr_array((values, (rows, cols)), 2 * (len(self.x),)) @ self.x
 
 
 class Pool(ThreadPoolExecutor):

@@ -7,112 +7,52 @@ sec. 7-3)
 
     f_pq = -V_p^T z^-1 V_q   (m),   E_s = f exp(-j k r) / r,   RCS = 4 pi |f|^2.
 
-For an operator other than the EFIE z is its matrix and V_q, not V_p, its right side.
+For an operator other than the EFIE z is its matrix and V_q, not V_p, its right side (see `operators.cfie`).
 """
 
-from math import factorial
+from itertools import pairwise
 
-import jax
-import jax.numpy as jnp
 import numpy as np
 
-from scattering.kernel import cosine, sine
-from scattering.quadrature import RULES
+from scattering.factorization import Pool
+from scattering.kernels import TILE, excite
 
-CHUNK = 256  # directions at once: bounds the memory of the phases
-# Powers of x, y and z in the series of exp(j k u . rho) over a triangle, to fourth order: with the linear functions
-# that is what the seven-point rule integrates exactly. At ten edges a wavelength the rest is below 1e-5.
-ORDER = 4
-POWERS = np.array([p for p in np.ndindex(*3 * [ORDER + 1]) if sum(p) <= ORDER])
+CHUNK = TILE // 2  # directions of a task
 
 
-def excitation(surface, bases, wavenumber, u, polarization, dtype, wave=None):
+class Excitation:
     """int F . E dS of E = p exp(+j k u . r), for functions and directions, in m^2.
 
-    u, polarization: (D, 3); wave: what of E is tested with half functions, as `electric` (which it is by default),
-    an operator's `excited`. Returns for each parity (N, D) of `dtype`; F is the sum over the mirror images.
+    surface: Surface; bases: a Basis for each of its parities; F is the sum over the mirror images.
     """
-    result = [np.empty((len(basis), len(u)), dtype) for basis in bases]
-    vertices, lengths = jnp.asarray(surface.vertices), jnp.asarray(surface.lengths)
-    for begin in range(0, len(u), CHUNK):
-        part = slice(begin, min(begin + CHUNK, len(u)))
-        count = part.stop - begin
-        # Filled up to a power of two, so that a few compilations serve all.
-        waves = [np.pad(x[part], ((0, (1 << (count - 1).bit_length()) - count), (0, 0))) for x in (u, polarization)]
-        images = [
-            (wave or electric)(wavenumber, vertices * signs, lengths, surface.normals * signs, *waves)
-            for signs in surface.reflections
-        ]
-        for basis, parity, column in zip(bases, surface.parities, result, strict=True):
-            ends = basis.halves, basis.signs.astype(np.float32)
-            column[:, part] = _complex(*(_gather(parity, *ends, of) for of in zip(*images, strict=True)))[:, :count]
-    return result
 
+    def __init__(self, surface, bases, dtype):
+        self.dtype, self.real = np.dtype(dtype), np.dtype(dtype).type(0).real.dtype
+        flips = surface.reflections[:, None]
+        self.triangles, self.normals = surface.vertices * flips[:, None], surface.normals * flips
+        self.characters, self.ends = surface.parities.astype(self.real), np.cumsum([0, *map(len, bases)]).tolist()
+        starts, functions, weights = [0], [], []
+        halves = np.arange(3 * len(surface.vertices) + 1)
+        for basis, begin in zip(bases, self.ends, strict=False):
+            order = np.argsort(basis.halves, axis=None, kind="stable")
+            order = order[basis.signs.reshape(-1)[order] != 0]
+            mine = basis.halves.reshape(-1)[order]
+            starts.append(sum(map(len, functions)) + np.searchsorted(mine, halves))
+            functions.append(begin + order // 2)
+            weights.append(basis.signs.reshape(-1)[order] * surface.lengths.reshape(-1)[mine] / 2)
+        self.places = np.array(starts[1:]), np.concatenate(functions), np.concatenate(weights).astype(self.real)
 
-# Real and imaginary part apart, as in `assembly`.
+    def __call__(self, wavenumber, u, polarization, alpha=1.0, threads=1):
+        """For each parity (N, D); wavenumber: rad/m; u, polarization: (D, 3); alpha: an operator's ALPHA."""
+        parts = [slice(begin, min(begin + CHUNK, len(u))) for begin in range(0, len(u), CHUNK)]
+        whole = np.zeros((self.ends[-1], len(u)), self.dtype)
+        scales = self.characters, wavenumber / (2 * np.pi), float(alpha), self.real.type(1)
 
+        def work(part):
+            waves = (np.ascontiguousarray(x[part].T, float) for x in (u, polarization))
+            out = whole.view(self.real)[:, 2 * part.start : 2 * part.stop]
+            excite(out, *waves, self.triangles, self.normals, *self.places, *scales)
 
-def electric(k, triangles, lengths, normals, u, p):
-    """(3 T, D): int h . p exp(+j k u . r) dS over half functions, its real and its imaginary part; (real, imag).
-
-    About the centroid the phase is a short power series: its moments over the triangles times powers of u are two real
-    products, one for the even orders and one for the odd, instead of an exponential for every point and direction.
-    """
-    even, odd = _series(k, triangles, lengths, u, p)
-    turn = _turn(k, triangles, u)
-    return _turned_real(even, odd, turn), _turned_imag(even, odd, turn)
-
-
-@jax.jit
-def _series(k, triangles, lengths, u, p):
-    nu = triangles - triangles.mean(1, keepdims=True)
-    rho = jnp.einsum("qc,tcx->tqx", jnp.asarray(RULES[7][0]), nu)
-    order = POWERS.sum(1)
-    scale = jnp.asarray(k) ** order / np.array([np.prod([factorial(n) for n in power]) for power in POWERS])
-    powers = jnp.prod(rho[:, :, None] ** POWERS, -1) * scale * RULES[7][1][:, None]  # (T, Q, M)
-    moments = jnp.einsum("tqm,tqx->tmx", powers, rho)[:, None] - nu[:, :, None] * powers.sum(1)[:, None, :, None]
-    moments = (moments * lengths[:, :, None, None] / 2).reshape(-1, len(POWERS), 3)
-    features = jnp.prod(u[:, None] ** POWERS, -1)[:, :, None] * p[:, None]  # (D, M, 3)
-
-    def series(orders):
-        chosen = np.isin(order, orders)
-        sign = np.where(order[chosen] % 4 < 2, 1.0, -1.0)[:, None]
-        return _product((moments[:, chosen] * sign).astype(jnp.float32), features[:, chosen].astype(jnp.float32))
-
-    return series([0, 2, 4]), series([1, 3])
-
-
-@jax.jit
-def _turn(k, triangles, u):
-    """Phase of the centroids, (T, 1, D), reduced to one turn before it loses digits."""
-    center = triangles.mean(1).T
-    turns = k / (2 * jnp.pi) * sum(center[x][:, None] * u[:, x] for x in range(3))
-    return (2 * jnp.pi * (turns - jnp.round(turns))).astype(jnp.float32)[:, None]
-
-
-@jax.jit
-def _turned_real(even, odd, turn):
-    shape = turn.shape[0], 3, turn.shape[2]
-    return (even.reshape(shape) * cosine(turn) - odd.reshape(shape) * sine(turn)).reshape(even.shape)
-
-
-@jax.jit
-def _turned_imag(even, odd, turn):
-    shape = turn.shape[0], 3, turn.shape[2]
-    return (even.reshape(shape) * sine(turn) + odd.reshape(shape) * cosine(turn)).reshape(even.shape)
-
-
-@jax.jit
-def _gather(parity, halves, signs, images):
-    """Functions of one parity from the half functions' images."""
-    total = sum(parity[g].astype(jnp.float32) * image for g, image in enumerate(images))
-    return total[halves[:, 0]] * signs[:, :1] + total[halves[:, 1]] * signs[:, 1:]
-
-
-@jax.jit
-def _complex(real, imag):
-    return jax.lax.complex(real, imag)
-
-
-def _product(a, b):
-    return a.reshape(a.shape[0], -1) @ b.reshape(b.shape[0], -1).T
+        with Pool(threads) as pool:
+            list(pool.map(work, parts))
+        return [whole[slice(*ends)] for ends in pairwise(self.ends)]

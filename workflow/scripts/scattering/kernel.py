@@ -15,8 +15,8 @@ def _fit(function, degree):
 
 
 # Of full turns t. The libraries' own functions reduce any argument exactly, which is not needed here and costs more.
-_COS = {4: _fit(lambda t: np.cos(2 * np.pi * t), 6), 8: _fit(lambda t: np.cos(2 * np.pi * t), 11)}
-_SIN = {4: _fit(lambda t: np.sin(2 * np.pi * t) / t, 6), 8: _fit(lambda t: np.sin(2 * np.pi * t) / t, 11)}
+COS = {4: _fit(lambda t: np.cos(2 * np.pi * t), 6), 8: _fit(lambda t: np.cos(2 * np.pi * t), 11)}
+SIN = {4: _fit(lambda t: np.sin(2 * np.pi * t) / t, 6), 8: _fit(lambda t: np.sin(2 * np.pi * t) / t, 11)}
 
 
 def _horner(coefficients, x):
@@ -34,24 +34,18 @@ def _turns(x):
 def cosine(x):
     """cos(x), to the rounding of x."""
     t = _turns(x)
-    return _horner(_COS[x.dtype.itemsize], t * t)
+    return _horner(COS[x.dtype.itemsize], t * t)
 
 
 def sine(x):
     """sin(x), to the rounding of x."""
     t = _turns(x)
-    return t * _horner(_SIN[x.dtype.itemsize], t * t)
+    return t * _horner(SIN[x.dtype.itemsize], t * t)
 
 
 def inverse(r):
     """1 / R, and 0 where R = 0."""
     return jnp.where(r > TINY, 1 / jnp.maximum(r, r.dtype.type(TINY)), 0)
-
-
-def by_points(tile):
-    """A (3 U, 3 V) tile between the three points of triangles as a 3 x 3 list of (U, V)."""
-    u, v = tile.shape[0] // 3, tile.shape[1] // 3
-    return [[tile[a * u : (a + 1) * u, b * v : (b + 1) * v] for b in range(3)] for a in range(3)]
 
 
 @jax.jit

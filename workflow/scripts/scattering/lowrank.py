@@ -12,12 +12,14 @@ As in `factorization` every product is done by one thread: the last bit does not
 from itertools import pairwise
 
 import numpy as np
+from scipy.linalg.lapack import zpstrf, ztrtri
 
 from scattering.device import give_back
 from scattering.factorization import Pool, runs, through_diagonal
 from scattering.plan import SKETCH
 
 FREED = 8  # columns after which free memory is given back
+SPANNED = 2.0  # times what a tile may leave out: what may be left of a random column, where all that is left adds up
 SPARE = 8  # columns, and a sixth of them, that must find nothing: else twice as many are tried
 KNOWN = 1 << 25  # numbers a thread may have at hand in a substitution
 RANDOM = np.random.default_rng(0).standard_normal((1024, 1024)).astype(np.float32)
@@ -32,13 +34,14 @@ def compress(times, project, width, tolerance, sketch=SKETCH):
     count = min(sketch, width)
     found = times(slice(0, count)).astype(np.complex128)
     while True:
-        squares, vectors = np.linalg.eigh(found.conj().T @ found / count)
-        kept = squares > (0.3 * tolerance) ** 2
-        if kept.sum() <= count - max(SPARE, count // 6) or count == width:
+        # Columns of X R, each as far from the span of those before it as can be, until what is left of any is small.
+        gram, pivots, rank, _ = zpstrf(found.conj().T @ found, tol=(SPANNED * tolerance) ** 2)
+        if rank <= count - max(SPARE, count // 6) or count == width:
             break
         more = slice(count, min(2 * count, width))
         found, count = np.concatenate([found, times(more)], 1), more.stop
-    basis = (found @ (vectors[:, kept] / np.sqrt(squares[kept] * count))).astype(np.complex64)
+    inverse = np.triu(ztrtri(gram[:rank, :rank])[0]) if rank else np.zeros((0, 0))
+    basis = (found[:, pivots[:rank] - 1] @ inverse).astype(np.complex64)
     rest = project(basis)
     squares, vectors = np.linalg.eigh(rest.astype(np.complex128) @ rest.conj().T)
     vectors = vectors[:, squares > tolerance**2].astype(np.complex64)

@@ -6,7 +6,6 @@ distance against size, not by shared corners: the two skins of a thin wing are n
 
 import jax.numpy as jnp
 import numpy as np
-from scipy import sparse
 from scipy.spatial import cKDTree
 
 from scattering.quadrature import cross, dot
@@ -20,15 +19,6 @@ FINE = 7  # points
 def pairs_of(surface):
     """Near pairs of a Surface's triangles for each reflection: (P, 2) field and source, both orders contained."""
     return [_pairs(surface.vertices, surface.vertices * signs) for signs in surface.reflections]
-
-
-def between_functions(corrections, parity, basis):
-    """The corrections between RWG functions of one parity, a sparse (N, N), from those between half functions."""
-    count = corrections[0].shape[0]
-    total = sum(character * z for character, z in zip(parity, corrections, strict=True))
-    numbers = np.repeat(np.arange(len(basis)), 2)
-    halves = sparse.csr_array((basis.signs.reshape(-1), (basis.halves.reshape(-1), numbers)), (count, len(basis)))
-    return (halves.T @ total @ halves).tocoo()
 
 
 def _pairs(field, source):

@@ -17,22 +17,22 @@ from core.sweep import C0
 from scattering.sampling import TOLERANCE, samples_of_ring
 
 FLOPS = 1.87e11  # real operations a second in single precision, counted as (4/3) N^3
-ASSEMBLY = 2.8e-8  # s for each pair of unknowns that a mirror plane does not spare
-NEAR_PAIRS = 5e-5  # s for each unknown
-EXCITATION = 8.7e-8  # s for each unknown and sampled direction
-START = 1.4  # s a frequency: kernels compiled
+ASSEMBLY = 5.8e-9  # s for each pair of unknowns that a mirror plane does not spare
+NEAR_PAIRS = 2.3e-5  # s for each unknown
+EXCITATION = 3.3e-8  # s for each unknown and sampled direction
+START = 0.7  # s a frequency: what is compiled is loaded
 BASE = 540  # MB of the process
 COLUMNS = 768  # right sides that `solve` takes at a time: bounds their memory, and keeps two threads busy
-CLEARLY = 0.8  # of the time of whole matrices, where they fit easily
+CLEARLY = 0.7  # of the time of whole matrices, where they fit easily
 LARGE = 4000  # MB: from here on compressed matrices serve to save memory, too
 # Of compressed matrices: functions of a patch, random columns that a tile's sketch begins with (most have a smaller
 # rank), numbers that samples hold for each unknown; the share of tiles that are filled whole, over the patches of a
 # parity; a tile's rank, over that share.
 PATCH_FUNCTIONS, SKETCH, SAMPLED = 480, 48, 3 * 384 * 460 / 480
 WHOLE, RANK = (1.82, -0.51), (16, 1.95)
-# Seconds that both cores take: to compute a tile, to compress one from samples and whole; for an unknown's near pairs;
-# to factorize a tile besides its products, to invert a diagonal block. Then real operations a second in products.
-TILE_SECONDS, FAR, NEAR, CORRECTIONS, OVERHEAD, INVERSE = 0.0099, 0.0020, 0.0088, 1.3e-4, 0.0048, 0.037
+# Seconds that both cores take: to compute a tile, to compress one from samples and whole; to factorize a tile besides
+# its products, to invert a diagonal block. Then real operations a second in products.
+TILE_SECONDS, FAR, NEAR, OVERHEAD, INVERSE = 0.0021, 0.0026, 0.0060, 0.0036, 0.037
 PRODUCTS = 1.83e11
 # Numbers for each that a tile's factors hold at last: with the matrix's, and what is free and not given back.
 KEPT = 1.7
@@ -115,7 +115,7 @@ def _compressed(size, parities, columns, _, tolerance):
     return (
         kept,
         parities * size * SAMPLED,
-        parities * (evaluated + compressed + CORRECTIONS * size),
+        parities * (evaluated + compressed + NEAR_PAIRS * size),
         parities * (tiles * (OVERHEAD + updates) + patches * INVERSE),
         parities * tiles * 16 * PATCH_FUNCTIONS * rank * columns / PRODUCTS,
     )

@@ -6,24 +6,23 @@ patch's functions do to each other are columns C and rows R of a tile, and W whe
 regularized (Tikhonov). Two things check every tile: a quarter of its samples must follow from the others, and so must
 true entries between a few functions. One that fails, and every tile with near pairs, is filled whole.
 
-The samples of twelve patches make one panel of a tile's usual size, and so do functions that check: JAX compiles
-nothing but tiles. It computes them while threads compress those before.
+The samples of twelve patches make one panel of a tile's usual size, and so do functions that check. Every task of a
+thread computes what it compresses.
 """
 
-from collections import deque
 from itertools import pairwise
 
 import numpy as np
+from scipy import sparse
 
-from scattering.assembly import TILE, Block, block_of
-from scattering.device import give_back
+from scattering.assembly import Block, block_of
 from scattering.factorization import Pool
+from scattering.kernels import TILE
 from scattering.lowrank import RANDOM, SKETCH, compress
 
 SAMPLES = 32  # triangles of a patch
 CHECKS = SAMPLES // 2  # functions of a patch, on two triangles each
 PATCHES = TILE // SAMPLES  # of a panel
-UNDER_WAY = 32  # tiles not yet compressed, each of some megabytes
 # Singular values of W count down to this share of the tolerance, or to what single precision leaves of W's norm.
 DAMPING, ROUNDING = 0.003, 2e-7
 
@@ -35,84 +34,84 @@ def fill(entries, matrices, tolerance, threads, progress=lambda done: None):
     done. Returns the share of tiles that were filled whole.
     """
     placed, count = entries.placed, len(entries.placed)
-    corrections = [correction.tocsr() for correction in entries.corrections]
-    give_back()
-    total, done, wholes, under_way = count * (count - 1) // 2, 0, 0, deque()
+    panels, checks, near = _panels(entries), _Checks(entries), set(_near_tiles(entries))
+    total, done, wholes = count * (count - 1) // 2, 0, 0
 
-    def begin(i, j):
-        """For each parity the whole tile (i, j) as JAX will compute it, and what else it consists of."""
-        spans = zip(placed[i].spans, placed[j].spans, strict=True)
-        return [
-            (tile, correction[rows, cols])
-            for tile, correction, (rows, cols) in zip(
-                entries.begin(placed[i], placed[j]), corrections, spans, strict=True
-            )
-        ]
+    def whole(i, j, sketch):
+        parities = zip(entries.between(placed[i], placed[j]), matrices, strict=True)
+        return [_from_whole(block, matrix.cut, sketch) for block, matrix in parities]
+
+    def far(j, number, columns, crossing, exact):
+        """The tiles of a column j whose rows are in a panel, each of every parity; and how many were filled whole."""
+        rows, found, failed = entries.between(placed[j], panels[number].placed), {}, 0
+        here = panels[j // PATCHES].patches[j]
+        for i, there in panels[number].patches.items():
+            if i <= j or (i, j) in near:
+                continue
+            tiles = []
+            for p, matrix in enumerate(matrices):
+                samples = columns[i][p][:, here], rows[p][:, there].T, crossing[p][there, here]
+                true = exact[p][checks.places[i], checks.places[j]]
+                where = checks.numbers[i][p], checks.numbers[j][p]
+                tiles.append(_from_samples(*samples, where, true, matrix.cut))
+            if any(tile is None for tile in tiles):
+                failed, tiles = failed + 1, whole(i, j, SKETCH)
+            found[i, j] = tiles
+        return found, failed
 
     with Pool(threads) as pool:
-        for i in range(count):
-            for matrix, parts in zip(matrices, begin(i, i), strict=True):
-                matrix.diagonal[i] = _whole(*parts)
+        diagonal = pool.map(lambda block: entries.between(block, block), placed)
+        for i, blocks in enumerate(diagonal):
+            for matrix, block in zip(matrices, blocks, strict=True):
+                matrix.diagonal[i] = block
         for matrix in matrices:
             norms = list(pool.map(_norm, matrix.diagonal))
             matrix.cut = tolerance * float(np.median([norm for norm in norms if norm] or [0.0]))
-
-        def fill_whole(i, j, sketch):
-            nonlocal wholes
-            wholes += 1
-            parts = zip(begin(i, j), matrices, strict=True)
-            under_way.append((i, j, [pool.submit(_from_whole, *of, matrix.cut, sketch) for of, matrix in parts]))
-
-        def settle(most):
-            nonlocal done
-            while len(under_way) > most:
-                i, j, tasks = under_way.popleft()
-                tiles = [task.result() for task in tasks]
-                if any(tile is None for tile in tiles):
-                    fill_whole(i, j, SKETCH)
-                    continue
-                for matrix, tile in zip(matrices, tiles, strict=True):
-                    matrix.tiles[i, j] = tile
-                done += 1
-                progress(done / total)
-
-        panels, checks, near = _panels(entries), _Checks(entries), _near_tiles(entries)
         for number, panel in enumerate(panels):
             first = PATCHES * number
-            columns = {i: _all_by_patch(entries.between(placed[i], panel)) for i in range(first, count)}
-            crossings = [_all_by_patch(entries.between(other, panel)) for other in panels[number:]]
-            exact = [entries.between(other, checks.placed[number]) for other in checks.placed[number:]]
-            for j in range(first, min(first + PATCHES, count)):
-                rows = [_all_by_patch(entries.between(placed[j], other)) for other in panels[number:]]
-                for i in range(j + 1, count):
-                    if (i, j) in near:
-                        fill_whole(i, j, 2 * SKETCH)  # of near tiles the rank is high
-                    else:
-                        at, place = i // PATCHES - number, i % PATCHES
-                        tasks = []
-                        for p, matrix in enumerate(matrices):
-                            crossing = crossings[at][p][j - first].reshape(3, PATCHES, SAMPLES, -1)[:, place]
-                            crossing = crossing.reshape(3 * SAMPLES, -1)
-                            samples = columns[i][p][j - first], rows[at][p][place].T, crossing
-                            true = exact[at][p][checks.places[i], checks.places[j]]
-                            where = checks.numbers[i][p], checks.numbers[j][p]
-                            tasks.append(pool.submit(_from_samples, *samples, where, true, matrix.cut))
-                        under_way.append((i, j, tasks))
-                    settle(UNDER_WAY)
-        settle(0)
+            columns = dict(
+                zip(
+                    range(first, count),
+                    pool.map(lambda block, panel=panel: entries.between(block, panel.placed), placed[first:]),
+                    strict=True,
+                )
+            )
+            tasks = []
+            for other in range(number, len(panels)):
+                crossing = entries.between(panels[other].placed, panel.placed)
+                exact = entries.between(checks.placed[other], checks.placed[number])
+                tasks += [pool.submit(far, j, other, columns, crossing, exact) for j in panel.patches]
+            # Of near tiles the rank is high.
+            of_near = {pair: pool.submit(whole, *pair, 2 * SKETCH) for pair in near if pair[1] in panel.patches}
+            results = (task.result() for task in tasks)
+            for found, failed in (*results, *(({pair: task.result()}, 1) for pair, task in of_near.items())):
+                for pair, tiles in found.items():
+                    for matrix, tile in zip(matrices, tiles, strict=True):
+                        matrix.tiles[pair] = tile
+                done, wholes = done + len(found), wholes + failed
+                progress(done / max(total, 1))
     return wholes / max(total, 1)
 
 
+class _Panel:
+    """The samples of some patches as one placed Block of half functions, and where in it each patch's are, a slice."""
+
+    def __init__(self, entries, numbers):
+        surface, blocks = entries.surface, entries.blocks
+        chosen = [_spread(surface, blocks[number].triangles) for number in numbers]
+        ends = np.cumsum([0, *map(len, chosen)])
+        self.patches = {n: slice(3 * a, 3 * b) for n, (a, b) in zip(numbers, pairwise(ends.tolist()), strict=True)}
+        of_patches = [(TILE * np.arange(3)[:, None] + np.arange(*pair)).reshape(-1) for pair in pairwise(ends)]
+        halves = np.repeat(np.concatenate(of_patches)[:, None], 2, 1)
+        parities, signs = len(entries.bases), np.tile([1.0, 0.0], (len(halves), 1))
+        spans = [slice(0, len(halves))] * parities
+        block = Block(np.concatenate(chosen), spans, [halves] * parities, [signs] * parities)
+        self.placed = entries.place(block)
+
+
 def _panels(entries):
-    """Placed Blocks of all half functions of the patches' samples."""
-    surface, panels = entries.surface, []
-    for begin in range(0, len(entries.blocks), PATCHES):
-        triangles = np.full(TILE, len(surface.vertices))
-        for place, block in enumerate(entries.blocks[begin : begin + PATCHES]):
-            chosen = _spread(surface, block.triangles[block.triangles < len(surface.vertices)])
-            triangles[place * SAMPLES :][: len(chosen)] = chosen
-        panels.append(entries.place(Block(triangles, [slice(0, 3 * TILE)] * len(entries.bases))))
-    return panels
+    count = len(entries.blocks)
+    return [_Panel(entries, range(n, min(n + PATCHES, count))) for n in range(0, count, PATCHES)]
 
 
 def _spread(surface, triangles):
@@ -126,16 +125,6 @@ def _spread(surface, triangles):
         chosen.append(int(apart.argmax()))
         apart = np.minimum(apart, np.linalg.norm(centers - centers[chosen[-1]], axis=1))
     return triangles[chosen]
-
-
-def _by_patch(columns):
-    """A panel's half functions (M, 3 TILE) patch by patch, (PATCHES, M, 3 SAMPLES)."""
-    of_patches = columns.reshape(-1, 3, PATCHES, SAMPLES).transpose(2, 0, 1, 3)
-    return of_patches.reshape(PATCHES, len(columns), 3 * SAMPLES)
-
-
-def _all_by_patch(parities):
-    return [_by_patch(columns) for columns in parities]
 
 
 def _from_samples(columns, rows, crossing, checked, exact, cut):
@@ -170,7 +159,8 @@ def _divided(crossing, right, cut):
 
 def _left_out(columns, rows, crossing, cut):
     """How far (Frobenius) true rows and columns of a quarter of the samples are from what the other samples say."""
-    others, out = np.split(np.arange(3 * SAMPLES).reshape(3, SAMPLES), [SAMPLES - SAMPLES // 4], axis=1)
+    count = len(crossing) // 3
+    others, out = np.split(np.arange(3 * count).reshape(3, count), [count - count // 4], axis=1)
     others, out = others.reshape(-1), out.reshape(-1)
     inner, below, beside = (
         crossing[np.ix_(others, others)],
@@ -184,16 +174,10 @@ def _left_out(columns, rows, crossing, cut):
     return max(np.linalg.norm(of_rows), np.linalg.norm(of_columns))
 
 
-def _from_whole(tile, correction, cut, sketch=SKETCH):
+def _from_whole(block, cut, sketch=SKETCH):
     """U and V of a tile (M, N)."""
-    block = _whole(tile, correction)
     width = block.shape[1]
     return compress(lambda run: block @ RANDOM[:width, run], lambda basis: basis.conj().T @ block, width, cut, sketch)
-
-
-def _whole(tile, correction):
-    rows, cols = correction.shape
-    return np.asarray(tile)[:rows, :cols] + correction.toarray().astype(tile.dtype)
 
 
 def _norm(block):
@@ -224,7 +208,7 @@ class _Checks:
         for begin in range(0, len(chosen), PATCHES):
             group = chosen[begin : begin + PATCHES]
             numbers = [np.concatenate(of_parity) for of_parity in zip(*group, strict=True)]
-            self.placed.append(entries.place(block_of(entries.bases, numbers, len(entries.surface.vertices))))
+            self.placed.append(entries.place(block_of(entries.bases, numbers)))
             self.places += [slice(*ends) for ends in pairwise(np.cumsum([0, *(len(one[0]) for one in group)]).tolist())]
         self.numbers = [
             [numbers - span.start for numbers, span in zip(one, block.spans, strict=True)]
@@ -233,10 +217,10 @@ class _Checks:
 
 
 def _near_tiles(entries):
-    """The tiles (i, j) with near pairs in any parity."""
-    pairs = set()
-    for p, correction in enumerate(entries.corrections):
-        ends = [block.spans[p].stop for block in entries.blocks]
-        rows, cols = (np.searchsorted(ends, numbers, side="right") for numbers in correction.coords)
-        pairs.update(divmod(pair, len(ends)) for pair in np.unique(rows * len(ends) + cols).tolist())
-    return pairs
+    """The tiles (i, j), i > j, with near pairs."""
+    triangles, count = [block.triangles for block in entries.blocks], len(entries.surface.vertices)
+    rows = np.repeat(np.arange(len(triangles)), [len(of_block) for of_block in triangles])
+    holds = sparse.csr_array((np.ones(len(rows)), (rows, np.concatenate(triangles))), (len(triangles), count))
+    rows, cols = np.concatenate(entries.near.pairs).T
+    touch = (holds @ sparse.csr_array((np.ones(len(rows)), (rows, cols)), 2 * (count,)) @ holds.T).tocoo()
+    return ((i, j) for i, j in zip(*(numbers.tolist() for numbers in touch.coords), strict=True) if i > j)

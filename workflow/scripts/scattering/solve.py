@@ -13,7 +13,7 @@ from scattering.assembly import Entries, assemble
 from scattering.basis import fundamental_domain, rwg
 from scattering.device import GeneralOnDevice, SymmetricOnDevice, give_back
 from scattering.factorization import GeneralMatrix, Product, SymmetricMatrix
-from scattering.farfield import excitation
+from scattering.farfield import Excitation
 from scattering.lowrank import LowRankMatrix
 from scattering.operators import cfie, efie
 from scattering.plan import COLUMNS
@@ -87,6 +87,7 @@ def solve(
     mirrored = ("xy" in symmetry) & (elevations < 0)
     of_rings = rings(np.where(mirrored, -elevations, elevations), azimuths)
     near = operator.near_terms(surface)
+    excitation = Excitation(surface, bases, dtype)
 
     ways = sorted(set("".join(polarizations)))
     shape = (len(polarizations), len(frequencies), len(path))
@@ -105,14 +106,14 @@ def solve(
         clock.lap("factorization")
         give_back()
         samples = sample(surface, k, [ring[0] for ring in of_rings], [ring[1] for ring in of_rings], dtype)
-        of_waves = partial(excitation, surface, bases, k, dtype=dtype)
+        of_waves = partial(excitation, k, threads=threads)
         # A few directions tell whether the solution is good enough as it is.
         some = slice(None, None, -(-len(samples.u) // PROBED_DIRECTIONS))
         few = (
             np.concatenate([samples.u[some]] * len(ways)),
             np.concatenate([samples.polarizations[w][some] for w in ways]),
         )
-        residual[n] = system.residual(of_waves(*few, wave=operator.excited))
+        residual[n] = system.residual(of_waves(*few, alpha=operator.ALPHA))
         refined = residual[n] > system.promise
         if receivers:
             waves = unit_vectors(*sweep.each), unit_vectors(*receivers)
@@ -125,7 +126,7 @@ def solve(
         for numbers, u, polarization, groups in parts:
             progress(n, "directions", numbers[0] / len(samples.rings))
             received = of_waves(u, polarization)
-            excited = received if operator.SYMMETRIC else of_waves(u, polarization, wave=operator.excited)
+            excited = received if operator.SYMMETRIC else of_waves(u, polarization, alpha=operator.ALPHA)
             if refined:
                 between, residual[n] = system.refined(received, excited, groups)
             else:
@@ -180,7 +181,7 @@ def _bistatic(system, of_waves, operator, transmitters, receivers, polarizations
     for number, (letter, sent) in enumerate((letter, sent) for letter in transmitted for sent in parts[0]):
         progress(number / (len(transmitted) * len(parts[0])))
         waves = transmitters[0][sent], transmitters[letters[letter]][sent]
-        currents, residual = system.currents(of_waves(*waves, wave=operator.excited), refined)
+        currents, residual = system.currents(of_waves(*waves, alpha=operator.ALPHA), refined)
         residuals.append(residual)
         for row, way in enumerate(polarizations):
             for there in parts[1] if way[1] == letter else ():
@@ -203,7 +204,7 @@ class _System:
         if self.tolerance is None:
             kind = KINDS[jax.default_backend() != "cpu", entries.operator.SYMMETRIC]
             self.matrices = [kind(size, self.dtype) for size in sizes]
-            assemble(entries, self.matrices, progress)
+            assemble(entries, self.matrices, self.threads, progress)
             self.promise = MAX_RESIDUAL
         else:
             self.matrices = [LowRankMatrix([block.spans[p] for block in entries.blocks]) for p in range(len(sizes))]
@@ -256,6 +257,7 @@ class _System:
         The matrix is assembled anew, tile by tile, because its factors have taken its place.
         """
         entries = self.entries(np.complex128)
+        self.rows = entries.rows(self.probed)
         products = [Product(x, entries.operator.SYMMETRIC) for x in currents]
         assemble(entries, products)
         corrections = self._solve([b - p.result for b, p in zip(right, products, strict=True)])

@@ -17,16 +17,15 @@ With f' proportional to r' - v', grad G x (r' - v') = grad G x (r - v'), so the 
 Between near triangles grad (1 / R) is integrated in closed form, what remains of grad G by quadrature.
 """
 
+from dataclasses import replace
 from functools import partial
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from scipy import sparse
 
 from scattering.closed import check_closed
-from scattering.farfield import electric
-from scattering.kernel import by_points, cosine, distances, inverse, sine
+from scattering.kernel import cosine, distances, inverse, sine
 from scattering.nearfield import FINE, area_of, by_chunks
 from scattering.operators import efie
 from scattering.quadrature import cross, dot, points_of, static_gradient, weighted_sum
@@ -51,129 +50,37 @@ NEAR_BYTES = 26_000
 check_mesh = check_closed
 
 
-@jax.jit
-def _gradient_real(real, imag, r, k):
-    """Real part of g = -(1 + j k R) exp(-j k R) / R^3, so that grad G = g (r - r'), from Green's function."""
-    return (k * r * imag - real) * inverse(r) ** 2
-
-
-@jax.jit
-def _gradient_imag(real, imag, r, k):
-    """Its imaginary part."""
-    return -(imag + k * r * real) * inverse(r) ** 2
-
-
-@jax.jit
-def _half_functions(part, center, nu, normals, row_lengths, cols, col_lengths):
-    """Double integrals of f . n x (grad G x f') between half functions by three points a triangle, as in `assembly`.
-
-    part: the real or the imaginary part of g. With zeta'_j the height of corner v'_j above the field triangle and
-    D = r - r', the integrand is g (r - v_i) . [(r - v'_j) (n . (r' - c)) - D zeta'_j].
-    """
-    # heights of the source's corners and nu_i . (c - v'_j), (U, U) each
-    apart = [[center[x][:, None] - cols[j, x][None] for x in range(3)] for j in range(3)]
-    height = [-sum(normals[x][:, None] * apart[j][x] for x in range(3)) for j in range(3)]
-    across = [[sum(nu[i, x][:, None] * apart[j][x] for x in range(3)) for j in range(3)] for i in range(3)]
-
-    def at_points(corners):
-        total = sum(corners) / 6
-        return [total + corner / 2 for corner in corners]
-
-    height_at = at_points(height)
-    across_at = [at_points(of_corner) for of_corner in across]
-    # (rho_a - nu_i) . rho_a with rho_a = nu_a / 2
-    own = [[(nu[a] * (nu[a] / 4 - nu[i] / 2)).sum(0)[:, None] for i in range(3)] for a in range(3)]
-    g = by_points(part)
-    by_row = [sum(g[a]) for a in range(3)]
-    by_col = [g[0][b] + g[1][b] + g[2][b] for b in range(3)]
-    weighted = sum(g[a][b] * across_at[a][b] for a in range(3) for b in range(3)) / 2
-    lifted = [sum(g[a][b] * height_at[b] for b in range(3)) for a in range(3)]
-    all_lifted = sum(lifted)
-    result = []
-    for i in range(3):
-        tangential = (
-            weighted + sum(by_row[a] * own[a][i] for a in range(3)) - sum(by_col[b] * across_at[i][b] for b in range(3))
-        )
-        normal = sum(lifted[a] * own[a][i] for a in range(3))
-        result.append(
-            [
-                (
-                    normal
-                    + sum(lifted[a] * across[a][j] for a in range(3)) / 2
-                    - all_lifted * across[i][j]
-                    - height[j] * tangential
-                )
-                * (row_lengths[i][:, None] * col_lengths[j][None] / 36)
-                for j in range(3)
-            ]
-        )
-    return result
-
-
-@jax.jit
-def _weighted(electric, magnetic, alpha, weight):
-    """Parts of z and m added with real weights, entry by entry."""
-    return jax.tree.map(lambda z, m: alpha * z + weight * m, electric, magnetic)
-
-
-def half_functions(k, green, r, row, source, col):
-    """Half functions of a tile, as `efie.half_functions`."""
-    field, z = row.images[0], efie.half_functions(k, green, r, row, source, col)
-    ends = field.center, field.nu, row.normals, row.lengths, source.nu + source.center, col.lengths
-    real, imag = (_half_functions(of(*green, r, k), *ends) for of in (_gradient_real, _gradient_imag))
-    alpha, weight = k.dtype.type(ALPHA), k.dtype.type((1 - ALPHA) / k)
-    # (j / k) (real + j imag)
-    return _weighted(z[0], imag, alpha, -weight), _weighted(z[1], real, alpha, weight)
-
-
-def excited(k, triangles, lengths, normals, u, p):
-    """int h . [alpha E + (1 - alpha) eta n x H] dS over half functions, as `farfield.electric`."""
-    normals = np.repeat(normals, 3, 0)
-    image, along = (electric(k, triangles, lengths, normals, u, x) for x in (p, u))
-    normal_u, normal_p = (np.float32(normals @ x.T) for x in (u, p))
-    return [_wave(np.float32(ALPHA), normal_u, normal_p, *pair) for pair in zip(image, along, strict=True)]
-
-
-@jax.jit
-def _wave(alpha, normal_u, normal_p, image, along):
-    return (alpha + (1 - alpha) * normal_u) * image - (1 - alpha) * normal_p * along
-
-
 def near_terms(surface):
     """Those of the EFIE, and moments of the static part of grad G for each reflection, a list of (P, 8)."""
     electric = efie.near_terms(surface)
-    return electric, [
+    magnetic = [
         by_chunks(_static_moments, pair, surface.vertices, surface.vertices * signs, np.float64)
         for pair, signs in zip(electric.pairs, surface.reflections, strict=True)
     ]
+    return replace(electric, magnetic=magnetic)
 
 
 def corrections(near, surface, wavenumber, real):
     """Corrections of near pairs as `efie.corrections`, the term of f_m . f_n included."""
-    electric, static = near
-    count = 3 * len(surface.vertices)
     result = []
-    z = efie.corrections(electric, surface, wavenumber, real)
-    for g, (pairs, signs) in enumerate(zip(electric.pairs, surface.reflections, strict=True)):
+    z = efie.corrections(near, surface, wavenumber, real)
+    for g, (pairs, signs) in enumerate(zip(near.pairs, surface.reflections, strict=True)):
         change = partial(_smooth_minus_coarse, real(wavenumber))
-        moments = static[g] + by_chunks(change, pairs, surface.vertices, surface.vertices * signs, real)
-        values = _from_moments(moments, pairs, surface, signs)
-        rows = np.repeat(3 * pairs[:, :1] + np.arange(3), 3, axis=1)
-        cols = np.tile(3 * pairs[:, 1:] + np.arange(3), (1, 3))
-        m = sparse.csr_array((values.reshape(-1), (rows.reshape(-1), cols.reshape(-1))), (count, count))
+        moments = near.magnetic[g] + by_chunks(change, pairs, surface.vertices, surface.vertices * signs, real)
+        m = _from_moments(moments, pairs, surface, signs)
         result.append(ALPHA * z[g] + (1 - ALPHA) * 1j / wavenumber * m)
-    result[0] = result[0] + (1 - ALPHA) * 2 * np.pi / (1j * wavenumber) * _gram(surface)
+    own = near.pairs[0][:, 0] == near.pairs[0][:, 1]
+    result[0][own] += (1 - ALPHA) * 2 * np.pi / (1j * wavenumber) * _gram(surface)
     return result
 
 
 def _gram(surface):
-    """int h . h' dS between the half functions of each triangle, (3 T, 3 T)."""
+    """int h . h' dS between the half functions of each triangle, without their l / 6: (T, 3, 3)."""
     nu = surface.vertices - surface.vertices.mean(1, keepdims=True)
     area = np.linalg.norm(np.cross(nu[:, 1] - nu[:, 0], nu[:, 2] - nu[:, 0]), axis=1) / 2
     mean_square = (nu**2).sum((1, 2)) / 12
     value = mean_square[:, None, None] + np.einsum("tix,tjx->tij", nu, nu)
-    value = value * surface.lengths[:, :, None] * surface.lengths[:, None] / (4 * area)[:, None, None]
-    return sparse.block_diag(value, format="csr")
+    return 9 * value / area[:, None, None]
 
 
 def _moments(count, rho, normal, gradient):
@@ -242,7 +149,7 @@ def _smooth(k, distance):
 
 
 def _from_moments(moments, pairs, surface, signs):
-    """(P, 3, 3) double integrals of f . n x (grad G x f') between half functions from a pair's moments."""
+    """(P, 3, 3) integrals of f . n x (grad G x f') between half functions, as `efie._from_moments`."""
     center = surface.vertices.mean(1)
     nu = (surface.vertices - center[:, None])[pairs[:, 0]]
     apart = center[pairs[:, 0]][:, None] - (surface.vertices * signs)[pairs[:, 1]]
@@ -257,4 +164,4 @@ def _from_moments(moments, pairs, surface, signs):
         - np.einsum("pix,pjx->pij", nu, apart) * along[:, None, None]
     )
     value = -lifted - tangential[:, :, None] * height[:, None, :]
-    return value * surface.lengths[pairs[:, 0]][:, :, None] * surface.lengths[pairs[:, 1]][:, None, :] / 4
+    return 9 * value

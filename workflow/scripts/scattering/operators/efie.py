@@ -11,75 +11,19 @@ from functools import partial
 import jax
 import jax.numpy as jnp
 import numpy as np
-from scipy import sparse
 
-from scattering.farfield import electric
-from scattering.kernel import by_points, cosine, distances, green_imag, green_real, inverse, sine
+from scattering.kernel import cosine, distances, green_imag, green_real, inverse, sine
 from scattering.nearfield import FINE, area_of, by_chunks, pairs_of
 from scattering.quadrature import dot, points_of, static_potentials, weighted_sum
 
+ALPHA = 1  # all of it: see `cfie`
 SYMMETRIC = True
 FILLING = 1  # time for the matrix's entries and right sides, in units of the EFIE's
 NEAR_BYTES = 13_000  # memory of the near pairs for each triangle: about 45 pairs a triangle and image
 
-excited = electric
-
 
 def check_mesh(vertices, triangles):
     """Any mesh will do."""
-
-
-def half_functions(k, green, r, row, source, col):
-    """Real and imaginary part of the half functions' tile for one image of the sources, each as 3 x 3 of (U, U).
-
-    green: both parts of Green's function at the distances r between the points of a row and a source; row, source,
-    col: as `assembly` makes them.
-    """
-    field = row.images[0]
-    ends = k, field.nu, row.lengths, source.nu, col.lengths
-    return [_half_functions(_sums(part, field.nu, source.nu), *ends) for part in green]
-
-
-# Each step is compiled by itself, as in `assembly`.
-
-
-def _products(rows, cols):
-    """nu_a . nu'_b of the corners about their centroids, as a 3 x 3 list of (U, U)."""
-    return [[sum(rows[a, x][:, None] * cols[b, x][None] for x in range(3)) for b in range(3)] for a in range(3)]
-
-
-@jax.jit
-def _sums(part, rows, cols):
-    """Sums of a part of Green's function over source points, field points, both, and weighted with rho . rho'."""
-    d = _products(rows, cols)
-    g = by_points(part)
-    by_col = [sum(g[a][b] for a in range(3)) for b in range(3)]
-    by_row = [sum(g[a][b] for b in range(3)) for a in range(3)]
-    weighted = sum(g[a][b] * d[a][b] for a in range(3) for b in range(3)) / 4
-    return by_col, by_row, sum(by_col), weighted
-
-
-@jax.jit
-def _half_functions(sums, k, rows, row_lengths, cols, col_lengths):
-    """A part of z between half functions i and j, a 3 x 3 list of (U, U).
-
-    With points rho_a = nu_a / 2 about the centroid, (rho_a - nu_i) . (rho'_b - nu'_j) expands into `_products`.
-    """
-    d = _products(rows, cols)
-    by_col, by_row, total, weighted = sums
-    return [
-        [
-            (
-                weighted
-                - sum(by_col[b] * d[i][b] for b in range(3)) / 2
-                - sum(by_row[a] * d[a][j] for a in range(3)) / 2
-                + (d[i][j] - 4 / (k * k)) * total
-            )
-            * (row_lengths[i][:, None] * col_lengths[j][None] / 36)
-            for j in range(3)
-        ]
-        for i in range(3)
-    ]
 
 
 @dataclass(frozen=True)
@@ -87,11 +31,12 @@ class Near:
     """Near pairs of a Surface for each reflection of the sources, and the moments that hold for every frequency.
 
     pairs: a list over the group's elements of (P, 2) triangle numbers, field and source, both orders contained
-    static: a list of (P, 8) moments of 1 / R (see `_moments`)
+    static: a list of (P, 8) moments of 1 / R (see `_moments`); magnetic: of grad (1 / R), where `cfie` needs them
     """
 
     pairs: list
     static: list
+    magnetic: list = ()
 
 
 def near_terms(surface):
@@ -105,8 +50,7 @@ def near_terms(surface):
 
 
 def corrections(near, surface, wavenumber, real):
-    """Near minus three-point integral between half functions: a symmetric sparse (3 T, 3 T) for each reflection."""
-    count = 3 * len(surface.vertices)
+    """Near minus three-point integral between half functions, without their l / 6: (P, 3, 3) for each reflection."""
     result = []
     for pairs, static, signs in zip(near.pairs, near.static, surface.reflections, strict=True):
         # What is integrated in the same way over both triangles is the same for both orders of a pair.
@@ -115,12 +59,10 @@ def corrections(near, surface, wavenumber, real):
         smooth = by_chunks(change, pairs[once], surface.vertices, surface.vertices * signs, real)
         moments = static.astype(np.complex128)
         moments[once] += np.where(pairs[once, 0] < pairs[once, 1], 2, 1)[:, None] * smooth
-        values = _from_moments(moments, wavenumber, pairs, surface, signs)
-        rows = np.repeat(3 * pairs[:, :1] + np.arange(3), 3, axis=1)
-        cols = np.tile(3 * pairs[:, 1:] + np.arange(3), (1, 3))
-        z = sparse.csr_array((values.reshape(-1), (rows.reshape(-1), cols.reshape(-1))), (count, count))
+        z = _from_moments(moments, wavenumber, pairs, surface, signs)
         # The closed form serves the source triangle; either of a pair is the source once: keep the mean.
-        result.append((z + z.T) / 2)
+        other_order = np.lexsort((pairs[:, 0], pairs[:, 1]))
+        result.append((z + z[other_order].transpose(0, 2, 1)) / 2)
     return result
 
 
@@ -186,8 +128,7 @@ def _over_source(count, p, q, field, source, green):
 
 
 def _from_moments(moments, k, pairs, surface, signs):
-    """(P, 3, 3) integrals between half functions from a pair's moments."""
-    lengths = surface.lengths
+    """(P, 3, 3) integrals between half functions, without their l / 6, from a pair's moments."""
     nu = surface.vertices - surface.vertices.mean(1, keepdims=True)
     field, source = nu[pairs[:, 0]], nu[pairs[:, 1]] * signs
     z = (
@@ -196,4 +137,4 @@ def _from_moments(moments, k, pairs, surface, signs):
         - np.einsum("pjx,px->pj", source, moments[:, 1:4])[:, None, :]
         + (np.einsum("pix,pjx->pij", field, source) - 4 / k**2) * moments[:, 0, None, None]
     )
-    return z * lengths[pairs[:, 0]][:, :, None] * lengths[pairs[:, 1]][:, None, :] / 4
+    return 9 * z
