@@ -12,7 +12,7 @@ from thesis_pages import anew, check_links, missing, parts, tables, without
 
 from core.sweep import snr_label
 from learning import images
-from report import thesis_chapter4
+from report import thesis_figures
 from report.results import REFERENCE, Results
 from report.selection import thesis_images, thesis_networks
 from report.vocabulary import select
@@ -263,7 +263,7 @@ def test_the_same_stores_make_the_same_page_and_are_those_that_the_rule_names(th
     images_read = images.read
     monkeypatch.setattr(Results, "images", images_of)
     monkeypatch.setattr(images, "read", read)
-    assert thesis_chapter4.images is images
+    assert thesis_figures.images is images
     other = anew(tmp_path, thesis_page.parents[1], settings)
     for path in thesis_page.iterdir():
         assert (other / path.name).read_bytes() == path.read_bytes(), path.name

@@ -73,6 +73,7 @@ rule thesis_page:
             for target, images in (thesis_images(config, RUNS) if images_are_made(config) else ())
         ],
         published=published("results", "prediction_times", "confusion", "settings"),
+        page=in_repository("resources/reference/thesis_page.yaml"),
         code=code("report/job_thesis.py"),
         model_code=model_code(*{fitted.split("/")[1] for fitted in JUDGED}),
     output:

@@ -111,7 +111,7 @@ def statements_table(results, name, metrics):
         "test SNRs, or those at the highest at which all images have one. “As published” rounds to the printed "
         "decimals."
     )
-    return (table(name, pd.DataFrame(rows), columns, caption),)
+    return (table(name, pd.DataFrame(rows).drop(columns=["figure", "reading"]), columns, caption),)
 
 
 def confusion_figure(results, name, ours, adaptations):
