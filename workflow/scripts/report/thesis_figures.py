@@ -9,51 +9,32 @@ import numpy as np
 from core.sweep import snr_label
 from learning import images
 from learning.experiments import training
-from report import thesis
+from report import thesis_statements as stated
 from report.layout import BLACK, number, signed
 from report.plots import draw_curve, draw_pixels, draw_published, draw_rejecting, draw_trainings, finish, panels
 from report.published import ADAPTATIONS, CONDITIONS
 from report.section_times import CONDITIONS as TIMED
-from report.selection import LOW_SNR, around, evenly, nearest
+from report.selection import around, evenly, nearest
 from report.thesis_markdown import NONE, NotHere, picture, say, table
-from report.thesis_statements import (
-    HARDER,
-    PROTOCOLS,
-    SPLIT,
-    WORDS,
-    by_sector,
-    kept_text,
-    named,
-    ours,
-    shown_snrs,
-    value_text,
-    values_table,
-)
-from report.vocabulary import ACCURACY, at_snrs, select, snr_axis
-from report.vocabulary import title as title_of
+from report.thesis_statements import HARDER, PROTOCOLS, SPLIT, WORDS, by_sector, ours, value_text
+from report.vocabulary import ACCURACY, at_snrs, select, snr_axis, title
 
-SCORES = {"softmax threshold": "softmax", "OpenMax threshold": "openmax"}  # of the FCNN's published thresholds
 NEARLY = 0.1  # relative: a setting tried that is so near to the published one stands for it
-ELEVATIONS, EXAMPLES = 7, 5  # images of figs. 4.9 and 5.7
 
 
 def statements(results, figure):
-    """What the document states in numbers of curves and what this run has: a row for each statement."""
-    found = [line for line in figure.found if line["reading"] in ("", "maximum")]
-    opened, harder = any(line["score"] for line in found), any(line["sector"] for line in found)
-    protocols = {split: f", `{name}` thresholds" if opened else "" for split, name in PROTOCOLS.items()}
+    """What the document states in numbers and what this run has: a row for each statement."""
+    opened, harder = (any(line[key] for line in figure.found) for key in ("score", "sector"))
+    heads = {split: f"here, {WORDS[split]}{f', `{name}` thresholds' * opened}" for split, name in PROTOCOLS.items()}
     rows = []
-    for line in found:
+    for line in figure.found:
         snr = line["snr_db"]
-        row = {"model": line["name"], "measure": line["words"], "stated": line["stated"], "SNR [dB]": f"{snr:g}"}
-        row["published"] = line["published"]
-        row[f"here, {WORDS[SPLIT]}{protocols[SPLIT]}"] = value_text(line["here"], snr)
-        row["as published"] = kept_text(line["holds"])
-        if opened:
-            row["the same, `blind` thresholds"] = value_text(line["blind"], snr)
-        if harder:
-            row[f"here, {WORDS[HARDER]}{protocols[HARDER]}"] = value_text(line["sector"], snr)
-        rows.append(row)
+        row = {"model": line["name"], "measure": line["words"], "stated": line["stated"]}
+        row["SNR [dB]"] = "∞" if np.isinf(snr) else f"{snr:g}"
+        row |= {"published": line["published"], heads[SPLIT]: value_text(line["here"], snr)}
+        row |= {"as published": stated.kept_text(line["holds"])}
+        row |= {"the same, `blind` thresholds": value_text(line["blind"], snr)} if opened else {}
+        rows.append(row | ({heads[HARDER]: value_text(line["sector"], snr)} if harder else {}))
     yield table(rows)
 
 
@@ -63,19 +44,20 @@ def curves(results, figure):
     Of each model the closed set, and the open set by each of figure.scores. figure.marked: with statements.
     """
     names, metric, experiment, looks = results.names, figure.metric, figure.experiment, {}
+    several = len(figure.models) > 1
     for model in figure.there:
         for score in ("", *figure.scores):
             look = names.score(score) if score else names.model(model)
-            label = look.label if len(figure.models) > 1 else f"open set, {look.label}" if score else "closed set"
+            label = look.label if several else f"open set, {look.label}" if score else "closed set"
             looks[model, score] = {"color": look.color, "marker": look.marker, "label": label}
     every = {
         SPLIT: {case: ours(results, experiment, case[0], metric, case[1], figure.elevation) for case in looks},
         HARDER: {case: by_sector(results, experiment, case[0], metric, case[1]) for case in looks},
     }
     every = {split: {case: rows for case, rows in of.items() if len(rows)} for split, of in every.items()}
-    if looks and not every[SPLIT]:
-        figure.lacks.append(f"scores of experiment `{experiment}` by mean power at these elevations")
     if not every[SPLIT]:
+        words = f"scores of experiment `{experiment}` by mean power at these elevations"
+        figure.lacks += [words] if looks else []
         return
     shown, listed = {split: of for split, of in every.items() if of}, []
     drawing, grid = panels(1, len(shown), max(1 + 3.9 * len(shown), 6.6), 3.6)
@@ -90,11 +72,10 @@ def curves(results, figure):
             _draw_statements(axes, results, figure, looks)
         axes.set_title(f"{WORDS[split]}{protocol}")
     words = "accuracy" if metric == ACCURACY else "weighted F1"
-    finish(drawing, grid, snr_axis(thesis.DEFINITION), words)
-    several, (model, *_) = len(figure.models) > 1, figure.there
-    whose = ", ".join(look["label"] for look in looks.values()) if several else names.model(model).words
+    finish(drawing, grid, snr_axis("mean"), words)
+    whose = ", ".join(look["label"] for look in looks.values()) if several else names.model(figure.there[0]).words
     yield picture(figure.picture, drawing, f"{figure.picture} here: {words} of {whose} against the test SNR.")
-    yield values_table(listed)
+    yield stated.values_table(listed)
 
 
 def _draw_statements(axes, results, figure, looks):
@@ -108,55 +89,38 @@ def _draw_statements(axes, results, figure, looks):
 
 def fitted(results, figure):
     """What the document says of accuracy on the training images, beside ours."""
-    (line,) = (line for line in figure.found if line["reading"] == "last epoch")
-    if line["here"]:
-        curve = results.curves[figure.experiment, line["model"]]
-        first = curve["epoch"][curve["accuracy"] >= 0.99995]
-        reached = f", and 1.0000 first after epoch {first.iloc[0]:g}" if len(first) else ""
-        here = {"last": curve["accuracy"].iloc[-1], "count": len(curve), "reached": reached}
-        yield say("fitted", value=line["value"], stated=line["stated"], **here)
+    for line in figure.found:
+        if line["reading"] == "last epoch" and line["here"]:
+            curve = results.curves[figure.experiment, line["model"]]
+            first = curve["epoch"][curve["accuracy"] >= 0.99995]
+            reached = f", and 1.0000 first after epoch {first.iloc[0]:g}" if len(first) else ""
+            yield say("fitted", **line, last=line["here"]["ours"], count=len(curve), reached=reached)
 
 
 def trainings(results, figure):
     """Accuracy of a model trained at each of several SNRs. figure.beside: an experiment trained without noise."""
     (model,), experiment = figure.models, figure.experiment
     label, rows = results.names.model(model).label, ours(results, experiment, model, ACCURACY) if results.learns else ()
-    yield table([_said_at_trainings(line) for line in figure.found])
     if not len(rows):
         raise NotHere(f"experiment `{experiment}` with {label}, split at random")
     shown = [(trained, curve) for (trained,), curve in results.names.groups(rows, "training")]
     drawing, grid = panels(1, 1, 6.6, 4.2)
     draw_trainings(grid[0, 0], shown, [trained for trained, _ in shown])
-    clean = ours(results, figure.beside, model, ACCURACY) if figure.beside else ()
+    clean = ours(results, figure.beside, model, ACCURACY)
     if len(clean):
         draw_curve(grid[0, 0], clean, BLACK, band=False, ls="--", label="trained without noise (Fig. 4.12)")
         shown.append(("without noise", clean))
     finish(drawing, grid, snr_axis("mean"), "accuracy")
     alt = f"{figure.picture} here: accuracy of {label} against the test SNR, a curve for each training SNR."
     yield picture(figure.picture, drawing, alt)
-    yield values_table(shown, "trained at")
-    yield _best_trainings(shown)
-
-
-def _said_at_trainings(line):
-    """A row of a table of a statement on several training SNRs."""
-    here = line["here"]
-    row = {"stated": line["stated"], "published": line["published"], "here": NONE}
-    if here:
-        snr = here["here_at_snr_db"]
-        row["here"] = f"{line['name']}, at {snr:g} dB: {value_text(here, snr)}"
-    return row | {"as published": kept_text(line["holds"])}
-
-
-def _best_trainings(shown):
-    """Which training SNR is best at each of some test SNRs, in a sentence. shown: (training, rows by SNR)."""
+    yield stated.values_table(shown, "trained at")
     values = {trained: rows.set_index("test_snr_db")["value"] for trained, rows in shown}
     best = []
-    for snr in shown_snrs(snr for of in values.values() for snr in of.index):
+    for snr in stated.shown_snrs(snr for of in values.values() for snr in of.index):
         at = {trained: of.get(snr, np.nan) for trained, of in values.items()}
         top = [trained for trained, value in at.items() if value == np.nanmax(list(at.values()))]
         best.append(f"at {snr:g} dB {' and '.join(top) if len(top) < 3 else f'{len(top)} alike'}")
-    return f"Best training on the test images: {', '.join(best)}."
+    yield f"Best training on the test images: {', '.join(best)}."
 
 
 def upsampling_effect(results, figure):
@@ -165,7 +129,7 @@ def upsampling_effect(results, figure):
     on = ["training", "test_snr_db"]
     both = finer.merge(plain[[*on, "value"]], on=on, suffixes=("", "_plain"))
     if len(both):
-        snrs = shown_snrs(both["test_snr_db"])
+        snrs = stated.shown_snrs(both["test_snr_db"])
         rows = [
             {"trained at": trained} | at_snrs(curve, snrs, lambda row: signed(row["value"] - row["value_plain"]))
             for (trained,), curve in results.names.groups(both, "training")
@@ -177,22 +141,21 @@ def times(results, figure):
     """Published prediction times beside ours. figure.timed: models of each experiment."""
     rows, lacks = [], []
     for experiment, model in ((name, model) for name, models in figure.timed.items() for model in models):
-        label, row = results.names.model(model).label, {}
         printed = select(results.published_times, model=model, condition=TIMED[experiment])
-        published = {"milliseconds_per_observation": np.nan, "training_observations": np.nan}
-        published |= printed.iloc[0].to_dict() if len(printed) else {}
-        row = {"model": label, "experiment": title_of(experiment)}
-        row["published [ms]"] = number(published["milliseconds_per_observation"], 5)
-        row["training images there"] = number(published["training_observations"], 6)
-        here = select(results.times, experiment=experiment, model=model) if named(results, experiment) else ()
+        there, count = (
+            printed[key].iloc[0] if len(printed) else np.nan
+            for key in ("milliseconds_per_observation", "training_observations")
+        )
+        row = {"model": results.names.model(model).label, "experiment": title(experiment)}
+        row |= {"published [ms]": number(there, 5), "training images there": number(count, 6)}
+        here = select(results.times, experiment=experiment, model=model) if stated.named(results, experiment) else ()
         if len(here):  # of an experiment that trains at each of several SNRs all, which are of one size
             row["training images here"] = f"{here['training_observations'].iloc[0]}"
             row["here, one at a time [ms]"] = number(here["single_ms"].mean())
             row["here, in batches [ms]"] = number(here["batch_ms"].mean())
-            ratio = published["milliseconds_per_observation"] / here["batch_ms"].mean()
-            row["published / here in batches"] = number(ratio, 2)
+            row["published / here in batches"] = number(there / here["batch_ms"].mean(), 2)
         else:
-            lacks.append(f"{label} in experiment `{experiment}`")
+            lacks.append(f"{row['model']} in experiment `{experiment}`")
         rows.append(row)
     figure.lacks += [", ".join(lacks)] if lacks else []
     yield table(rows)
@@ -203,8 +166,9 @@ def growth(results, figure):
     few, many = figure.timed
     parts = []
     for model in figure.models:
-        here = [select(results.times, experiment=name, model=model) for name in (few, many) if named(results, name)]
-        if len(here) == 2 and all(map(len, here)):
+        named = [name for name in (few, many) if stated.named(results, name)]
+        here = [rows for name in named if len(rows := select(results.times, experiment=name, model=model))]
+        if len(here) == 2:
             first, second = (rows["batch_ms"].iloc[0] for rows in here)
             there = select(results.published_times, model=model).set_index("condition")["milliseconds_per_observation"]
             ratio = there[TIMED[many]] / there[TIMED[few]]
@@ -215,35 +179,31 @@ def growth(results, figure):
 
 def hyper_parameters(results, figure):
     """Published settings beside ours, and beside those that searches on validation images choose."""
-    searches = {model: _search(results, f"{model}_tuned") for model in figure.models}
-    lacking = [f"`{model}_tuned`" for model, search in searches.items() if search is None]
-    figure.lacks += [f"searches by {', '.join(lacking)}"] if lacking else []
-    yield table(
-        [
-            _setting(results, line, search)
-            for model, search in searches.items()
-            for line in select(results.published_settings, model=model).to_dict("records")
-        ]
-    )
-
-
-def _search(results, tuned):
-    """The settings tried of a model that has a choice, where it is split at random and learns what is without noise."""
+    searches = {}  # split at random, of models that learn what is without noise
     for (run, model), search in results.searches.items() if results.learns else ():
         own = results.runs[run]
-        if model == tuned and own["split"] == SPLIT and training(own) == "clean" and own["elevation"] == "all":
-            return search
-    return None
+        if own["split"] == SPLIT and training(own) == "clean" and own["elevation"] == "all":
+            searches.setdefault(model, search)
+    lacking = [f"`{model}_tuned`" for model in figure.models if f"{model}_tuned" not in searches]
+    figure.lacks += [f"searches by {', '.join(lacking)}"] if lacking else []
+    lines = [
+        line for model in figure.models for line in select(results.published_settings, model=model).to_dict("records")
+    ]
+    yield table([_setting(results, figure, line, searches.get(f"{line['model']}_tuned")) for line in lines])
 
 
-def _setting(results, line, search):
-    """A published setting beside ours, and beside what a search chose. search: the settings tried, or None."""
+def _setting(results, figure, line, search):
+    """A published setting beside ours, and beside what a search chose. search: the settings tried, or None.
+
+    figure.thresholds: of the settings that are thresholds, the experiment and confidence score here.
+    """
     name, own = line["setting"], results.settings["learning"]["models"].get(line["model"], {})
     row = {"model": results.names.model(line["model"]).label, "setting": name}
     row |= {"published": f"{line['value']} ({line['source']})", "here": own.get(name, NONE)}
-    if name in SCORES and named(results, "fcnn_open"):
-        case = {"experiment": "fcnn_open", "model": line["model"], "split": SPLIT, "score": SCORES[name]}
-        chosen = select(results.scores, **case, threshold="thesis", metric="threshold", elevation="all")
+    case = figure.thresholds.get(name)
+    if case and stated.named(results, case["experiment"]):
+        case = case | {"model": line["model"], "split": SPLIT, "threshold": "thesis", "elevation": "all"}
+        chosen = select(results.scores, **case, metric="threshold")
         if len(chosen):
             top = chosen.loc[chosen["test_snr_db"].idxmax()]
             row["here"] = f"{top['value']:.3f} at {top['test_snr_db']:g} dB"
@@ -257,19 +217,34 @@ def _setting(results, line, search):
     return row
 
 
-def images_over_elevation(results, figure):
-    """One known target at one azimuth over elevation."""
-    (target, *_) = _known(results, "images of a known target")
-    image = results.images(target, "clean").image.isel(azimuth=0)
-    shown = evenly(image.elevation.values.tolist(), ELEVATIONS)
-    line = [(f"{elevation:g}°", image.sel(elevation=elevation)) for elevation in shown]
-    alt = f"Images of {target} at azimuth {float(image.azimuth):g}° and {len(shown)} elevations."
-    yield _pictures(figure, [line], alt)
+def images_shown(results, figure):
+    """A row of images of each of the first figure.targets known targets, over elevation at figure.snr, or clean.
+
+    figure.count: of a row; figure.around: whether they are at other azimuths, too; figure.headed, figure.alt and
+    figure.caption: texts.
+    """
+    known, lines = _known(results)[: figure.targets], []
+    snr = figure.snr if figure.snr == "clean" else nearest(results.settings["noise"]["snr_db"], figure.snr)
+    for target in known:
+        image = results.images(target, "clean" if snr == "clean" else snr_label(snr)).image
+        image = image.isel(realization=0) if "realization" in image.dims else image
+        elevations = evenly(image.elevation.values.tolist(), figure.count)
+        azimuths = around(image.sizes["azimuth"], figure.count) if figure.around else [0] * len(elevations)
+        picked = [
+            image.sel(elevation=elevations[place % len(elevations)]).isel(azimuth=azimuth)
+            for place, azimuth in enumerate(azimuths)
+        ]
+        where = [{"elevation": float(one.elevation), "azimuth": float(one.azimuth)} for one in picked]
+        heads = [figure.headed.format(target=target, **place) for place in where]
+        lines.append([*zip(heads, picked, strict=True)])
+    words = {"targets": " and ".join(known), "snr": snr, "count": len(lines[0]), **where[0]}
+    yield _pictures(figure, lines, figure.alt.format(**words))
+    yield figure.caption.format(**words)
 
 
 def images_upsampled(results, figure):
     """An image of each of two known targets, as it is and with figure.upsampled pixels a side."""
-    known, side, line = _known(results, "images of known targets")[:2], figure.upsampled, []
+    known, side, line = _known(results)[:2], figure.upsampled, []
     dataset = results.images(known[0], "clean")
     if "range_wavenumber" not in dataset.attrs or max(dataset.sizes["range"], dataset.sizes["crossrange"]) > side:
         raise NotHere(f"images that can be up-sampled to {side} pixels a side")
@@ -285,26 +260,10 @@ def images_upsampled(results, figure):
     yield _pictures(figure, [line], alt)
 
 
-def images_with_noise(results, figure):
-    """Images of the known targets at the SNR of the low statement."""
-    known, lines = _known(results, "images of known targets"), []
-    snr = nearest(results.settings["noise"]["snr_db"], LOW_SNR)
-    for target in known:
-        image = results.images(target, snr_label(snr)).image.isel(realization=0)
-        elevations, line = evenly(image.elevation.values.tolist(), EXAMPLES), []
-        for place, azimuth in enumerate(around(image.sizes["azimuth"], EXAMPLES)):
-            one = image.sel(elevation=elevations[place % len(elevations)]).isel(azimuth=azimuth)
-            line.append((f"{target}, {float(one.elevation):g}°, {float(one.azimuth):.0f}°", one))
-        lines.append(line)
-    alt = f"Images of {' and '.join(known)} at {snr:g} dB, headed by elevation and azimuth."
-    yield _pictures(figure, lines, alt)
-    yield f"At {snr:g} dB; headed by elevation and azimuth."
-
-
-def _known(results, words):
-    """The known targets. Raises NotHere with these words where there are no images of any."""
+def _known(results):
+    """The known targets. Raises NotHere where there are no images of any."""
     if not results.images_are_made or not results.of_role("known"):
-        raise NotHere(words)
+        raise NotHere("images of known targets")
     return results.of_role("known")
 
 

@@ -24,7 +24,7 @@ class NotHere(Exception):
     """What a figure needs is not part of the run, in words: its other parts and its reasons are left out."""
 
 
-def say(name, **values):
+def say(name, /, **values):
     """A sentence of the page, its {places} filled."""
     return PAGE["sentences"][name].format(**values)
 

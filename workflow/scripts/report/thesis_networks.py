@@ -6,6 +6,7 @@ As of `thesis_figures`; among them what the slips of the document make in a run'
 import numpy as np
 
 from report import thesis_anew as anew
+from report import thesis_statements as stated
 from report.layout import BLACK, BLUE, VERMILION, number, signed
 from report.plots import draw_density, draw_matrix, draw_pixels, finish, matrix, panels
 from report.published import ADAPTATIONS, CLASSES, value_at
@@ -13,28 +14,18 @@ from report.section_capsule import plain
 from report.selection import HIGH_SNR, THESIS_NETWORKS, everywhere_networks, nearest
 from report.thesis_markdown import NONE, PAGE, NotHere, not_here, picture, say, table
 from report.thesis_sentences import gain_text
-from report.thesis_statements import (
-    HARDER,
-    SPLIT,
-    WORDS,
-    high_snr,
-    judged_anew,
-    open_cells,
-    ours,
-    own_run,
-    trained_words,
-    value_text,
-    values_table,
-)
+from report.thesis_statements import SPLIT, WORDS, high_snr, judged_anew, ours, value_text
 from report.vocabulary import ACCURACY, F1, POWERS, select, snr_axis, training_noise, with_interval
 
+HEADINGS = PAGE["headings"]
 EXAMPLES = 5  # reconstructions of a target
 BINS = 60
 
 
-def _everywhere(results, model):
-    """The runs of a fully connected network that classify the images of all azimuths."""
-    return [run for run, of in (everywhere_networks(results.runs) if results.learns else ()) if of == model]
+def _everywhere(results, models):
+    """(run, model, words) of the fully connected networks that classify images of all azimuths; how they trained."""
+    networks = everywhere_networks(results.runs) if results.learns else ()
+    return [(run, of, f"trained {stated.trained_words(results.runs[run])}") for run, of in networks if of in models]
 
 
 def _all_azimuths(results, run, model, score):
@@ -55,14 +46,13 @@ def f1_table(results, figure):
     for name in figure.adaptations:
         model, score = ADAPTATIONS[name]
         line = select(results.published_scores, model=name, metric="weighted_f1", snr_db=float(HIGH_SNR))
-        row = {"weighted F1 at 24 dB": PAGE["headings"][name], "printed": line["value"].iloc[0] if len(line) else NONE}
+        row = {"weighted F1 at 24 dB": HEADINGS[name], "printed": line["value"].iloc[0] if len(line) else NONE}
         row["of the printed matrix"] = f"{anew.printed_f1(_printed_matrix(results, name)):.4f}"
-        for run in _everywhere(results, model):
-            here = f"here, trained {trained_words(results.runs[run])}"
+        for run, _, words in _everywhere(results, [model]):
             tested = value_at(results, ours(results, run, model, F1, score), HIGH_SNR)
-            row[f"{here}, test images"] = value_text(tested, HIGH_SNR)
+            row[f"here, {words}, test images"] = value_text(tested, HIGH_SNR)
             every = anew.weighted_f1(_all_azimuths(results, run, model, score))
-            row[f"{here}, all azimuths"] = f"{every:.4f}"
+            row[f"here, {words}, all azimuths"] = f"{every:.4f}"
         rows.append(row)
     yield table(rows)
 
@@ -73,14 +63,14 @@ def matrices(results, figure):
     if not shown:
         return
     snr, order, columns = high_snr(results), [*results.of_role("known"), *results.of_role("unknown")], []
-    for adaptation in shown:
-        model, score = ADAPTATIONS[adaptation]
-        column = [(f"{PAGE['headings'][adaptation]},\npublished", _printed_matrix(results, adaptation))]
-        cells = open_cells(results, figure.experiment, model, score)
+    for name in shown:
+        model, score = ADAPTATIONS[name]
+        column = [(f"{HEADINGS[name]},\npublished", _printed_matrix(results, name))]
+        cells = stated.open_cells(results, figure.experiment, model, score)
         column += [(f"here at {snr:g} dB, test images", matrix(cells).reindex(order))] if len(cells) else []
-        for run in _everywhere(results, model):
-            counts = anew.counts(_all_azimuths(results, run, model, score)).reindex(order)
-            column.append((f"here, all azimuths,\ntrained {trained_words(results.runs[run])}", counts))
+        for run, _, words in _everywhere(results, [model]):
+            counts = anew.counts(_all_azimuths(results, run, model, score))
+            column.append((f"here, all azimuths,\n{words}", counts.reindex(order)))
         columns.append(column)
     rows = max(map(len, columns))
     drawing, grid = panels(rows, len(columns), 0.6 + 3.2 * len(columns), 0.3 + 2.8 * rows, False, False)
@@ -88,19 +78,8 @@ def matrices(results, figure):
         for axes, (text, counts) in zip(grid[:, place], column, strict=False):
             draw_matrix(axes, counts.fillna(0), text)
     finish(drawing, grid, "predicted class", "target", legend=False)
-    words = ", ".join(PAGE["headings"][adaptation] for adaptation in shown)
-    name = figure.picture
-    yield picture(name, drawing, f"{name}: confusion matrices of {words}, as published and here.")
-
-
-def wrong_images(results, figure):
-    """The share of wrong images of the open set."""
-    if figure.there:
-        (line,) = figure.found
-        shares = {"": "share of wrong images", "published": f"{line['value']} ({line['stated']})"}
-        shares[f"here, {WORDS[SPLIT]}, `thesis` thresholds"] = value_text(line["here"], HIGH_SNR)
-        shares[f"here, {WORDS[HARDER]}, `blind` thresholds"] = value_text(line["sector"], HIGH_SNR)
-        yield table([shares])
+    words = f"confusion matrices of {', '.join(HEADINGS[name] for name in shown)}, as published and here."
+    yield picture(figure.picture, drawing, f"{figure.picture}: {words}")
 
 
 def reconstructions(results, figure):
@@ -110,34 +89,29 @@ def reconstructions(results, figure):
         raise NotHere(f"reconstructions of the capsule network in experiment `{figure.experiment}`, split at random")
     store = results.reconstructions(*network)
     snr = nearest(store.snr.values.tolist(), figure.snr)
-    dataset = store.sel(snr=snr).load()
+    dataset, rows = store.sel(snr=snr).load(), []
     order = [target for target in results.targets if target in dataset.target.values]
     size = 0.8 * len(kinds) * EXAMPLES + 0.5, 0.8 * len(order) + 0.4
     drawing, grid = panels(len(order), len(kinds) * EXAMPLES, *size, False, False, "compressed")
     for row, target in enumerate(order):
-        for place, (kind, words) in enumerate(kinds.items()):
-            for example in range(EXAMPLES):
-                axes = grid[row, place * EXAMPLES + example]
-                draw_pixels(axes, dataset[kind].sel(target=target).isel(example=example).values)
-                axes.set(xticks=[], yticks=[], title=words if (row, example) == (0, EXAMPLES // 2) else "")
+        images = dataset.sel(target=target)
+        for place, axes in enumerate(grid[row]):
+            kind, example = [*kinds][place // EXAMPLES], place % EXAMPLES
+            draw_pixels(axes, images[kind].isel(example=example).values)
+            axes.set(xticks=[], yticks=[], title=kinds[kind] if (row, example) == (0, EXAMPLES // 2) else "")
         grid[row, 0].set_ylabel(target)
+        rows.append({"target": target, **{f"MSE, {words}": number(value) for words, value in _errors(images).items()}})
     finish(drawing, grid, "", legend=False)
     shown = f"five images of each of {', '.join(order)} at {snr:g} dB: {', '.join(kinds.values())}."
     yield picture(figure.picture, drawing, f"{figure.picture} here: {shown}")
     yield f"At {snr:g} dB, of these images:"
-    rows = []
-    for target in order:
-        errors = _errors(dataset.sel(target=target)).items()
-        rows.append({"target": target} | {f"MSE, {words}": number(value) for words, value in errors})
     yield table(rows)
 
 
 def _errors(images):
     """Mean squared errors of reconstructions: beside what the network sees, and beside the image without noise."""
-    return {
-        "reconstruction and input": float(((images.made - images.seen) ** 2).mean()),
-        "reconstruction and image without noise": float(((images.made - images.truth) ** 2).mean()),
-    }
+    others = {"input": images.seen, "image without noise": images.truth}
+    return {f"reconstruction and {words}": float(((images.made - of) ** 2).mean()) for words, of in others.items()}
 
 
 def histograms(results, figure):
@@ -156,17 +130,16 @@ def histograms(results, figure):
             draw_density(axes, values[test["role"] == role], edges, color, f"{role} targets")
         found = anew.effect(predictions, score, results.settings["seed"])
         for threshold, dash, side in ((found.chosen, "--", "validation"), (found.by_errors, ":", "test")):
-            words = f"threshold from {side} images"
-            axes.axvline(plain(score, threshold), color="black", ls=dash, lw=1.2, label=words)
+            look = {"color": "black", "ls": dash, "lw": 1.2, "label": f"threshold from {side} images"}
+            axes.axvline(plain(score, threshold), **look)
         axes.set_xlabel(label)
         case = {"experiment": experiment, "split": SPLIT, "model": model, "score": score, "metric": "auroc"}
         area = select(results.scores, **case, elevation="all", test_snr_db=snr)
         auroc = with_interval(area.iloc[0]) if len(area) else NONE
         rows.append({"score": label, "AUROC": auroc, **_effect_cells(found, score)})
     finish(drawing, grid, "", "density")
-    words = " and ".join(row["score"] for row in rows)
-    alt = f"{figure.picture} here: histograms of {words} at {snr:g} dB, known and unknown targets."
-    yield picture(figure.picture, drawing, alt)
+    words = f"histograms of {' and '.join(row['score'] for row in rows)} at {snr:g} dB, known and unknown targets."
+    yield picture(figure.picture, drawing, f"{figure.picture} here: {words}")
     yield f"At {snr:g} dB, test images:"
     yield table(rows)
 
@@ -199,15 +172,14 @@ def complex_images(results, figure):
             store = results.reconstructions(run["name"], model)
             snr = nearest(store.snr.values.tolist(), HIGH_SNR)
             known = [name for name in results.of_role("known") if name in store.target.values]
-            error = _errors(store.sel(snr=snr, target=known))["reconstruction and image without noise"]
-            row[f"MSE, reconstruction and image without noise at {snr:g} dB, known targets"] = number(error)
+            for words, error in [*_errors(store.sel(snr=snr, target=known)).items()][1:]:
+                row[f"MSE, {words} at {snr:g} dB, known targets"] = number(error)
         for score in results.names.values(opened, "score") if len(opened) else ():
             value = value_at(results, select(opened, score=score), HIGH_SNR)
             row[f"open set, {results.names.score(score).label}"] = value_text(value, HIGH_SNR)
         rows.append(row)
     trained = training_noise(results.settings["learning"]["experiments"][experiment]["train"]["snr_db"])
-    words = f"in experiment `{experiment}`, trained {trained}, {WORDS[run['split']]}, `thesis` thresholds:"
-    yield f"Complex images, {words}"
+    yield say("complex_images", experiment=experiment, trained=trained, split=WORDS[run["split"]])
     yield table(rows)
 
 
@@ -216,23 +188,19 @@ def trained_with_noise(results, figure):
     if not judged_anew(results, "fcnn_listing", "fcnn"):
         yield not_here("experiment `fcnn_listing`")
         return
-    listed, kinds = [], [("fcnn", "", "closed set, accuracy")]
-    kinds += [(*ADAPTATIONS[name], f"open set, weighted F1, {PAGE['headings'][name]}") for name in figure.adaptations]
-    for model, score, label in kinds:
-        for run in _everywhere(results, model):
-            rows = ours(results, run, model, F1 if score else ACCURACY, score)
-            listed.append((f"{label}, trained {trained_words(results.runs[run])}", rows))
-    yield values_table(listed)
+    listed = []
+    for name in (None, *figure.adaptations):
+        model, score = ADAPTATIONS.get(name, ("fcnn", ""))
+        label = f"open set, weighted F1, {HEADINGS[name]}" if score else "closed set, accuracy"
+        for run, _, words in _everywhere(results, [model]):
+            listed.append((f"{label}, {words}", ours(results, run, model, F1 if score else ACCURACY, score)))
+    yield stated.values_table(listed)
 
 
 def all_azimuths_counted(results, figure):
     """(b) All azimuths in Fig. 5.4."""
-    networks = everywhere_networks(results.runs) if results.learns else []
-    if not networks:
-        yield not_here("a fully connected network in the open set, split at random")
-        return
     snr, rows = high_snr(results), []
-    for run, model in networks:
+    for run, model, words in _everywhere(results, ["fcnn", "fcnn_other"]):
         predictions = results.predictions(run, model, snr)
         tested = select(predictions, side="test", role=["known", "unknown"])
         for name in (name for name in figure.adaptations if ADAPTATIONS[name][0] == model):
@@ -240,9 +208,12 @@ def all_azimuths_counted(results, figure):
             every = _all_azimuths(results, run, model, score)
             own = anew.weighted_f1(anew.rejecting(tested, score, anew.chosen(predictions, score)))
             f1 = anew.weighted_f1(every)
-            row = {"FCNN": f"{PAGE['headings'][name]}, trained {trained_words(results.runs[run])}"}
-            row |= {"test images": f"{len(tested):,}", "weighted F1": f"{own:.4f}", "all images": f"{len(every):,}"}
-            rows.append(row | {"their weighted F1": f"{f1:.4f}", "what that adds": signed(f1 - own, 4)})
+            row = {"FCNN": f"{HEADINGS[name]}, {words}", "test images": f"{len(tested):,}", "weighted F1": f"{own:.4f}"}
+            row |= {"all images": f"{len(every):,}", "their weighted F1": f"{f1:.4f}"}
+            rows.append(row | {"what that adds": signed(f1 - own, 4)})
+    if not rows:
+        yield not_here("a fully connected network in the open set, split at random")
+        return
     yield f"At {snr:g} dB, with the thresholds that the validation images choose:"
     yield table(rows)
 
@@ -256,9 +227,9 @@ def threshold_on_test_images(results, figure):
     snrs, rows, said = sorted(results.settings["noise"]["snr_db"]), [], []
     drawing, grid = panels(1, len(there), max(1 + 3.9 * len(there), 6.6), 3.6)
     for axes, network in zip(grid.flat, there, strict=True):
-        tables = {snr: results.predictions(network["experiment"], network["model"], snr) for snr in snrs}
+        tables = [results.predictions(network["experiment"], network["model"], snr) for snr in snrs]
         for score in network["scores"]:
-            effects = [anew.effect(tables[snr], score, results.settings["seed"]) for snr in snrs]
+            effects = [anew.effect(predictions, score, results.settings["seed"]) for predictions in tables]
             label, look = results.names.method(network["model"], score), results.names.score(score)
             axes.plot(snrs, [found.f1 for found in effects], color=look.color, marker=look.marker, label=look.label)
             axes.plot(snrs, [found.f1_by_errors for found in effects], color=look.color, ls="--")
@@ -283,16 +254,14 @@ def by_both_powers(results, figure):
     targets, listed = [*results.of_role("known"), *results.of_role("unknown")], []
     attrs = {name: results.images(name, "clean").attrs for name in targets}
     offsets = [f"{name} {of['snr_definition_offset_db']:.1f} dB" for name, of in attrs.items()]
-    for case in figure.by_power:
-        score, words = case["score"], "weighted F1" if case["score"] else "accuracy"
-        more = {"split": SPLIT, "elevation": "all", "threshold": "thesis" if score else ""}
-        more["metric"] = F1 if score else ACCURACY
-        for definition, scores in results.by_definition.items() if own_run(results, case["experiment"]) else ():
-            label = f"{results.names.method(case['model'], score)}, {words}, SNR by {POWERS[definition]}"
-            listed.append((label, select(scores, **case, **more)))
+    for case in (case for case in figure.by_power if stated.own_run(results, case["experiment"])):
+        method = results.names.method(case["model"], case["score"])
+        words = f"{method}, {'weighted F1' if case['score'] else 'accuracy'}, SNR by"
+        for definition, scores in results.by_definition.items():
+            listed.append((f"{words} {POWERS[definition]}", select(scores, **case, split=SPLIT, elevation="all")))
     if offsets:
         yield say("by_both_powers", offsets=", ".join(offsets))
-    yield values_table(listed)
+    yield stated.values_table(listed)
 
 
 def reconstruction_weight(results, figure):
@@ -307,7 +276,7 @@ def matrix_and_table(results, figure):
     for name in figure.adaptations:
         printed = select(results.published_scores, model=name, metric="weighted_f1")["value"].iloc[0]
         computed = anew.printed_f1(_printed_matrix(results, name))
-        parts.append(f"{PAGE['headings'][name]} {printed} printed, {computed:.4f} from the matrix")
+        parts.append(f"{HEADINGS[name]} {printed} printed, {computed:.4f} from the matrix")
     yield say("matrix_and_table", parts="; ".join(parts))
 
 

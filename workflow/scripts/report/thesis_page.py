@@ -4,6 +4,8 @@ from datetime import date
 from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
+
 from core import sweep
 from report import thesis_figures, thesis_networks, thesis_sentences
 from report.conditions import noise_words
@@ -11,7 +13,7 @@ from report.layout import duration, style
 from report.results import Results
 from report.section_run import commit, networks, version
 from report.thesis_markdown import PAGE, NotHere, Picture, anchor, block, bullets, not_here, table
-from report.thesis_statements import STATED, judge, kept_text, present, value_text
+from report.thesis_statements import judge, kept_text, present, value_text
 from report.vocabulary import select
 
 FILE = "README.md"
@@ -20,7 +22,7 @@ EVERYWHERE = "What differs in every figure"
 MODULES = thesis_figures, thesis_networks, thesis_sentences  # of parts
 # Of a figure in thesis_page.yaml that does not say.
 DEFAULTS = {"title": "", "why": [], "experiment": "", "models": [], "scores": [], "needs": "", "elevation": "all"}
-DEFAULTS |= {"adaptations": [], "beside": "", "marked": True}
+DEFAULTS |= {"adaptations": [], "beside": "", "marked": True, "targets": None, "around": False, "caption": ""}
 
 
 def write_page(folder, settings, stated, output):
@@ -112,11 +114,8 @@ def _written(figure):
 
 
 def _overview(figures):
-    """One table of all published scores, each at the first figure that states it, and how many hold."""
-    lines = {}
-    for figure in figures:
-        for line in figure.found:
-            lines.setdefault(tuple(line[key] for key in STATED), (figure, line))
+    """One table of all published scores, and how many hold."""
+    lines = [(figure, line) for figure in figures for line in figure.found]
     rows = [
         {
             "": link(figure),
@@ -126,46 +125,42 @@ def _overview(figures):
             "here": value_text(line["here"], line["snr_db"]),
             "as published": kept_text(line["holds"]),
         }
-        for figure, line in lines.values()
+        for figure, line in lines
     ]
-    known = [line["holds"] for _, line in lines.values() if line["holds"] is not None]
+    known = [line["holds"] for _, line in lines if line["holds"] is not None]
     words = f"{sum(known)} of the {len(known)} that this run has hold." if known else "This run has none of them."
     return f"{words}\n\n{table(rows)}"
 
 
 def facts(results):
     """The run in pairs of what and how much."""
-    settings = results.settings
+    settings, said = results.settings, PAGE["facts"]
     pairs = [
-        ("config", f"`{settings['name']}`, seed {settings['seed']}"),
-        ("code", f"isarflow {version()}, commit {commit()}"),
+        ("config", said["config"].format(**settings)),
+        ("code", said["code"].format(version=version(), commit=commit())),
     ]
     if results.learns:
-        scores = results.folder / "learning" / "scores.csv"
-        pairs.append(("date", f"{date.fromtimestamp(scores.stat().st_mtime).isoformat()}, of the scores"))
+        made = date.fromtimestamp((results.folder / "learning" / "scores.csv").stat().st_mtime)
+        pairs.append(("date", said["date"].format(date=made.isoformat())))
         pairs.append(("processor", ", ".join(sorted(results.times["machine"].unique()))))
-    targets = ", ".join(f"{name} ({settings['targets'][name]['role']})" for name in results.targets)
-    pairs.append(("targets", targets))
+    targets = (f"{name} ({settings['targets'][name]['role']})" for name in results.targets)
+    pairs.append(("targets", ", ".join(targets)))
     if results.images_are_made:
-        pairs.append(("images", _images(results)))
+        pairs.append(("images", said["images"].format(**_images(results))))
     if results.learns:
-        differences = networks(results)
-        pairs.append(("capsule network", "; ".join(differences) if differences else "of the document's size"))
+        pairs.append(("capsule network", "; ".join(networks(results)) or "of the document's size"))
         pairs.append(("learning", _learning(results.benchmarks)))
     return pairs
 
 
 def _images(results):
-    settings, noise = results.settings, results.settings["noise"]
-    dataset = results.images(results.targets[0], "clean")
-    views = dataset.sizes["elevation"] * dataset.sizes["azimuth"]
-    count = len(results.targets) * views * len(noise["snr_db"]) * noise["realizations"]
-    frequency = sweep.frequencies(settings["radar"]) / 1e9
+    """The sizes of the run's images."""
+    noise, sizes = results.settings["noise"], dict(results.images(results.targets[0], "clean").sizes)
+    own = {"targets": len(results.targets), "snrs": len(noise["snr_db"]), "realizations": noise["realizations"]}
+    count = np.prod([*own.values(), sizes["elevation"], sizes["azimuth"]])
+    first, *_, last = sweep.frequencies(results.settings["radar"]) / 1e9
     return (
-        f"{count:,} noisy ones of {dataset.sizes['range']} × {dataset.sizes['crossrange']} pixels: "
-        f"{len(results.targets)} targets, {dataset.sizes['elevation']} elevations, {dataset.sizes['azimuth']} "
-        f"azimuths, {len(noise['snr_db'])} SNRs by {noise_words(noise, noise['definition'])}, {noise['realizations']} "
-        f"realizations; {frequency[0]:g} to {frequency[-1]:g} GHz"
+        own | sizes | {"count": count, "noise": noise_words(noise, noise["definition"]), "first": first, "last": last}
     )
 
 
@@ -174,10 +169,7 @@ def _learning(benchmarks):
     jobs = benchmarks[benchmarks["step"].isin(LEARNING)]
     if not len(jobs):
         return "no times were recorded"
-    seconds = jobs.groupby("step")["s"].sum()
-    parts = ", ".join(f"{step} {duration(seconds[step])}" for step in LEARNING if step in seconds)
-    longest = jobs.loc[jobs["s"].idxmax()]
-    return (
-        f"{duration(seconds.sum())} of jobs, which run side by side ({parts}); the longest, {longest['job']}, "
-        f"{duration(longest['s'])}"
-    )
+    seconds, longest = jobs.groupby("step")["s"].sum(), jobs.loc[jobs["s"].idxmax()]
+    steps = ", ".join(f"{step} {duration(seconds[step])}" for step in LEARNING if step in seconds)
+    words = {"all": duration(seconds.sum()), "steps": steps, "job": longest["job"], "longest": duration(longest["s"])}
+    return PAGE["facts"]["learning"].format(**words)

@@ -3,14 +3,16 @@
 Each function yields sentences, or none where what it says does not apply. figure: as of `thesis_page.build`.
 """
 
+from functools import reduce
+
 from learning.experiments import training
 from report import thesis
 from report import thesis_anew as anew
+from report import thesis_statements as stated
 from report.layout import signed
 from report.section_learning import training_end
 from report.selection import nearest
 from report.thesis_markdown import NONE, PAGE, say
-from report.thesis_statements import judged_anew, ours, own_run, shown_snrs
 from report.vocabulary import ACCURACY, POWERS, select, training_noise
 
 
@@ -22,14 +24,11 @@ def targets(results, figure):
 def sweep(results, figure):
     """The sweep, where it is another one."""
     parts = []
-    for words, theirs in PAGE["sweep"].items():
-        here = results.settings
-        for key in theirs["key"].split("."):
-            here = here.get(key) if isinstance(here, dict) else None
-        if here != theirs["value"]:
-            scale, unit = theirs["scale"], theirs["unit"]
-            own = "otherwise" if here is None else f"{here / scale:g}{unit}"
-            parts.append(f"{words} {own} ({theirs['value'] / scale:g}{unit})")
+    for words, (key, theirs, scale, unit) in PAGE["sweep"].items():
+        here = reduce(lambda part, name: part.get(name, {}), key.split("."), results.settings)
+        if here != theirs:
+            own = f"{here / scale:g}{unit}" if here != {} else "otherwise"
+            parts.append(f"{words} {own} ({theirs / scale:g}{unit})")
     if parts:
         yield say("sweep", parts=", ".join(parts))
 
@@ -44,14 +43,11 @@ def imager(results, figure):
 
 def noise(results, figure):
     """The definition of SNR, and how many realizations of the noise are tested: one sentence or two, in one text."""
-    if not results.learns:
-        return
-    parts, tested = [], results.settings["learning"]["realizations"]
-    if results.definition != thesis.DEFINITION:
+    every, tested = results.settings["noise"]["realizations"], results.settings["learning"]["realizations"]
+    tested, parts = every if tested == "all" else min(tested, every), []
+    if results.learns and results.definition != thesis.DEFINITION:
         parts.append(say("noise_power", power=POWERS[results.definition]))
-    count = results.settings["noise"]["realizations"]
-    tested = count if tested == "all" else min(tested, count)
-    if tested != thesis.REALIZATIONS:
+    if results.learns and tested != PAGE["realizations"]:
         parts.append(say("noise_tested", count=f"{tested} realization{'s are' if tested > 1 else ' is'}"))
     yield " ".join(parts)
 
@@ -74,10 +70,12 @@ def parameters(results, figure):
     for model in figure.models:
         own, kind = results.settings["learning"]["models"].get(model, {}), thesis.kind(model, results.settings)
         theirs = select(results.published_settings, model=kind).set_index("setting")["value"]
-        differing = [name for name in theirs.index if name in own and _differs(own[name], theirs[name])]
-        other = [f"{name} {own[name]} ({theirs[name]})" for name in differing]
-        if other:
-            parts.append(f"{results.names.model(model).label}: {', '.join(other)}")
+        other = [
+            f"{name} {own[name]} ({value})"
+            for name, value in theirs.items()
+            if name in own and _differs(own[name], value)
+        ]
+        parts += [f"{results.names.model(model).label}: {', '.join(other)}"] if other else []
     if parts:
         yield say("parameters", parts="; ".join(parts))
 
@@ -92,39 +90,31 @@ def _differs(own, printed):
 
 def network(results, figure):
     """The sizes of the figure's networks, where they are not the thesis's."""
-    settings = results.settings
     for model in figure.models:
-        if model in settings["learning"]["models"] and not thesis.full_size(model, settings):
-            kind = thesis.kind(model, settings)
-            if kind == "capsule":
-                words = thesis.difference(model, settings)
-            else:
-                theirs = ", ".join(f"{size} {thesis.UNITS[kind][name]}" for name, size in thesis.SIZES[kind].items())
-                words = f"{thesis.size(model, settings)}; the thesis's {theirs}"
+        if model in results.settings["learning"]["models"] and not thesis.full_size(model, results.settings):
+            words = thesis.difference(model, results.settings)
             yield say("network", model=results.names.model(model).label, words=words)
 
 
 def epochs(results, figure):
     """How a network's training went here."""
-    (model,) = figure.models
+    (model,), settings = figure.models, results.settings
     curve = results.curves.get((figure.experiment, model)) if results.learns else None
-    if curve is None:
-        return
-    ended = training_end(curve, results.settings["learning"]["models"][model].get("epochs"))
-    kind = thesis.kind(model, results.settings)
-    theirs = select(results.published_settings, model=kind, setting="epochs")["value"]
-    there = f"; the document's had {theirs.iloc[0]} epochs" if len(theirs) else ""
-    yield say("epochs", model=results.names.model(model).words, ended=ended, there=there)
+    if curve is not None:
+        ended = training_end(curve, settings["learning"]["models"][model].get("epochs"))
+        kind = thesis.kind(model, settings)
+        theirs = select(results.published_settings, model=kind, setting="epochs")["value"]
+        there = f"; the document's had {theirs.iloc[0]} epochs" if len(theirs) else ""
+        yield say("epochs", model=results.names.model(model).words, ended=ended, there=there)
 
 
 def trained_on(results, figure):
     """How many images trained, and at what SNR."""
-    experiments = results.settings["learning"]["experiments"]
-    if results.learns and figure.experiment in experiments:
-        times = select(results.times, experiment=figure.experiment, model=list(figure.models))
-        if counts := [f"{count:,}" for count in sorted(times["training_observations"].unique())]:
-            snr = experiments[figure.experiment]["train"]["snr_db"]
-            yield say("trained_on", counts=", ".join(counts), noise=training_noise(snr))
+    experiment = results.settings["learning"]["experiments"].get(figure.experiment)
+    times = select(results.times, experiment=figure.experiment, model=figure.models) if results.learns else ()
+    if experiment and len(times):
+        counts = ", ".join(f"{count:,}" for count in sorted(times["training_observations"].unique()))
+        yield say("trained_on", counts=counts, noise=training_noise(experiment["train"]["snr_db"]))
 
 
 def penalty(results, figure):
@@ -146,39 +136,34 @@ def pixels(results, figure):
     scale = results.settings["learning"]["models"][figure.models[0]].get("scale")
     if scale:
         sizes = results.images(results.targets[0], "clean").sizes
-        ratio = figure.upsampled**2 / (sizes["range"] * sizes["crossrange"])
-        yield say("pixels", ratio=ratio, scale=scale)
+        yield say("pixels", ratio=figure.upsampled**2 / (sizes["range"] * sizes["crossrange"]), scale=scale)
 
 
 def tuning(results, figure):
     """What the choice of hyper-parameters changes on the test images, a sentence for each model that has one."""
+    runs = [run for run in results.runs.values() if training(run) == "clean" and run["elevation"] == "all"]
+    runs = [run for run in runs if stated.own_run(results, run["experiment"])]
     for model in figure.models:
-        curves = {}
-        for run in results.runs.values() if results.learns else ():
-            clean = training(run) == "clean" and run["elevation"] == "all" and own_run(results, run["experiment"])
-            for name in (model, f"{model}_tuned"):
-                if clean and name in run["models"]:
-                    rows = ours(results, run["experiment"], name, ACCURACY)
-                    curves.setdefault(name, rows.set_index("test_snr_db")["value"])
+        curves = []
+        for name in (model, f"{model}_tuned"):
+            own = [run["experiment"] for run in runs if name in run["models"]][:1]
+            rows = [stated.ours(results, experiment, name, ACCURACY) for experiment in own]
+            curves += [of.set_index("test_snr_db")["value"] for of in rows]
         if len(curves) == 2:
-            own, tuned = curves[model], curves[f"{model}_tuned"]
-            snrs = [snr for snr in shown_snrs(own.index.intersection(tuned.index)) if snr >= 0]
+            own, tuned = curves
+            snrs = [snr for snr in stated.shown_snrs(own.index.intersection(tuned.index)) if snr >= 0]
             parts = ", ".join(f"{tuned[snr]:.3f} at {snr:g} dB ({own[snr]:.3f})" for snr in snrs)
             yield say("tuning", model=results.names.model(model).label, parts=parts)
 
 
 def threshold_effects(results, figure):
     """What thresholds from the test images would add. figure.effects: an SNR in dB for each confidence score."""
-    model = figure.models[0]
-    if judged_anew(results, figure.experiment, model):
-        for score, aim in figure.effects.items():
-            snr = nearest(results.settings["noise"]["snr_db"], aim)
-            predictions = results.predictions(figure.experiment, model, snr)
-            found, method = (
-                anew.effect(predictions, score, results.settings["seed"]),
-                results.names.method(model, score),
-            )
-            yield say("threshold_effects", method=method, snr=snr, found=found, gain=gain_text(found.gain))
+    experiment, model, seed = figure.experiment, figure.models[0], results.settings["seed"]
+    for score, aim in figure.effects.items() if stated.judged_anew(results, experiment, model) else ():
+        snr = nearest(results.settings["noise"]["snr_db"], aim)
+        found = anew.effect(results.predictions(experiment, model, snr), score, seed)
+        method = results.names.method(model, score)
+        yield say("threshold_effects", method=method, snr=snr, found=found, gain=gain_text(found.gain))
 
 
 def gain_text(gain):

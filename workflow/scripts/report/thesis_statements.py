@@ -15,13 +15,17 @@ from report.thesis_markdown import NONE, PAGE, table
 from report.vocabulary import ACCURACY, at_snrs, select, with_interval
 
 # What a published metric is called in scores.csv and on the page.
-METRICS = CLOSED | OPEN
-METRICS |= {"training_accuracy": (ACCURACY, "accuracy on training images")}
-METRICS |= {"error": (ACCURACY, "share of wrong images"), "recall_ufo": ("", "share of the UFO's images rejected")}
+METRICS = {
+    **CLOSED,
+    **OPEN,
+    "training_accuracy": (ACCURACY, "accuracy on training images"),
+    "error": (ACCURACY, "share of wrong images"),
+    "recall_ufo": ("", "share of the UFO's images rejected"),
+}
 SPLIT, HARDER = "random", "sector"
 WORDS = {"random": "split at random", "sector": "split by sector"}
 PROTOCOLS = {"random": "thesis", "sector": "blind"}  # of thresholds, by split
-STATED = ["experiment", "model", "condition", "snr_db", "metric", "relation"]  # what tells statements apart
+ALIKE = ("elevation", "upsample", "channels")  # of two experiments that train on the same
 
 
 def named(results, experiment):
@@ -53,12 +57,6 @@ def judged_anew(results, experiment, model):
     return results.learns and (experiment, model) in thesis_networks(results.runs)
 
 
-def trained_words(run):
-    """What a run trained at, in words."""
-    words = training(run)
-    return "without noise" if words == "clean" else f"at {words}"
-
-
 def high_snr(results):
     """The run's SNR in dB that is nearest to 24 dB."""
     return nearest(results.settings["noise"]["snr_db"], HIGH_SNR)
@@ -74,19 +72,13 @@ def ours(results, experiment, model, metric, score="", elevation="all", threshol
 
 def by_sector(results, experiment, model, metric, score=""):
     """The rows of the same model by sector with blind thresholds: of the first experiment that trains on the same."""
-    own = own_run(results, experiment)
-    if not own or own["elevation"] != "all":
-        return results.mean_scores.iloc[:0]
-
-    def alike(run):
-        same = training(run) == training(own) and all(
-            run[key] == own[key] for key in ("elevation", "upsample", "channels")
-        )
-        return same and run["split"] == HARDER and model in run["models"] and (run["open"] or not score)
-
-    experiments = sorted(run["experiment"] for run in results.runs.values() if alike(run))
+    own, alike = own_run(results, experiment), []
+    for run in results.runs.values() if own and own["elevation"] == "all" else ():
+        same = training(run) == training(own) and all(run[key] == own[key] for key in ALIKE)
+        if same and run["split"] == HARDER and model in run["models"] and (run["open"] or not score):
+            alike.append(run["experiment"])
     case = {"model": model, "metric": metric, "score": score, "elevation": "all", "threshold": "blind" if score else ""}
-    return select(results.mean_scores, experiment=experiments[:1], **case).sort_values("test_snr_db")
+    return select(results.mean_scores, experiment=sorted(alike)[:1], **case).sort_values("test_snr_db")
 
 
 def open_cells(results, experiment, model, score):
@@ -104,89 +96,69 @@ def judge(results, line):
     """
     model, score = ADAPTATIONS.get(line["model"], (line["model"], ""))
     found = {**line, "model": model, "score": score, "name": results.names.method(model, score)}
-    found |= {"words": METRICS[line["metric"]][1], "here": None, "blind": None, "sector": None}
-    found |= {"published": f"{RELATIONS[line['relation']][0]} {line['value']}"}
-    found |= READINGS[line["reading"]](results, found)
+    found |= {"words": METRICS[line["metric"]][1], "published": f"{RELATIONS[line['relation']][0]} {line['value']}"}
+    found |= {"here": None, "blind": None, "sector": None} | READINGS[line["reading"]](results, found)
     here = found["here"]
-    holding = holds(float(here["ours"]), line["relation"], line["value"]) if here else None
-    return {**found, "model": line["model"], "holds": holding}
+    return found | {"holds": holds(float(here["ours"]), line["relation"], line["value"]) if here else None}
 
 
-def at_snr(results, line):
-    """Read off our curve at the statement's SNR, or at the SNR of the curve's maximum."""
+def on_curve(results, line):
+    """Read off our curve at the statement's SNR, or at the SNR of its maximum; `wrong`: one less what it has there."""
     experiment, model, score, snr = (line[key] for key in ("experiment", "model", "score", "snr_db"))
     if not present(results, experiment, [model], bool(score))[0]:
         return {}
-    case = results, experiment, model, METRICS[line["metric"]][0], score
-    elevation = CONDITIONS[line["condition"]]
-    curve = ours(*case, elevation)
-    if line["reading"] == "maximum" and len(curve):
-        snr = float(curve.loc[curve["value"].idxmax(), "test_snr_db"])
-    blind = value_at(results, ours(*case, elevation, "blind"), snr) if score else None
-    sector = value_at(results, by_sector(*case), snr)
-    return {"here": value_at(results, curve, snr), "blind": blind, "sector": sector}
+    case, elevation = (results, experiment, model, METRICS[line["metric"]][0], score), CONDITIONS[line["condition"]]
+    curves = {"here": ours(*case, elevation), "sector": by_sector(*case)}
+    curves |= {"blind": ours(*case, elevation, "blind")} if score else {}
+    if line["reading"] == "maximum" and len(curves["here"]):
+        snr = float(curves["here"].loc[curves["here"]["value"].idxmax(), "test_snr_db"])
+    values = {key: value_at(results, curve, snr) for key, curve in curves.items()}
+    if line["reading"] == "wrong":
+        for value in filter(None, values.values()):
+            value |= {"ours": 1 - value["ours"], "low": 1 - value["high"], "high": 1 - value["low"]}
+    return values
 
 
 def over_trainings(results, line):
     """The best of all training and test SNRs; or of the noisiest training that at the highest test SNR."""
-    model = line["model"]
-    rows = ours(results, line["experiment"], model, ACCURACY) if results.learns else ()
+    rows = ours(results, line["experiment"], line["model"], ACCURACY) if results.learns else ()
     if not len(rows):
         return {}
     if line["reading"] == "best training":
-        here = rows.loc[rows["value"].idxmax()]
+        row = rows.loc[rows["value"].idxmax()]
     else:
         noisiest = rows[rows["train_snr_db"] == rows["train_snr_db"].min()]
-        here = noisiest.loc[noisiest["test_snr_db"].idxmax()]
-    return {"name": f"{line['name']} trained at {here['training']}"} | _here(here, here["test_snr_db"])
+        row = noisiest.loc[noisiest["test_snr_db"].idxmax()]
+    name = f"{line['name']} trained at {row['training']}"
+    return {"name": name, "here": _value(row["value"], row["test_snr_db"], row["low"], row["high"])}
 
 
 def last_epoch(results, line):
     """The accuracy on the training images in the last epoch."""
     curve = results.curves.get((line["experiment"], line["model"])) if results.learns else None
-    return {} if curve is None else _here({"value": curve["accuracy"].iloc[-1]}, line["snr_db"])
+    return {} if curve is None else {"here": _value(curve["accuracy"].iloc[-1], line["snr_db"])}
 
 
 def rejected(results, line):
     """The share of the UFO's images that are rejected at the high SNR."""
-    if named(results, line["experiment"]):
-        cells = open_cells(results, line["experiment"], line["model"], line["score"])
-        counts = select(cells, target="ufo")
-        if len(counts):
-            share = select(counts, predicted=OTHER)["count"].sum() / counts["count"].sum()
-            return _here({"value": share}, high_snr(results))
-    return {}
-
-
-def wrong(results, line):
-    """The share of wrong images of the open set."""
-    if not present(results, line["experiment"], [line["model"]], is_open=True)[0]:
+    if not named(results, line["experiment"]):
         return {}
-    return {"here": share_wrong(results, line, ours), "sector": share_wrong(results, line, by_sector)}
+    cells = open_cells(results, line["experiment"], line["model"], line["score"])
+    counts = select(cells, target="ufo").groupby("predicted")["count"].sum()
+    return {"here": _value(counts.get(OTHER, 0) / counts.sum(), high_snr(results))} if len(counts) else {}
 
 
-def share_wrong(results, line, rows_of):
-    """One less the accuracy, as of `value_at`. rows_of: `ours` or `by_sector`."""
-    rows = rows_of(results, line["experiment"], line["model"], ACCURACY, line["score"])
-    value = value_at(results, rows, HIGH_SNR)
-    return value and value | {"ours": 1 - value["ours"], "low": 1 - value["high"], "high": 1 - value["low"]}
-
-
-def _here(row, snr):
-    """Our value as of `value_at`. row: value, and low and high where it has an interval."""
-    low, high = row.get("low", np.nan), row.get("high", np.nan)
-    return {"here": {"ours": row["value"], "low": low, "high": high, "here_at_snr_db": snr}}
+def _value(value, snr, low=np.nan, high=np.nan):
+    """A value as of `value_at`."""
+    return {"ours": value, "low": low, "high": high, "here_at_snr_db": snr}
 
 
 # How a statement is read off our results: column `reading` of thesis_results.csv.
 READINGS = {
-    "": at_snr,
-    "maximum": at_snr,
-    "best training": over_trainings,
-    "noisiest training": over_trainings,
+    **dict.fromkeys(("", "maximum", "wrong"), on_curve),
+    **dict.fromkeys(("best training", "noisiest training"), over_trainings),
     "last epoch": last_epoch,
     "rejected": rejected,
-    "wrong": wrong,
 }
 
 
@@ -200,6 +172,12 @@ def value_text(value, snr):
 
 def kept_text(kept):
     return {None: NONE, True: "yes", False: "no"}[kept]
+
+
+def trained_words(run):
+    """What a run trained at, in words."""
+    words = training(run)
+    return "without noise" if words == "clean" else f"at {words}"
 
 
 def values_table(curves, head=""):
