@@ -12,8 +12,7 @@ from learning.experiments import training
 from report import thesis_statements as stated
 from report.layout import BLACK, number, signed
 from report.plots import draw_curve, draw_pixels, draw_published, draw_rejecting, draw_trainings, finish, panels
-from report.published import ADAPTATIONS, CONDITIONS
-from report.section_times import CONDITIONS as TIMED
+from report.published import ADAPTATIONS
 from report.selection import around, evenly, nearest
 from report.thesis_markdown import NONE, NotHere, picture, say, table
 from report.thesis_statements import HARDER, PROTOCOLS, SPLIT, WORDS, by_sector, ours, value_text
@@ -80,8 +79,8 @@ def curves(results, figure):
 
 def _draw_statements(axes, results, figure, looks):
     """Draw the published statements on these curves. looks: of each curve, by model and confidence score."""
-    lines = select(results.published_scores, experiment=figure.experiment, reading=["", "maximum"])
-    lines = lines[lines["condition"].map(CONDITIONS) == figure.elevation]
+    case = {"experiment": figure.experiment, "elevation": figure.elevation, "reading": ["", "maximum"]}
+    lines = select(results.published_scores, **case)
     curve = {model: ADAPTATIONS.get(model, (model, "")) for model in lines["model"]}
     colors = {model: looks[of]["color"] for model, of in curve.items() if of in looks}
     draw_published(axes, select(lines, model=list(colors)), colors)
@@ -141,7 +140,7 @@ def times(results, figure):
     """Published prediction times beside ours. figure.timed: models of each experiment."""
     rows, lacks = [], []
     for experiment, model in ((name, model) for name, models in figure.timed.items() for model in models):
-        printed = select(results.published_times, model=model, condition=TIMED[experiment])
+        printed = select(results.published_times, model=model, experiment=experiment)
         there, count = (
             printed[key].iloc[0] if len(printed) else np.nan
             for key in ("milliseconds_per_observation", "training_observations")
@@ -170,9 +169,9 @@ def growth(results, figure):
         here = [rows for name in named if len(rows := select(results.times, experiment=name, model=model))]
         if len(here) == 2:
             first, second = (rows["batch_ms"].iloc[0] for rows in here)
-            there = select(results.published_times, model=model).set_index("condition")["milliseconds_per_observation"]
-            ratio = there[TIMED[many]] / there[TIMED[few]]
-            parts.append(f"{results.names.model(model).label} {second / first:.3g} times ({ratio:.3g})")
+            there = select(results.published_times, model=model).set_index("experiment")["milliseconds_per_observation"]
+            words = f"{second / first:.3g} times ({there[many] / there[few]:.3g})"
+            parts.append(f"{results.names.model(model).label} {words}")
     if parts:
         yield say("growth", parts=", ".join(parts))
 

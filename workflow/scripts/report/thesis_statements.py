@@ -9,7 +9,7 @@ import numpy as np
 from learning.classifier import OTHER
 from learning.experiments import training
 from report.plots import RELATIONS, holds
-from report.published import ADAPTATIONS, CLOSED, CONDITIONS, OPEN, value_at
+from report.published import ADAPTATIONS, CLOSED, OPEN, value_at
 from report.selection import HIGH_SNR, nearest, thesis_networks
 from report.thesis_markdown import NONE, PAGE, table
 from report.vocabulary import ACCURACY, at_snrs, select, with_interval
@@ -107,7 +107,7 @@ def on_curve(results, line):
     experiment, model, score, snr = (line[key] for key in ("experiment", "model", "score", "snr_db"))
     if not present(results, experiment, [model], bool(score))[0]:
         return {}
-    case, elevation = (results, experiment, model, METRICS[line["metric"]][0], score), CONDITIONS[line["condition"]]
+    case, elevation = (results, experiment, model, METRICS[line["metric"]][0], score), line["elevation"]
     curves = {"here": ours(*case, elevation), "sector": by_sector(*case)}
     curves |= {"blind": ours(*case, elevation, "blind")} if score else {}
     if line["reading"] == "maximum" and len(curves["here"]):
