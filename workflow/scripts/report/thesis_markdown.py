@@ -21,7 +21,7 @@ class Picture(NamedTuple):
 
 
 class NotHere(Exception):
-    """What a figure needs is not part of the run, in words: its other parts and its reasons are left out."""
+    """What a part needs is not part of the run, in words: the figure's other parts and its reasons are left out."""
 
 
 def say(name, /, **values):

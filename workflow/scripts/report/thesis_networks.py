@@ -12,7 +12,7 @@ from report.plots import draw_density, draw_matrix, draw_pixels, finish, matrix,
 from report.published import ADAPTATIONS, CLASSES, value_at
 from report.section_capsule import plain
 from report.selection import HIGH_SNR, THESIS_NETWORKS, everywhere_networks, nearest
-from report.thesis_markdown import NONE, PAGE, NotHere, not_here, picture, say, table
+from report.thesis_markdown import NONE, PAGE, NotHere, picture, say, table
 from report.thesis_sentences import gain_text
 from report.thesis_statements import SPLIT, WORDS, high_snr, judged_anew, ours, value_text
 from report.vocabulary import ACCURACY, F1, POWERS, select, snr_axis, training_noise, with_interval
@@ -186,8 +186,7 @@ def complex_images(results, figure):
 def trained_with_noise(results, figure):
     """(a) Training images at 24 dB instead of without noise."""
     if not judged_anew(results, "fcnn_listing", "fcnn"):
-        yield not_here("experiment `fcnn_listing`")
-        return
+        raise NotHere("experiment `fcnn_listing`")
     listed = []
     for name in (None, *figure.adaptations):
         model, score = ADAPTATIONS.get(name, ("fcnn", ""))
@@ -212,8 +211,7 @@ def all_azimuths_counted(results, figure):
             row |= {"all images": f"{len(every):,}", "their weighted F1": f"{f1:.4f}"}
             rows.append(row | {"what that adds": signed(f1 - own, 4)})
     if not rows:
-        yield not_here("a fully connected network in the open set, split at random")
-        return
+        raise NotHere("a fully connected network in the open set, split at random")
     yield f"At {snr:g} dB, with the thresholds that the validation images choose:"
     yield table(rows)
 
@@ -222,8 +220,7 @@ def threshold_on_test_images(results, figure):
     """(c) Thresholds from the test images. figure.thresholds: networks, and scores whose thresholds are chosen anew."""
     there = [of for of in figure.thresholds if judged_anew(results, of["experiment"], of["model"])]
     if not there:
-        yield not_here("networks in the open set, split at random")
-        return
+        raise NotHere("networks in the open set, split at random")
     snrs, rows, said = sorted(results.settings["noise"]["snr_db"]), [], []
     drawing, grid = panels(1, len(there), max(1 + 3.9 * len(there), 6.6), 3.6)
     for axes, network in zip(grid.flat, there, strict=True):
@@ -249,8 +246,7 @@ def threshold_on_test_images(results, figure):
 def by_both_powers(results, figure):
     """(d) The definition of SNR. figure.by_power: curves that are shown by both."""
     if not results.images_are_made:
-        yield not_here("images")
-        return
+        raise NotHere("images")
     targets, listed = [*results.of_role("known"), *results.of_role("unknown")], []
     attrs = {name: results.images(name, "clean").attrs for name in targets}
     offsets = [f"{name} {of['snr_definition_offset_db']:.1f} dB" for name, of in attrs.items()]

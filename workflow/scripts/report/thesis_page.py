@@ -22,7 +22,15 @@ EVERYWHERE = "What differs in every figure"
 MODULES = thesis_figures, thesis_networks, thesis_sentences  # of parts
 # Of a figure in thesis_page.yaml that does not say.
 DEFAULTS = {"title": "", "why": [], "experiment": "", "models": [], "scores": [], "needs": "", "elevation": "all"}
-DEFAULTS |= {"adaptations": [], "beside": "", "marked": True, "targets": None, "around": False, "caption": ""}
+DEFAULTS |= {
+    "adaptations": [],
+    "beside": "",
+    "marked": True,
+    "targets": None,
+    "around": False,
+    "caption": "",
+    "goes_on": False,
+}
 
 
 def write_page(folder, settings, stated, output):
@@ -57,12 +65,15 @@ def build(results, keys):
     if figure.needs:
         figure.there, lack = present(results, figure.experiment, figure.models, figure.needs == "open")
         figure.lacks += [lack] if lack else []
-    try:
-        for name in figure.shows:
+    for name in figure.shows:
+        try:
             figure.blocks.extend(parts(results, figure, name))
-        figure.reasons = [words for name in figure.why for words in parts(results, figure, name)]
-    except NotHere as lack:
-        figure.lacks.append(str(lack))
+        except NotHere as lack:
+            if not figure.goes_on:
+                figure.lacks.append(str(lack))
+                return figure
+            figure.blocks.append(not_here(lack))
+    figure.reasons = [words for name in figure.why for words in parts(results, figure, name)]
     return figure
 
 
