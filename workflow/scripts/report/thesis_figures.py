@@ -31,7 +31,7 @@ def statements(results, figure):
         row = {"model": line["name"], "measure": line["words"], "stated": line["stated"]}
         row["SNR [dB]"] = "∞" if np.isinf(snr) else f"{snr:g}"
         row |= {"published": line["published"], heads[SPLIT]: value_text(line["here"], snr)}
-        row |= {"as published": stated.kept_text(line["holds"])}
+        row |= {"as published": stated.KEPT[line["holds"]]}
         row |= {"the same, `blind` thresholds": value_text(line["blind"], snr)} if opened else {}
         rows.append(row | ({heads[HARDER]: value_text(line["sector"], snr)} if harder else {}))
     yield table(rows)

@@ -13,24 +13,13 @@ from report.layout import duration, style
 from report.results import Results
 from report.section_run import commit, networks, version
 from report.thesis_markdown import PAGE, NotHere, Picture, anchor, block, bullets, not_here, table
-from report.thesis_statements import judge, kept_text, present, value_text
+from report.thesis_statements import KEPT, judge, present, value_text
 from report.vocabulary import select
 
 FILE = "README.md"
 LEARNING = ("train", "predict", "reconstruct", "timing", "scores")  # steps of the learning stage, as jobs are recorded
 EVERYWHERE = "What differs in every figure"
 MODULES = thesis_figures, thesis_networks, thesis_sentences  # of parts
-# Of a figure in thesis_page.yaml that does not say.
-DEFAULTS = {"title": "", "why": [], "experiment": "", "models": [], "scores": [], "needs": "", "elevation": "all"}
-DEFAULTS |= {
-    "adaptations": [],
-    "beside": "",
-    "marked": True,
-    "targets": None,
-    "around": False,
-    "caption": "",
-    "goes_on": False,
-}
 
 
 def write_page(folder, settings, stated, output):
@@ -58,7 +47,7 @@ def build(results, keys):
     Besides its keys: found, its statements as of `thesis_statements.judge`; there, those of its models that the run
     has; lacks, what the run does not have of it, in words; blocks, of its parts; reasons, why values may differ.
     """
-    figure = SimpleNamespace(**DEFAULTS | {"picture": keys["names"][0]} | keys)
+    figure = SimpleNamespace(**PAGE["defaults"] | {"picture": keys["names"][0]} | keys)
     own = select(results.published_scores, figure=keys["names"][0])
     figure.found = [judge(results, line) for line in own.to_dict("records")]
     figure.there, figure.lacks, figure.blocks, figure.reasons = [], [], [], []
@@ -94,6 +83,7 @@ def link(figure):
 def page(results, chapters):
     """The whole page. chapters: the figures of each, by title."""
     figures = [figure for every in chapters.values() for figure in every]
+    everywhere = PAGE["everywhere"] + (PAGE["everywhere_learned"] if results.learns else [])
     absent = [f"{link(figure)}: {'; '.join(figure.lacks)}" for figure in figures if figure.lacks]
     texts = [
         *PAGE["head"],
@@ -103,7 +93,7 @@ def page(results, chapters):
         _overview(figures),
         f"**Not part of this run:**\n\n{bullets(absent)}" if absent else "All of the document is part of this run.",
         f"## {EVERYWHERE}",
-        bullets(words for name in PAGE["everywhere"] for words in parts(results, None, name)),
+        bullets(words for name in everywhere for words in parts(results, None, name)),
     ]
     for title, every in chapters.items():
         texts += [f"## {title}", *(text for figure in every for text in _written(figure))]
@@ -134,7 +124,7 @@ def _overview(figures):
             "stated": line["stated"],
             "published": line["published"],
             "here": value_text(line["here"], line["snr_db"]),
-            "as published": kept_text(line["holds"]),
+            "as published": KEPT[line["holds"]],
         }
         for figure, line in lines
     ]
@@ -169,10 +159,8 @@ def _images(results):
     noise, sizes = results.settings["noise"], dict(results.images(results.targets[0], "clean").sizes)
     own = {"targets": len(results.targets), "snrs": len(noise["snr_db"]), "realizations": noise["realizations"]}
     count = np.prod([*own.values(), sizes["elevation"], sizes["azimuth"]])
-    first, *_, last = sweep.frequencies(results.settings["radar"]) / 1e9
-    return (
-        own | sizes | {"count": count, "noise": noise_words(noise, noise["definition"]), "first": first, "last": last}
-    )
+    frequency, words = sweep.frequencies(results.settings["radar"]) / 1e9, noise_words(noise, noise["definition"])
+    return own | sizes | {"count": count, "noise": words, "first": frequency[0], "last": frequency[-1]}
 
 
 def _learning(benchmarks):

@@ -45,9 +45,9 @@ def noise(results, figure):
     """The definition of SNR, and how many realizations of the noise are tested: one sentence or two, in one text."""
     every, tested = results.settings["noise"]["realizations"], results.settings["learning"]["realizations"]
     tested, parts = every if tested == "all" else min(tested, every), []
-    if results.learns and results.definition != thesis.DEFINITION:
+    if results.definition != thesis.DEFINITION:
         parts.append(say("noise_power", power=POWERS[results.definition]))
-    if results.learns and tested != PAGE["realizations"]:
+    if tested != PAGE["realizations"]:
         parts.append(say("noise_tested", count=f"{tested} realization{'s are' if tested > 1 else ' is'}"))
     yield " ".join(parts)
 
@@ -55,13 +55,8 @@ def noise(results, figure):
 def split(results, figure):
     """Views and their mirror images, which the document's shuffle does not know of."""
     mirrored = [name for name in results.targets if results.settings["targets"][name].get("symmetry")]
-    if results.learns and mirrored:
+    if mirrored:
         yield say("split", mirrored=", ".join(mirrored))
-
-
-def threshold(results, figure):
-    if results.learns:
-        yield say("threshold")
 
 
 def parameters(results, figure):

@@ -25,6 +25,7 @@ METRICS = {
 SPLIT, HARDER = "random", "sector"
 WORDS = {"random": "split at random", "sector": "split by sector"}
 PROTOCOLS = {"random": "thesis", "sector": "blind"}  # of thresholds, by split
+KEPT = {None: NONE, True: "yes", False: "no"}  # whether a statement holds, in words
 ALIKE = ("elevation", "upsample", "channels")  # of two experiments that train on the same
 
 
@@ -168,10 +169,6 @@ def value_text(value, snr):
         return NONE
     other = f" (at {value['here_at_snr_db']:.3g} dB)" if value["here_at_snr_db"] != snr else ""
     return f"{with_interval(value | {'value': value['ours']})}{other}"
-
-
-def kept_text(kept):
-    return {None: NONE, True: "yes", False: "no"}[kept]
 
 
 def trained_words(run):
