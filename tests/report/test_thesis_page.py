@@ -1,6 +1,7 @@
 """The page "the thesis, figure by figure": all of it is there or named as missing, and its numbers are the run's."""
 
 import copy
+import inspect
 import re
 
 import fake
@@ -12,9 +13,12 @@ from thesis_pages import anew, check_links, missing, parts, tables, without
 
 from core.sweep import snr_label
 from learning import images
-from report import thesis_chapter4
+from report import thesis_figures
 from report.results import REFERENCE, Results
 from report.selection import thesis_images, thesis_networks
+from report.thesis_markdown import PAGE
+from report.thesis_page import MODULES
+from report.thesis_statements import READINGS
 from report.vocabulary import select
 
 # All tables and figures of chapters 4 and 5 that show data, in the document's order.
@@ -42,6 +46,24 @@ SCORES = {"MSE": "mse", "ZNCC": "zncc", "capsule length": "length", "Gaussian mi
 @pytest.fixture(scope="module")
 def scores(thesis_page):
     return pd.read_csv(thesis_page.parents[1] / "learning" / "scores.csv", dtype={"fold": str}, keep_default_na=False)
+
+
+def test_what_the_page_s_data_names_is_there():
+    """Each part is a function or a sentence, each sentence is said, and each statement is one of a figure."""
+    figures = [figure for every in PAGE["chapters"].values() for figure in every]
+    named = {name for figure in figures for name in (*figure["shows"], *figure.get("why", []))} | {
+        *PAGE["everywhere"],
+        *PAGE["everywhere_learned"],
+    }
+    functions = {name for module in MODULES for name in vars(module) if name in named}
+    assert named <= functions | {*PAGE["sentences"]}
+    code = "".join(inspect.getsource(module) for module in MODULES)
+    said = set(re.findall(r'say\(f?"(\w+)', code)) | {f"imager_{how}" for how in ("polar", "none", "exact", "other")}
+    assert {*PAGE["sentences"]} == (named | said - {"imager_"}) & {*PAGE["sentences"]}
+    assert not said - {"imager_"} - {*PAGE["sentences"]}
+    stated = pd.read_csv(REFERENCE / "thesis_results.csv", dtype=str, keep_default_na=False)
+    assert {*stated["figure"]} - {""} <= {figure["names"][0] for figure in figures}
+    assert {*stated["reading"]} == {*READINGS}
 
 
 def test_every_figure_and_table_is_there_in_the_document_s_order(thesis_page):
@@ -121,7 +143,7 @@ def test_trainings_and_up_sampling_are_those_of_scores_csv(thesis_page, scores):
     assert change == f"{difference:+.3f}".replace("-", "−") != "+0.000"
     # The largest of all training and test SNRs stands beside the published maximum.
     largest = rows[[key[:2] == ("upsampling", "svm") for key in rows.index]].max()
-    assert f"{largest:.3f} [" in tables(found["Fig. 4.17"])[0]["here"][0]
+    assert f"{largest:.3f} [" in tables(found["Fig. 4.17"])[0]["here, split at random"][0]
 
 
 def test_the_overview_has_every_published_score_once_and_judges_it(thesis_page, scores):
@@ -263,7 +285,7 @@ def test_the_same_stores_make_the_same_page_and_are_those_that_the_rule_names(th
     images_read = images.read
     monkeypatch.setattr(Results, "images", images_of)
     monkeypatch.setattr(images, "read", read)
-    assert thesis_chapter4.images is images
+    assert thesis_figures.images is images
     other = anew(tmp_path, thesis_page.parents[1], settings)
     for path in thesis_page.iterdir():
         assert (other / path.name).read_bytes() == path.read_bytes(), path.name

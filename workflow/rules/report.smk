@@ -74,6 +74,7 @@ rule thesis_page:
             for target, images in (thesis_images(config, RUNS) if images_are_made(config) else ())
         ],
         published=published("results", "prediction_times", "confusion", "settings"),
+        page=in_repository("resources/reference/thesis_page.yaml"),
     output:
         page=directory(f"{RESULTS}/report/thesis"),
     log:

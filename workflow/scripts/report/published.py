@@ -10,10 +10,9 @@ from report.plots import MEANT, RELATIONS, draw_matrix, finish, holds, matrix, p
 from report.vocabulary import ACCURACY, ELEVATIONS, F1, METHOD, POWERS, heading, select, title, with_interval
 
 MARKERS = ", ".join(f"{sign} {words}" for sign, words in zip("▲▼●", MEANT.values(), strict=True))
-FULL_SIZE = "thesis, full-size network, 5.55 GHz"
+FREQUENCY = f"{thesis.CENTER_FREQUENCY / 1e9:g} GHz"
+FULL_SIZE = f"thesis, full-size network, {FREQUENCY}"
 CLASSES = ["drone", "missile", "other"]  # of its confusion matrices
-# What a published condition is called in scores.csv.
-CONDITIONS = {"test at elevation 0": "trained", "test at all elevations": "all", "": "all"}
 # What a published metric is called in scores.csv, and on the page: of the closed set and of the open one.
 CLOSED = {"accuracy": (ACCURACY, "accuracy"), "f1": (F1, "weighted F1")}
 OPEN = {"weighted_f1": (F1, "weighted F1")}
@@ -39,7 +38,7 @@ def by_mean(results, rows):
     return None if same["value"].isna().any() else same
 
 
-def beside(results, rows, statements, whose=f"thesis, {thesis.CENTER_FREQUENCY / 1e9:g} GHz"):
+def beside(results, rows, statements, whose=f"thesis, {FREQUENCY}"):
     """What a figure draws of its curves and of the published statements that have a place in it.
 
     rows: the curves, of `Results.scores`; statements: of `Results.published_scores`; whose: who published them, in
@@ -76,33 +75,26 @@ def statements_table(results, name, metrics):
 
     metrics: CLOSED or OPEN. Between two test SNRs our value is interpolated; beyond the last it is that one.
     """
-    rows = []
+    data, shown = [], []
     for line in select(results.published_scores, metric=list(metrics)).to_dict("records"):
         model, score = ADAPTATIONS.get(line["model"], (line["model"], ""))
-        case = {"experiment": line["experiment"], "model": model, "score": score, "metric": metrics[line["metric"]][0]}
-        case |= {"threshold": "thesis" if score else "", "elevation": CONDITIONS.get(line["condition"])}
-        if here := value_at(results, select(results.mean_scores, **case), line["snr_db"]):
-            here["holds"] = holds(here["ours"], line["relation"], line["value"])
-            rows.append({**line, "model": model, "score": score, **here})
-    if not rows:
+        metric, measure = metrics[line["metric"]]
+        case = {"experiment": line["experiment"], "model": model, "score": score, "metric": metric}
+        case |= {"threshold": "thesis" if score else "", "elevation": line["elevation"]}
+        here = value_at(results, select(results.mean_scores, **case), line["snr_db"])
+        if here is None:
+            continue
+        here["holds"] = holds(here["ours"], line["relation"], line["value"])
+        data.append({**line, "model": model, "score": score, **here})
+        reduced = "" if thesis.full_size(model, results.settings) else " (here reduced)"
+        row = {"experiment": title(line["experiment"]), "model": f"{results.names.method(model, score)}{reduced}"}
+        row |= {"tested at": ELEVATIONS[line["elevation"]], "measure": measure, "its SNR [dB]": f"{line['snr_db']:g}"}
+        row[f"thesis, {FREQUENCY}"] = f"{RELATIONS[line['relation']][0]} {line['value']}"
+        row["SNR here [dB]"] = f"{here['here_at_snr_db']:.3g}"
+        row["here"] = with_interval(here | {"value": here["ours"]})
+        shown.append(row | {"as published": "yes" if here["holds"] else "no", "source": line["source"]})
+    if not data:
         return ()
-
-    def model(row):
-        reduced = "" if thesis.full_size(row["model"], results.settings) else " (here reduced)"
-        return f"{results.names.method(row['model'], row['score'])}{reduced}"
-
-    columns = {
-        "experiment": lambda row: title(row["experiment"]),
-        "model": model,
-        "tested at": lambda row: ELEVATIONS[CONDITIONS[row["condition"]]],
-        "measure": lambda row: metrics[row["metric"]][1],
-        "its SNR [dB]": "{snr_db:g}",
-        f"thesis, {thesis.CENTER_FREQUENCY / 1e9:g} GHz": lambda row: f"{RELATIONS[row['relation']][0]} {row['value']}",
-        "SNR here [dB]": "{here_at_snr_db:.3g}",
-        "here": lambda row: with_interval(row | {"value": row["ours"]}),
-        "as published": lambda row: "yes" if row["holds"] else "no",
-        "source": "{source}",
-    }
     images = "of the closed set" if metrics is CLOSED else "of the open set, with thesis thresholds"
     caption = (
         f"What the reference thesis states {images}, split at random, and the same here. Its networks are full-size "
@@ -111,7 +103,8 @@ def statements_table(results, name, metrics):
         "test SNRs, or those at the highest at which all images have one. “As published” rounds to the printed "
         "decimals."
     )
-    return (table(name, pd.DataFrame(rows), columns, caption),)
+    data = pd.DataFrame(data).drop(columns=["elevation", "figure", "reading"])
+    return (table(name, data, shown, caption),)
 
 
 def confusion_figure(results, name, ours, adaptations):
@@ -150,11 +143,17 @@ def confusion_figure(results, name, ours, adaptations):
     for axes, (text, counts) in zip(grid.T.flat, shown, strict=True):
         draw_matrix(axes, counts, text)
     finish(drawing, grid, "predicted class", "target", legend=False)
-    words = ", ".join(map(title, names))
-    caption = (
-        f"{heading(words)} at {snr:g} dB: share of each target's images and their number."
-        f"{_beside(results, theirs, shift) if len(shown) > len(names) else ''}{conditions(results, ours)}"
-    )
+    words, note = ", ".join(map(title, names)), ""
+    if len(shown) > len(names):
+        printed = theirs["snr_db"].iloc[0]
+        here = f", {printed + shift:.1f} dB by {POWERS[results.definition]} on average over the images" if shift else ""
+        note = (
+            f" Beside ours, those of the thesis, of a full-size network at {FREQUENCY} and {printed:g} dB by mean "
+            f"power{here}, to which ours are the nearest; its targets are other models of the same kinds, so agreement "
+            "is expected in kind only."
+        )
+    caption = f"{heading(words)} at {snr:g} dB: share of each target's images and their number."
+    caption += f"{note}{conditions(results, ours)}"
     alt = f"Confusion matrices of {words} at {snr:g} dB, with those that were published."
     return (figure(name, drawing, ours, alt, caption, wide=columns > 2),)
 
@@ -168,13 +167,3 @@ def _offset(results):
         return 0.0
     targets = results.of_role("known") + results.of_role("unknown")
     return float(np.mean([results.images(name, "clean").attrs["snr_definition_offset_db"] for name in targets]))
-
-
-def _beside(results, theirs, shift):
-    printed = theirs["snr_db"].iloc[0]
-    here = f", {printed + shift:.1f} dB by {POWERS[results.definition]} on average over the images" if shift else ""
-    return (
-        f" Beside ours, those of the thesis, of a full-size network at {thesis.CENTER_FREQUENCY / 1e9:g} GHz and "
-        f"{printed:g} dB by mean power{here}, to which ours are the nearest; its targets are other models of the same "
-        "kinds, so agreement is expected in kind only."
-    )

@@ -8,7 +8,7 @@ from matplotlib.ticker import MaxNLocator
 from report.conditions import conditions, meaning
 from report.layout import Section, duration, figure, number, table
 from report.plots import draw_curve, draw_matrix, draw_published, draw_trainings, finish, matrix, panels
-from report.published import CLOSED, CONDITIONS, beside, statements_table
+from report.published import CLOSED, beside, statements_table
 from report.selection import TABLE_SNRS, evenly
 from report.vocabulary import (
     ACCURACY,
@@ -107,7 +107,7 @@ def experiment_figure(results, name, how, scores, validation):
     for axes, elevation in zip(grid.flat, elevations, strict=False):
         draw(axes, select(accuracy, elevation=elevation))
         colors = {model: look.color for model, look in looks.items()}
-        draw_published(axes, statements[statements["condition"].map(CONDITIONS) == elevation], colors)
+        draw_published(axes, select(statements, elevation=elevation), colors)
         axes.set(title=f"tested at {ELEVATIONS[elevation]}", ylabel="accuracy", xlabel=snr_axis(definition))
     dashes = list(zip(classes, itertools.cycle(DASHES), strict=False))
     for axes, metric in zip(grid[0, -2:], ("recall", "precision"), strict=True):

@@ -1,18 +1,11 @@
 """Prediction times beside the published ones."""
 
+import numpy as np
+
 from report import thesis
 from report.layout import Section, canvas, figure, number, table
 from report.vocabulary import run_title, select
 
-# Under which condition the published times have an experiment's counterpart.
-CONDITIONS = {
-    "single_elevation": "single elevation",
-    "multi_elevation": "19 elevations",
-    "noisy_training": "no up-sampling",
-    "upsampling": "64-point FFT",
-    "fcnn_open": "",
-    "capsule_open": "",
-}
 # What is drawn of each row and how: a column, what the page calls it, and its marker.
 TIMES = {
     "single_ms": ("one at a time", {"marker": "o", "ms": 6}),
@@ -47,10 +40,11 @@ def times_frame(results):
         "milliseconds_per_observation": "published_ms",
         "training_observations": "published_training_observations",
     }
-    published = results.published_times.rename(columns=columns).drop(columns="source")
+    published = results.published_times.rename(columns=columns).drop(columns=["source", "condition"])
     full = results.times["model"].map(lambda model: thesis.full_size(model, results.settings))
-    ours = results.times.assign(condition=results.times["experiment"].map(CONDITIONS).where(full))
-    return ours.merge(published, how="left", on=["model", "condition"]).drop(columns="condition")
+    frame = results.times.merge(published, how="left", on=["model", "experiment"])
+    frame.loc[~full.to_numpy(bool), list(columns.values())] = np.nan
+    return frame
 
 
 def _left_out(results):

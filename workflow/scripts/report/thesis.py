@@ -3,24 +3,12 @@
 from learning import capsules
 from learning.experiments import REFERENCE
 
-# The thesis's sizes, by kind of model (its chapter 5). Other kinds have none.
+# The thesis's sizes, by kind of model (its chapter 5), and what they count. Other kinds have none.
 SIZES = {"fcnn": {"width": 756}, "capsule": {"width": 256, "capsules": 32}}
-# What these count.
 UNITS = {"fcnn": {"width": "hidden units"}, "capsule": {"width": "filters", "capsules": "capsule channels"}}
 DECODER = 512  # units of its capsule network's first decoder layer
 PIXELS = 32  # a side, of the images that its capsule network sees
 CENTER_FREQUENCY = 5.55e9  # Hz
-# Its sweep and images (its tables 3.1 to 3.3): keys of the config, value, and the unit in which it is written.
-SWEEP = {
-    "centre frequency": (("radar", "center_frequency"), 5.55e9, 1e9, " GHz"),
-    "bandwidth": (("radar", "bandwidth"), 3e9, 1e9, " GHz"),
-    "frequencies": (("radar", "frequencies"), 27, 1, ""),
-    "azimuths of a circle": (("aspect", "azimuth", "count"), 242, 1, ""),
-    "step of elevation": (("aspect", "elevation", "step"), 5, 1, "°"),
-    "azimuth samples of an image": (("imaging", "aperture"), 21, 1, ""),
-}
-REALIZATIONS = 3  # of the noise, all of them tested
-MACHINE = "Intel i7-7700HQ"
 DEFINITION = "mean"  # of SNR, in the listing that made its figures
 
 
@@ -49,8 +37,11 @@ def network(model, results):
 
 def size(model, settings):
     """The size of a network in words; empty for a model of a kind that has none."""
-    own, sizes = settings["learning"]["models"].get(model, {}), SIZES.get(kind(model, settings), {})
-    return ", ".join(f"{own[name]} {UNITS[kind(model, settings)][name]}" for name in sizes if name in own)
+    return _size(kind(model, settings), settings["learning"]["models"].get(model, {}))
+
+
+def _size(kind, sizes):
+    return ", ".join(f"{sizes[name]} {unit}" for name, unit in UNITS.get(kind, {}).items() if name in sizes)
 
 
 def ratio(model, settings):
@@ -60,9 +51,11 @@ def ratio(model, settings):
 
 
 def difference(model, settings):
-    """In words how a capsule network differs from the thesis's; empty where it does not."""
+    """In words how a network differs from the thesis's; empty where it does not."""
     if full_size(model, settings):
         return ""
+    if (of := kind(model, settings)) != "capsule":
+        return f"{size(model, settings)}; the thesis's {_size(of, SIZES[of])}"
     times = ratio(model, settings)
     same = settings["radar"]["center_frequency"] == CENTER_FREQUENCY
     frequency = "" if same else f", and saw images at {CENTER_FREQUENCY / 1e9:g} GHz"

@@ -33,18 +33,11 @@ def fewest_errors(scores, known):
     scores: (n,), known: (n,) booleans. What the thesis's listing D.1 minimises on its test images (get_threshold), over
     all thresholds instead of a thousand: a known image above it counts as right, whatever its class.
     """
-    order = np.argsort(scores, kind="stable")
-    scores, known = scores[order], known[order]
-    # With the first 0, 1, 2 ... images below the threshold.
-    rejected = np.concatenate([[0], np.cumsum(known)])
-    kept = (~known).sum() - np.concatenate([[0], np.cumsum(~known)])
-    possible = np.concatenate([[True], scores[1:] > scores[:-1], [True]])  # none passes between equal scores
-    place = int(np.argmin(np.where(possible, rejected + kept, len(scores) + 1)))
-    if place == 0:
-        return float(scores[0])
-    if place == len(scores):
-        return float(np.nextafter(scores[-1], np.inf))
-    return float((scores[place - 1] + scores[place]) / 2)
+    levels = np.unique(scores)
+    tried = np.concatenate([levels[:1], (levels[:-1] + levels[1:]) / 2, [np.nextafter(levels[-1], np.inf)]])
+    rejected = np.searchsorted(np.sort(scores[known]), tried)
+    kept = (~known).sum() - np.searchsorted(np.sort(scores[~known]), tried)
+    return float(tried[np.argmin(rejected + kept)])
 
 
 def chosen(table, score):

@@ -1,11 +1,15 @@
-"""The page of the thesis as Markdown: entries of text, tables and pictures, and how they are written."""
+"""The page of the thesis as data and as Markdown: what it says and shows, sentences, tables, pictures."""
 
 import re
 from typing import NamedTuple
 
+import yaml
+
 from report.layout import to_png
+from report.results import REFERENCE
 
 NONE = "–"  # of a table's cell
+PAGE = yaml.safe_load((REFERENCE / "thesis_page.yaml").read_text())  # its head says what it has
 
 
 class Picture(NamedTuple):
@@ -16,29 +20,13 @@ class Picture(NamedTuple):
     alt: str
 
 
-class Entry(NamedTuple):
-    """One figure or table of the thesis, or some that belong together.
+class NotHere(Exception):
+    """What a part needs is not part of the run, in words: the figure's other parts and its reasons are left out."""
 
-    names: as "Fig. 4.7"; title: what it shows; did: what the document did, in a line. judged: what it states in numbers
-    (see `thesis_compare.judged`). missing: what of it this run does not have, in words; empty where all is there.
-    blocks: Markdown text and Pictures, in order; why: sentences on why values may differ.
-    """
 
-    names: tuple
-    title: str
-    did: str
-    judged: tuple = ()
-    missing: str = ""
-    blocks: tuple = ()
-    why: tuple = ()
-
-    @property
-    def heading(self):
-        return ": ".join(text for text in (", ".join(self.names), self.title) if text)
-
-    @property
-    def link(self):
-        return f"[{', '.join(self.names)}](#{anchor(self.heading)})"
+def say(name, /, **values):
+    """A sentence of the page, its {places} filled."""
+    return PAGE["sentences"][name].format(**values)
 
 
 def picture(name, drawing, alt):
@@ -65,12 +53,8 @@ def anchor(heading):
 
 
 def block(part):
-    """A block of an Entry as Markdown. A Picture lies beside the page."""
+    """A block of the page as Markdown. A Picture lies beside the page."""
     return f"![{part.alt}]({part.name}.png)" if isinstance(part, Picture) else part
-
-
-def pictures(entries):
-    return [part for entry in entries for part in entry.blocks if isinstance(part, Picture)]
 
 
 def not_here(words):

@@ -1,188 +1,76 @@
-"""What figures of the thesis's networks have in common: curves, confusion matrices, and thresholds chosen anew."""
+"""Parts of the figures of the thesis's networks: confusion matrices, reconstructions, and thresholds chosen anew.
+
+As of `thesis_figures`; among them what the slips of the document make in a run's values.
+"""
 
 import numpy as np
 
 from report import thesis_anew as anew
-from report import thesis_reasons as why
-from report.layout import number, signed
-from report.plots import draw_matrix, finish, matrix, panels
+from report import thesis_statements as stated
+from report.layout import BLACK, BLUE, VERMILION, number, signed
+from report.plots import draw_density, draw_matrix, draw_pixels, finish, matrix, panels
 from report.published import ADAPTATIONS, CLASSES, value_at
 from report.section_capsule import plain
-from report.selection import HIGH_SNR, everywhere_networks, nearest, thesis_networks
-from report.thesis_compare import (
-    HARDER,
-    PROTOCOLS,
-    SPLIT,
-    WORDS,
-    Panel,
-    by_sector,
-    curves_picture,
-    judge_one,
-    judged,
-    ours,
-    present,
-    statement_table,
-    trained_words,
-    value_text,
-    values_table,
-)
-from report.thesis_markdown import NONE, Entry, picture, table
-from report.vocabulary import ACCURACY, F1, select
+from report.selection import HIGH_SNR, THESIS_NETWORKS, everywhere_networks, nearest
+from report.thesis_markdown import NONE, PAGE, NotHere, picture, say, table
+from report.thesis_sentences import gain_text
+from report.thesis_statements import SPLIT, WORDS, high_snr, judged_anew, ours, value_text
+from report.vocabulary import ACCURACY, F1, POWERS, select, snr_axis, training_noise, with_interval
 
-FCNN = ("softmax_threshold", "openmax", "other_class")  # its adaptations, as the published tables call them
-HEADINGS = {
-    "softmax_threshold": "softmax with a threshold",
-    "openmax": "OpenMax",
-    "other_class": "class 'other'",
-    "capsule_mse": "capsule network, MSE",
-}
-RUNS = (
-    "fcnn_open",
-    "fcnn_listing",
-)  # of the FCNN, trained without noise and as the one listing that loads images has it
+HEADINGS = PAGE["headings"]
+EXAMPLES = 5  # reconstructions of a target
+BINS = 60
 
 
-def high_snr(results):
-    """The run's SNR in dB that is nearest to 24 dB."""
-    return nearest(results.settings["noise"]["snr_db"], HIGH_SNR)
+def _everywhere(results, models):
+    """(run, model, words) of the fully connected networks that classify images of all azimuths; how they trained."""
+    networks = everywhere_networks(results.runs) if results.learns else ()
+    return [(run, of, f"trained {stated.trained_words(results.runs[run])}") for run, of in networks if of in models]
 
 
-def judged_anew(results, experiment, model):
-    """Whether the page has the predictions of a network at the document's conditions."""
-    return results.learns and (experiment, model) in thesis_networks(results.runs)
-
-
-def own_reasons(results, experiment, model, *more):
-    """Reasons that are a network's own."""
-    topics = (why.network, model), (why.epochs, experiment, model), (why.parameters, model)
-    return why.reasons(results, *topics, (why.trained_on, experiment, model), *more)
-
-
-def network_entry(results, name, title, did, network, metric, scores, stated, reasons):
-    """A figure of F1 or accuracy against the SNR, of the closed set, and of the open set by confidence score.
-
-    At the document's conditions with its statements, and beside by sector with blind thresholds. network: experiment
-    and model; scores: confidence scores; stated: how the published table calls what this figure states first.
-    """
-    experiment, model = network
-    there, lacks = present(results, experiment, [model], bool(scores))
-    keys = {model: "", **{name: score for name, (of, score) in ADAPTATIONS.items() if of == model and score in scores}}
-    drawn = select(
-        results.published_scores, experiment=experiment, condition="", model=list(keys), snr_db=_finite(results)
-    )
-    drawn = drawn[drawn["metric"].isin(["accuracy", "f1", "weighted_f1"])]
-    found = judged(results, select(drawn, model=stated), there)
-    blocks = [
-        statement_table(found),
-        *(curves_of(results, name, network, metric, scores, drawn, keys) if there else ()),
-    ]
-    return Entry((name,), title, did, found, lacks, tuple(filter(None, blocks)), reasons)
-
-
-def _finite(results):
-    return [snr for snr in results.published_scores["snr_db"].unique().tolist() if np.isfinite(snr)]
-
-
-def curves_of(results, name, network, metric, scores, statements, keys):
-    """The Picture and the table of `network_entry`. statements: published ones; keys: their scores, by model."""
-    own, words = results.names.model(network[1]), "accuracy" if metric == ACCURACY else "weighted F1"
-    looks = {"": {"color": own.color, "marker": own.marker, "label": "closed set"}}
-    for look, score in ((results.names.score(score), score) for score in scores):
-        looks[score] = {"color": look.color, "marker": look.marker, "label": f"open set, {look.label}"}
-    colors, shown, listed = {name: looks[score]["color"] for name, score in keys.items()}, [], []
-    for split, rows_of in ((SPLIT, ours), (HARDER, by_sector)):
-        curves = {score: rows_of(results, *network, metric, score) for score in looks}
-        curves = {score: rows for score, rows in curves.items() if len(rows)}
-        if not curves:
-            continue
-        protocol = f", {PROTOCOLS[split]} thresholds" if scores else ""
-        opened = {rows["experiment"].iloc[0] for score, rows in curves.items() if score}
-        panel = Panel(f"{WORDS[split]}{protocol}", [(rows, looks[score]) for score, rows in curves.items()])
-        panel = panel._replace(rejecting=results.rejecting(opened) if opened else ())
-        shown.append(panel._replace(statements=statements, colors=colors) if split == SPLIT else panel)
-        for score, rows in curves.items():
-            listed.append((f"{looks[score]['label']}, {WORDS[split]}{protocol if score else ''}", rows))
-    if not shown:
-        return ()
-    alt = f"{name} here: {words} of {own.words} against the test SNR."
-    return curves_picture(name, shown, words, alt), values_table(listed)
-
-
-def fitted_to(results, experiment, model):
-    """What the document says of accuracy on the training images: as of `judge_one`, and a sentence."""
-    lines = select(results.published_scores, experiment=experiment, model=model, metric="training_accuracy")
-    curve = results.curves.get((experiment, model)) if results.learns else None
-    label, line = results.names.model(model).label, lines.iloc[0].to_dict()
-    if curve is None:
-        return (judge_one(line, label, "accuracy on training images", None),), ""
-    accuracy = curve["accuracy"]
-    last = {"value": accuracy.iloc[-1], "low": np.nan, "high": np.nan}
-    first = curve["epoch"][accuracy >= 0.99995]
-    reached = f", and 1.0000 first after epoch {first.iloc[0]:g}" if len(first) else ""
-    words = (
-        f"Accuracy on the training images: published {line['value']} ({line['stated']}); here {accuracy.iloc[-1]:.4f} "
-        f"in the last of {len(curve)} epochs{reached}."
-    )
-    return (judge_one(line, label, "accuracy on training images", last),), words
-
-
-def with_training(results, entry, experiment, model):
-    """The Entry with what the document says of the training images."""
-    found, words = fitted_to(results, experiment, model)
-    return entry._replace(judged=(*entry.judged, *found), blocks=(*entry.blocks, words) if words else entry.blocks)
-
-
-def open_cells(results, experiment, model, score):
-    """Rows of confusion.csv of the open set at the document's conditions and the high SNR."""
-    case = {"experiment": experiment, "split": SPLIT, "model": model, "score": score, "threshold": PROTOCOLS[SPLIT]}
-    return select(results.confusion, **case, elevation="all", test_snr_db=high_snr(results))
-
-
-def f1_table(results, adaptations):
-    """Weighted F1 at 24 dB: printed, of the printed matrix, and here by what trained and what is counted."""
-    rows = []
-    for name in adaptations:
-        model, score = ADAPTATIONS[name]
-        line = select(results.published_scores, model=name, metric="weighted_f1", snr_db=float(HIGH_SNR))
-        row = {"weighted F1 at 24 dB": HEADINGS[name], "printed": line["value"].iloc[0] if len(line) else NONE}
-        row["of the printed matrix"] = f"{anew.printed_f1(printed_matrix(results, name)):.4f}"
-        for run in (run for run in RUNS if judged_anew(results, run, model)):
-            words, here = (
-                trained_words(results.runs[run]),
-                value_at(results, ours(results, run, model, F1, score), HIGH_SNR),
-            )
-            row[f"here, trained {words}, test images"] = value_text(here, HIGH_SNR)
-            row[f"here, trained {words}, all azimuths"] = (
-                f"{anew.weighted_f1(all_azimuths(results, run, model, score)):.4f}"
-            )
-        rows.append(row)
-    return table(rows)
-
-
-def printed_matrix(results, name):
-    """A published confusion matrix (target, predicted)."""
-    return select(results.published_confusion, model=name).set_index("true")[CLASSES]
-
-
-def all_azimuths(results, run, model, score):
+def _all_azimuths(results, run, model, score):
     """Every image of the open set, predicted by a fitted network and rejected below its threshold, at the high SNR."""
     snr = high_snr(results)
     chosen = anew.chosen(results.predictions(run, model, snr), score)
     return anew.rejecting(anew.everywhere(results, run, model, snr), score, chosen)
 
 
-def matrices(results, name, experiment, shown):
-    """A Picture of confusion matrices, a column for each adaptation: published, ours, and ours of all azimuths."""
-    snr, order = high_snr(results), [*results.of_role("known"), *results.of_role("unknown")]
-    columns = []
-    for adaptation in shown:
-        model, score = ADAPTATIONS[adaptation]
-        column = [(f"{HEADINGS[adaptation]},\npublished", printed_matrix(results, adaptation))]
-        cells = open_cells(results, experiment, model, score)
+def _printed_matrix(results, name):
+    """A published confusion matrix (target, predicted)."""
+    return select(results.published_confusion, model=name).set_index("true")[CLASSES]
+
+
+def f1_table(results, figure):
+    """Weighted F1 at 24 dB: printed, of the printed matrix, and here by what trained and what is counted."""
+    rows = []
+    for name in figure.adaptations:
+        model, score = ADAPTATIONS[name]
+        line = select(results.published_scores, model=name, metric="weighted_f1", snr_db=float(HIGH_SNR))
+        row = {"weighted F1 at 24 dB": HEADINGS[name], "printed": line["value"].iloc[0] if len(line) else NONE}
+        row["of the printed matrix"] = f"{anew.printed_f1(_printed_matrix(results, name)):.4f}"
+        for run, _, words in _everywhere(results, [model]):
+            tested = value_at(results, ours(results, run, model, F1, score), HIGH_SNR)
+            row[f"here, {words}, test images"] = value_text(tested, HIGH_SNR)
+            every = anew.weighted_f1(_all_azimuths(results, run, model, score))
+            row[f"here, {words}, all azimuths"] = f"{every:.4f}"
+        rows.append(row)
+    yield table(rows)
+
+
+def matrices(results, figure):
+    """Confusion matrices, a column for each adaptation: published, ours, and ours of all azimuths."""
+    shown = [name for name in figure.adaptations if ADAPTATIONS[name][0] in figure.there]
+    if not shown:
+        return
+    snr, order, columns = high_snr(results), [*results.of_role("known"), *results.of_role("unknown")], []
+    for name in shown:
+        model, score = ADAPTATIONS[name]
+        column = [(f"{HEADINGS[name]},\npublished", _printed_matrix(results, name))]
+        cells = stated.open_cells(results, figure.experiment, model, score)
         column += [(f"here at {snr:g} dB, test images", matrix(cells).reindex(order))] if len(cells) else []
-        for run in (run for run in RUNS if (run, model) in everywhere_networks(results.runs)):
-            counts = anew.counts(all_azimuths(results, run, model, score)).reindex(order)
-            column.append((f"here, all azimuths,\ntrained {trained_words(results.runs[run])}", counts))
+        for run, _, words in _everywhere(results, [model]):
+            counts = anew.counts(_all_azimuths(results, run, model, score))
+            column.append((f"here, all azimuths,\n{words}", counts.reindex(order)))
         columns.append(column)
     rows = max(map(len, columns))
     drawing, grid = panels(rows, len(columns), 0.6 + 3.2 * len(columns), 0.3 + 2.8 * rows, False, False)
@@ -190,34 +78,74 @@ def matrices(results, name, experiment, shown):
         for axes, (text, counts) in zip(grid[:, place], column, strict=False):
             draw_matrix(axes, counts.fillna(0), text)
     finish(drawing, grid, "predicted class", "target", legend=False)
-    words = ", ".join(HEADINGS[adaptation] for adaptation in shown)
-    return picture(name, drawing, f"{name}: confusion matrices of {words}, as published and here.")
+    words = f"confusion matrices of {', '.join(HEADINGS[name] for name in shown)}, as published and here."
+    yield picture(figure.picture, drawing, f"{figure.picture}: {words}")
 
 
-def threshold_effects(results, network, at):
-    """What thresholds from the test images would add, a sentence for each confidence score. at: its SNR in dB."""
+def reconstructions(results, figure):
+    """Images and what a network makes of them, a row for each target. figure.kinds: variables and their words."""
+    network, kinds = (figure.experiment, figure.models[0]), figure.kinds
+    if not judged_anew(results, *network) or network not in results.decoders:
+        raise NotHere(f"reconstructions of the capsule network in experiment `{figure.experiment}`, split at random")
+    store = results.reconstructions(*network)
+    snr = nearest(store.snr.values.tolist(), figure.snr)
+    dataset, rows = store.sel(snr=snr).load(), []
+    order = [target for target in results.targets if target in dataset.target.values]
+    size = 0.8 * len(kinds) * EXAMPLES + 0.5, 0.8 * len(order) + 0.4
+    drawing, grid = panels(len(order), len(kinds) * EXAMPLES, *size, False, False, "compressed")
+    for row, target in enumerate(order):
+        images = dataset.sel(target=target)
+        for place, axes in enumerate(grid[row]):
+            kind, example = [*kinds][place // EXAMPLES], place % EXAMPLES
+            draw_pixels(axes, images[kind].isel(example=example).values)
+            axes.set(xticks=[], yticks=[], title=kinds[kind] if (row, example) == (0, EXAMPLES // 2) else "")
+        grid[row, 0].set_ylabel(target)
+        rows.append({"target": target, **{f"MSE, {words}": number(value) for words, value in _errors(images).items()}})
+    finish(drawing, grid, "", legend=False)
+    shown = f"five images of each of {', '.join(order)} at {snr:g} dB: {', '.join(kinds.values())}."
+    yield picture(figure.picture, drawing, f"{figure.picture} here: {shown}")
+    yield f"At {snr:g} dB, of these images:"
+    yield table(rows)
+
+
+def _errors(images):
+    """Mean squared errors of reconstructions: beside what the network sees, and beside the image without noise."""
+    others = {"input": images.seen, "image without noise": images.truth}
+    return {f"reconstruction and {words}": float(((images.made - of) ** 2).mean()) for words, of in others.items()}
+
+
+def histograms(results, figure):
+    """How confidence scores of known and unknown test images lie, with thresholds from validation and test images."""
+    network = experiment, model = figure.experiment, figure.models[0]
     if not judged_anew(results, *network):
-        return ()
-    sentences = []
-    for score, aim in at.items():
-        snr = nearest(results.settings["noise"]["snr_db"], aim)
-        found = anew.effect(results.predictions(*network, snr), score, results.settings["seed"])
-        sentences.append(
-            f"{results.names.method(network[1], score)} at {snr:g} dB: with the threshold of the fewest errors on the "
-            f"test images the weighted F1 is {found.f1_by_errors:.4f}, with that of the validation images "
-            f"{found.f1:.4f} ({gain_text(found.gain)})."
-        )
-    return tuple(sentences)
+        raise NotHere(f"the capsule network in experiment `{experiment}`, split at random")
+    snr, rows = nearest(results.settings["noise"]["snr_db"], figure.snr), []
+    predictions = results.predictions(*network, snr)
+    test = select(predictions, side="test")
+    drawing, grid = panels(1, len(figure.scores), max(1 + 3.9 * len(figure.scores), 6.6), 3.4, False, False)
+    for axes, score in zip(grid.flat, figure.scores, strict=True):
+        values, label = plain(score, test[f"known_{score}"]), results.names.score(score).label
+        edges = np.linspace(values.min(), max(values.max(), values.min() + 1e-9), BINS + 1)
+        for role, color in (("known", BLUE), ("unknown", VERMILION)):
+            draw_density(axes, values[test["role"] == role], edges, color, f"{role} targets")
+        found = anew.effect(predictions, score, results.settings["seed"])
+        for threshold, dash, side in ((found.chosen, "--", "validation"), (found.by_errors, ":", "test")):
+            look = {"color": "black", "ls": dash, "lw": 1.2, "label": f"threshold from {side} images"}
+            axes.axvline(plain(score, threshold), **look)
+        axes.set_xlabel(label)
+        case = {"experiment": experiment, "split": SPLIT, "model": model, "score": score, "metric": "auroc"}
+        area = select(results.scores, **case, elevation="all", test_snr_db=snr)
+        auroc = with_interval(area.iloc[0]) if len(area) else NONE
+        rows.append({"score": label, "AUROC": auroc, **_effect_cells(found, score)})
+    finish(drawing, grid, "", "density")
+    words = f"histograms of {' and '.join(row['score'] for row in rows)} at {snr:g} dB, known and unknown targets."
+    yield picture(figure.picture, drawing, f"{figure.picture} here: {words}")
+    yield f"At {snr:g} dB, test images:"
+    yield table(rows)
 
 
-def gain_text(gain):
-    """A difference with its interval, which it may lack. gain: value, low, high."""
-    value, low, high = (signed(one, 4) for one in gain)
-    return value if NONE in (low, high) else f"{value} [{low}, {high}]"
-
-
-def effect_cells(found, score):
-    """An `Effect` as cells of a table."""
+def _effect_cells(found, score):
+    """A `thesis_anew.Effect` as cells of a table."""
     return {
         "threshold from validation images": number(plain(score, found.chosen)),
         "weighted F1": f"{found.f1:.4f}",
@@ -225,3 +153,132 @@ def effect_cells(found, score):
         "its weighted F1": f"{found.f1_by_errors:.4f}",
         "what that adds": gain_text(found.gain),
     }
+
+
+def complex_images(results, figure):
+    """A complex network beside the others of its experiment: closed set, open set by each score, reconstruction."""
+    every = results.runs.values() if results.learns else ()
+    run = next((run for run in every if "capsule_complex" in run["models"] and run["open"]), None)
+    if run is None:
+        figure.lacks.append("the model `capsule_complex` in the open set")
+        return
+    experiment, rows = run["experiment"], []
+    for model in run["models"]:
+        scores = select(results.mean_scores, experiment=experiment, model=model, elevation="all", metric=F1)
+        closed, opened = select(scores, threshold=""), select(scores, threshold="thesis")
+        row = {"model": results.names.model(model).label}
+        row["weighted F1 at 24 dB, closed set"] = value_text(value_at(results, closed, HIGH_SNR), HIGH_SNR)
+        if (run["name"], model) in results.decoders:
+            store = results.reconstructions(run["name"], model)
+            snr = nearest(store.snr.values.tolist(), HIGH_SNR)
+            known = [name for name in results.of_role("known") if name in store.target.values]
+            for words, error in [*_errors(store.sel(snr=snr, target=known)).items()][1:]:
+                row[f"MSE, {words} at {snr:g} dB, known targets"] = number(error)
+        for score in results.names.values(opened, "score") if len(opened) else ():
+            value = value_at(results, select(opened, score=score), HIGH_SNR)
+            row[f"open set, {results.names.score(score).label}"] = value_text(value, HIGH_SNR)
+        rows.append(row)
+    trained = training_noise(results.settings["learning"]["experiments"][experiment]["train"]["snr_db"])
+    yield say("complex_images", experiment=experiment, trained=trained, split=WORDS[run["split"]])
+    yield table(rows)
+
+
+def trained_with_noise(results, figure):
+    """(a) Training images at 24 dB instead of without noise."""
+    if not judged_anew(results, "fcnn_listing", "fcnn"):
+        raise NotHere("experiment `fcnn_listing`")
+    listed = []
+    for name in (None, *figure.adaptations):
+        model, score = ADAPTATIONS.get(name, ("fcnn", ""))
+        label = f"open set, weighted F1, {HEADINGS[name]}" if score else "closed set, accuracy"
+        for run, _, words in _everywhere(results, [model]):
+            listed.append((f"{label}, {words}", ours(results, run, model, F1 if score else ACCURACY, score)))
+    yield stated.values_table(listed)
+
+
+def all_azimuths_counted(results, figure):
+    """(b) All azimuths in Fig. 5.4."""
+    snr, rows = high_snr(results), []
+    for run, model, words in _everywhere(results, ["fcnn", "fcnn_other"]):
+        predictions = results.predictions(run, model, snr)
+        tested = select(predictions, side="test", role=["known", "unknown"])
+        for name in (name for name in figure.adaptations if ADAPTATIONS[name][0] == model):
+            score = ADAPTATIONS[name][1]
+            every = _all_azimuths(results, run, model, score)
+            own = anew.weighted_f1(anew.rejecting(tested, score, anew.chosen(predictions, score)))
+            f1 = anew.weighted_f1(every)
+            row = {"FCNN": f"{HEADINGS[name]}, {words}", "test images": f"{len(tested):,}", "weighted F1": f"{own:.4f}"}
+            row |= {"all images": f"{len(every):,}", "their weighted F1": f"{f1:.4f}"}
+            rows.append(row | {"what that adds": signed(f1 - own, 4)})
+    if not rows:
+        raise NotHere("a fully connected network in the open set, split at random")
+    yield f"At {snr:g} dB, with the thresholds that the validation images choose:"
+    yield table(rows)
+
+
+def threshold_on_test_images(results, figure):
+    """(c) Thresholds from the test images. figure.thresholds: networks, and scores whose thresholds are chosen anew."""
+    there = [of for of in figure.thresholds if judged_anew(results, of["experiment"], of["model"])]
+    if not there:
+        raise NotHere("networks in the open set, split at random")
+    snrs, rows, said = sorted(results.settings["noise"]["snr_db"]), [], []
+    drawing, grid = panels(1, len(there), max(1 + 3.9 * len(there), 6.6), 3.6)
+    for axes, network in zip(grid.flat, there, strict=True):
+        tables = [results.predictions(network["experiment"], network["model"], snr) for snr in snrs]
+        for score in network["scores"]:
+            effects = [anew.effect(predictions, score, results.settings["seed"]) for predictions in tables]
+            label, look = results.names.method(network["model"], score), results.names.score(score)
+            axes.plot(snrs, [found.f1 for found in effects], color=look.color, marker=look.marker, label=look.label)
+            axes.plot(snrs, [found.f1_by_errors for found in effects], color=look.color, ls="--")
+            rows.append({"": label, **_effect_cells(effects[snrs.index(high_snr(results))], score)})
+            gains = [found.f1_by_errors - found.f1 for found in effects]
+            said.append(f"{label} {signed(min(gains), 4)} to {signed(max(gains), 4)}")
+        axes.set_title(results.names.model(network["model"]).label)
+    grid[0, 0].plot([], [], color=BLACK, ls="--", label="threshold from the test images, by errors")
+    finish(drawing, grid, snr_axis(results.definition), "weighted F1")
+    alt = "Weighted F1 against the test SNR with thresholds from validation images, and by errors from test images."
+    yield f"At {high_snr(results):g} dB, split at random:"
+    yield table(rows)
+    yield picture("Slips, threshold", drawing, alt)
+    yield f"What it adds over all SNRs: {'; '.join(said)}."
+
+
+def by_both_powers(results, figure):
+    """(d) The definition of SNR. figure.by_power: curves that are shown by both."""
+    if not results.images_are_made:
+        raise NotHere("images")
+    targets, listed = [*results.of_role("known"), *results.of_role("unknown")], []
+    attrs = {name: results.images(name, "clean").attrs for name in targets}
+    offsets = [f"{name} {of['snr_definition_offset_db']:.1f} dB" for name, of in attrs.items()]
+    for case in (case for case in figure.by_power if stated.own_run(results, case["experiment"])):
+        method = results.names.method(case["model"], case["score"])
+        words = f"{method}, {'weighted F1' if case['score'] else 'accuracy'}, SNR by"
+        for definition, scores in results.by_definition.items():
+            listed.append((f"{words} {POWERS[definition]}", select(scores, **case, split=SPLIT, elevation="all")))
+    if offsets:
+        yield say("by_both_powers", offsets=", ".join(offsets))
+    yield stated.values_table(listed)
+
+
+def reconstruction_weight(results, figure):
+    """(e) The weight of the reconstruction."""
+    own = results.settings["learning"]["models"].get("capsule", {}).get("reconstruction")
+    yield say("reconstruction_weight", here=f" Here it is {own:g} times the mean." if own is not None else "")
+
+
+def matrix_and_table(results, figure):
+    """(f) What Table 5.2 prints is not what Fig. 5.4 has."""
+    parts = []
+    for name in figure.adaptations:
+        printed = select(results.published_scores, model=name, metric="weighted_f1")["value"].iloc[0]
+        computed = anew.printed_f1(_printed_matrix(results, name))
+        parts.append(f"{HEADINGS[name]} {printed} printed, {computed:.4f} from the matrix")
+    yield say("matrix_and_table", parts="; ".join(parts))
+
+
+def lacking_networks(results, figure):
+    """Nothing to show: only which of the thesis's networks are not there."""
+    networks = [(run, model) for run, model in THESIS_NETWORKS if model != "fcnn_other"]
+    lacking = [f"`{run}`" for run, model in networks if not judged_anew(results, run, model)]
+    figure.lacks += [f"experiments in the open set, split at random: {', '.join(lacking)}"] if lacking else []
+    return ()

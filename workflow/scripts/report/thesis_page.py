@@ -2,33 +2,24 @@
 
 from datetime import date
 from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
 
 from core import sweep
-from report import thesis_chapter4, thesis_chapter5, thesis_slips
+from report import thesis_figures, thesis_networks, thesis_sentences
 from report.conditions import noise_words
 from report.layout import duration, style
 from report.results import Results
 from report.section_run import commit, networks, version
-from report.thesis_compare import STATED, counted, kept_text, value_text
-from report.thesis_markdown import anchor, block, bullets, not_here, pictures, table
-from report.thesis_reasons import everywhere
+from report.thesis_markdown import PAGE, NotHere, Picture, anchor, block, bullets, not_here, table
+from report.thesis_statements import KEPT, judge, present, value_text
+from report.vocabulary import select
 
-PAGE = "README.md"
-CHAPTERS = {
-    "Chapter 4: classifiers without networks": thesis_chapter4.ENTRIES,
-    "Chapter 5: networks": thesis_chapter5.ENTRIES,
-    "The document itself": (thesis_slips.slips,),
-}
+FILE = "README.md"
 LEARNING = ("train", "predict", "reconstruct", "timing", "scores")  # steps of the learning stage, as jobs are recorded
-READ = (
-    "Values of the document are those that it prints in text and tables; its curves are not read off. Where it says "
-    "'above 9 dB', the next SNR of its grid, 12 dB, is taken. Values here stand with their 95 % intervals, at SNRs by "
-    "mean power. Open markers in figures are published: ▲ at least, ▼ at most, ● equal to. A statement holds if the "
-    "value, rounded to the printed decimals, fulfils it. At random, as in the document, test images have near copies "
-    "among the training images; by sector they share no sample with them. `thesis` thresholds are chosen on images of "
-    "which some are of the unknown targets, as in the document; `blind` ones without any."
-)
 EVERYWHERE = "What differs in every figure"
+MODULES = thesis_figures, thesis_networks, thesis_sentences  # of parts
 
 
 def write_page(folder, settings, stated, output):
@@ -38,112 +29,138 @@ def write_page(folder, settings, stated, output):
     """
     results, output = Results(folder, settings, stated), Path(output)
     with style():
-        chapters = {title: [build(results) for build in builds] for title, builds in CHAPTERS.items()}
-    entries = [entry for every in chapters.values() for entry in every]
-    drawn = pictures(entries)
+        chapters = {title: [build(results, keys) for keys in every] for title, every in PAGE["chapters"].items()}
+    figures = [figure for every in chapters.values() for figure in every]
+    drawn = [part for figure in figures for part in figure.blocks if isinstance(part, Picture)]
     assert len({picture.name for picture in drawn}) == len(drawn), "two pictures of one name"
     output.mkdir(parents=True, exist_ok=True)
     for picture in drawn:
         (output / f"{picture.name}.png").write_bytes(picture.png)
-    (output / PAGE).write_text(page(results, chapters))
-    print(
-        f"{len(entries)} entries, {len(drawn)} pictures; {sum(bool(entry.missing) for entry in entries)} lack something"
-    )
+    (output / FILE).write_text(page(results, chapters))
+    lacking = sum(bool(figure.lacks) for figure in figures)
+    print(f"{len(figures)} entries, {len(drawn)} pictures; {lacking} lack something")
+
+
+def build(results, keys):
+    """A figure or table of the thesis: what thesis_page.yaml says of it, and what a run has of it.
+
+    Besides its keys: found, its statements as of `thesis_statements.judge`; there, those of its models that the run
+    has; lacks, what the run does not have of it, in words; blocks, of its parts; reasons, why values may differ.
+    """
+    figure = SimpleNamespace(**PAGE["defaults"] | {"picture": keys["names"][0]} | keys)
+    own = select(results.published_scores, figure=keys["names"][0])
+    figure.found = [judge(results, line) for line in own.to_dict("records")]
+    figure.there, figure.lacks, figure.blocks, figure.reasons = [], [], [], []
+    if figure.needs:
+        figure.there, lack = present(results, figure.experiment, figure.models, figure.needs == "open")
+        figure.lacks += [lack] if lack else []
+    for name in figure.shows:
+        try:
+            figure.blocks.extend(parts(results, figure, name))
+        except NotHere as lack:
+            if not figure.goes_on:
+                figure.lacks.append(str(lack))
+                return figure
+            figure.blocks.append(not_here(lack))
+    figure.reasons = [words for name in figure.why for words in parts(results, figure, name)]
+    return figure
+
+
+def parts(results, figure, name):
+    """What a part makes of the results: the function of that name, or the sentence as it stands."""
+    functions = [getattr(module, name) for module in MODULES if hasattr(module, name)]
+    return functions[0](results, figure) if functions else [PAGE["sentences"][name]]
+
+
+def heading(figure):
+    return ": ".join(text for text in (", ".join(figure.names), figure.title) if text)
+
+
+def link(figure):
+    return f"[{', '.join(figure.names)}](#{anchor(heading(figure))})"
 
 
 def page(results, chapters):
-    """The whole page. chapters: the Entries of each, by title."""
-    entries = [entry for every in chapters.values() for entry in every]
-    absent = [f"{entry.link}: {entry.missing}" for entry in entries if entry.missing]
-    parts = [
-        "# The thesis, figure by figure",
-        "C. Stewart-Burger, *Classification of Synthesised ISAR Images of Small Complex Targets*, Stellenbosch "
-        "University, 2023: what the figures and tables of its chapters 4 and 5 state, the same of a run of this "
-        "repository, and why they may differ. Its figures 4.1 to 4.6, 4.11, 5.1, 5.2 and 5.5 are diagrams, and left "
-        "out.",
+    """The whole page. chapters: the figures of each, by title."""
+    figures = [figure for every in chapters.values() for figure in every]
+    everywhere = PAGE["everywhere"] + (PAGE["everywhere_learned"] if results.learns else [])
+    absent = [f"{link(figure)}: {'; '.join(figure.lacks)}" for figure in figures if figure.lacks]
+    texts = [
+        *PAGE["head"],
         table([{"": name, "this run": words} for name, words in facts(results)]),
-        READ,
+        PAGE["read"],
         "## All published scores",
-        _overview(entries),
+        _overview(figures),
         f"**Not part of this run:**\n\n{bullets(absent)}" if absent else "All of the document is part of this run.",
         f"## {EVERYWHERE}",
-        bullets(everywhere(results)),
+        bullets(words for name in everywhere for words in parts(results, None, name)),
     ]
     for title, every in chapters.items():
-        parts += [f"## {title}", *(text for entry in every for text in _entry(entry))]
-    return "\n\n".join(part for part in parts if part) + "\n"
+        texts += [f"## {title}", *(text for figure in every for text in _written(figure))]
+    return "\n\n".join(text for text in texts if text) + "\n"
 
 
-def _entry(entry):
-    """An Entry as Markdown, block by block."""
-    yield f"### {entry.heading}"
-    yield f"*The document:* {entry.did}"
-    if entry.missing:
-        yield not_here(entry.missing)
-    yield from map(block, entry.blocks)
-    if words := counted(entry.judged):
-        yield words
-    if any(entry.why):
+def _written(figure):
+    """A figure as Markdown, block by block."""
+    yield f"### {heading(figure)}"
+    yield f"*The document:* {figure.did}"
+    if figure.lacks:
+        yield not_here("; ".join(figure.lacks))
+    yield from map(block, figure.blocks)
+    if known := [line["holds"] for line in figure.found if line["holds"] is not None]:
+        yield f"Published statements that hold here: {sum(known)} of {len(known)}."
+    if any(figure.reasons):
         yield f"*Why they may differ,* besides [{EVERYWHERE[0].lower()}{EVERYWHERE[1:]}](#{anchor(EVERYWHERE)}):"
-        yield bullets(entry.why)
+        yield bullets(figure.reasons)
 
 
-def _overview(entries):
-    """One table of all published scores, each at the first figure that states it, and how many hold."""
-    lines = {}
-    for entry in entries:
-        for line in entry.judged:
-            lines.setdefault(tuple(line[key] for key in STATED), (entry, line))
+def _overview(figures):
+    """One table of all published scores, and how many hold."""
+    lines = [(figure, line) for figure in figures for line in figure.found]
     rows = [
         {
-            "": entry.link,
+            "": link(figure),
             "what": f"{line['name']}, {line['words']}",
             "stated": line["stated"],
             "published": line["published"],
             "here": value_text(line["here"], line["snr_db"]),
-            "as published": kept_text(line["holds"]),
+            "as published": KEPT[line["holds"]],
         }
-        for entry, line in lines.values()
+        for figure, line in lines
     ]
-    known = [line["holds"] for _, line in lines.values() if line["holds"] is not None]
+    known = [line["holds"] for _, line in lines if line["holds"] is not None]
     words = f"{sum(known)} of the {len(known)} that this run has hold." if known else "This run has none of them."
     return f"{words}\n\n{table(rows)}"
 
 
 def facts(results):
     """The run in pairs of what and how much."""
-    settings = results.settings
+    settings, said = results.settings, PAGE["facts"]
     pairs = [
-        ("config", f"`{settings['name']}`, seed {settings['seed']}"),
-        ("code", f"isarflow {version()}, commit {commit()}"),
+        ("config", said["config"].format(**settings)),
+        ("code", said["code"].format(version=version(), commit=commit())),
     ]
     if results.learns:
-        scores = results.folder / "learning" / "scores.csv"
-        pairs.append(("date", f"{date.fromtimestamp(scores.stat().st_mtime).isoformat()}, of the scores"))
+        made = date.fromtimestamp((results.folder / "learning" / "scores.csv").stat().st_mtime)
+        pairs.append(("date", said["date"].format(date=made.isoformat())))
         pairs.append(("processor", ", ".join(sorted(results.times["machine"].unique()))))
-    targets = ", ".join(f"{name} ({settings['targets'][name]['role']})" for name in results.targets)
-    pairs.append(("targets", targets))
+    targets = (f"{name} ({settings['targets'][name]['role']})" for name in results.targets)
+    pairs.append(("targets", ", ".join(targets)))
     if results.images_are_made:
-        pairs.append(("images", _images(results)))
+        pairs.append(("images", said["images"].format(**_images(results))))
     if results.learns:
-        differences = networks(results)
-        pairs.append(("capsule network", "; ".join(differences) if differences else "of the document's size"))
+        pairs.append(("capsule network", "; ".join(networks(results)) or "of the document's size"))
         pairs.append(("learning", _learning(results.benchmarks)))
     return pairs
 
 
 def _images(results):
-    settings, noise = results.settings, results.settings["noise"]
-    dataset = results.images(results.targets[0], "clean")
-    views = dataset.sizes["elevation"] * dataset.sizes["azimuth"]
-    count = len(results.targets) * views * len(noise["snr_db"]) * noise["realizations"]
-    frequency = sweep.frequencies(settings["radar"]) / 1e9
-    return (
-        f"{count:,} noisy ones of {dataset.sizes['range']} × {dataset.sizes['crossrange']} pixels: "
-        f"{len(results.targets)} targets, {dataset.sizes['elevation']} elevations, {dataset.sizes['azimuth']} "
-        f"azimuths, {len(noise['snr_db'])} SNRs by {noise_words(noise, noise['definition'])}, {noise['realizations']} "
-        f"realizations; {frequency[0]:g} to {frequency[-1]:g} GHz"
-    )
+    """The sizes of the run's images."""
+    noise, sizes = results.settings["noise"], dict(results.images(results.targets[0], "clean").sizes)
+    own = {"targets": len(results.targets), "snrs": len(noise["snr_db"]), "realizations": noise["realizations"]}
+    count = np.prod([*own.values(), sizes["elevation"], sizes["azimuth"]])
+    frequency, words = sweep.frequencies(results.settings["radar"]) / 1e9, noise_words(noise, noise["definition"])
+    return own | sizes | {"count": count, "noise": words, "first": frequency[0], "last": frequency[-1]}
 
 
 def _learning(benchmarks):
@@ -151,10 +168,7 @@ def _learning(benchmarks):
     jobs = benchmarks[benchmarks["step"].isin(LEARNING)]
     if not len(jobs):
         return "no times were recorded"
-    seconds = jobs.groupby("step")["s"].sum()
-    parts = ", ".join(f"{step} {duration(seconds[step])}" for step in LEARNING if step in seconds)
-    longest = jobs.loc[jobs["s"].idxmax()]
-    return (
-        f"{duration(seconds.sum())} of jobs, which run side by side ({parts}); the longest, {longest['job']}, "
-        f"{duration(longest['s'])}"
-    )
+    seconds, longest = jobs.groupby("step")["s"].sum(), jobs.loc[jobs["s"].idxmax()]
+    steps = ", ".join(f"{step} {duration(seconds[step])}" for step in LEARNING if step in seconds)
+    words = {"all": duration(seconds.sum()), "steps": steps, "job": longest["job"], "longest": duration(longest["s"])}
+    return PAGE["facts"]["learning"].format(**words)
