@@ -1,5 +1,7 @@
 """Rims that meet, nearly meet or miss each other: what is closed depends on how wide gaps are, on nothing else."""
 
+import itertools
+
 import numpy as np
 import pytest
 from habits_made import revolved
@@ -58,7 +60,18 @@ def test_patches_that_meet_exactly_close_a_wing_thinner_than_the_tolerance_at_it
     for divisions, caps in DIVISIONS:
         parts = CHANGES[change](wedge(trailing, divisions, caps))
         repairs = check_closed(parts, WEDGE[0] * WEDGE[1] * trailing / 2, 1e-3)
-        assert repairs["split_t_junctions"] > 0
+        assert repairs["split_t_junctions"] > 0 and repairs["closed_cracks"] == 0
+
+
+@pytest.mark.parametrize("trailing", [1e-4, 3e-4])
+def test_a_trailing_edge_of_needles_is_joined_before_it_is_put_onto_what_it_stands_on(trailing):
+    """No edge of it is short, so that nothing else says how far its corners may move."""
+    low, high = np.array([[-WEDGE[0] / 2, y, -trailing / 2] for y in (0, WEDGE[1])])
+    for divisions, caps in DIVISIONS:
+        for count in (2, 4, 6):
+            parts, top = wedge(trailing, divisions, caps), np.linspace(low, high, count) * [1, 1, -1]
+            parts[2] = np.array([*[(a, low, b) for a, b in itertools.pairwise(top)], (low, high, top[-1])])
+            check_closed(parts, WEDGE[0] * WEDGE[1] * trailing / 2, 1e-3)
 
 
 @pytest.mark.parametrize("seed", range(4))
