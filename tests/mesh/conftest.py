@@ -5,5 +5,5 @@ import pytest
 
 @pytest.fixture(autouse=True)
 def by_the_wavelength(request, monkeypatch):
-    if request.module.__name__ != "test_resolution":
+    if request.module.__name__ not in ("test_resolution", "test_makers"):
         monkeypatch.setattr("mesh.resolution.ACROSS", 2)

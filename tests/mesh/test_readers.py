@@ -143,6 +143,10 @@ FILES = {
     "more_after.ply": (LITTLE + b"\3\1", "goes on for 2 bytes after the last element that its header announces"),
     "binary_faces_fewer.ply": (LITTLE.replace(b"face 12", b"face 11"), "goes on for 13 bytes"),
     "binary_vertices_more.ply": (LITTLE.replace(b"vertex 8", b"vertex 90"), "do not go with its header"),
+    "binary_one_vertex_more.ply": (  # takes the first 12 of the 13 bytes of a face, and its last one for a face of none
+        LITTLE.replace(b"vertex 8", b"vertex 9"),
+        "face 0 has 0 corners, .* the file does not hold what its header announces .9 vertices and 12 faces.",
+    ),
     "binary_fraction.ply": (
         ply([[0, 1, 2]], "<", lists=("uchar", "float"))[:-4] + struct.pack("<f", 1.5),
         "face 0: a face uses vertex 1.5",

@@ -83,6 +83,24 @@ def test_both_sides_of_a_thin_tube_go_where_chords_ask_for_whatever_volume_is_mi
     assert (0.3 * deep < moved).all() and (moved < deep).all()  # two thirds of it, on average
 
 
+def test_noses_go_ahead_of_their_source_by_what_their_chords_cut_off():
+    """Each side of a nose asks for its own way, and on average for little of it: 0.16 mm, and not 0.38 as here."""
+    half, height = 0.03, 0.0045
+
+    def strut(facets, stations):
+        turn = 2 * np.pi * np.arange(facets) / facets
+        section = np.stack([half * np.cos(turn), 0 * turn, -height * np.sin(turn)], axis=1)
+        return lofted([section + np.array([0, y, 0]) for y in np.linspace(-0.05, 0.05, stations)])
+
+    source, (vertices, triangles) = strut(320, 2), strut(16, 9)
+    volume = topology.tetrahedra(*source).sum()
+    restored = restore_volume(vertices, triangles, source, volume, 0.1, [])
+    noses = (np.abs(vertices[:, 0]) > 0.999 * half) & (np.abs(vertices[:, 1]) < 0.04)
+    ahead = np.abs(restored[noses, 0]) - half
+    assert topology.tetrahedra(restored, triangles).sum() == pytest.approx(volume, rel=1e-6)
+    assert (ahead > 3e-4).all() and (ahead < 6e-4).all()  # m
+
+
 @pytest.mark.parametrize("millimetres", [4, 1, 0.5])
 def test_a_fin_that_its_mirror_plane_cuts_lengthwise_is_kept(tmp_path, millimetres):
     vertices, triangles = plate(millimetres / 1000)

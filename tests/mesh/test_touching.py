@@ -166,6 +166,9 @@ def test_what_is_large_free_or_a_joint_is_no_detail():
     some = rivets(np.linspace(0.001, 0.004, 13), twelve_sided, 0.5)
     _, faces, repairs, _ = repair(*some, 0.002, "finer edges")
     assert repairs["dropped_details"] == 0 and repairs["united_solids"] == 13
+    for deep, dropped in ((0.5, 6), (0.0, 0)):  # of 3 mm, they may stand out by 2.5
+        _, faces, repairs, _ = repair(*rivets(np.full(6, 0.003), cube, deep), 0.01, "low and high ones")
+        assert repairs["dropped_details"] == dropped and (len(faces) == 12) == (dropped > 0)
     free = together(some, (cube(0.002)[0] + [0, 0, 0.15], cube()[1]))
     _, faces, repairs, _ = repair(*free, 0.01, "a free one")
     assert repairs["dropped_details"] == 13 and topology.components(faces)[0] == 2

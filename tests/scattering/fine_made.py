@@ -6,6 +6,9 @@ Each is one to three wavelengths long at `WAVELENGTH`: (vertices (V, 3) in metre
 from pathlib import Path
 
 import numpy as np
+from habits_made import lens
+from habits_made import revolved as closed_revolved
+from pointed_made import karman
 from scipy.spatial import Delaunay
 from shapes_made import cube, lofted, save, together, tube
 from vehicles_made import fin, fuselage, plan_wing
@@ -83,6 +86,8 @@ SHAPES = {
     "duct": (tube(0.03, 0.001, 0.12, 96), ["xz", "xy"]),
     "plate": ((cube()[0] * [0.2, 0.15, WAVELENGTH / 100], cube()[1]), ["xz", "xy"]),
     "rod": (rod(WAVELENGTH / 100, 0.15), []),
+    "lens": (closed_revolved(lens(40, 0.07, 0.0175), 96), ["xz", "xy"]),  # of a sharp rim
+    "nose": (karman(60, 96), ["xz", "xy"]),  # a tip, and a flat base
     **{name: (shape, ["xz", "xy", "yz"]) for name, shape in OPEN.items()},
     **{name: (shape, []) for name, (shape, _) in WITHOUT_THICKNESS.items()},
 }
@@ -90,9 +95,13 @@ SHAPES = {
 
 def field(path, name, density, threads):
     """Backscatter (polarization, direction) of a shape on a mesh of `density` edges a wavelength, and its measures."""
-    shape, planes = SHAPES[name]
+    return field_of(path, *SHAPES[name], density, threads)
+
+
+def field_of(path, shape, planes, density, threads):
+    """`field` of a shape (vertices, triangles) with its mirror planes."""
     radar = {"center_frequency": C0 / WAVELENGTH, "bandwidth": 0.0, "frequencies": 1, "polarizations": ["VV", "HH"]}
-    source = save(Path(path) / f"{name}.ply", *shape)
+    source = save(Path(path) / "shape.ply", *shape)
     target = {"unit": "m", "symmetry": planes}
     (mesh,), measures = build(source, target, {"edges_per_wavelength": density, "bands": 1}, radar)
     given = [C0 / WAVELENGTH], ELEVATION, AZIMUTH, radar["polarizations"], planes

@@ -11,13 +11,14 @@ import numpy as np
 from mesh import topology
 from mesh.boxes import around, near_boxes
 from mesh.contact import APART
-from mesh.openings import close_holes, middles, once, openings, pinched
+from mesh.openings import across, close_holes, middles, once, openings, pinched
 from mesh.progress import going
 
 SMALL = 3.0  # wanted edges: openings whose rim is no longer are closed; a slot resonates where it is ten, a wavelength
 NARROW = 1 / 10  # wanted edges: how wide such a small opening is at most to be closed by joining its sides
 WARNED = 1 / 15  # wanted edges: rims that face each other across less, but stay apart, are reported
 SHUT = 1 / 10  # of its area: a surface whose openings are smaller is reported as one that is nearly closed
+LOOKED_AT = 100  # openings, the largest: how wide others are says their area
 ROUNDS = 100  # of joins, each at distances up to twice the smallest that is left nearby
 
 
@@ -262,12 +263,17 @@ def left_open(vertices, triangles, edge, tolerance, name):
             "it is to be closed there, sew it in the CAD program."
         )
     opened, area = openings(vertices, triangles), topology.areas(vertices, triangles).sum()
-    if opened.area.sum() < SHUT * area:
-        largest = opened.area.argmax()
-        width = 2 * opened.area[largest] / opened.length[largest]
+    width = 2 * opened.area / opened.length
+    for k in np.argsort(-opened.area, kind="stable")[:LOOKED_AT]:
+        width[k] = across(vertices, opened.rims[opened.number == k])
+    spanned = np.minimum(opened.area, width * opened.length / 2)  # of a bent slit the fan of triangles is far more
+    if spanned.sum() < SHUT * area:
+        largest = spanned.argmax()
+        rims = vertices[opened.rims[opened.number == largest]].mean(axis=1)
+        place = rims[np.linalg.norm(rims - opened.centre[largest], axis=1).argmin()]
         sentences.append(
             f"It is nearly closed, but open: the largest of {len(opened.area)} openings, near "
-            f"{topology.place(opened.centre[largest])}, is about {width * 1000:.2g} mm wide and has a rim of "
+            f"{topology.place(place)}, is about {width[largest] * 1000:.2g} mm wide and has a rim of "
             f"{opened.length[largest] * 1000:.3g} mm. If it is a solid, close it in the CAD program."
         )
     return sentences

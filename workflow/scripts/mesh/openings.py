@@ -3,9 +3,13 @@
 from typing import NamedTuple
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import dijkstra
 
 from mesh import topology
 
+PARTS = 200  # of an opening's rim, at least, whose distance to the rim that they face is taken
+LONGER = 1.5  # times as far along the rim as straight is what faces it; 1.4 times is around a corner of a square
 TINY = 1e-30  # metres: two vertices in one place are a rim, too
 
 
@@ -48,6 +52,37 @@ def openings(vertices, triangles):
     outward = np.linalg.norm(centre[number] - middle, axis=1) / 2 - ((centre[number] - middle) * inward).sum(axis=1)
     hole = np.bincount(number, outward * length, count) > 0
     return Openings(rims, owner, number, total, centre, np.bincount(number, area, count), hole)
+
+
+def across(vertices, rims):
+    """How wide an opening with these rims (R, 2) is, in metres: the median along them, to the rim that they face.
+
+    A point faces the nearest one to which the way along the rims is much longer than the straight one.
+    """
+    start, stop = vertices[rims].transpose(1, 0, 2)
+    length = np.maximum(np.linalg.norm(stop - start, axis=1), TINY)
+    parts = np.maximum(np.ceil(length / length.sum() * PARTS), 1).astype(int)
+    last = np.cumsum(parts) - 1
+    rim, first, count = np.repeat(np.arange(len(rims)), parts), last - parts + 1, last[-1] + 1
+    share = (np.arange(count) - first[rim] + 0.5) / parts[rim]
+    middle, half = start[rim] + share[:, None] * (stop - start)[rim], (length / parts / 2)[rim]
+    way = ((stop - start) / length[:, None])[rim]
+    inner = np.flatnonzero(rim[1:] == rim[:-1])  # steps from these parts to the next, and from others to vertices
+    names, ends = np.unique(rims, return_inverse=True)
+    ends = count + ends.reshape(-1, 2)
+    here, there = np.concatenate([inner, first, last]), np.concatenate([inner + 1, *ends.T])
+    steps = coo_array((np.concatenate([2 * half[inner], half[first], half[last]]), (here, there)),
+                      shape=2 * (count + len(names),)).tocsr()  # fmt: skip
+    some = np.arange(0, count, -(-count // (2 * PARTS)))
+    width = np.full(len(some), np.inf)
+    for k, along in enumerate(dijkstra(steps, directed=False, indices=some)[:, :count]):
+        off = middle[some[k]] - middle
+        off -= np.clip((off * way).sum(axis=1), -half, half)[:, None] * way
+        apart = np.linalg.norm(off, axis=1)
+        width[k] = apart[(along - half >= LONGER * apart) & (along > 0)].min(initial=np.inf)
+    order = np.argsort(width, kind="stable")  # most of the rim, not its ends, which face each other from afar
+    reached = np.cumsum(half[some][order])
+    return float(width[order[np.searchsorted(reached, reached[-1] / 2)]])
 
 
 def pinched(vertices, triangles, narrow, longest):

@@ -69,6 +69,12 @@ def _check_numbers(surface, path):
     if wrong.any() or few.any():
         face = int(owner[wrong.argmax()]) if wrong.any() else int(few.argmax())
         place = f"face {face}" if face_lines is None else f"line {face_lines[face]}"
+        if not wrong.any() and path.suffix.lower() == ".ply" and face_lines is None:
+            raise InputError(
+                f"{path}: {place} has {sizes[face]} corners, and a face has three or more. Either the file does not "
+                f"hold what its header announces ({len(vertices)} vertices and {len(sizes)} faces), or this face is to "
+                "be deleted. Export it anew."
+            )
         if not wrong.any():
             raise InputError(f"{path}: {place}: a face has three corners or more, this one {sizes[face]}. Delete it.")
         first = 1 if path.suffix.lower() == ".obj" else 0  # OBJ counts from 1
