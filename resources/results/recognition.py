@@ -7,14 +7,17 @@ docs/recognition.md; and the tables of that page and of the repository's README.
 """
 
 import argparse
+import json
 import lzma
 from pathlib import Path
 
 import matplotlib.pyplot as plt
+import numpy as np
 import pandas as pd
 from publish import TABLES, _cell
 
-from learning import judge, paired, scores
+from learning import features, images, judge, paired, scores
+from learning.classifier import OTHER
 
 ROOT = Path(__file__).parents[2]
 SNRS = -12, -6, 0, 6, 12, 24  # dB
@@ -53,6 +56,7 @@ def main():
         (folder / f"{name}.csv.xz").write_bytes(lzma.compress((learning / f"{name}.csv").read_bytes(), preset=9))
     table = whole(learning / "scores.csv")
     draw(table, ROOT / "docs/img/recognition.svg")
+    mistakes(run, ROOT / "docs/img/mistakes.png")
     page = ROOT / "docs/recognition.md"
     put(page, "f1", by_split(table, METHODS, "f1_weighted", "kept"))
     put(page, "auroc", by_split(table, METHODS, "auroc", ""))
@@ -159,6 +163,47 @@ def confusion(table):
 
 def head(columns, first):
     return [f"| {first} | {' | '.join(columns)} |".replace("-", "\N{MINUS SIGN}"), "|---" * (1 + len(columns)) + "|"]
+
+
+def mistakes(run, path):
+    """Images at 6 dB, by elevation, that are taken for what they are not, over the library's view that they resemble.
+
+    Of both folds the unknown ones that the likelihood accepts with the largest scores, and the known ones that it
+    rejects with the smallest, each of another azimuth. One row a channel: magnitudes in dB of each image's peak.
+    """
+    name, (_, model, score) = EXPERIMENTS["elevation", ""], METHODS["likelihood"]
+    folds = sorted((run / "learning/predictions").glob(f"{name}_fold*/{model}/snr_6dB.csv"))
+    table = pd.concat(map(scores.read_table, folds), ignore_index=True)
+    (decided,) = (one for one in judge.decide(table, True) if (one.score, one.threshold) == (score, "kept"))
+    rows = decided.test.assign(decided=decided.predicted, level=decided.test[f"known_{score}"])
+    accepted = rows[(rows.role == "unknown") & (rows.decided != OTHER)].sort_values("level", ascending=False)
+    rejected = rows[(rows.role == "known") & (rows.decided == OTHER)].sort_values("level")
+    chosen = [of.drop_duplicates("azimuth").head(count) for of, count in ((accepted, 4), (rejected, 2))]
+    chosen = pd.concat(chosen).to_dict("records")
+    figure, axes = plt.subplots(6, len(chosen), figsize=(1.75 * len(chosen), 8.6), layout="constrained")
+    for column, row in zip(axes.T, chosen, strict=True):
+        folder = run / f"learning/models/{name}_fold{row['fold']}/{model}/split.json"
+        trained = json.loads(folder.read_text())["targets"][row["predicted"]]["train"]
+        store = run / f"imaging/{row['target']}/snr_6dB.zarr"
+        (image,), _ = images.read([store], {row["target"]: [row["azimuth"]]}, [row["elevation"]], realizations=1)
+        store = run / f"imaging/{row['predicted']}/clean.zarr"
+        views, origin = images.read([store], {row["predicted"]: trained["azimuth"]}, trained["elevation"])
+        alike = features.standardized(np.abs(views).reshape(len(views), -1))
+        nearest = int((alike @ features.standardized(np.abs(image).reshape(1, -1)).T).argmax())
+        angles = [(of["target"], of["elevation"], of["azimuth"]) for of in (row, origin.iloc[nearest])]
+        titles = [f"{target} {elevation:g}°, {azimuth:.1f}°" for target, elevation, azimuth in angles]
+        titles[0] += f"\ntaken for {row['decided']}"
+        for axis, channel in zip(column, (*image, *views[nearest]), strict=True):
+            level = 20 * np.log10(np.maximum(np.abs(channel), 1e-3))
+            picture = axis.imshow(level, vmin=-30, vmax=0, origin="lower", aspect="auto", cmap="magma")
+            axis.set(xticks=[], yticks=[])
+        for place, title in zip((0, 3), (titles[0], f"library: {titles[1]}"), strict=True):
+            column[place].set_title(title, fontsize=7)
+    for axis, label in zip(axes[:, 0], 2 * ["VV", "HH", "HV"], strict=True):
+        axis.set_ylabel(label)
+    figure.colorbar(picture, ax=axes, label="magnitude / image's peak [dB]", shrink=0.5, aspect=40)
+    figure.savefig(path, dpi=90, pil_kwargs={"optimize": True})
+    plt.close(figure)
 
 
 def draw(table, path):
