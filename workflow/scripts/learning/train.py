@@ -35,13 +35,12 @@ class Training:
 
 
 class Examples(NamedTuple):
-    """What `Classifier.fit` takes: images, and labels, SNRs, views and aspects, each (n,)."""
+    """What `Classifier.fit` takes: images, and labels, SNRs and views, each (n,)."""
 
     images: np.ndarray
     labels: np.ndarray
     snrs: np.ndarray
     views: np.ndarray
-    aspects: np.ndarray
 
 
 def train(stores, training, folder, checkpoints=None):
@@ -65,8 +64,8 @@ def train(stores, training, folder, checkpoints=None):
     divided = images.divide(stores, training.planes, division)
     for target in sorted(target for target, role in training.roles.items() if role == "known"):
         check(divided[target].sides, division, target, len(divided[target].azimuth))
-    learned, noise = _read(stores, training, divided, "train")
-    held_out, _ = _read(stores, training, divided, "validation")
+    learned, noise, aspects = _read(stores, training, divided, "train")
+    held_out, *_ = _read(stores, training, divided, "validation")
 
     who = conformance.describe(name, run["name"], kind)
     model, best, search = None, -1.0, []
@@ -76,7 +75,7 @@ def train(stores, training, folder, checkpoints=None):
         if candidate.learns_noise:
             candidate.noise = noise
         if candidate.leaves_out:
-            candidate.aspects = learned.aspects
+            candidate.aspects = aspects
         accuracy = _fit(candidate, learned, held_out, run["random_snr"], who)
         search.append({**settings, "validation_accuracy": accuracy})
         if accuracy > best:
@@ -137,9 +136,9 @@ def _listed(divided, side):
 
 
 def _read(stores, training, divided, side):
-    """The `Examples` of a side of each target, by SNR, then by target, and images of pure noise, where they are read.
+    """The `Examples` of a side of each target, by SNR, then by target; images of pure noise; the aspects of the former.
 
-    The latter are among the examples of a model with a class OTHER, too.
+    Images of noise, where they are read, are among the examples of a model with a class OTHER, too.
     """
     run = training.run
     how = {"elevation": run["elevation"], "pixels": run["upsample"], "channels": run["channels"]}
@@ -151,5 +150,5 @@ def _read(stores, training, divided, side):
     views = origin.round(4).groupby(["target", "elevation", "azimuth"]).ngroup().to_numpy()
     is_noise = role.isna().to_numpy()
     kept = np.flatnonzero(~is_noise | training.settings.get("other", False))
-    aspects = images.aspects(origin, training.planes)
-    return Examples(*(of[kept] for of in (pixels, labels, snrs, views, aspects))), pixels[is_noise]
+    examples = Examples(*(of[kept] for of in (pixels, labels, snrs, views)))
+    return examples, pixels[is_noise], images.aspects(origin, training.planes)[kept]
