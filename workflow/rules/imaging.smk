@@ -62,7 +62,6 @@ for number, snrs in enumerate(SNR_SETS, 1):
 
 
 rule pure_noise:
-    input:
     output:
         directory(f"{{root}}/imaging/{PURE_NOISE}/clean.zarr"),
     log:

@@ -93,7 +93,6 @@ rule field:
 
 
 rule sphere:
-    input:
     output:
         f"{FIELDS}/scattering/check/sphere.json",
     log:
