@@ -23,10 +23,10 @@ def scripts(tmp_path, monkeypatch):
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).write_text(text)
     monkeypatch.setattr(closure, "SCRIPTS", tmp_path)
-    for cached in (closure.closure, closure._imported, closure._code):
+    for cached in (closure.closure, closure._read, closure.digest):
         cached.cache_clear()
     yield tmp_path
-    for cached in (closure.closure, closure._imported, closure._code):
+    for cached in (closure.closure, closure._read, closure.digest):
         cached.cache_clear()
 
 
@@ -63,7 +63,7 @@ def first(x):
 
 def digest_of(scripts, text):
     (scripts / "stage/near.py").write_text(text)
-    for cached in (closure.closure, closure._imported, closure._code):
+    for cached in (closure.closure, closure._read, closure.digest):
         cached.cache_clear()
     return closure.digest("stage/near.py")
 

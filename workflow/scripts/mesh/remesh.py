@@ -272,7 +272,9 @@ def restore_volume(vertices, triangles, source, volume, edge, axes):
     corners = vertices[triangles]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])  # twice the area long
     depth = -distances(corners.mean(axis=1), *source, signed=True)
-    abouts = [_about(vertices, triangles, of, normal, axes) for of in (_own_depth(corners, source, depth), depth)]
+    abouts = [
+        _about(vertices, triangles, of, normal, axes) for of in (_own_depth(corners, Ground(*source), depth), depth)
+    ]
     area = (1 + GAIN * GOAL[1]) * topology.areas(*source).sum() / 2 ** len(axes)
     longest = max(P99 * edge, np.percentile(topology.edge_lengths(vertices, triangles), 99))
     for blunt in BLUNT:
@@ -291,9 +293,10 @@ def restore_chords(vertices, triangles, source, edge, axes):
     """
     corners = vertices[triangles]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    of_faces = _about(vertices, triangles, _own_depth(corners, source), normal, axes)
+    ground = Ground(*source)
+    of_faces = _about(vertices, triangles, _own_depth(corners, ground), normal, axes)
     borders, owner = _borders(vertices, triangles, axes)
-    ground, middle = Ground(*source), vertices[borders].mean(axis=1)
+    middle = vertices[borders].mean(axis=1)
     along = vertices[borders[:, 1]] - vertices[borders[:, 0]]
     out = np.cross(along, ground.normal[ground.distance(middle)[1]])  # about as long as the edge
     out *= np.sign((out * (middle - corners[owner].mean(axis=1))).sum(axis=1))[:, None]
@@ -384,13 +387,13 @@ def _push(about, blunt):
     return push, (push * about.area).sum(axis=1) < 0
 
 
-def _own_depth(corners, source, depth=None):
-    """How far the centres of triangles (corners (T, 3, 3)) are beneath the wall of their side of the `source`, (T,).
+def _own_depth(corners, ground, depth=None):
+    """How far the centres of triangles (corners (T, 3, 3)) are beneath the wall of their side of a surface, (T,).
 
-    source: the surface (vertices, triangles). depth: how far beneath the nearest wall, (T,), if that is known, as it is
+    ground: the surface's `Ground`. depth: how far beneath the nearest wall, (T,), if that is known, as it is
     of a closed surface: it stays where the nearest wall is of their side.
     """
-    ground, points, normal = Ground(*source), corners.mean(axis=1), topology.shape(corners)[0]
+    points, normal = corners.mean(axis=1), topology.shape(corners)[0]
     apart, face = ground.distance(points)
     other = np.arange(len(points))
     if depth is not None:

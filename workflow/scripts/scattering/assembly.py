@@ -17,6 +17,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from scattering.basis import by_half
 from scattering.factorization import Pool
 from scattering.kernel import TINY
 from scattering.kernels import TILE, tile
@@ -160,21 +161,16 @@ class _Placed:
         # Half functions lack their l / 6.
         weights = signs * lengths.T.reshape(-1)[halves // TILE * len(lengths) + halves % TILE] / 6
         ends = np.cumsum([0, *map(len, block.halves)])
-        starts, functions, of_rows = [], [], []
-        for begin, end in pairwise(ends.tolist()):
-            place = (halves[begin:end] % TILE * 3 + halves[begin:end] // TILE).reshape(-1)
-            order = np.argsort(place, kind="stable")
-            order = order[weights[begin:end].reshape(-1)[order] != 0]
-            starts.append(sum(map(len, functions)) + np.searchsorted(place[order], np.arange(3 * len(corners) + 1)))
-            functions.append(order // 2)
-            of_rows.append(weights[begin:end].reshape(-1)[order])
+        places = halves % TILE * 3 + halves // TILE
+        parities = (np.split(of, ends[1:-1]) for of in (places, weights))
+        starts, functions, of_rows = by_half(*parities, 3 * len(corners))
         geometry = (points, nu, center, surface.normals[block.triangles], own)
         self.rows = (
             block.triangles,
             *(np.ascontiguousarray(x, real) for x in geometry),
-            np.array(starts),
+            starts,
             np.concatenate(functions),
-            np.concatenate(of_rows).astype(real),
+            of_rows.astype(real),
             ends,
         )
         sources = np.zeros((len(surface.reflections), 27, TILE), real)

@@ -168,3 +168,21 @@ def _patches(points, parts):
         return bisect(numbers[:cut], parts // 2) + bisect(numbers[cut:], parts - parts // 2)
 
     return bisect(np.arange(len(points)), parts)
+
+
+def by_half(places, weights, count):
+    """Which functions each of `count` half functions takes part in, and by how much.
+
+    places: of each parity's functions the numbers of their half functions, (n, 2); weights: likewise, 0 for no part.
+    Returns where each half function's functions begin, (parities, count + 1), the functions, a list of arrays, one for
+    each parity, and their weights, all in one.
+    """
+    starts, functions, parts, before = [], [], [], 0
+    for place, weight in zip(places, weights, strict=True):
+        order = np.argsort(place, axis=None, kind="stable")
+        order = order[weight.reshape(-1)[order] != 0]
+        starts.append(before + np.searchsorted(place.reshape(-1)[order], np.arange(count + 1)))
+        functions.append(order // 2)
+        parts.append(weight.reshape(-1)[order])
+        before += len(order)
+    return np.array(starts), functions, np.concatenate(parts)

@@ -14,6 +14,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from scattering.basis import by_half
 from scattering.factorization import Pool
 from scattering.kernels import TILE, excite
 
@@ -31,16 +32,11 @@ class Excitation:
         flips = surface.reflections[:, None]
         self.triangles, self.normals = surface.vertices * flips[:, None], surface.normals * flips
         self.characters, self.ends = surface.parities.astype(self.real), np.cumsum([0, *map(len, bases)]).tolist()
-        starts, functions, weights = [0], [], []
-        halves = np.arange(3 * len(surface.vertices) + 1)
-        for basis, begin in zip(bases, self.ends, strict=False):
-            order = np.argsort(basis.halves, axis=None, kind="stable")
-            order = order[basis.signs.reshape(-1)[order] != 0]
-            mine = basis.halves.reshape(-1)[order]
-            starts.append(sum(map(len, functions)) + np.searchsorted(mine, halves))
-            functions.append(begin + order // 2)
-            weights.append(basis.signs.reshape(-1)[order] * surface.lengths.reshape(-1)[mine] / 2)
-        self.places = np.array(starts[1:]), np.concatenate(functions), np.concatenate(weights).astype(self.real)
+        lengths = surface.lengths.reshape(-1)
+        weights = [basis.signs * lengths[basis.halves] / 2 for basis in bases]
+        starts, functions, weights = by_half([basis.halves for basis in bases], weights, len(lengths))
+        functions = [begin + own for begin, own in zip(self.ends, functions, strict=False)]
+        self.places = starts, np.concatenate(functions), weights.astype(self.real)
 
     def __call__(self, wavenumber, u, polarization, alpha=1.0, threads=1):
         """For each parity (N, D); wavenumber: rad/m; u, polarization: (D, 3); alpha: an operator's ALPHA."""

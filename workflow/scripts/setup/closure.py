@@ -20,20 +20,30 @@ def closure(script):
     files, new = set(), {Path(script)}
     while new:
         files |= new
-        new = {module for file in new for module in _imported(file)} - files
+        new = {module for file in new for module in _read(file)[0]} - files
     return sorted(path.as_posix() for path in files)
 
 
+@functools.cache
 def digest(*scripts):
     """A hash of the code in the closures of scripts, the same whatever their comments, docstrings and layout are."""
     files = sorted({file for script in scripts for file in closure(script)})
-    return hashlib.sha256(repr([(file, _code(file)) for file in files]).encode()).hexdigest()
+    return hashlib.sha256(repr([(file, _read(Path(file))[1]) for file in files]).encode()).hexdigest()
 
 
 @functools.cache
-def _code(file):
-    """The syntax tree of a file without docstrings, as text."""
-    tree = _tree(file)
+def _read(file):
+    """The files of the modules that a file imports, and its code as text."""
+    try:
+        tree = ast.parse((SCRIPTS / file).read_bytes())
+    except (SyntaxError, ValueError) as error:
+        where = f"workflow/scripts/{Path(file).as_posix()}"
+        raise InputError(f"{where}, line {getattr(error, 'lineno', 1)}: not Python ({error}).") from None
+    return _imported(file, tree), _code(tree)
+
+
+def _code(tree):
+    """A syntax tree without docstrings, as text."""
     for node in ast.walk(tree):
         if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
             first = node.body[0] if node.body else None
@@ -50,19 +60,10 @@ def _plain(node):
     return list(map(_plain, node)) if isinstance(node, list) else repr(node)
 
 
-def _tree(file):
-    try:
-        return ast.parse((SCRIPTS / file).read_bytes())
-    except (SyntaxError, ValueError) as error:
-        where = f"workflow/scripts/{Path(file).as_posix()}"
-        raise InputError(f"{where}, line {getattr(error, 'lineno', 1)}: not Python ({error}).") from None
-
-
-@functools.cache
-def _imported(file):
-    """The files of the modules that a file imports, and of the packages that they are in."""
+def _imported(file, tree):
+    """The files of the modules that a file of this syntax tree imports, and of the packages that they are in."""
     names = set()
-    for node in ast.walk(_tree(file)):
+    for node in ast.walk(tree):
         if isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
