@@ -92,17 +92,17 @@ def test_images_in_batches_or_alone_get_the_same_scores(model):
 
 
 def test_a_wide_network_gives_many_images_the_scores_of_few():
-    # So wide that many images are seen by transforms and few by slices; they shall be those of the weights it now has.
+    # So wide that many images are seen by tiles and few by slices; they shall be those of the weights it now has.
     random = np.random.default_rng(0)
     images = random.standard_normal((40, 32, 32)).astype(np.complex64)
     wide = build("capsule", SETTINGS | {"width": 128, "capsules": 16}, 0)
     for _ in range(2):
         wide._keep(capsules.initial_weights(random, (32, 32, 1), 2, 128, 16, 16))
-        few = [wide.decision_function(images[start : start + 8]) for start in range(0, 40, 8)]
+        few = [wide.decision_function(images[start : start + 4]) for start in range(0, 40, 4)]
         np.testing.assert_allclose(wide.decision_function(images), np.concatenate(few), atol=1e-6)
-        spectra = wide._spectra[1]
+        prepared = wide._ready[1]
         wide.decision_function(images)
-        assert wide._spectra[1] is spectra
+        assert wide._ready[1] is prepared
 
 
 def test_the_curve_has_losses_accuracies_and_seconds(model):

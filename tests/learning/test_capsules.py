@@ -65,6 +65,13 @@ def test_margin_loss_by_hand():
     np.testing.assert_allclose(capsules.margin_loss(vectors, truth), expected, atol=1e-6)
 
 
+def test_votes_begin_as_small_as_those_of_the_listings_library(random):
+    """Keras takes a weight (classes, capsules, 16, 8) for a convolution's, and the first two for the size of a kernel."""
+    votes = capsules.initial_weights(random, (32, 32, 1), 2, width=2, capsules=32, decoder=4)["votes"]
+    bound = (6 / (2 * 2048 * (16 + 8))) ** 0.5
+    assert 0.99 * bound < abs(votes).max() <= bound
+
+
 def test_encoder_has_as_many_weights_as_the_published_one(random):
     weights = capsules.initial_weights(random, (28, 28, 1), 10, width=256, capsules=32, decoder=512)
     encoder = {name: value for name, value in weights.items() if not name.startswith("decoder")}

@@ -78,6 +78,15 @@ def test_another_training_starts_anew(tmp_path, at_once):
     assert Checkpoint(tmp_path, {"width": 3}, X).read() is not None
 
 
+def test_a_training_by_other_code_starts_anew(tmp_path, at_once):
+    code = tmp_path / "code.py"
+    code.write_text("a = 1")
+    killed_after(3, Checkpoint(tmp_path, code, X))
+    assert Checkpoint(tmp_path, code, X).read() is not None
+    code.write_text("a = 2")
+    assert Checkpoint(tmp_path, code, X).read() is None
+
+
 def test_half_a_checkpoint_is_none(tmp_path, at_once):
     checkpoint = Checkpoint(tmp_path, "same")
     killed_after(3, checkpoint)

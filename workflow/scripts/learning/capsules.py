@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from learning.convolution import KERNEL, convolve, outputs, spectra, transforms_pay
+from learning.convolution import KERNEL, convolve, outputs, transformed, transforms_pay
 from learning.training_loop import glorot
 
 STRIDE = 2  # of the primary capsules' convolution
@@ -51,7 +51,7 @@ def activations(weights, images, routings):
     """Activation vectors (n, classes, CLASS) of images (n, rows, columns, channels).
 
     A convolution with rectified outputs, then primary capsules, each of which votes for every class. weights: by name,
-    as of `initial_weights`; "primary" may be `primary_spectra` instead.
+    as of `initial_weights`; "primary" may be `prepared` instead.
     """
     library = images.__array_namespace__()
     features = library.maximum(convolve(images, weights["convolution"], weights["convolution_offset"], 1), 0)
@@ -62,15 +62,15 @@ def activations(weights, images, routings):
     return route(votes.reshape(count, len(images), classes, CLASS), routings)
 
 
-def spectra_pay(weights, shape):
-    """Whether `primary_spectra` pay for images (n, rows, columns, channels) of this shape, all of them together."""
+def preparation_pays(weights, shape):
+    """Whether `prepared` weights pay for images (n, rows, columns, channels) of this shape, all of them together."""
     features = shape[0], *outputs(shape[1:3], 1), weights["convolution"].shape[-1]
     return transforms_pay(features, weights["primary"].shape[-1], STRIDE)
 
 
-def primary_spectra(weights, shape):
-    """What `activations` takes for the weights "primary", too, with images of this shape, and else may make anew."""
-    return spectra(weights["primary"], outputs(shape[1:3], 1), STRIDE)
+def prepared(weights):
+    """What `activations` takes for the weights "primary", too, and else may make anew."""
+    return transformed(weights["primary"], STRIDE)
 
 
 def reconstruct(weights, vectors, mask, bounded):
@@ -102,11 +102,11 @@ def layers(shape, classes, width, capsules, decoder):
     """The layers by name, each a `Layer`; arguments as of `initial_weights`."""
     rows, columns, channels = shape
     places = math.prod(outputs(outputs((rows, columns), 1), STRIDE))
-    pixels = rows * columns * channels
+    pixels, votes = rows * columns * channels, places * capsules
     return {
         "convolution": Layer((KERNEL**2 * channels, width), KERNEL**2 * (channels + width)),
         "primary": Layer((KERNEL**2 * width, capsules * PRIMARY), KERNEL**2 * (width + capsules * PRIMARY)),
-        "votes": Layer((places * capsules, PRIMARY, classes * CLASS), places * capsules * PRIMARY + CLASS, False),
+        "votes": Layer((votes, PRIMARY, classes * CLASS), classes * votes * (PRIMARY + CLASS), False),
         "decoder0": Layer((classes * CLASS, decoder), classes * CLASS + decoder),
         "decoder1": Layer((decoder, 2 * decoder), 3 * decoder),
         "decoder2": Layer((2 * decoder, pixels), 2 * decoder + pixels),

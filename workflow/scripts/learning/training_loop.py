@@ -167,19 +167,19 @@ def arrays_of(weights):
 class Checkpoint:
     """The state of one training, in a file of its own in `folder`, which outlives the job that writes it.
 
-    identity: arrays and plain values that the training follows from: another training, or the same by other code,
-    does not find this one's state.
+    identity: arrays and plain values that the training follows from, and the files of code that it does besides this one:
+    another training, or the same by other code, does not find this one's state.
     """
 
     def __init__(self, folder, *identity):
-        digest = hashlib.sha256()
+        digest = hashlib.sha256(Path(__file__).read_bytes())
         for part in identity:
             if isinstance(part, np.ndarray):
                 digest.update(np.ascontiguousarray(np.atleast_1d(part)).view(np.uint8))
+            elif isinstance(part, Path):
+                digest.update(part.read_bytes())
             else:
                 digest.update(json.dumps(part, sort_keys=True).encode())
-        for module in sorted(Path(__file__).parent.rglob("*.py")):
-            digest.update(module.read_bytes())
         self.path, self.written = Path(folder) / f"{digest.hexdigest()[:16]}.npz", -np.inf
 
     def read(self):

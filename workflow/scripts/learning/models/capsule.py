@@ -1,15 +1,18 @@
 """Capsule network with a decoder, by JAX and optax: what it cannot reconstruct is none of the known classes."""
 
+from pathlib import Path
+
 import numpy as np
 from scipy.special import logsumexp
 
 from core.errors import InputError
-from learning import capsules, confidence
+from learning import capsules, confidence, convolution
 from learning.classifier import OTHER, Classifier, Outcome
 from learning.experiments import cleanest
 from learning.features import by_channel
 from learning.training_loop import Batches, Checkpoint, Settings, minimize
 
+CODE = [Path(file) for file in (capsules.__file__, convolution.__file__, __file__)]  # that a training follows from
 CHUNK = 16  # images at a time: what a convolution looks at then stays in the processor's cache
 VALIDATED = 1024  # validation images that an epoch is judged by, at most
 GAUSSIANS, IMAGES = 8, 40  # Gaussians a class, at most, and images that each of them needs
@@ -98,7 +101,7 @@ class Model(Classifier):
     }
     by_snr = True
     smallest = 17  # capsules.SMALLEST, as a number that is read and not run
-    _spectra = None, None  # the primary capsules' weights and their spectra: made once for all predictions
+    _ready = None, None  # the primary capsules' weights and their transforms: made once for all predictions
 
     def fit(self, images, labels, validation=None, snrs=None, views=None):
         self.classes_ = np.unique(labels[labels != OTHER])
@@ -163,8 +166,8 @@ class Model(Classifier):
             return seen, aims, y[rows]
 
         def validate(weights):
-            if capsules.spectra_pay(weights, held_out[0].shape):
-                weights = weights | {"primary": capsules.primary_spectra(weights, held_out[0].shape)}
+            if capsules.preparation_pays(weights, held_out[0].shape):
+                weights = weights | {"primary": capsules.prepared(weights)}
             chunks = [
                 [array[start : start + CHUNK] for array in held_out] for start in range(0, len(held_out[0]), CHUNK)
             ]
@@ -179,7 +182,7 @@ class Model(Classifier):
         checkpoint = None
         if self.checkpoints is not None:
             shown = x, sources, y, np.array(snrs, str), *(held_out or ())
-            checkpoint = Checkpoint(self.checkpoints, settings, self.seed, *shown)
+            checkpoint = Checkpoint(self.checkpoints, *CODE, settings, self.seed, *shown)
         sizes = settings["width"], settings["capsules"], settings["decoder"]
         weights = capsules.initial_weights(random, x.shape[1:], y.shape[1], *sizes)
         steps = Settings(rate, settings["epochs"], settings["patience"], checkpoint)
@@ -207,10 +210,10 @@ class Model(Classifier):
     def _vectors(self, x):
         """Activation vectors (n, classes, CLASS) of inputs (n, rows, columns, channels)."""
         weights, routings = self._weights(), self.settings["routings"]
-        if capsules.spectra_pay(weights, x.shape):
-            if self._spectra[0] is not self.primary_:
-                self._spectra = self.primary_, capsules.primary_spectra(weights, x.shape)
-            weights["primary"] = self._spectra[1]
+        if capsules.preparation_pays(weights, x.shape):
+            if self._ready[0] is not self.primary_:
+                self._ready = self.primary_, capsules.prepared(weights)
+            weights["primary"] = self._ready[1]
         parts = [capsules.activations(weights, x[i : i + CHUNK], routings) for i in range(0, len(x), CHUNK)]
         return np.concatenate(parts)
 
