@@ -66,7 +66,7 @@ def test_margin_loss_by_hand():
 
 
 def test_votes_begin_as_small_as_those_of_the_listings_library(random):
-    """Keras takes a weight (classes, capsules, 16, 8) for a convolution's, and the first two for the size of a kernel."""
+    """Keras takes weights (classes, capsules, 16, 8) for a convolution's, and the first two for a kernel's size."""
     votes = capsules.initial_weights(random, (32, 32, 1), 2, width=2, capsules=32, decoder=4)["votes"]
     bound = (6 / (2 * 2048 * (16 + 8))) ** 0.5
     assert 0.99 * bound < abs(votes).max() <= bound

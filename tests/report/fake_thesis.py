@@ -41,13 +41,18 @@ def settings():
     models |= {"fcnn": dict(FCNN), "fcnn_other": {"kind": "fcnn", "other": True, **FCNN}}
     models["capsule_complex"] = {"kind": "capsule", "width": 16, "capsules": 2, "complex": True}
     clean, each = {"elevation": "all", "snr_db": "clean"}, {"elevation": "all", "snr_db": {"each": [-18, 0, 24]}}
-    experiments["multi_elevation"] = {"train": clean, "models": ["lr", "lr_tuned", "svm", "knn"]}
+    models |= {"knn_magnitude": {"kind": "knn", "features": "magnitude"}, "capsule_listing": dict(models["capsule"])}
+    models["capsule_listing"]["kind"] = "capsule"
+    experiments["multi_elevation"] = {"train": clean, "models": ["lr", "lr_tuned", "svm", "knn", "knn_magnitude"]}
+    experiments["multi_apart"] = {"train": clean, "models": ["svm", "knn"], "mirrored": "apart"}
     experiments["tuning"] = {"train": clean, "models": list(LISTS)}
     experiments["noisy_training"] = {"train": each, "models": ["lr", "svm"]}
     experiments["upsampling"] = {"train": each, "models": ["lr", "svm"], "upsample": 64}
     experiments["fcnn_open"] = {"train": clean, "models": ["fcnn", "fcnn_other"], "open": True}
     experiments["fcnn_listing"] = copy.deepcopy(experiments["fcnn_open"])
     experiments["fcnn_listing"]["train"]["snr_db"] = 24
+    listing = {"elevation": "all", "snr_db": 24}
+    experiments["capsule_listing"] = {"train": listing, "models": ["capsule_listing"], "open": True, "upsample": 32}
     experiments["sector"] = {"train": clean, "models": ["lr", "knn", "fcnn"], "open": True, "split": "sector"}
     experiments["capsule_sector"]["folds"] = [1, 2, 3]
     experiments["noisy_capsule"]["train"]["snr_db"] = {"random": ["clean", 0, 24]}
@@ -72,7 +77,7 @@ def make(folder, config):
                 _searched(path, model)
             if model.startswith("fcnn") and model not in LISTS and run["split"] == "random":
                 _fit(folder, path, run, model, config)
-            if (name, model) == ("capsule_open", "capsule"):
+            if (name, model) in (("capsule_open", "capsule"), ("capsule_listing", "capsule_listing")):
                 _capsule(folder / "learning" / "predictions" / name / model, config)
 
 

@@ -9,10 +9,11 @@ from core.errors import InputError
 from core.sweep import closes_circle
 
 SIDES = ("train", "validation", "test")
+APART = "apart"  # of `mirrored`: each of a view and its mirror image falls on a side of its own
 LEFT_OUT = "left out"  # in predictions the side of training views that a model judged without their own aspect
 WORDS = ("to train", "to validate", "to test")
 # What each scheme takes from the config: shares of the aspects, how many folds there are, degrees between elevations.
-SETTINGS = {"random": ("train", "validation"), "sector": ("folds", "validation"), "elevation": ("spacing",)}
+SETTINGS = {"random": ("train", "validation", "mirrored"), "sector": ("folds", "validation"), "elevation": ("spacing",)}
 ROUNDING = 1e-6  # degrees: two angles nearer than this are the same one
 
 
@@ -44,8 +45,8 @@ class Division:
 
 
 def divisions(scheme, settings, seed, aperture):
-    """The Division of every fold of a scheme. settings: `learning.split` of the config."""
-    own = {key: settings[key] for key in SETTINGS[scheme]}
+    """The Division of every fold of a scheme. settings: `learning.split` of the config, and `mirrored` if need be."""
+    own = {key: settings[key] for key in SETTINGS[scheme] if key in settings}
     return [Division(scheme, fold, own, seed, aperture) for fold in folds(scheme, settings)]
 
 
@@ -59,10 +60,12 @@ def split(elevations, azimuths, planes, division):
     """The `Views` of each side: a mapping train, validation, test. A side may be empty.
 
     elevations: (m,) and azimuths: (n,) in degrees, ascending, the latter uniform; planes: the target's mirror planes,
-    `xz` and `yz`. A view and its mirror image, which has the same elevation, fall on the same side, and so do all noise
-    realizations. The sides differ either in elevation or in azimuth, so that two of them together are `Views`, too.
-    Nothing else than the arguments decides.
+    `xz` and `yz`. A view and its mirror image, which has the same elevation, fall on the same side, unless they are
+    `mirrored` apart, and so do all noise realizations. The sides differ either in elevation or in azimuth, so that two
+    of them together are `Views`, too. Nothing else than the arguments decides.
     """
+    if division.settings.get("mirrored") == APART:
+        planes = ()
     if division.scheme == "elevation":
         every = np.arange(len(azimuths))
         sides = [Views(index, every) for index in elevation(elevations, division)]

@@ -167,7 +167,7 @@ def arrays_of(weights):
 class Checkpoint:
     """The state of one training, in a file of its own in `folder`, which outlives the job that writes it.
 
-    identity: arrays and plain values that the training follows from, and the files of code that it does besides this one:
+    identity: arrays and plain values that the training follows from, and the files of its code, besides this one:
     another training, or the same by other code, does not find this one's state.
     """
 

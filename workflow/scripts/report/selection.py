@@ -15,6 +15,7 @@ TABLE_SNRS = 7  # columns of the accuracy table
 THESIS_NETWORKS = (
     *((run, model) for run in ("fcnn_open", "fcnn_listing") for model in ("fcnn", "fcnn_other")),
     ("capsule_open", "capsule"),
+    ("capsule_listing", "capsule_listing"),
 )
 MISTAKEN = (
     "likelihood",

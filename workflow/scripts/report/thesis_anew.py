@@ -47,9 +47,7 @@ def chosen(table, score):
 
 def effect(table, score, seed):
     """The `Effect` of a prediction table at one SNR, of one confidence score. seed: the config's, for the interval."""
-    column = KNOWN + score
-    test = table[(table["side"] == "test") & table["role"].isin(["known", "unknown"])]
-    honest = chosen(table, score)
+    column, test, honest = KNOWN + score, _opened(table), chosen(table, score)
     fewest = fewest_errors(test[column].to_numpy(float), (test["role"] == "known").to_numpy())
     decided = [
         Decision(score, "", test, np.asarray(thresholds.apply(test[column], test["predicted"], threshold), str))
@@ -57,6 +55,18 @@ def effect(table, score, seed):
     ]
     by_errors, f1 = (metrics_of_labels(test["truth"], one.predicted)["f1_weighted"] for one in decided)
     return Effect(honest, fewest, f1, by_errors, gain(*decided, seed)[:3])
+
+
+def _opened(table):
+    """The rows of a prediction table that are the open set's: test images of known and unknown targets."""
+    return table[(table["side"] == "test") & table["role"].isin(["known", "unknown"])]
+
+
+def with_fewest_errors(table, score):
+    """The metrics of the open set with the threshold that has the fewest errors there."""
+    test = _opened(table)
+    threshold = fewest_errors(test[KNOWN + score].to_numpy(float), (test["role"] == "known").to_numpy())
+    return metrics_of_labels(test["truth"], thresholds.apply(test[KNOWN + score], test["predicted"], threshold))
 
 
 @cache
@@ -84,6 +94,11 @@ def everywhere(results, run, model, snr):
 def rejecting(rows, score, threshold):
     """Rows as of `everywhere`, with those below a threshold predicted OTHER."""
     return rows.assign(predicted=thresholds.apply(rows[KNOWN + score], rows["predicted"], threshold))
+
+
+def at_all_azimuths(results, run, model, score, snr):
+    """Every image of the open set, predicted by a fitted network and rejected below the threshold chosen as always."""
+    return rejecting(everywhere(results, run, model, snr), score, chosen(results.predictions(run, model, snr), score))
 
 
 def weighted_f1(rows):

@@ -28,13 +28,6 @@ def _everywhere(results, models):
     return [(run, of, f"trained {stated.trained_words(results.runs[run])}") for run, of in networks if of in models]
 
 
-def _all_azimuths(results, run, model, score):
-    """Every image of the open set, predicted by a fitted network and rejected below its threshold, at the high SNR."""
-    snr = high_snr(results)
-    chosen = anew.chosen(results.predictions(run, model, snr), score)
-    return anew.rejecting(anew.everywhere(results, run, model, snr), score, chosen)
-
-
 def _printed_matrix(results, name):
     """A published confusion matrix (target, predicted)."""
     return select(results.published_confusion, model=name).set_index("true")[CLASSES]
@@ -51,7 +44,7 @@ def f1_table(results, figure):
         for run, _, words in _everywhere(results, [model]):
             tested = value_at(results, ours(results, run, model, F1, score), HIGH_SNR)
             row[f"here, {words}, test images"] = value_text(tested, HIGH_SNR)
-            every = anew.weighted_f1(_all_azimuths(results, run, model, score))
+            every = anew.weighted_f1(anew.at_all_azimuths(results, run, model, score, high_snr(results)))
             row[f"here, {words}, all azimuths"] = f"{every:.4f}"
         rows.append(row)
     yield table(rows)
@@ -69,7 +62,7 @@ def matrices(results, figure):
         cells = stated.open_cells(results, figure.experiment, model, score)
         column += [(f"here at {snr:g} dB, test images", matrix(cells).reindex(order))] if len(cells) else []
         for run, _, words in _everywhere(results, [model]):
-            counts = anew.counts(_all_azimuths(results, run, model, score))
+            counts = anew.counts(anew.at_all_azimuths(results, run, model, score, high_snr(results)))
             column.append((f"here, all azimuths,\n{words}", counts.reindex(order)))
         columns.append(column)
     rows = max(map(len, columns))
@@ -204,7 +197,7 @@ def all_azimuths_counted(results, figure):
         tested = select(predictions, side="test", role=["known", "unknown"])
         for name in (name for name in figure.adaptations if ADAPTATIONS[name][0] == model):
             score = ADAPTATIONS[name][1]
-            every = _all_azimuths(results, run, model, score)
+            every = anew.at_all_azimuths(results, run, model, score, high_snr(results))
             own = anew.weighted_f1(anew.rejecting(tested, score, anew.chosen(predictions, score)))
             f1 = anew.weighted_f1(every)
             row = {"FCNN": f"{HEADINGS[name]}, {words}", "test images": f"{len(tested):,}", "weighted F1": f"{own:.4f}"}

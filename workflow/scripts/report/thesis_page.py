@@ -12,7 +12,7 @@ from report.conditions import noise_words
 from report.layout import duration, style
 from report.results import Results
 from report.section_run import commit, networks, version
-from report.thesis_markdown import PAGE, NotHere, Picture, anchor, block, bullets, not_here, table
+from report.thesis_markdown import NONE, PAGE, NotHere, Picture, anchor, block, bullets, not_here, table
 from report.thesis_statements import KEPT, judge, present, value_text
 from report.vocabulary import select
 
@@ -115,7 +115,7 @@ def _written(figure):
 
 
 def _overview(figures):
-    """One table of all published scores, and how many hold."""
+    """One table of all published scores, and how many hold, by its text and by one of the readings."""
     lines = [(figure, line) for figure in figures for line in figure.found]
     rows = [
         {
@@ -125,12 +125,25 @@ def _overview(figures):
             "published": line["published"],
             "here": value_text(line["here"], line["snr_db"]),
             "as published": KEPT[line["holds"]],
+            "read otherwise": _otherwise(line) if line["holds"] is False else "",
         }
         for figure, line in lines
     ]
-    known = [line["holds"] for _, line in lines if line["holds"] is not None]
-    words = f"{sum(known)} of the {len(known)} that this run has hold." if known else "This run has none of them."
-    return f"{words}\n\n{table(rows)}"
+    known = [line for _, line in lines if line["holds"] is not None]
+    if not known:
+        return f"This run has none of them.\n\n{table(rows)}"
+    text = sum(line["holds"] for line in known)
+    read = sum(line["holds"] or any(held for *_, held in line["otherwise"]) for line in known)
+    words = PAGE["held"].format(text=text, read=read, all=len(known))
+    used = {name for line in known if not line["holds"] for name, *_ in line["otherwise"]}
+    readings = bullets(f"*{name}:* {reading['words']}" for name, reading in PAGE["readings"].items() if name in used)
+    return "\n\n".join([words, table(rows), *([PAGE["read_otherwise"], readings] if readings else [])])
+
+
+def _otherwise(line):
+    """What the readings of a statement give that this run has of it, in bold where it holds."""
+    values = [(name, value_text(value, line["snr_db"]), held) for name, value, held in line["otherwise"]]
+    return "; ".join(f"**{name} {text}**" if held else f"{name} {text}" for name, text, held in values) or NONE
 
 
 def facts(results):

@@ -8,9 +8,10 @@ import numpy as np
 
 from learning.classifier import OTHER
 from learning.experiments import training
+from report import thesis_anew as anew
 from report.plots import RELATIONS, holds
 from report.published import ADAPTATIONS, CLOSED, OPEN, value_at
-from report.selection import HIGH_SNR, nearest, thesis_networks
+from report.selection import HIGH_SNR, everywhere_networks, nearest, thesis_networks
 from report.thesis_markdown import NONE, PAGE, table
 from report.vocabulary import ACCURACY, at_snrs, select, with_interval
 
@@ -93,14 +94,61 @@ def judge(results, line):
 
     Besides the statement's own columns: name and words, of what it is; score: the confidence score, empty in the closed
     set; published, its value as text; here, blind, sector: mappings as of `value_at`, or None, at the thesis's
-    conditions, the same with blind thresholds, and by sector; holds: whether the statement does, None without ours.
+    conditions, the same with blind thresholds, and by sector; holds: whether the statement does, None without ours;
+    otherwise: the same of each reading of the page that this run has of it, as (reading, value, whether it holds).
     """
     model, score = ADAPTATIONS.get(line["model"], (line["model"], ""))
     found = {**line, "model": model, "score": score, "name": results.names.method(model, score)}
     found |= {"words": METRICS[line["metric"]][1], "published": f"{RELATIONS[line['relation']][0]} {line['value']}"}
+    read = {name: _read(results, found, **reading).get("here") for name, reading in PAGE["readings"].items()}
+    otherwise = [(name, here, kept(here, line)) for name, here in read.items() if here]
     found |= {"here": None, "blind": None, "sector": None} | READINGS[line["reading"]](results, found)
-    here = found["here"]
-    return found | {"holds": holds(float(here["ours"]), line["relation"], line["value"]) if here else None}
+    return found | {"holds": kept(found["here"], line), "otherwise": otherwise}
+
+
+def kept(here, line):
+    """Whether our value, as of `value_at`, fulfils a statement; None without ours.
+
+    An equality holds if the published value lies in its interval, too.
+    """
+    if not here:
+        return None
+    within = line["relation"] == "=" and here["low"] <= float(line["value"]) <= here["high"]
+    return bool(within or holds(float(here["ours"]), line["relation"], line["value"]))
+
+
+def _read(results, line, words, rows=None, judged=None):
+    """What a reading of the page makes of a statement: as of READINGS, nothing where it is none of the statement's."""
+    own = f"{line['experiment']}/{line['model']}"
+    experiment, model = (rows or {own: own}).get(own, "/").split("/")
+    line = line | {"experiment": experiment, "model": model}
+    if judged is None:
+        return READINGS[line["reading"]](results, line) if model else {}
+    return JUDGED[judged](results, line) if line["score"] and judged_anew(results, experiment, model) else {}
+
+
+def by_errors(results, line):
+    """With the threshold that makes the fewest errors on the test images, at the SNR that the run has nearest."""
+    snr, metric = nearest(results.settings["noise"]["snr_db"], line["snr_db"]), METRICS[line["metric"]][0]
+    if not metric:
+        return {}
+    predictions = results.predictions(line["experiment"], line["model"], snr)
+    value = anew.with_fewest_errors(predictions, line["score"])[metric]
+    return {"here": _value(1 - value if line["reading"] == "wrong" else value, snr)}
+
+
+def all_azimuths(results, line):
+    """Of fully connected networks: on the images of all azimuths, those that trained among them."""
+    if (line["experiment"], line["model"]) not in everywhere_networks(results.runs):
+        return {}
+    every = anew.at_all_azimuths(results, line["experiment"], line["model"], line["score"], high_snr(results))
+    if line["reading"] != "rejected":
+        return {"here": _value(anew.weighted_f1(every), high_snr(results))}
+    return {"here": _value((select(every, target="ufo")["predicted"] == OTHER).mean(), high_snr(results))}
+
+
+# What a reading makes of predictions: `judged` in thesis_page.yaml.
+JUDGED = {"by_errors": by_errors, "all_azimuths": all_azimuths}
 
 
 def on_curve(results, line):

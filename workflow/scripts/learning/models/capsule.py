@@ -101,6 +101,7 @@ class Model(Classifier):
     }
     by_snr = True
     smallest = 17  # capsules.SMALLEST, as a number that is read and not run
+    watch = None  # or a function of the weights after each epoch
     _ready = None, None  # the primary capsules' weights and their transforms: made once for all predictions
 
     def fit(self, images, labels, validation=None, snrs=None, views=None):
@@ -166,6 +167,8 @@ class Model(Classifier):
             return seen, aims, y[rows]
 
         def validate(weights):
+            if self.watch is not None:
+                self.watch(weights)
             if capsules.preparation_pays(weights, held_out[0].shape):
                 weights = weights | {"primary": capsules.prepared(weights)}
             chunks = [
