@@ -7,6 +7,7 @@
 # make bench-scattering: what a solve costs against what the machine can do (run nothing beside it)
 # make bench-learning: prediction times at the reference experiment's size
 # make bench-capsules: what the capsule network's training and prediction take, also with other convolutions
+# make bench-training: F1 of the full-size capsule network against steps of training (hours; RESULTS=results/thesis)
 # make bench-thesis: solves at full size (ten minutes, 6 GB), and the whole reference experiment projected from them
 # make bench-compressed: compressed matrices beside whole ones, over unknowns and tolerance (half an hour, 6 GB)
 # make bench-mesh: 200 random vehicles of overlapping solids meshed, which are refused or miss a goal (an hour)
@@ -28,7 +29,7 @@ export PATH := $(CURDIR)/$(BIN):$(PATH)
 
 .PHONY: smoke report thesis recognition test lint docs environment results validate fields check-fields bench-learning bench-capsules \
 	bench-scattering bench-bempp bench-thesis bench-imaging bench-compressed bench-mesh bench-meshing \
-	bench-habits bench-shapes
+	bench-habits bench-shapes bench-training
 
 smoke: environment
 	snakemake --cores $(CORES) report --configfile config/smoke.yaml
@@ -99,6 +100,9 @@ bench-learning: environment
 
 bench-capsules: environment
 	PYTHONPATH=workflow/scripts python benchmarks/bench_capsules.py --threads $(CORES)
+
+bench-training: environment
+	PYTHONPATH=workflow/scripts python benchmarks/bench_training.py $(or $(RESULTS),results/thesis) results/steps.csv
 
 bench-thesis: environment
 	PYTHONPATH=workflow/scripts python benchmarks/bench_thesis.py --threads $(CORES)

@@ -78,7 +78,7 @@ def publish(run, root):
         lines = table.count(b"\n") - 1
         rows.append(f"| `{name}.csv.xz` | {words} | {lines:,} | {len(table) / 1e6:.2f} | {len(packed) / 1e6:.2f} |")
     head = ["| file | what | rows | MB | compressed, MB |", "|---|---|---|---|---|"]
-    facts = re.search(r"(?:^\|.*\n)+", text, re.MULTILINE)[0].strip()  # the first table: the run
+    facts = re.search(r"^\|  \| this run \|\n(?:^\|.*\n)+", text, re.MULTILINE)[0].strip()
     (folder / "README.md").write_text(ABOUT.format(files="\n".join(head + rows), facts=facts, name=run.name))
     readme, (start, end) = root / "README.md", MARKS
     before, rest = readme.read_text().split(start)

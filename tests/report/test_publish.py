@@ -5,11 +5,21 @@ import os
 import runpy
 from types import SimpleNamespace
 
+import numpy as np
 import pandas as pd
 import pytest
-from thesis_pages import check_links
+from thesis_pages import check_links, tables
 
+from report.published import ADAPTATIONS
+from report.thesis_statements import kept
+from report.vocabulary import select
 from setup.config import ROOT
+
+# Metrics of scores.csv by what the thesis calls them; and what the page calls its models.
+CURVES = {"accuracy": "accuracy", "f1": "f1_weighted", "weighted_f1": "f1_weighted", "error": "accuracy"}
+NAMES = {"knn": "KNN", "svm": "SVM", "lr": "LR", "fcnn": "FCNN", "softmax_threshold": "FCNN, softmax"}
+NAMES |= {"openmax": "FCNN, OpenMax", "other_class": "FCNN, other", "capsule": "capsule"}
+NAMES |= {"capsule_mse": "capsule, MSE", "capsule_zncc": "capsule, ZNCC"}
 
 
 @pytest.fixture
@@ -64,6 +74,33 @@ def test_the_table_in_the_readme_is_of_the_committed_scores(publisher):
     if not committed.exists():
         pytest.skip("no full-size scores are committed yet")
     assert table == publisher.scores_table(pd.read_csv(committed, keep_default_na=False))
+
+
+def test_the_page_s_verdicts_are_those_of_the_committed_scores(tmp_path):
+    """Every statement that is read off scores, again by the thesis's conditions from the committed table."""
+    committed, page = ROOT / "resources/results/scores.csv.xz", ROOT / "docs/results.md"
+    scores = pd.read_csv(committed, dtype={"fold": str}, keep_default_na=False)
+    scores = scores.query("split == 'random' and fold == '' and snr_definition == 'mean'")
+    stated = pd.read_csv(ROOT / "resources/reference/thesis_results.csv", dtype=str, keep_default_na=False)
+    stated = stated[stated["metric"].isin(CURVES) & stated["reading"].isin(["", "wrong"])]
+    overview = next(table for table in tables(page.read_text()) if "as published" in table and "" in table)
+    shown = overview.set_index(overview[""].str.extract(r"\[([^],]*)")[0] + "/" + overview["stated"])
+    assert len(stated) > 15
+    for line in stated.to_dict("records"):
+        model, score = ADAPTATIONS.get(line["model"], (line["model"], ""))
+        case = {"experiment": line["experiment"], "model": model, "score": score, "elevation": line["elevation"]}
+        case |= {"threshold": "thesis" if score else "", "metric": CURVES[line["metric"]]}
+        rows = select(scores, **case).sort_values("test_snr_db")
+        snr = min(float(line["snr_db"]), rows["test_snr_db"].max())
+        here = {key: np.interp(snr, rows["test_snr_db"], rows[key].astype(float)) for key in ("value", "low", "high")}
+        if line["reading"] == "wrong":
+            here = {"value": 1 - here["value"], "low": 1 - here["high"], "high": 1 - here["low"]}
+        printed = shown.loc[[f"{line['figure']}/{line['stated']}"]]
+        printed = printed[printed["published"].str.split().str[1] == line["value"]]
+        printed = printed[printed["what"].str.startswith(NAMES[line["model"]])].iloc[0]
+        assert printed["here"] == "{value:.3f} [{low:.3f}, {high:.3f}]".format(**here), line
+        holds = kept({"ours": here["value"], **here}, line)
+        assert printed["as published"] == ("yes" if holds else "no"), line
 
 
 def test_nothing_made_up_is_committed():

@@ -75,7 +75,7 @@ def test_every_figure_and_table_is_there_in_the_document_s_order(thesis_page):
 
 
 def test_the_head_says_what_run_it_is(thesis_page):
-    facts = tables(parts(thesis_page)[""])[0].set_index("")["this run"]
+    facts = tables(parts(thesis_page)[""])[1].set_index("")["this run"]
     assert facts["config"] == "`fake`, seed 3" and facts["processor"] == "A processor"
     assert facts["images"].startswith("4,608 noisy ones of 5 × 3 pixels: 4 targets, 3 elevations, 24 azimuths, 8 SNRs")
     assert facts["capsule network"].startswith("reduced: 16 filters, 2 capsule channels; the thesis's has 256 and 32")
@@ -148,7 +148,7 @@ def test_trainings_and_up_sampling_are_those_of_scores_csv(thesis_page, scores):
 
 def test_the_overview_has_every_published_score_once_and_judges_it(thesis_page, scores):
     printed = pd.read_csv(REFERENCE / "thesis_results.csv", dtype=str, keep_default_na=False)
-    overview = tables(parts(thesis_page)[""])[1]
+    overview = tables(parts(thesis_page)[""])[0]
     left_out = printed.query("metric == 'training_accuracy' and model == 'svm'")  # not recorded; its figure says so
     assert len(overview) == len(printed) - len(left_out) > 20 and (overview["as published"] != "–").all()
     count, read = (overview["as published"] == "yes").sum(), overview["read otherwise"].str.contains("**", regex=False)
@@ -181,7 +181,7 @@ def test_the_overview_has_every_published_score_once_and_judges_it(thesis_page, 
 
 def test_readings_are_the_run_s_own_values_and_judged_alike(thesis_page, scores):
     """Each statement that does not hold has its readings beside it: rows of scores.csv, and predictions judged anew."""
-    overview = tables(parts(thesis_page)[""])[1].set_index(["", "what", "stated"])["read otherwise"]
+    overview = tables(parts(thesis_page)[""])[0].set_index(["", "what", "stated"])["read otherwise"]
     figure = "[Fig. 4.12](#fig-412-trained-and-tested-at-all-elevations)"
     said = dict(
         re.findall(r"\**([a-z][a-z ,]*?) ([\d.]+ \[[^\]]*\])", overview[figure, "KNN, accuracy", "down to 0 dB"])
@@ -243,7 +243,7 @@ def test_a_run_without_capsule_networks_says_so(thesis_page, tmp_path):
     # The rest is as it was.
     for name in ("Fig. 4.12", "Fig. 5.3", "Fig. 5.4, Table 5.2"):
         assert found[name] == parts(thesis_page)[name]
-    overview = tables(found[""])[1]
+    overview = tables(found[""])[0]
     assert set(overview["as published"]) == {"yes", "no", "–"}
     assert not list(folder.glob("fig-5-1*.png"))
     check_links(folder)
@@ -265,7 +265,7 @@ def test_a_run_with_little_or_nothing_says_so(thesis_page, tmp_path):
             settings["radar"] |= {"frequencies": 1, "bandwidth": 0}
         other = anew(tmp_path / str(settings["radar"]["frequencies"]), thesis_page.parents[1], settings)
         assert tuple(parts(other))[1:] == ITEMS and "This run has none of them." in parts(other)[""]
-        assert set(tables(parts(other)[""])[1]["as published"]) == {"–"}
+        assert set(tables(parts(other)[""])[0]["as published"]) == {"–"}
         check_links(other)
 
 

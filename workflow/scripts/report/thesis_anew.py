@@ -24,6 +24,7 @@ class Effect(NamedTuple):
     by_errors: float  # on the test images
     f1: float
     f1_by_errors: float
+    largest: float  # of all thresholds on the test images
     gain: tuple  # value, low, high
 
 
@@ -49,12 +50,13 @@ def effect(table, score, seed):
     """The `Effect` of a prediction table at one SNR, of one confidence score. seed: the config's, for the interval."""
     column, test, honest = KNOWN + score, _opened(table), chosen(table, score)
     fewest = fewest_errors(test[column].to_numpy(float), (test["role"] == "known").to_numpy())
+    best = thresholds.best(test[column].to_numpy(float), test["truth"], test["predicted"])
     decided = [
         Decision(score, "", test, np.asarray(thresholds.apply(test[column], test["predicted"], threshold), str))
-        for threshold in (fewest, honest)
+        for threshold in (fewest, honest, best)
     ]
-    by_errors, f1 = (metrics_of_labels(test["truth"], one.predicted)["f1_weighted"] for one in decided)
-    return Effect(honest, fewest, f1, by_errors, gain(*decided, seed)[:3])
+    by_errors, f1, largest = (metrics_of_labels(test["truth"], one.predicted)["f1_weighted"] for one in decided)
+    return Effect(honest, fewest, f1, by_errors, largest, gain(*decided[:2], seed)[:3])
 
 
 def _opened(table):

@@ -47,6 +47,11 @@ def bullets(lines):
     return "\n".join(f"- {line}" for line in lines if line)
 
 
+def folded(summary, text):
+    """Text that a reader unfolds, as HTML within Markdown."""
+    return f"<details>\n<summary>{summary}</summary>\n\n{text}\n\n</details>"
+
+
 def anchor(heading):
     """The anchor of a heading, as GitHub makes it."""
     return re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-")

@@ -12,7 +12,7 @@ from report.conditions import noise_words
 from report.layout import duration, style
 from report.results import Results
 from report.section_run import commit, networks, version
-from report.thesis_markdown import NONE, PAGE, NotHere, Picture, anchor, block, bullets, not_here, table
+from report.thesis_markdown import NONE, PAGE, NotHere, Picture, anchor, block, bullets, folded, not_here, table
 from report.thesis_statements import KEPT, judge, present, value_text
 from report.vocabulary import select
 
@@ -31,7 +31,7 @@ def write_page(folder, settings, stated, output):
     with style():
         chapters = {title: [build(results, keys) for keys in every] for title, every in PAGE["chapters"].items()}
     figures = [figure for every in chapters.values() for figure in every]
-    drawn = [part for figure in figures for part in figure.blocks if isinstance(part, Picture)]
+    drawn = [part for figure in figures for _, part in figure.blocks if isinstance(part, Picture)]
     assert len({picture.name for picture in drawn}) == len(drawn), "two pictures of one name"
     output.mkdir(parents=True, exist_ok=True)
     for picture in drawn:
@@ -45,7 +45,8 @@ def build(results, keys):
     """A figure or table of the thesis: what thesis_page.yaml says of it, and what a run has of it.
 
     Besides its keys: found, its statements as of `thesis_statements.judge`; there, those of its models that the run
-    has; lacks, what the run does not have of it, in words; blocks, of its parts; reasons, why values may differ.
+    has; lacks, what the run does not have of it, in words; blocks, of its parts, each with the part's name;
+    reasons, why values may differ.
     """
     figure = SimpleNamespace(**PAGE["defaults"] | {"picture": keys["names"][0]} | keys)
     own = select(results.published_scores, figure=keys["names"][0])
@@ -56,12 +57,12 @@ def build(results, keys):
         figure.lacks += [lack] if lack else []
     for name in figure.shows:
         try:
-            figure.blocks.extend(parts(results, figure, name))
+            figure.blocks.extend((name, block) for block in parts(results, figure, name))
         except NotHere as lack:
             if not figure.goes_on:
                 figure.lacks.append(str(lack))
                 return figure
-            figure.blocks.append(not_here(lack))
+            figure.blocks.append((name, not_here(lack)))
     figure.reasons = [words for name in figure.why for words in parts(results, figure, name)]
     return figure
 
@@ -87,10 +88,10 @@ def page(results, chapters):
     absent = [f"{link(figure)}: {'; '.join(figure.lacks)}" for figure in figures if figure.lacks]
     texts = [
         *PAGE["head"],
-        table([{"": name, "this run": words} for name, words in facts(results)]),
-        PAGE["read"],
         "## All published scores",
         _overview(figures),
+        PAGE["read"],
+        folded("The run", table([{"": name, "this run": words} for name, words in facts(results)])),
         f"**Not part of this run:**\n\n{bullets(absent)}" if absent else "All of the document is part of this run.",
         f"## {EVERYWHERE}",
         bullets(words for name in everywhere for words in parts(results, None, name)),
@@ -106,12 +107,14 @@ def _written(figure):
     yield f"*The document:* {figure.did}"
     if figure.lacks:
         yield not_here("; ".join(figure.lacks))
-    yield from map(block, figure.blocks)
-    if known := [line["holds"] for line in figure.found if line["holds"] is not None]:
-        yield f"Published statements that hold here: {sum(known)} of {len(known)}."
+    seen = [isinstance(part, Picture) or name in PAGE["open"] for name, part in figure.blocks]
+    yield from (block(part) for (_, part), is_open in zip(figure.blocks, seen, strict=True) if is_open)
+    rest = [part for (_, part), is_open in zip(figure.blocks, seen, strict=True) if part and not is_open]
     if any(figure.reasons):
-        yield f"*Why they may differ,* besides [{EVERYWHERE[0].lower()}{EVERYWHERE[1:]}](#{anchor(EVERYWHERE)}):"
-        yield bullets(figure.reasons)
+        rest.append(f"*Why they may differ,* besides [{EVERYWHERE[0].lower()}{EVERYWHERE[1:]}](#{anchor(EVERYWHERE)}):")
+        rest.append(bullets(figure.reasons))
+    if rest:
+        yield folded(PAGE["folded"], "\n\n".join(rest))
 
 
 def _overview(figures):

@@ -5,6 +5,7 @@ Each function yields sentences, or none where what it says does not apply. figur
 
 from functools import reduce
 
+from core.sweep import elevations as sweep_elevations
 from learning.experiments import training
 from report import thesis
 from report import thesis_anew as anew
@@ -110,6 +111,36 @@ def trained_on(results, figure):
     if experiment and len(times):
         counts = ", ".join(f"{count:,}" for count in sorted(times["training_observations"].unique()))
         yield say("trained_on", counts=counts, noise=training_noise(experiment["train"]["snr_db"]))
+
+
+def other_elevations(results, figure):
+    """How accuracy differs between the elevation that trained and the others, of KNN by all its features."""
+    run = stated.own_run(results, figure.experiment)
+    count = len(sweep_elevations(results.settings["aspect"]))
+    for model in run["models"] if run and run["elevation"] != "all" else ():
+        if thesis.kind(model, results.settings) != "knn":
+            continue
+        every, own = (
+            stated.ours(results, figure.experiment, model, ACCURACY, elevation=at).set_index("test_snr_db")["value"]
+            for at in ("all", "trained")
+        )
+        if len(own) and count > len(run["elevation"]):
+            snr = own.index.max()
+            trained = len(run["elevation"])
+            others = (count * every[snr] - trained * own[snr]) / (count - trained)
+            label = results.names.model(model).label
+            yield say("other_elevations", model=label, snr=snr, own=own[snr], others=others, count=count - trained)
+
+
+def own_noise(results, figure):
+    """What training at the test images' SNR changes. figure.noisy: an experiment that trains at each of several."""
+    for model in figure.models:
+        noisy = stated.ours(results, figure.noisy, model, ACCURACY)
+        noisy = noisy[noisy["train_snr_db"] == noisy["test_snr_db"]].set_index("test_snr_db")["value"]
+        clean = stated.ours(results, figure.experiment, model, ACCURACY).set_index("test_snr_db")["value"]
+        if len(noisy) and 0.0 in noisy.index and 0.0 in clean.index:
+            label = results.names.model(model).label
+            yield say("own_noise", model=label, snr=0.0, trained=noisy[0.0], clean=clean[0.0])
 
 
 def penalty(results, figure):
