@@ -60,6 +60,7 @@ def main():
     parser.add_argument("--batch", type=int, default=16)
     parser.add_argument("--steps", type=int, default=25_350, help="as many as 150 epochs of 169 batches")
     parser.add_argument("--end", type=float, default=0.05, help="of the learning rate, at the last step")
+    parser.add_argument("--seed", type=int, default=0, help="of the weights to begin with and the order of the images")
     arguments = parser.parse_args()
     snr = CLEAN if arguments.snr == CLEAN else float(arguments.snr)
     learned = read(arguments.results, "train", snr, KNOWN, None)
@@ -77,26 +78,26 @@ def main():
     settings = yaml.safe_load(BASE.read_text())["learning"]["models"]["capsule"]
     settings |= yaml.safe_load(Path(FULL).read_text())["learning"]["models"]["capsule"]
     settings |= {"batch": arguments.batch, "epochs": epochs, "decay": arguments.end ** (1 / epochs), "patience": epochs}
-    network, scored = build("capsule", settings, 0), build("capsule", settings, 0)
+    network, scored = (build("capsule", settings, arguments.seed) for _ in range(2))
     network.checkpoints = arguments.output.with_suffix(".state")
-    rows = pd.read_csv(arguments.output).to_dict("records") if arguments.output.exists() else []
+    about = {key: getattr(arguments, key) for key in ("snr", "batch", "seed")} | {"epochs": epochs}
     begun = time.perf_counter()
-    state = {"epoch": max((row["epoch"] for row in rows), default=0)}
 
-    def watch(weights):
-        state["epoch"] += 1
-        if state["epoch"] not in EPOCHS and state["epoch"] != epochs:
+    def watch(epoch, weights):
+        if epoch not in EPOCHS and epoch != epochs:
             return
         scored.classes_ = network.classes_
         scored._keep(weights)
         scored.mixture_logits_ = scored.mixture_means_ = scored.mixture_whitening_ = np.zeros(0)
         scored._mixture_score = lambda vectors, y: np.zeros(len(vectors))
-        steps = state["epoch"] * -(-len(learned[0]) // arguments.batch)
-        about = {"train_snr": arguments.snr, "batch": arguments.batch, "epoch": state["epoch"], "steps": steps}
-        rows.append(about | {name: round(value, 4) for name, value in scores(scored, held_out).items()})
+        row = about | {"epoch": epoch, "steps": epoch * -(-len(learned[0]) // arguments.batch)}
+        row |= {name: round(float(value), 4) for name, value in scores(scored, held_out).items()}
+        rows = pd.read_csv(arguments.output, dtype={"snr": str}) if arguments.output.exists() else pd.DataFrame()
+        # A training that goes on makes the epochs after its last checkpoint once more.
+        rows = pd.concat([rows, pd.DataFrame([row])]).drop_duplicates([*about, "epoch"], keep="last")
         arguments.output.parent.mkdir(parents=True, exist_ok=True)
-        pd.DataFrame(rows).to_csv(arguments.output, index=False)
-        print(f"{time.perf_counter() - begun:.0f} s: {rows[-1]}", flush=True)
+        rows.to_csv(arguments.output, index=False)
+        print(f"{time.perf_counter() - begun:.0f} s: {row}", flush=True)
 
     network.watch = watch
     network.fit(*learned, (held_out[24][0][known], held_out[24][1][known]), None, np.arange(len(learned[0])))

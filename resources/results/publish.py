@@ -31,12 +31,12 @@ SETS = {  # what README.md shows: split and threshold protocol
     "closed set, by sector": ("sector", ""),
     "closed set, at random": ("random", ""),
 }
-METHODS = {  # experiments, models and the known score that rejects
-    "capsule network": (("capsule_open", "capsule_sector"), ("capsule", "capsule_short"), "zncc"),
-    "capsule network, many SNRs": (("noisy_capsule", "noisy_capsule_sector"), ("capsule", "capsule_short"), "zncc"),
-    "denoising capsule network, many SNRs": (("noisy_capsule", "noisy_capsule_sector"), ("capsule_denoise",), "zncc"),
-    "matched filter": (("fcnn_open", "sector"), ("matched_filter",), "correlation"),
-    "adaptive matched filter": (("adaptive", "adaptive_sector"), ("adaptive_filter",), "coherence"),
+METHODS = {  # experiments, model and the known score that rejects
+    "capsule network": (("capsule_open", "capsule_sector"), "capsule", "zncc"),
+    "capsule network, many SNRs": (("noisy_capsule", "noisy_capsule_sector"), "capsule", "zncc"),
+    "denoising capsule network, many SNRs": (("noisy_capsule", "noisy_capsule_sector"), "capsule_denoise", "zncc"),
+    "matched filter": (("fcnn_open", "sector"), "matched_filter", "correlation"),
+    "adaptive matched filter": (("adaptive", "adaptive_sector"), "adaptive_filter", "coherence"),
 }
 ABOUT = """# Scores of the reference experiment
 
@@ -99,8 +99,8 @@ def scores_table(scores):
     lines = [f"| SNR | {head} |", "|---" * (1 + len(SNRS)) + "|"]
     for name, (split, threshold) in SETS.items():
         part, rows = shown[(shown.split == split) & (shown.threshold == threshold)], []
-        for method, (experiments, models, score) in METHODS.items():
-            mine = part[part.experiment.isin(experiments) & part.model.isin(models)]
+        for method, (experiments, model, score) in METHODS.items():
+            mine = part[part.experiment.isin(experiments) & (part.model == model)]
             mine = mine[mine.score == (score if threshold else "")].set_index("test_snr_db")
             if len(mine):
                 rows.append(f"| {method} | {' | '.join(_cell(mine, float(snr)) for snr in SNRS)} |")

@@ -13,13 +13,18 @@ from thesis_pages import anew, check_links, missing, parts, tables, without
 
 from core.sweep import snr_label
 from learning import images
+from learning.classifier import OTHER
+from learning.experiments import runs
 from report import thesis_figures
 from report.results import REFERENCE, Results
 from report.selection import thesis_images, thesis_networks
+from report.thesis_anew import weighted_f1
 from report.thesis_markdown import PAGE
 from report.thesis_page import MODULES
-from report.thesis_statements import READINGS
+from report.thesis_statements import JUDGED, READINGS
 from report.vocabulary import select
+from setup.config import ROOT, load
+from setup.yaml_file import read_yaml
 
 # All tables and figures of chapters 4 and 5 that show data, in the document's order.
 ITEMS = (
@@ -64,6 +69,14 @@ def test_what_the_page_s_data_names_is_there():
     stated = pd.read_csv(REFERENCE / "thesis_results.csv", dtype=str, keep_default_na=False)
     assert {*stated["figure"]} - {""} <= {figure["names"][0] for figure in figures}
     assert {*stated["reading"]} == {*READINGS}
+    assert {reading.get("judged") for reading in PAGE["readings"].values()} == {None, *JUDGED}
+
+
+def test_every_reading_names_rows_of_the_reference_experiment():
+    every = runs(load(read_yaml(ROOT / "config/thesis.yaml")))
+    fitted = {f"{name}/{model}" for name, run in every.items() for model in run["models"]}
+    named = [rows for reading in PAGE["readings"].values() for rows in reading.get("rows", {}).items()]
+    assert len(named) > 15 and {name for rows in named for name in rows} <= fitted
 
 
 def test_every_figure_and_table_is_there_in_the_document_s_order(thesis_page):
@@ -152,7 +165,8 @@ def test_the_overview_has_every_published_score_once_and_judges_it(thesis_page, 
     left_out = printed.query("metric == 'training_accuracy' and model == 'svm'")  # not recorded; its figure says so
     assert len(overview) == len(printed) - len(left_out) > 20 and (overview["as published"] != "–").all()
     count, read = (overview["as published"] == "yes").sum(), overview["read otherwise"].str.contains("**", regex=False)
-    said = f"{count} of the {len(overview)} that this run has hold as its text reads, {count + read.sum()} as its text"
+    said = f"{count} of the {len(overview)} that this run has hold as the document's text reads, "
+    said += f"{count + read.sum()} by its text or by one of the readings"
     assert said in parts(thesis_page)[""] and not read[overview["as published"] == "yes"].any() and read.any()
     for line in overview.to_dict("records"):
         relation, value = line["published"].split()
@@ -186,11 +200,11 @@ def test_readings_are_the_run_s_own_values_and_judged_alike(thesis_page, scores)
     said = dict(
         re.findall(r"\**([a-z][a-z ,]*?) ([\d.]+ \[[^\]]*\])", overview[figure, "KNN, accuracy", "down to 0 dB"])
     )
-    assert said.keys() == {"magnitudes", "mirrored apart", "tuned"}
+    assert said.keys() == {"magnitudes", "shuffled", "tuned"}
     case = {"metric": "accuracy", "fold": "", "snr_definition": "mean", "test_snr_db": 0, "elevation": "all"}
     for reading, experiment, model in (
         ("magnitudes", "multi_elevation", "knn_magnitude"),
-        ("mirrored apart", "multi_apart", "knn"),
+        ("shuffled", "multi_shuffled", "knn"),
         ("tuned", "tuning", "knn_tuned"),
     ):
         row = select(scores, **case, experiment=experiment, model=model).iloc[0]
@@ -200,6 +214,18 @@ def test_readings_are_the_run_s_own_values_and_judged_alike(thesis_page, scores)
     figure = "[Fig. 5.4, Table 5.2](#fig-54-table-52-three-adaptations-of-the-fcnn-to-the-open-set)"
     cell = overview[figure, "FCNN, softmax, weighted F1", "24 dB"]
     assert [re.match(r"\**(.+?) \d\.\d+", part)[1] for part in cell.split("; ")] == [*every]
+    results = Results(thesis_page.parents[1], fake_thesis.settings(), fake.names(fake_thesis.settings()))
+    for experiment, reading in (("fcnn_open", "by errors"), ("fcnn_listing", "at 24 dB, by errors")):
+        table = results.predictions(experiment, "fcnn", 24)
+        test = table[(table["side"] == "test") & table["role"].isin(["known", "unknown"])]
+        known, score = test["role"] == "known", test["known_softmax"]
+        errors = {level: (score[known] < level).sum() + (score[~known] >= level).sum() for level in [*score, 2.0]}
+        few = [level for level in errors if errors[level] == min(errors.values())]
+        found = {
+            round(weighted_f1(test.assign(predicted=test["predicted"].where(score >= level, OTHER))), 3)
+            for level in few
+        }
+        assert float(re.search(rf"(?:^|; )\**{reading} ([\d.]+)", cell)[1]) in found
     slips = next(table for table in tables(parts(thesis_page)["Slips of the document"]) if "their weighted F1" in table)
     of_all = slips.set_index("FCNN")["their weighted F1"]
     words = ("trained without noise", "trained at 24 dB")

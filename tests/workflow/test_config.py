@@ -248,11 +248,6 @@ BAD = {
         "fold 7 is none of 6",
     ),
     "folds of the other split": (one_experiment(folds=[2]), "learning.experiments.e.folds", "only the split by sector"),
-    "mirror images apart by sector": (
-        one_experiment(split="sector", mirrored="apart"),
-        "learning.experiments.e.mirrored",
-        "only at random",
-    ),
     "a third fold by elevation": (
         one_experiment(split="elevation", folds=[3]),
         "learning.experiments.e.folds",

@@ -48,8 +48,7 @@ def runs(config):
             "channels": sorted(experiment["channels"]) if "channels" in experiment else "all",
         }
         each = {f"{name}_{label(value)}": [value] for value in values}
-        of_split = learning["split"] | {key: experiment[key] for key in ("mirrored",) if key in experiment}
-        every_fold = divisions(shared["split"], of_split, config["seed"], config["imaging"]["aperture"])
+        every_fold = divisions(shared["split"], learning["split"], config["seed"], config["imaging"]["aperture"])
         tested = [division for division in every_fold if division.fold in experiment.get("folds", [division.fold])]
         for trained, snrs in (each if kind == "each" else {name: values}).items():
             for division in tested:

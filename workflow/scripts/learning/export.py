@@ -30,7 +30,7 @@ def export(stores, path, roles, planes, settings, seed, aperture):
 
     Images of one store after those of another, with an axis `channel` of several polarizations; row n of `image`,
     complex64, is what `label`, `elevation`, `azimuth`, `realization`, `snr` and, each the number of its side in the
-    attribute 'sides', `split_random`, `split_sector_<fold>` and `split_elevation_<fold>` say of it. stores:
+    attribute 'sides', `split_random`, `split_sector_<fold>` and the like say of it. stores:
     imaging/<target>/<label>.zarr; roles, planes: of the targets, the latter their mirror planes; settings: the config's
     `learning.split`.
     """
@@ -65,8 +65,8 @@ def export(stores, path, roles, planes, settings, seed, aperture):
 def splits(elevation, azimuth, roles, planes, settings, seed, aperture):
     """The side of every view, as numbers of SIDES and, last, GUARD: tables (targets, elevations, azimuths), int8.
 
-    A mapping of `random`, `sector_<fold>` and `elevation_<fold>`; targets in order of their names. A division that
-    leaves a known target a side without images is left out.
+    A mapping of `random`, `shuffled`, `sector_<fold>` and `elevation_<fold>`; targets in order of their names. A
+    division that leaves a known target a side without images is left out.
     """
     tables = {}
     for division in (one for scheme in SETTINGS for one in divisions(scheme, settings, seed, aperture)):

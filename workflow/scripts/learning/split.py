@@ -9,11 +9,11 @@ from core.errors import InputError
 from core.sweep import closes_circle
 
 SIDES = ("train", "validation", "test")
-APART = "apart"  # of `mirrored`: each of a view and its mirror image falls on a side of its own
 LEFT_OUT = "left out"  # in predictions the side of training views that a model judged without their own aspect
 WORDS = ("to train", "to validate", "to test")
 # What each scheme takes from the config: shares of the aspects, how many folds there are, degrees between elevations.
-SETTINGS = {"random": ("train", "validation", "mirrored"), "sector": ("folds", "validation"), "elevation": ("spacing",)}
+SETTINGS = {"random": ("train", "validation"), "sector": ("folds", "validation"), "elevation": ("spacing",)}
+SETTINGS["shuffled"] = SETTINGS["random"]
 ROUNDING = 1e-6  # degrees: two angles nearer than this are the same one
 
 
@@ -32,7 +32,7 @@ class Views(NamedTuple):
 class Division:
     """How a run divides the views of every target.
 
-    scheme: one of SETTINGS; fold: which of the scheme's folds, from 1; of `random`, which has none, 0.
+    scheme: one of SETTINGS; fold: which of the scheme's folds, from 1; of one that has none, 0.
     settings: what SETTINGS names of `learning.split` of the config.
     seed: the config's; aperture: azimuth samples of an image.
     """
@@ -45,8 +45,8 @@ class Division:
 
 
 def divisions(scheme, settings, seed, aperture):
-    """The Division of every fold of a scheme. settings: `learning.split` of the config, and `mirrored` if need be."""
-    own = {key: settings[key] for key in SETTINGS[scheme] if key in settings}
+    """The Division of every fold of a scheme. settings: `learning.split` of the config."""
+    own = {key: settings[key] for key in SETTINGS[scheme]}
     return [Division(scheme, fold, own, seed, aperture) for fold in folds(scheme, settings)]
 
 
@@ -60,11 +60,11 @@ def split(elevations, azimuths, planes, division):
     """The `Views` of each side: a mapping train, validation, test. A side may be empty.
 
     elevations: (m,) and azimuths: (n,) in degrees, ascending, the latter uniform; planes: the target's mirror planes,
-    `xz` and `yz`. A view and its mirror image, which has the same elevation, fall on the same side, unless they are
-    `mirrored` apart, and so do all noise realizations. The sides differ either in elevation or in azimuth, so that two
-    of them together are `Views`, too. Nothing else than the arguments decides.
+    `xz` and `yz`. A view and its mirror image, which has the same elevation, fall on the same side, but by `shuffled`,
+    which is `random` without a thought of mirror planes; so do all noise realizations. The sides differ either in
+    elevation or in azimuth, so that two of them together are `Views`, too. Nothing else than the arguments decides.
     """
-    if division.settings.get("mirrored") == APART:
+    if division.scheme == "shuffled":
         planes = ()
     if division.scheme == "elevation":
         every = np.arange(len(azimuths))
@@ -166,7 +166,7 @@ def sector(aspects, least, circle, division):
     return trained[best], arcs[best], test
 
 
-OF_ASPECTS = {"random": random, "sector": sector}
+OF_ASPECTS = {"random": random, "shuffled": random, "sector": sector}
 
 
 def elevation(elevations, division):

@@ -66,12 +66,14 @@ class Settings:
     patience: None, or after how many epochs without a smaller validation loss training stops; the weights with the
     smallest are then the result, else the last ones.
     checkpoint: None, or a `Checkpoint`: training goes on from what it holds, as if it had never stopped.
+    watch: None, or a function of an epoch's number and the weights after it, called before its checkpoint is written.
     """
 
     rate: object
     epochs: int
     patience: int | None = None
     checkpoint: object = None
+    watch: object = None
 
 
 def minimize(loss, weights, batches, inputs, settings, validate=None):
@@ -147,6 +149,9 @@ def minimize(loss, weights, batches, inputs, settings, validate=None):
         said = f"loss {cost:.4g}, validation accuracy {validation_accuracy:.4f}"
         bar.set_postfix_str(said)
         bar.update()
+        if settings.watch is not None:
+            settings.watch(len(rows), arrays_of(now["weights"]))
+            before += notes["seconds"] - (before + time.perf_counter() - begin)  # its time is not the training's
         if checkpoint is not None:
             checkpoint.write(jax.tree.leaves(now), notes | {"random": batches.random.bit_generator.state})
     bar.close()

@@ -8,6 +8,7 @@ MEANING = {
     "elevation": "Split by elevation, every second elevation trains and test images are of those between.",
     "sector": "Split by sector, arcs of the aspects take turns to be tested, an aperture away from all that trains.",
     "random": "Split at random, test images have near copies among the training images.",
+    "shuffled": "Shuffled with mirror images apart, test images have near copies and mirror images that trained.",
 }
 
 

@@ -123,13 +123,16 @@ def matrix(cells):
     return cells.pivot(index="target", columns="predicted", values="count").fillna(0)
 
 
-def holds(ours, relation, value):
-    """Whether our value fulfils a printed statement, to the decimals it was printed with."""
+def holds(ours, relation, value, low=np.nan, high=np.nan):
+    """Whether our value fulfils a printed statement, to the decimals it was printed with.
+
+    An equality holds if the printed value lies in our interval, too.
+    """
     rounded, printed = round(ours, len(value.partition(".")[2])), float(value)
     return {
         ">=": rounded >= printed,
         "<=": rounded <= printed,
-        "=": rounded == printed,
+        "=": rounded == printed or bool(low <= printed <= high),
         ">": ours > printed,
         "<": ours < printed,
     }[relation]

@@ -84,7 +84,7 @@ def statements_table(results, name, metrics):
         here = value_at(results, select(results.mean_scores, **case), line["snr_db"])
         if here is None:
             continue
-        here["holds"] = holds(here["ours"], line["relation"], line["value"])
+        here["holds"] = holds(here["ours"], line["relation"], line["value"], here["low"], here["high"])
         data.append({**line, "model": model, "score": score, **here})
         reduced = "" if thesis.full_size(model, results.settings) else " (here reduced)"
         row = {"experiment": title(line["experiment"]), "model": f"{results.names.method(model, score)}{reduced}"}
@@ -101,7 +101,7 @@ def statements_table(results, name, metrics):
         "ones, its targets other models of the same kinds, and its frequency may differ from this run's, so agreement "
         "is expected in kind only. All SNRs are by mean power, each image's own; values here are interpolated between "
         "test SNRs, or those at the highest at which all images have one. “As published” rounds to the printed "
-        "decimals."
+        "decimals; an equality holds if the published value lies in the interval, too."
     )
     data = pd.DataFrame(data).drop(columns=["elevation", "figure", "reading"])
     return (table(name, data, shown, caption),)

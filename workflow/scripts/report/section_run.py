@@ -77,6 +77,7 @@ def _splits(results):
         "elevation": f"by elevation: every second elevation trains, those between are tested{guard}",
         "sector": f"by sector: {f'of {arcs} {fold_numbers(folds)}' if some else arcs} take turns to be tested",
         "random": f"at random: {100 * split['train']:.3g} % of the aspects train",
+        "shuffled": f"at random, a view and its mirror image apart: {100 * split['train']:.3g} % of the azimuths train",
     }
     used = {run["split"] for run in results.runs.values()}
     return "; ".join(text for name, text in words.items() if name in used)

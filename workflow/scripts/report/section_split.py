@@ -23,7 +23,7 @@ from report.vocabulary import (
 
 KEYS = ["images", "model", "training", "train_snr_db", "elevation", "metric", "score", "threshold", "test_snr_db"]
 OWN = ["experiment", "value", "low", "high", "validation"]
-OTHERS = [split for split in SPLITS if split != "random"]
+OTHERS = [split for split in SPLITS if split not in ("random", "shuffled")]
 # The panels of the folds' figure: threshold, metric, and what is drawn.
 PANELS = (
     ("", ACCURACY, "closed set: accuracy"),
@@ -68,6 +68,7 @@ def what_splits_are(results):
         "validated: the limit, aspects that a library lacks.",
         "random": "Neighbouring azimuths share most of their aperture: split at random, as in the reference thesis, "
         "test images have near-copies among the training images.",
+        "shuffled": "Shuffled as by the thesis's program, a view and its mirror image may fall on two sides.",
     }
     return (
         "A view and its mirror image in a target's mirror planes are one, and fall on the same side. "
@@ -159,7 +160,9 @@ def paired(results):
     scores = results.scores.merge(held_out, how="left", on=same)
     scores["images"] = scores["experiment"].map(images)
     # An experiment tested on the open set has the closed set's rows too: any of several is as good.
-    own = {split: select(scores, split=split).drop_duplicates(KEYS).set_index(KEYS)[OWN] for split in SPLITS}
+    own = {
+        split: select(scores, split=split).drop_duplicates(KEYS).set_index(KEYS)[OWN] for split in (*OTHERS, "random")
+    }
     others = [split for split in OTHERS if len(own[split])]
     table = own["random"].add_suffix("_random").join([own[split].add_suffix(f"_{split}") for split in others])
     return table.dropna(how="all", subset=[f"value_{split}" for split in others]).reset_index()

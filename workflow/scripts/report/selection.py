@@ -5,7 +5,7 @@ import numpy as np
 from core.sweep import snr_label
 
 ROLES = ("known", "unknown", "other")
-SPLITS = ("elevation", "sector", "random")  # in the order of the page
+SPLITS = ("elevation", "sector", "random", "shuffled")  # in the order of the page
 GALLERY_AZIMUTHS = 8  # images of each target
 GALLERY_ELEVATIONS = 8  # images of one target
 DECODED_SNRS = (3, 24)  # dB
@@ -15,6 +15,7 @@ TABLE_SNRS = 7  # columns of the accuracy table
 THESIS_NETWORKS = (
     *((run, model) for run in ("fcnn_open", "fcnn_listing") for model in ("fcnn", "fcnn_other")),
     ("capsule_open", "capsule"),
+    ("capsule_open", "capsule_long"),
     ("capsule_listing", "capsule_listing"),
 )
 MISTAKEN = (

@@ -107,7 +107,7 @@ def _written(figure):
     yield f"*The document:* {figure.did}"
     if figure.lacks:
         yield not_here("; ".join(figure.lacks))
-    seen = [isinstance(part, Picture) or name in PAGE["open"] for name, part in figure.blocks]
+    seen = [figure.goes_on or isinstance(part, Picture) or name in PAGE["open"] for name, part in figure.blocks]
     yield from (block(part) for (_, part), is_open in zip(figure.blocks, seen, strict=True) if is_open)
     rest = [part for (_, part), is_open in zip(figure.blocks, seen, strict=True) if part and not is_open]
     if any(figure.reasons):

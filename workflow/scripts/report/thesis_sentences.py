@@ -124,11 +124,10 @@ def other_elevations(results, figure):
             stated.ours(results, figure.experiment, model, ACCURACY, elevation=at).set_index("test_snr_db")["value"]
             for at in ("all", "trained")
         )
-        if len(own) and count > len(run["elevation"]):
-            snr = own.index.max()
-            trained = len(run["elevation"])
+        trained, both = len(run["elevation"]), own.index.intersection(every.index)
+        if len(both) and count > trained:
+            snr, label = both.max(), results.names.model(model).label
             others = (count * every[snr] - trained * own[snr]) / (count - trained)
-            label = results.names.model(model).label
             yield say("other_elevations", model=label, snr=snr, own=own[snr], others=others, count=count - trained)
 
 
@@ -168,7 +167,7 @@ def pixels(results, figure):
 def tuning(results, figure):
     """What the choice of hyper-parameters changes on the test images, a sentence for each model that has one."""
     runs = [run for run in results.runs.values() if training(run) == "clean" and run["elevation"] == "all"]
-    runs = [run for run in runs if stated.own_run(results, run["experiment"])]
+    runs = [run for run in runs if run["split"] == stated.SPLIT and stated.own_run(results, run["experiment"])]
     for model in figure.models:
         curves = []
         for name in (model, f"{model}_tuned"):

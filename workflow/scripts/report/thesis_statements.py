@@ -24,6 +24,7 @@ METRICS = {
     "recall_ufo": ("", "share of the UFO's images rejected"),
 }
 SPLIT, HARDER = "random", "sector"
+AT_RANDOM = [SPLIT, "shuffled"]  # of the readings
 WORDS = {"random": "split at random", "sector": "split by sector"}
 PROTOCOLS = {"random": "thesis", "sector": "blind"}  # of thresholds, by split
 KEPT = {None: NONE, True: "yes", False: "no"}  # whether a statement holds, in words
@@ -38,7 +39,7 @@ def named(results, experiment):
 def own_run(results, experiment):
     """The run of an experiment that splits at random and trains once; None where there is none."""
     alike = [run for run in results.runs.values() if run["experiment"] == experiment] if results.learns else []
-    return alike[0] if len(alike) == 1 and alike[0]["split"] == SPLIT else None
+    return alike[0] if len(alike) == 1 and alike[0]["split"] in AT_RANDOM else None
 
 
 def present(results, experiment, models, is_open=False):
@@ -66,7 +67,7 @@ def high_snr(results):
 
 def ours(results, experiment, model, metric, score="", elevation="all", threshold="thesis"):
     """The rows of a model at the thesis's conditions, by SNR; score: of the open set, empty for the closed one."""
-    case = {"experiment": experiment, "split": SPLIT, "model": model, "metric": metric, "score": score}
+    case = {"experiment": experiment, "split": AT_RANDOM, "model": model, "metric": metric, "score": score}
     case |= {"elevation": elevation, "threshold": threshold if score else ""}
     rows = results.mean_scores if named(results, experiment) else results.mean_scores.iloc[:0]
     return select(rows, **case).sort_values("test_snr_db")
@@ -107,14 +108,8 @@ def judge(results, line):
 
 
 def kept(here, line):
-    """Whether our value, as of `value_at`, fulfils a statement; None without ours.
-
-    An equality holds if the published value lies in its interval, too.
-    """
-    if not here:
-        return None
-    within = line["relation"] == "=" and here["low"] <= float(line["value"]) <= here["high"]
-    return bool(within or holds(float(here["ours"]), line["relation"], line["value"]))
+    """Whether our value, as of `value_at`, fulfils a statement; None without ours."""
+    return bool(holds(here["ours"], line["relation"], line["value"], here["low"], here["high"])) if here else None
 
 
 def _read(results, line, words, rows=None, judged=None):

@@ -28,6 +28,7 @@ from report.layout import (
 ACCURACY, F1, GAIN = "accuracy", "f1_weighted", "f1_weighted_gain"  # metrics
 # First the standard case, a view between those that train; then the limit, aspects far from them; then the thesis's.
 SPLITS = {"elevation": "split by elevation", "sector": "split by sector", "random": "split at random"}
+SPLITS["shuffled"] = "split at random, mirror images apart"
 ELEVATIONS = {"all": "all elevations", "trained": "trained elevations"}  # that are tested
 PROTOCOLS = ("blind", "thesis", "kept")  # of thresholds; the first is the one that methods are chosen by
 DRAWN = PROTOCOLS[:2]  # in figures of which each takes much room or ink

@@ -246,8 +246,6 @@ def _of_experiments(config, experiments):
         key, trained = f"learning.experiments.{name}", experiment["train"]["elevation"]
         scheme = experiment.get("split", learning["split"]["scheme"])
         count = len(folds(scheme, learning["split"]))
-        if "mirrored" in experiment and scheme != "random":
-            yield f"'{key}.mirrored': only at random are a view and its mirror image divided; leave it out."
         if "folds" in experiment and count == 1:
             yield f"'{key}.folds': only the split by sector and that by elevation have folds; leave it out."
         for fold in experiment.get("folds", ()):

@@ -47,6 +47,8 @@ class Model(Classifier):
         "capsule_denoise": ("capsule, denoising", "the capsule network that takes out noise", 8),
         "capsule_other": ("capsule, other class", "the capsule network with a class 'other'", 9),
         "capsule_complex": ("capsule, complex", "the complex capsule network", 10),
+        "capsule_long": ("capsule, 25,000 steps", "the capsule network of 25,000 steps", 19),
+        "capsule_listing": ("capsule, listing", "the capsule network trained as by the thesis's listing", 20),
     }
     SCORES = {
         "mse": ("MSE", 11),
@@ -101,7 +103,7 @@ class Model(Classifier):
     }
     by_snr = True
     smallest = 17  # capsules.SMALLEST, as a number that is read and not run
-    watch = None  # or a function of the weights after each epoch
+    watch = None  # as of `training_loop.Settings`
     _ready = None, None  # the primary capsules' weights and their transforms: made once for all predictions
 
     def fit(self, images, labels, validation=None, snrs=None, views=None):
@@ -167,8 +169,6 @@ class Model(Classifier):
             return seen, aims, y[rows]
 
         def validate(weights):
-            if self.watch is not None:
-                self.watch(weights)
             if capsules.preparation_pays(weights, held_out[0].shape):
                 weights = weights | {"primary": capsules.prepared(weights)}
             chunks = [
@@ -188,7 +188,7 @@ class Model(Classifier):
             checkpoint = Checkpoint(self.checkpoints, *CODE, settings, self.seed, *shown)
         sizes = settings["width"], settings["capsules"], settings["decoder"]
         weights = capsules.initial_weights(random, x.shape[1:], y.shape[1], *sizes)
-        steps = Settings(rate, settings["epochs"], settings["patience"], checkpoint)
+        steps = Settings(rate, settings["epochs"], settings["patience"], checkpoint, self.watch)
         learned, self.curve_ = minimize(loss, weights, batches, inputs, steps, validate if held_out else None)
         self._keep(learned)
 

@@ -22,6 +22,7 @@ class Model(Classifier):
     LABELS = {
         "fcnn": ("FCNN", "the fully connected network (FCNN)", 5),
         "fcnn_other": ("FCNN, other class", "the FCNN with a class 'other'", 6),
+        "fcnn_magnitude": ("FCNN, magnitudes", "the FCNN of magnitudes", 22),
     }
     SCORES = {
         "softmax": ("softmax", 0),

@@ -16,7 +16,10 @@ class Model(Classifier):
     intercept_: (classes,).
     """
 
-    LABELS = {"svm": ("SVM", "support vector machine (SVM)", 2)}
+    LABELS = {
+        "svm": ("SVM", "support vector machine (SVM)", 2),
+        "svm_magnitude": ("SVM, magnitudes", "the SVM of magnitudes", 21),
+    }
     SCORES = {"margin": ("margin", 10)}
     SETTINGS = {
         "C": {"type": "number", "exclusiveMinimum": 0, "description": "box constraint"},
