@@ -1,5 +1,10 @@
 """The likelihood of the library against one by SciPy, its invariances, and what thresholds keep."""
 
+import os
+import subprocess
+import sys
+from pathlib import Path
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -14,6 +19,7 @@ from learning.classifier import OTHER, build
 from learning.models import likelihood
 from learning.models.likelihood import _cosine, _log_i0, _rician
 from learning.thresholds import choose
+from setup.closure import SCRIPTS
 
 SHAPE = (3, 14, 11)  # channels, range, crossrange
 SETTINGS = {"candidates": 8, "mismatch": 0.0}
@@ -195,11 +201,20 @@ def test_the_order_of_polarizations_changes_nothing(model):
     )
 
 
-def test_the_others_of_a_batch_change_no_bit(model):
-    tests = at_snr(scenes(3)[0], 0, 1)
+def compare_bits():
+    """Scores of images alone and among others, as `test_the_others_of_a_batch_change_no_bit` runs it."""
+    model, tests = fitted(), at_snr(scenes(3)[0], 0, 1)
     whole, alone = model.evaluate(tests), [model.evaluate(tests[place : place + 1]) for place in (0, 63, 64, 119)]
     for place, one in zip((0, 63, 64, 119), alone, strict=True):
         np.testing.assert_array_equal(one.scores[0], whole.scores[place])
+
+
+def test_the_others_of_a_batch_change_no_bit():
+    """On one thread, as in a job: among several, BLAS divides a product, on some processors so that bits differ."""
+    path = os.pathsep.join([str(SCRIPTS), str(Path(__file__).parent)])
+    threads = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NPROC"), "1")
+    command = [sys.executable, "-c", "import test_likelihood; test_likelihood.compare_bits()"]
+    subprocess.run(command, env=os.environ | threads | {"PYTHONPATH": path}, check=True)
 
 
 @pytest.mark.parametrize("snr", [-12, 0, 6, 20])

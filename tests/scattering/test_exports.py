@@ -10,6 +10,7 @@ from vehicles_made import fin, fuselage, plan_wing
 from mesh.build import build
 from scattering.solve import solve
 
+MESHES = 3  # of each export
 ELEVATION, AZIMUTH = np.arange(-75.0, 76.0, 15.0), np.arange(0.0, 360.0, 3.0)
 
 
@@ -36,29 +37,46 @@ def field(path, shape, frequency, planes, density):
     return solve(*mesh, *given, precision="single", threads=2).field[:, 0].reshape(2, -1), measures["bands"][0]
 
 
+def level(*fields):
+    """The mean of fields' levels in dB."""
+    return np.mean([20 * np.log10(np.abs(of)) for of in fields], axis=0)
+
+
+def levels(path, shape, *given):
+    """The mean level of MESHES meshes of a shape whose vertices differ by rounding alone, and what the meshes say.
+
+    These are other meshes each: by the rounding of one more or less the same processor's fields of one of them lie 0.05
+    to 0.17 dB from the finer mesh's, and so do those of two processors.
+    """
+    random = np.random.default_rng(0)
+    rounded = [(shape[0] * (1 + random.uniform(-1, 1, np.shape(shape[0])) * 2e-16), shape[1]) for _ in range(MESHES)]
+    fields, measures = zip(*(field(path, one, *given) for one in rounded), strict=True)
+    return level(*fields), measures
+
+
 def apart(one, other):
-    """Mean difference in dB of either polarization where the second field is within SHOWN of its peak; the larger."""
-    level, reference = (20 * np.log10(np.abs(of)) for of in (one, other))
-    return max(np.abs(a - b)[b > b.max() - SHOWN].mean() for a, b in zip(level, reference, strict=True))
+    """Mean difference in dB of either polarization where the second level is within SHOWN of its peak; the larger."""
+    return max(np.abs(a - b)[b > b.max() - SHOWN].mean() for a, b in zip(one, other, strict=True))
 
 
 @pytest.mark.parametrize("name", EXPORTS)
 def test_finer_exports_have_the_same_field(tmp_path, name):
-    """Measured: 0.06 to 0.08 dB from the finer mesh, and 0.05 to 0.09 dB from each other, as any two meshes are."""
+    """Measured, of four meshes each: 0.06 to 0.09 dB from the finer mesh, and 0.03 to 0.09 dB from each other."""
     frequency, exports = EXPORTS[name]
     shapes, given = exports(), (frequency, ["xz", "xy"])
-    reference = field(tmp_path, shapes[0], *given, 20)[0]
-    made = [field(tmp_path, shape, *given, 10) for shape in shapes]
+    reference = level(field(tmp_path, shapes[0], *given, 20)[0])
+    made = [levels(tmp_path, shape, *given, 10) for shape in shapes]
     for found, measures in made:
         assert apart(found, reference) < 0.12
         assert apart(found, made[0][0]) < 0.1
-        assert measures["missed"] is None
-        assert measures["unknowns"] == pytest.approx(made[0][1]["unknowns"], rel=0.1)
+        for one in measures:
+            assert one["missed"] is None
+            assert one["unknowns"] == pytest.approx(made[0][1][0]["unknowns"], rel=0.1)
 
 
 def test_a_fine_export_with_thin_fins_has_the_field_of_a_finer_mesh(tmp_path):
-    """Measured: 0.27 dB; coarse exports of the same are as far off."""
+    """Measured: 0.21 dB; coarse exports of the same are as far off."""
     given = 3.2e9, ["xz"]
-    reference = field(tmp_path, aircraft(2), *given, 20)[0]
-    found, measures = field(tmp_path, aircraft(5), *given, 10)
-    assert apart(found, reference) < 0.3 and measures["missed"] is None
+    reference = level(field(tmp_path, aircraft(2), *given, 20)[0])
+    found, measures = levels(tmp_path, aircraft(5), *given, 10)
+    assert apart(found, reference) < 0.3 and {one["missed"] for one in measures} == {None}
