@@ -11,18 +11,19 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-import yaml
 
 from learning import images, thresholds
 from learning.classifier import OTHER, build
 from learning.experiments import CLEAN, label
 from learning.metrics import metrics_of_labels
-from learning.split import Division
-from setup.config import BASE
+from learning.split import divisions
+from setup.config import load
+from setup.yaml_file import read_yaml
 
-FULL = "config/thesis.yaml"
-KNOWN, UNKNOWN = ("drone", "missile"), ("aircraft", "ufo")
-PLANES = {"drone": ("xz",), "missile": ("xz",), "aircraft": ("xz",), "ufo": ("xz", "yz")}
+CONFIG = load(*map(read_yaml, ("config/thesis.yaml", "config/thesis-fields.yaml")))
+ROLES = {name: target["role"] for name, target in CONFIG["targets"].items()}
+KNOWN, UNKNOWN = (tuple(name for name, own in ROLES.items() if own == role) for role in ("known", "unknown"))
+PLANES = {name: tuple(target["symmetry"]) for name, target in CONFIG["targets"].items()}
 EPOCHS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96)  # after which it is scored, and after the last
 CLOSED, OPENED = (-6, 0), {6: "zncc", 15: "mse", 24: "mse"}  # dB
 SCORED = 400  # images of each target at an SNR
@@ -30,8 +31,7 @@ SCORED = 400  # images of each target at an SNR
 
 def read(folder, side, snr, targets, realizations):
     """Images (n, 32, 32) of a side of these targets at an SNR, and the targets' names (n,)."""
-    learning = yaml.safe_load(BASE.read_text())["learning"]["split"]
-    division = Division("random", 0, {key: learning[key] for key in ("train", "validation")}, 0, 21)
+    (division,) = divisions("random", CONFIG["learning"]["split"], CONFIG["seed"], CONFIG["imaging"]["aperture"])
     stores = [Path(folder) / "imaging" / target / f"{label(snr)}.zarr" for target in targets]
     divided = images.divide(stores, PLANES, division)
     pixels, origin = images.read_side(stores, divided, side, pixels=32, realizations=realizations)
@@ -75,9 +75,8 @@ def main():
     known = np.isin(held_out[24][1], KNOWN)
 
     epochs = max(1, round(arguments.steps * arguments.batch / len(learned[0])))
-    settings = yaml.safe_load(BASE.read_text())["learning"]["models"]["capsule"]
-    settings |= yaml.safe_load(Path(FULL).read_text())["learning"]["models"]["capsule"]
-    settings |= {"batch": arguments.batch, "epochs": epochs, "decay": arguments.end ** (1 / epochs), "patience": epochs}
+    settings = CONFIG["learning"]["models"]["capsule"] | {"epochs": epochs, "patience": epochs}
+    settings |= {"batch": arguments.batch, "decay": arguments.end ** (1 / epochs)}
     network, scored = (build("capsule", settings, arguments.seed) for _ in range(2))
     network.checkpoints = arguments.output.with_suffix(".state")
     about = {key: getattr(arguments, key) for key in ("snr", "batch", "seed")} | {"epochs": epochs}

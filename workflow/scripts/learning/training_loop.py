@@ -150,8 +150,9 @@ def minimize(loss, weights, batches, inputs, settings, validate=None):
         bar.set_postfix_str(said)
         bar.update()
         if settings.watch is not None:
+            paused = time.perf_counter()
             settings.watch(len(rows), arrays_of(now["weights"]))
-            before += notes["seconds"] - (before + time.perf_counter() - begin)  # its time is not the training's
+            begin += time.perf_counter() - paused  # its time is not the training's
         if checkpoint is not None:
             checkpoint.write(jax.tree.leaves(now), notes | {"random": batches.random.bit_generator.state})
     bar.close()

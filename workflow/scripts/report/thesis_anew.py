@@ -48,8 +48,8 @@ def chosen(table, score):
 
 def effect(table, score, seed):
     """The `Effect` of a prediction table at one SNR, of one confidence score. seed: the config's, for the interval."""
-    column, test, honest = KNOWN + score, _opened(table), chosen(table, score)
-    fewest = fewest_errors(test[column].to_numpy(float), (test["role"] == "known").to_numpy())
+    column, honest = KNOWN + score, chosen(table, score)
+    test, fewest = _by_errors(table, score)
     best = thresholds.best(test[column].to_numpy(float), test["truth"], test["predicted"])
     decided = [
         Decision(score, "", test, np.asarray(thresholds.apply(test[column], test["predicted"], threshold), str))
@@ -59,15 +59,15 @@ def effect(table, score, seed):
     return Effect(honest, fewest, f1, by_errors, largest, gain(*decided[:2], seed)[:3])
 
 
-def _opened(table):
-    """The rows of a prediction table that are the open set's: test images of known and unknown targets."""
-    return table[(table["side"] == "test") & table["role"].isin(["known", "unknown"])]
+def _by_errors(table, score):
+    """The rows of a prediction table that are the open set's test images, and the threshold with the fewest errors."""
+    test = table[(table["side"] == "test") & table["role"].isin(["known", "unknown"])]
+    return test, fewest_errors(test[KNOWN + score].to_numpy(float), (test["role"] == "known").to_numpy())
 
 
 def with_fewest_errors(table, score):
     """The metrics of the open set with the threshold that has the fewest errors there."""
-    test = _opened(table)
-    threshold = fewest_errors(test[KNOWN + score].to_numpy(float), (test["role"] == "known").to_numpy())
+    test, threshold = _by_errors(table, score)
     return metrics_of_labels(test["truth"], thresholds.apply(test[KNOWN + score], test["predicted"], threshold))
 
 
