@@ -43,7 +43,7 @@ thesis: environment
 recognition: environment
 	snakemake --cores $(CORES) results/recognition/learning/scores.csv \
 		--configfile config/thesis.yaml config/thesis-fields.yaml config/recognition.yaml
-	PYTHONPATH=workflow/scripts python resources/results/recognition.py results/recognition
+	python resources/results/recognition.py results/recognition
 
 test: environment
 	python -m pytest -n $(CORES) --dist loadfile --no-loadscope-reorder
@@ -53,7 +53,7 @@ lint: environment
 	ruff format --check .
 	snakefmt --check Snakefile workflow/rules
 	snakemake --lint
-	PYTHONPATH=workflow/scripts lint-imports
+	lint-imports
 
 docs: environment
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r envs/requirements-docs.lock
@@ -61,58 +61,58 @@ docs: environment
 	cp results/docs/README.html results/docs/index.html
 
 fields: environment
-	missing=$$(PYTHONPATH=workflow/scripts python resources/fields/make.py missing) && \
+	missing=$$(python resources/fields/make.py missing) && \
 		{ [ -z "$$missing" ] || snakemake --cores $(CORES) $$missing --configfile config/thesis.yaml; }
-	PYTHONPATH=workflow/scripts python resources/fields/make.py keep
-	PYTHONPATH=workflow/scripts python resources/fields/make.py publish
-	PYTHONPATH=workflow/scripts python resources/fields/make.py splits
+	python resources/fields/make.py keep
+	python resources/fields/make.py publish
+	python resources/fields/make.py splits
 
 check-fields: environment
-	PYTHONPATH=workflow/scripts python resources/fields/check.py --threads $(CORES)
-	PYTHONPATH=workflow/scripts python resources/fields/make.py card
+	python resources/fields/check.py --threads $(CORES)
+	python resources/fields/make.py card
 
 results: environment
 	python resources/results/publish.py results/$(RUN)
 
 validate: environment
-	PYTHONPATH=workflow/scripts:tests/scattering python benchmarks/validate.py --threads $(CORES)
+	PYTHONPATH=tests/scattering python benchmarks/validate.py --threads $(CORES)
 
 bench-scattering: environment
-	PYTHONPATH=workflow/scripts python benchmarks/bench_scattering.py
+	python benchmarks/bench_scattering.py
 
 bench-mesh: environment
-	PYTHONPATH=workflow/scripts:tests/mesh python benchmarks/bench_mesh.py
+	PYTHONPATH=tests/mesh python benchmarks/bench_mesh.py
 
 bench-habits: environment
-	PYTHONPATH=workflow/scripts:tests/mesh python benchmarks/bench_habits.py
+	PYTHONPATH=tests/mesh python benchmarks/bench_habits.py
 
 bench-meshing: environment
-	PYTHONPATH=workflow/scripts:tests/mesh python benchmarks/bench_meshing.py --cores $(CORES)
+	PYTHONPATH=tests/mesh python benchmarks/bench_meshing.py --cores $(CORES)
 
 bench-shapes: environment
-	PYTHONPATH=workflow/scripts:tests/mesh:tests/scattering python benchmarks/bench_shapes.py --threads $(CORES)
+	PYTHONPATH=tests/mesh:tests/scattering python benchmarks/bench_shapes.py --threads $(CORES)
 
 bench-imaging: environment
-	PYTHONPATH=workflow/scripts python benchmarks/bench_imaging.py --cores $(CORES)
+	python benchmarks/bench_imaging.py --cores $(CORES)
 
 bench-learning: environment
-	PYTHONPATH=workflow/scripts python benchmarks/bench_learning.py --threads $(CORES)
+	python benchmarks/bench_learning.py --threads $(CORES)
 
 bench-capsules: environment
-	PYTHONPATH=workflow/scripts python benchmarks/bench_capsules.py --threads $(CORES)
+	python benchmarks/bench_capsules.py --threads $(CORES)
 
 bench-training: environment
-	PYTHONPATH=workflow/scripts python benchmarks/bench_training.py $(or $(RESULTS),results/thesis) results/steps.csv
+	python benchmarks/bench_training.py $(or $(RESULTS),results/thesis) results/steps.csv
 
 bench-thesis: environment
-	PYTHONPATH=workflow/scripts python benchmarks/bench_thesis.py --threads $(CORES)
+	python benchmarks/bench_thesis.py --threads $(CORES)
 
 bench-compressed: environment
 	$(BIN)/snakemake --cores $(CORES) results/quick/mesh/aircraft.json
-	PYTHONPATH=workflow/scripts:tests/scattering:benchmarks python benchmarks/bench_compressed.py --threads $(CORES)
+	PYTHONPATH=tests/scattering:benchmarks python benchmarks/bench_compressed.py --threads $(CORES)
 
 bench-bempp: environment .venv-bempp/.installed
-	PYTHONPATH=workflow/scripts:tests/scattering python benchmarks/bench_bempp.py
+	PYTHONPATH=tests/scattering python benchmarks/bench_bempp.py
 
 .venv-bempp/.installed: envs/requirements-bempp.txt
 	rm -rf .venv-bempp
@@ -137,4 +137,5 @@ $(BIN)/.installed: envs/requirements.lock
 	rm -rf .venv
 	$(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r envs/requirements.lock
+	@$(BIN)/python -c "import sys, sysconfig; open(sysconfig.get_path('purelib') + '/isarflow.pth', 'w').write(sys.argv[1])" "$(CURDIR)"
 	@printf '%s' "$(CURDIR)" > $@

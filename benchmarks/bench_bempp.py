@@ -16,11 +16,11 @@ import mie
 import numpy as np
 import pandas as pd
 
-from scattering.assembly import Entries, assemble
-from scattering.basis import fundamental_domain, rwg
-from scattering.factorization import SymmetricMatrix
-from scattering.farfield import Excitation
-from scattering.operators import efie
+from isarflow.scattering.assembly import Entries, assemble
+from isarflow.scattering.basis import fundamental_domain, rwg
+from isarflow.scattering.factorization import SymmetricMatrix
+from isarflow.scattering.farfield import Excitation
+from isarflow.scattering.operators import efie
 
 K = 2 * np.pi  # wavelength 1 m
 

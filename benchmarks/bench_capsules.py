@@ -12,10 +12,10 @@ import numpy as np
 import optax
 import threadpoolctl
 
-from learning import capsules, convolution
-from learning.classifier import build
-from learning.timing import BATCH, cpu, time_batches
-from setup.config import load
+from isarflow.learning import capsules, convolution
+from isarflow.learning.classifier import build
+from isarflow.learning.timing import BATCH, cpu, time_batches
+from isarflow.setup.config import load
 
 SIDE, IMAGES, STEP = 32, 6460, 114  # pixels a side, training images of the reference experiment, and of its batches
 FEW = 8  # images of a step with XLA's convolution, which takes as long for each of more

@@ -23,17 +23,17 @@ import threadpoolctl
 from bench_scattering import PLANES, octasphere
 from test_solve import sheet, weld
 
-from core.errors import InputError
-from core.sweep import C0, Sweep
-from mesh.io import read_ply
-from scattering.assembly import Entries
-from scattering.basis import fundamental_domain, rwg
-from scattering.farfield import Excitation
-from scattering.lowrank import LowRankMatrix
-from scattering.operators import efie
-from scattering.plan import planned
-from scattering.sampled import fill
-from scattering.solve import PARTS, SHARE, _residual, solve
+from isarflow.core.errors import InputError
+from isarflow.core.sweep import C0, Sweep
+from isarflow.mesh.io import read_ply
+from isarflow.scattering.assembly import Entries
+from isarflow.scattering.basis import fundamental_domain, rwg
+from isarflow.scattering.farfield import Excitation
+from isarflow.scattering.lowrank import LowRankMatrix
+from isarflow.scattering.operators import efie
+from isarflow.scattering.plan import planned
+from isarflow.scattering.sampled import fill
+from isarflow.scattering.solve import PARTS, SHARE, _residual, solve
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt

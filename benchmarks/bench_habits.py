@@ -13,9 +13,9 @@ from pathlib import Path
 import pandas as pd
 from habits_made import HABITS
 
-from core.errors import InputError
-from mesh.build import build
-from mesh.io import write_ply
+from isarflow.core.errors import InputError
+from isarflow.mesh.build import build
+from isarflow.mesh.io import write_ply
 
 OUTPUT = Path("results/benchmarks")
 MESH = {"edges_per_wavelength": 10, "bands": 1}

@@ -16,10 +16,10 @@ import numpy as np
 import pandas as pd
 import yaml
 
-from core.sweep import C0, azimuths, elevations, frequencies, snr_label
-from scattering.store import write_field
-from setup.config import load
-from setup.yaml_file import read_yaml
+from isarflow.core.sweep import C0, azimuths, elevations, frequencies, snr_label
+from isarflow.scattering.store import write_field
+from isarflow.setup.config import load
+from isarflow.setup.yaml_file import read_yaml
 
 NAME = "bench_imaging"
 FOLDER = Path("results", NAME)

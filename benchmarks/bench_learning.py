@@ -10,9 +10,9 @@ import numpy as np
 import threadpoolctl
 import yaml
 
-from learning.classifier import build
-from learning.timing import BATCH, cpu, time_batches
-from setup.config import BASE
+from isarflow.learning.classifier import build
+from isarflow.learning.timing import BATCH, cpu, time_batches
+from isarflow.setup.config import BASE
 
 SHAPE, IMAGES = (27, 21), 6460
 PUBLISHED = {"lr": 0.0376, "knn": 48.8, "fcnn": 0.0445}  # ms, the thesis's tables 4.2 and 5.1

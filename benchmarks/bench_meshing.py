@@ -15,8 +15,8 @@ import pandas as pd
 import yaml
 from vehicles_made import uav
 
-from mesh.io import write_ply
-from setup.yaml_file import read_yaml
+from isarflow.mesh.io import write_ply
+from isarflow.setup.yaml_file import read_yaml
 
 OUTPUT = Path("results/benchmarks")
 SWEEP = {

@@ -19,12 +19,12 @@ import psutil
 import scipy.linalg
 import threadpoolctl
 
-from scattering.assembly import Entries, assemble
-from scattering.basis import fundamental_domain, rwg
-from scattering.factorization import SymmetricMatrix
-from scattering.farfield import Excitation
-from scattering.operators import efie
-from scattering.sampling import sample
+from isarflow.scattering.assembly import Entries, assemble
+from isarflow.scattering.basis import fundamental_domain, rwg
+from isarflow.scattering.factorization import SymmetricMatrix
+from isarflow.scattering.farfield import Excitation
+from isarflow.scattering.operators import efie
+from isarflow.scattering.sampling import sample
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt

@@ -17,13 +17,13 @@ from pathlib import Path
 
 import pandas as pd
 
-from core.sweep import Sweep, sweeps
-from mesh.io import read_ply
-from scattering import needs
-from scattering.plan import at_one_frequency, chosen
-from scattering.solve import PARTS, solve
-from setup.config import load
-from setup.yaml_file import read_yaml
+from isarflow.core.sweep import Sweep, sweeps
+from isarflow.mesh.io import read_ply
+from isarflow.scattering import needs
+from isarflow.scattering.plan import at_one_frequency, chosen
+from isarflow.scattering.solve import PARTS, solve
+from isarflow.setup.config import load
+from isarflow.setup.yaml_file import read_yaml
 
 
 def main():

@@ -12,13 +12,13 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from learning import images, thresholds
-from learning.classifier import OTHER, build
-from learning.experiments import CLEAN, label
-from learning.metrics import metrics_of_labels
-from learning.split import divisions
-from setup.config import load
-from setup.yaml_file import read_yaml
+from isarflow.learning import images, thresholds
+from isarflow.learning.classifier import OTHER, build
+from isarflow.learning.experiments import CLEAN, label
+from isarflow.learning.metrics import metrics_of_labels
+from isarflow.learning.split import divisions
+from isarflow.setup.config import load
+from isarflow.setup.yaml_file import read_yaml
 
 CONFIG = load(*map(read_yaml, ("config/thesis.yaml", "config/thesis-fields.yaml")))
 ROLES = {name: target["role"] for name, target in CONFIG["targets"].items()}

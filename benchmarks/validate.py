@@ -19,15 +19,15 @@ import pandas as pd
 import threadpoolctl
 from test_truth import ANGLES, pattern
 
-from core.sweep import C0
-from imaging.formation import build
-from imaging.point_response import point_response
-from scattering.assembly import Entries, assemble
-from scattering.basis import fundamental_domain, rwg
-from scattering.factorization import GeneralMatrix, SymmetricMatrix
-from scattering.farfield import Excitation
-from scattering.sampling import directions
-from scattering.solve import OPERATORS, solve
+from isarflow.core.sweep import C0
+from isarflow.imaging.formation import build
+from isarflow.imaging.point_response import point_response
+from isarflow.scattering.assembly import Entries, assemble
+from isarflow.scattering.basis import fundamental_domain, rwg
+from isarflow.scattering.factorization import GeneralMatrix, SymmetricMatrix
+from isarflow.scattering.farfield import Excitation
+from isarflow.scattering.sampling import directions
+from isarflow.scattering.solve import OPERATORS, solve
 
 K = 2 * np.pi  # wavelength 1 m
 EDGE = 0.1  # m

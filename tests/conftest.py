@@ -12,7 +12,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 # What a user's folder holds; results, environments and tests stay behind.
-PARTS = ("Snakefile", "config", "envs", "isarflow.py", "profiles", "pyproject.toml", "resources", "workflow")
+PARTS = ("Snakefile", "config", "envs", "isarflow", "profiles", "pyproject.toml", "resources", "workflow")
 # The jobs' interpreter is the one that runs the tests.
 ENVIRONMENT = {**os.environ, "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
 
@@ -20,8 +20,8 @@ ENVIRONMENT = {**os.environ, "PATH": f"{Path(sys.executable).parent}{os.pathsep}
 # Runs of snakemake, two at a time, each a fork of a process that has loaded it: JSON in, [status, output] of each out.
 FORKS = """
 import json, os, sys, tempfile
-sys.path.insert(0, "workflow/scripts")
-import setup.overview, report.selection, scattering.field_files, snakemake.api
+sys.path.insert(0, ".")
+import isarflow.setup.overview, isarflow.report.selection, isarflow.scattering.field_files, snakemake.api
 from snakemake.cli import main
 
 def begin(arguments, output):
@@ -66,7 +66,9 @@ class Project:
         self.folder = Path(folder)
         for part in PARTS:
             source = ROOT / part
-            if source.is_dir():
+            if source.is_symlink():
+                (self.folder / part).symlink_to(source.readlink())
+            elif source.is_dir():
                 shutil.copytree(source, self.folder / part, ignore=shutil.ignore_patterns("__pycache__"))
             else:
                 shutil.copy2(source, self.folder / part)

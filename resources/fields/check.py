@@ -22,14 +22,14 @@ import pandas as pd
 import xarray as xr
 import yaml
 
-from core.sweep import Sweep, sweeps
-from mesh.io import read_ply
-from scattering.field_files import digest
-from scattering.needs import memory_megabytes
-from scattering.plan import chosen, planned
-from scattering.solve import solve
-from setup.config import load
-from setup.yaml_file import read_yaml
+from isarflow.core.sweep import Sweep, sweeps
+from isarflow.mesh.io import read_ply
+from isarflow.scattering.field_files import digest
+from isarflow.scattering.needs import memory_megabytes
+from isarflow.scattering.plan import chosen, planned
+from isarflow.scattering.solve import solve
+from isarflow.setup.config import load
+from isarflow.setup.yaml_file import read_yaml
 
 HERE = Path(__file__).parent
 CONFIG = "config/thesis.yaml"

@@ -21,16 +21,16 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from core import store as stores
-from core.sweep import azimuths, elevations, sweeps
-from learning import export
-from learning.split import SIDES
-from scattering import needs
-from scattering.field_files import digest
-from scattering.machine import processor
-from scattering.store import join_bands
-from setup.config import load
-from setup.yaml_file import read_yaml
+from isarflow.core import store as stores
+from isarflow.core.sweep import azimuths, elevations, sweeps
+from isarflow.learning import export
+from isarflow.learning.split import SIDES
+from isarflow.scattering import needs
+from isarflow.scattering.field_files import digest
+from isarflow.scattering.machine import processor
+from isarflow.scattering.store import join_bands
+from isarflow.setup.config import load
+from isarflow.setup.yaml_file import read_yaml
 
 HERE = Path(__file__).parent
 BANDS = HERE / "bands"

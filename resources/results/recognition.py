@@ -16,8 +16,8 @@ import numpy as np
 import pandas as pd
 from publish import TABLES, _cell
 
-from learning import features, images, judge, paired, scores
-from learning.classifier import OTHER
+from isarflow.learning import features, images, judge, paired, scores
+from isarflow.learning.classifier import OTHER
 
 ROOT = Path(__file__).parents[2]
 SNRS = -12, -6, 0, 6, 12, 24  # dB

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from core.store import write
-from core.sweep import C0
+from isarflow.core.store import write
+from isarflow.core.sweep import C0
 
 FOURIER = {"imager": "fourier", "polarizations": ["VV"], "window": "hamming", "upsample": "none"}
 
@@ -82,7 +82,7 @@ def image_of():
 
 
 def _image_of(points, sweep, centre=None, elevation=0.0, amplitudes=None):
-    from imaging import formation, geometry
+    from isarflow.imaging import formation, geometry
 
     amplitudes = np.ones(len(points)) if amplitudes is None else amplitudes
     field = point_field(points, amplitudes, sweep.frequency, [elevation], sweep.azimuth)[:, 0]

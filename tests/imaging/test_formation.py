@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from core.errors import InputError
-from core.sweep import C0
-from imaging.formation import Formation, apertures, build, form_images
-from imaging.geometry import imager_of, project
-from imaging.imagers import fourier
+from isarflow.core.errors import InputError
+from isarflow.core.sweep import C0
+from isarflow.imaging.formation import Formation, apertures, build, form_images
+from isarflow.imaging.geometry import imager_of, project
+from isarflow.imaging.imagers import fourier
 
 # Inside the inner half of the unambiguous region (1.30 m x 1.04 m), where bilinear interpolation holds.
 INNER = [(0, 0), (0.31, 0), (-0.31, 0), (0, 0.25), (0, -0.25), (0.2, 0.15), (-0.27, 0.21), (0.13, -0.24)]

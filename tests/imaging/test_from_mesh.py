@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from imaging.formation import apertures
-from imaging.geometry import imager_of, project
-from mesh.build import build
-from scattering.solve import solve
+from isarflow.imaging.formation import apertures
+from isarflow.imaging.geometry import imager_of, project
+from isarflow.mesh.build import build
+from isarflow.scattering.solve import solve
 
 RADAR = {"center_frequency": 1.5e9, "bandwidth": 1.0e9, "frequencies": 9, "polarizations": ["VV"]}
 AXIS = np.degrees(np.arctan(0.5**0.5))  # elevation at which a corner looks back along its axis of symmetry

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from core.errors import InputError
-from core.sweep import C0
-from imaging.geometry import centres, describe, geometry, megabytes, uniform_step, warnings
+from isarflow.core.errors import InputError
+from isarflow.core.sweep import C0
+from isarflow.imaging.geometry import centres, describe, geometry, megabytes, uniform_step, warnings
 
 
 def test_thesis_experiment(wide):

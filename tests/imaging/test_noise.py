@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from core.errors import InputError
-from core.sweep import snr_label, snr_of_label
-from imaging.noise import definition_offset, generator, signal_power, variances, white_noise
+from isarflow.core.errors import InputError
+from isarflow.core.sweep import snr_label, snr_of_label
+from isarflow.imaging.noise import definition_offset, generator, signal_power, variances, white_noise
 
 
 @pytest.fixture

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from core.sweep import C0
-from imaging.geometry import imager_of
-from imaging.point_response import point_response
+from isarflow.core.sweep import C0
+from isarflow.imaging.geometry import imager_of
+from isarflow.imaging.point_response import point_response
 
 EXTENT = np.array([C0 / (2 * 3e9 / 26), C0 / 5.55e9 / (2 * 2 * np.pi / 242)])  # m, eqs. 3.11, 3.13
 

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from imaging.formation import apertures
-from imaging.geometry import geometry, imager_of
-from imaging.noise import generator, signal_power, variances, white_noise
-from imaging.store import make_clean, make_noisy, make_pure_noise
+from isarflow.imaging.formation import apertures
+from isarflow.imaging.geometry import geometry, imager_of
+from isarflow.imaging.noise import generator, signal_power, variances, white_noise
+from isarflow.imaging.store import make_clean, make_noisy, make_pure_noise
 
 ASPECT = {"elevation": {"start": -30, "stop": 30, "step": 30}, "azimuth": {"count": 60}}
 RADAR = {"center_frequency": 2.75e9, "bandwidth": 1.5e9, "frequencies": 8, "polarizations": ["VV", "HH"]}

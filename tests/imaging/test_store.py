@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from core.errors import InputError
-from imaging.formation import apertures
-from imaging.noise import definition_offset
-from imaging.store import make_clean, make_noisy
+from isarflow.core.errors import InputError
+from isarflow.imaging.formation import apertures
+from isarflow.imaging.noise import definition_offset
+from isarflow.imaging.store import make_clean, make_noisy
 
 
 def noisy(store, name="noisy", target="drone", snr_db=6, **noise):

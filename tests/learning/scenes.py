@@ -7,11 +7,11 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from core import store
-from learning import images
-from learning.experiments import LEARNED, runs
-from learning.predict import Tested, predict
-from learning.train import Training, train
+from isarflow.core import store
+from isarflow.learning import images
+from isarflow.learning.experiments import LEARNED, runs
+from isarflow.learning.predict import Tested, predict
+from isarflow.learning.train import Training, train
 
 SPLIT = {"scheme": "random", "train": 0.7, "validation": 0.33, "folds": 4, "spacing": 0}
 ELEVATION, AZIMUTHS, RANGE, CROSSRANGE = [-15.0, 0.0, 15.0], 24, 6, 5

@@ -5,10 +5,10 @@ import pytest
 from scipy.stats import rayleigh
 from sklearn.mixture import GaussianMixture
 
-from core.errors import InputError
-from learning import capsules, confidence, training_loop
-from learning.classifier import OTHER, build
-from learning.models import capsule
+from isarflow.core.errors import InputError
+from isarflow.learning import capsules, confidence, training_loop
+from isarflow.learning.classifier import OTHER, build
+from isarflow.learning.models import capsule
 
 SETTINGS = {
     "width": 8,

@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from learning import capsules
+from isarflow.learning import capsules
 
 
 @pytest.fixture

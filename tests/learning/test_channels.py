@@ -7,11 +7,11 @@ import pytest
 from scenes import APERTURE, PLANES, ROLES, SPLIT, aspects, fitted, noisy, scene, tables_of, write
 
 import isarflow
-from core.errors import InputError
-from learning import images
-from learning.classifier import build
-from learning.export import export
-from learning.models import capsule
+from isarflow.core.errors import InputError
+from isarflow.learning import images
+from isarflow.learning.classifier import build
+from isarflow.learning.export import export
+from isarflow.learning.models import capsule
 
 NAMES = ("VV", "HH", "HV")
 FCNN = {"width": 24, "epochs": 5, "batch": 8, "learning_rate": 0.01, "openmax_tail": 5, "openmax_alpha": 1}
@@ -150,7 +150,7 @@ def test_a_capsule_network_has_a_channel_for_each(is_complex):
 
 def test_a_network_of_pytorch_is_told_how_many_channels_there_are(folders):
     torch = pytest.importorskip("torch", reason="PyTorch is not installed")
-    from learning.pytorch import PyTorch
+    from isarflow.learning.pytorch import PyTorch
 
     class Model(PyTorch):
         def network(self, pixels, classes):

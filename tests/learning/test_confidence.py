@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.stats import weibull_min
 
-from learning import confidence, openmax
-from learning.features import unit
+from isarflow.learning import confidence, openmax
+from isarflow.learning.features import unit
 
 CLASSES = np.array(["a", "b"])
 

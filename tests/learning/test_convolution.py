@@ -4,8 +4,8 @@ import jax
 import numpy as np
 import pytest
 
-from learning import capsules, convolution
-from learning.convolution import KERNEL, TILE, by_slices, by_tiles, tiling, transformed, transforms_pay
+from isarflow.learning import capsules, convolution
+from isarflow.learning.convolution import KERNEL, TILE, by_slices, by_tiles, tiling, transformed, transforms_pay
 
 # Rows and columns with one output, odd ones, a prime number of pixels, and the reference network's.
 SIZES = [(9, 9), (9, 20), (12, 11), (25, 14), (19, 30), (24, 24)]

@@ -7,11 +7,11 @@ import pytest
 import scenes
 import xarray as xr
 
-from learning import experiments, images, timing
-from learning.export import export
-from learning.judge import Decision, gain
-from learning.model_folder import division_of, load
-from learning.scores import score
+from isarflow.learning import experiments, images, timing
+from isarflow.learning.export import export
+from isarflow.learning.judge import Decision, gain
+from isarflow.learning.model_folder import division_of, load
+from isarflow.learning.scores import score
 
 ELEVATIONS = [-20.0, -10.0, 0.0, 10.0, 20.0]  # the first, third and last train
 FOLDS = (1, 2)

@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
-from core.errors import InputError
-from learning.classifier import ANY_SNR, choices
-from learning.experiments import label, runs, snrs_in_words, train_snr_db, training
-from learning.training_loop import Batches
+from isarflow.core.errors import InputError
+from isarflow.learning.classifier import ANY_SNR, choices
+from isarflow.learning.experiments import label, runs, snrs_in_words, train_snr_db, training
+from isarflow.learning.training_loop import Batches
 
 
 def learning(**experiments):

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from imaging.formation import build, form_images
-from learning.features import upsample
+from isarflow.imaging.formation import build, form_images
+from isarflow.learning.features import upsample
 
 
 @pytest.mark.parametrize("reformat", ["none", "polar"])

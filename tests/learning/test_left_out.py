@@ -7,10 +7,10 @@ import pandas as pd
 import pytest
 from scenes import ALL_TARGETS, ROLES, aspects, fitted, sides_of, tables_of
 
-from learning import thresholds
-from learning.classifier import build
-from learning.images import aspects as names_of
-from learning.split import LEFT_OUT
+from isarflow.learning import thresholds
+from isarflow.learning.classifier import build
+from isarflow.learning.images import aspects as names_of
+from isarflow.learning.split import LEFT_OUT
 
 KINDS = {
     "knn": {"k": 1},

@@ -14,12 +14,12 @@ from scipy.optimize import minimize_scalar
 from scipy.special import i0e, i1e
 from scipy.stats import rice
 
-from core.errors import InputError
-from learning.classifier import OTHER, build
-from learning.models import likelihood
-from learning.models.likelihood import _cosine, _log_i0, _rician
-from learning.thresholds import choose
-from setup.closure import SCRIPTS
+from isarflow.core.errors import InputError
+from isarflow.learning.classifier import OTHER, build
+from isarflow.learning.models import likelihood
+from isarflow.learning.models.likelihood import _cosine, _log_i0, _rician
+from isarflow.learning.thresholds import choose
+from isarflow.setup.config import ROOT
 
 SHAPE = (3, 14, 11)  # channels, range, crossrange
 SETTINGS = {"candidates": 8, "mismatch": 0.0}
@@ -211,7 +211,7 @@ def compare_bits():
 
 def test_the_others_of_a_batch_change_no_bit():
     """On one thread, as in a job: among several, BLAS divides a product, on some processors so that bits differ."""
-    path = os.pathsep.join([str(SCRIPTS), str(Path(__file__).parent)])
+    path = os.pathsep.join([str(ROOT), str(Path(__file__).parent)])
     threads = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NPROC"), "1")
     command = [sys.executable, "-c", "import test_likelihood; test_likelihood.compare_bits()"]
     subprocess.run(command, env=os.environ | threads | {"PYTHONPATH": path}, check=True)

@@ -6,10 +6,10 @@ import pytest
 from scipy.stats import norm
 from sklearn import metrics as reference
 
-from learning.experiments import runs
-from learning.metrics import confusion, equal_blocks, interval, metrics_of, resampled, separation, weights
-from learning.scores import score
-from learning.split import blocks, divisions, folded, split
+from isarflow.learning.experiments import runs
+from isarflow.learning.metrics import confusion, equal_blocks, interval, metrics_of, resampled, separation, weights
+from isarflow.learning.scores import score
+from isarflow.learning.split import blocks, divisions, folded, split
 
 LABELS = ["dart", "disc", "wing"]
 

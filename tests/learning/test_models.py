@@ -6,11 +6,11 @@ from sklearn.multiclass import OneVsRestClassifier
 from sklearn.neighbors import KNeighborsClassifier
 from sklearn.svm import SVC
 
-from core.errors import InputError
-from learning import openmax
-from learning.classifier import build
-from learning.conformance import check_fitted
-from learning.features import KINDS, of, real_imaginary, squared_distances
+from isarflow.core.errors import InputError
+from isarflow.learning import openmax
+from isarflow.learning.classifier import build
+from isarflow.learning.conformance import check_fitted
+from isarflow.learning.features import KINDS, of, real_imaginary, squared_distances
 
 FCNN = {"width": 32, "epochs": 20, "batch": 16, "learning_rate": 0.003, "openmax_tail": 5, "openmax_alpha": 1}
 SETTINGS = {

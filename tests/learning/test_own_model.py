@@ -10,15 +10,15 @@ import pandas as pd
 import pytest
 from scenes import ROLES, digest, fitted, tables_of
 
-from core.errors import InputError
-from learning.model_folder import load
-from setup.config import ROOT
+from isarflow.core.errors import InputError
+from isarflow.learning.model_folder import load
+from isarflow.setup.config import ROOT
 
 PLAIN = """
 
 import numpy as np
 
-from learning.classifier import Classifier, Outcome
+from isarflow.learning.classifier import Classifier, Outcome
 
 
 class Model(Classifier):
@@ -44,7 +44,7 @@ def own(monkeypatch, stores, tmp_path):
     """A function that trains the model of a text, as models/mine.py, and gives its folder."""
 
     def trained(code, settings=None, **more):
-        module = types.ModuleType("learning.models.mine")
+        module = types.ModuleType("isarflow.learning.models.mine")
         monkeypatch.setitem(sys.modules, module.__name__, module)
         exec(compile(code, "mine.py", "exec"), module.__dict__)
         settings = settings or {"kind": "mine", "power": 1}
@@ -128,7 +128,7 @@ WRONG = {
     "a known score that is no number": (KNOWN, '{"likeness": scores[:, 0] * np.inf}', "'likeness' is not a finite"),
     "a known score with a number for a name": (KNOWN, "{3: scores[:, 0]}", "name must be text, not 3"),
     "a curve without its columns": (LEARNED, "        self.curve_ = {'loss': [1]}\n" + LEARNED, "curve_ .*epoch, loss"),
-    "no Classifier": ("(Classifier)", "", "must be one of learning.classifier.Classifier"),
+    "no Classifier": ("(Classifier)", "", "must be one of isarflow.learning.classifier.Classifier"),
 }
 
 
@@ -152,9 +152,10 @@ def test_what_is_not_installed_is_named(stores, tmp_path, monkeypatch):
     folder = tmp_path / "models"
     folder.mkdir()
     (folder / "torchy.py").write_text("import no_such_library\n")
-    import learning.models
 
-    monkeypatch.setattr(learning.models, "__path__", [str(folder)])
+    import isarflow.learning.models
+
+    monkeypatch.setattr(isarflow.learning.models, "__path__", [str(folder)])
     with pytest.raises(InputError, match=r"models/torchy.py cannot be imported: No module named 'no_such_library'"):
         fitted(stores("clean"), tmp_path / "torchy", "torchy", settings={"depth": 1})
 
@@ -240,8 +241,8 @@ ADAPTERS = {"scikit_learn import ScikitLearn": "estimator", "pytorch import PyTo
 def test_a_model_without_the_one_method_is_told_so(own, base):
     if "torch" in base:
         pytest.importorskip("torch", reason="PyTorch is not installed")
-    with pytest.raises(InputError, match=f"learning.models.mine: its Model lacks {ADAPTERS[base]}"):
-        own(f"from learning.{base}\n\n\nclass Model({base.split()[-1]}):\n    pass\n")
+    with pytest.raises(InputError, match=f"isarflow.learning.models.mine: its Model lacks {ADAPTERS[base]}"):
+        own(f"from isarflow.learning.{base}\n\n\nclass Model({base.split()[-1]}):\n    pass\n")
 
 
 def test_the_pytorch_network_of_the_docs_learns_and_is_kept(own, stores, tmp_path):

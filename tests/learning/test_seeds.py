@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from learning.seeds import interval
+from isarflow.learning.seeds import interval
 
 SHARE = np.array([True])
 

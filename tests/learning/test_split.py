@@ -5,8 +5,8 @@ import itertools
 import numpy as np
 import pytest
 
-from core.errors import InputError
-from learning.split import SIDES, Division, blocks, check, divisions, folded, split
+from isarflow.core.errors import InputError
+from isarflow.learning.split import SIDES, Division, blocks, check, divisions, folded, split
 
 SETTINGS = {"scheme": "random", "train": 0.7, "validation": 0.33, "folds": 6, "spacing": 0}
 ELEVATIONS = np.arange(-45, 46, 15.0)

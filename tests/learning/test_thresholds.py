@@ -3,7 +3,7 @@ import pandas as pd
 import pytest
 from sklearn.metrics import f1_score
 
-from learning import thresholds
+from isarflow.learning import thresholds
 
 
 def validation(seed=0, count=60):

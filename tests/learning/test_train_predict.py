@@ -27,12 +27,12 @@ from scenes import (
     write,
 )
 
-from core.errors import InputError
-from learning import images, timing
-from learning.classifier import build
-from learning.model_folder import load
-from learning.predict import classify
-from learning.thresholds import choose
+from isarflow.core.errors import InputError
+from isarflow.learning import images, timing
+from isarflow.learning.classifier import build
+from isarflow.learning.model_folder import load
+from isarflow.learning.predict import classify
+from isarflow.learning.thresholds import choose
 
 
 def every(azimuth):
@@ -355,7 +355,7 @@ def test_batches_do_not_change_predictions(stores, tmp_path, monkeypatch):
     folder = fitted(stores("clean"), tmp_path / "knn")
     pixels, _ = images.read(stores("snr_0dB"), every(aspects()))
     whole = classify(load(folder), pixels)
-    monkeypatch.setattr("learning.predict.BATCH", 50)
+    monkeypatch.setattr("isarflow.learning.predict.BATCH", 50)
     parts = classify(load(folder), pixels)
     assert (whole.labels == parts.labels).all()
     np.testing.assert_allclose(whole.scores, parts.scores, atol=1e-3)
@@ -389,7 +389,7 @@ def test_a_slow_model_is_timed_fewer_times(monkeypatch):
 def test_predictions_import_nothing_heavy(name, stores, tmp_path):
     folder = fitted(stores("clean"), tmp_path / name, name)
     program = (
-        "import sys; from learning.predict import Tested, predict; "
+        "import sys; from isarflow.learning.predict import Tested, predict; "
         f"tested = Tested({ROLES!r}, {PLANES!r}, True, 1); "
         f"predict({stores('snr_0dB')!r}, tested, {str(folder)!r}, [{str(tmp_path / 'snr_0dB.csv')!r}]); "
         "print(*sorted({'sklearn', 'jax', 'matplotlib'} & set(sys.modules)), 'end')"

@@ -4,9 +4,9 @@ import jax
 import numpy as np
 import pytest
 
-from core.errors import InputError
-from learning import training_loop
-from learning.training_loop import COLUMNS, Batches, Checkpoint, Settings, minimize
+from isarflow.core.errors import InputError
+from isarflow.learning import training_loop
+from isarflow.learning.training_loop import COLUMNS, Batches, Checkpoint, Settings, minimize
 
 X = np.random.default_rng(1).standard_normal((40, 3)).astype(np.float32)
 Y = X @ np.array([1.0, -2.0, 0.5], np.float32)

@@ -6,4 +6,4 @@ import pytest
 @pytest.fixture(autouse=True)
 def by_the_wavelength(request, monkeypatch):
     if request.module.__name__ not in ("test_resolution", "test_makers"):
-        monkeypatch.setattr("mesh.resolution.ACROSS", 2)
+        monkeypatch.setattr("isarflow.mesh.resolution.ACROSS", 2)

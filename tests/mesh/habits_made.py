@@ -12,7 +12,7 @@ from scipy.spatial import ConvexHull, Delaunay
 from shapes_made import cone, cube, fine_cube, lofted, soup, sphere, together, torus, tube
 from vehicles_made import body, drawn, moved, plan_wing, uav
 
-from mesh import topology
+from isarflow.mesh import topology
 
 
 class Habit(NamedTuple):

@@ -4,7 +4,7 @@ import numpy as np
 import pymeshlab
 import pytest
 
-from mesh import topology
+from isarflow.mesh import topology
 
 
 def save(path, vertices, triangles):

@@ -20,10 +20,10 @@ from shapes_made import (
     torus,
 )
 
-from core.errors import InputError
-from mesh import topology
-from mesh.build import build
-from mesh.io import write_ply
+from isarflow.core.errors import InputError
+from isarflow.mesh import topology
+from isarflow.mesh.build import build
+from isarflow.mesh.io import write_ply
 
 RADAR = {"center_frequency": 1.0e9, "bandwidth": 0.0, "frequencies": 1, "polarizations": ["VV"]}
 MESH = {"edges_per_wavelength": 10, "bands": 1}
@@ -195,7 +195,7 @@ def test_single_triangle_is_a_sheet(tmp_path):
 
 
 def test_triangle_smaller_than_an_edge_gets_edges_of_its_own(tmp_path, monkeypatch):
-    monkeypatch.setattr("mesh.resolution.ACROSS", 20)
+    monkeypatch.setattr("isarflow.mesh.resolution.ACROSS", 20)
     mesh, _, band = made(tmp_path, ([[0, 0, 0], [0.01, 0, 0], [0, 0.01, 0]], [[0, 1, 2]]), {"unit": "m"})
     assert topology.areas(*mesh).sum() == pytest.approx(5e-5, rel=1e-6)
     assert band["wanted_edge"] == pytest.approx(0.01 / 20) and band["unknowns"] > 300
@@ -293,10 +293,10 @@ def test_length_is_checked(tmp_path):
 def test_mesh_of_another_target_is_refused(tmp_path, monkeypatch):
     """A twentieth of a wavelength, 15 mm, is the most that a mesh may be off."""
     path = save(tmp_path / "sphere.ply", *sphere())
-    monkeypatch.setattr("mesh.build.TRIES", 1)
-    monkeypatch.setattr("mesh.build.FINER", (1,))
+    monkeypatch.setattr("isarflow.mesh.build.TRIES", 1)
+    monkeypatch.setattr("isarflow.mesh.build.FINER", (1,))
     for off in (0.014, 0.016):
-        monkeypatch.setattr("mesh.build._whole", lambda *_, off=off: (sphere()[0] + [off, 0, 0], sphere()[1]))
+        monkeypatch.setattr("isarflow.mesh.build._whole", lambda *_, off=off: (sphere()[0] + [off, 0, 0], sphere()[1]))
         if off < EDGE / 2:
             assert build(path, {}, MESH, RADAR)[1]["bands"][0]["hausdorff"]["to_source"] == pytest.approx(off, rel=0.02)
         else:

@@ -7,10 +7,10 @@ import pytest
 from files_made import QUADS, T, V, obj, off, ply, text_stl
 from shapes_made import binary_stl
 
-from core.errors import InputError
-from mesh import topology
-from mesh.build import build
-from mesh.read import read_cad
+from isarflow.core.errors import InputError
+from isarflow.mesh import topology
+from isarflow.mesh.build import build
+from isarflow.mesh.read import read_cad
 
 NAN = float("nan")
 FLAT = [*T.tolist(), [0, 0, 1]]  # the last is without area

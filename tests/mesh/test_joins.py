@@ -8,12 +8,12 @@ from habits_made import revolved
 from patches_made import WEDGE, octants, patch, skins, slotted, surface, turned, wedge
 from shapes_made import cone, cube, soup, sphere, together
 
-from mesh import joins, topology
-from mesh.build import build, write
-from mesh.io import write_ply
-from mesh.openings import across, openings
-from mesh.repair import WELD, repair
-from scattering.solve import solve
+from isarflow.mesh import joins, topology
+from isarflow.mesh.build import build, write
+from isarflow.mesh.io import write_ply
+from isarflow.mesh.openings import across, openings
+from isarflow.mesh.repair import WELD, repair
+from isarflow.scattering.solve import solve
 
 RADAR = {"center_frequency": 1.0e9, "bandwidth": 0.0, "frequencies": 1, "polarizations": ["VV"]}
 MESH = {"edges_per_wavelength": 10, "bands": 1}

@@ -4,9 +4,9 @@ import pytest
 from habits_made import HABITS
 from shapes_made import save
 
-from mesh import topology
-from mesh.arrange import first_crossing
-from mesh.build import build
+from isarflow.mesh import topology
+from isarflow.mesh.arrange import first_crossing
+from isarflow.mesh.build import build
 
 MESH = {"edges_per_wavelength": 10, "bands": 1}
 QUICK = {  # what must have been repaired

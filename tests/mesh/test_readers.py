@@ -7,10 +7,10 @@ import pytest
 from files_made import QUADS, T, V, obj, off, ply, text_stl
 from shapes_made import binary_stl
 
-from core.errors import InputError
-from mesh import topology
-from mesh.formats import triangulated
-from mesh.read import READERS, read_cad
+from isarflow.core.errors import InputError
+from isarflow.mesh import topology
+from isarflow.mesh.formats import triangulated
+from isarflow.mesh.read import READERS, read_cad
 
 STL, BINARY = text_stl("cube", T), binary_stl(V, T)
 OBJ, OFF, PLY, LITTLE = b"".join(obj(T)), off(T), ply(T, ""), ply(T, "<")

@@ -6,17 +6,17 @@ import numpy as np
 import pytest
 from shapes_made import cube, save, sphere, together
 
-from core.errors import InputError
-from core.sweep import C0
-from mesh import topology
-from mesh.build import build
-from mesh.io import write_ply
-from mesh.repair import repair
-from mesh.resolution import check_resolution
-from scattering.solve import solve
-from setup.checkup import checkup
-from setup.config import load
-from setup.overview import overview
+from isarflow.core.errors import InputError
+from isarflow.core.sweep import C0
+from isarflow.mesh import topology
+from isarflow.mesh.build import build
+from isarflow.mesh.io import write_ply
+from isarflow.mesh.repair import repair
+from isarflow.mesh.resolution import check_resolution
+from isarflow.scattering.solve import solve
+from isarflow.setup.checkup import checkup
+from isarflow.setup.config import load
+from isarflow.setup.overview import overview
 
 RADAR = {"center_frequency": C0, "bandwidth": 0.0, "frequencies": 1, "polarizations": ["VV"]}  # wavelength 1 m
 ASPECT = {"elevation": {"start": 0, "stop": 0, "step": 1}, "azimuth": {"count": 8}}
@@ -95,7 +95,7 @@ def config_of(path, density):
 
 
 def test_solves_are_foretold_and_refused_where_they_cannot_fit(tmp_path, monkeypatch):
-    monkeypatch.setattr("scattering.needs.memory_megabytes", lambda: 16_000.0)
+    monkeypatch.setattr("isarflow.scattering.needs.memory_megabytes", lambda: 16_000.0)
     path = save(tmp_path / "cube.ply", *cube(0.9))
     with pytest.raises(InputError, match=r"'targets\.large': .*'mesh\.edges_per_wavelength: [\d.]+'") as refusal:
         overview(config_of(path, 50), tmp_path, refuse=True)

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from shapes_made import cube, save, sphere
 
-from core.errors import InputError
-from mesh import read, symmetry, topology
-from mesh.build import build, write
-from mesh.distance import samples
-from mesh.io import read_ply, write_ply
-from mesh.misses import hausdorff
-from mesh.repair import repair
-from scattering.basis import fundamental_domain, unknowns
+from isarflow.core.errors import InputError
+from isarflow.mesh import read, symmetry, topology
+from isarflow.mesh.build import build, write
+from isarflow.mesh.distance import samples
+from isarflow.mesh.io import read_ply, write_ply
+from isarflow.mesh.misses import hausdorff
+from isarflow.mesh.repair import repair
+from isarflow.scattering.basis import fundamental_domain, unknowns
 
 RADAR = {"center_frequency": 1.0e9, "bandwidth": 0.0, "frequencies": 1, "polarizations": ["VV"]}
 MESH = {"edges_per_wavelength": 10, "bands": 1}

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from shapes_made import check_solid
 
-from core.errors import InputError
-from mesh import cad_kernel, topology
-from mesh.build import build
-from mesh.build import load as load_source
-from setup.config import load
+from isarflow.core.errors import InputError
+from isarflow.mesh import cad_kernel, topology
+from isarflow.mesh.build import build
+from isarflow.mesh.build import load as load_source
+from isarflow.setup.config import load
 
 RADAR = {"center_frequency": 1.0e9, "bandwidth": 0.0, "frequencies": 1, "polarizations": ["VV"]}
 MESH = {"edges_per_wavelength": 10, "bands": 1}

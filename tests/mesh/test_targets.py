@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from mesh import topology
-from mesh.build import build
-from mesh.read import read_cad
-from setup.config import load
+from isarflow.mesh import topology
+from isarflow.mesh.build import build
+from isarflow.mesh.read import read_cad
+from isarflow.setup.config import load
 
 CONFIG = load()
 CLOSED = ("drone", "missile", "aircraft", "ufo")

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from shapes_made import cone, cube, lofted, save, together, tube
 
-from mesh import topology
-from mesh.arrange import first_crossing
-from mesh.build import build
-from mesh.remesh import restore_volume
+from isarflow.mesh import topology
+from isarflow.mesh.arrange import first_crossing
+from isarflow.mesh.build import build
+from isarflow.mesh.remesh import restore_volume
 
 RADAR = {"center_frequency": 1.0e9, "bandwidth": 0.0, "frequencies": 1, "polarizations": ["VV"]}
 MESH = {"edges_per_wavelength": 10, "bands": 1}

@@ -6,14 +6,14 @@ from habits_made import ogive, revolved
 from pointed_made import karman, rimmed
 from shapes_made import fine_cube, save, torus
 
-from core.errors import InputError
-from mesh import symmetry, topology
-from mesh import thin as thinning
-from mesh.arrange import first_crossing
-from mesh.build import build, load
-from mesh.distance import samples
-from mesh.ground import Ground
-from mesh.thin import thin
+from isarflow.core.errors import InputError
+from isarflow.mesh import symmetry, topology
+from isarflow.mesh import thin as thinning
+from isarflow.mesh.arrange import first_crossing
+from isarflow.mesh.build import build, load
+from isarflow.mesh.distance import samples
+from isarflow.mesh.ground import Ground
+from isarflow.mesh.thin import thin
 
 RADAR = {"center_frequency": 3.0e9, "bandwidth": 0.0, "frequencies": 1, "polarizations": ["VV"]}
 MESH = {"edges_per_wavelength": 10, "bands": 1}

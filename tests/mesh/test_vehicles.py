@@ -4,10 +4,10 @@ import pytest
 from shapes_made import save
 from vehicles_made import drawn, uav
 
-from mesh import topology
-from mesh.arrange import first_crossing
-from mesh.build import build, missed
-from mesh.repair import repair
+from isarflow.mesh import topology
+from isarflow.mesh.arrange import first_crossing
+from isarflow.mesh.build import build, missed
+from isarflow.mesh.repair import repair
 
 MESH = {"edges_per_wavelength": 10, "bands": 1}
 

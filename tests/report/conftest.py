@@ -4,7 +4,7 @@ import fake
 import fake_thesis
 import pytest
 
-from report import section_images, selection
+from isarflow.report import section_images, selection
 
 
 @pytest.fixture(scope="session")

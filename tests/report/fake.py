@@ -6,12 +6,12 @@ import numpy as np
 import xarray as xr
 from fake_learning import OFFSET, coordinate, learn
 
-from core import store as stores
-from core import sweep
-from mesh.io import write_ply
-from mesh.measures import describe, size
-from report.page import write_report
-from setup.kinds import MODELS, available, page_names
+from isarflow.core import store as stores
+from isarflow.core import sweep
+from isarflow.mesh.io import write_ply
+from isarflow.mesh.measures import describe, size
+from isarflow.report.page import write_report
+from isarflow.setup.kinds import MODELS, available, page_names
 
 SETTINGS = {
     "name": "fake",

@@ -7,12 +7,12 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from core import store as stores
-from core import sweep
-from learning.experiments import runs, train_snr_db, training
-from learning.judge import SHORT
-from learning.scores import COLUMNS, CONFUSION, VALIDATION
-from report.selection import decoded_snrs, mistaken, mistaken_snr
+from isarflow.core import store as stores
+from isarflow.core import sweep
+from isarflow.learning.experiments import runs, train_snr_db, training
+from isarflow.learning.judge import SHORT
+from isarflow.learning.scores import COLUMNS, CONFUSION, VALIDATION
+from isarflow.report.selection import decoded_snrs, mistaken, mistaken_snr
 
 # Else softmax.
 SCORES = {

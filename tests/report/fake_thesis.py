@@ -11,14 +11,14 @@ import fake_learning
 import numpy as np
 import pandas as pd
 
-from core.sweep import snr_label
-from learning import images
-from learning.classifier import OTHER, build, choices
-from learning.experiments import label, runs
-from learning.model_folder import CONFIG, SPLIT, write_json
-from learning.predict import Tested, predict
-from learning.split import Division
-from report.thesis_page import write_page
+from isarflow.core.sweep import snr_label
+from isarflow.learning import images
+from isarflow.learning.classifier import OTHER, build, choices
+from isarflow.learning.experiments import label, runs
+from isarflow.learning.model_folder import CONFIG, SPLIT, write_json
+from isarflow.learning.predict import Tested, predict
+from isarflow.learning.split import Division
+from isarflow.report.thesis_page import write_page
 
 SNRS = [-18, -12, -6, 0, 3, 6, 12, 24]
 LISTS = {

@@ -9,8 +9,8 @@ import pytest
 from fake_learning import TESTED
 from pages import Page
 
-from report import section_alike, selection
-from report.results import Results
+from isarflow.report import section_alike, selection
+from isarflow.report.results import Results
 
 
 @pytest.fixture

@@ -10,8 +10,8 @@ import pytest
 import xarray as xr
 from pages import unpacked
 
-from imaging.geometry import imager_of
-from report.draw_images import FLOOR_DB, decibels
+from isarflow.imaging.geometry import imager_of
+from isarflow.report.draw_images import FLOOR_DB, decibels
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 if CHROMIUM is None:

@@ -15,10 +15,10 @@ import pytest
 import xarray as xr
 from pages import Page, table_rows, unpacked
 
-from report import section_headline, section_images, section_learning, section_open, section_tried
-from report.layout import style
-from report.plots import REJECTING
-from report.results import Results
+from isarflow.report import section_headline, section_images, section_learning, section_open, section_tried
+from isarflow.report.layout import style
+from isarflow.report.plots import REJECTING
+from isarflow.report.results import Results
 
 
 def caption_of(report, name):

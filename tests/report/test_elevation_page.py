@@ -7,8 +7,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from report import section_alike, section_headline, section_open, section_run, section_split, section_summary
-from report.results import Results
+from isarflow.report import section_alike, section_headline, section_open, section_run, section_split, section_summary
+from isarflow.report.results import Results
 
 ALL = {"train": {"elevation": "all", "snr_db": "clean"}, "open": True}
 

@@ -3,7 +3,7 @@
 import pytest
 from pages import unpacked
 
-from report.embed import columns, embedded
+from isarflow.report.embed import columns, embedded
 
 
 @pytest.mark.parametrize(

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from report import draw_images, section_explore
-from report.results import Results
+from isarflow.report import draw_images, section_explore
+from isarflow.report.results import Results
 
 
 def results_of(whole, settings=fake.SETTINGS):

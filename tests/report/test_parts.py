@@ -13,8 +13,8 @@ import pandas as pd
 import pytest
 import xarray as xr
 
-from core.sweep import C0
-from report import (
+from isarflow.core.sweep import C0
+from isarflow.report import (
     draw_images,
     draw_mesh,
     layout,
@@ -25,13 +25,13 @@ from report import (
     thesis,
     vocabulary,
 )
-from report.plots import holds
-from report.rcs_figures import rcs_dbsm
-from report.results import Results, rejecting_f1
-from report.section_scattering import range_profiles
-from report.selection import decoded_snrs, evenly, noise_snrs, noise_target, noisy_targets, target_order
-from report.vocabulary import select
-from setup.kinds import page_names
+from isarflow.report.plots import holds
+from isarflow.report.rcs_figures import rcs_dbsm
+from isarflow.report.results import Results, rejecting_f1
+from isarflow.report.section_scattering import range_profiles
+from isarflow.report.selection import decoded_snrs, evenly, noise_snrs, noise_target, noisy_targets, target_order
+from isarflow.report.vocabulary import select
+from isarflow.setup.kinds import page_names
 
 NAMES = vocabulary.Names(page_names({"svm": {}, "knn": {}, "capsule": {}}))
 

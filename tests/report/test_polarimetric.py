@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from report import section_alike, section_explore, section_images
-from report.results import Results
+from isarflow.report import section_alike, section_explore, section_images
+from isarflow.report.results import Results
 
 
 @pytest.fixture(scope="module")

@@ -10,10 +10,10 @@ import pandas as pd
 import pytest
 from thesis_pages import check_links, tables
 
-from report.published import ADAPTATIONS
-from report.thesis_statements import kept
-from report.vocabulary import select
-from setup.config import ROOT
+from isarflow.report.published import ADAPTATIONS
+from isarflow.report.thesis_statements import kept
+from isarflow.report.vocabulary import select
+from isarflow.setup.config import ROOT
 
 # Metrics of scores.csv by what the thesis calls them; and what the page calls its models.
 CURVES = {"accuracy": "accuracy", "f1": "f1_weighted", "weighted_f1": "f1_weighted", "error": "accuracy"}

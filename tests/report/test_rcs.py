@@ -11,13 +11,13 @@ import pytest
 import xarray as xr
 from pages import check_whole
 
-from core.errors import InputError
-from core.sweep import C0, directions, unit_vectors
-from report import rcs_compare, rcs_figures
-from report.layout import style
-from report.rcs import as_table, write_rcs
-from scattering.interpolation import is_dense, order
-from scattering.store import write_field
+from isarflow.core.errors import InputError
+from isarflow.core.sweep import C0, directions, unit_vectors
+from isarflow.report import rcs_compare, rcs_figures
+from isarflow.report.layout import style
+from isarflow.report.rcs import as_table, write_rcs
+from isarflow.scattering.interpolation import is_dense, order
+from isarflow.scattering.store import write_field
 
 SENTENCE = "is 0.031 wavelengths from its source (goal 0.025)"
 REACH, FREQUENCY = 0.3, np.array([1.0e9, 1.5e9])

@@ -11,13 +11,13 @@ import pandas as pd
 import pytest
 from pages import Page, unpacked
 
-import report.results
-from report import section_confusion, section_mesh, section_summary, vocabulary
-from report.page import _in_two
-from report.results import Results
-from scattering import interpolation
-from scattering.sphere import backscatter, check
-from setup.kinds import page_names
+import isarflow.report.results
+from isarflow.report import section_confusion, section_mesh, section_summary, vocabulary
+from isarflow.report.page import _in_two
+from isarflow.report.results import Results
+from isarflow.scattering import interpolation
+from isarflow.scattering.sphere import backscatter, check
+from isarflow.setup.kinds import page_names
 
 
 @pytest.fixture
@@ -90,7 +90,7 @@ def test_naming_one_class_for_all_by_hand(results):
 
 
 def test_the_full_size_run_stands_beside_once_it_is_there(results, whole, tmp_path, monkeypatch):
-    monkeypatch.setattr(report.results, "FULL_SIZE", tmp_path)
+    monkeypatch.setattr(isarflow.report.results, "FULL_SIZE", tmp_path)
     assert section_summary.full_size_table(results) == ()
     for name in ("scores", "validation"):
         table = pd.read_csv(whole.parent / "learning" / f"{name}.csv", keep_default_na=False)

@@ -11,20 +11,20 @@ import pandas as pd
 import pytest
 from thesis_pages import anew, check_links, missing, parts, tables, without
 
-from core.sweep import snr_label
-from learning import images
-from learning.classifier import OTHER
-from learning.experiments import runs
-from report import thesis_figures
-from report.results import REFERENCE, Results
-from report.selection import thesis_images, thesis_networks
-from report.thesis_anew import weighted_f1
-from report.thesis_markdown import PAGE
-from report.thesis_page import MODULES
-from report.thesis_statements import JUDGED, READINGS
-from report.vocabulary import select
-from setup.config import ROOT, load
-from setup.yaml_file import read_yaml
+from isarflow.core.sweep import snr_label
+from isarflow.learning import images
+from isarflow.learning.classifier import OTHER
+from isarflow.learning.experiments import runs
+from isarflow.report import thesis_figures
+from isarflow.report.results import REFERENCE, Results
+from isarflow.report.selection import thesis_images, thesis_networks
+from isarflow.report.thesis_anew import weighted_f1
+from isarflow.report.thesis_markdown import PAGE
+from isarflow.report.thesis_page import MODULES
+from isarflow.report.thesis_statements import JUDGED, READINGS
+from isarflow.report.vocabulary import select
+from isarflow.setup.config import ROOT, load
+from isarflow.setup.yaml_file import read_yaml
 
 # All tables and figures of chapters 4 and 5 that show data, in the document's order.
 ITEMS = (

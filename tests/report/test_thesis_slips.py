@@ -8,10 +8,10 @@ import pytest
 from sklearn.metrics import f1_score
 from thesis_pages import parts, tables
 
-from learning import images, thresholds
-from learning.classifier import OTHER
-from learning.model_folder import load
-from report import thesis_anew
+from isarflow.learning import images, thresholds
+from isarflow.learning.classifier import OTHER
+from isarflow.learning.model_folder import load
+from isarflow.report import thesis_anew
 
 
 def _slow_f1(truth, predicted):

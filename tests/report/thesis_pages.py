@@ -8,8 +8,8 @@ import numpy as np
 import pandas as pd
 from PIL import Image
 
-from report.thesis_markdown import anchor
-from report.thesis_page import write_page
+from isarflow.report.thesis_markdown import anchor
+from isarflow.report.thesis_page import write_page
 
 
 def parts(folder):

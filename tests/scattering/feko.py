@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from core.sweep import C0
+from isarflow.core.sweep import C0
 
 COLUMNS = ("Theta", "Phi", "Re(Etheta)", "Im(Etheta)", "Re(Ephi)", "Im(Ephi)", "RCS(Theta)", "RCS(Phi)", "RCS(Total)")
 POINTS = np.array([[0.3, -0.1, 0.2], [-0.25, 0.05, -0.1]])  # m

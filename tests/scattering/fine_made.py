@@ -13,9 +13,9 @@ from scipy.spatial import Delaunay
 from shapes_made import cube, lofted, save, together, tube
 from vehicles_made import fin, fuselage, plan_wing
 
-from core.sweep import C0
-from mesh.build import build
-from scattering.solve import solve
+from isarflow.core.sweep import C0
+from isarflow.mesh.build import build
+from isarflow.scattering.solve import solve
 
 WAVELENGTH = 0.1  # m
 REFERENCE = 20  # edges a wavelength

@@ -5,7 +5,7 @@ The backscatter and the mesh are those that a run checks its solver with; the bi
 
 import numpy as np
 
-from scattering.sphere import backscatter, coefficients, icosphere
+from isarflow.scattering.sphere import backscatter, coefficients, icosphere
 
 __all__ = ["backscatter", "bistatic", "icosphere"]
 

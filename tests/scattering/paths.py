@@ -2,7 +2,7 @@
 
 import pytest
 
-from scattering.solve import solve
+from isarflow.scattering.solve import solve
 
 
 def both(module, patch):
@@ -17,7 +17,7 @@ def both(module, patch):
         with pytest.MonkeyPatch.context() as change:
             if request.param:
                 change.setattr(f"{module}.solve", compressed)
-                change.setattr("scattering.basis.PATCH", patch)
+                change.setattr("isarflow.scattering.basis.PATCH", patch)
             yield request.param
 
     return path

@@ -5,13 +5,13 @@ import numpy as np
 import pytest
 from test_solve import FREQUENCY, decibel, octasphere
 
-from core.store import open_store
-from core.sweep import Sweep
-from mesh.io import write_ply
-from report.rcs import COLUMNS, RECEIVER, as_table
-from report.rcs_figures import by_transmitter, cut, rcs_dbsm
-from scattering.band import solve_band
-from scattering.solve import solve
+from isarflow.core.store import open_store
+from isarflow.core.sweep import Sweep
+from isarflow.mesh.io import write_ply
+from isarflow.report.rcs import COLUMNS, RECEIVER, as_table
+from isarflow.report.rcs_figures import by_transmitter, cut, rcs_dbsm
+from isarflow.scattering.band import solve_band
+from isarflow.scattering.solve import solve
 
 LETTERS = ["VV", "HH", "HV", "VH"]
 AROUND = np.arange(0.0, 360.0, 3.0)

@@ -5,14 +5,14 @@ import hashlib
 import numpy as np
 import pytest
 
-from core.store import open_store
-from core.sweep import sweeps
-from mesh.build import build_bands
-from mesh.build import load as load_target
-from mesh.io import write_ply
-from scattering.solve import solve
-from setup.config import ROOT, load
-from setup.yaml_file import read_yaml
+from isarflow.core.store import open_store
+from isarflow.core.sweep import sweeps
+from isarflow.mesh.build import build_bands
+from isarflow.mesh.build import load as load_target
+from isarflow.mesh.io import write_ply
+from isarflow.scattering.solve import solve
+from isarflow.setup.config import ROOT, load
+from isarflow.setup.yaml_file import read_yaml
 
 FIELDS = ROOT / "resources" / "fields"
 CONFIG = load(read_yaml(ROOT / "config" / "thesis.yaml"))

@@ -7,9 +7,9 @@ from test_magnetic import general, outward
 from test_matrix import filled, symmetric
 from test_solve import AZIMUTH, ELEVATION, FREQUENCY, octasphere
 
-from core.errors import InputError
-from scattering import solve as solver
-from scattering.device import GeneralOnDevice, SymmetricOnDevice
+from isarflow.core.errors import InputError
+from isarflow.scattering import solve as solver
+from isarflow.scattering.device import GeneralOnDevice, SymmetricOnDevice
 
 
 @pytest.mark.parametrize(("dtype", "bound"), [(np.complex64, 1e-4), (np.complex128, 1e-12)])
@@ -45,7 +45,7 @@ def test_matrix_that_does_not_fit_is_an_error_with_a_remedy(monkeypatch):
     def exhausted(*arguments, **settings):
         raise jax.errors.JaxRuntimeError("RESOURCE_EXHAUSTED: Out of memory")
 
-    monkeypatch.setattr("scattering.device.jax.scipy.linalg.lu_factor", exhausted)
+    monkeypatch.setattr("isarflow.scattering.device.jax.scipy.linalg.lu_factor", exhausted)
     matrix = SymmetricOnDevice(10, np.complex64)
     with pytest.raises(InputError, match="JAX_PLATFORMS=cpu"):
         matrix.factorize()

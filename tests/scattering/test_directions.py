@@ -5,12 +5,12 @@ import pytest
 import xarray as xr
 from test_solve import AZIMUTH, ELEVATION, FREQUENCY, octasphere
 
-from core.store import open_store
-from core.sweep import C0, Sweep, unit_vectors
-from mesh.io import write_ply
-from scattering.band import solve_band
-from scattering.interpolation import between, is_dense, order
-from scattering.solve import solve
+from isarflow.core.store import open_store
+from isarflow.core.sweep import C0, Sweep, unit_vectors
+from isarflow.mesh.io import write_ply
+from isarflow.scattering.band import solve_band
+from isarflow.scattering.interpolation import between, is_dense, order
+from isarflow.scattering.solve import solve
 
 LETTERS = ["VV", "HH", "HV"]
 METHOD = {"solver": "mom", "formulation": "efie", "precision": "single", "tolerance": 1e-5}

@@ -7,8 +7,8 @@ from pointed_made import karman, rimmed
 from shapes_made import save, together
 from vehicles_made import fin, fuselage, plan_wing
 
-from mesh.build import build
-from scattering.solve import solve
+from isarflow.mesh.build import build
+from isarflow.scattering.solve import solve
 
 MESHES = 3  # of each export
 ELEVATION, AZIMUTH = np.arange(-75.0, 76.0, 15.0), np.arange(0.0, 360.0, 3.0)

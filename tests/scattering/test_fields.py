@@ -8,9 +8,9 @@ from fine_made import AZIMUTH, ELEVATION, OPEN, REFERENCE, WAVELENGTH, WITHOUT_T
 from pointed_made import rimmed
 from shapes_made import lofted, save
 
-from core.sweep import C0
-from mesh.build import build
-from scattering.solve import solve
+from isarflow.core.sweep import C0
+from isarflow.mesh.build import build
+from isarflow.scattering.solve import solve
 
 
 @pytest.mark.parametrize("name", ["wing", "fins", "plate", "rod", "sleeve", "duct", "lens", "nose"])

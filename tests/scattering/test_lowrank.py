@@ -7,13 +7,13 @@ from test_magnetic import outward
 from test_solve import AZIMUTH, ELEVATION, FREQUENCY, octasphere, sheet, weld
 from threadpoolctl import threadpool_limits
 
-from scattering import sampled
-from scattering.assembly import Entries, assemble
-from scattering.basis import fundamental_domain, rwg
-from scattering.factorization import SymmetricMatrix
-from scattering.lowrank import LowRankMatrix, compress
-from scattering.operators import efie
-from scattering.solve import SHARE, solve
+from isarflow.scattering import sampled
+from isarflow.scattering.assembly import Entries, assemble
+from isarflow.scattering.basis import fundamental_domain, rwg
+from isarflow.scattering.factorization import SymmetricMatrix
+from isarflow.scattering.lowrank import LowRankMatrix, compress
+from isarflow.scattering.operators import efie
+from isarflow.scattering.solve import SHARE, solve
 
 K = 2 * np.pi  # rad/m
 WAVES = ["VV", "HH", "HV"]

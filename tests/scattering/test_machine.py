@@ -4,9 +4,9 @@ import json
 
 import pytest
 
-from scattering import machine, needs
-from scattering.machine import REFERENCE
-from setup.config import load
+from isarflow.scattering import machine, needs
+from isarflow.scattering.machine import REFERENCE
+from isarflow.setup.config import load
 
 
 @pytest.fixture

@@ -9,13 +9,13 @@ from scipy.integrate import dblquad
 from test_matrix import K
 from test_solve import AZIMUTH, ELEVATION, FREQUENCY, decibel, octasphere, sheet
 
-from core.errors import InputError
-from scattering.assembly import Entries, assemble
-from scattering.basis import fundamental_domain, rwg
-from scattering.factorization import GeneralMatrix
-from scattering.operators import cfie
-from scattering.quadrature import RULES, static_gradient
-from scattering.solve import solve
+from isarflow.core.errors import InputError
+from isarflow.scattering.assembly import Entries, assemble
+from isarflow.scattering.basis import fundamental_domain, rwg
+from isarflow.scattering.factorization import GeneralMatrix
+from isarflow.scattering.operators import cfie
+from isarflow.scattering.quadrature import RULES, static_gradient
+from isarflow.scattering.solve import solve
 
 RESONANCE = 2.744  # of a spherical cavity: the first zero of (x j_1)'
 

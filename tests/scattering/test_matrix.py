@@ -10,14 +10,14 @@ import pytest
 from scipy.integrate import dblquad
 from test_solve import octasphere
 
-from scattering import nearfield
-from scattering.assembly import Entries, assemble, blocks_of
-from scattering.basis import fundamental_domain, rwg
-from scattering.factorization import GeneralMatrix, SymmetricMatrix
-from scattering.kernel import green_imag, green_real
-from scattering.kernels import TILE
-from scattering.operators import cfie, efie
-from scattering.quadrature import RULES, static_potentials
+from isarflow.scattering import nearfield
+from isarflow.scattering.assembly import Entries, assemble, blocks_of
+from isarflow.scattering.basis import fundamental_domain, rwg
+from isarflow.scattering.factorization import GeneralMatrix, SymmetricMatrix
+from isarflow.scattering.kernel import green_imag, green_real
+from isarflow.scattering.kernels import TILE
+from isarflow.scattering.operators import cfie, efie
+from isarflow.scattering.quadrature import RULES, static_potentials
 
 K = 2 * np.pi
 
@@ -127,7 +127,7 @@ def test_blocks_hold_every_function_once():
 
 
 def test_blocks_are_compact_patches_or_parts_of_them(monkeypatch):
-    monkeypatch.setattr("scattering.basis.PATCH", 400)  # so that some touch more triangles than a tile holds
+    monkeypatch.setattr("isarflow.scattering.basis.PATCH", 400)  # so that some touch more triangles than a tile holds
     surface = fundamental_domain(*octasphere(14, [1.0, 0.8, 0.9]), [])
     bases = [rwg(surface, surface.parities[0])]
     blocks = blocks_of(bases, surface.patches)

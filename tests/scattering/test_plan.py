@@ -9,15 +9,15 @@ import pytest
 from test_magnetic import outward
 from test_solve import octasphere
 
-from core.errors import InputError
-from core.sweep import C0, Sweep, sweeps
-from mesh.io import write_ply
-from scattering import needs
-from scattering.band import solve_band
-from scattering.plan import chosen, planned
-from scattering.solve import solve
-from scattering.solver import build
-from setup.config import load
+from isarflow.core.errors import InputError
+from isarflow.core.sweep import C0, Sweep, sweeps
+from isarflow.mesh.io import write_ply
+from isarflow.scattering import needs
+from isarflow.scattering.band import solve_band
+from isarflow.scattering.plan import chosen, planned
+from isarflow.scattering.solve import solve
+from isarflow.scattering.solver import build
+from isarflow.setup.config import load
 
 RADAR = {"center_frequency": 2.775e9, "bandwidth": 1.5e9, "frequencies": 14, "polarizations": ["VV"]}
 ASPECT = {"elevation": {"start": -45, "stop": 45, "step": 15}, "azimuth": {"count": 121}}

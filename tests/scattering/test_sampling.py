@@ -7,10 +7,10 @@ import pytest
 from test_magnetic import outward
 from test_solve import octasphere
 
-from scattering import sampling
-from scattering.basis import fundamental_domain, rwg
-from scattering.farfield import Excitation
-from scattering.solve import solve
+from isarflow.scattering import sampling
+from isarflow.scattering.basis import fundamental_domain, rwg
+from isarflow.scattering.farfield import Excitation
+from isarflow.scattering.solve import solve
 
 K = 2 * np.pi  # wavelength 1 m
 ELEVATION, AZIMUTH = np.array([-30.0, 0.0, 25.0, 90.0]), np.arange(0.0, 360.0, 2.0)

@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 from paths import both
 
-from core.errors import InputError
-from core.sweep import C0
-from scattering.basis import fundamental_domain, rwg, unknowns
-from scattering.solve import MAX_RESIDUAL, solve
+from isarflow.core.errors import InputError
+from isarflow.core.sweep import C0
+from isarflow.scattering.basis import fundamental_domain, rwg, unknowns
+from isarflow.scattering.solve import MAX_RESIDUAL, solve
 
 path = both(__name__, 60)  # triangles, so that these small meshes have several patches
 FREQUENCY = C0  # wavelength 1 m, so that lengths read in wavelengths
@@ -203,6 +203,6 @@ def test_refined_solution_is_that_of_double_precision(path, ellipsoid, settings,
         ellipsoid = ellipsoid[0], np.where(inward[:, None], ellipsoid[1][:, ::-1], ellipsoid[1])
     waves = ["VV", "HH", "HV"]
     double = solve(*ellipsoid, [FREQUENCY], ELEVATION, AZIMUTH, waves, precision="double", **settings)
-    monkeypatch.setattr("scattering.solve.MAX_RESIDUAL", 5e-7)
+    monkeypatch.setattr("isarflow.scattering.solve.MAX_RESIDUAL", 5e-7)
     refined = solve(*ellipsoid, [FREQUENCY], ELEVATION, AZIMUTH, waves, **settings)
     assert np.abs(refined.field - double.field).max() < 3e-7 * np.abs(double.field).max()

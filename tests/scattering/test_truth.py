@@ -12,13 +12,13 @@ from paths import both
 from test_magnetic import outward
 from test_solve import ELEVATION, FREQUENCY, decibel, octasphere, sheet, weld
 
-from scattering.assembly import Entries, assemble
-from scattering.basis import fundamental_domain, rwg, unknowns
-from scattering.factorization import SymmetricMatrix
-from scattering.farfield import Excitation
-from scattering.operators import cfie, efie
-from scattering.sampling import sample
-from scattering.solve import solve
+from isarflow.scattering.assembly import Entries, assemble
+from isarflow.scattering.basis import fundamental_domain, rwg, unknowns
+from isarflow.scattering.factorization import SymmetricMatrix
+from isarflow.scattering.farfield import Excitation
+from isarflow.scattering.operators import cfie, efie
+from isarflow.scattering.sampling import sample
+from isarflow.scattering.solve import solve
 
 path = both(__name__, 330)
 K = 2 * np.pi

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from test_sphere import write_ascii_stl
 
-from core.errors import InputError
-from setup.checkup import checkup, swept
-from setup.config import load, of_command_line
-from setup.overview import overview
+from isarflow.core.errors import InputError
+from isarflow.setup.checkup import checkup, swept
+from isarflow.setup.config import load, of_command_line
+from isarflow.setup.overview import overview
 
 CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
 FACES = np.array([[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1], [2, 3, 7], [2, 7, 6]])

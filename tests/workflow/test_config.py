@@ -5,12 +5,12 @@ import datetime
 
 import pytest
 
-from core.errors import InputError
-from learning.experiments import runs
-from setup.config import ROOT, load, section
-from setup.kinds import MODELS
-from setup.overview import overview
-from setup.yaml_file import read_yaml
+from isarflow.core.errors import InputError
+from isarflow.learning.experiments import runs
+from isarflow.setup.config import ROOT, load, section
+from isarflow.setup.kinds import MODELS
+from isarflow.setup.overview import overview
+from isarflow.setup.yaml_file import read_yaml
 
 
 @pytest.fixture(autouse=True)
@@ -161,7 +161,11 @@ BAD = {
     "model": (one_experiment(models=["svn"]), "learning.experiments.e.models", "did you mean 'svm'"),
     "model without a file": ({"learning": {"models": {"mine": {}}}}, "learning.models.mine", "mine.py"),
     "kind": ({"learning": {"models": {"mine": {"kind": "fcn"}}}}, "learning.models.mine.kind", "did you mean 'fcnn'"),
-    "hyper-parameter": ({"learning": {"models": {"knn": {"kk": 1}}}}, "learning.models.knn.kk", "did you mean 'k'"),
+    "hyper-parameter": (
+        {"learning": {"models": {"knn": {"kk": 1}}}},
+        "learning.models.knn.kk",
+        "did you mean 'k'",
+    ),
     "hyper-parameter of a kind": (
         {"learning": {"models": {"mine": {"kind": "svm", "C": -1}}}},
         "learning.models.mine.C",
@@ -174,22 +178,38 @@ BAD = {
     ),
     "no values": ({"learning": {"models": {"lr_tuned": {"penalty": []}}}}, "learning.models.lr_tuned.penalty", "empty"),
     "kind is a list": ({"learning": {"models": {"mine": {"kind": ["lr"]}}}}, "learning.models.mine.kind", "['lr']"),
-    "a key that is a number": ({"learning": {"models": {"knn": {3: 4}}}}, "learning.models.knn", "3 is not text"),
+    "a key that is a number": (
+        {"learning": {"models": {"knn": {3: 4}}}},
+        "learning.models.knn",
+        "3 is not text",
+    ),
     "settings are a number": ({"learning": {"models": {"knn": 3}}}, "learning.models.knn", "3"),
-    "training SNR not tested": (one_experiment(snr_db=1), "learning.experiments.e.train.snr_db", "noise.snr_db"),
+    "training SNR not tested": (
+        one_experiment(snr_db=1),
+        "learning.experiments.e.train.snr_db",
+        "noise.snr_db",
+    ),
     "one of several SNRs": (
         one_experiment(snr_db={"each": [0, 1]}),
         "learning.experiments.e.train.snr_db",
         "1 is not in noise.snr_db",
     ),
-    "how SNRs are used": (one_experiment(snr_db={"any": [0]}), "learning.experiments.e.train.snr_db", "{each: list}"),
+    "how SNRs are used": (
+        one_experiment(snr_db={"any": [0]}),
+        "learning.experiments.e.train.snr_db",
+        "{each: list}",
+    ),
     "no training SNR": (one_experiment(snr_db=[]), "learning.experiments.e.train.snr_db", "[]"),
     "an SNR a batch for a model without": (
         one_experiment(snr_db={"random": [0]}),
         "learning.experiments.e.train.snr_db",
         "lr does not keep the SNRs",
     ),
-    "training elevation not swept": (one_experiment(elevation=[7]), "learning.experiments.e.train.elevation", "7"),
+    "training elevation not swept": (
+        one_experiment(elevation=[7]),
+        "learning.experiments.e.train.elevation",
+        "7",
+    ),
     "open": (one_experiment(open="yes"), "learning.experiments.e.open", "unknown targets"),
     "split of an experiment": (one_experiment(split="half"), "learning.experiments.e.split", "sector (arcs"),
     "images too small for a capsule network": (
@@ -222,7 +242,11 @@ BAD = {
         "learning.experiments.e.train.snr_db",
         "{random: [clean, ...]}",
     ),
-    "routings": ({"learning": {"models": {"capsule": {"routings": 0}}}}, "learning.models.capsule.routings", "routing"),
+    "routings": (
+        {"learning": {"models": {"capsule": {"routings": 0}}}},
+        "learning.models.capsule.routings",
+        "routing",
+    ),
     "a misspelt size": (
         {"learning": {"models": {"capsule": {"widht": 3}}}},
         "learning.models.capsule.widht",
@@ -233,7 +257,11 @@ BAD = {
         "learning.models.capsule.complex",
         "1 is not true or false",
     ),
-    "decay": ({"learning": {"models": {"capsule": {"decay": 1.1}}}}, "learning.models.capsule.decay", "learning rate"),
+    "decay": (
+        {"learning": {"models": {"capsule": {"decay": 1.1}}}},
+        "learning.models.capsule.decay",
+        "learning rate",
+    ),
     "loading": ({"learning": {"models": {"adaptive_filter": {"loading": -1}}}}, "loading", "mean eigenvalue"),
     "upsample": (one_experiment(upsample=2), "learning.experiments.e.upsample", "pixels a side"),
     "upsample below the image": (one_experiment(upsample=10), "learning.experiments.e.upsample", "11"),
@@ -247,7 +275,11 @@ BAD = {
         "learning.experiments.e.folds",
         "fold 7 is none of 6",
     ),
-    "folds of the other split": (one_experiment(folds=[2]), "learning.experiments.e.folds", "only the split by sector"),
+    "folds of the other split": (
+        one_experiment(folds=[2]),
+        "learning.experiments.e.folds",
+        "only the split by sector",
+    ),
     "a third fold by elevation": (
         one_experiment(split="elevation", folds=[3]),
         "learning.experiments.e.folds",
@@ -313,7 +345,11 @@ BAD = {
         "learning.experiments.e.channels",
         "HH is none of 'imaging.polarizations' (VV)",
     ),
-    "channel of no name": (one_experiment(channels=["VW"]), "learning.experiments.e.channels.0", "not one of VV, HH"),
+    "channel of no name": (
+        one_experiment(channels=["VW"]),
+        "learning.experiments.e.channels.0",
+        "not one of VV, HH",
+    ),
     "features": (
         {"learning": {"models": {"knn": {"features": "magnitud"}}}},
         "learning.models.knn.features",
@@ -485,7 +521,7 @@ def own_models(tmp_path, monkeypatch):
     """A folder of the repository's models, to which a test adds one of its own."""
     for path in (ROOT / "workflow/scripts/learning/models").glob("*.py"):
         (tmp_path / path.name).write_text(path.read_text())
-    monkeypatch.setattr("setup.check.MODELS", MODELS._replace(folder=str(tmp_path)))
+    monkeypatch.setattr("isarflow.setup.check.MODELS", MODELS._replace(folder=str(tmp_path)))
     return tmp_path
 
 
@@ -522,7 +558,7 @@ def test_a_setting_that_a_model_of_ones_own_can_do_without_is_not_asked_for(own_
             "mine.py asks for the setting 'depth', which is not there; add it.",
         ),
         (
-            "from learning.pytorch import PyTorch\nclass Model(PyTorch):\n    def network(self): pass\n",
+            "from isarflow.learning.pytorch import PyTorch\nclass Model(PyTorch):\n    def network(self): pass\n",
             "asks for the setting 'batch'",
         ),
     ],

@@ -11,11 +11,11 @@ import xarray as xr
 import zarr
 
 import isarflow
-from core import store
-from learning.export import export
-from scattering.external import write_external
-from setup.config import ROOT, load
-from setup.yaml_file import read_yaml
+from isarflow.core import store
+from isarflow.learning.export import export
+from isarflow.scattering.external import write_external
+from isarflow.setup.config import ROOT, load
+from isarflow.setup.yaml_file import read_yaml
 
 PAGES = [
     *sorted((ROOT / "docs").glob("*.md")),

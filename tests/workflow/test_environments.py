@@ -11,9 +11,9 @@ from types import SimpleNamespace
 
 import pytest
 
-from setup.closure import SCRIPTS, closure
-from setup.config import ROOT
-from setup.yaml_file import read_yaml
+from isarflow.setup.closure import SCRIPTS, closure
+from isarflow.setup.config import ROOT
+from isarflow.setup.yaml_file import read_yaml
 
 STAGES = ("mesh", "scattering", "imaging", "learning", "report")
 
@@ -47,7 +47,7 @@ def imported(scripts):
                 names |= {alias.name.partition(".")[0] for alias in node.names}
             elif isinstance(node, ast.ImportFrom) and not node.level:
                 names.add(node.module.partition(".")[0])
-    return {name for name in names if name not in sys.stdlib_module_names and not (SCRIPTS / name).exists()}
+    return names - sys.stdlib_module_names - {"isarflow"}
 
 
 @pytest.mark.parametrize("stage", STAGES)

@@ -16,12 +16,12 @@ from unittest.mock import Mock
 import numpy as np
 import pytest
 
-from core.errors import InputError
-from core.sweep import azimuths, elevations, frequencies
-from scattering.store import write_field
-from setup import lock
-from setup.config import ROOT
-from setup.yaml_file import read_yaml
+from isarflow.core.errors import InputError
+from isarflow.core.sweep import azimuths, elevations, frequencies
+from isarflow.scattering.store import write_field
+from isarflow.setup import lock
+from isarflow.setup.config import ROOT
+from isarflow.setup.yaml_file import read_yaml
 
 TINY = ("--configfile", "config/tiny.yaml")
 RESULTS = "results/tiny-2.0"
@@ -142,14 +142,13 @@ def another(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     lock.LOCKS.mkdir(parents=True)
     (lock.LOCKS / "0.output.lock").touch()
-    take = (
-        "import sys; from setup import lock; lock.take(sys.argv[1], sys.argv[2] == 'True'); print(flush=True); input()"
-    )
+    take = "import sys; from isarflow.setup.lock import take; take(sys.argv[1], sys.argv[2] == 'True')"
+    take += "; print(flush=True); input()"
     with contextlib.ExitStack() as stack:
 
         def start(results="results/tiny", remote=False):
             streams = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
-            environment = {**os.environ, "PYTHONPATH": str(ROOT / "workflow/scripts")}
+            environment = {**os.environ, "PYTHONPATH": str(ROOT)}
             run = subprocess.Popen([sys.executable, "-c", take, results, str(remote)], env=environment, **streams)
             stack.callback(killed, run)
             assert run.stdout.readline()

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from core.errors import InputError
-from core.sweep import azimuths, elevations, frequencies
-from scattering.store import write_field
-from setup.config import load
-from setup.overview import overview
-from setup.yaml_file import read_yaml
+from isarflow.core.errors import InputError
+from isarflow.core.sweep import azimuths, elevations, frequencies
+from isarflow.scattering.store import write_field
+from isarflow.setup.config import load
+from isarflow.setup.overview import overview
+from isarflow.setup.yaml_file import read_yaml
 
 TINY = ("--configfile", "config/tiny.yaml")
 CONFIG = """

@@ -5,8 +5,8 @@ import runpy
 
 import pytest
 
-from setup.config import ROOT
-from setup.yaml_file import read_yaml
+from isarflow.setup.config import ROOT
+from isarflow.setup.yaml_file import read_yaml
 
 FORMS = sorted(path for path in (ROOT / ".github/ISSUE_TEMPLATE").glob("*.yml") if path.name != "config.yml")
 

@@ -5,9 +5,9 @@ import pytest
 import xarray as xr
 from test_docs import blocks
 
-from core.sweep import C0, azimuths, elevations, frequencies
-from scattering.store import write_field
-from setup.yaml_file import read_yaml
+from isarflow.core.sweep import C0, azimuths, elevations, frequencies
+from isarflow.scattering.store import write_field
+from isarflow.setup.yaml_file import read_yaml
 
 LOOKS = ("--configfile", "config/looks.yaml")
 IMAGER = "workflow/scripts/imaging/imagers/multilook.py"

@@ -11,11 +11,11 @@ from types import SimpleNamespace
 import pytest
 from tqdm import tqdm
 
-from core import job
-from core.errors import InputError
-from scattering.band import _Progress
-from setup import disk
-from setup.config import ROOT
+from isarflow.core import job
+from isarflow.core.errors import InputError
+from isarflow.scattering.band import _Progress
+from isarflow.setup import disk
+from isarflow.setup.config import ROOT
 
 
 class Terminal(io.StringIO):
@@ -91,7 +91,7 @@ def test_other_errors_keep_their_traceback(tmp_path):
 JOB = """
 import atexit, os, signal, sys
 from types import SimpleNamespace
-from core.job import job
+from isarflow.core.job import job
 with job(SimpleNamespace(log=[sys.argv[1]], output=["a.zarr"])):
     print("begun")
     {last}
@@ -112,7 +112,7 @@ with job(SimpleNamespace(log=[sys.argv[1]], output=["a.zarr"])):
 )
 def test_log_says_that_a_job_was_killed(tmp_path, last, killed):
     log = tmp_path / "log"
-    environment = {**os.environ, "PYTHONPATH": str(ROOT / "workflow/scripts")}
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     code = JOB.format(last=last)
     finished = subprocess.run([sys.executable, "-c", code, log], env=environment, capture_output=True)
     assert (finished.returncode != 0) == (last != "pass")

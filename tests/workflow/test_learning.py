@@ -12,11 +12,11 @@ import pytest
 import xarray as xr
 from test_docs import blocks
 
-from core.sweep import C0, azimuths, elevations, frequencies
-from scattering.store import write_field
-from setup.check import training_images
-from setup.config import load
-from setup.yaml_file import read_yaml
+from isarflow.core.sweep import C0, azimuths, elevations, frequencies
+from isarflow.scattering.store import write_field
+from isarflow.setup.check import training_images
+from isarflow.setup.config import load
+from isarflow.setup.yaml_file import read_yaml
 
 LEARN = ("--configfile", "config/learn.yaml")
 CONFIG = """
@@ -322,7 +322,7 @@ def test_a_model_of_ones_own_is_one_file(restored):
 
 import numpy as np
 
-from learning.classifier import Classifier, Outcome
+from isarflow.learning.classifier import Classifier, Outcome
 
 
 class Model(Classifier):

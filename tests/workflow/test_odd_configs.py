@@ -5,10 +5,10 @@ import time
 import pytest
 from odd_configs import LIMIT, odd_config
 
-from core.errors import InputError
-from setup.config import load, unnamed
-from setup.overview import overview
-from setup.yaml_file import read_yaml
+from isarflow.core.errors import InputError
+from isarflow.setup.config import load, unnamed
+from isarflow.setup.overview import overview
+from isarflow.setup.yaml_file import read_yaml
 
 EACH = 25  # configs a test
 

@@ -2,8 +2,8 @@
 
 import pytest
 
-from core.errors import InputError
-from setup.config import ROOT, load, unnamed
+from isarflow.core.errors import InputError
+from isarflow.setup.config import ROOT, load, unnamed
 
 KNOWN = {"mesh": "resources/cad/drone.stl", "role": "known"}
 MINE = {"train": {"elevation": "all", "snr_db": "clean"}, "models": ["lr"]}

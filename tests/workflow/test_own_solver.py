@@ -5,15 +5,15 @@ import pytest
 import xarray as xr
 from test_docs import blocks
 
-import scattering.solvers
-import setup.kinds
-from core.errors import InputError
-from core.sweep import C0, Sweep
-from mesh.io import write_ply
-from scattering.band import solve_band
-from scattering.solver import Solution, build
-from setup.config import ROOT, load
-from setup.kinds import SCRIPTS
+import isarflow.scattering.solvers
+import isarflow.setup.kinds
+from isarflow.core.errors import InputError
+from isarflow.core.sweep import C0, Sweep
+from isarflow.mesh.io import write_ply
+from isarflow.scattering.band import solve_band
+from isarflow.scattering.solver import Solution, build
+from isarflow.setup.config import ROOT, load
+from isarflow.setup.kinds import SCRIPTS
 
 PLATE = ("--configfile", "config/plate.yaml")
 STORE = "results/plate/scattering/plate.zarr"
@@ -104,7 +104,11 @@ def test_the_example_agrees_with_the_closed_form_off_normal():
 
 # What is written under `scattering` (and of a target), and what the message says.
 BAD = {
-    "another name": ({"solver": "physical_optic"}, {}, "'scattering.solver': there is no solver.*'physical_optics'"),
+    "another name": (
+        {"solver": "physical_optic"},
+        {},
+        "'scattering.solver': there is no solver.*'physical_optics'",
+    ),
     "another's setting": ({**OPTICS, "precision": "single"}, {}, "'scattering.precision' is unknown.*points, solver"),
     "a setting left out": ({"solver": "physical_optics"}, {}, "'scattering.points' is missing.*phase is taken"),
     "a value": ({**OPTICS, "points": "middle"}, {}, "'scattering.points': 'middle' is not one of.*mean 'middles'"),
@@ -124,7 +128,7 @@ def folder(tmp_path, monkeypatch):
         (tmp_path / "scattering" / name).write_text(text)
     for stage in ("imaging", "learning"):
         (tmp_path / stage).symlink_to(SCRIPTS / stage)
-    monkeypatch.setattr(setup.kinds, "SCRIPTS", tmp_path)
+    monkeypatch.setattr(isarflow.setup.kinds, "SCRIPTS", tmp_path)
 
 
 @pytest.mark.parametrize("case", BAD)
@@ -144,7 +148,7 @@ def test_settings_of_the_default_solver_are_not_taken_over(folder):
 
 def test_what_is_not_installed_is_named(tmp_path, monkeypatch):
     (tmp_path / "fast.py").write_text("import no_such_library\n")
-    monkeypatch.setattr(scattering.solvers, "__path__", [str(tmp_path)])
+    monkeypatch.setattr(isarflow.scattering.solvers, "__path__", [str(tmp_path)])
     with pytest.raises(InputError, match=r"solvers/fast.py cannot be imported: No module named 'no_such_library'"):
         build({"solver": "fast"})
 
@@ -159,7 +163,7 @@ def test_a_field_of_another_shape_than_the_sweep_asks_for_is_refused(tmp_path, m
         np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.0]]),
         np.array([[0, 1, 2], [0, 2, 3]]),
     )
-    monkeypatch.setattr("scattering.band.build", lambda _: Grid())
+    monkeypatch.setattr("isarflow.scattering.band.build", lambda _: Grid())
     two = np.array([0.0, 10.0])
     sweep = Sweep(np.array([1e8]), two, two, ["VV"], paired=True, receivers=(np.zeros(3), np.zeros(3)))
     told = r"\(1, 1, 2, 2\), where \(1, 1, 2, 3\) is asked for \(polarization, frequency, direction, receiver\)"

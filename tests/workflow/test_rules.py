@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from setup.config import ROOT
+from isarflow.setup.config import ROOT
 
 TEXTS = [path.read_text() for path in sorted((ROOT / "workflow/rules").glob("*.smk"))]
 RULES = {

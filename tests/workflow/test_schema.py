@@ -4,11 +4,11 @@ import copy
 
 import pytest
 
-from core.errors import InputError
-from setup.check import check, rules
-from setup.config import ROOT, load
-from setup.kinds import MODELS, available, kind, settings_of
-from setup.schema import check_schema, schema
+from isarflow.core.errors import InputError
+from isarflow.setup.check import check, rules
+from isarflow.setup.config import ROOT, load
+from isarflow.setup.kinds import MODELS, available, kind, settings_of
+from isarflow.setup.schema import check_schema, schema
 
 # Of mappings of names that the user gives, one that the default config has.
 NAMED = {"targets": "drone", "models": "knn", "experiments": "fcnn_open"}

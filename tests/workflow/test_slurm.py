@@ -12,10 +12,10 @@ import pandas as pd
 import pytest
 import slurm
 
-from core.sweep import sweeps
-from scattering import needs
-from setup.config import load
-from setup.yaml_file import read_yaml
+from isarflow.core.sweep import sweeps
+from isarflow.scattering import needs
+from isarflow.setup.config import load
+from isarflow.setup.yaml_file import read_yaml
 
 pytestmark = pytest.mark.skipif(bool(slurm.missing()), reason=slurm.missing())
 RESULTS = "results/smoke"

@@ -12,7 +12,7 @@ import pandas as pd
 import pytest
 import xarray as xr
 
-from setup.config import ROOT
+from isarflow.setup.config import ROOT
 
 SMOKE = ("--configfile", "config/smoke.yaml")
 RESULTS = "results/smoke"

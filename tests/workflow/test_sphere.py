@@ -5,9 +5,9 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from core.sweep import C0
-from report.rcs import COLUMNS
-from report.rcs_figures import rcs_dbsm
+from isarflow.core.sweep import C0
+from isarflow.report.rcs import COLUMNS
+from isarflow.report.rcs_figures import rcs_dbsm
 
 RADIUS, FREQUENCY = 0.15, 1.0e9
 CONFIG = f"""

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from core import sweep
-from core.errors import InputError
-from mesh.read import in_metres
-from setup.config import ROOT, load
-from setup.overview import overview
+from isarflow.core import sweep
+from isarflow.core.errors import InputError
+from isarflow.mesh.read import in_metres
+from isarflow.setup.config import ROOT, load
+from isarflow.setup.overview import overview
 
 ALONE = {"targets": {"*": None, "a": {"mesh": "resources/cad/drone.stl", "role": "other"}}}
 CIRCLE = {"from": [0, 0], "through": [0, 90], "angle": {"count": 8}}

@@ -2,7 +2,7 @@
 
 import pytest
 
-from setup import together
+from isarflow.setup import together
 
 A, B, C = "snr_-3dB", "snr_0dB", "snr_3dB"
 

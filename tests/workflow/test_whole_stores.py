@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from core.errors import InputError
-from core.store import SUMS, open_store, write
-from imaging.store import make_clean, make_noisy, make_pure_noise
-from learning import images
-from report.results import Results
-from scattering.external import write_external
-from scattering.store import join_bands, write_field
+from isarflow.core.errors import InputError
+from isarflow.core.store import SUMS, open_store, write
+from isarflow.imaging.store import make_clean, make_noisy, make_pure_noise
+from isarflow.learning import images
+from isarflow.report.results import Results
+from isarflow.scattering.external import write_external
+from isarflow.scattering.store import join_bands, write_field
 
 RADAR = {"center_frequency": 1e9, "bandwidth": 0.4e9, "frequencies": 6, "polarizations": ["VV"]}
 ASPECT = {"elevation": {"start": 0, "stop": 10, "step": 10}, "azimuth": {"count": 12}}

@@ -1,4 +1,4 @@
-from core.words import counted
+from isarflow.core.words import counted
 
 
 def test_counts_read_as_words():

@@ -4,9 +4,9 @@ import os
 
 import pytest
 
-from core.errors import InputError
-from setup.config import load
-from setup.yaml_file import check_command_line, read_yaml
+from isarflow.core.errors import InputError
+from isarflow.setup.config import load
+from isarflow.setup.yaml_file import check_command_line, read_yaml
 
 
 def test_key_that_stands_twice_is_refused(tmp_path):

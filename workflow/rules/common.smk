@@ -13,12 +13,12 @@ from snakemake.logging import logger
 from snakemake.settings.enums import Quietness
 
 SCRIPTS = os.path.join(workflow.basedir, "workflow", "scripts")
-sys.path.insert(0, SCRIPTS)
+sys.path.insert(0, workflow.basedir)  # where the package isarflow is, a link to SCRIPTS
 # Snakemake writes its interpreter's path into shell commands as it stands: spaces in it are escaped here.
 if "\\" not in sys.executable:
     sys.executable = re.sub(r"([^\w@%+=:,./-])", r"\\\1", sys.executable)
 # Jobs are processes of their own, here and on a cluster: each parses this file and inherits the path.
-os.environ.update(PYTHONPATH=SCRIPTS)
+os.environ.update(PYTHONPATH=workflow.basedir)
 # On Linux a job keeps memory that it has freed, in large pages: a step of training takes and gives back gigabytes, and
 # 15 to 30 % of its time went into pages that the system had to clear each time.
 KEEP_HEAP = "arena_max=1", "hugetlb=1", "mmap_threshold=17179869184", "trim_threshold=17179869184"
@@ -26,21 +26,21 @@ os.environ.setdefault("GLIBC_TUNABLES", ":".join(f"glibc.malloc.{setting}" for s
 if {Quietness.PROGRESS, Quietness.ALL} & set(workflow.output_settings.quiet or ()):
     os.environ.update(ISARFLOW_QUIET="yes")  # jobs draw no progress bars
 
-from setup import disk, lock, together
-from core import folders, sweep
-from setup.check import model_kind
-from setup.kinds import IMAGERS, SOLVERS, kind, page_names
-from setup.closure import digest
-from setup.config import load, of_command_line, section, unnamed
-from core.errors import InputError
-from setup.overview import overview
-from setup.yaml_file import read_yaml
-from core.sweep import images_are_made, why_no_images
-from imaging.geometry import PURE_NOISE, megabytes, planned
-from learning import experiments
-from report.selection import decoded_snrs, mistaken, mistaken_snr, noise_snrs, noisy_targets
-from report.selection import thesis_images, thesis_networks
-from scattering import field_files, needs
+from isarflow.setup import disk, lock, together
+from isarflow.core import folders, sweep
+from isarflow.setup.check import model_kind
+from isarflow.setup.kinds import IMAGERS, SOLVERS, kind, page_names
+from isarflow.setup.closure import digest
+from isarflow.setup.config import load, of_command_line, section, unnamed
+from isarflow.core.errors import InputError
+from isarflow.setup.overview import overview
+from isarflow.setup.yaml_file import read_yaml
+from isarflow.core.sweep import images_are_made, why_no_images
+from isarflow.imaging.geometry import PURE_NOISE, megabytes, planned
+from isarflow.learning import experiments
+from isarflow.report.selection import decoded_snrs, mistaken, mistaken_snr, noise_snrs, noisy_targets
+from isarflow.report.selection import thesis_images, thesis_networks
+from isarflow.scattering import field_files, needs
 
 
 def or_exit(function, *arguments):

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from core.errors import InputError
+from isarflow.core.errors import InputError
 
 SCORES = "learning/scores.csv"
 

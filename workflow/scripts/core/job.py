@@ -11,7 +11,7 @@ import traceback
 
 import threadpoolctl
 
-from core.errors import InputError
+from isarflow.core.errors import InputError
 
 SECONDS = 30  # between a progress bar's lines in a log
 SPACE = "Make room there and run the same command: it goes on with what is missing."

@@ -2,7 +2,7 @@
 
 import importlib
 
-from core.errors import InputError
+from isarflow.core.errors import InputError
 
 
 def file_of(folder, kind):
@@ -17,7 +17,7 @@ def load_class(folder, kind, name, base=None):
     """
     file = file_of(folder, kind)
     try:
-        loaded = getattr(importlib.import_module(f"{folder.replace('/', '.')}.{kind}"), name)
+        loaded = getattr(importlib.import_module(f"isarflow.{folder.replace('/', '.')}.{kind}"), name)
     except ImportError as error:
         hint = " `pip install -r envs/requirements-torch.txt` installs it." if error.name == "torch" else ""
         raise InputError(f"{file} cannot be imported: {error}.{hint}") from None

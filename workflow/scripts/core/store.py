@@ -9,7 +9,7 @@ from pathlib import Path
 
 import xarray as xr
 
-from core.errors import InputError
+from isarflow.core.errors import InputError
 
 SUMS = "SHA256SUMS"  # as sha256sum writes it: `sha256sum -c SHA256SUMS` in the store's folder checks it, too
 

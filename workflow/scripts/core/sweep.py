@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.errors import InputError
+from isarflow.core.errors import InputError
 
 C0 = 299_792_458.0  # speed of light in vacuum, m/s (exact)
 

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
-from core.errors import InputError
-from core.kinds import file_of, load_class
-from core.sweep import C0, closes_circle
+from isarflow.core.errors import InputError
+from isarflow.core.kinds import file_of, load_class
+from isarflow.core.sweep import C0, closes_circle
 
 FOLDER = "imaging/imagers"  # where the kinds are, below workflow/scripts
 

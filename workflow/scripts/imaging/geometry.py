@@ -19,10 +19,10 @@ seen from above with the radar below it, and crossrange is to the right as seen 
 
 import numpy as np
 
-from core import sweep
-from core.errors import InputError
-from core.sweep import C0, closes_circle
-from imaging.formation import BYTES, build
+from isarflow.core import sweep
+from isarflow.core.errors import InputError
+from isarflow.core.sweep import C0, closes_circle
+from isarflow.imaging.formation import BYTES, build
 
 PURE_NOISE = "pure-noise"  # stands where a target's name does; with a dash it cannot be one
 LEAST_COSINE = 0.1  # of an elevation; steeper ones leave no cross-range

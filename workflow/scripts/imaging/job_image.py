@@ -1,5 +1,5 @@
-from core.job import job
-from imaging.store import make_clean
+from isarflow.core.job import job
+from isarflow.imaging.store import make_clean
 
 with job(snakemake):
     mesh = snakemake.input.mesh or None

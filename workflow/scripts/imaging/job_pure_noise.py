@@ -1,5 +1,5 @@
-from core.job import job
-from imaging.store import make_pure_noise
+from isarflow.core.job import job
+from isarflow.imaging.store import make_pure_noise
 
 with job(snakemake):
     settings = snakemake.params.settings

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from core.sweep import C0
+from isarflow.core.sweep import C0
 
 FINE = 4  # points a pixel, on which peaks are looked for
 MAIN_LOBE = 2.5  # pixels; further away an echo is a ghost or a sidelobe (a Hamming main lobe ends at 2)

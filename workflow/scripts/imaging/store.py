@@ -7,12 +7,12 @@ import numpy as np
 import xarray as xr
 from tqdm import tqdm
 
-from core import store as stores
-from core import sweep
-from core.errors import InputError
-from imaging.formation import apertures, form_images
-from imaging.geometry import PURE_NOISE, centres, describe, geometry, imager_of, warnings
-from imaging.noise import DEFINITIONS, definition_offset, generator, signal_power, variances, white_noise
+from isarflow.core import store as stores
+from isarflow.core import sweep
+from isarflow.core.errors import InputError
+from isarflow.imaging.formation import apertures, form_images
+from isarflow.imaging.geometry import PURE_NOISE, centres, describe, geometry, imager_of, warnings
+from isarflow.imaging.noise import DEFINITIONS, definition_offset, generator, signal_power, variances, white_noise
 
 # What of the geometry stands in every store's attributes.
 STATED = ("aperture_angle", "range_resolution", "crossrange_resolution", "range_extent", "crossrange_extent")

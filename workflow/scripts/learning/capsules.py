@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from learning.convolution import KERNEL, convolve, outputs, transformed, transforms_pay
-from learning.training_loop import glorot
+from isarflow.learning.convolution import KERNEL, convolve, outputs, transformed, transforms_pay
+from isarflow.learning.training_loop import glorot
 
 STRIDE = 2  # of the primary capsules' convolution
 PRIMARY, CLASS = 8, 16  # dimensions of a primary capsule, and of a class capsule

@@ -5,9 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from core.errors import InputError
-from core.kinds import file_of, load_class
-from learning.features import of
+from isarflow.core.errors import InputError
+from isarflow.core.kinds import file_of, load_class
+from isarflow.learning.features import of
 
 FOLDER = "learning/models"  # where the kinds are, below workflow/scripts
 STATE = "model.npz"

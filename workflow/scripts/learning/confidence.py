@@ -7,8 +7,8 @@ and pages call them known scores. They are made from logits, from a network's fe
 import numpy as np
 from scipy.special import logsumexp, softmax
 
-from learning.classifier import OTHER
-from learning.features import squared_distances, unit
+from isarflow.learning.classifier import OTHER
+from isarflow.learning.features import squared_distances, unit
 
 NEIGHBOUR = 5  # the distance to this nearest training image is the score
 GAUSSIANS = ("means", "whitening", "background_mean", "background_whitening")  # what `fit_gaussians` gives

@@ -9,9 +9,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from core.errors import InputError
-from core.kinds import file_of
-from learning.classifier import FOLDER, OTHER, Outcome
+from isarflow.core.errors import InputError
+from isarflow.core.kinds import file_of
+from isarflow.learning.classifier import FOLDER, OTHER, Outcome
 
 FEW = 8  # images that a model is tried on
 ARGUMENTS = ("images", "labels", "validation", "snrs", "views")

@@ -4,9 +4,9 @@ from dataclasses import asdict
 
 import numpy as np
 
-from core.errors import InputError
-from core.sweep import snr_label, snr_of_label
-from learning.split import divisions
+from isarflow.core.errors import InputError
+from isarflow.core.sweep import snr_label, snr_of_label
+from isarflow.learning.split import divisions
 
 CLEAN = "clean"
 TOLERANCE = 1e-4  # degrees: two angles nearer than this are the same one

@@ -6,12 +6,12 @@ import h5py
 import numpy as np
 import xarray as xr
 
-from core import store
-from core.errors import InputError
-from core.sweep import snr_of_label
-from learning import images
-from learning.experiments import CLEAN
-from learning.split import SETTINGS, SIDES, check, divisions, split
+from isarflow.core import store
+from isarflow.core.errors import InputError
+from isarflow.core.sweep import snr_of_label
+from isarflow.learning import images
+from isarflow.learning.experiments import CLEAN
+from isarflow.learning.split import SETTINGS, SIDES, check, divisions, split
 
 GUARD = "guard"  # an image that a split leaves out
 ROWS = 1024  # images of a chunk, at most

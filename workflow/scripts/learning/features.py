@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from core.errors import InputError
+from isarflow.core.errors import InputError
 
 KINDS = ("parts", "magnitude", "power", "log")  # of features; config/schema.yaml says what they are
 FLOOR_DB = -60  # below an image's peak: fainter pixels count as this in `log`

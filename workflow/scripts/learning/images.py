@@ -6,11 +6,11 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from core.errors import InputError
-from core.store import open_store
-from learning.experiments import TOLERANCE
-from learning.features import of_peak_one, upsample
-from learning.split import blocks, folded, split
+from isarflow.core.errors import InputError
+from isarflow.core.store import open_store
+from isarflow.learning.experiments import TOLERANCE
+from isarflow.learning.features import of_peak_one, upsample
+from isarflow.learning.split import blocks, folded, split
 
 ORIGIN = ("elevation", "azimuth", "realization")
 

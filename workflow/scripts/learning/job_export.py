@@ -1,5 +1,5 @@
-from core.job import job
-from learning.export import export
+from isarflow.core.job import job
+from isarflow.learning.export import export
 
 with job(snakemake):
     settings = snakemake.params.settings

@@ -1,5 +1,5 @@
-from core.job import job
-from learning.predict import Tested, predict
+from isarflow.core.job import job
+from isarflow.learning.predict import Tested, predict
 
 with job(snakemake):
     inputs = snakemake.input

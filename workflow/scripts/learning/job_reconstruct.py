@@ -1,5 +1,5 @@
-from core.job import job
-from learning.reconstructions import reconstruct
+from isarflow.core.job import job
+from isarflow.learning.reconstructions import reconstruct
 
 with job(snakemake):
     inputs = snakemake.input

@@ -1,5 +1,5 @@
-from core.job import job
-from learning.scores import score
+from isarflow.core.job import job
+from isarflow.learning.scores import score
 
 with job(snakemake):
     settings, output = snakemake.params.settings, snakemake.output

@@ -1,5 +1,5 @@
-from core.job import job
-from learning.seeds import over_seeds
+from isarflow.core.job import job
+from isarflow.learning.seeds import over_seeds
 
 with job(snakemake):
     over_seeds(snakemake.input.scores, snakemake.output[0])

@@ -1,5 +1,5 @@
-from core.job import job
-from learning.timing import measure
+from isarflow.core.job import job
+from isarflow.learning.timing import measure
 
 with job(snakemake):
     inputs, planes = snakemake.input, snakemake.params.settings["planes"]

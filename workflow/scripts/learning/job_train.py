@@ -4,8 +4,8 @@ from pathlib import Path
 # One thread, as the rule says, and so the same bits on every machine. XLA takes the number of cores from here.
 os.environ["NPROC"] = "1"
 
-from core.job import job
-from learning.train import Training, train
+from isarflow.core.job import job
+from isarflow.learning.train import Training, train
 
 with job(snakemake):
     settings, model = snakemake.params.settings, snakemake.wildcards.model

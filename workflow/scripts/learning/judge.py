@@ -6,10 +6,10 @@ from functools import cached_property
 import numpy as np
 import pandas as pd
 
-from learning import metrics, thresholds
-from learning.classifier import OTHER
-from learning.metrics import KEPT
-from learning.predict import KNOWN
+from isarflow.learning import metrics, thresholds
+from isarflow.learning.classifier import OTHER
+from isarflow.learning.metrics import KEPT
+from isarflow.learning.predict import KNOWN
 
 SHORT = ("accuracy", "f1_weighted", "f1_macro")  # metrics by another definition of SNR
 BY_FOLD = ("accuracy", "f1_weighted")  # metrics of each fold by itself

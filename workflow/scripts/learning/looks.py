@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from learning.predict import KNOWN, SCORE
+from isarflow.learning.predict import KNOWN, SCORE
 
 LOOKS = (2, 3, 5)  # how many are added
 TRACK = ["target", "elevation", "realization", "side", "fold"]  # what all looks of a track have in common

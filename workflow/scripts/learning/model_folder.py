@@ -3,8 +3,8 @@
 import json
 from pathlib import Path
 
-from learning.classifier import build
-from learning.split import Division
+from isarflow.learning.classifier import build
+from isarflow.learning.split import Division
 
 CONFIG, SPLIT = "config.json", "split.json"
 

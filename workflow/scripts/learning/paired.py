@@ -5,11 +5,11 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from core.folders import SCORES
-from learning import judge, metrics
-from learning.model_folder import config_of
-from learning.predict import KNOWN
-from learning.scores import HEAD, read_table, tables_of_cases
+from isarflow.core.folders import SCORES
+from isarflow.learning import judge, metrics
+from isarflow.learning.model_folder import config_of
+from isarflow.learning.predict import KNOWN
+from isarflow.learning.scores import HEAD, read_table, tables_of_cases
 
 IMAGE = ["target", "elevation", "azimuth", "realization"]  # what tells an image from another
 METRICS = ("accuracy", "f1_weighted")

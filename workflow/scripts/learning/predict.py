@@ -7,12 +7,12 @@ import numpy as np
 import pandas as pd
 from tqdm import tqdm
 
-from core.errors import InputError
-from learning import images
-from learning.classifier import OTHER, Outcome
-from learning.conformance import check_outcome, describe
-from learning.model_folder import config_of, division_of, load
-from learning.split import LEFT_OUT, Views
+from isarflow.core.errors import InputError
+from isarflow.learning import images
+from isarflow.learning.classifier import OTHER, Outcome
+from isarflow.learning.conformance import check_outcome, describe
+from isarflow.learning.model_folder import config_of, division_of, load
+from isarflow.learning.split import LEFT_OUT, Views
 
 BATCH = 1024  # images at a time: bounds the memory, and as a constant keeps results the same bit for bit
 SCORE, KNOWN = "score_", "known_"

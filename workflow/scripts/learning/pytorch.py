@@ -10,11 +10,11 @@ import numpy as np
 import torch
 from scipy.special import log_softmax
 
-from core.errors import InputError
-from learning import confidence
-from learning.classifier import Classifier, Outcome
-from learning.features import by_channel
-from learning.training_loop import COLUMNS, Batches
+from isarflow.core.errors import InputError
+from isarflow.learning import confidence
+from isarflow.learning.classifier import Classifier, Outcome
+from isarflow.learning.features import by_channel
+from isarflow.learning.training_loop import COLUMNS, Batches
 
 BATCH = 256  # images at a time, where none is learned from
 WEIGHTS = "weights."  # before the names under which a network's tensors are saved

@@ -5,11 +5,11 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from core.store import write
-from core.sweep import snr_of_label
-from learning import images
-from learning.experiments import CLEAN
-from learning.model_folder import config_of, division_of, load
+from isarflow.core.store import write
+from isarflow.core.sweep import snr_of_label
+from isarflow.learning import images
+from isarflow.learning.experiments import CLEAN
+from isarflow.learning.model_folder import config_of, division_of, load
 
 EXAMPLES = 5  # of each target
 

@@ -4,9 +4,9 @@ import joblib
 import numpy as np
 from sklearn.base import is_classifier
 
-from core.errors import InputError
-from learning import confidence
-from learning.classifier import OTHER, Classifier, Outcome
+from isarflow.core.errors import InputError
+from isarflow.learning import confidence
+from isarflow.learning.classifier import OTHER, Classifier, Outcome
 
 FILE = "estimator.joblib"
 

@@ -6,13 +6,13 @@ import pandas as pd
 from joblib import Parallel, delayed
 from tqdm import tqdm
 
-from core.sweep import snr_of_label
-from learning import judge, metrics
-from learning.experiments import REFERENCE, train_snr_db, training
-from learning.images import among
-from learning.looks import LOOKS, fused
-from learning.metrics import KEPT
-from learning.split import LEFT_OUT
+from isarflow.core.sweep import snr_of_label
+from isarflow.learning import judge, metrics
+from isarflow.learning.experiments import REFERENCE, train_snr_db, training
+from isarflow.learning.images import among
+from isarflow.learning.looks import LOOKS, fused
+from isarflow.learning.metrics import KEPT
+from isarflow.learning.split import LEFT_OUT
 
 HEAD = ["experiment", "model", "split", "training", "train_snr_db"]
 CASE = [*HEAD, "test_snr_db", "elevation", "score", "threshold"]

@@ -5,8 +5,8 @@ import pandas as pd
 from scipy.special import expit, logit
 from scipy.stats import t
 
-from learning.metrics import LEVEL
-from learning.scores import CASE
+from isarflow.learning.metrics import LEVEL
+from isarflow.learning.scores import CASE
 
 KEYS = [*CASE, "snr_definition", "fold", "metric"]
 NO_SHARES = ("threshold", "f1_weighted_gain")  # metrics that may lie outside 0 to 1

@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from core.errors import InputError
-from core.sweep import closes_circle
+from isarflow.core.errors import InputError
+from isarflow.core.sweep import closes_circle
 
 SIDES = ("train", "validation", "test")
 LEFT_OUT = "left out"  # in predictions the side of training views that a model judged without their own aspect

@@ -11,9 +11,9 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from learning.classifier import OTHER
-from learning.metrics import KEPT, metrics_of_labels
-from learning.split import LEFT_OUT
+from isarflow.learning.classifier import OTHER
+from isarflow.learning.metrics import KEPT, metrics_of_labels
+from isarflow.learning.split import LEFT_OUT
 
 # Whose validation images a protocol is judged by; all but `kept` choose by them, too.
 ROLES = {"thesis": ("known", "unknown"), "blind": ("known", "other"), "kept": ("known", "other")}

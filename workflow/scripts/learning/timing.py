@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import threadpoolctl
 
-from learning import images
-from learning.model_folder import config_of, division_of, load
+from isarflow.learning import images
+from isarflow.learning.model_folder import config_of, division_of, load
 
 BATCH = 256
 WARM_UP = {1: 50, BATCH: 5}  # calls that are not counted, by number of images

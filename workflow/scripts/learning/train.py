@@ -9,10 +9,10 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from learning import conformance, images
-from learning.classifier import ANY_SNR, OTHER, build, choices
-from learning.model_folder import CONFIG, SPLIT, write_json
-from learning.split import Division, check
+from isarflow.learning import conformance, images
+from isarflow.learning.classifier import ANY_SNR, OTHER, build, choices
+from isarflow.learning.model_folder import CONFIG, SPLIT, write_json
+from isarflow.learning.split import Division, check
 
 CURVE, SECONDS, SEARCH = "curve.csv", "seconds.csv", "search.csv"
 

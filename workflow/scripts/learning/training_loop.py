@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 from tqdm import tqdm
 
-from core.errors import InputError
-from learning.classifier import ANY_SNR
+from isarflow.core.errors import InputError
+from isarflow.learning.classifier import ANY_SNR
 
 BETWEEN = 20.0  # seconds between two writings of a checkpoint, at least
 COLUMNS = ("epoch", "seconds", "loss", "accuracy", "validation_loss", "validation_accuracy", "learning_rate")
@@ -89,7 +89,7 @@ def minimize(loss, weights, batches, inputs, settings, validate=None):
     import jax  # predictions do without it
     import optax
 
-    from core.compiled import keep_compiled
+    from isarflow.core.compiled import keep_compiled
 
     keep_compiled()
     patience, checkpoint = settings.patience, settings.checkpoint

@@ -5,9 +5,9 @@ import numpy as np
 from igl.copyleft import cgal
 from scipy.spatial import cKDTree
 
-from core.errors import InputError
-from mesh import contact, topology
-from mesh.progress import say
+from isarflow.core.errors import InputError
+from isarflow.mesh import contact, topology
+from isarflow.mesh.progress import say
 
 ROUNDS = 8  # rounding the cuts may make surfaces cross anew, by less each time
 FINER = 0.1  # after a cut, contacts are closed within this fraction: the whole distance would move the cuts again

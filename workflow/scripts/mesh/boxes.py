@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from core.errors import InputError
-from mesh import topology
-from mesh.progress import going
+from isarflow.core.errors import InputError
+from isarflow.mesh import topology
+from isarflow.mesh.progress import going
 
 LEAF, CHUNK = 5_000, 1_000_000  # pairs compared together, if space can be halved, and at most
 PAIRS = 10_000_000  # boxes that may overlap; a sound surface has about 13 for each triangle

@@ -7,21 +7,21 @@ from typing import NamedTuple
 
 import numpy as np
 
-from core import sweep
-from core.errors import InputError
-from core.words import counted
-from mesh import symmetry, topology
-from mesh.arrange import first_crossing
-from mesh.distance import from_mirror_image, samples
-from mesh.ground import Ground
-from mesh.io import write_ply
-from mesh.measures import describe, size, warnings
-from mesh.misses import GOAL, Followed, farthest
-from mesh.progress import begin, say
-from mesh.read import check_size, in_metres, read_cad
-from mesh.remesh import P99, P99_LIMIT, Size, fitting, remesh, restore_chords, restore_volume
-from mesh.repair import CLOSE, repair
-from mesh.resolution import OF_PIECE, check_resolution, wanted_edge, wanted_edges
+from isarflow.core import sweep
+from isarflow.core.errors import InputError
+from isarflow.core.words import counted
+from isarflow.mesh import symmetry, topology
+from isarflow.mesh.arrange import first_crossing
+from isarflow.mesh.distance import from_mirror_image, samples
+from isarflow.mesh.ground import Ground
+from isarflow.mesh.io import write_ply
+from isarflow.mesh.measures import describe, size, warnings
+from isarflow.mesh.misses import GOAL, Followed, farthest
+from isarflow.mesh.progress import begin, say
+from isarflow.mesh.read import check_size, in_metres, read_cad
+from isarflow.mesh.remesh import P99, P99_LIMIT, Size, fitting, remesh, restore_chords, restore_volume
+from isarflow.mesh.repair import CLOSE, repair
+from isarflow.mesh.resolution import OF_PIECE, check_resolution, wanted_edge, wanted_edges
 
 WRONG = 1 / 20  # wavelengths between mesh and source: more is another target
 CHANGED = 0.05  # of its area or volume: likewise

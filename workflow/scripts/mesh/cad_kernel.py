@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from core.errors import InputError
+from isarflow.core.errors import InputError
 
 FORMATS = (".step", ".stp", ".iges", ".igs")
 INSTALL = ".venv/bin/pip install --require-hashes -r envs/requirements-step.lock"

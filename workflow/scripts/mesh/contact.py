@@ -10,9 +10,9 @@ from typing import NamedTuple
 import numpy as np
 from igl.copyleft import cgal
 
-from mesh import topology
-from mesh.boxes import CHUNK, around, near_boxes
-from mesh.progress import going
+from isarflow.mesh import topology
+from isarflow.mesh.boxes import CHUNK, around, near_boxes
+from isarflow.mesh.progress import going
 
 STEEP = np.cos(np.radians(30.0))  # a rim is put onto what its sheet stands on, not onto what it runs along
 FLAT = 1 - 1e-6  # cosine of the angle between normals of one plane

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from mesh import topology
-from mesh.boxes import near_boxes
-from mesh.ground import Ground
+from isarflow.mesh import topology
+from isarflow.mesh.boxes import near_boxes
+from isarflow.mesh.ground import Ground
 
 SMALL, LOW = 1 / 2, 1 / 4  # wanted edges: a detail's largest extent, and how far it may stand out of its part
 MUCH = 8  # times its own extent: that of its part, at least

@@ -3,8 +3,8 @@
 import numpy as np
 import pymeshlab
 
-from mesh.meshlab import loaded
-from mesh.symmetry import mirrored
+from isarflow.mesh.meshlab import loaded
+from isarflow.mesh.symmetry import mirrored
 
 
 def samples(vertices, triangles, spacing):

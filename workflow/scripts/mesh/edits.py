@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mesh import topology
-from mesh.progress import going
+from isarflow.mesh import topology
+from isarflow.mesh.progress import going
 
 TURN = np.cos(np.radians(40.0))  # no triangle may turn by more
 CAP = np.cos(np.radians(150.0))  # a triangle with a wider angle is all but a line

@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from core.errors import InputError
-from mesh.text import BOM, elements_of, numbered, point, quoted, rows, unix
+from isarflow.core.errors import InputError
+from isarflow.mesh.text import BOM, elements_of, numbered, point, quoted, rows, unix
 
 STL_RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 # What is saved under the name of an STL file, by how it begins.

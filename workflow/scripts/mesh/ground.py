@@ -3,7 +3,7 @@
 import igl
 import numpy as np
 
-from mesh import topology
+from isarflow.mesh import topology
 
 SAME_SIDE = 0.3  # cosine of the angle between normals of a vertex and of the place it is put on
 ON = 1e-6  # of the farthest that a place may be: a point nearer to the surface is on it, whatever its normal

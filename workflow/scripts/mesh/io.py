@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from core.errors import InputError
+from isarflow.core.errors import InputError
 
 HEADER = (
     "ply\nformat binary_little_endian 1.0\ncomment isarflow mesh, metres\n"

@@ -1,5 +1,5 @@
-from core.job import job
-from mesh.build import write
+from isarflow.core.job import job
+from isarflow.mesh.build import write
 
 with job(snakemake):
     output = snakemake.output

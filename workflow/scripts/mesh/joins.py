@@ -8,11 +8,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mesh import topology
-from mesh.boxes import around, near_boxes
-from mesh.contact import APART
-from mesh.openings import across, close_holes, middles, once, openings, pinched
-from mesh.progress import going
+from isarflow.mesh import topology
+from isarflow.mesh.boxes import around, near_boxes
+from isarflow.mesh.contact import APART
+from isarflow.mesh.openings import across, close_holes, middles, once, openings, pinched
+from isarflow.mesh.progress import going
 
 SMALL = 3.0  # wanted edges: openings whose rim is no longer are closed; a slot resonates where it is ten, a wavelength
 NARROW = 1 / 10  # wanted edges: how wide such a small opening is at most to be closed by joining its sides

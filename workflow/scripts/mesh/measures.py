@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.spatial import cKDTree
 
-from mesh import symmetry, topology
+from isarflow.mesh import symmetry, topology
 
 NARROW = 1 / 3  # wanted edges: a triangle between creases that is less high belongs to a thin feature
 

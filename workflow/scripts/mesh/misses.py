@@ -3,10 +3,10 @@
 import numpy as np
 from scipy.spatial import cKDTree
 
-from mesh import topology
-from mesh.arrange import crossings
-from mesh.distance import samples
-from mesh.ground import Ground
+from isarflow.mesh import topology
+from isarflow.mesh.arrange import crossings
+from isarflow.mesh.distance import samples
+from isarflow.mesh.ground import Ground
 
 GOAL = 1 / 40, 0.01  # wavelengths from the source, and share of its area or volume: what a mesh should keep to
 WELL = 0.8, 0.6  # of the goals: what is asked for of each place, and of the whole area

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 
-from mesh import topology
+from isarflow.mesh import topology
 
 PARTS = 200  # of an opening's rim, at least, whose distance to the rim that they face is taken
 LONGER = 1.5  # times as far along the rim as straight is what faces it; 1.4 times is around a corner of a square

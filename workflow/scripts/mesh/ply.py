@@ -5,9 +5,9 @@ import struct
 
 import numpy as np
 
-from core.errors import InputError
-from mesh.formats import Surface
-from mesh.text import BOM, elements_of, rows, unix
+from isarflow.core.errors import InputError
+from isarflow.mesh.formats import Surface
+from isarflow.mesh.text import BOM, elements_of, rows, unix
 
 # How numpy and struct both call the types.
 TYPES = {

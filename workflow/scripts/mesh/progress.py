@@ -2,7 +2,7 @@
 
 import time
 
-from core.errors import InputError
+from isarflow.core.errors import InputError
 
 EVERY = 8.0  # seconds of one step without a line
 MOST = 1800.0  # seconds of processor time for a target

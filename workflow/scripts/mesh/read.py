@@ -4,12 +4,12 @@ from pathlib import Path
 
 import numpy as np
 
-from core.errors import InputError
-from core.sweep import C0
-from mesh import cad_kernel, topology
-from mesh.formats import read_obj, read_off, read_stl, triangulated
-from mesh.ply import read_ply
-from mesh.resolution import too_fine
+from isarflow.core.errors import InputError
+from isarflow.core.sweep import C0
+from isarflow.mesh import cad_kernel, topology
+from isarflow.mesh.formats import read_obj, read_off, read_stl, triangulated
+from isarflow.mesh.ply import read_ply
+from isarflow.mesh.resolution import too_fine
 
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}  # metres
 # A target is plausible between these many wavelengths at the centre frequency. Longer ones are beyond a dense method

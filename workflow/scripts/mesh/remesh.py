@@ -6,13 +6,13 @@ import igl
 import numpy as np
 from scipy.spatial import cKDTree
 
-from mesh import topology
-from mesh.arrange import crossings
-from mesh.distance import distances
-from mesh.edits import Limits, collapse, cut_edges, flip, lines
-from mesh.ground import SAME_SIDE, Ground
-from mesh.misses import GOAL
-from mesh.progress import going
+from isarflow.mesh import topology
+from isarflow.mesh.arrange import crossings
+from isarflow.mesh.distance import distances
+from isarflow.mesh.edits import Limits, collapse, cut_edges, flip, lines
+from isarflow.mesh.ground import SAME_SIDE, Ground
+from isarflow.mesh.misses import GOAL
+from isarflow.mesh.progress import going
 
 GRADE = 0.35  # metres by which edges grow for each metre away from where they are short
 STEP = 0.7  # from one length of short edges to the next

@@ -3,16 +3,16 @@
 import numpy as np
 import pymeshlab
 
-from core.errors import InputError
-from mesh import topology
-from mesh.arrange import arrange
-from mesh.boxes import check_hubs
-from mesh.contact import land
-from mesh.details import without_details
-from mesh.joins import close_gaps, join_exactly, left_open
-from mesh.meshlab import loaded
-from mesh.slits import close_slits
-from mesh.thin import thin
+from isarflow.core.errors import InputError
+from isarflow.mesh import topology
+from isarflow.mesh.arrange import arrange
+from isarflow.mesh.boxes import check_hubs
+from isarflow.mesh.contact import land
+from isarflow.mesh.details import without_details
+from isarflow.mesh.joins import close_gaps, join_exactly, left_open
+from isarflow.mesh.meshlab import loaded
+from isarflow.mesh.slits import close_slits
+from isarflow.mesh.thin import thin
 
 CLOSE = 1e-6  # vertices nearer than this fraction of the target's diagonal are one
 WELD = 1 / 40  # wanted edges: rims that miss each other by less are joined; sheets 1/200 wavelength apart are two

@@ -1,7 +1,7 @@
 """How fine a target's meshes are to be: by the wavelength, and by the target's own size where that is less."""
 
-from core import sweep
-from core.errors import InputError
+from isarflow.core import sweep
+from isarflow.core.errors import InputError
 
 COARSEST = 5  # edges in a wavelength, the least that the config allows
 ACROSS = 20  # mean edges in a target's largest extent, at least: its field is then right however long the wave

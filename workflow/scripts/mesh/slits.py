@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from mesh import topology
-from mesh.boxes import around, near_boxes
-from mesh.ground import Ground
+from isarflow.mesh import topology
+from isarflow.mesh.boxes import around, near_boxes
+from isarflow.mesh.ground import Ground
 
 PLACES = np.array([[1, 1, 1], [98, 1, 1], [1, 98, 1], [1, 1, 98], [1, 9, 9], [9, 1, 9], [9, 9, 1]])  # in a triangle
 OPPOSED = -0.5  # cosine of the angle between the normals of walls that face each other, at most

@@ -7,8 +7,8 @@ import itertools
 
 import numpy as np
 
-from core import sweep
-from mesh import topology
+from isarflow.core import sweep
+from isarflow.mesh import topology
 
 AXES = {"yz": 0, "xz": 1, "xy": 2}  # mirror plane -> the coordinate that changes sign
 ASYMMETRY = 1 / 100  # wavelengths at the top frequency between a target and its mirror image

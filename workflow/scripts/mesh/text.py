@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from core.errors import InputError
+from isarflow.core.errors import InputError
 
 BOM = b"\xef\xbb\xbf"  # some editors put it in front of text
 FORTRAN = bytes.maketrans(b"Dd", b"ee")  # it writes 1.0D-03

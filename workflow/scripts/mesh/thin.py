@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from mesh import topology
-from mesh.arrange import crossings
-from mesh.distance import samples
-from mesh.ground import Ground
-from mesh.meshlab import loaded
-from mesh.progress import say
+from isarflow.mesh import topology
+from isarflow.mesh.arrange import crossings
+from isarflow.mesh.distance import samples
+from isarflow.mesh.ground import Ground
+from isarflow.mesh.meshlab import loaded
+from isarflow.mesh.progress import say
 
 FEW = 20_000  # triangles; to fewer nothing is thinned
 SHARES = 1 / 2, 1 / 3, 1 / 5, 1 / 8  # wanted edges: what a surface is thinned to, or else to less

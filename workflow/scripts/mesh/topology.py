@@ -6,7 +6,7 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from core.errors import InputError
+from isarflow.core.errors import InputError
 
 FEATURE_ANGLE = 40.0  # degrees between face normals; sharper edges are features and stay
 

@@ -1,6 +1,6 @@
 """What may surprise in a run: warnings that follow from its config and the sizes of its targets."""
 
-from imaging import geometry
+from isarflow.imaging import geometry
 
 LEARNING = "learning"  # what a warning is about that is about no target
 

@@ -1,8 +1,8 @@
 """Under which conditions the scores of a figure hold: a tail for its caption, the same everywhere."""
 
-from learning.split import folds
-from report import thesis
-from report.vocabulary import POWERS, PROTOCOLS, SPLITS, listed, split_text, title
+from isarflow.learning.split import folds
+from isarflow.report import thesis
+from isarflow.report.vocabulary import POWERS, PROTOCOLS, SPLITS, listed, split_text, title
 
 MEANING = {
     "elevation": "Split by elevation, every second elevation trains and test images are of those between.",

@@ -4,9 +4,9 @@ import numpy as np
 import pandas as pd
 from scipy.ndimage import gaussian_filter
 
-from imaging.geometry import project
-from report.layout import ON_DARK, figure
-from report.plots import draw_pixels, finish, panels
+from isarflow.imaging.geometry import project
+from isarflow.report.layout import ON_DARK, figure
+from isarflow.report.plots import draw_pixels, finish, panels
 
 FLOOR_DB = -40
 COLUMNS = 4

@@ -1,5 +1,5 @@
-from core.job import job
-from report.side_by_side import write_comparison
+from isarflow.core.job import job
+from isarflow.report.side_by_side import write_comparison
 
 with job(snakemake):
     settings, output = snakemake.params.settings, snakemake.output

@@ -1,7 +1,7 @@
 from pathlib import Path
 
-from core.job import job
-from report.rcs import write_rcs
+from isarflow.core.job import job
+from isarflow.report.rcs import write_rcs
 
 with job(snakemake):
     output, settings = snakemake.output, snakemake.params.settings

@@ -1,7 +1,7 @@
 from pathlib import Path
 
-from core.job import job
-from report.page import write_report
+from isarflow.core.job import job
+from isarflow.report.page import write_report
 
 with job(snakemake):
     output, params = snakemake.output, snakemake.params

@@ -1,7 +1,7 @@
 from pathlib import Path
 
-from core.job import job
-from report.thesis_page import write_page
+from isarflow.core.job import job
+from isarflow.report.thesis_page import write_page
 
 with job(snakemake):
     output, params = snakemake.output.page, snakemake.params

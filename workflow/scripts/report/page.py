@@ -9,7 +9,7 @@ from joblib import Parallel, delayed, parallel_config
 from markupsafe import Markup
 from tqdm import tqdm
 
-from report import (
+from isarflow.report import (
     section_alike,
     section_capsule,
     section_confusion,
@@ -26,10 +26,10 @@ from report import (
     section_times,
     section_tried,
 )
-from report.embed import embedded
-from report.glossary import GLOSSARY
-from report.layout import Section, style
-from report.results import Results
+from isarflow.report.embed import embedded
+from isarflow.report.glossary import GLOSSARY
+from isarflow.report.layout import Section, style
+from isarflow.report.results import Results
 
 HERE = Path(__file__).parent
 MANY = 2  # sections of a part, above which each folds by itself

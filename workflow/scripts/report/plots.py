@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib import colormaps
 
-from report.layout import GREY, ON_DARK, ON_LIGHT, canvas
+from isarflow.report.layout import GREY, ON_DARK, ON_LIGHT, canvas
 
 # How a published statement is written, and the marker that stands for it.
 RELATIONS = {">=": ("≥", "^"), ">": (">", "^"), "<=": ("≤", "v"), "<": ("<", "v"), "=": ("=", "o")}

@@ -3,11 +3,11 @@
 import numpy as np
 import pandas as pd
 
-from report import thesis
-from report.conditions import conditions
-from report.layout import figure, table
-from report.plots import MEANT, RELATIONS, draw_matrix, finish, holds, matrix, panels
-from report.vocabulary import ACCURACY, ELEVATIONS, F1, METHOD, POWERS, heading, select, title, with_interval
+from isarflow.report import thesis
+from isarflow.report.conditions import conditions
+from isarflow.report.layout import figure, table
+from isarflow.report.plots import MEANT, RELATIONS, draw_matrix, finish, holds, matrix, panels
+from isarflow.report.vocabulary import ACCURACY, ELEVATIONS, F1, METHOD, POWERS, heading, select, title, with_interval
 
 MARKERS = ", ".join(f"{sign} {words}" for sign, words in zip("▲▼●", MEANT.values(), strict=True))
 FREQUENCY = f"{thesis.CENTER_FREQUENCY / 1e9:g} GHz"

@@ -3,11 +3,11 @@
 import numpy as np
 import pandas as pd
 
-from report import rcs_compare, rcs_figures, section_run
-from report.layout import Section, style, table
-from report.page import Part, write_page
-from report.rcs_figures import rcs_dbsm
-from report.results import Results
+from isarflow.report import rcs_compare, rcs_figures, section_run
+from isarflow.report.layout import Section, style, table
+from isarflow.report.page import Part, write_page
+from isarflow.report.rcs_figures import rcs_dbsm
+from isarflow.report.results import Results
 
 RECEIVER = {"receiver_elevation": "receiver_elevation_deg", "receiver_azimuth": "receiver_azimuth_deg"}
 COLUMNS = ("frequency_hz", "elevation_deg", "azimuth_deg", "polarization", "rcs_dbsm", "phase_deg")

@@ -3,13 +3,13 @@
 import numpy as np
 import pandas as pd
 
-from core.errors import InputError
-from report.layout import figure, table
-from report.plots import draw_legend, panels
-from report.rcs_figures import FLOOR, LABELS, rcs_dbsm
-from scattering import ffe, field_files
-from scattering.interpolation import between, is_dense, order
-from scattering.reference import WANTED, check_columns, is_csv, several
+from isarflow.core.errors import InputError
+from isarflow.report.layout import figure, table
+from isarflow.report.plots import draw_legend, panels
+from isarflow.report.rcs_figures import FLOOR, LABELS, rcs_dbsm
+from isarflow.scattering import ffe, field_files
+from isarflow.scattering.interpolation import between, is_dense, order
+from isarflow.scattering.reference import WANTED, check_columns, is_csv, several
 
 SAME = {"frequency": 1e-6, "elevation": 1e-3, "azimuth": 1e-3}  # relative; degrees
 

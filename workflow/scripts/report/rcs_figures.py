@@ -8,11 +8,11 @@ import matplotlib.ticker
 import numpy as np
 import pandas as pd
 
-from core.sweep import closes_circle, unit_vectors
-from report.layout import BLUE, PALETTE, canvas, circle_ticks, figure
-from report.plots import draw_legend, panels
-from report.selection import evenly
-from scattering.interpolation import between, is_dense, order, order_told
+from isarflow.core.sweep import closes_circle, unit_vectors
+from isarflow.report.layout import BLUE, PALETTE, canvas, circle_ticks, figure
+from isarflow.report.plots import draw_legend, panels
+from isarflow.report.selection import evenly
+from isarflow.scattering.interpolation import between, is_dense, order, order_told
 
 ACROSS, WIDE = 4, 6  # polar plots side by side; inches above which a figure takes the whole page
 FLOOR = 50  # dB below the largest: deep nulls would flatten the rest

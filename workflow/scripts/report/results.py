@@ -8,20 +8,20 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 
-from core.folders import of_fields
-from core.store import open_store
-from core.sweep import images_are_made, snr_label, sweeps
-from imaging.geometry import PURE_NOISE
-from learning.classifier import OTHER
-from learning.experiments import runs
-from learning.metrics import metrics_of
-from mesh.io import read_ply
-from report.selection import target_order
-from report.thesis import DEFINITION
-from report.vocabulary import PROTOCOLS, Names, select
-from scattering import needs
+from isarflow.core.folders import of_fields
+from isarflow.core.store import open_store
+from isarflow.core.sweep import images_are_made, snr_label, sweeps
+from isarflow.imaging.geometry import PURE_NOISE
+from isarflow.learning.classifier import OTHER
+from isarflow.learning.experiments import runs
+from isarflow.learning.metrics import metrics_of
+from isarflow.mesh.io import read_ply
+from isarflow.report.selection import target_order
+from isarflow.report.thesis import DEFINITION
+from isarflow.report.vocabulary import PROTOCOLS, Names, select
+from isarflow.scattering import needs
 
-REFERENCE = Path(__file__).parents[3] / "resources" / "reference"  # published values
+REFERENCE = Path(__file__).resolve().parents[3] / "resources" / "reference"  # published values
 FULL_SIZE = REFERENCE.parent / "results"  # of the run of config/thesis.yaml, once it is made
 
 

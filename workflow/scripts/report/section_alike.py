@@ -3,14 +3,14 @@
 import numpy as np
 import pandas as pd
 
-from core import sweep
-from learning import features, thresholds
-from learning.split import Division, Views, split
-from report.draw_images import gallery
-from report.layout import GREY, PALETTE, Section, figure
-from report.plots import finish, panels
-from report.selection import mistaken, mistaken_snr
-from report.vocabulary import of_run, ranked, run_title, select, split_text
+from isarflow.core import sweep
+from isarflow.learning import features, thresholds
+from isarflow.learning.split import Division, Views, split
+from isarflow.report.draw_images import gallery
+from isarflow.report.layout import GREY, PALETTE, Section, figure
+from isarflow.report.plots import finish, panels
+from isarflow.report.selection import mistaken, mistaken_snr
+from isarflow.report.vocabulary import of_run, ranked, run_title, select, split_text
 
 PAIRS = 4  # kinds of mistake that are shown, the most frequent first
 EXAMPLES = 2  # of each

@@ -5,15 +5,15 @@ import itertools
 import numpy as np
 import pandas as pd
 
-from learning import thresholds
-from learning.experiments import CLEAN
-from report import thesis
-from report.conditions import conditions
-from report.layout import BLUE, VERMILION, Section, figure, number
-from report.plots import draw_curve, draw_density, draw_pixels, draw_published, draw_rejecting, finish, panels
-from report.published import FULL_SIZE, beside, confusion_figure
-from report.selection import decoded_snrs
-from report.vocabulary import (
+from isarflow.learning import thresholds
+from isarflow.learning.experiments import CLEAN
+from isarflow.report import thesis
+from isarflow.report.conditions import conditions
+from isarflow.report.layout import BLUE, VERMILION, Section, figure, number
+from isarflow.report.plots import draw_curve, draw_density, draw_pixels, draw_published, draw_rejecting, finish, panels
+from isarflow.report.published import FULL_SIZE, beside, confusion_figure
+from isarflow.report.selection import decoded_snrs
+from isarflow.report.vocabulary import (
     F1,
     PROTOCOLS,
     at_highest,

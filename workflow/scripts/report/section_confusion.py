@@ -1,9 +1,9 @@
 """Confusion matrices of every model at every SNR, for the page's own slider."""
 
-from learning.experiments import CLEAN
-from report.plots import matrix
-from report.section_headline import SETS, sets_of
-from report.vocabulary import METHOD, ranked, select, split_text, title
+from isarflow.learning.experiments import CLEAN
+from isarflow.report.plots import matrix
+from isarflow.report.section_headline import SETS, sets_of
+from isarflow.report.vocabulary import METHOD, ranked, select, split_text, title
 
 
 def matrices(results):

@@ -10,13 +10,13 @@ from matplotlib import colormaps
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
-from core.errors import InputError
-from core.sweep import closes_circle
-from imaging.geometry import imager_of, planned
-from imaging.imagers.fourier import wavenumber_grid, window
-from mesh import topology
-from report.draw_images import FLOOR_DB, decibels
-from report.selection import around, evenly, noise_snrs
+from isarflow.core.errors import InputError
+from isarflow.core.sweep import closes_circle
+from isarflow.imaging.geometry import imager_of, planned
+from isarflow.imaging.imagers.fourier import wavenumber_grid, window
+from isarflow.mesh import topology
+from isarflow.report.draw_images import FLOOR_DB, decibels
+from isarflow.report.selection import around, evenly, noise_snrs
 
 MOST_TRIANGLES = 12_000  # of the mesh that is shown: it stays quick to turn
 MOST_BYTES = 600_000  # of all fields, and again of images of an imager of one's own

@@ -6,13 +6,13 @@ import re
 import pandas as pd
 from matplotlib.lines import Line2D
 
-from learning.experiments import CLEAN, REFERENCE
-from report import thesis
-from report.conditions import conditions, meaning
-from report.layout import BLACK, figure
-from report.plots import draw_curve, draw_published, draw_rejecting, finish, panels
-from report.published import FULL_SIZE, beside
-from report.vocabulary import (
+from isarflow.learning.experiments import CLEAN, REFERENCE
+from isarflow.report import thesis
+from isarflow.report.conditions import conditions, meaning
+from isarflow.report.layout import BLACK, figure
+from isarflow.report.plots import draw_curve, draw_published, draw_rejecting, finish, panels
+from isarflow.report.published import FULL_SIZE, beside
+from isarflow.report.vocabulary import (
     DRAWN,
     F1,
     METHOD,

@@ -4,16 +4,16 @@ import numpy as np
 import pandas as pd
 from matplotlib.ticker import MaxNLocator
 
-from core.errors import InputError
-from core.sweep import snr_label
-from imaging.geometry import imager_of, planned
-from imaging.point_response import point_response
-from report.conditions import noise_words
-from report.draw_images import COLUMNS, FLOOR_DB, edges, gallery, pixel_table
-from report.layout import BLACK, BLUE, Section, figure, table
-from report.plots import draw_pixels, finish, panels
-from report.section_alike import standardized
-from report.selection import GALLERY_AZIMUTHS, GALLERY_ELEVATIONS, around, evenly, noise_snrs, noise_target
+from isarflow.core.errors import InputError
+from isarflow.core.sweep import snr_label
+from isarflow.imaging.geometry import imager_of, planned
+from isarflow.imaging.point_response import point_response
+from isarflow.report.conditions import noise_words
+from isarflow.report.draw_images import COLUMNS, FLOOR_DB, edges, gallery, pixel_table
+from isarflow.report.layout import BLACK, BLUE, Section, figure, table
+from isarflow.report.plots import draw_pixels, finish, panels
+from isarflow.report.section_alike import standardized
+from isarflow.report.selection import GALLERY_AZIMUTHS, GALLERY_ELEVATIONS, around, evenly, noise_snrs, noise_target
 
 BINS = 40  # of the histograms
 PLACES = 13  # of scatterers, along each axis of the extent

@@ -5,12 +5,12 @@ import itertools
 import pandas as pd
 from matplotlib.ticker import MaxNLocator
 
-from report.conditions import conditions, meaning
-from report.layout import Section, duration, figure, number, table
-from report.plots import draw_curve, draw_matrix, draw_published, draw_trainings, finish, matrix, panels
-from report.published import CLOSED, beside, statements_table
-from report.selection import TABLE_SNRS, evenly
-from report.vocabulary import (
+from isarflow.report.conditions import conditions, meaning
+from isarflow.report.layout import Section, duration, figure, number, table
+from isarflow.report.plots import draw_curve, draw_matrix, draw_published, draw_trainings, finish, matrix, panels
+from isarflow.report.published import CLOSED, beside, statements_table
+from isarflow.report.selection import TABLE_SNRS, evenly
+from isarflow.report.vocabulary import (
     ACCURACY,
     ELEVATIONS,
     at_highest,

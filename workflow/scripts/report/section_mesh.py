@@ -5,11 +5,11 @@ import numpy as np
 import pandas as pd
 from matplotlib.colors import Normalize
 
-from core.words import counted
-from mesh import topology
-from report import draw_mesh
-from report.layout import BLACK, PALETTE, Section, canvas, duration, figure, signed, table
-from report.selection import evenly
+from isarflow.core.words import counted
+from isarflow.mesh import topology
+from isarflow.report import draw_mesh
+from isarflow.report.layout import BLACK, PALETTE, Section, canvas, duration, figure, signed, table
+from isarflow.report.selection import evenly
 
 QUALITY = "RdYlBu"  # colours of the smallest angle: red is bad
 ANGLES = Normalize(0, 60)  # degrees

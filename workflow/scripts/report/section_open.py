@@ -4,12 +4,12 @@ import itertools
 
 import pandas as pd
 
-from report.conditions import conditions
-from report.layout import PALETTE, Section, figure, table
-from report.plots import draw_curve, draw_rejecting, finish, panels
-from report.published import ADAPTATIONS, OPEN, confusion_figure, statements_table
-from report.selection import evenly
-from report.vocabulary import (
+from isarflow.report.conditions import conditions
+from isarflow.report.layout import PALETTE, Section, figure, table
+from isarflow.report.plots import draw_curve, draw_rejecting, finish, panels
+from isarflow.report.published import ADAPTATIONS, OPEN, confusion_figure, statements_table
+from isarflow.report.selection import evenly
+from isarflow.report.vocabulary import (
     F1,
     METHOD,
     PROTOCOLS,

@@ -9,15 +9,15 @@ from pathlib import Path
 import pandas as pd
 import yaml
 
-from core import sweep
-from imaging.geometry import planned
-from mesh import measures
-from report import draw_mesh, thesis
-from report.caveats import warnings
-from report.conditions import fold_numbers, noise_words
-from report.layout import Section, canvas, duration, figure, number, table
+from isarflow.core import sweep
+from isarflow.imaging.geometry import planned
+from isarflow.mesh import measures
+from isarflow.report import draw_mesh, thesis
+from isarflow.report.caveats import warnings
+from isarflow.report.conditions import fold_numbers, noise_words
+from isarflow.report.layout import Section, canvas, duration, figure, number, table
 
-ROOT = Path(__file__).parents[3]
+ROOT = Path(__file__).resolve().parents[3]
 STAGES = ("mesh", "scattering", "imaging")  # whose jobs are called so in benchmarks; all others are learning's
 PACKAGES = ("snakemake", "numpy", "scipy", "jax", "pymeshlab", "scikit-learn", "xarray", "zarr", "matplotlib")
 MAIN = ("jax", "numpy", "snakemake")  # named at the head of the page

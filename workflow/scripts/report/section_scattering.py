@@ -3,10 +3,10 @@
 import numpy as np
 import pandas as pd
 
-from core.sweep import C0
-from report.layout import Section, canvas, circle_ticks, figure, number, table
-from report.rcs_figures import by_transmitter, cut_figure, polar_figure, rcs_dbsm
-from scattering.solver import build
+from isarflow.core.sweep import C0
+from isarflow.report.layout import Section, canvas, circle_ticks, figure, number, table
+from isarflow.report.rcs_figures import by_transmitter, cut_figure, polar_figure, rcs_dbsm
+from isarflow.scattering.solver import build
 
 CURVES = 7  # elevations in one plot at most
 DYNAMIC_RANGE = 40  # dB, of range profiles

@@ -3,11 +3,11 @@
 import numpy as np
 import pandas as pd
 
-from report.conditions import conditions
-from report.layout import BLACK, GREY, Section, figure, signed, table
-from report.plots import draw_rejecting, finish, panels
-from report.selection import TABLE_SNRS, evenly
-from report.vocabulary import (
+from isarflow.report.conditions import conditions
+from isarflow.report.layout import BLACK, GREY, Section, figure, signed, table
+from isarflow.report.plots import draw_rejecting, finish, panels
+from isarflow.report.selection import TABLE_SNRS, evenly
+from isarflow.report.vocabulary import (
     ACCURACY,
     DRAWN,
     F1,

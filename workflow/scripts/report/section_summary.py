@@ -2,13 +2,13 @@
 
 import pandas as pd
 
-from core import sweep
-from imaging.geometry import planned
-from learning.experiments import REFERENCE
-from report import section_headline, thesis
-from report.layout import number, table
-from report.section_mesh import missed
-from report.vocabulary import POWERS, PROTOCOLS, SPLITS, at_snrs, select, split_text
+from isarflow.core import sweep
+from isarflow.imaging.geometry import planned
+from isarflow.learning.experiments import REFERENCE
+from isarflow.report import section_headline, thesis
+from isarflow.report.layout import number, table
+from isarflow.report.section_mesh import missed
+from isarflow.report.vocabulary import POWERS, PROTOCOLS, SPLITS, at_snrs, select, split_text
 
 # Within these a run's numbers are taken for right.
 SPHERE_DB = 0.2  # of the exact backscatter; with ten edges a wavelength it is 0.01

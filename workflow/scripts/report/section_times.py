@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from report import thesis
-from report.layout import Section, canvas, figure, number, table
-from report.vocabulary import run_title, select
+from isarflow.report import thesis
+from isarflow.report.layout import Section, canvas, figure, number, table
+from isarflow.report.vocabulary import run_title, select
 
 # What is drawn of each row and how: a column, what the page calls it, and its marker.
 TIMES = {

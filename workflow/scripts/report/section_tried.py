@@ -5,12 +5,12 @@ import itertools
 import numpy as np
 import pandas as pd
 
-from learning.experiments import REFERENCE
-from report import thesis
-from report.conditions import conditions
-from report.layout import BLACK, Section, figure, signed, table
-from report.plots import draw_curve, draw_rejecting, finish, panels
-from report.vocabulary import (
+from isarflow.learning.experiments import REFERENCE
+from isarflow.report import thesis
+from isarflow.report.conditions import conditions
+from isarflow.report.layout import BLACK, Section, figure, signed, table
+from isarflow.report.plots import draw_curve, draw_rejecting, finish, panels
+from isarflow.report.vocabulary import (
     DRAWN,
     F1,
     GAIN,

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from core.sweep import snr_label
+from isarflow.core.sweep import snr_label
 
 ROLES = ("known", "unknown", "other")
 SPLITS = ("elevation", "sector", "random", "shuffled")  # in the order of the page

@@ -6,10 +6,10 @@ from pathlib import Path
 import jinja2
 import pandas as pd
 
-from core.folders import SCORES
-from learning.paired import differences
-from report import layout, plots
-from report.vocabulary import F1, heading, snr_axis, split_text, title
+from isarflow.core.folders import SCORES
+from isarflow.learning.paired import differences
+from isarflow.report import layout, plots
+from isarflow.report.vocabulary import F1, heading, snr_axis, split_text, title
 
 PROTOCOL = "blind"  # of the thresholds that the page shows; the table beside it has the others, too
 GROUP = ["experiment", "split", "threshold"]  # a section of the page each

@@ -1,7 +1,7 @@
 """What the reference thesis did and how far a run is from it: sizes of networks, definition of SNR, frequency."""
 
-from learning import capsules
-from learning.experiments import REFERENCE
+from isarflow.learning import capsules
+from isarflow.learning.experiments import REFERENCE
 
 # The thesis's sizes, by kind of model (its chapter 5), and what they count. Other kinds have none.
 SIZES = {"fcnn": {"width": 756}, "capsule": {"width": 256, "capsules": 32}}

@@ -6,13 +6,13 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from core.sweep import snr_label
-from learning import images, thresholds
-from learning.classifier import OTHER
-from learning.judge import Decision, gain
-from learning.metrics import metrics_of_labels
-from learning.model_folder import config_of, load
-from learning.predict import KNOWN, classify
+from isarflow.core.sweep import snr_label
+from isarflow.learning import images, thresholds
+from isarflow.learning.classifier import OTHER
+from isarflow.learning.judge import Decision, gain
+from isarflow.learning.metrics import metrics_of_labels
+from isarflow.learning.model_folder import config_of, load
+from isarflow.learning.predict import KNOWN, classify
 
 PROTOCOL = "thesis"  # of the thresholds that are compared with
 

@@ -6,17 +6,25 @@ appends to its `lacks` what the run does not have of it.
 
 import numpy as np
 
-from core.sweep import snr_label
-from learning import images
-from learning.experiments import training
-from report import thesis_statements as stated
-from report.layout import BLACK, number, signed
-from report.plots import draw_curve, draw_pixels, draw_published, draw_rejecting, draw_trainings, finish, panels
-from report.published import ADAPTATIONS
-from report.selection import around, evenly, nearest
-from report.thesis_markdown import NONE, NotHere, picture, say, table
-from report.thesis_statements import HARDER, PROTOCOLS, SPLIT, WORDS, by_sector, ours, value_text
-from report.vocabulary import ACCURACY, at_snrs, select, snr_axis, title
+from isarflow.core.sweep import snr_label
+from isarflow.learning import images
+from isarflow.learning.experiments import training
+from isarflow.report import thesis_statements as stated
+from isarflow.report.layout import BLACK, number, signed
+from isarflow.report.plots import (
+    draw_curve,
+    draw_pixels,
+    draw_published,
+    draw_rejecting,
+    draw_trainings,
+    finish,
+    panels,
+)
+from isarflow.report.published import ADAPTATIONS
+from isarflow.report.selection import around, evenly, nearest
+from isarflow.report.thesis_markdown import NONE, NotHere, picture, say, table
+from isarflow.report.thesis_statements import HARDER, PROTOCOLS, SPLIT, WORDS, by_sector, ours, value_text
+from isarflow.report.vocabulary import ACCURACY, at_snrs, select, snr_axis, title
 
 NEARLY = 0.1  # relative: a setting tried that is so near to the published one stands for it
 

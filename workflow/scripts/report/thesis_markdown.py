@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import yaml
 
-from report.layout import to_png
-from report.results import REFERENCE
+from isarflow.report.layout import to_png
+from isarflow.report.results import REFERENCE
 
 NONE = "–"  # of a table's cell
 PAGE = yaml.safe_load((REFERENCE / "thesis_page.yaml").read_text())  # its head says what it has

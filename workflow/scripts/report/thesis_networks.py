@@ -5,17 +5,17 @@ As of `thesis_figures`; among them what the slips of the document make in a run'
 
 import numpy as np
 
-from report import thesis_anew as anew
-from report import thesis_statements as stated
-from report.layout import BLACK, BLUE, VERMILION, number, signed
-from report.plots import draw_density, draw_matrix, draw_pixels, finish, matrix, panels
-from report.published import ADAPTATIONS, CLASSES, value_at
-from report.section_capsule import plain
-from report.selection import HIGH_SNR, THESIS_NETWORKS, everywhere_networks, nearest
-from report.thesis_markdown import NONE, PAGE, NotHere, picture, say, table
-from report.thesis_sentences import gain_text
-from report.thesis_statements import SPLIT, WORDS, high_snr, judged_anew, ours, value_text
-from report.vocabulary import ACCURACY, F1, POWERS, select, snr_axis, training_noise, with_interval
+from isarflow.report import thesis_anew as anew
+from isarflow.report import thesis_statements as stated
+from isarflow.report.layout import BLACK, BLUE, VERMILION, number, signed
+from isarflow.report.plots import draw_density, draw_matrix, draw_pixels, finish, matrix, panels
+from isarflow.report.published import ADAPTATIONS, CLASSES, value_at
+from isarflow.report.section_capsule import plain
+from isarflow.report.selection import HIGH_SNR, THESIS_NETWORKS, everywhere_networks, nearest
+from isarflow.report.thesis_markdown import NONE, PAGE, NotHere, picture, say, table
+from isarflow.report.thesis_sentences import gain_text
+from isarflow.report.thesis_statements import SPLIT, WORDS, high_snr, judged_anew, ours, value_text
+from isarflow.report.vocabulary import ACCURACY, F1, POWERS, select, snr_axis, training_noise, with_interval
 
 HEADINGS = PAGE["headings"]
 EXAMPLES = 5  # reconstructions of a target

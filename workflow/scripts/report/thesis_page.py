@@ -6,15 +6,26 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from core import sweep
-from report import thesis_figures, thesis_networks, thesis_sentences
-from report.conditions import noise_words
-from report.layout import duration, style
-from report.results import Results
-from report.section_run import commit, networks, version
-from report.thesis_markdown import NONE, PAGE, NotHere, Picture, anchor, block, bullets, folded, not_here, table
-from report.thesis_statements import KEPT, judge, present, value_text
-from report.vocabulary import select
+from isarflow.core import sweep
+from isarflow.report import thesis_figures, thesis_networks, thesis_sentences
+from isarflow.report.conditions import noise_words
+from isarflow.report.layout import duration, style
+from isarflow.report.results import Results
+from isarflow.report.section_run import commit, networks, version
+from isarflow.report.thesis_markdown import (
+    NONE,
+    PAGE,
+    NotHere,
+    Picture,
+    anchor,
+    block,
+    bullets,
+    folded,
+    not_here,
+    table,
+)
+from isarflow.report.thesis_statements import KEPT, judge, present, value_text
+from isarflow.report.vocabulary import select
 
 FILE = "README.md"
 LEARNING = ("train", "predict", "reconstruct", "timing", "scores")  # steps of the learning stage, as jobs are recorded

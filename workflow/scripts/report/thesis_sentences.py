@@ -5,16 +5,16 @@ Each function yields sentences, or none where what it says does not apply. figur
 
 from functools import reduce
 
-from core.sweep import elevations as sweep_elevations
-from learning.experiments import training
-from report import thesis
-from report import thesis_anew as anew
-from report import thesis_statements as stated
-from report.layout import signed
-from report.section_learning import training_end
-from report.selection import nearest
-from report.thesis_markdown import NONE, PAGE, say
-from report.vocabulary import ACCURACY, POWERS, select, training_noise
+from isarflow.core.sweep import elevations as sweep_elevations
+from isarflow.learning.experiments import training
+from isarflow.report import thesis
+from isarflow.report import thesis_anew as anew
+from isarflow.report import thesis_statements as stated
+from isarflow.report.layout import signed
+from isarflow.report.section_learning import training_end
+from isarflow.report.selection import nearest
+from isarflow.report.thesis_markdown import NONE, PAGE, say
+from isarflow.report.vocabulary import ACCURACY, POWERS, select, training_noise
 
 
 def targets(results, figure):

@@ -6,14 +6,14 @@ ones: split by sector, thresholds chosen without them (`blind`), SNR by mean pow
 
 import numpy as np
 
-from learning.classifier import OTHER
-from learning.experiments import training
-from report import thesis_anew as anew
-from report.plots import RELATIONS, holds
-from report.published import ADAPTATIONS, CLOSED, OPEN, value_at
-from report.selection import HIGH_SNR, everywhere_networks, nearest, thesis_networks
-from report.thesis_markdown import NONE, PAGE, table
-from report.vocabulary import ACCURACY, at_snrs, select, with_interval
+from isarflow.learning.classifier import OTHER
+from isarflow.learning.experiments import training
+from isarflow.report import thesis_anew as anew
+from isarflow.report.plots import RELATIONS, holds
+from isarflow.report.published import ADAPTATIONS, CLOSED, OPEN, value_at
+from isarflow.report.selection import HIGH_SNR, everywhere_networks, nearest, thesis_networks
+from isarflow.report.thesis_markdown import NONE, PAGE, table
+from isarflow.report.vocabulary import ACCURACY, at_snrs, select, with_interval
 
 # What a published metric is called in scores.csv and on the page.
 METRICS = {

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from learning.experiments import snrs_in_words, training
-from report.layout import (
+from isarflow.learning.experiments import snrs_in_words, training
+from isarflow.report.layout import (
     BLACK,
     BLUE,
     CRIMSON,

@@ -17,11 +17,11 @@ from itertools import pairwise
 
 import numpy as np
 
-from scattering.basis import by_half
-from scattering.factorization import Pool
-from scattering.kernel import TINY
-from scattering.kernels import TILE, tile
-from scattering.quadrature import RULES
+from isarflow.scattering.basis import by_half
+from isarflow.scattering.factorization import Pool
+from isarflow.scattering.kernel import TINY
+from isarflow.scattering.kernels import TILE, tile
+from isarflow.scattering.quadrature import RULES
 
 
 @dataclass(frozen=True)

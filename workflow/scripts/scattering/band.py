@@ -5,12 +5,12 @@ import sys
 import numpy as np
 from tqdm import tqdm
 
-from core.errors import InputError
-from mesh import topology
-from mesh.io import read_ply
-from scattering import needs
-from scattering.solver import build
-from scattering.store import versions, write_field
+from isarflow.core.errors import InputError
+from isarflow.mesh import topology
+from isarflow.mesh.io import read_ply
+from isarflow.scattering import needs
+from isarflow.scattering.solver import build
+from isarflow.scattering.store import versions, write_field
 
 # Of what the plan says at least this much is needed: it was seen to say 25.4 GB where a solve took 21.3.
 SURE_SHARE = 0.8

@@ -22,7 +22,7 @@ from itertools import product
 
 import numpy as np
 
-from core.errors import InputError
+from isarflow.core.errors import InputError
 
 PATCH = 330  # triangles of a patch: with its neighbours it fills a tile of the matrix (see `assembly`)
 AXES = {"yz": 0, "xz": 1, "xy": 2}  # mirror plane -> the coordinate that changes sign

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy import sparse
 
-from core.errors import InputError
+from isarflow.core.errors import InputError
 
 
 def check_closed(vertices, triangles):

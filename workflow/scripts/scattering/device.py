@@ -12,8 +12,8 @@ import jax.numpy as jnp
 import jax.scipy.linalg
 import numpy as np
 
-from core.errors import InputError
-from scattering.factorization import GeneralMatrix, SymmetricMatrix
+from isarflow.core.errors import InputError
+from isarflow.scattering.factorization import GeneralMatrix, SymmetricMatrix
 
 
 def give_back():

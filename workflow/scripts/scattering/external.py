@@ -5,11 +5,11 @@ import contextlib
 import numpy as np
 import xarray as xr
 
-from core.errors import InputError
-from core.store import check_given
-from core.sweep import azimuths, elevations, frequencies
-from scattering import ffe, field_files
-from scattering.store import CONVENTION, COORDINATES, versions, write_field
+from isarflow.core.errors import InputError
+from isarflow.core.store import check_given
+from isarflow.core.sweep import azimuths, elevations, frequencies
+from isarflow.scattering import ffe, field_files
+from isarflow.scattering.store import CONVENTION, COORDINATES, versions, write_field
 
 # How far a sample may lie from where the sweep wants it. There is no interpolation.
 TOLERANCES = {"frequency": 1e-6, "elevation": ffe.ANGLE, "azimuth": ffe.ANGLE}  # relative, degrees, degrees

@@ -14,9 +14,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from scattering.basis import by_half
-from scattering.factorization import Pool
-from scattering.kernels import TILE, excite
+from isarflow.scattering.basis import by_half
+from isarflow.scattering.factorization import Pool
+from isarflow.scattering.kernels import TILE, excite
 
 CHUNK = TILE // 2  # directions of a task
 

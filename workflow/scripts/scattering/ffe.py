@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from core.errors import InputError
+from isarflow.core.errors import InputError
 
 COLUMNS = ("Theta", "Phi", "Re(Etheta)", "Im(Etheta)", "Re(Ephi)", "Im(Ephi)", "RCS(Total)")
 ANGLE = 1e-4  # degrees within which two directions are the same

@@ -3,7 +3,7 @@
 import hashlib
 from pathlib import Path
 
-from core.errors import InputError
+from isarflow.core.errors import InputError
 
 
 def paths(field):

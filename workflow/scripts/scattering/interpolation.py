@@ -8,8 +8,8 @@ through the samples is taken, which is less exact in the gap at either end: 5e-5
 
 import numpy as np
 
-from core.sweep import C0, closes_circle
-from scattering.sampling import samples_of_ring
+from isarflow.core.sweep import C0, closes_circle
+from isarflow.scattering.sampling import samples_of_ring
 
 ACCURACY = 1e-5  # of the excitation's largest value, what the orders beyond M are
 QUIET, HIGHEST = (

@@ -1,5 +1,5 @@
-from core.job import job
-from scattering.external import write_external
+from isarflow.core.job import job
+from isarflow.scattering.external import write_external
 
 with job(snakemake):
     settings = snakemake.params.settings

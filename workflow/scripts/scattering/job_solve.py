@@ -1,6 +1,6 @@
-from core.job import job
-from core.sweep import sweeps
-from scattering.band import solve_band
+from isarflow.core.job import job
+from isarflow.core.sweep import sweeps
+from isarflow.scattering.band import solve_band
 
 with job(snakemake):
     settings = snakemake.params.settings

@@ -1,5 +1,5 @@
-from core.job import job
-from scattering.sphere import check
+from isarflow.core.job import job
+from isarflow.scattering.sphere import check
 
 with job(snakemake):
     settings = snakemake.params.settings

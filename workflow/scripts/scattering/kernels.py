@@ -13,9 +13,9 @@ import numpy as np
 from numba import config, njit, types
 from numba.extending import overload
 
-from core.compiled import folder
-from scattering.kernel import COS, SIN
-from scattering.quadrature import RULES
+from isarflow.core.compiled import folder
+from isarflow.scattering.kernel import COS, SIN
+from isarflow.scattering.quadrature import RULES
 
 TILE = 384  # triangles that a tile holds, functions beyond its block's own included; or directions at once
 config.CACHE_DIR = config.CACHE_DIR or folder()

@@ -14,9 +14,9 @@ from itertools import pairwise
 import numpy as np
 from scipy.linalg.lapack import zpstrf, ztrtri
 
-from scattering.device import give_back
-from scattering.factorization import Pool, runs, through_diagonal
-from scattering.plan import SKETCH
+from isarflow.scattering.device import give_back
+from isarflow.scattering.factorization import Pool, runs, through_diagonal
+from isarflow.scattering.plan import SKETCH
 
 FREED = 8  # columns after which free memory is given back
 SPANNED = 2.0  # times what a tile may leave out: what may be left of a random column, where all that is left adds up

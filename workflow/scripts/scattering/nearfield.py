@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from scipy.spatial import cKDTree
 
-from scattering.quadrature import cross, dot
+from isarflow.scattering.quadrature import cross, dot
 
 # A pair is near if the centroids are closer than this many times the sum of the triangles' radii.
 NEAR = 2.0

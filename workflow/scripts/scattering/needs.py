@@ -4,14 +4,14 @@ import os
 from math import floor
 from pathlib import Path
 
-from core.errors import InputError
-from core.sweep import sweeps
-from mesh.measures import ideal_unknowns
-from mesh.read import UNITS, states_unit
-from mesh.resolution import COARSEST, wanted_edges
-from mesh.symmetry import axes
-from scattering.machine import slowness
-from scattering.solver import build
+from isarflow.core.errors import InputError
+from isarflow.core.sweep import sweeps
+from isarflow.mesh.measures import ideal_unknowns
+from isarflow.mesh.read import UNITS, states_unit
+from isarflow.mesh.resolution import COARSEST, wanted_edges
+from isarflow.mesh.symmetry import axes
+from isarflow.scattering.machine import slowness
+from isarflow.scattering.solver import build
 
 OWN = ("formulation",)  # settings that a target may have of its own
 CONTAINER_LIMIT = Path("/sys/fs/cgroup/memory.max")  # there in a container with a limit of its own

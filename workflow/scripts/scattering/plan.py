@@ -13,8 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
-from core.sweep import C0
-from scattering.sampling import TOLERANCE, samples_of_ring
+from isarflow.core.sweep import C0
+from isarflow.scattering.sampling import TOLERANCE, samples_of_ring
 
 FLOPS = 1.87e11  # real operations a second in single precision, counted as (4/3) N^3
 ASSEMBLY = 5.8e-9  # s for each pair of unknowns that a mirror plane does not spare

@@ -4,7 +4,7 @@ import contextlib
 import csv
 from pathlib import Path
 
-from core.errors import InputError
+from isarflow.core.errors import InputError
 
 WANTED = {"frequency_hz": "frequency", "elevation_deg": "elevation", "azimuth_deg": "azimuth"}
 

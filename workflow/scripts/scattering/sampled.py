@@ -15,10 +15,10 @@ from itertools import pairwise
 import numpy as np
 from scipy import sparse
 
-from scattering.assembly import Block, block_of
-from scattering.factorization import Pool
-from scattering.kernels import TILE
-from scattering.lowrank import RANDOM, SKETCH, compress
+from isarflow.scattering.assembly import Block, block_of
+from isarflow.scattering.factorization import Pool
+from isarflow.scattering.kernels import TILE
+from isarflow.scattering.lowrank import RANDOM, SKETCH, compress
 
 SAMPLES = 32  # triangles of a patch
 CHECKS = SAMPLES // 2  # functions of a patch, on two triangles each

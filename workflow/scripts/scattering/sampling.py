@@ -15,7 +15,7 @@ from itertools import pairwise
 import numpy as np
 from scipy.special import jv
 
-from core.sweep import unit_vectors
+from isarflow.core.sweep import unit_vectors
 
 TOLERANCE = {np.dtype(np.complex64): 1e-6, np.dtype(np.complex128): 1e-13}  # of the excitation's largest value
 

@@ -7,19 +7,19 @@ from functools import partial
 import jax
 import numpy as np
 
-from core.errors import InputError
-from core.sweep import C0, Sweep, unit_vectors
-from scattering.assembly import Entries, assemble
-from scattering.basis import fundamental_domain, rwg
-from scattering.device import GeneralOnDevice, SymmetricOnDevice, give_back
-from scattering.factorization import GeneralMatrix, Product, SymmetricMatrix
-from scattering.farfield import Excitation
-from scattering.lowrank import LowRankMatrix
-from scattering.operators import cfie, efie
-from scattering.plan import COLUMNS
-from scattering.sampled import fill
-from scattering.sampling import middle_of, rings, sample
-from scattering.solver import Solution
+from isarflow.core.errors import InputError
+from isarflow.core.sweep import C0, Sweep, unit_vectors
+from isarflow.scattering.assembly import Entries, assemble
+from isarflow.scattering.basis import fundamental_domain, rwg
+from isarflow.scattering.device import GeneralOnDevice, SymmetricOnDevice, give_back
+from isarflow.scattering.factorization import GeneralMatrix, Product, SymmetricMatrix
+from isarflow.scattering.farfield import Excitation
+from isarflow.scattering.lowrank import LowRankMatrix
+from isarflow.scattering.operators import cfie, efie
+from isarflow.scattering.plan import COLUMNS
+from isarflow.scattering.sampled import fill
+from isarflow.scattering.sampling import middle_of, rings, sample
+from isarflow.scattering.solver import Solution
 
 OPERATORS = {"efie": efie, "cfie": cfie}
 DTYPES = {"single": np.complex64, "double": np.complex128}

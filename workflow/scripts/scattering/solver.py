@@ -17,7 +17,7 @@ import dataclasses
 
 import numpy as np
 
-from core.kinds import load_class
+from isarflow.core.kinds import load_class
 
 
 @dataclasses.dataclass

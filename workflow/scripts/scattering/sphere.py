@@ -10,9 +10,9 @@ import numpy as np
 from scipy.spatial import ConvexHull
 from scipy.special import spherical_jn, spherical_yn
 
-from core.errors import InputError
-from core.sweep import C0, Sweep
-from scattering.solver import build
+from isarflow.core.errors import InputError
+from isarflow.core.sweep import C0, Sweep
+from isarflow.scattering.solver import build
 
 RADIUS = 0.35  # wavelengths: ka = 2.2, between the sphere's inner resonances, and a second's work
 DIRECTION = 20.0, 10.0  # azimuth and elevation in degrees, off the mesh's axes of symmetry

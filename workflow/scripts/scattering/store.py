@@ -5,7 +5,7 @@ import platform
 
 import xarray as xr
 
-from core.store import open_store, write
+from isarflow.core.store import open_store, write
 
 CONVENTION = (
     "E_s = field exp(-j k r) / r for a unit incident plane wave, exp(+j omega t), phase referred to the origin; "

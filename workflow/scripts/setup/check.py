@@ -9,21 +9,21 @@ from pathlib import Path
 
 import numpy as np
 
-from core import sweep
-from core.errors import InputError
-from core.folders import of_fields
-from core.sweep import images_are_made
-from imaging.geometry import PURE_NOISE, centres, planned
-from learning.classifier import NOT_HYPER, OTHER, choices
-from learning.experiments import CLEAN, TOLERANCE, channels_of, runs
-from learning.split import Division, folds, split
-from learning.split import check as check_sides
-from mesh import cad_kernel
-from scattering import field_files, needs
-from scattering.reference import check_columns, check_frequencies, is_csv, several
-from setup import sweeps
-from setup.kinds import MODELS, SECTIONS, check_kind, kind, settings_of
-from setup.schema import check_schema, near, schema
+from isarflow.core import sweep
+from isarflow.core.errors import InputError
+from isarflow.core.folders import of_fields
+from isarflow.core.sweep import images_are_made
+from isarflow.imaging.geometry import PURE_NOISE, centres, planned
+from isarflow.learning.classifier import NOT_HYPER, OTHER, choices
+from isarflow.learning.experiments import CLEAN, TOLERANCE, channels_of, runs
+from isarflow.learning.split import Division, folds, split
+from isarflow.learning.split import check as check_sides
+from isarflow.mesh import cad_kernel
+from isarflow.scattering import field_files, needs
+from isarflow.scattering.reference import check_columns, check_frequencies, is_csv, several
+from isarflow.setup import sweeps
+from isarflow.setup.kinds import MODELS, SECTIONS, check_kind, kind, settings_of
+from isarflow.setup.schema import check_schema, near, schema
 
 FIELD_FORMATS = (".ffe", ".zarr")
 WHERE = " (paths start at the folder you run snakemake in, or at the repository's)"

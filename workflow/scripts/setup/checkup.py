@@ -2,17 +2,17 @@
 
 import numpy as np
 
-from core import sweep
-from core.errors import InputError
-from core.words import counted
-from mesh import symmetry, topology
-from mesh.build import load
-from mesh.distance import from_mirror_image
-from mesh.ground import Ground
-from mesh.read import UNITS, check_size, in_metres, read_cad, states_unit
-from mesh.resolution import check_resolution, wanted_edges
-from scattering import needs
-from scattering.closed import check_closed
+from isarflow.core import sweep
+from isarflow.core.errors import InputError
+from isarflow.core.words import counted
+from isarflow.mesh import symmetry, topology
+from isarflow.mesh.build import load
+from isarflow.mesh.distance import from_mirror_image
+from isarflow.mesh.ground import Ground
+from isarflow.mesh.read import UNITS, check_size, in_metres, read_cad, states_unit
+from isarflow.mesh.resolution import check_resolution, wanted_edges
+from isarflow.scattering import needs
+from isarflow.scattering.closed import check_closed
 
 SAMPLED = 2000  # triangles at which the thickness is measured, and what is between walls
 GIGA = 1000  # MB

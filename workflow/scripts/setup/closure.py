@@ -5,7 +5,7 @@ import functools
 import hashlib
 from pathlib import Path
 
-from core.errors import InputError
+from isarflow.core.errors import InputError
 
 SCRIPTS = Path(__file__).resolve().parents[1]
 
@@ -73,7 +73,8 @@ def _imported(file, tree):
             names |= {package, *(f"{package}.{alias.name}" for alias in node.names)}
     files = set()
     for name in names:
-        parts = name.strip(".").split(".")
+        # The package's own file only hands on names, and no result comes from it.
+        parts = name.strip(".").removeprefix("isarflow.").split(".")
         files |= {Path(*parts[:depth], "__init__.py") for depth in range(1, len(parts) + 1)}
         files.add(Path(*parts).with_suffix(".py"))
     return {path for path in files if (SCRIPTS / path).is_file()}

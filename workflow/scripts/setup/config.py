@@ -7,15 +7,15 @@ from pathlib import Path
 
 import yaml
 
-from core.errors import InputError
-from core.sweep import frequencies, images_are_made
-from learning.experiments import CLEAN
-from setup import overlay, sweeps
-from setup.check import check, check_experiments, check_fewest, rules
-from setup.overlay import ALL, EXPERIMENTS
-from setup.schema import check_schema
-from setup.snrs import write_out
-from setup.yaml_file import read_yaml
+from isarflow.core.errors import InputError
+from isarflow.core.sweep import frequencies, images_are_made
+from isarflow.learning.experiments import CLEAN
+from isarflow.setup import overlay, sweeps
+from isarflow.setup.check import check, check_experiments, check_fewest, rules
+from isarflow.setup.overlay import ALL, EXPERIMENTS
+from isarflow.setup.schema import check_schema
+from isarflow.setup.snrs import write_out
+from isarflow.setup.yaml_file import read_yaml
 
 ROOT = Path(__file__).resolve().parents[3]
 BASE = ROOT / "config" / "config.yaml"

@@ -5,7 +5,7 @@ import shutil
 import tempfile
 from pathlib import Path
 
-from core.errors import InputError
+from isarflow.core.errors import InputError
 
 
 def check_writable(*folders):

@@ -1,7 +1,7 @@
 from pathlib import Path
 
-from core.job import job
-from setup.checkup import REFUSED, checkup, swept
+from isarflow.core.job import job
+from isarflow.setup.checkup import REFUSED, checkup, swept
 
 with job(snakemake):
     lines, refused = [swept(snakemake.params.settings)], []

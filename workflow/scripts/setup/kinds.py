@@ -7,9 +7,9 @@ import ast
 import functools
 from typing import NamedTuple
 
-from core.errors import InputError
-from setup.closure import SCRIPTS
-from setup.schema import near
+from isarflow.core.errors import InputError
+from isarflow.setup.closure import SCRIPTS
+from isarflow.setup.schema import near
 
 
 class Seam(NamedTuple):
@@ -103,7 +103,7 @@ def _said(file, name):
     imported = [node for node in tree.body if isinstance(node, ast.ImportFrom) and node.module and not node.level]
     for base in reversed([base.id for base in found.bases if isinstance(base, ast.Name)]):
         for node in imported:
-            module = f"{node.module.replace('.', '/')}.py"
+            module = f"{node.module.removeprefix('isarflow.').replace('.', '/')}.py"
             names = [alias.name for alias in node.names if not alias.asname]
             if base in names and module != DEFAULTS and (SCRIPTS / module).is_file():
                 inherited, literals, wanted = _said(module, base)

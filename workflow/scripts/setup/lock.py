@@ -15,7 +15,7 @@ from pathlib import Path
 
 import psutil
 
-from core.errors import InputError
+from isarflow.core.errors import InputError
 
 LOCKS, RUNS = Path(".snakemake/locks"), Path(".snakemake/runs")
 _held = []  # the open file of this process's run

@@ -1,8 +1,8 @@
 """Lay a config over another: key by key, and things that the user names one by one."""
 
-from core.errors import InputError
-from setup.kinds import SECTIONS, settings_of
-from setup.schema import near, schema
+from isarflow.core.errors import InputError
+from isarflow.setup.kinds import SECTIONS, settings_of
+from isarflow.setup.schema import near, schema
 
 # Maps of things that the user names: of these an overlay adds, changes and, with null, removes single ones.
 EXPERIMENTS = "learning.experiments"

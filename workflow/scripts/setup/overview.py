@@ -6,17 +6,17 @@ from pathlib import Path
 import igl
 import numpy as np
 
-from core.errors import InputError
-from core.folders import of_fields
-from core.sweep import images_are_made, why_no_images
-from imaging.geometry import describe, planned
-from mesh import cad_kernel, symmetry, topology
-from mesh.read import check_size, in_metres, read_cad
-from mesh.resolution import check_resolution
-from report.caveats import LEARNING, warnings
-from scattering import field_files, needs
-from setup.config import BASE, read_yaml
-from setup.disk import shortage
+from isarflow.core.errors import InputError
+from isarflow.core.folders import of_fields
+from isarflow.core.sweep import images_are_made, why_no_images
+from isarflow.imaging.geometry import describe, planned
+from isarflow.mesh import cad_kernel, symmetry, topology
+from isarflow.mesh.read import check_size, in_metres, read_cad
+from isarflow.mesh.resolution import check_resolution
+from isarflow.report.caveats import LEARNING, warnings
+from isarflow.scattering import field_files, needs
+from isarflow.setup.config import BASE, read_yaml
+from isarflow.setup.disk import shortage
 
 LOOKED_AT = 200_000  # triangles: a target of more is left to its jobs, as its repair may take minutes
 
@@ -35,7 +35,7 @@ def overview(config, results, refuse=False, seeds=1):
         try:
             sizes[name] = _size(config, name, fields / "mesh" / f"{name}.json")
             if field_files.is_store(target.get("field")):
-                from scattering.external import check_polarizations  # xarray takes a second
+                from isarflow.scattering.external import check_polarizations  # xarray takes a second
 
                 check_polarizations(target["field"], config["radar"]["polarizations"])
         except InputError as error:
@@ -142,8 +142,8 @@ def _size(config, name, mesh_json):
     vertices, triangles = topology.compact(in_metres(vertices, target), triangles)
     check_size(vertices, target, config["mesh"], config["radar"], target["mesh"], needs.precision(config))
     if len(triangles) <= LOOKED_AT and _is_doubtful(config, name, vertices, triangles):
-        from mesh.build import load  # with MeshLab, which takes long to load
-        from setup.checkup import check_formulation
+        from isarflow.mesh.build import load  # with MeshLab, which takes long to load
+        from isarflow.setup.checkup import check_formulation
 
         check_formulation(config, name, load(target["mesh"], target, config["mesh"], config["radar"]))
     return {

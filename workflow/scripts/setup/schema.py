@@ -10,7 +10,7 @@ from pathlib import Path
 import jsonschema
 import yaml
 
-from core.errors import InputError
+from isarflow.core.errors import InputError
 
 SCHEMA = Path(__file__).resolve().parents[3] / "config" / "schema.yaml"
 LONGEST = 100  # characters of a value that a message shows

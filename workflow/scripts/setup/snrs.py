@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from core import sweep
-from core.errors import InputError
-from learning.experiments import CLEAN
-from setup.schema import repeated
+from isarflow.core import sweep
+from isarflow.core.errors import InputError
+from isarflow.learning.experiments import CLEAN
+from isarflow.setup.schema import repeated
 
 MOST = 201  # SNRs in a list
 ALL = "all"

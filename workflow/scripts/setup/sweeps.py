@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from core import sweep
-from core.errors import InputError
-from core.sweep import images_are_made
-from setup.snrs import stepped
+from isarflow.core import sweep
+from isarflow.core.errors import InputError
+from isarflow.core.sweep import images_are_made
+from isarflow.setup.snrs import stepped
 
 MOST_ANGLES = 100_000
 CIRCLES = {"count"}, {"start", "stop", "step"}

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import yaml
 
-from core.errors import InputError
+from isarflow.core.errors import InputError
 
 MOST_VALUES = 100_000  # of a file with all its aliases written out
 

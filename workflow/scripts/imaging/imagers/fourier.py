@@ -7,9 +7,9 @@ onto one by bilinear interpolation; `exact` takes every sample where it is (back
 
 import numpy as np
 
-from core.errors import InputError
-from core.sweep import C0
-from imaging.formation import Formation
+from isarflow.core.errors import InputError
+from isarflow.core.sweep import C0
+from isarflow.imaging.formation import Formation
 
 WINDOWS = {"hamming": np.hamming, "hann": np.hanning, "blackman": np.blackman, "boxcar": np.ones}
 LEAST_DEPTH = 0.5  # of the bandwidth: a shallower rectangle makes images of far coarser range than the sweep's

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from learning.classifier import ANY_SNR, OTHER, Classifier, Outcome
-from learning.experiments import cleanest
-from learning.features import unit_rows
+from isarflow.learning.classifier import ANY_SNR, OTHER, Classifier, Outcome
+from isarflow.learning.experiments import cleanest
+from isarflow.learning.features import unit_rows
 
 
 class Model(Classifier):

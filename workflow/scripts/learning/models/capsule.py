@@ -5,12 +5,12 @@ from pathlib import Path
 import numpy as np
 from scipy.special import logsumexp
 
-from core.errors import InputError
-from learning import capsules, confidence, convolution
-from learning.classifier import OTHER, Classifier, Outcome
-from learning.experiments import cleanest
-from learning.features import by_channel
-from learning.training_loop import Batches, Checkpoint, Settings, minimize
+from isarflow.core.errors import InputError
+from isarflow.learning import capsules, confidence, convolution
+from isarflow.learning.classifier import OTHER, Classifier, Outcome
+from isarflow.learning.experiments import cleanest
+from isarflow.learning.features import by_channel
+from isarflow.learning.training_loop import Batches, Checkpoint, Settings, minimize
 
 CODE = [Path(file) for file in (capsules.__file__, convolution.__file__, __file__)]  # that a training follows from
 CHUNK = 16  # images at a time: what a convolution looks at then stays in the processor's cache

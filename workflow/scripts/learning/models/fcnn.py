@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from learning import confidence, openmax
-from learning.classifier import OTHER, Classifier, Outcome
-from learning.features import unit
-from learning.training_loop import Batches, Settings, glorot, minimize
+from isarflow.learning import confidence, openmax
+from isarflow.learning.classifier import OTHER, Classifier, Outcome
+from isarflow.learning.features import unit
+from isarflow.learning.training_loop import Batches, Settings, glorot, minimize
 
 
 class Model(Classifier):

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from core.errors import InputError
-from learning.classifier import OTHER, Classifier, Outcome
-from learning.features import squared_distances
+from isarflow.core.errors import InputError
+from isarflow.learning.classifier import OTHER, Classifier, Outcome
+from isarflow.learning.features import squared_distances
 
 
 class Model(Classifier):

@@ -9,9 +9,9 @@ import numpy as np
 from scipy.linalg import eigh
 from scipy.ndimage import uniform_filter
 
-from core.errors import InputError
-from learning.classifier import OTHER, Classifier, Outcome
-from learning.features import by_channel, standardized, unit, unit_rows
+from isarflow.core.errors import InputError
+from isarflow.learning.classifier import OTHER, Classifier, Outcome
+from isarflow.learning.features import by_channel, standardized, unit, unit_rows
 
 BLOCK = 64  # images at a time, always: the last bits of a product depend on how many rows it has
 LOADING = 0.01  # of the mean noise power of a pixel: what its covariance, of few images, is not sure of

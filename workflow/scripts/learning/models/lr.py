@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from learning import confidence
-from learning.classifier import Classifier, Outcome
+from isarflow.learning import confidence
+from isarflow.learning.classifier import Classifier, Outcome
 
 
 class Model(Classifier):

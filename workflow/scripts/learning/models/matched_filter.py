@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from learning.classifier import OTHER, Classifier, Outcome
-from learning.features import standardized, unit_rows
+from isarflow.learning.classifier import OTHER, Classifier, Outcome
+from isarflow.learning.features import standardized, unit_rows
 
 
 class Model(Classifier):

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from learning.classifier import OTHER, Classifier, Outcome
-from learning.features import squared_distances
+from isarflow.learning.classifier import OTHER, Classifier, Outcome
+from isarflow.learning.features import squared_distances
 
 
 class Model(Classifier):

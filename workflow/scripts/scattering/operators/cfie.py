@@ -24,11 +24,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from scattering.closed import check_closed
-from scattering.kernel import cosine, distances, inverse, sine
-from scattering.nearfield import FINE, area_of, by_chunks
-from scattering.operators import efie
-from scattering.quadrature import cross, dot, points_of, static_gradient, weighted_sum
+from isarflow.scattering.closed import check_closed
+from isarflow.scattering.kernel import cosine, distances, inverse, sine
+from isarflow.scattering.nearfield import FINE, area_of, by_chunks
+from isarflow.scattering.operators import efie
+from isarflow.scattering.quadrature import cross, dot, points_of, static_gradient, weighted_sum
 
 # Weight of the EFIE, high because the MFIE with RWG functions has the larger error of the mesh, most of all at sharp
 # edges. With ten edges a wavelength, weights 0.5, 0.8, 0.9 and the EFIE alone (1.0) err by:

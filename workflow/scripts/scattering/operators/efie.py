@@ -12,9 +12,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from scattering.kernel import cosine, distances, green_imag, green_real, inverse, sine
-from scattering.nearfield import FINE, area_of, by_chunks, pairs_of
-from scattering.quadrature import dot, points_of, static_potentials, weighted_sum
+from isarflow.scattering.kernel import cosine, distances, green_imag, green_real, inverse, sine
+from isarflow.scattering.nearfield import FINE, area_of, by_chunks, pairs_of
+from isarflow.scattering.quadrature import dot, points_of, static_potentials, weighted_sum
 
 ALPHA = 1  # all of it: see `cfie`
 SYMMETRIC = True

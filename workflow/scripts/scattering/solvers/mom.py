@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from mesh import topology
-from scattering.plan import at_one_frequency, chosen, planned
+from isarflow.mesh import topology
+from isarflow.scattering.plan import at_one_frequency, chosen, planned
 
 
 class Solver:
@@ -33,8 +33,8 @@ class Solver:
         return planned(measures, planes, sweep, **self._settings(measures, planes, sweep))
 
     def solve(self, vertices, triangles, sweep, symmetry, threads, progress):
-        from core.compiled import keep_compiled
-        from scattering.solve import solve
+        from isarflow.core.compiled import keep_compiled
+        from isarflow.scattering.solve import solve
 
         measures = {"unknowns": topology.unknowns(triangles), "triangles": len(triangles)}
         measures["box"] = np.ptp(vertices, axis=0)

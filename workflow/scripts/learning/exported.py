@@ -1,6 +1,6 @@
-"""Exported images as NumPy arrays: `import isarflow` in the repository's folder, or beside a copy of this one file.
+"""Exported images as NumPy arrays: `load`. A copy of this file works by itself, with NumPy and h5py alone.
 
-It needs NumPy and h5py alone. `snakemake export` writes the files; docs/exported-images.md says what they hold.
+`snakemake export` writes the files; docs/exported-images.md says what they hold.
 """
 
 from dataclasses import dataclass, fields
