@@ -23,7 +23,7 @@ highlight_language = "text"
 nitpicky = True
 
 MENU = {
-    "First steps": ["docs/tutorial", "config/README", "docs/troubleshooting", "docs/cluster"],
+    "First steps": ["docs/tutorial", "docs/running", "config/README", "docs/troubleshooting", "docs/cluster"],
     "What to change": [f"docs/adding-{what}" for what in ("a-target", "an-snr", "a-model", "an-imager", "a-solver")],
     "Data": [
         "docs/rcs",

@@ -3,7 +3,7 @@
     recognition.py results/recognition
 
 Writes its scores into the folder recognition/ beside this file, whole, each compressed (xz); the figures of
-docs/recognition.md; and the tables of that page and of the repository's README.md, between their marks.
+docs/recognition.md, one of which the repository's README.md shows; and the tables of that page, between their marks.
 """
 
 import argparse
@@ -63,8 +63,6 @@ def main():
     put(page, "looks", looks(table))
     put(page, "paired", differences(learning / "predictions"))
     put(page, "confusion", confusion(pd.read_csv(learning / "confusion.csv", keep_default_na=False)))
-    few = {name: METHODS[name] for name in SHOWN}
-    put(ROOT / "README.md", "recognition", by_split(table, few, "f1_weighted", "kept"))
 
 
 def whole(path):

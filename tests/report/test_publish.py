@@ -30,7 +30,6 @@ def publisher():
 def test_a_page_is_published_with_its_pictures_and_scores(thesis_page, publisher, tmp_path):
     (tmp_path / "docs/img/results").mkdir(parents=True)
     (tmp_path / "docs/img/results/fig-9-9.png").touch()  # of an earlier page
-    (tmp_path / "README.md").write_text("before\n" + "an earlier table\n".join(publisher.MARKS) + "after\n")
     publisher.publish(thesis_page.parents[1], tmp_path)
     drawn = check_links(tmp_path / "docs", "results.md")
     assert sorted(drawn) == [f"img/results/{path.name}" for path in sorted(thesis_page.glob("*.png"))]
@@ -43,8 +42,7 @@ def test_a_page_is_published_with_its_pictures_and_scores(thesis_page, publisher
         assert f"| `{name}.csv.xz` |" in about and f"| {table.count(bytes([10])) - 1:,} |" in about
     assert "| processor | A processor |" in about and "commit" in about
     scores = pd.read_csv(tmp_path / "resources/results/scores.csv.xz", keep_default_na=False)
-    text = (tmp_path / "README.md").read_text()
-    assert text.startswith("before\n<!-- scores -->\n| SNR |") and text.endswith("|\n<!-- end of scores -->\nafter\n")
+    text = (tmp_path / "resources/results/README.md").read_text().split("## Weighted F1")[1]
     at_12 = scores.query("experiment == 'capsule_open' and metric == 'f1_weighted' and test_snr_db == 12")
     at_12 = at_12.query("model == 'capsule' and elevation == 'all' and score == '' and snr_definition == 'mean'")
     value, low, high = at_12[["value", "low", "high"]].astype(float).to_numpy()[0]
@@ -67,13 +65,10 @@ def test_nothing_is_published_of_a_run_without_a_page_or_with_an_older_one(thesi
     assert not (tmp_path / "docs").exists()
 
 
-def test_the_table_in_the_readme_is_of_the_committed_scores(publisher):
+def test_the_table_beside_the_committed_scores_is_of_them(publisher):
     committed = ROOT / "resources/results/scores.csv.xz"
-    start, end = publisher.MARKS
-    table = (ROOT / "README.md").read_text().split(start)[1].split(end)[0]
-    if not committed.exists():
-        pytest.skip("no full-size scores are committed yet")
-    assert table == publisher.scores_table(pd.read_csv(committed, keep_default_na=False))
+    table = (committed.parent / "README.md").read_text()
+    assert publisher.scores_table(pd.read_csv(committed, keep_default_na=False)) in table
 
 
 def test_the_page_s_verdicts_are_those_of_the_committed_scores(tmp_path):
@@ -118,7 +113,4 @@ def test_the_tables_of_recognition_are_of_the_committed_scores(monkeypatch):
             line.count("\N{EN DASH}") == len(published.SNRS) for line in made.splitlines()[2:] if "**" not in line
         )
     assert published.between(page, "looks")[1] == published.looks(table)
-    few = {name: published.METHODS[name] for name in published.SHOWN}
-    assert published.between(ROOT / "README.md", "recognition")[1] == published.by_split(
-        table, few, "f1_weighted", "kept"
-    )
+    assert set(published.SHOWN) <= set(published.METHODS)

@@ -12,8 +12,10 @@ import zarr
 
 import isarflow
 from isarflow.core import store
+from isarflow.core.sweep import C0
 from isarflow.learning.export import export
 from isarflow.scattering.external import write_external
+from isarflow.scattering.sphere import backscatter
 from isarflow.setup.config import ROOT, load
 from isarflow.setup.yaml_file import read_yaml
 
@@ -223,3 +225,19 @@ def test_example_model_tells_two_classes_apart():
         space["Model"](settings, 0).fit(images, labels).evaluate(strange).known["correlation"]
         < outcome.known["correlation"].min()
     )
+
+
+def test_the_readme_is_short_and_its_example_works(monkeypatch):
+    text = (ROOT / "README.md").read_text()
+    assert len(text.split()) <= 600
+    monkeypatch.setenv("MPLBACKEND", "agg")
+    (code,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    made = {}
+    exec(compile(code, "README.md", "exec"), made)
+    rcs = 4 * np.pi * abs(made["field"][:, 0]) ** 2
+    mie = [4 * np.pi * abs(backscatter(2 * np.pi * f / C0, 0.2)) ** 2 for f in made["frequency"]]
+    np.testing.assert_allclose(rcs, mie, rtol=0.03)
+    down, across = made["imager"].axes()
+    row, column = np.unravel_index(abs(made["images"][0]).argmax(), made["images"][0].shape)
+    # Its side towards the radar is 0.5 m before the origin.
+    assert abs(down[row] + 0.5) < down[1] - down[0] and across[column] == 0
