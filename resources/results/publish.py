@@ -54,11 +54,11 @@ The scores and the page were made by `snakemake thesis_page` with the config of 
 
 Two classes known, two targets unknown, with 95 % intervals; the SNR is that of `mean`, an image's mean power over the
 noise's. By sector, test azimuths are far from those trained at; at random they have near copies among them. Blind
-thresholds see no image of an unknown target, those of the `thesis` protocol some at validation azimuths. Rejecting every
-image of the open set gives 0.33, and so does naming one class for all in the closed set. The capsule networks have the
-thesis's size, and by sector are tested on three of the six sectors. "Many SNRs" are those trained without noise and at
--12 to 24 dB, and so is the adaptive matched filter; all others are trained without noise. Few folds make intervals wide;
-where all images are named alike they have no width, and say nothing ([how](../../docs/method.md)).
+thresholds see no image of an unknown target, those of the `thesis` protocol some at validation azimuths. Rejecting
+every image of the open set gives 0.33, and so does naming one class for all in the closed set. The capsule networks
+have the thesis's size, and by sector are tested on three of the six sectors. "Many SNRs" are those trained without
+noise and at -12 to 24 dB, and so is the adaptive matched filter; all others are trained without noise. Few folds make
+intervals wide; where all images are named alike they have no width, and say nothing ([how](../../docs/method.md)).
 
 {table}"""
 

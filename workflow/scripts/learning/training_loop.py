@@ -15,6 +15,7 @@ from isarflow.core.errors import InputError
 from isarflow.learning.classifier import ANY_SNR
 
 BETWEEN = 20.0  # seconds between two writings of a checkpoint, at least
+SECOND_MOMENT, EPSILON = 0.999, 1e-7  # of Adam (Kingma and Ba 2015, the end of section 2)
 COLUMNS = ("epoch", "seconds", "loss", "accuracy", "validation_loss", "validation_accuracy", "learning_rate")
 
 
@@ -94,7 +95,12 @@ def minimize(loss, weights, batches, inputs, settings, validate=None):
     keep_compiled()
     patience, checkpoint = settings.patience, settings.checkpoint
 
-    adam = optax.scale_by_adam()
+    # As in Keras, by which the thesis's networks were trained: epsilon is added before the averages are corrected for
+    # their beginning at zero. It holds back weights of gradients below 1e-6, which those of deep layers are at first.
+    def epsilon(step):
+        return EPSILON / (1 - SECOND_MOMENT ** (step + 1.0)) ** 0.5
+
+    adam = optax.inject_hyperparams(optax.scale_by_adam)(b2=SECOND_MOMENT, eps=epsilon)
 
     # Compiling takes longer than many a training. So that the program of one fits all of a kind, the rate is an
     # argument of it, and the last batch of an epoch is filled up with images that do not count.
