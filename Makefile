@@ -18,7 +18,7 @@
 # make bench-bempp: the same sphere by bempp-cl, in an environment of its own, and here
 # make fields: the dataset of resources/fields anew where it is not complete (hours, 6 GB)
 # make check-fields: its fields beside those of finer meshes and of the other integral equation (hours, 20 GB)
-# make results: publish the full-size run's page of the reference thesis, docs/results.md, its scores and README.md's table (RUN=thesis)
+# make results: publish the full-size run's page of the reference thesis, docs/results.md, and its scores (RUN=thesis)
 # make validate: the solver and the image formation beside closed forms, as figures (docs/validation.md)
 
 PYTHON ?= python3
@@ -43,7 +43,7 @@ thesis: environment
 recognition: environment
 	snakemake --cores $(CORES) results/recognition/learning/scores.csv \
 		--configfile config/thesis.yaml config/thesis-fields.yaml config/recognition.yaml
-	python resources/results/recognition.py results/recognition
+	PYTHONPATH=studies/stewart-burger-2023 python resources/results/recognition.py results/recognition
 
 test: environment
 	python -m pytest -n $(CORES) --dist loadfile --no-loadscope-reorder
@@ -72,7 +72,7 @@ check-fields: environment
 	python resources/fields/make.py card
 
 results: environment
-	python resources/results/publish.py results/$(RUN)
+	python studies/stewart-burger-2023/publish.py results/$(RUN)
 
 validate: environment
 	PYTHONPATH=tests/scattering python benchmarks/validate.py --threads $(CORES)

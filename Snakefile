@@ -23,6 +23,7 @@ include: "workflow/rules/scattering.smk"
 include: "workflow/rules/imaging.smk"
 include: "workflow/rules/learning.smk"
 include: "workflow/rules/report.smk"
+include: "studies/stewart-burger-2023/study.smk"
 
 
 localrules:

@@ -12,7 +12,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 # What a user's folder holds; results, environments and tests stay behind.
-PARTS = ("Snakefile", "config", "envs", "isarflow", "profiles", "pyproject.toml", "resources", "workflow")
+PARTS = ("Snakefile", "config", "envs", "isarflow", "profiles", "pyproject.toml", "resources", "studies", "workflow")
 # The jobs' interpreter is the one that runs the tests.
 ENVIRONMENT = {**os.environ, "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
 

@@ -10,6 +10,7 @@ import fake
 import fake_learning
 import numpy as np
 import pandas as pd
+from study.page import write_page
 
 from isarflow.core.sweep import snr_label
 from isarflow.learning import images
@@ -18,7 +19,6 @@ from isarflow.learning.experiments import label, runs
 from isarflow.learning.model_folder import CONFIG, SPLIT, write_json
 from isarflow.learning.predict import Tested, predict
 from isarflow.learning.split import Division
-from isarflow.report.thesis_page import write_page
 
 SNRS = [-18, -12, -6, 0, 3, 6, 12, 24]
 LISTS = {

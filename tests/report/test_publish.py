@@ -8,10 +8,10 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 import pytest
+from study.statements import kept
 from thesis_pages import check_links, tables
 
 from isarflow.report.published import ADAPTATIONS
-from isarflow.report.thesis_statements import kept
 from isarflow.report.vocabulary import select
 from isarflow.setup.config import ROOT
 
@@ -24,7 +24,7 @@ NAMES |= {"capsule_mse": "capsule, MSE", "capsule_zncc": "capsule, ZNCC"}
 
 @pytest.fixture
 def publisher():
-    return SimpleNamespace(**runpy.run_path(ROOT / "resources/results/publish.py"))
+    return SimpleNamespace(**runpy.run_path(ROOT / "studies/stewart-burger-2023/publish.py"))
 
 
 def test_a_page_is_published_with_its_pictures_and_scores(thesis_page, publisher, tmp_path):

@@ -9,19 +9,19 @@ import fake_thesis
 import numpy as np
 import pandas as pd
 import pytest
+import study.figures
+from study.anew import weighted_f1
+from study.markdown import PAGE
+from study.page import MODULES
+from study.selection import images_of, networks_of
+from study.statements import JUDGED, READINGS
 from thesis_pages import anew, check_links, missing, parts, tables, without
 
 from isarflow.core.sweep import snr_label
 from isarflow.learning import images
 from isarflow.learning.classifier import OTHER
 from isarflow.learning.experiments import runs
-from isarflow.report import thesis_figures
 from isarflow.report.results import REFERENCE, Results
-from isarflow.report.selection import thesis_images, thesis_networks
-from isarflow.report.thesis_anew import weighted_f1
-from isarflow.report.thesis_markdown import PAGE
-from isarflow.report.thesis_page import MODULES
-from isarflow.report.thesis_statements import JUDGED, READINGS
 from isarflow.report.vocabulary import select
 from isarflow.setup.config import ROOT, load
 from isarflow.setup.yaml_file import read_yaml
@@ -298,7 +298,7 @@ def test_a_run_with_little_or_nothing_says_so(thesis_page, tmp_path):
 def test_experiments_split_otherwise_are_not_the_document_s(thesis_page, tmp_path):
     settings = fake_thesis.settings()
     settings["learning"]["experiments"]["capsule_open"]["split"] = "sector"
-    assert ("capsule_open", "capsule") not in thesis_networks(Results("nowhere", settings, {"models": {}}).runs)
+    assert ("capsule_open", "capsule") not in networks_of(Results("nowhere", settings, {"models": {}}).runs)
     folder = anew(tmp_path, thesis_page.parents[1], settings)
     assert missing(folder)["Fig. 5.14"] == "experiment `capsule_open` in the open set, split at random"
 
@@ -331,7 +331,7 @@ def test_the_same_stores_make_the_same_page_and_are_those_that_the_rule_names(th
     results = Results(thesis_page.parents[1], settings, fake.names(settings))
     taken, opened = set(), Results.images
 
-    def images_of(self, target, store):
+    def images_in(self, target, store):
         taken.add((target, store))
         return opened(self, target, store)
 
@@ -340,11 +340,11 @@ def test_the_same_stores_make_the_same_page_and_are_those_that_the_rule_names(th
         return images_read(stores, *arguments, **options)
 
     images_read = images.read
-    monkeypatch.setattr(Results, "images", images_of)
+    monkeypatch.setattr(Results, "images", images_in)
     monkeypatch.setattr(images, "read", read)
-    assert thesis_figures.images is images
+    assert study.figures.images is images
     other = anew(tmp_path, thesis_page.parents[1], settings)
     for path in thesis_page.iterdir():
         assert (other / path.name).read_bytes() == path.read_bytes(), path.name
-    assert taken == set(thesis_images(settings, results.runs))
+    assert taken == set(images_of(settings, results.runs))
     assert ("trihedral", "clean") not in taken and ("ufo", snr_label(24)) in taken

@@ -6,12 +6,12 @@ import numpy as np
 import pandas as pd
 import pytest
 from sklearn.metrics import f1_score
+from study import anew
 from thesis_pages import parts, tables
 
 from isarflow.learning import images, thresholds
 from isarflow.learning.classifier import OTHER
 from isarflow.learning.model_folder import load
-from isarflow.report import thesis_anew
 
 
 def _slow_f1(truth, predicted):
@@ -68,7 +68,7 @@ def test_the_threshold_of_the_fewest_errors_against_all_of_them(seed):
     random = np.random.default_rng(seed)
     known = random.uniform(size=40) < (0.5, 0.9, 0.1)[seed % 3]
     scores = (random.normal(size=40) + known * (0, 1, 4)[seed % 3]).round(1)  # with many that are equal
-    found = thesis_anew.fewest_errors(scores, known)
+    found = anew.fewest_errors(scores, known)
     assert found == pytest.approx(_slow_threshold(scores.tolist(), known.tolist()), abs=1e-12)
 
 

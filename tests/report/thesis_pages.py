@@ -7,9 +7,8 @@ import fake
 import numpy as np
 import pandas as pd
 from PIL import Image
-
-from isarflow.report.thesis_markdown import anchor
-from isarflow.report.thesis_page import write_page
+from study.markdown import anchor
+from study.page import write_page
 
 
 def parts(folder):

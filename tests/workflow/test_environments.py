@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 from importlib.metadata import packages_distributions
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -47,17 +48,20 @@ def imported(scripts):
                 names |= {alias.name.partition(".")[0] for alias in node.names}
             elif isinstance(node, ast.ImportFrom) and not node.level:
                 names.add(node.module.partition(".")[0])
-    return names - sys.stdlib_module_names - {"isarflow"}
+    return names - sys.stdlib_module_names - {"isarflow", "study"}
 
 
 @pytest.mark.parametrize("stage", STAGES)
 def test_conda_environment_has_what_its_jobs_import_and_nothing_else(stage):
-    text = "\nrule\n".join(path.read_text() for path in (ROOT / "workflow/rules").glob("*.smk"))
+    files = [*(ROOT / "workflow/rules").glob("*.smk"), *(ROOT / "studies").glob("*/*.smk")]
+    text = "\nrule\n".join(path.read_text() for path in files)
     rules = [body for body in RULE.split(text) if f"envs/{stage}.yaml" in body]
     scripts = set(re.findall(r'"([\w/]+\.py)"', "".join(re.findall(r"\bcode\(([^)]*)\)", "".join(rules)))))
     assert len(scripts) >= len(rules) - 1 > 0  # two rules of learning share a script
     folders = [folder for word, folder in BY_NAME.items() if any(word in body for body in rules)]
     scripts |= {path.relative_to(SCRIPTS) for folder in folders for path in (SCRIPTS / folder).glob("*.py")}
+    if "STUDY_CODE" in "".join(rules):
+        scripts |= {Path("../..") / path.relative_to(ROOT) for path in (ROOT / "studies").glob("*/study/*.py")}
     there = packages_distributions()
     needed = {there[name][0].lower() for name in imported(scripts) - WITHOUT[stage]}
     pins = {PIN.match(pin)[1] for pin in read_yaml(ROOT / f"envs/{stage}.yaml")["dependencies"][-1]["pip"]}

@@ -39,7 +39,6 @@ from isarflow.core.sweep import images_are_made, why_no_images
 from isarflow.imaging.geometry import PURE_NOISE, megabytes, planned
 from isarflow.learning import experiments
 from isarflow.report.selection import decoded_snrs, mistaken, mistaken_snr, noise_snrs, noisy_targets
-from isarflow.report.selection import thesis_images, thesis_networks
 from isarflow.scattering import field_files, needs
 
 
@@ -91,8 +90,6 @@ UNKNOWN = sorted(name for name in TARGETS if config["targets"][name]["role"] == 
 SNRS = [sweep.snr_label(snr) for snr in config["noise"]["snr_db"]]
 # Those of which a target's images, and a model's predictions, are one job.
 SNR_SETS = together.sets(RESULTS, SNRS, workflow.is_main_process)
-# Run and model of the networks that the page of the thesis judges anew.
-JUDGED = [f"{run}/{model}" for run, model in thesis_networks(RUNS)]
 # At which SNRs the page shows what models with a decoder make of images.
 DECODED_SNRS = [sweep.snr_label(snr) for snr in decoded_snrs(config["noise"]["snr_db"])]
 

@@ -1,8 +1,6 @@
 # report: one page that shows what was run and what came out, with its figures and tables beside it.
 # takes: what it shows of every stage            makes: report/index.html, report/figures/*.svg, report/tables/*.csv
-# Besides, on demand, the same beside every figure and table of the reference thesis.
-# makes: report/thesis/README.md, report/thesis/*.png
-# And the run beside its other seeds and other runs.
+# Besides, on demand, the run beside its other seeds and other runs.
 # takes: learning/ of each                       makes: report/compare.html, report/compare.csv
 # And the radar cross-section of every target as numbers and a page.
 # makes: rcs/<target>.csv, rcs/index.html, rcs/figures/*.svg, rcs/tables/*.csv
@@ -59,42 +57,6 @@ rule report:
         "report: write {output.page} (progress in {log})"
     script:
         "../scripts/report/job_report.py"
-
-
-# Takes what the run has: what it does not have, the page names.
-rule thesis_page:
-    input:
-        scores=rules.report.input.scores,
-        times=rules.report.input.times,
-        models=rules.report.input.curves,
-        reconstructions=rules.report.input.reconstructions,
-        predictions=expand(f"{RESULTS}/learning/predictions/{{fitted}}/{{snr}}.csv", fitted=JUDGED, snr=SNRS),
-        images=[
-            f"{RESULTS}/imaging/{target}/{images}.zarr"
-            for target, images in (thesis_images(config, RUNS) if images_are_made(config) else ())
-        ],
-        published=published("results", "prediction_times", "confusion", "settings"),
-        page=in_repository("resources/reference/thesis_page.yaml"),
-    output:
-        page=directory(f"{RESULTS}/report/thesis"),
-    log:
-        f"{RESULTS}/logs/thesis_page.log",
-    benchmark:
-        f"{RESULTS}/benchmarks/thesis_page.tsv"
-    conda:
-        "../../envs/report.yaml"
-    threads: 1
-    resources:
-        # A network classifies all of a target's images at an SNR.
-        mem_mb=max([megabytes_of(*fitted.split("/")) for fitted in JUDGED], default=2000),
-    params:
-        code=code("report/job_thesis.py", *model_code(*{fitted.split("/")[1] for fitted in JUDGED})),
-        settings=section(config, *config),
-        stated=page_names(MODELS),
-    message:
-        "thesis_page: write {output.page}/README.md (progress in {log})"
-    script:
-        "../scripts/report/job_thesis.py"
 
 
 # Of other runs it takes what is there: they have configs of their own.

@@ -2,8 +2,6 @@
 
 import numpy as np
 
-from isarflow.core.sweep import snr_label
-
 ROLES = ("known", "unknown", "other")
 SPLITS = ("elevation", "sector", "random", "shuffled")  # in the order of the page
 GALLERY_AZIMUTHS = 8  # images of each target
@@ -11,13 +9,6 @@ GALLERY_ELEVATIONS = 8  # images of one target
 DECODED_SNRS = (3, 24)  # dB
 GALLERY_SNRS = 7  # noisy images of one target, beside the clean one
 TABLE_SNRS = 7  # columns of the accuracy table
-# Of the page of the thesis: its networks in the open set, by run and model, and SNRs of its figures in dB.
-THESIS_NETWORKS = (
-    *((run, model) for run in ("fcnn_open", "fcnn_listing") for model in ("fcnn", "fcnn_other")),
-    ("capsule_open", "capsule"),
-    ("capsule_open", "capsule_long"),
-    ("capsule_listing", "capsule_listing"),
-)
 MISTAKEN = (
     "likelihood",
     "adaptive_filter",
@@ -26,8 +17,6 @@ MISTAKEN = (
     "fcnn",
     "knn",
 )  # whose mistakes are shown, the first it has
-HIGH_SNR, LOW_SNR = 24, -6
-ROLES_OPENED = (("known",), ("known", "unknown"))  # of the closed and of the open set
 
 
 def target_order(targets):
@@ -95,36 +84,3 @@ def mistaken(runs):
 def mistaken_snr(snr_db):
     """The SNR in dB of the same: of those that have images on the page that nearest 3 dB."""
     return nearest(noise_snrs(snr_db), DECODED_SNRS[0])
-
-
-def thesis_networks(runs):
-    """(run, model) of the networks whose predictions the page of the thesis judges anew: open ones, split at random.
-
-    runs: what `learning.experiments.runs` gives.
-    """
-    return [
-        (run, model)
-        for run, model in THESIS_NETWORKS
-        if run in runs and model in runs[run]["models"] and runs[run]["open"] and runs[run]["split"] == "random"
-    ]
-
-
-def thesis_images(settings, runs):
-    """(target, label of the SNR) of the stores of images that the page of the thesis takes pictures and facts from.
-
-    Those of known and unknown targets without noise; of the known ones near -6 dB; and near 24 dB of both, if a fully
-    connected network is there to classify them all. settings: the config's sections.
-    """
-    roles = {name: target["role"] for name, target in settings["targets"].items()}
-    known, opened = ([name for name in target_order(settings["targets"]) if roles[name] in of] for of in ROLES_OPENED)
-    snrs = settings["noise"]["snr_db"]
-    stores = [(name, "clean") for name in opened]
-    stores += [(name, snr_label(nearest(snrs, LOW_SNR))) for name in known]
-    if everywhere_networks(runs):
-        stores += [(name, snr_label(nearest(snrs, HIGH_SNR))) for name in opened]
-    return list(dict.fromkeys(stores))
-
-
-def everywhere_networks(runs):
-    """Of `thesis_networks` those that classify the images of all azimuths, too: the fully connected ones."""
-    return [(run, model) for run, model in thesis_networks(runs) if model.startswith("fcnn")]

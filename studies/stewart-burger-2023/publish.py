@@ -2,7 +2,7 @@
 
     publish.py results/thesis
 
-Writes docs/results.md with its pictures in docs/img/results/, and into this folder scores.csv, confusion.csv and
+Writes docs/results.md with its pictures in docs/img/results/, and into resources/results scores.csv, confusion.csv and
 validation.csv of the run, whole, each compressed (xz), with a README.md that says where they come from and has a table
 of some of them.
 """

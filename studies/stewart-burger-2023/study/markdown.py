@@ -1,15 +1,15 @@
 """The page of the thesis as data and as Markdown: what it says and shows, sentences, tables, pictures."""
 
 import re
+from pathlib import Path
 from typing import NamedTuple
 
 import yaml
 
 from isarflow.report.layout import to_png
-from isarflow.report.results import REFERENCE
 
 NONE = "–"  # of a table's cell
-PAGE = yaml.safe_load((REFERENCE / "thesis_page.yaml").read_text())  # its head says what it has
+PAGE = yaml.safe_load((Path(__file__).parents[1] / "page.yaml").read_text())  # its head says what it has
 
 
 class Picture(NamedTuple):

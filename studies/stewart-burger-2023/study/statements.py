@@ -8,12 +8,13 @@ import numpy as np
 
 from isarflow.learning.classifier import OTHER
 from isarflow.learning.experiments import training
-from isarflow.report import thesis_anew as anew
 from isarflow.report.plots import RELATIONS, holds
 from isarflow.report.published import ADAPTATIONS, CLOSED, OPEN, value_at
-from isarflow.report.selection import HIGH_SNR, everywhere_networks, nearest, thesis_networks
-from isarflow.report.thesis_markdown import NONE, PAGE, table
+from isarflow.report.selection import nearest
 from isarflow.report.vocabulary import ACCURACY, at_snrs, select, with_interval
+from study import anew
+from study.markdown import NONE, PAGE, table
+from study.selection import HIGH_SNR, everywhere_networks, networks_of
 
 # What a published metric is called in scores.csv and on the page.
 METRICS = {
@@ -57,7 +58,7 @@ def present(results, experiment, models, is_open=False):
 
 def judged_anew(results, experiment, model):
     """Whether the page has the predictions of a network at the document's conditions."""
-    return results.learns and (experiment, model) in thesis_networks(results.runs)
+    return results.learns and (experiment, model) in networks_of(results.runs)
 
 
 def high_snr(results):
@@ -142,7 +143,7 @@ def all_azimuths(results, line):
     return {"here": _value((select(every, target="ufo")["predicted"] == OTHER).mean(), high_snr(results))}
 
 
-# What a reading makes of predictions: `judged` in thesis_page.yaml.
+# What a reading makes of predictions: `judged` in page.yaml.
 JUDGED = {"by_errors": by_errors, "all_azimuths": all_azimuths}
 
 

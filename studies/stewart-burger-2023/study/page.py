@@ -6,13 +6,16 @@ from types import SimpleNamespace
 
 import numpy as np
 
+import study.figures
+import study.networks
+import study.sentences
 from isarflow.core import sweep
-from isarflow.report import thesis_figures, thesis_networks, thesis_sentences
 from isarflow.report.conditions import noise_words
 from isarflow.report.layout import duration, style
 from isarflow.report.results import Results
 from isarflow.report.section_run import commit, networks, version
-from isarflow.report.thesis_markdown import (
+from isarflow.report.vocabulary import select
+from study.markdown import (
     NONE,
     PAGE,
     NotHere,
@@ -24,13 +27,12 @@ from isarflow.report.thesis_markdown import (
     not_here,
     table,
 )
-from isarflow.report.thesis_statements import KEPT, judge, present, value_text
-from isarflow.report.vocabulary import select
+from study.statements import KEPT, judge, present, value_text
 
 FILE = "README.md"
 LEARNING = ("train", "predict", "reconstruct", "timing", "scores")  # steps of the learning stage, as jobs are recorded
 EVERYWHERE = "What differs in every figure"
-MODULES = thesis_figures, thesis_networks, thesis_sentences  # of parts
+MODULES = study.figures, study.networks, study.sentences  # of parts
 
 
 def write_page(folder, settings, stated, output):
@@ -53,9 +55,9 @@ def write_page(folder, settings, stated, output):
 
 
 def build(results, keys):
-    """A figure or table of the thesis: what thesis_page.yaml says of it, and what a run has of it.
+    """A figure or table of the thesis: what page.yaml says of it, and what a run has of it.
 
-    Besides its keys: found, its statements as of `thesis_statements.judge`; there, those of its models that the run
+    Besides its keys: found, its statements as of `statements.judge`; there, those of its models that the run
     has; lacks, what the run does not have of it, in words; blocks, of its parts, each with the part's name;
     reasons, why values may differ.
     """

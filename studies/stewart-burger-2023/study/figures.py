@@ -1,6 +1,6 @@
 """Parts of the thesis's figures: scores over the SNR, prediction times, hyper-parameters, and pictures of images.
 
-A part is named in thesis_page.yaml and yields blocks: Markdown and Pictures. figure: as of `thesis_page.build`; a part
+A part is named in page.yaml and yields blocks: Markdown and Pictures. figure: as of `page.build`; a part
 appends to its `lacks` what the run does not have of it.
 """
 
@@ -9,7 +9,6 @@ import numpy as np
 from isarflow.core.sweep import snr_label
 from isarflow.learning import images
 from isarflow.learning.experiments import training
-from isarflow.report import thesis_statements as stated
 from isarflow.report.layout import BLACK, number, signed
 from isarflow.report.plots import (
     draw_curve,
@@ -22,9 +21,10 @@ from isarflow.report.plots import (
 )
 from isarflow.report.published import ADAPTATIONS
 from isarflow.report.selection import around, evenly, nearest
-from isarflow.report.thesis_markdown import NONE, NotHere, picture, say, table
-from isarflow.report.thesis_statements import HARDER, PROTOCOLS, SPLIT, WORDS, by_sector, ours, value_text
 from isarflow.report.vocabulary import ACCURACY, at_snrs, select, snr_axis, title
+from study import statements as stated
+from study.markdown import NONE, NotHere, picture, say, table
+from study.statements import HARDER, PROTOCOLS, SPLIT, WORDS, by_sector, ours, value_text
 
 NEARLY = 0.1  # relative: a setting tried that is so near to the published one stands for it
 

@@ -1,21 +1,22 @@
 """Parts of the figures of the thesis's networks: confusion matrices, reconstructions, and thresholds chosen anew.
 
-As of `thesis_figures`; among them what the slips of the document make in a run's values.
+As of `figures`; among them what the slips of the document make in a run's values.
 """
 
 import numpy as np
 
-from isarflow.report import thesis_anew as anew
-from isarflow.report import thesis_statements as stated
 from isarflow.report.layout import BLACK, BLUE, VERMILION, number, signed
 from isarflow.report.plots import draw_density, draw_matrix, draw_pixels, finish, matrix, panels
 from isarflow.report.published import ADAPTATIONS, CLASSES, value_at
 from isarflow.report.section_capsule import plain
-from isarflow.report.selection import HIGH_SNR, THESIS_NETWORKS, everywhere_networks, nearest
-from isarflow.report.thesis_markdown import NONE, PAGE, NotHere, picture, say, table
-from isarflow.report.thesis_sentences import gain_text
-from isarflow.report.thesis_statements import SPLIT, WORDS, high_snr, judged_anew, ours, value_text
+from isarflow.report.selection import nearest
 from isarflow.report.vocabulary import ACCURACY, F1, POWERS, select, snr_axis, training_noise, with_interval
+from study import anew
+from study import statements as stated
+from study.markdown import NONE, PAGE, NotHere, picture, say, table
+from study.selection import HIGH_SNR, NETWORKS, everywhere_networks
+from study.sentences import gain_text
+from study.statements import SPLIT, WORDS, high_snr, judged_anew, ours, value_text
 
 HEADINGS = PAGE["headings"]
 EXAMPLES = 5  # reconstructions of a target
@@ -138,7 +139,7 @@ def histograms(results, figure):
 
 
 def _effect_cells(found, score):
-    """A `thesis_anew.Effect` as cells of a table."""
+    """A `anew.Effect` as cells of a table."""
     return {
         "threshold from validation images": number(plain(score, found.chosen)),
         "weighted F1": f"{found.f1:.4f}",
@@ -271,7 +272,7 @@ def matrix_and_table(results, figure):
 
 def lacking_networks(results, figure):
     """Nothing to show: only which of the thesis's networks are not there."""
-    networks = [(run, model) for run, model in THESIS_NETWORKS if model != "fcnn_other"]
+    networks = [(run, model) for run, model in NETWORKS if model != "fcnn_other"]
     lacking = [f"`{run}`" for run, model in networks if not judged_anew(results, run, model)]
     figure.lacks += [f"experiments in the open set, split at random: {', '.join(lacking)}"] if lacking else []
     return ()

@@ -1,6 +1,6 @@
-"""Why a run's values may differ from the thesis's: what applies to the run, in the sentences of thesis_page.yaml.
+"""Why a run's values may differ from the thesis's: what applies to the run, in the sentences of page.yaml.
 
-Each function yields sentences, or none where what it says does not apply. figure: as of `thesis_page.build`.
+Each function yields sentences, or none where what it says does not apply. figure: as of `page.build`.
 """
 
 from functools import reduce
@@ -8,13 +8,13 @@ from functools import reduce
 from isarflow.core.sweep import elevations as sweep_elevations
 from isarflow.learning.experiments import training
 from isarflow.report import thesis
-from isarflow.report import thesis_anew as anew
-from isarflow.report import thesis_statements as stated
 from isarflow.report.layout import signed
 from isarflow.report.section_learning import training_end
 from isarflow.report.selection import nearest
-from isarflow.report.thesis_markdown import NONE, PAGE, say
 from isarflow.report.vocabulary import ACCURACY, POWERS, select, training_noise
+from study import anew
+from study import statements as stated
+from study.markdown import NONE, PAGE, say
 
 
 def targets(results, figure):

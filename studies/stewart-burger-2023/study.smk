@@ -1,0 +1,54 @@
+# C. Stewart-Burger's thesis (Stellenbosch University, 2023), figure by figure: what it published beside a run's own.
+# takes: scores, predictions, networks and images of the run
+# makes: report/thesis/README.md, report/thesis/*.png
+# It is no stage: nothing else takes what it makes.
+
+STUDY = "studies/stewart-burger-2023"
+sys.path.append(os.path.join(workflow.basedir, STUDY))
+
+from study.selection import images_of, networks_of
+
+# Its files, as seen from the stages' scripts.
+MODULES = sorted(os.listdir(os.path.join(workflow.basedir, STUDY, "study")))
+STUDY_CODE = [
+    os.path.join("../..", STUDY, name)
+    for name in ("job_page.py", *(f"study/{module}" for module in MODULES if module.endswith(".py")))
+]
+# Run and model of the networks that are judged anew.
+JUDGED = [f"{run}/{model}" for run, model in networks_of(RUNS)]
+
+
+# Takes what the run has: what it does not have, the page names.
+rule thesis_page:
+    input:
+        scores=rules.report.input.scores,
+        times=rules.report.input.times,
+        models=rules.report.input.curves,
+        reconstructions=rules.report.input.reconstructions,
+        predictions=expand(f"{RESULTS}/learning/predictions/{{fitted}}/{{snr}}.csv", fitted=JUDGED, snr=SNRS),
+        images=[
+            f"{RESULTS}/imaging/{target}/{images}.zarr"
+            for target, images in (images_of(config, RUNS) if images_are_made(config) else ())
+        ],
+        published=published("results", "prediction_times", "confusion", "settings"),
+        page=in_repository(STUDY, "page.yaml"),
+    output:
+        page=directory(f"{RESULTS}/report/thesis"),
+    log:
+        f"{RESULTS}/logs/thesis_page.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/thesis_page.tsv"
+    conda:
+        "../../envs/report.yaml"
+    threads: 1
+    resources:
+        # A network classifies all of a target's images at an SNR.
+        mem_mb=max([megabytes_of(*fitted.split("/")) for fitted in JUDGED], default=2000),
+    params:
+        code=code(*STUDY_CODE, *model_code(*{fitted.split("/")[1] for fitted in JUDGED})),
+        settings=section(config, *config),
+        stated=page_names(MODELS),
+    message:
+        "thesis_page: write {output.page}/README.md (progress in {log})"
+    script:
+        "job_page.py"
