@@ -54,6 +54,7 @@ lint: environment
 	snakefmt --check Snakefile workflow/rules
 	snakemake --lint
 	lint-imports
+	mypy
 
 docs: environment
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r envs/requirements-docs.lock

@@ -1,16 +1,17 @@
 """Load a model, an imager or a solver by the name that a config gives it."""
 
 import importlib
+from typing import Any
 
 from isarflow.core.errors import InputError
 
 
-def file_of(folder, kind):
+def file_of(folder: str, kind: str) -> str:
     """The file of a kind as a message names it. folder: below workflow/scripts, as 'learning/models'."""
     return f"workflow/scripts/{folder}/{kind}.py"
 
 
-def load_class(folder, kind, name, base=None):
+def load_class(folder: str, kind: str, name: str, base: type | None = None) -> Any:
     """The class of this name in the file of a kind.
 
     Raises InputError where the file imports what is not installed, and where its class is none of `base`.

@@ -5,7 +5,9 @@ Zarr itself reads a chunk that is missing as zeros, and one that was changed as 
 
 import hashlib
 import os
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import xarray as xr
 
@@ -14,14 +16,14 @@ from isarflow.core.errors import InputError
 SUMS = "SHA256SUMS"  # as sha256sum writes it: `sha256sum -c SHA256SUMS` in the store's folder checks it, too
 
 
-def write(dataset, path, encoding=None):
+def write(dataset: xr.Dataset, path: str | Path, encoding: Mapping[str, Any] | None = None) -> None:
     """Write a dataset as a store."""
     dataset.to_zarr(path, mode="w", encoding=encoding, zarr_format=2)
     sums = {name: _digest(Path(path, name)) for name in _files(path)}
     Path(path, SUMS).write_text("".join(f"{digest}  {name}\n" for name, digest in sums.items()))
 
 
-def open_store(path):
+def open_store(path: str | Path) -> xr.Dataset:
     """The dataset of a store, lazily. Raises InputError if any of its files is not what was written."""
     problem = _problem(path)
     if problem:
@@ -29,14 +31,14 @@ def open_store(path):
     return xr.open_zarr(path)
 
 
-def check_given(path):
+def check_given(path: str | Path) -> None:
     """Raise InputError if a store that came from elsewhere has a list of its files and they differ from it."""
     problem = _problem(path) if Path(path, SUMS).exists() else None
     if problem:
         raise InputError(f"{path}: {problem}. Copy it anew; if you changed it on purpose, delete its {SUMS}.")
 
 
-def _problem(path):
+def _problem(path: str | Path) -> str | None:
     """What is wrong with the files of a store, as text; None if nothing is."""
     if not Path(path).is_dir():
         return "there is no such store"
@@ -54,7 +56,7 @@ def _problem(path):
     return None
 
 
-def _files(path):
+def _files(path: str | Path) -> list[str]:
     """The names of a store's files. Others that are hidden are the workflow engine's or the desktop's."""
     names = []
     for folder, _, files in os.walk(path):  # pathlib takes three times as long, and every job reads many stores
@@ -64,6 +66,6 @@ def _files(path):
     return sorted(names)
 
 
-def _digest(path):
+def _digest(path: str | Path) -> str:
     with open(path, "rb", buffering=0) as file:
         return hashlib.file_digest(file, "sha256").hexdigest()

@@ -1,6 +1,8 @@
 """The sweep that a config describes: frequencies, bands, elevations and azimuths."""
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -9,7 +11,7 @@ from isarflow.core.errors import InputError
 C0 = 299_792_458.0  # speed of light in vacuum, m/s (exact)
 
 
-def frequencies(radar):
+def frequencies(radar: Mapping[str, Any]) -> np.ndarray:
     """Frequencies in Hz, ascending, shape (frequencies,): those of a list, or stepped with both band edges included."""
     if isinstance(radar["frequencies"], list):
         return np.array(sorted(radar["frequencies"]), float)
@@ -17,17 +19,17 @@ def frequencies(radar):
     return np.linspace(center - half, center + half, radar["frequencies"])
 
 
-def bands(radar, count):
+def bands(radar: Mapping[str, Any], count: int) -> list[np.ndarray]:
     """Split the frequencies into `count` contiguous bands of nearly equal length, lowest first."""
     return np.array_split(frequencies(radar), count)
 
 
-def stepped(start, stop, step):
+def stepped(start: float, stop: float, step: float) -> np.ndarray:
     """Angles in degrees from start to stop, both included, within rounding of a whole number of steps."""
     return start + step * np.arange(int(np.floor((stop - start) / step + 1e-9)) + 1)
 
 
-def angles(written):
+def angles(written: Any) -> np.ndarray:
     """Angles in degrees, ascending: of a list, `count` evenly over 360 from 0, or start to stop, both included."""
     if isinstance(written, list):
         return np.array(sorted(written), float)
@@ -36,22 +38,22 @@ def angles(written):
     return stepped(**written)
 
 
-def elevations(aspect):
+def elevations(aspect: Mapping[str, Any]) -> np.ndarray:
     """Elevations above the horizon in degrees, ascending, of a grid of directions."""
     return angles(aspect["elevation"])
 
 
-def azimuths(aspect):
+def azimuths(aspect: Mapping[str, Any]) -> np.ndarray:
     """Azimuths in degrees, ascending, of a grid of directions."""
     return angles(aspect["azimuth"])
 
 
-def is_grid(aspect):
+def is_grid(aspect: Mapping[str, Any]) -> bool:
     """True for elevations times azimuths, False for directions one by one, as a list or on a great circle."""
     return "elevation" in aspect or "azimuth" in aspect
 
 
-def directions(aspect):
+def directions(aspect: Mapping[str, Any]) -> tuple[np.ndarray, np.ndarray]:
     """Elevation and azimuth in degrees, (D,) each, of directions one by one, in the order that they are written in."""
     if "directions" in aspect:
         return tuple(np.array(aspect["directions"], float).T)
@@ -69,7 +71,7 @@ def directions(aspect):
     return elevation + 0.0, azimuth + 0.0
 
 
-def unit_vectors(elevation, azimuth):
+def unit_vectors(elevation: Any, azimuth: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Unit vectors u towards the radar, V and H, (..., 3) each, of angles in degrees of the same shape."""
     el, az = np.deg2rad(elevation), np.deg2rad(azimuth)
     zero = np.zeros(np.broadcast_shapes(el.shape, az.shape))
@@ -90,24 +92,26 @@ class Sweep:
     frequency: np.ndarray
     elevation: np.ndarray
     azimuth: np.ndarray
-    polarizations: list
+    polarizations: Sequence[str]
     paired: bool = False
-    receivers: tuple = ()  # bistatic: elevation and azimuth of each, (R,)
+    receivers: tuple[np.ndarray, ...] = ()  # bistatic: elevation and azimuth of each, (R,)
 
     @property
-    def each(self):
+    def each(self) -> tuple[np.ndarray, ...]:
         """Elevation and azimuth of every direction, (D,) each; of a grid, azimuths of the first elevation first."""
         if self.paired:
             return self.elevation, self.azimuth
         return tuple(x.ravel() for x in np.meshgrid(self.elevation, self.azimuth, indexing="ij"))
 
     @property
-    def shape(self):
+    def shape(self) -> tuple[int, ...]:
         """That of the directions, (E, A) or (D,)."""
         return (len(self.elevation),) if self.paired else (len(self.elevation), len(self.azimuth))
 
 
-def sweeps(radar, aspect, count, scattering=None):
+def sweeps(
+    radar: Mapping[str, Any], aspect: Mapping[str, Any], count: int, scattering: Mapping[str, Any] | None = None
+) -> list[Sweep]:
     """The Sweep of each of `count` bands, lowest first, bistatic if the config's `scattering` says so."""
     bistatic = (scattering or {}).get("bistatic")
     receivers = tuple(np.array(bistatic["receivers"], float).T) if bistatic else ()
@@ -116,17 +120,17 @@ def sweeps(radar, aspect, count, scattering=None):
     return [Sweep(band, *where, radar["polarizations"], not grid, receivers) for band in bands(radar, count)]
 
 
-def closes_circle(azimuth):
+def closes_circle(azimuth: np.ndarray) -> bool:
     """True if the azimuths (degrees, ascending, uniform) go once round 360 degrees without a repeat."""
     return len(azimuth) > 2 and bool(np.isclose(len(azimuth) * (azimuth[1] - azimuth[0]), 360.0))
 
 
-def images_are_made(config):
+def images_are_made(config: Mapping[str, Any]) -> bool:
     """False for a sweep that cannot make an image: then scattering is an RCS solver."""
     return why_no_images(config) is None
 
 
-def why_no_images(config):
+def why_no_images(config: Mapping[str, Any]) -> str | None:
     """Why a config's sweep makes no images, one sentence; None if it does."""
     frequency, aspect = config["radar"]["frequencies"], config["aspect"]
     if isinstance(frequency, list):
@@ -142,12 +146,12 @@ def why_no_images(config):
     return None
 
 
-def snr_label(snr_db):
+def snr_label(snr_db: float) -> str:
     """The SNR as it stands in file names: -6 gives 'snr_-6dB', 2.5 gives 'snr_2.5dB'."""
     return f"snr_{snr_db + 0.0:g}dB"  # + 0.0: no minus before a zero
 
 
-def snr_of_label(label):
+def snr_of_label(label: str) -> float:
     """The SNR in dB that a file name says, the inverse of snr_label: 'snr_-6dB' gives -6.0."""
     try:
         return float(label.removeprefix("snr_").removesuffix("dB"))

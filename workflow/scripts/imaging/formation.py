@@ -1,7 +1,9 @@
 """The face that every imager has, and what is the same for all: cut apertures, divide images by their peaks."""
 
 import functools
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -11,6 +13,7 @@ from isarflow.core.sweep import C0, closes_circle
 
 FOLDER = "imaging/imagers"  # where the kinds are, below workflow/scripts
 
+Images = Callable[[np.ndarray], np.ndarray]  # a function of samples to images
 BYTES = 8  # one complex64
 SHARED = ("imager", "aperture", "polarizations")  # keys of the config's section that are no settings of an imager
 
@@ -29,20 +32,20 @@ class Formation:
     """
 
     coherent = True
-    compared = None
+    compared: Mapping[str, Mapping[str, Any]] | None = None
     compared_note = ""
 
-    def __init__(self, frequency, angle, settings):
+    def __init__(self, frequency: np.ndarray, angle: np.ndarray, settings: Mapping[str, Any]) -> None:
         self.frequency, self.angle, self.settings = frequency, angle, settings
 
-    def axes(self):
+    def axes(self) -> tuple[np.ndarray, np.ndarray]:
         """Pixel centres (range, crossrange) in m, evenly spaced and ascending.
 
         InputError if this geometry cannot make an image.
         """
         raise NotImplementedError
 
-    def at(self, down, cross):
+    def at(self, down: np.ndarray, cross: np.ndarray) -> Images:
         """A function that forms images at ranges `down` (D,) and crossranges `cross` (C,) in m.
 
         It maps samples (images, F, A), complex in m, to images (images, D, C). A scatterer of amplitude f that stands
@@ -51,42 +54,43 @@ class Formation:
         raise NotImplementedError
 
     @functools.cached_property
-    def on_axes(self):
+    def on_axes(self) -> Images:
         """`at` its own `axes`."""
         return self.at(*self.axes())
 
-    def working_bytes(self, pixels):
+    def working_bytes(self, pixels: int) -> int:
         """Memory that forming images of so many pixels takes: of a matrix, and in double precision before it."""
         return 5 * BYTES * pixels * len(self.frequency) * len(self.angle)
 
-    def carrier(self):
+    def carrier(self) -> float:
         """The wavenumber in rad/m in the middle of an image's spectrum over range, about which it is up-sampled."""
         return float(2 * np.pi * self.frequency[len(self.frequency) // 2] / C0) if self.coherent else 0.0
 
-    def words(self):
+    def words(self) -> str:
         """How the images of these settings are formed, in a few words."""
         return ", ".join([Path(self.file).stem, *(f"{key} {value}" for key, value in sorted(self.settings.items()))])
 
     @property
-    def file(self):
+    def file(self) -> str:
         return file_of(FOLDER, type(self).__module__.rpartition(".")[2])
 
-    def warnings(self, geometry):
+    def warnings(self, geometry: Any) -> list[str]:
         """Sentences on what will look wrong in images of these settings. geometry: what `geometry.geometry` gives."""
         return []
 
 
-def build(frequency, angle, imaging):
+def build(frequency: np.ndarray, angle: np.ndarray, imaging: Mapping[str, Any]) -> Formation:
     """The imager of a config's section `imaging`: class `Imager` of imagers/<imaging.imager>.py.
 
     InputError where the file imports what is not installed, where its Imager is no Formation, and where this geometry
     cannot make an image.
     """
     imager = load_class(FOLDER, imaging["imager"], "Imager", Formation)
-    return imager(frequency, angle, {key: imaging[key] for key in imaging if key not in SHARED})
+    built: Formation = imager(frequency, angle, {key: imaging[key] for key in imaging if key not in SHARED})
+    return built
 
 
-def apertures(field, azimuth, aperture):
+def apertures(field: np.ndarray, azimuth: np.ndarray, aperture: int) -> np.ndarray:
     """Cut the samples of every image out of one elevation's sweep.
 
     field: (frequency, azimuth); azimuth in degrees. Round a closed circle the apertures wrap.
@@ -99,7 +103,7 @@ def apertures(field, azimuth, aperture):
     return np.moveaxis(cut, 1, 0).reshape(cut.shape[1], -1)
 
 
-def form_images(imager, samples):
+def form_images(imager: Formation, samples: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Images of one elevation, complex64 (images, [channel,] range, crossrange), and their peaks (images,).
 
     samples: (images, [channel,] F * A). An image is divided by its one peak over all channels; a zero image (a

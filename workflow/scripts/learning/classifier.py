@@ -1,7 +1,9 @@
 """The face that every model has: `fit`, `evaluate`, `predict`, `decision_function`, `save` and `load`."""
 
 import itertools
-from typing import NamedTuple
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
@@ -26,7 +28,7 @@ class Outcome(NamedTuple):
 
     labels: np.ndarray
     scores: np.ndarray
-    known: dict
+    known: dict[str, np.ndarray]
 
 
 class Classifier:
@@ -59,24 +61,33 @@ class Classifier:
     checkpoints: None, or a folder in which `fit` may keep its state, to go on from it after a kill.
     """
 
-    curve_ = None
+    classes_: np.ndarray
+    aspects_: np.ndarray
+    curve_: Mapping[str, list] | None = None
     by_snr = False
     smallest = 1
     covariances = False
     pairs = False
-    fewest = None
+    fewest: str | None = None
     additive = False
     learns_noise = False
-    noise = None
+    noise: np.ndarray | None = None
     leaves_out = False
-    aspects = None
-    checkpoints = None
+    aspects: np.ndarray | None = None
+    checkpoints: Path | None = None
     FEATURES = "parts"
 
-    def __init__(self, settings, seed):
+    def __init__(self, settings: Mapping[str, Any], seed: int) -> None:
         self.settings, self.seed = settings, seed
 
-    def fit(self, images, labels, validation=None, snrs=None, views=None):
+    def fit(
+        self,
+        images: np.ndarray,
+        labels: np.ndarray,
+        validation: tuple | None = None,
+        snrs: np.ndarray | None = None,
+        views: np.ndarray | None = None,
+    ) -> Self:
         """Learn from images and their class names; gives the model back.
 
         validation: None, or images, labels, snrs and views of the validation azimuths, for the training curve and for
@@ -86,54 +97,55 @@ class Classifier:
         """
         raise NotImplementedError
 
-    def evaluate(self, images):
+    def evaluate(self, images: np.ndarray) -> Outcome:
         """The Outcome of images, in one pass over them.
 
         Each image is judged by itself: what others are among them changes nothing.
         """
         raise NotImplementedError
 
-    def _aspects(self, order):
+    def _aspects(self, order: np.ndarray) -> np.ndarray:
         """The aspects of the training images `order`; '' where `fit` was given none."""
         return np.full(len(order), "") if self.aspects is None else self.aspects[order]
 
-    def _masked(self, likeness, without, least):
+    def _masked(self, likeness: np.ndarray, without: np.ndarray | None, least: float) -> np.ndarray:
         """Likeness to templates, (n, templates), set to `least` for those that an image is judged without."""
         if without is not None:
             likeness[np.asarray(without)[:, None] == self.aspects_] = least
         return likeness
 
     @property
-    def sees(self):
+    def sees(self) -> str:
         """The kind of features that the model sees of images."""
         return self.settings.get("features", self.FEATURES)
 
-    def features(self, images, dtype=np.float32):
+    def features(self, images: np.ndarray, dtype: type = np.float32) -> np.ndarray:
         """What the model sees of images: features (observations, d)."""
         return of(images, self.sees, dtype)
 
-    def predict(self, images):
+    def predict(self, images: np.ndarray) -> np.ndarray:
         """Predicted labels, shape (observations,)."""
         return self.evaluate(images).labels
 
-    def decision_function(self, images):
+    def decision_function(self, images: np.ndarray) -> np.ndarray:
         """Scores, shape (observations, classes), one column per class also for two classes: larger = likelier."""
         return self.evaluate(images).scores
 
-    def save(self, folder):
+    def save(self, folder: Path) -> None:
         """Write what was learned to `folder`: plain arrays, no pickle, the same bytes for the same model.
 
         Raises InputError, before anything is written, for an attribute that is no array and cannot be made one.
         """
         names = sorted(name for name in vars(self) if name.endswith("_") and name != "curve_")
-        np.savez(folder / STATE, **{name: self._array(name) for name in names})
+        arrays: dict[str, Any] = {name: self._array(name) for name in names}
+        np.savez(folder / STATE, **arrays)
 
-    def _keep(self, arrays):
+    def _keep(self, arrays: Mapping[str, np.ndarray]) -> None:
         """Make arrays, a mapping of name to array, attributes that are saved: <name>_."""
         for name, array in arrays.items():
             setattr(self, f"{name}_", array)
 
-    def _array(self, name):
+    def _array(self, name: str) -> np.ndarray:
         value = getattr(self, name)
         try:
             array = np.asarray(value)
@@ -148,7 +160,7 @@ class Classifier:
             )
         return array
 
-    def load(self, folder):
+    def load(self, folder: Path) -> Self:
         """Read what `save` wrote; gives the model back."""
         with np.load(folder / STATE, allow_pickle=False) as state:
             for name in state.files:
@@ -156,30 +168,31 @@ class Classifier:
         return self
 
 
-def build(kind, settings, seed):
+def build(kind: str, settings: Mapping[str, Any], seed: int) -> Classifier:
     """An unfitted model: class `Model` of models/<kind>.py.
 
     Raises InputError where the file imports what is not installed, where its Model is no Classifier, and when the model
     asks for a setting that is not there.
     """
-    return load_class(FOLDER, kind, "Model", Classifier)(_Settings(kind, settings), seed)
+    model: Classifier = load_class(FOLDER, kind, "Model", Classifier)(_Settings(kind, settings), seed)
+    return model
 
 
 class _Settings(dict):
     """The settings of a model of some kind; one that is missing is named."""
 
-    def __init__(self, kind, settings):
+    def __init__(self, kind: str, settings: Mapping[str, Any]) -> None:
         super().__init__(settings)
         self.kind = kind
 
-    def __missing__(self, key):
+    def __missing__(self, key: str) -> Any:
         raise InputError(
             f"{file_of(FOLDER, self.kind)} asks for the setting '{key}', which the model does not have; add it to the "
             "model's entry in 'learning.models' of the config."
         )
 
 
-def choices(settings):
+def choices(settings: Mapping[str, Any]) -> list[dict[str, Any]]:
     """All combinations of the settings that are lists: a list of mappings without any list."""
     hyper = {key: value for key, value in sorted(settings.items()) if key not in NOT_HYPER}
     values = [value if isinstance(value, list) else [value] for value in hyper.values()]

@@ -3,8 +3,10 @@
 `snakemake export` writes the files; docs/exported-images.md says what they hold.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
@@ -29,10 +31,10 @@ class Images:
     azimuth: np.ndarray
     realization: np.ndarray
 
-    def __len__(self):
+    def __len__(self) -> int:
         return len(self.y)
 
-    def __getitem__(self, chosen):
+    def __getitem__(self, chosen: Any) -> "Images":
         """Some of the images, by booleans (n,), numbers or a slice: `images[images.side == "train"]`."""
         return Images(*(getattr(self, field.name)[chosen] for field in fields(self)))
 
@@ -40,7 +42,7 @@ class Images:
 ROLES = ("known", "unknown", "other")
 
 
-def load(*paths, split="random", roles=("known",)):
+def load(*paths: str | Path, split: str = "random", roles: str | Sequence[str] = ("known",)) -> Images:
     """The `Images` of one or more exported HDF5 files, one file's after another's.
 
     split: random, or sector_1, sector_2 ...: which division `side` tells. roles: of the targets that are loaded.
@@ -56,7 +58,7 @@ def load(*paths, split="random", roles=("known",)):
     return Images(*(np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(Images)))
 
 
-def _load(path, split, roles):
+def _load(path: Path, split: str, roles: Sequence[str]) -> Images:
     if path.is_dir():
         raise ValueError(f"{path} is a folder; take the HDF5 file beside it, {path.with_suffix('.h5')}")
     if not path.is_file():

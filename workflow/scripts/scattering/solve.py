@@ -1,6 +1,7 @@
 """Solve a mesh for its monostatic scattering amplitude over frequencies and directions."""
 
 import time
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -38,22 +39,22 @@ PROBED_ROWS, PROBED_DIRECTIONS = 128, 4  # where the residual is measured
 
 
 def solve(
-    vertices,
-    triangles,
-    frequencies,
-    elevation,
-    azimuth,
-    polarizations=("VV",),
-    symmetry=(),
+    vertices: np.ndarray,
+    triangles: np.ndarray,
+    frequencies: np.ndarray,
+    elevation: Sequence[float] | np.ndarray,
+    azimuth: Sequence[float] | np.ndarray,
+    polarizations: Sequence[str] = ("VV",),
+    symmetry: Sequence[str] = (),
     *,
-    precision="single",
-    threads=1,
-    progress=lambda frequency, part, done: None,
-    formulation="efie",
-    tolerance=None,
-    paired=False,
-    receivers=(),
-):
+    precision: str = "single",
+    threads: int = 1,
+    progress: Callable[..., None] = lambda frequency, part, done: None,
+    formulation: str = "efie",
+    tolerance: float | None = None,
+    paired: bool = False,
+    receivers: tuple = (),
+) -> Solution:
     """Backscatter amplitude of a perfectly conducting mesh, in metres (see `farfield` for signs and references).
 
     vertices: (V, 3) m; triangles: (T, 3); frequencies: (F,) Hz; elevation: (E,), azimuth: (A,) degrees;

@@ -1,23 +1,15 @@
-"""What solves a target's mesh for its field: the class Solver of solvers/<name>.py, named by `scattering.solver`.
-
-A Solver is made of the config's other scattering settings, with the target's own. It has two methods:
-
-    plan(measures, planes, sweep)   megabytes of memory and seconds on two cores that a band takes, two numbers.
-        measures: what is known of its mesh, `unknowns` (of an RWG basis), `triangles` and `box`, its lengths along x,
-        y and z in m; planes: the number of mirror planes; sweep: the band's `core.sweep.Sweep`
-    solve(vertices, triangles, sweep, symmetry, threads, progress)   a Solution, or InputError.
-        vertices: (V, 3) m; triangles: (T, 3); symmetry: mirror planes as in the config;
-        progress(number of the frequency, part, fraction of the part, fraction of the frequency's time) is called as
-        the work goes on; without the last the part counts for the whole
-
-Plans are made before anything runs, so that a solver's file imports what takes long to load in `solve`.
-"""
+"""What solves a target's mesh for its field: the class Solver of solvers/<name>.py, named by `scattering.solver`."""
 
 import dataclasses
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
 from isarflow.core.kinds import load_class
+from isarflow.core.sweep import Sweep
+
+FOLDER = "scattering/solvers"  # where the kinds are, below workflow/scripts
 
 
 @dataclasses.dataclass
@@ -33,14 +25,54 @@ class Solution:
 
     field: np.ndarray
     residual: np.ndarray | None
-    seconds: dict
+    seconds: dict[str, np.ndarray]
     unknowns: int | None
-    used: dict = dataclasses.field(default_factory=dict)
+    used: dict[str, Any] = dataclasses.field(default_factory=dict)
 
 
-def build(scattering):
-    """The Solver of a config's scattering settings. Raises InputError where its file imports what is not installed."""
-    name = scattering["solver"]
-    return load_class("scattering/solvers", name, "Solver")(
-        {key: value for key, value in scattering.items() if key not in ("solver", "bistatic")}
-    )
+class FieldSolver:
+    """The face that every solver has: a class `Solver` in a file of its own, solvers/<name>.py, defines both methods.
+
+    Plans are made before anything runs, so that a solver's file imports what takes long to load in `solve`.
+
+    settings: the config's scattering settings, with the target's own, as the solver states them in SETTINGS, a mapping
+    of each to its JSON schema (type, bounds, description; literals, for the file is read for them and not run).
+    """
+
+    def __init__(self, settings: Mapping[str, Any]) -> None:
+        self.settings = settings
+
+    def plan(self, measures: Mapping[str, Any], planes: int, sweep: Sweep) -> tuple[float, float]:
+        """Megabytes of memory, and seconds on two cores, that a band takes.
+
+        measures: what is known of its mesh, `unknowns` (of an RWG basis), `triangles` and `box`, its lengths along x,
+        y and z in m. planes: the number of mirror planes.
+        """
+        raise NotImplementedError
+
+    def solve(
+        self,
+        vertices: np.ndarray,
+        triangles: np.ndarray,
+        sweep: Sweep,
+        symmetry: Sequence[str],
+        threads: int,
+        progress: Callable[..., None],
+    ) -> Solution:
+        """The Solution of a band. Raises InputError for a mesh that cannot be solved.
+
+        vertices: (V, 3) m; triangles: (T, 3); symmetry: mirror planes as in the config. progress(number of the
+        frequency, part, fraction of the part, fraction of the frequency's time) is called as the work goes on; without
+        the last the part counts for the whole.
+        """
+        raise NotImplementedError
+
+
+def build(scattering: Mapping[str, Any]) -> FieldSolver:
+    """The Solver of a config's scattering settings.
+
+    Raises InputError where its file imports what is not installed, and where its Solver is no FieldSolver.
+    """
+    own = {key: value for key, value in scattering.items() if key not in ("solver", "bistatic")}
+    solver: FieldSolver = load_class(FOLDER, scattering["solver"], "Solver", FieldSolver)(own)
+    return solver

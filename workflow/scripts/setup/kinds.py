@@ -42,7 +42,8 @@ class Kind(NamedTuple):
 MODELS = Seam("learning/models", "Model", frozenset({"fit", "evaluate"}))
 IMAGERS = Seam("imaging/imagers", "Imager", frozenset({"axes", "at"}))
 SOLVERS = Seam("scattering/solvers", "Solver", frozenset({"plan", "solve"}))
-DEFAULTS = "learning/classifier.py"  # its Classifier states what holds for models that say nothing of it
+# Of these files the base classes say what holds for kinds that say nothing of it; their methods are not defined.
+BASES = "learning/classifier.py", "scattering/solver.py"
 # Sections of the config in which one kind is named, by this key, and its settings stand beside it; and the kind whose
 # settings are shown where a section names none.
 SECTIONS = {"imaging": ("imager", IMAGERS, "fourier"), "scattering": ("solver", SOLVERS, "mom")}
@@ -105,7 +106,7 @@ def _said(file, name):
         for node in imported:
             module = f"{node.module.removeprefix('isarflow.').replace('.', '/')}.py"
             names = [alias.name for alias in node.names if not alias.asname]
-            if base in names and module != DEFAULTS and (SCRIPTS / module).is_file():
+            if base in names and module not in BASES and (SCRIPTS / module).is_file():
                 inherited, literals, wanted = _said(module, base)
                 methods, stated, asked = methods | inherited, stated | literals, asked | wanted
     for node in found.body:

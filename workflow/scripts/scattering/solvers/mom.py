@@ -6,9 +6,10 @@ import numpy as np
 
 from isarflow.mesh import topology
 from isarflow.scattering.plan import at_one_frequency, chosen, planned
+from isarflow.scattering.solver import FieldSolver
 
 
-class Solver:
+class Solver(FieldSolver):
     name = "method of moments"
     SETTINGS = {
         "formulation": {
@@ -25,9 +26,6 @@ class Solver:
             "large targets, with the efie in single precision",
         },
     }
-
-    def __init__(self, settings):
-        self.settings = settings
 
     def plan(self, measures, planes, sweep):
         return planned(measures, planes, sweep, **self._settings(measures, planes, sweep))
