@@ -116,20 +116,6 @@ def test_default_targets_and_experiments_that_run_besides_are_said():
     assert len(said({"targets": {"a": KNOWN}, "learning": train, "radar": {"frequencies": 1, "bandwidth": 0}})) == 1
 
 
-@pytest.mark.parametrize("value", [None, {"models": ["fcnn"]}, {}, {"train": {"snr_db": "clean"}}])
-def test_an_experiment_that_the_defaults_no_longer_have_is_named_with_the_one_that_holds_its_scores(value):
-    for name, other in (("fcnn_closed", "fcnn_open"), ("capsule_closed", "capsule_open")):
-        with pytest.raises(
-            InputError, match=rf"experiments\.{name}': .* no such experiment any more; '{other}' learns"
-        ):
-            load({"learning": {"experiments": {name: value}}})
-        assert set(load({"learning": {"experiments": {name: MINE}}})["learning"]["experiments"]) > {name, other}
-    # One of one's own may be changed and removed like any other.
-    assert load(
-        {"learning": {"experiments": {"fcnn_closed": MINE}}}, {"learning": {"experiments": {"fcnn_closed": None}}}
-    )
-
-
 def test_default_experiments_beside_ones_own_may_be_left_out_but_ones_own_may_not():
     overlay = {"aspect": {"azimuth": NARROW}, "learning": {"experiments": {"e": MINE}}}
     config = load(overlay)

@@ -10,8 +10,6 @@ NAMED = ("targets", "learning.models", EXPERIMENTS)
 ALL = "*"  # `'*': null` removes every one that the overlay itself does not name
 # Of these an overlay's form may differ from the base's: {count} or {start, stop, step}; a grid or single directions.
 ALTERNATIVES = ("aspect", "aspect.azimuth", "aspect.great_circle.angle")
-# Experiments that config/config.yaml had, and which one of its scores hold theirs.
-HELD_BY = {"fcnn_closed": "fcnn_open", "capsule_closed": "capsule_open"}
 
 
 def merge(base, overlay, path=""):
@@ -65,21 +63,11 @@ def _named(base, overlay, path):
             raise InputError(
                 f"config key '{key}': '{ALL}' takes null alone, which removes all that this config does not name."
             )
-        if path == EXPERIMENTS and name in HELD_BY and name not in base and not _is_whole(value):
-            remedy = "Leave this out" if value is None else "Name that one, or give 'train' and 'models' here"
-            raise InputError(
-                f"config key '{key}': config/config.yaml has no such experiment any more; '{HELD_BY[name]}' learns the "
-                f"same, and its scores hold the closed set, too. {remedy}."
-            )
         if value is not None:
             merged[name] = _entry(base.get(name, {}), value, path, key)
         elif name != ALL:
             _remove(merged, base, name, key)
     return merged
-
-
-def _is_whole(experiment):
-    return isinstance(experiment, dict) and {"train", "models"} <= set(experiment)
 
 
 def _entry(base, overlay, path, key):

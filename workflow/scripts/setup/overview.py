@@ -13,7 +13,7 @@ from isarflow.imaging.geometry import describe, planned
 from isarflow.mesh import cad_kernel, symmetry, topology
 from isarflow.mesh.read import check_size, in_metres, read_cad
 from isarflow.mesh.resolution import check_resolution
-from isarflow.report.caveats import LEARNING, warnings
+from isarflow.learning.caveats import LEARNING, warnings
 from isarflow.scattering import field_files, needs
 from isarflow.setup.config import BASE, read_yaml
 from isarflow.setup.disk import shortage

@@ -14,29 +14,20 @@ from isarflow.core.errors import InputError
 MOST_VALUES = 100_000  # of a file with all its aliases written out
 
 ESCAPE = "a backslash in double quotes begins an escape; write paths in single quotes or with /"
-# What libyaml says of a slip, and what the user did. {char}: the character there; {opened}: where the thing begins that
-# it was reading. The first one that stands in libyaml's words counts.
+# What libyaml says of frequent slips, and what the user did; of all else its own words are shown. {opened}: where the
+# thing begins that it was reading.
 SLIPS = {
-    "a tab character that violates indentation": "a tab stands among the spaces that indent; indent with spaces alone",
     "expected ',' or '}'": "the brace '{{' that opens in {opened} is not closed before this, or a comma is missing",
     "expected ',' or ']'": "the bracket '[' that opens in {opened} is not closed before this, or a comma is missing",
-    "flow node; did not find expected node content": "a value is missing before {char}, or a bracket is not closed",
     "found another document": "a second document begins with '---'; a config is one",
-    "expected <document start>": "text follows the end of the document ('...'); a config is one document",
-    "found undefined alias": "the alias '*' has no anchor '&' of its name before it; put text with a * in quotes",
     "found unexpected end of stream": "the quote that opens in {opened} is never closed",
     "escape c": ESCAPE,
     "hexdecimal": ESCAPE,
-    "mapping values are not allowed": "a ':' stands where no key can; is a space missing after the ':' of the line"
-    " above, is this line indented too far, or is it text, which needs quotes",
-    "expected alphabetic or numeric": "a '*' or '&' begins an alias or an anchor; put text with it in quotes",
-    "expected '-' indicator": "this line is no '- item' of the list that begins in {opened}",
+    "mapping values are not allowed": "a ':' stands where no key can; is a space missing after a ':', is this line"
+    " indented too far, or is it text, which needs quotes",
     "could not find expected ':'": "the key that begins in {opened} has no ':' after it",
-    "expected comment or line break": "'|' and '>' begin text on the next line; put text with them in quotes",
-    "expected key": "no key is expected here; it is not indented like the lines of its mapping, which begins in"
-    " {opened}, or a bracket closes that was not opened",
-    "could not determine a constructor": "a tag ('!...' or '=') means nothing in a config; put text with it in quotes",
-    "for merging": "'<<' takes in a mapping ('<<: *name'), and this is none",
+    "expected key": "no key is expected here; is it indented like the lines of its mapping, which begins in {opened}",
+    "tab character": "a tab stands where the line is indented; indent with spaces alone",
 }
 
 
@@ -86,7 +77,7 @@ def read_yaml(path):
     try:
         content = _json(text) or _yaml(text)
     except yaml.MarkedYAMLError as error:
-        raise InputError(f"{path}, {_place(error.problem_mark)}: {_slip(error, text)}.") from None
+        raise InputError(f"{path}, {_place(error.problem_mark)}: {_slip(error)}.") from None
     except RecursionError:
         problem = "its brackets, or its aliases, stand in one another more than a thousand deep"
         raise InputError(f"{path}: {problem}.") from None
@@ -184,18 +175,10 @@ def _place(mark):
     return f"line {mark.line + 1}, column {mark.column + 1}"
 
 
-def _slip(error, text):
+def _slip(error):
     """What is wrong, for the user, by what libyaml says."""
-    lines = text.split("\n")
-    mark = error.problem_mark
-    char = lines[mark.line][mark.column : mark.column + 1] if mark.line < len(lines) else ""
     if "cannot start any token" in error.problem:
-        if char == "\t":
-            indents = not lines[mark.line][: mark.column].strip()
-            where = "where the line is indented; indent with" if indents else "before a value; use"
-            return f"a tab stands {where} spaces alone"
-        return f"no value can begin with {char!r}; put the text in quotes"
-    opened = _place(error.context_mark or mark)
+        return "no value can begin with this character; put text in quotes, and indent with spaces"
     said = f"{error.context or ''}; {error.problem}"
-    words = next((words for slip, words in SLIPS.items() if slip in said), None)
-    return words.format(char=repr(char) if char.strip() else "this", opened=opened) if words else error.problem
+    words = next((words for slip, words in SLIPS.items() if slip in said), error.problem.replace("{", "{{"))
+    return words.format(opened=_place(error.context_mark or error.problem_mark))
