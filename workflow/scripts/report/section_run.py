@@ -11,9 +11,9 @@ import yaml
 
 from isarflow.core import sweep
 from isarflow.imaging.geometry import planned
+from isarflow.learning.caveats import warnings
 from isarflow.mesh import measures
 from isarflow.report import draw_mesh, thesis
-from isarflow.learning.caveats import warnings
 from isarflow.report.conditions import fold_numbers, noise_words
 from isarflow.report.layout import Section, canvas, duration, figure, number, table
 

@@ -10,10 +10,10 @@ from isarflow.core.errors import InputError
 from isarflow.core.folders import of_fields
 from isarflow.core.sweep import images_are_made, why_no_images
 from isarflow.imaging.geometry import describe, planned
+from isarflow.learning.caveats import LEARNING, warnings
 from isarflow.mesh import cad_kernel, symmetry, topology
 from isarflow.mesh.read import check_size, in_metres, read_cad
 from isarflow.mesh.resolution import check_resolution
-from isarflow.learning.caveats import LEARNING, warnings
 from isarflow.scattering import field_files, needs
 from isarflow.setup.config import BASE, read_yaml
 from isarflow.setup.disk import shortage
