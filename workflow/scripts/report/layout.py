@@ -184,3 +184,15 @@ def duration(seconds):
     if seconds < 120:
         return f"{seconds:.1f} s"
     return f"{seconds / 60:.1f} min" if seconds < 7200 else f"{seconds / 3600:.1f} h"
+
+
+def several(count, singular, plural=None):
+    """A count with its noun as text."""
+    return f"{count:,} {singular if count == 1 else plural or f'{singular}s'}"
+
+
+def span(name, values, unit, plural=None):
+    """Sorted values as text: the only one, or how many there are and from where to where."""
+    if len(values) == 1:
+        return f"{name} {values[0]:g}{unit}"
+    return f"{several(len(values), name, plural)} from {values[0]:g}{unit} to {values[-1]:.4g}{unit}"

@@ -1,7 +1,6 @@
 """The headline, weighted F1 of the open and the closed set against SNR, and what the page compares all curves with."""
 
 import itertools
-import re
 
 import pandas as pd
 from matplotlib.lines import Line2D
@@ -94,18 +93,16 @@ def headline(results):
     grid[0, 0].set_ylim(0, 1.03)  # of all panels
     broken = Line2D([], [], color=BLACK, label=f"{PROTOCOLS[1]} thresholds", **THESIS_PROTOCOL)
     finish(drawing, grid, snr_axis(definition), "weighted F1", more=[broken] if "open set" in rows else ())
-    said = "; ".join(f"{name}, {_values(part)}" for name, part in drawn.groupby("set", sort=False))
     whose = f", and, with squares, of {network}, trained without noise, with ZNCC" if red else ""
     broken = "Broken lines: thresholds chosen with images of unknown targets, as in the thesis. "
-    broken = broken if "open set" in rows else ""
-    said = said[:1].upper() + said[1:]
     caption = (
         f"Weighted F1 on the test images, with 95 % intervals, of the method that is best on the validation images "
-        f"by its mean over {middle_text(results.validation)}{whose}. {broken}Dotted: "
-        f"rejecting every image, or naming one class for all. {said}. {meaning(drawn['split'])}{words}"
+        f"by its mean over {middle_text(results.validation)}{whose}. {broken if 'open set' in rows else ''}Dotted: "
+        f"rejecting every image, or naming one class for all. {meaning(drawn['split'])}{words}"
         f"{conditions(results, drawn, definition)}"
     )
-    return figure("headline", drawing, drawn, f"Weighted F1 against test SNR. {said}.", caption, wide=True)
+    alt = f"Weighted F1 against test SNR of the best method{' and of the thesis’s' if red else ''}, by set and split."
+    return figure("headline", drawing, drawn, alt, caption, wide=True)
 
 
 def curves(part, validation, names, network):
@@ -131,18 +128,6 @@ def curves(part, validation, names, network):
                 if len(curve):
                     lines.append((f"{name} ({split})", curve, is_theirs))
     return lines
-
-
-def _values(drawn):
-    """Scores of a set's curves at the SNR nearest 0 dB and the highest, in words, by split; sizes stand elsewhere."""
-    words = {}
-    for (label, split), curve in drawn.groupby(["curve", "split"], sort=False):
-        values = curve.set_index("test_snr_db")["value"]
-        near = min(values.index, key=abs)
-        at = " and ".join(f"{values[snr]:.2f} at {snr:g} dB" for snr in dict.fromkeys((near, values.index.max())))
-        name = re.sub(r" \([^)]*\)", "", label).removeprefix("best: ")
-        words.setdefault(split, []).append(f"{name} {at}")
-    return "; ".join(f"{split_text(split)}: {', '.join(parts)}" for split, parts in words.items())
 
 
 def comparison(results):

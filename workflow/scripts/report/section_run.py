@@ -14,8 +14,8 @@ from isarflow.imaging.geometry import planned
 from isarflow.learning.caveats import warnings
 from isarflow.mesh import measures
 from isarflow.report import draw_mesh, thesis
-from isarflow.report.conditions import fold_numbers, noise_words
-from isarflow.report.layout import Section, canvas, duration, figure, number, table
+from isarflow.report.conditions import noise_words
+from isarflow.report.layout import Section, canvas, duration, figure, number, several, span, table
 
 ROOT = Path(__file__).resolve().parents[3]
 STAGES = ("mesh", "scattering", "imaging")  # whose jobs are called so in benchmarks; all others are learning's
@@ -24,58 +24,59 @@ MAIN = ("jax", "numpy", "snakemake")  # named at the head of the page
 
 
 def facts(results):
-    """The run in pairs of what and how much, for the head of the page."""
+    """Return the run in pairs of what and how much, for the head of the page."""
     settings = results.settings
-    radar, noise = settings["radar"], settings["noise"]
+    radar, aspect, noise = settings["radar"], settings["aspect"], settings["noise"]
     frequency = sweep.frequencies(radar) / 1e9
-    band = f"{frequency[0]:g} GHz" if len(frequency) == 1 else f"{frequency[0]:g} to {frequency[-1]:g} GHz"
-    frequencies = _count(len(frequency), "frequency", "frequencies")
-    pairs = [
-        ("Run", f"{settings['name']}, seed {settings['seed']}; its whole config stands at the end of the page"),
-        ("Radar", f"{band}, {frequencies}, {', '.join(radar['polarizations'])}"),
-        ("Aspect", _aspect(settings["aspect"])),
-    ]
-    if not results.images_are_made:
-        pairs.append(("Images", f"none: {sweep.why_no_images(settings)}"))
+    pairs = {
+        "Run": f"{settings['name']}, seed {settings['seed']}; its whole config is at the end of the page",
+        "Radar": f"{span('frequency', frequency, ' GHz', 'frequencies')}, {', '.join(radar['polarizations'])}",
+        "Aspect": _directions(aspect),
+    }
     if results.images_are_made:
-        images, snrs = planned(settings), noise["snr_db"]
-        pixels = f"{images['range_pixels']} × {images['crossrange_pixels']} pixels"
-        realizations = _count(noise["realizations"], "realization", "realizations")
-        count = _count(len(snrs), "SNR", "SNRs")
-        pairs += [
-            ("Images", f"{pixels}, {images['words']}"),
-            (
-                "Noise",
-                f"{count} from {min(snrs):g} to {max(snrs):g} dB, by {noise_words(noise, noise['definition'])}; "
-                f"{realizations} of each {noise['per']}{_tested(settings)}",
-            ),
-        ]
+        images, tested = planned(settings), settings["learning"]["realizations"]
+        some = "" if tested == "all" or tested >= noise["realizations"] else f", of which {tested} tested"
+        pairs["Images"] = f"{images['range_pixels']} × {images['crossrange_pixels']} pixels, {images['words']}"
+        pairs["Noise"] = (
+            f"{span('SNR', sorted(noise['snr_db']), ' dB')}, by {noise_words(noise, noise['definition'])}; "
+            f"{several(noise['realizations'], 'realization')} of each {noise['per']}{some}"
+        )
+    else:
+        pairs["Images"] = f"none: {sweep.why_no_images(settings)}"
     if results.learns:
-        pairs.append(("Splits", _splits(results)))
-    if results.learns and networks(results):
-        pairs.append(("Capsule network", "; ".join(networks(results))))
+        pairs["Splits"] = _splits(results)
+        if networks(results):
+            pairs["Capsule network"] = "; ".join(networks(results))
     if len(results.benchmarks):
-        pairs.append(("Computed in", _times(results.benchmarks)))
+        stages = results.benchmarks["step"].where(results.benchmarks["step"].isin(STAGES), "learning")
+        seconds = results.benchmarks.groupby(stages)["s"].sum()
+        parts = ", ".join(f"{stage} {duration(seconds[stage])}" for stage in (*STAGES, "learning") if stage in seconds)
+        pairs["Computed in"] = f"{duration(seconds.sum())} of jobs ({parts})"
     main = [text for text in _versions() if text.split()[0] in MAIN]
-    pairs.append(("Made with", f"isarflow {version()}, commit {commit()}; {', '.join(main)}"))
-    return pairs
+    pairs["Made with"] = f"isarflow {version()}, commit {commit()}; {', '.join(main)}"
+    return list(pairs.items())
 
 
-def _tested(settings):
-    tested, every = settings["learning"]["realizations"], settings["noise"]["realizations"]
-    return "" if tested == "all" or tested >= every else f", of which {tested} tested"
+def _directions(aspect):
+    """Return where the radar is, in words."""
+    if "great_circle" in aspect:
+        circle = aspect["great_circle"]
+        through = " through ".join("({:g}°, {:g}°)".format(*circle[key]) for key in ("from", "through"))
+        count = several(len(sweep.angles(circle["angle"])), "direction")
+        return f"{count} on the great circle from {through}, (elevation, azimuth)"
+    if not sweep.is_grid(aspect):
+        return several(len(aspect["directions"]), "direction")
+    every = ("elevation", sweep.elevations(aspect)), ("azimuth", sweep.azimuths(aspect))
+    return "; ".join(span(name, values, "°") for name, values in every)
 
 
 def _splits(results):
-    """The splits that experiments use, in words."""
+    """Return the splits that experiments use, in words."""
     split = results.settings["learning"]["split"]
-    tested = {tuple(results.folds[run["experiment"]]) for run in results.runs.values() if run["split"] == "sector"}
-    some = len(tested) == 1 and len(folds := next(iter(tested))) < split["folds"]
-    arcs = f"{split['folds']} arcs of the aspects"
     guard = f", {split['spacing']:g}° away or more" if split["spacing"] else ""
     words = {
         "elevation": f"by elevation: every second elevation trains, those between are tested{guard}",
-        "sector": f"by sector: {f'of {arcs} {fold_numbers(folds)}' if some else arcs} take turns to be tested",
+        "sector": f"by sector: {split['folds']} arcs of the aspects take turns to be tested",
         "random": f"at random: {100 * split['train']:.3g} % of the aspects train",
         "shuffled": f"at random, a view and its mirror image apart: {100 * split['train']:.3g} % of the azimuths train",
     }
@@ -103,14 +104,6 @@ def warned(results):
 def meshes_warned(results):
     """What the meshes' measures warn of: (target, sentence)."""
     return [(name, text) for name, measured in results.meshes.items() for text in measures.warnings(measured)]
-
-
-def _times(benchmarks):
-    """The time of all jobs, and of each stage's, in words."""
-    stages = benchmarks["step"].where(benchmarks["step"].isin(STAGES), "learning")
-    seconds = benchmarks.groupby(stages)["s"].sum()
-    parts = ", ".join(f"{stage} {duration(seconds[stage])}" for stage in (*STAGES, "learning") if stage in seconds)
-    return f"{duration(seconds.sum())} of jobs ({parts})"
 
 
 def thumbnail(target, surface):
@@ -219,26 +212,3 @@ def _versions():
         except metadata.PackageNotFoundError:
             continue
     return texts
-
-
-def _count(count, singular, plural):
-    return f"{count} {singular if count == 1 else plural}"
-
-
-def _aspect(aspect):
-    """Where the radar stands, in words."""
-    if "great_circle" in aspect:
-        circle = aspect["great_circle"]
-        count = _count(len(sweep.angles(circle["angle"])), "direction", "directions")
-        through = " through ".join("({:g}°, {:g}°)".format(*circle[key]) for key in ("from", "through"))
-        return f"{count} on the great circle from {through}, (elevation, azimuth)"
-    if not sweep.is_grid(aspect):
-        return _count(len(aspect["directions"]), "direction", "directions")
-    every = ("elevation", sweep.elevations(aspect)), ("azimuth", sweep.azimuths(aspect))
-    return "; ".join(_angles(name, values) for name, values in every)
-
-
-def _angles(name, values):
-    if len(values) == 1:
-        return f"{name} {values[0]:g}°"
-    return f"{len(values)} {name}s from {values[0]:g}° to {values[-1]:.4g}°"

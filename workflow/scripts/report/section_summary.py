@@ -6,7 +6,7 @@ from isarflow.core import sweep
 from isarflow.imaging.geometry import planned
 from isarflow.learning.experiments import REFERENCE
 from isarflow.report import section_headline, thesis
-from isarflow.report.layout import number, table
+from isarflow.report.layout import number, several, table
 from isarflow.report.section_mesh import missed
 from isarflow.report.vocabulary import POWERS, PROTOCOLS, SPLITS, at_snrs, select, split_text
 
@@ -27,59 +27,50 @@ def _done(results):
     frequency = sweep.frequencies(settings["radar"]) / 1e9
     elevation, azimuth = sweep.elevations(settings["aspect"]), sweep.azimuths(settings["aspect"])
     band = f"{frequency[0]:g} GHz" if len(frequency) == 1 else f"{frequency[0]:.3g} to {frequency[-1]:.3g} GHz"
-    text = f"The radar echo of {_several(len(results.targets), 'target')} at {band} from {len(elevation)} × "
-    text += f"{len(azimuth)} directions"
+    parts = [f"The radar echo of {several(len(results.targets), 'target')} at {band}"]
+    parts[0] += f" from {len(elevation)} × {len(azimuth)} directions"
     if results.meshed:
-        some = len(results.meshed) < len(results.targets)
-        text += f", solved on {f'the meshes of {len(results.meshed)} of them' if some else 'their meshes'}"
+        some = f"the meshes of {len(results.meshed)} of them"
+        parts[0] += f", solved on {some if len(results.meshed) < len(results.targets) else 'their meshes'}"
     if results.images_are_made:
-        images, snrs = planned(settings), settings["noise"]["snr_db"]
-        text += f"; ISAR images of {images['range_pixels']} × {images['crossrange_pixels']} pixels made of it, "
-        text += f"without noise and at {_several(len(snrs), 'SNR')}"
+        images, snrs = planned(settings), several(len(settings["noise"]["snr_db"]), "SNR")
+        pixels = f"{images['range_pixels']} × {images['crossrange_pixels']} pixels"
+        parts.append(f"ISAR images of {pixels} made of it, without noise and at {snrs}")
     if results.learns:
         known, unknown = (" and ".join(results.of_role(role)) for role in ("known", "unknown"))
-        count = len({model for run in results.runs.values() for model in run["models"]})
-        text += f"; {_several(count, 'model')} trained to tell {known} apart"
-        text += f" and to reject {unknown}" if results.opened else ""
-    return f"{text}."
+        models = several(len({model for run in results.runs.values() for model in run["models"]}), "model")
+        rejected = f" and to reject {unknown}" if results.opened else ""
+        parts.append(f"{models} trained to tell {known} apart{rejected}")
+    return f"{'; '.join(parts)}."
 
 
 def _reached(results):
-    """Weighted F1 of the best method under the first split that was tested, beside the others."""
+    """The weighted F1 of the best method near 12 dB: of the first set and split that were tested, then of others."""
     if not results.learns:
         return []
     drawn = section_headline.lead(results, results.names, "")
-    drawn = drawn[~drawn["theirs"]]
-    opened = select(drawn, threshold=PROTOCOLS[0])
-    case, kind = (opened, "open set") if len(opened) else (select(drawn, threshold=""), "closed set")
-    split = next(split for split in SPLITS if split in set(case["split"]))
-    snr = min(case["test_snr_db"], key=lambda one: (abs(one - 12), one))
-    best = select(case, split=split, test_snr_db=snr).iloc[0]
-    level = (results.rejecting if kind == "open set" else results.guessing)([best["experiment"]])
-    words = f"{results.names.method(best['model'], best['score'])}, the best one on the validation images, reaches a"
-    words += f" weighted F1 of {_f1(best)}"
-    chance = "rejecting everything" if kind == "open set" else "naming one class for all"
-    text = (
-        f"At {snr:g} dB by {POWERS[results.definition]}, {split_text(split)}"
-        f"{', with blind thresholds' if len(opened) else ''}, {words} on the {kind}"
-    )
-    text += f", where {chance} has {level[-1]:.2f}" if level else ""
-    others, tested = [], next(part for name, part, _ in section_headline.sets_of(results) if name == best["set"])
-    most = select(tested, split=split, test_snr_db=snr).sort_values("value").iloc[-1]
-    if most["value"] > best["value"]:
-        others.append(f"on the test images most has {results.names.method(most['model'], most['score'])}, {_f1(most)}")
-    for other, words in BESIDE.items():
-        there = select(case, split=other, test_snr_db=snr)
-        if split != other and len(there):
-            others.append(f"{split_text(other)}, {words}, the same has {there.iloc[0]['value']:.2f}")
-    closed = select(drawn, threshold="", split=split, test_snr_db=snr)
-    if len(opened) and len(closed):
-        alone = closed.iloc[0]
-        model = results.names.method(alone["model"], alone["score"])
-        others.append(
-            f"{split_text(split)} on the known targets alone {model}, chosen likewise, has {alone['value']:.2f}"
-        )
-    return [f"{'; '.join([text, *others])}."]
+    drawn = drawn[~drawn["theirs"] & drawn["threshold"].isin(("", PROTOCOLS[0]))]
+    snr = min(drawn["test_snr_db"], key=lambda one: (abs(one - 12), one))
+    at = select(drawn, test_snr_db=snr)
+    opened = PROTOCOLS[0] in set(at["threshold"])
+    case = select(at, threshold=PROTOCOLS[0] if opened else "")
+    first, *others = [split for split in SPLITS if split in set(case["split"])]
+    best = select(case, split=first).iloc[0]
+    (level,) = (results.rejecting if opened else results.guessing)([best["experiment"]])[-1:]
+    parts = [
+        f"At {snr:g} dB by {POWERS[results.definition]}, {split_text(first)}"
+        f"{', with blind thresholds' if opened else ''}, {results.names.method(best['model'], best['score'])}, the best one on the validation images, reaches a "
+        f"weighted F1 of {_f1(best)} on the {'open' if opened else 'closed'} set, where "
+        f"{'rejecting everything' if opened else 'naming one class for all'} has {level:.2f}"
+    ]
+    for split in (split for split in others if split in BESIDE):
+        value = select(case, split=split).iloc[0]["value"]
+        parts.append(f"{split_text(split)}, {BESIDE[split]}, the same has {value:.2f}")
+    closed = select(at, threshold="", split=first)
+    if opened and len(closed):
+        method = results.names.method(closed.iloc[0]["model"], closed.iloc[0]["score"])
+        parts.append(f"on the known targets alone {method}, chosen likewise, has {closed.iloc[0]['value']:.2f}")
+    return [f"{'; '.join(parts)}."]
 
 
 def _f1(row, to=" to "):
@@ -102,42 +93,35 @@ def _bounds(results):
             reaches = "reaches" if len(folded) == 1 else "reach"
             parts.append(f"{' and '.join(folded)} {reaches} beyond that, so that parts fold over")
     if results.learns:
-        known = results.of_role("known")
-        parts.append(f"{_several(len(known), 'class', 'classes')}, each of one model of its kind, without clutter")
-        reduced = [name for name in sorted({m for run in results.runs.values() for m in run["models"]})]
-        if any(not thesis.full_size(name, settings) for name in reduced):
+        known = several(len(results.of_role("known")), "class", "classes")
+        parts.append(f"{known}, each of one model of its kind, without clutter")
+        models = {model for run in results.runs.values() for model in run["models"]}
+        if not all(thesis.full_size(model, settings) for model in models):
             parts.append("the capsule network is smaller than the thesis's")
     return f"What bounds it: {'; '.join(parts)}." if parts else ""
 
 
 def checks(results, warnings):
-    """Rows of 'is it right?': (whether it is; None where nothing says so, what, finding, where it is shown)."""
-    rows = []
-    if results.sphere and "refused" in results.sphere:
-        rows.append((False, "Sphere", f"not solved in this run: {results.sphere['refused']}", "scattering"))
-    elif results.sphere:
-        found = results.sphere
+    """Rows of 'is it right?': (whether it is, what, finding, where it is shown)."""
+    rows, found = [], results.sphere
+    if found and "refused" in found:
+        rows.append((False, "Sphere", f"not solved in this run: {found['refused']}", "scattering"))
+    elif found:
         text = f"{abs(found['error_db']):.3f} dB and {abs(found['phase_deg']):.2f}° from the Mie series"
         text += f", {number(found['unknowns'])} unknowns" if found["unknowns"] else ""
         rows.append((abs(found["error_db"]) <= SPHERE_DB, "Sphere, solved in this run", text, "scattering"))
-    residuals = [
-        value
-        for name in results.targets
-        for value in results.scattering(name).attrs["residual"] or ()
-        if value is not None
-    ]
+    stated = [results.scattering(name).attrs["residual"] or () for name in results.targets]
+    residuals = [value for values in stated for value in values if value is not None]
     if residuals:
-        text = f"at most {number(max(residuals), 2)}, over {_several(len(residuals), 'system')}"
+        text = f"at most {number(max(residuals), 2)}, over {several(len(residuals), 'system')}"
         rows.append((max(residuals) <= RESIDUAL, "Residuals", text, "scattering"))
     if results.meshed:
         wanting, every = missed(results), sum(len(mesh["bands"]) for mesh in results.meshes.values())
-        count = sum(wanting.values())
-        names = ", ".join(name for name, bands in wanting.items() if bands)
+        count, names = sum(wanting.values()), ", ".join(name for name, bands in wanting.items() if bands)
         text = f"{every - count} of {every} meet all their goals{f'; some missed by {names}' if count else ''}"
         rows.append((not count, "Meshes", text, "meshes"))
     text = f"{len(warnings)} on this run, below" if warnings else "none on this run"
-    rows.append((not warnings, "Warnings", text, ""))
-    return rows
+    return [*rows, (not warnings, "Warnings", text, "")]
 
 
 def full_size_table(results):
@@ -170,7 +154,3 @@ def full_size_table(results):
         "another power is another one: by peak_3db power the same noise has more dB."
     )
     return (table("full_size", data, shown, caption),)
-
-
-def _several(count, singular, plural=None):
-    return f"{count} {singular if count == 1 else plural or f'{singular}s'}"
