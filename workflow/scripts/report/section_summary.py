@@ -57,9 +57,10 @@ def _reached(results):
     first, *others = [split for split in SPLITS if split in set(case["split"])]
     best = select(case, split=first).iloc[0]
     (level,) = (results.rejecting if opened else results.guessing)([best["experiment"]])[-1:]
+    blind, method = ", with blind thresholds" if opened else "", results.names.method(best["model"], best["score"])
     parts = [
-        f"At {snr:g} dB by {POWERS[results.definition]}, {split_text(first)}"
-        f"{', with blind thresholds' if opened else ''}, {results.names.method(best['model'], best['score'])}, the best one on the validation images, reaches a "
+        f"At {snr:g} dB by {POWERS[results.definition]}, {split_text(first)}{blind}, {method}, the best one on the "
+        "validation images, reaches a "
         f"weighted F1 of {_f1(best)} on the {'open' if opened else 'closed'} set, where "
         f"{'rejecting everything' if opened else 'naming one class for all'} has {level:.2f}"
     ]
