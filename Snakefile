@@ -10,12 +10,12 @@ report: "workflow/report/workflow.rst"
 
 # Only what the config names: any other artefact is one that no rule makes.
 wildcard_constraints:
-    target=one_of(TARGETS),
+    target=one_of(plan.targets),
     band="[0-9]+",
-    run=one_of(RUNS),
-    model=one_of(config["learning"]["models"]),
-    snr=one_of(SNRS),
-    root=one_of(SEEDED),
+    run=one_of(plan.runs),
+    model=one_of(plan.models),
+    snr=one_of(plan.snrs),
+    root=one_of(plan.seeded),
 
 
 include: "workflow/rules/mesh.smk"
@@ -35,7 +35,7 @@ onstart:
     # On a cluster other machines solve; `check` says of every target what would refuse it.
     lines = expected(refuse=workflow.local_exec and set(workflow.dag_settings.targets) != {"check"})
     or_exit(lock.take, RESULTS, not workflow.local_exec)
-    if RUNS:
+    if plan.runs:
         together.keep(RESULTS, SNR_SETS)
     logger.info("\n".join(lines))
     if workflow.local_exec:
@@ -63,8 +63,8 @@ rule all:
     default_target: True
     input:
         rules.report.output,
-        rules.seeds.output if RUNS and len(SEEDED) > 1 else [],
-        expand(f"{RESULTS}/imaging/{{target}}/{{snr}}.zarr", target=TARGETS, snr=SNRS)
+        rules.seeds.output if plan.runs and len(plan.seeded) > 1 else [],
+        expand(f"{RESULTS}/imaging/{{target}}/{{snr}}.zarr", target=plan.targets, snr=plan.snrs)
         if images_are_made(config)
         else [],
 
@@ -72,5 +72,5 @@ rule all:
 rule export:
     input:
         lambda w: for_images(
-            expand(f"{RESULTS}/learning/export/{{images}}.{{form}}", images=["clean", *SNRS], form=["h5", "zarr"])
+            expand(f"{RESULTS}/learning/export/{{images}}.{{form}}", images=["clean", *plan.snrs], form=["h5", "zarr"])
         ),

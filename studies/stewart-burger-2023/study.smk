@@ -15,7 +15,7 @@ STUDY_CODE = [
     for name in ("job_page.py", *(f"study/{module}" for module in MODULES if module.endswith(".py")))
 ]
 # Run and model of the networks that are judged anew.
-JUDGED = [f"{run}/{model}" for run, model in networks_of(RUNS)]
+JUDGED = [f"{run}/{model}" for run, model in networks_of(plan.runs)]
 
 
 # Takes what the run has: what it does not have, the page names.
@@ -25,10 +25,10 @@ rule thesis_page:
         times=rules.report.input.times,
         models=rules.report.input.curves,
         reconstructions=rules.report.input.reconstructions,
-        predictions=expand(f"{RESULTS}/learning/predictions/{{fitted}}/{{snr}}.csv", fitted=JUDGED, snr=SNRS),
+        predictions=expand(f"{RESULTS}/learning/predictions/{{fitted}}/{{snr}}.csv", fitted=JUDGED, snr=plan.snrs),
         images=[
             f"{RESULTS}/imaging/{target}/{images}.zarr"
-            for target, images in (images_of(config, RUNS) if images_are_made(config) else ())
+            for target, images in (images_of(config, plan.runs) if images_are_made(config) else ())
         ],
         published=published("results", "prediction_times", "confusion", "settings"),
         page=in_repository(STUDY, "page.yaml"),
@@ -43,11 +43,11 @@ rule thesis_page:
     threads: 1
     resources:
         # A network classifies all of a target's images at an SNR.
-        mem_mb=max([megabytes_of(*fitted.split("/")) for fitted in JUDGED], default=2000),
+        mem_mb=plan.most_megabytes(JUDGED, 2000),
     params:
-        code=code(*STUDY_CODE, *model_code(*{fitted.split("/")[1] for fitted in JUDGED})),
+        code=code(*STUDY_CODE, *plan.model_files_of(JUDGED)),
         settings=section(config, *config),
-        stated=page_names(MODELS),
+        stated=page_names(plan.models),
     message:
         "thesis_page: write {output.page}/README.md (progress in {log})"
     script:

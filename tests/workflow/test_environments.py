@@ -30,9 +30,9 @@ PIN = re.compile(r"([\w-]+)==")
 RULE = re.compile(r"^ *(?:use )?rule\b", re.MULTILINE)
 # Files that jobs load by names from the config: what stands in a rule that does, and where they are.
 BY_NAME = {
-    "model_code": "learning/models",
-    "imager_code": "imaging/imagers",
-    "solver_code": "scattering/solvers",
+    "plan.model_files": "learning/models",
+    "plan.imager_file": "imaging/imagers",
+    "plan.solver_file": "scattering/solvers",
 }
 # Imports that an environment goes without: STEP files are an extra, and `check` asks a solver for its plan alone.
 WITHOUT = {stage: {"OCP"} for stage in STAGES} | {"mesh": {"OCP", "jax", "numba"}}

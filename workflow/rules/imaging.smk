@@ -7,7 +7,7 @@
 rule image:
     input:
         field=lambda w: for_images(f"{FIELDS}/scattering/{w.target}.zarr"),
-        mesh=lambda w: f"{FIELDS}/mesh/{w.target}.json" if w.target in MESHED else [],
+        mesh=lambda w: f"{FIELDS}/mesh/{w.target}.json" if w.target in plan.meshed else [],
     output:
         directory(f"{RESULTS}/imaging/{{target}}/clean.zarr"),
     log:
@@ -18,9 +18,9 @@ rule image:
         "../../envs/imaging.yaml"
     threads: 1
     resources:
-        mem_mb=lambda w: image_megabytes(1),
+        mem_mb=lambda w: plan.image_megabytes(1),
     params:
-        code=code("imaging/job_image.py", *imager_code()),
+        code=code("imaging/job_image.py", plan.imager_file()),
         settings=section(config, "imaging"),
     message:
         "imaging {wildcards.target}: form the clean images"
@@ -48,12 +48,12 @@ for number, snrs in enumerate(SNR_SETS, 1):
             "../../envs/imaging.yaml"
         threads: 1
         resources:
-            mem_mb=lambda w: image_megabytes(config["noise"]["realizations"]),
+            mem_mb=lambda w: plan.image_megabytes(config["noise"]["realizations"]),
             runtime=lambda w, attempt: 240 * attempt,  # minutes a cluster gives it, as its name may have a number
         params:
-            code=code("imaging/job_noise.py", *imager_code()),
+            code=code("imaging/job_noise.py", plan.imager_file()),
             settings=lambda w: section(
-                SEEDED[w.root], "imaging", "noise.definition", "noise.per", "noise.realizations", "seed"
+                plan.seeded[w.root], "imaging", "noise.definition", "noise.per", "noise.realizations", "seed"
             ),
         message:
             f"imaging {{wildcards.target}}: form the images at {experiments.labels_in_words(snrs)}"
@@ -72,10 +72,10 @@ rule pure_noise:
         "../../envs/imaging.yaml"
     threads: 1
     resources:
-        mem_mb=lambda w: image_megabytes(1),
+        mem_mb=lambda w: plan.image_megabytes(1),
     params:
-        code=code("imaging/job_pure_noise.py", *imager_code()),
-        settings=lambda w: section(SEEDED[w.root], "aspect", "imaging", "radar", "seed"),
+        code=code("imaging/job_pure_noise.py", plan.imager_file()),
+        settings=lambda w: section(plan.seeded[w.root], "aspect", "imaging", "radar", "seed"),
     message:
         "imaging: form images of noise alone"
     script:

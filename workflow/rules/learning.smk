@@ -8,7 +8,7 @@
 
 rule train:
     input:
-        stores=training_stores,
+        stores=lambda w: plan.training_stores(w.root, w.run, w.model),
     output:
         model=directory("{root}/learning/models/{run}/{model}"),
     log:
@@ -21,12 +21,12 @@ rule train:
         "../../envs/learning.yaml"
     threads: 1
     resources:
-        mem_mb=lambda w: megabytes_of(w.run, w.model),
+        mem_mb=lambda w: plan.megabytes(w.run, w.model),
     params:
-        code=lambda w: code("learning/job_train.py", *model_code(w.model)),
-        settings=lambda w: section(SEEDED[w.root], f"learning.models.{w.model}", "seed")
-        | of_targets(trained_targets(w.model))
-        | {"run": section(RUNS_OF[w.root][w.run], *experiments.LEARNED)},
+        code=lambda w: code("learning/job_train.py", *plan.model_files(w.model)),
+        settings=lambda w: section(plan.seeded[w.root], f"learning.models.{w.model}", "seed")
+        | plan.of_targets(plan.trained_targets(w.model))
+        | {"run": section(plan.runs_of[w.root][w.run], *experiments.LEARNED)},
     message:
         "train {wildcards.run}/{wildcards.model} (progress in {log})"
     script:
@@ -41,7 +41,7 @@ for number, snrs in enumerate(SNR_SETS, 1):
             f"predict{numbered(number, '_')}"
         input:
             stores=lambda w, snrs=snrs: expand(
-                f"{w.root}/imaging/{{target}}/{{snr}}.zarr", target=tested_targets(w.run), snr=snrs
+                f"{w.root}/imaging/{{target}}/{{snr}}.zarr", target=plan.tested_targets(w.run), snr=snrs
             ),
             model=rules.train.output.model,
         output:
@@ -54,12 +54,12 @@ for number, snrs in enumerate(SNR_SETS, 1):
             "../../envs/learning.yaml"
         threads: 1
         resources:
-            mem_mb=lambda w: megabytes_of(w.run, w.model),
+            mem_mb=lambda w: plan.megabytes(w.run, w.model),
             runtime=lambda w, attempt: 240 * attempt,  # minutes a cluster gives it, as its name may have a number
         params:
-            code=lambda w: code("learning/job_predict.py", *model_code(w.model)),
-            settings=lambda w: of_targets(tested_targets(w.run))
-            | {"is_open": RUNS[w.run]["open"], "realizations": tested_realizations()},
+            code=lambda w: code("learning/job_predict.py", *plan.model_files(w.model)),
+            settings=lambda w: plan.of_targets(plan.tested_targets(w.run))
+            | {"is_open": plan.runs[w.run]["open"], "realizations": plan.tested_realizations()},
         message:
             f"predict {{wildcards.run}}/{{wildcards.model}} at {experiments.labels_in_words(snrs)}"
         script:
@@ -70,7 +70,9 @@ for number, snrs in enumerate(SNR_SETS, 1):
 rule reconstruct:
     input:
         stores=lambda w: expand(
-            f"{RESULTS}/imaging/{{target}}/{{snr}}.zarr", target=[*KNOWN, *UNKNOWN], snr=["clean", *DECODED_SNRS]
+            f"{RESULTS}/imaging/{{target}}/{{snr}}.zarr",
+            target=[*plan.known, *plan.unknown],
+            snr=["clean", *map(snr_label, selection.decoded_snrs(config["noise"]["snr_db"]))],
         ),
         model=f"{RESULTS}/learning/models/{{run}}/{{model}}",
     output:
@@ -85,8 +87,8 @@ rule reconstruct:
     resources:
         mem_mb=1000,
     params:
-        code=lambda w: code("learning/job_reconstruct.py", *model_code(w.model)),
-        settings=of_targets([*KNOWN, *UNKNOWN]),
+        code=lambda w: code("learning/job_reconstruct.py", *plan.model_files(w.model)),
+        settings=plan.of_targets([*plan.known, *plan.unknown]),
     message:
         "reconstruct {wildcards.run}/{wildcards.model}: some images and what it makes of them"
     script:
@@ -95,8 +97,8 @@ rule reconstruct:
 
 rule timing:
     input:
-        stores=expand(f"{RESULTS}/imaging/{{target}}/clean.zarr", target=KNOWN),
-        models=expand(f"{RESULTS}/learning/models/{{fitted}}", fitted=TIMED),
+        stores=expand(f"{RESULTS}/imaging/{{target}}/clean.zarr", target=plan.known),
+        models=expand(f"{RESULTS}/learning/models/{{fitted}}", fitted=plan.timed),
     output:
         times=report(
             f"{RESULTS}/learning/times.json",
@@ -115,10 +117,10 @@ rule timing:
     # All cores, so that nothing else runs at the same time. On a cluster one: a job there is told of all its node's.
     threads: 1 if workflow.remote_exec else workflow.resource_settings.cores or 1
     resources:
-        mem_mb=max([megabytes_of(*fitted.split("/")) for fitted in TIMED], default=1000),
+        mem_mb=plan.most_megabytes(plan.timed, 1000),
     params:
-        code=code("learning/job_timing.py", *model_code(*{fitted.split("/")[1] for fitted in FITTED})),
-        settings=of_targets(KNOWN),
+        code=code("learning/job_timing.py", *plan.model_files_of(plan.fitted)),
+        settings=plan.of_targets(plan.known),
     message:
         "timing of every model: alone on all cores"
     script:
@@ -127,7 +129,7 @@ rule timing:
 
 rule scores:
     input:
-        predictions=expand("{{root}}/learning/predictions/{fitted}/{snr}.csv", fitted=FITTED, snr=SNRS),
+        predictions=expand("{{root}}/learning/predictions/{fitted}/{snr}.csv", fitted=plan.fitted, snr=plan.snrs),
     output:
         scores=report(
             "{root}/learning/scores.csv",
@@ -158,13 +160,13 @@ rule scores:
         mem_mb=lambda w, threads: 500 + 500 * threads,
     params:
         code=code("learning/job_scores.py"),
-        settings=lambda w: section(SEEDED[w.root], "learning.kept", "noise.definition", "seed")
+        settings=lambda w: section(plan.seeded[w.root], "learning.kept", "noise.definition", "seed")
         | {
             "runs": {
                 name: section(run, *experiments.LEARNED, "open", "lacks_unknown")
-                for name, run in RUNS_OF[w.root].items()
+                for name, run in plan.runs_of[w.root].items()
             },
-            "track": track(),
+            "track": plan.track(),
         },
     message:
         "scores of all predictions (progress in {log})"
@@ -175,7 +177,7 @@ rule scores:
 # With several seeds: how far what they reach differs.
 rule seeds:
     input:
-        scores=expand("{root}/learning/scores.csv", root=SEEDED),
+        scores=expand("{root}/learning/scores.csv", root=plan.seeded),
     output:
         report(
             f"{RESULTS}/learning/seeds.csv",
@@ -195,7 +197,7 @@ rule seeds:
     params:
         code=code("learning/job_seeds.py"),
     message:
-        f"seeds: scores over {len(SEEDED)} seeds"
+        f"seeds: scores over {len(plan.seeded)} seeds"
     script:
         "../scripts/learning/job_seeds.py"
 
@@ -203,7 +205,7 @@ rule seeds:
 # Images as plain arrays, for programs that know nothing of this one.
 rule export_hdf5:
     input:
-        stores=expand(f"{RESULTS}/imaging/{{target}}/{{{{images}}}}.zarr", target=TARGETS),
+        stores=expand(f"{RESULTS}/imaging/{{target}}/{{{{images}}}}.zarr", target=plan.targets),
     output:
         f"{RESULTS}/learning/export/{{images}}.h5",
     log:
@@ -211,15 +213,15 @@ rule export_hdf5:
     benchmark:
         f"{RESULTS}/benchmarks/learning/export/{{images}}-h5.tsv"
     wildcard_constraints:
-        images=one_of(["clean", *SNRS]),
+        images=one_of(["clean", *plan.snrs]),
     conda:
         "../../envs/learning.yaml"
     threads: 1
     resources:
-        mem_mb=lambda w: 500 + 3 * len(TARGETS) * image_megabytes(config["noise"]["realizations"]),
+        mem_mb=lambda w: 500 + 3 * len(plan.targets) * plan.image_megabytes(config["noise"]["realizations"]),
     params:
         code=code("learning/job_export.py"),
-        settings=lambda w: section(config, "imaging.aperture", "learning.split", "seed") | of_targets(TARGETS),
+        settings=lambda w: section(config, "imaging.aperture", "learning.split", "seed") | plan.of_targets(plan.targets),
     message:
         "export the images of all targets, {wildcards.images}: {output}"
     script:

@@ -14,13 +14,13 @@ rule mesh:
             labels={"target": "{target}"},
         ),
         source=f"{FIELDS}/mesh/{{target}}-source.ply",
-        meshes=[f"{FIELDS}/mesh/{{target}}-{band}.ply" for band in BANDS],
+        meshes=[f"{FIELDS}/mesh/{{target}}-{band}.ply" for band in plan.bands],
     log:
         f"{FIELDS}/logs/mesh/{{target}}.log",
     benchmark:
         f"{FIELDS}/benchmarks/mesh/{{target}}.tsv"
     wildcard_constraints:
-        target=one_of(MESHED),
+        target=one_of(plan.meshed),
     priority: learned_first
     conda:
         "../../envs/mesh.yaml"
@@ -50,7 +50,7 @@ rule mesh:
 # On demand: what the CAD files are and what would become of them, without making it.
 rule check:
     input:
-        cad=[watched(config["targets"][target]["mesh"]) for target in MESHED],
+        cad=[watched(config["targets"][target]["mesh"]) for target in plan.meshed],
     output:
         f"{RESULTS}/check.txt",
     log:
@@ -63,9 +63,9 @@ rule check:
     resources:
         mem_mb=4000,
     params:
-        code=code("setup/job_check.py", *solver_code()),
+        code=code("setup/job_check.py", plan.solver_file()),
         settings=section(config, "aspect", "mesh", "radar", "scattering", "targets"),
-        targets=sorted(MESHED),
+        targets=sorted(plan.meshed),
         asked=time.time(),  # another one every time: who asks again wants to read it again
     message:
         "check: look at the CAD files of {params.targets} ({output})"

@@ -8,16 +8,22 @@
 
 rule report:
     input:
-        mesh_measures=expand(f"{FIELDS}/mesh/{{target}}.json", target=MESHED),
-        meshes=expand(f"{FIELDS}/mesh/{{target}}-{{part}}.ply", target=MESHED, part=["source", *BANDS]),
-        scattering=expand(f"{FIELDS}/scattering/{{target}}.zarr", target=TARGETS),
-        sphere=f"{FIELDS}/scattering/check/sphere.json" if MESHED else [],
-        images=images_shown(),
-        scores=[f"{RESULTS}/learning/{table}.csv" for table in ("scores", "confusion", "validation") if FITTED],
-        times=f"{RESULTS}/learning/times.json" if FITTED else [],
-        curves=[f"{RESULTS}/learning/models/{fitted}" for fitted in FITTED],
-        reconstructions=[f"{RESULTS}/learning/reconstructions/{fitted}.zarr" for fitted in decoders()],
-        predictions=predictions_shown(),
+        mesh_measures=expand(f"{FIELDS}/mesh/{{target}}.json", target=plan.meshed),
+        meshes=expand(f"{FIELDS}/mesh/{{target}}-{{part}}.ply", target=plan.meshed, part=["source", *plan.bands]),
+        scattering=expand(f"{FIELDS}/scattering/{{target}}.zarr", target=plan.targets),
+        sphere=f"{FIELDS}/scattering/check/sphere.json" if plan.meshed else [],
+        images=[
+            f"{RESULTS}/imaging/{target}/{images}.zarr"
+            for target, images in (selection.images_shown(config, plan.runs) if images_are_made(config) else ())
+        ],
+        scores=[f"{RESULTS}/learning/{table}.csv" for table in ("scores", "confusion", "validation") if plan.fitted],
+        times=f"{RESULTS}/learning/times.json" if plan.fitted else [],
+        curves=[f"{RESULTS}/learning/models/{fitted}" for fitted in plan.fitted],
+        reconstructions=[f"{RESULTS}/learning/reconstructions/{fitted}.zarr" for fitted in plan.decoders()],
+        predictions=[
+            f"{RESULTS}/learning/predictions/{fitted}/{snr}.csv"
+            for fitted, snr in selection.predictions_shown(config, plan.runs, plan.decoders())
+        ],
         published=published("results", "prediction_times", "confusion", "galleries"),
         full_size=full_size_scores(),
         page_files=page_files(),
@@ -50,9 +56,9 @@ rule report:
     resources:
         mem_mb=4000,
     params:
-        code=code("report/job_report.py", *imager_code(), *solver_code()),
+        code=code("report/job_report.py", plan.imager_file(), plan.solver_file()),
         settings=section(config, *config),
-        stated=page_names(MODELS),
+        stated=page_names(plan.models),
     message:
         "report: write {output.page} (progress in {log})"
     script:
@@ -62,8 +68,8 @@ rule report:
 # Of other runs it takes what is there: they have configs of their own.
 rule compare:
     input:
-        tables=lambda w: [table for root in compared().values() for table in judged_of(root)],
-        over_seeds=rules.seeds.output if len(SEEDED) > 1 else [],
+        tables=lambda w: [table for root in or_exit(plan.roots).values() for table in plan.judged(root)],
+        over_seeds=rules.seeds.output if len(plan.seeded) > 1 else [],
         validation=f"{RESULTS}/learning/validation.csv",
         template=in_repository("workflow/scripts/report/templates/side_by_side.html"),
     output:
@@ -80,7 +86,7 @@ rule compare:
         mem_mb=2000,
     params:
         code=code("report/job_compare.py"),
-        settings=lambda w: section(config, "learning.kept", "noise.definition", "seed") | {"roots": compared()},
+        settings=lambda w: section(config, "learning.kept", "noise.definition", "seed") | {"roots": or_exit(plan.roots)},
     message:
         "compare: write {output.page} (progress in {log})"
     script:
@@ -93,12 +99,14 @@ rule rcs:
         meshes=rules.report.input.meshes,
         scattering=rules.report.input.scattering,
         references=[
-            path for target in TARGETS for path in field_files.paths(config["targets"][target].get("reference", []))
+            path
+            for target in plan.targets
+            for path in field_files.paths(config["targets"][target].get("reference", []))
         ],
         page_files=page_files(),
     output:
         page=f"{RESULTS}/rcs/index.html",
-        samples=expand(f"{RESULTS}/rcs/{{target}}.csv", target=TARGETS),
+        samples=expand(f"{RESULTS}/rcs/{{target}}.csv", target=plan.targets),
         figures=directory(f"{RESULTS}/rcs/figures"),
         tables=directory(f"{RESULTS}/rcs/tables"),
     log:
@@ -111,7 +119,7 @@ rule rcs:
     resources:
         mem_mb=2000,
     params:
-        code=code("report/job_rcs.py", *solver_code()),
+        code=code("report/job_rcs.py", plan.solver_file()),
         settings=section(config, *config),
     message:
         "rcs: write {output.page} (progress in {log})"

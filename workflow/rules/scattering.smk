@@ -17,7 +17,7 @@ rule solve:
     benchmark:
         f"{FIELDS}/benchmarks/scattering/bands/{{target}}-{{band}}.tsv"
     wildcard_constraints:
-        target=one_of(MESHED),
+        target=one_of(plan.meshed),
     priority: learned_first
     conda:
         "../../envs/scattering.yaml"
@@ -26,11 +26,11 @@ rule solve:
         mem_mb=solve_megabytes,
         runtime=solve_minutes,
     params:
-        code=code("scattering/job_solve.py", *solver_code()),
+        code=code("scattering/job_solve.py", plan.solver_file()),
         settings=lambda w: {
             **section(config, "aspect", "mesh.bands", "radar"),
             "scattering": method(w.target),
-            "symmetry": symmetry(w.target),
+            "symmetry": plan.symmetry(w.target),
         },
     message:
         "scattering {wildcards.target}: solve band {wildcards.band} (progress in {log})"
@@ -40,7 +40,7 @@ rule solve:
 
 rule scattering:
     input:
-        bands=[f"{FIELDS}/scattering/bands/{{target}}-{band}.zarr" for band in BANDS],
+        bands=[f"{FIELDS}/scattering/bands/{{target}}-{band}.zarr" for band in plan.bands],
     output:
         directory(f"{FIELDS}/scattering/{{target}}.zarr"),
     log:
@@ -48,7 +48,7 @@ rule scattering:
     benchmark:
         f"{FIELDS}/benchmarks/scattering/{{target}}.tsv"
     wildcard_constraints:
-        target=one_of(MESHED),
+        target=one_of(plan.meshed),
     # A second's work: not worth a place in a cluster's queue.
     localrule: True
     conda:
@@ -74,7 +74,7 @@ rule field:
     benchmark:
         f"{FIELDS}/benchmarks/scattering/{{target}}.tsv"
     wildcard_constraints:
-        target=one_of(GIVEN),
+        target=one_of(plan.given),
     # Before the long solves, so that a file that does not fit the sweep stops the run early.
     priority: 1
     conda:
@@ -107,7 +107,7 @@ rule sphere:
     resources:
         mem_mb=1000,
     params:
-        code=code("scattering/job_sphere.py", *solver_code()),
+        code=code("scattering/job_sphere.py", plan.solver_file()),
         settings=section(config, "mesh.edges_per_wavelength", "scattering"),
     message:
         "scattering: solve a sphere and compare it with the Mie series"

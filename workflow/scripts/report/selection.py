@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from isarflow.core.sweep import snr_label
+
 ROLES = ("known", "unknown", "other")
 SPLITS = ("elevation", "sector", "random", "shuffled")  # in the order of the page
 GALLERY_AZIMUTHS = 8  # images of each target
@@ -84,3 +86,27 @@ def mistaken(runs):
 def mistaken_snr(snr_db):
     """The SNR in dB of the same: of those that have images on the page that nearest 3 dB."""
     return nearest(noise_snrs(snr_db), DECODED_SNRS[0])
+
+
+def images_shown(settings, runs):
+    """(target, store) of the images that the page shows: all targets without noise, those with some at some SNRs.
+
+    settings: the config's sections; runs: what `learning.experiments.runs` gives.
+    """
+    shown = [(target, "clean") for target in settings["targets"]]
+    for target in noisy_targets(settings["targets"], runs):
+        shown += [(target, snr_label(snr)) for snr in noise_snrs(settings["noise"]["snr_db"])]
+    return shown
+
+
+def predictions_shown(settings, runs, decoders):
+    """(run/model, SNR's label) of the predictions that the page shows something of, image by image.
+
+    decoders: the models with a decoder, <run>/<model>.
+    """
+    snrs = settings["noise"]["snr_db"]
+    shown = {(fitted, snr_label(snr)) for fitted in decoders for snr in decoded_snrs(snrs)}
+    if runs:
+        run, model = mistaken(runs)
+        shown.add((f"{run}/{model}", snr_label(mistaken_snr(snrs))))
+    return sorted(shown)

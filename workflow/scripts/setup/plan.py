@@ -1,0 +1,172 @@
+"""What a config makes: names of targets, runs and models, the paths of their artefacts, and what their jobs take."""
+
+import json
+import os
+from errno import ENOENT
+
+from isarflow.core import folders, sweep
+from isarflow.core.sweep import images_are_made
+from isarflow.imaging.geometry import PURE_NOISE, megabytes, planned
+from isarflow.learning import experiments
+from isarflow.scattering import needs
+from isarflow.setup.check import model_kind
+from isarflow.setup.kinds import IMAGERS, SOLVERS, kind
+
+# On a cluster a job's memory also holds the two Snakemakes that start it, 190 MB each; in part they share it.
+STARTING = 400  # MB
+
+
+class Plan:
+    """The artefacts of a config.
+
+    config: as `config.load` gives it; `further_seeds` and `compare` are taken out of it.
+    results: its folder, results/<name>; fields: that of meshes and fields, of this run or of the one that has them.
+    targets, meshed, given: names of all, of those that are a mesh, which is solved, and of fields from elsewhere.
+    seeded: the config for each of its seeds, by the folder of what follows from the seed: of further seeds one in the
+    run's own. compared: other runs by name.
+    runs_of: the learning stage's runs by name, by that folder; runs: those of the first seed.
+    fitted, timed: run and model, as their folders are called; those that times are measured of, of the first fold.
+    snrs: their labels, as in file names.
+    """
+
+    def __init__(self, config):
+        self.results = f"results/{config['name']}"
+        further, self.compared = config.pop("further_seeds", []), config.pop("compare", [])
+        self.config, self.fields = config, folders.of_fields(self.results, config).as_posix()
+        self.seeded = {f"{self.results}/seed_{seed}": {**config, "seed": seed} for seed in further}
+        self.seeded = {self.results: config, **self.seeded}
+        self.targets = list(config["targets"])
+        self.meshed = [target for target in self.targets if "mesh" in config["targets"][target]]
+        self.given = [target for target in self.targets if target not in self.meshed]
+        self.known, self.unknown = (
+            sorted(name for name in self.targets if config["targets"][name]["role"] == role)
+            for role in ("known", "unknown")
+        )
+        self.bands = range(config["mesh"]["bands"])
+        # In one order whatever the config's.
+        self.runs_of = {
+            root: dict(sorted(experiments.runs(own).items())) if images_are_made(config) else {}
+            for root, own in self.seeded.items()
+        }
+        self.runs, self.models = self.runs_of[self.results], config["learning"]["models"]
+        self.fitted, self.timed = (
+            sorted(f"{name}/{model}" for name, run in runs.items() for model in run["models"])
+            for runs in (self.runs, {name: run for name, run in self.runs.items() if run["first"]})
+        )
+        self.snrs = [sweep.snr_label(snr) for snr in config["noise"]["snr_db"]]
+
+    def symmetry(self, target):
+        return self.config["targets"][target].get("symmetry", [])
+
+    def solve(self, target, band, measures):
+        """What a solve needs, its `megabytes` and `seconds`. measures: the path of its mesh's JSON.
+
+        Raises FileNotFoundError where it holds no such band, as a mesh that is yet to be made again.
+        """
+        with open(measures) as file:
+            bands = json.load(file)["bands"]
+        if band >= len(bands):
+            raise FileNotFoundError(ENOENT, "no such band", measures)
+        config = self.config
+        asked = sweep.sweeps(config["radar"], config["aspect"], len(self.bands), config["scattering"])[band]
+        return needs.need(bands[band], len(self.symmetry(target)), asked, needs.method(config, target))
+
+    def image_megabytes(self, copies):
+        """The memory of a job that makes so many copies of a target's images."""
+        return STARTING + int(megabytes(planned(self.config), copies))
+
+    def kind(self, model):
+        """What the file of a model of the config says of itself."""
+        return model_kind(self.models, model)
+
+    def model_files(self, *models):
+        """The files of these models, which jobs load by name."""
+        return [self.kind(model).file for model in models]
+
+    def model_files_of(self, fitted):
+        """The same of names <run>/<model>, each once."""
+        return self.model_files(*sorted({name.split("/")[1] for name in fitted}))
+
+    def imager_file(self):
+        return kind(IMAGERS, self.config["imaging"]["imager"]).file
+
+    def solver_file(self):
+        return kind(SOLVERS, self.config["scattering"]["solver"]).file
+
+    def trained_targets(self, model):
+        """The targets that a model learns: the known ones, and those of role other for one with such a class."""
+        roles = {"known", "other"} if self.models[model].get("other", False) else {"known"}
+        return [name for name in self.targets if self.config["targets"][name]["role"] in roles]
+
+    def training_stores(self, root, run, model):
+        """The stores of images that a model learns from."""
+        labels = [experiments.label(snr) for snr in self.runs[run]["snrs"]]
+        # Of another seed are only those with noise.
+        roots = {label: self.results if label == experiments.CLEAN else root for label in labels}
+        stores = [
+            f"{roots[label]}/imaging/{target}/{label}.zarr"
+            for target in self.trained_targets(model)
+            for label in labels
+        ]
+        noise = self.models[model].get("other", False) or self.kind(model).stated.get("learns_noise", False)
+        return stores + ([f"{root}/imaging/{PURE_NOISE}/clean.zarr"] if noise else [])
+
+    def tested_targets(self, run):
+        """The targets that a run is tested on, or chooses thresholds with."""
+        return self.targets if self.runs[run]["open"] else self.known
+
+    def decoders(self):
+        """The models with a decoder, <run>/<model>, in runs that are tested on unknown targets."""
+        opened = [(name, run) for name, run in self.runs.items() if run["open"] and run["first"]]
+        fitted = [(name, model) for name, run in opened for model in run["models"]]
+        return sorted(f"{name}/{model}" for name, model in fitted if "reconstruct" in self.kind(model).methods)
+
+    def of_targets(self, targets):
+        """Roles and mirror planes of these targets, for params."""
+        names = sorted(targets)
+        return {
+            "roles": {name: self.config["targets"][name]["role"] for name in names},
+            "planes": {name: sorted(self.symmetry(name)) for name in names},
+        }
+
+    def track(self):
+        """The models whose scores add up over looks, degrees between azimuths, and azimuths of an aperture."""
+        named = sorted({model for run in self.runs.values() for model in run["models"]})
+        additive = [model for model in named if self.kind(model).stated.get("additive", False)]
+        first, second, *_ = sweep.azimuths(self.config["aspect"])
+        return [additive, float(second - first), self.config["imaging"]["aperture"]]
+
+    def tested_realizations(self):
+        """How many realizations of each view's noise are tested."""
+        tested, every = self.config["learning"]["realizations"], self.config["noise"]["realizations"]
+        return every if tested == "all" else min(tested, every)
+
+    def megabytes(self, run, model):
+        """The memory of a job of a model, in MB."""
+        run, images, copies = self.runs[run], planned(self.config), self.config["noise"]["realizations"]
+        sampled = images["range_pixels"] * images["crossrange_pixels"]
+        pixels = sampled if run["upsample"] == "none" else run["upsample"] ** 2
+        pixels *= experiments.channels_of(run, images["channels"])
+        sets = sum(1 if snr == experiments.CLEAN else copies for snr in run["snrs"])
+        # A prediction reads the noisy images of a target at a time.
+        sets, stated = max(len(self.trained_targets(model)) * sets, copies), self.kind(model).stated
+        covariances = len(run["snrs"]) if stated.get("covariances", False) else 0
+        return int(experiments.megabytes(images["images"] * sets, pixels, covariances, stated.get("pairs", False)))
+
+    def most_megabytes(self, fitted, least):
+        """The largest memory of jobs of these models, <run>/<model>, and at least so much."""
+        return max([self.megabytes(*name.split("/")) for name in fitted], default=least)
+
+    def roots(self):
+        """The folders of the runs to compare, by name: this one, its other seeds, and other runs."""
+        roots = {self.config["name"]: self.results}
+        roots |= {os.path.basename(root): root for root in self.seeded if root != self.results}
+        return roots | folders.of_others(self.compared, len(roots))
+
+    def judged(self, root):
+        """What a run's differences to another come from: its scores, predictions, and what its models are."""
+        if root not in self.seeded:
+            return folders.judged(root)
+        models = [f"{root}/learning/models/{fitted}" for fitted in self.fitted]
+        predictions = [f"{root}/learning/predictions/{fitted}/{snr}.csv" for fitted in self.fitted for snr in self.snrs]
+        return [f"{root}/learning/scores.csv", *models, *predictions]
