@@ -100,9 +100,8 @@ def confusion_figure(results, name, ours, adaptations):
     name: the figure's; ours: rows of confusion.csv of one experiment; adaptations: as ADAPTATIONS. Nothing where none
     of them is among ours, or is trained several times.
     """
-    theirs, shown = results.published_confusion, []
+    theirs, ours, shown = results.published_confusion, select(ours, elevation="all", threshold="thesis"), []
     snr, order = theirs["snr_db"].iloc[0], {target: place for place, target in enumerate(results.targets)}
-    ours = select(ours, elevation="all", threshold="thesis")
     if len(ours):
         ours = select(ours, test_snr_db=nearest(ours["test_snr_db"], snr + _offset(results)))
     for adaptation, (model, score) in adaptations.items():

@@ -48,10 +48,7 @@ def section(results):
 
 
 def training_snr_figure(results, name, scores):
-    """Draw accuracy against the test SNR of an experiment that trains at several: a panel per model, a line for each.
-
-    scores: the experiment's rows.
-    """
+    """Draw an experiment's scores, accuracy against the test SNR: a panel per model, a line per training SNR."""
     names, scores = results.names, select(scores, elevation="all")
     accuracy = select(scores, metric=ACCURACY)
     trained, models = names.values(accuracy, "training"), names.groups(accuracy, "model")
@@ -66,10 +63,7 @@ def training_snr_figure(results, name, scores):
 
 
 def experiment_figure(results, name, scores):
-    """Draw an experiment's accuracy with published statements as markers, and each class's recall and precision.
-
-    scores: the experiment's rows.
-    """
+    """Draw an experiment's scores: accuracy with published statements as markers, each class's recall and precision."""
     classes = [metric.removeprefix("recall_") for metric in scores["metric"].unique() if metric.startswith("recall_")]
     looks = {model: results.names.model(model) for model in results.names.values(scores, "model")}
     statements = select(results.published_scores, experiment=name, metric="accuracy", model=list(looks))
@@ -104,9 +98,9 @@ def _trained(results, name):
     experiment = results.settings["learning"]["experiments"][name]
     train, channels = experiment["train"], experiment.get("channels")
     noise = training_noise(train["snr_db"]) + (f" on {', '.join(channels)} alone" if channels else "")
-    angles = train["elevation"] if train["elevation"] != "all" else ()
-    where = f"elevation {', '.join(f'{angle:g}' for angle in angles)}°" if angles else "all elevations"
-    return f"{heading(name)}: trained {noise}, at {where}"
+    if train["elevation"] == "all":
+        return f"{heading(name)}: trained {noise}, at all elevations"
+    return f"{heading(name)}: trained {noise}, at elevation {', '.join(f'{angle:g}' for angle in train['elevation'])}°"
 
 
 def confusion_figure(results, name):
@@ -189,8 +183,7 @@ def search_tables(results):
         search = search.assign(run=run, experiment=run_title(results.runs[run]), chosen=chosen)
         tried.setdefault(model, []).append(search)
     for model, parts in tried.items():
-        data, shown = pd.concat(parts), {}
-        own = results.settings["learning"]["models"][model]
+        data, shown, own = pd.concat(parts), {}, results.settings["learning"]["models"][model]
         choices = [name for name, value in own.items() if isinstance(value, list)]
         for (*values, experiment), folds in data.groupby([*choices, "experiment"], sort=False, dropna=False):
             texts = [str(value).removesuffix(".0") for value in values]

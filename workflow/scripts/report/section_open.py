@@ -50,10 +50,7 @@ def section(results):
 
 
 def open_figure(results, name, scores):
-    """Draw an experiment's weighted F1 against the test SNR: rows of models, columns of protocols, a line per score.
-
-    scores: the experiment's rows.
-    """
+    """Draw an experiment's scores against the test SNR: a row per model, a column per protocol, a line per score."""
     names, part = results.names, select(scores, metric=F1)
     models = names.values(part, "model")
     drawing, grid = panels(len(models), len(PROTOCOLS), 9, 1 + 2.2 * len(models))
@@ -104,18 +101,12 @@ def looks_figure(results, scores):
 
 
 def open_table(results, name, scores):
-    """Return an experiment's table at the highest SNR, a row per model and score: F1 by protocol, and separation.
-
-    scores: the experiment's rows.
-    """
+    """Return a table of an experiment's scores at the highest SNR, a row per model and confidence score."""
     names, top, shown = results.names, at_highest(scores), []
     for (model, trained, score), rows in names.groups(top, "model", "training", "score"):
         value = rows.set_index(["threshold", "metric"])
-        line = {
-            "model": names.model(model).label,
-            "training SNR": trained,
-            "confidence score": names.score(score).label,
-        }
+        line = {"model": names.model(model).label, "training SNR": trained}
+        line["confidence score"] = names.score(score).label
         line |= {f"weighted F1, {protocol}": with_interval(value.loc[(protocol, F1)]) for protocol in PROTOCOLS}
         shown.append(line | {text: f"{value.loc['', metric]['value']:.3f}" for metric, text in SEPARATION.items()})
     caption = (

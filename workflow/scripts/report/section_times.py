@@ -23,17 +23,15 @@ def section(results):
         f"{frame['batch_size'].max()}. The reference thesis: Intel i7-7700HQ, with other training sets. Only ratios "
         "between models compare. Networks of another size than the thesis's have no published time."
     )
-    figures, tables = (times_figure(results, frame),), (times_table(results, frame),)
-    return Section("times", "Prediction times", (text,), figures, tables)
+    drawn, listed = times_figure(results, frame), times_table(results, frame)
+    return Section("times", "Prediction times", (text,), (drawn,), (listed,))
 
 
 def times_frame(results):
     """Return a row per experiment and model: our milliseconds, and the published ones of a network of the same size."""
-    columns = {
-        "milliseconds_per_observation": "published_ms",
-        "training_observations": "published_training_observations",
-    }
-    published = results.published_times.rename(columns=columns).drop(columns=["source", "condition"])
+    published = results.published_times.drop(columns=["source", "condition"])
+    published = published.rename(columns={"milliseconds_per_observation": "published_ms"})
+    published = published.rename(columns={"training_observations": "published_training_observations"})
     published = published[[thesis.full_size(model, results.settings) for model in published["model"]]]
     return results.times.merge(published, how="left", on=["model", "experiment"])
 
