@@ -81,7 +81,7 @@ def test_every_protocol_has_its_column(results):
     shown = section.tables[0].shown
     assert {f"weighted F1, {name}" for name in ("blind", "thesis", "kept")} <= set(shown)
     assert "so that 95 % of the known ones are kept" in section.text[0]
-    assert "with blind, thesis and kept thresholds" in section.figures[0].caption
+    assert "Thresholds: blind, thesis and kept." in section.figures[0].caption
 
 
 def test_several_looks_have_a_figure_where_scores_add_up(results):

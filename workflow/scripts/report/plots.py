@@ -136,3 +136,19 @@ def holds(ours, relation, value, low=np.nan, high=np.nan):
         ">": ours > printed,
         "<": ours < printed,
     }[relation]
+
+
+def draw_matrices(shown, label):
+    """Draw confusion matrices on a canvas, up to four beside each other. Return it and the number of columns.
+
+    shown: (title, counts) of each; label: of the rows of all.
+    """
+    columns = min(4, len(shown))
+    rows = -(-len(shown) // columns)
+    targets, classes = (max(counts.shape[axis] for _, counts in shown) for axis in (0, 1))
+    width, height = 0.6 + (0.9 + 0.7 * classes) * columns, 0.4 + (0.7 + 0.7 * targets) * rows
+    drawing, grid = panels(rows, columns, width, height, sharex=False, sharey=False)
+    for axes, (text, counts) in zip(grid.flat, shown, strict=False):
+        draw_matrix(axes, counts, text)
+    finish(drawing, grid, "predicted class", label, legend=False)
+    return drawing, columns

@@ -6,8 +6,9 @@ import pandas as pd
 from isarflow.report import thesis
 from isarflow.report.conditions import conditions
 from isarflow.report.layout import figure, table
-from isarflow.report.plots import MEANT, RELATIONS, draw_matrix, finish, holds, matrix, panels
-from isarflow.report.vocabulary import ACCURACY, ELEVATIONS, F1, METHOD, POWERS, heading, select, title, with_interval
+from isarflow.report.plots import MEANT, RELATIONS, draw_matrices, holds, matrix
+from isarflow.report.selection import nearest
+from isarflow.report.vocabulary import ACCURACY, ELEVATIONS, F1, heading, select, title, with_interval
 
 MARKERS = ", ".join(f"{sign} {words}" for sign, words in zip("▲▼●", MEANT.values(), strict=True))
 FREQUENCY = f"{thesis.CENTER_FREQUENCY / 1e9:g} GHz"
@@ -24,31 +25,21 @@ ADAPTATIONS = {
     "capsule_mse": ("capsule", "mse"),
     "capsule_zncc": ("capsule", "zncc"),
 }
-CURVE = [*METHOD, "elevation", "threshold", "metric"]  # what tells one curve from another
-POINT = ["test_snr_db", "value", "low", "high", "n", "snr_definition"]
-
-
-def by_mean(results, rows):
-    """Curves by the thesis's definition of SNR instead of the run's; None where one of them has no row by it.
-
-    rows: of `Results.scores`; columns that are not in there are kept.
-    """
-    curves = rows.drop(columns=POINT).drop_duplicates()
-    same = curves.merge(results.mean_scores[[*CURVE, *POINT]], on=CURVE, how="left")
-    return None if same["value"].isna().any() else same
+POINT = ["test_snr_db", "value", "low", "high", "n", "snr_definition"]  # the other columns of scores tell curves apart
 
 
 def beside(results, rows, statements, whose=f"thesis, {FREQUENCY}"):
-    """What a figure draws of its curves and of the published statements that have a place in it.
+    """Return curves, published statements, their common definition of SNR, and a sentence for the figure's caption.
 
-    rows: the curves, of `Results.scores`; statements: of `Results.published_scores`; whose: who published them, in
-    words. Gives the curves, with statements by their definition of SNR; the statements, none where a curve has no row
-    by it; the definition; and a sentence for the caption.
+    rows: the curves, of `Results.scores`, and maybe further columns, which are kept; statements: of
+    `Results.published_scores`; whose: who published them. Curves with statements beside them are by the statements'
+    definition of SNR; where this run lacks one of them by it, all stay by its own, and no statement is left.
     """
-    if not len(statements):
+    if statements.empty:
         return rows, statements, results.definition, ""
-    same = by_mean(results, rows)
-    if same is None:
+    curves = rows.drop(columns=POINT).drop_duplicates()
+    same = curves.merge(results.mean_scores, how="left")[[*curves, *POINT]]
+    if same["value"].isna().any():
         words = " Published values are left out: their SNR is by mean power, by which this run has no scores."
         return rows, statements.iloc[:0], results.definition, words
     words = f" Open markers: {whose} ({MARKERS}), at SNRs by mean power like the curves beside them."
@@ -56,7 +47,7 @@ def beside(results, rows, statements, whose=f"thesis, {FREQUENCY}"):
 
 
 def value_at(results, curve, snr):
-    """A curve's value at an SNR in dB: a mapping of ours, low, high and here_at_snr_db.
+    """Return a curve's value at an SNR in dB: a mapping of ours, low, high and here_at_snr_db.
 
     curve: rows of `Results.mean_scores`. Between two test SNRs it is interpolated; beyond the last at which all images
     have one it is that one. None for an SNR that this run does not reach, and where a curve is none or several.
@@ -71,95 +62,71 @@ def value_at(results, curve, snr):
 
 
 def statements_table(results, name, metrics):
-    """Published statements with our value at the same SNR beside them; nothing where no experiment has a counterpart.
+    """Return published statements with our value (see `value_at`) beside each: one table, or none without any value.
 
-    metrics: CLOSED or OPEN. Between two test SNRs our value is interpolated; beyond the last it is that one.
+    metrics: CLOSED or OPEN.
     """
     data, shown = [], []
     for line in select(results.published_scores, metric=list(metrics)).to_dict("records"):
         model, score = ADAPTATIONS.get(line["model"], (line["model"], ""))
-        metric, measure = metrics[line["metric"]]
-        case = {"experiment": line["experiment"], "model": model, "score": score, "metric": metric}
-        case |= {"threshold": "thesis" if score else "", "elevation": line["elevation"]}
+        (metric, measure), case = metrics[line["metric"]], {key: line[key] for key in ("experiment", "elevation")}
+        case |= {"model": model, "score": score, "metric": metric, "threshold": "thesis" if score else ""}
         here = value_at(results, select(results.mean_scores, **case), line["snr_db"])
         if here is None:
             continue
         here["holds"] = holds(here["ours"], line["relation"], line["value"], here["low"], here["high"])
-        data.append({**line, "model": model, "score": score, **here})
+        data.append(line | {"model": model, "score": score} | here)
         reduced = "" if thesis.full_size(model, results.settings) else " (here reduced)"
-        row = {"experiment": title(line["experiment"]), "model": f"{results.names.method(model, score)}{reduced}"}
+        row = {"experiment": title(line["experiment"]), "model": results.names.method(model, score) + reduced}
         row |= {"tested at": ELEVATIONS[line["elevation"]], "measure": measure, "its SNR [dB]": f"{line['snr_db']:g}"}
         row[f"thesis, {FREQUENCY}"] = f"{RELATIONS[line['relation']][0]} {line['value']}"
         row["SNR here [dB]"] = f"{here['here_at_snr_db']:.3g}"
         row["here"] = with_interval(here | {"value": here["ours"]})
         shown.append(row | {"as published": "yes" if here["holds"] else "no", "source": line["source"]})
-    if not data:
-        return ()
-    images = "of the closed set" if metrics is CLOSED else "of the open set, with thesis thresholds"
     caption = (
-        f"What the reference thesis states {images}, split at random, and the same here. Its networks are full-size "
-        "ones, its targets other models of the same kinds, and its frequency may differ from this run's, so agreement "
-        "is expected in kind only. All SNRs are by mean power, each image's own; values here are interpolated between "
-        "test SNRs, or those at the highest at which all images have one. “As published” rounds to the printed "
-        "decimals; an equality holds if the published value lies in the interval, too."
+        "What the reference thesis states, split at random, and the same here, the open set with thesis thresholds. "
+        "Its networks are full-size ones, its targets other models of the same kinds, and its frequency may be another "
+        "than here, so agreement is expected in kind only. All SNRs are by mean power, each image's own; values here "
+        "are interpolated between test SNRs, or those at the highest at which all images have one. “As published” "
+        "rounds to the printed decimals; an equality holds if the published value lies in the interval, too."
     )
-    data = pd.DataFrame(data).drop(columns=["elevation", "figure", "reading"])
-    return (table(name, data, shown, caption),)
+    data = pd.DataFrame(data).drop(columns=["elevation", "figure", "reading"], errors="ignore")
+    return (table(name, data, shown, caption),) if shown else ()
 
 
 def confusion_figure(results, name, ours, adaptations):
-    """The thesis's confusion matrices of its networks on the open set, beside ours at the nearest SNR.
+    """Draw our confusion matrices of the open set, at the SNR nearest to the thesis's, each beside the thesis's own.
 
-    name: the figure's; ours: rows of confusion.csv of one experiment. adaptations: what the thesis calls its networks,
-    and the model and confidence score here that are the same. Nothing where nothing here is the same, or where the
-    experiment trains each model several times.
+    name: the figure's; ours: rows of confusion.csv of one experiment; adaptations: as ADAPTATIONS. Nothing where none
+    of them is among ours, or is trained several times.
     """
-    theirs = select(results.published_confusion, model=list(adaptations))
-    ours = select(ours, elevation="all", threshold="thesis")
-    if not len(ours):
-        return ()
-    shift = _offset(results)
-    aim = theirs["snr_db"].iloc[0] + shift if len(theirs) else ours["test_snr_db"].max()
-    ours = select(ours, test_snr_db=min(ours["test_snr_db"], key=lambda snr: abs(snr - aim)))
-    place = results.targets.index
-    names, shown = [], []
+    theirs, ours, shown = results.published_confusion, select(ours, elevation="all", threshold="thesis"), []
+    snr, order = theirs["snr_db"].iloc[0], {target: place for place, target in enumerate(results.targets)}
+    if len(ours):
+        ours = select(ours, test_snr_db=nearest(ours["test_snr_db"], snr + _offset(results)))
     for adaptation, (model, score) in adaptations.items():
         cells = select(ours, model=model, score=score)
-        if cells["training"].nunique() != 1:
-            continue
-        names.append(adaptation)
-        shown.append((f"{heading(adaptation)}, here", matrix(cells).sort_index(key=lambda index: index.map(place))))
-        printed = select(theirs, model=adaptation).set_index("true")[CLASSES]
-        if len(printed):
-            order = sorted(printed.index, key=lambda target: place(target) if target in results.targets else -1)
-            shown.append((f"{heading(adaptation)}, thesis, full size", printed.loc[order]))
-    if not names:
+        if cells["training"].nunique() == 1:
+            printed = select(theirs, model=adaptation).set_index("true")[CLASSES]
+            shown.append((f"{heading(adaptation)}, here", matrix(cells)))
+            shown += [(f"{heading(adaptation)}, thesis, full size", printed)] if len(printed) else []
+    if not shown:
         return ()
-    snr = ours["test_snr_db"].iloc[0]
-    # Below each other where each of ours has a published one.
-    rows = 2 if len(shown) == 2 * len(names) else 1
-    columns = len(shown) // rows
-    drawing, grid = panels(rows, columns, 0.6 + 3 * columns, 3.5 * rows, sharex=False, sharey=False)
-    for axes, (text, counts) in zip(grid.T.flat, shown, strict=True):
-        draw_matrix(axes, counts, text)
-    finish(drawing, grid, "predicted class", "target", legend=False)
-    words, note = ", ".join(map(title, names)), ""
-    if len(shown) > len(names):
-        printed = theirs["snr_db"].iloc[0]
-        here = f", {printed + shift:.1f} dB by {POWERS[results.definition]} on average over the images" if shift else ""
-        note = (
-            f" Beside ours, those of the thesis, of a full-size network at {FREQUENCY} and {printed:g} dB by mean "
-            f"power{here}, to which ours are the nearest; its targets are other models of the same kinds, so agreement "
-            "is expected in kind only."
-        )
-    caption = f"{heading(words)} at {snr:g} dB: share of each target's images and their number."
-    caption += f"{note}{conditions(results, ours)}"
-    alt = f"Confusion matrices of {words} at {snr:g} dB, with those that were published."
+    # Targets that only the thesis has come first.
+    shown = [(text, counts.sort_index(key=lambda index: index.map(order).fillna(-1))) for text, counts in shown]
+    drawing, columns = draw_matrices(shown, "target")
+    caption = (
+        f"Confusion matrices of the open set at {ours['test_snr_db'].iloc[0]:g} dB: share of each target's images and "
+        f"their number. The thesis's, where there are any, are of a full-size network at {FREQUENCY} and {snr:g} dB by "
+        "mean power, to which ours are the nearest; its targets are other models of the same kinds, so agreement is "
+        f"expected in kind only.{conditions(results, ours)}"
+    )
+    alt = "Confusion matrices of the open set, with those that were published."
     return (figure(name, drawing, ours, alt, caption, wide=columns > 2),)
 
 
 def _offset(results):
-    """By how many dB an image's SNR is higher by this run's definition than by the thesis's: the mean of the open set.
+    """Return how many dB higher an image's SNR is by this run's definition than by the thesis's: the open set's mean.
 
     One number serves where only the nearest test SNR is sought; no curve is moved by it.
     """

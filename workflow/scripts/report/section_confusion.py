@@ -7,31 +7,28 @@ from isarflow.report.vocabulary import METHOD, ranked, select, split_text, title
 
 
 def matrices(results):
-    """Counts by experiment, model and SNR: a mapping that is written into the page as JSON.
+    """Return what the page's script reads, a mapping for JSON: `entries`, one per experiment, model and set of images.
 
-    Each entry has the set of test images that it is of, a name, the SNRs in dB, the targets and classes, and counts by
-    SNR, target and class. Of each model in an open set that confidence score is there which is best on the validation
-    images.
+    An entry has the set's name, words, the SNRs in dB, the targets and classes, and counts (SNR, target, class). Of
+    each model in an open set that confidence score is there which is best on the validation images.
     """
-    names, place, entries = results.names, results.targets.index, []
+    entries = []
     for name, _, validation in sets_of(results):
         best = ranked(validation).drop_duplicates(METHOD[:-1])[METHOD]
         cells = select(results.confusion, elevation="all", threshold=SETS[name]).merge(best, on=METHOD)
-        for (split, experiment, model, training, score), rows in names.groups(cells, *METHOD):
-            counts = {
-                snr: matrix(part).sort_index(key=lambda index: index.map(place))
-                for snr, part in rows.groupby("test_snr_db")
-            }
-            first = next(iter(counts.values()))
+        for (split, experiment, model, training, score), rows in results.names.groups(cells, *METHOD):
+            by_snr = rows.groupby("test_snr_db")
+            counts = [matrix(part).reindex(results.targets).dropna().astype(int) for _, part in by_snr]
             trained = "trained without noise" if training == CLEAN else f"training SNR: {training}"
+            words = f"{results.names.method(model, score)}: {title(experiment)}, {split_text(split)}, {trained}"
             entries.append(
                 {
                     "set": name,
-                    "words": f"{names.method(model, score)}: {title(experiment)}, {split_text(split)}, {trained}",
-                    "snrs": list(counts),
-                    "targets": list(first.index),
-                    "classes": list(first.columns),
-                    "counts": [table.astype(int).to_numpy().tolist() for table in counts.values()],
+                    "words": words,
+                    "snrs": list(by_snr.groups),
+                    "targets": list(counts[0].index),
+                    "classes": list(counts[0].columns),
+                    "counts": [table.to_numpy().tolist() for table in counts],
                 }
             )
     return {"entries": entries}
