@@ -61,11 +61,7 @@ def folds_figure(results):
             axes.errorbar(together["value"], [place] * len(together), xerr=reach, **look)
         if threshold:
             draw_rejecting(axes, results.rejecting(select(drawn, threshold=threshold)["experiment"]), upright=True)
-    several = drawn.groupby("experiment")["training"].nunique() > 1
-    labels = [
-        f"{results.names.model(model).label}, {title(experiment)}{f', {training}' if several[experiment] else ''}"
-        for (experiment, model, training), _ in rows
-    ]
+    labels = [f"{results.names.model(model).label}, {title(experiment)}" for (experiment, model, _), _ in rows]
     grid[0, 0].set_yticks(range(len(rows)), labels)
     grid[0, 0].set_ylim(len(rows) - 0.5, -0.5)
     grid[0, -1].plot([], [], "D", color=BLACK, ms=4.5, label="all folds, with the 95 % interval")
@@ -110,12 +106,11 @@ def paired(results):
     scores = results.scores.merge(held_out, how="left", on=same)
     # An experiment tested on the open set has the closed set's rows too: any of several is as good.
     scores = scores.assign(images=scores["experiment"].map(images)).drop_duplicates(["split", *KEYS])
-    splits = [split for split in OTHERS if split in set(scores["split"])]
-    pairs = select(scores, split="random")[[*KEYS, *OWN]].rename(columns={name: f"{name}_random" for name in OWN})
-    for split in splits:
-        own = select(scores, split=split)[[*KEYS, *OWN]].rename(columns={name: f"{name}_{split}" for name in OWN})
-        pairs = pairs.merge(own, how="left", on=KEYS)
-    return pairs.dropna(how="all", subset=[f"value_{split}" for split in splits])
+    others = [split for split in OTHERS if split in set(scores["split"])]
+    random, *own = (
+        select(scores, split=split).set_index(KEYS)[OWN].add_suffix(f"_{split}") for split in ("random", *others)
+    )
+    return random.join(own).dropna(how="all", subset=[f"value_{split}" for split in others]).reset_index()
 
 
 def _compared(rows):

@@ -29,7 +29,6 @@ SOLVED = 0.98  # weighted F1 of the thesis's method from which on there is nothi
 BEST = 3  # methods drawn for each split
 SHOWN_SNRS = (-12, -6, 0, 6, 12, 24)  # dB, of the table
 LEAD = PROTOCOLS[0]
-MEANS = {"mean": F1, "gain": GAIN}
 DASHES = ((0, (5, 2)), "-.", (0, (3, 1, 1, 1, 1, 1)))  # of the thesis's method by what it is trained at
 
 
@@ -56,7 +55,7 @@ def summary(scores, validation):
     """
     ranks = ranked(select(validation, metric=F1, threshold=LEAD)).rename(columns={"value": "validation"})
     rows = select(scores, test_snr_db=middle(scores["test_snr_db"]))
-    for (kind, metric), protocol in itertools.product(MEANS.items(), PROTOCOLS):
+    for (kind, metric), protocol in itertools.product((("mean", F1), ("gain", GAIN)), PROTOCOLS):
         means = select(rows, metric=metric, threshold=protocol).groupby(METHOD)["value"].mean()
         ranks = ranks.merge(means.rename(f"{kind}_{protocol}"), how="left", on=METHOD)
     return ranks
@@ -94,9 +93,9 @@ def gain_figure(results, scores, ranks):
         return ()
     names, theirs = results.names, results.names.method(REFERENCE[0], REFERENCE[2])
     several = picks.groupby("model")["training"].transform("nunique") > 1
-    labels = [names.method(row.model, row.score) for row in picks.itertuples()]
-    labels = (labels + (", training SNR " + picks["training"]).where(several, "")).tolist()
-    markers = dict(zip(dict.fromkeys(labels), itertools.cycle("os^Dv<"), strict=False))
+    trained = (", training SNR " + picks["training"]).where(several, "")
+    picks["label"] = [names.method(row.model, row.score) for row in picks.itertuples()] + trained
+    markers = dict(zip(picks["label"].unique(), itertools.cycle("os^Dv<"), strict=False))
     dashes = dict(zip(picks["training"].unique(), itertools.cycle(DASHES), strict=False))
     columns = list(itertools.product(picks["split"].unique(), DRAWN))
     drawing, grid = panels(2, len(columns), 1 + 2.5 * len(columns), 5.6, sharey="row")
@@ -104,7 +103,7 @@ def gain_figure(results, scores, ranks):
     for (upper, lower), (split, protocol) in zip(grid.T, columns, strict=True):
         upper.set_title(f"{split_text(split)},\n{protocol} thresholds")
         lower.axhline(0, color=BLACK, lw=1)
-        here = select(picks.assign(label=labels), split=split)
+        here = select(picks, split=split)
         draw_rejecting(upper, results.rejecting(here["experiment"]))
         for method in here.to_dict("records"):
             curve, training, label = _curve(scores, method, protocol), method["training"], method["label"]
