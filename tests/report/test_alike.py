@@ -7,7 +7,6 @@ import numpy as np
 import pandas as pd
 import pytest
 from fake_learning import TESTED
-from pages import Page
 
 from isarflow.report import section_alike, selection
 from isarflow.report.results import Results
@@ -70,8 +69,8 @@ def test_mistakes_stand_beside_the_training_image_most_like_them(results, whole)
         assert near.partition("drone, ")[2].startswith(f"{max(likeness):.2f}")
         place = np.unravel_index(np.argmax(likeness), store.shape[:2])
         assert nearest.iloc[0]["azimuth_deg"] == train[place[1]]
-    words = Page(whole / "index.html").words
-    assert f"Test images taken for another: {len(table)} of {TESTED} of missile for drone." in words
+    missiles = section_alike._judged(results, run, model, 2.5)[0].query("target == 'missile'")
+    assert ((missiles["taken_for"] == "drone").sum(), len(missiles)) == (len(table), TESTED)
 
 
 def test_what_is_rejected_is_no_mistake(results):
@@ -101,7 +100,7 @@ def test_three_known_targets_are_mapped_by_components(whole, monkeypatch):
     settings["targets"]["ufo"]["role"] = "known"
     results = Results(whole.parent, settings, fake.names(settings))
     monkeypatch.setattr(section_alike, "MOST_POINTS", 6)
-    (drawn,) = section_alike.map_figure(results)
+    drawn = section_alike.map_figure(results)
     values = drawn.data[["x", "y"]].to_numpy()
     np.testing.assert_allclose(values.mean(axis=0), 0, atol=1e-6)
     assert values[:, 0].var() >= values[:, 1].var() > 0

@@ -140,9 +140,7 @@ def test_a_gain_counts_where_its_interval_is_above_0_and_the_thesis_is_not_there
     judged = section_tried.judged(curve)
     # At 12 dB the thesis's method has 0.99; -15 and 15 dB are outside the range.
     assert judged["test_snr_db"].tolist() == [-12, 0, 3]
-    assert judged["above"].tolist() == [True, False, False]
-    assert section_tried._count(judged) == "at 1 of 3, not at 0, 3 dB"
-    assert section_tried._count(judged.assign(low=np.nan)) == "at none, as one fold has no interval"
+    assert (judged["low"] > 0).tolist() == [True, False, False]
 
 
 def test_a_gain_stands_beside_the_thesis_s_network_trained_at_the_same_snrs():
