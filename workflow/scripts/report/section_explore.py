@@ -4,6 +4,7 @@ The fields are small beside images of all aspects, SNRs and imagers that follow 
 """
 
 import base64
+from contextlib import suppress
 
 import numpy as np
 from matplotlib import colormaps
@@ -69,10 +70,8 @@ def _ways(frequency, angle, first):
     """Return the wavenumber grids (kx, ky) in rad/m of each way to form images that can be, the run's own first."""
     ways = {}
     for way in sorted(FOURIER, key=lambda way: way != first):
-        try:
+        with suppress(InputError):  # this sweep's sector holds no rectangle
             ways[way] = [axis.tolist() for axis in wavenumber_grid(frequency, angle, way)]
-        except InputError:  # this sweep's sector holds no rectangle
-            continue
     return ways
 
 

@@ -1,5 +1,7 @@
 """ISAR images: every target over azimuth, one over elevation and SNR, and what image formation does to a scatterer."""
 
+from contextlib import suppress
+
 import numpy as np
 import pandas as pd
 from matplotlib.ticker import MaxNLocator
@@ -18,11 +20,11 @@ from isarflow.report.selection import GALLERY_AZIMUTHS, GALLERY_ELEVATIONS, arou
 BINS = 40  # of the histograms
 PLACES = 13  # of scatterers, along each axis of the extent
 AXES = ("range", "crossrange")
-# What is drawn of a scatterer: its measure's label, colour map, least and most, and the column of the CSV file.
+# What is drawn of a scatterer, by the CSV file's column: measure, label, colour map, bounds, and which may be exceeded.
 RESPONSE = {
-    "loss_db": ("peak loss [dB]", "viridis_r", 0, 8, "peak_loss_db"),
-    "ghost_db": ("strongest ghost [dB]", "magma", -45, 0, "ghost_db"),
-    "error": ("position error [pixels]", "cividis", 0, 0.5, "position_error_pixels"),
+    "peak_loss_db": ("loss_db", "peak loss [dB]", "viridis_r", 0, 8, "max"),
+    "ghost_db": ("ghost_db", "strongest ghost [dB]", "magma", -45, 0, "both"),
+    "position_error_pixels": ("error", "position error [pixels]", "cividis", 0, 0.5, "max"),
 }
 
 
@@ -44,14 +46,13 @@ def section(results):
 
 
 def channels_text(results):
-    """Return a sentence on how images of several polarizations are shown; nothing of one."""
-    names = results.polarizations
-    if len(names) == 1:
-        return ""
-    return (
-        f" An image has a channel for each of {', '.join(names)} and one peak over all of them. Where no polarization "
-        f"is named, {names[0]} is shown; the SNR is that of {names[0]}, and all channels have its noise."
+    """Return sentences on how images of several polarizations are shown; nothing of one."""
+    first, *others = results.polarizations
+    text = (
+        f" An image has a channel for each of {', '.join([first, *others])} and one peak over all of them. Where no "
+        f"polarization is named, {first} is shown; the SNR is that of {first}, and all channels have its noise."
     )
+    return text if others else ""
 
 
 def images_table(results):
@@ -113,10 +114,7 @@ def _over(results, name, target, cut, axis, at, note):
 
 
 def _aspect(image):
-    """Return the image an eighth of the way round at the elevation nearest 0, of noisy ones the first realization.
-
-    Returns where it is in words, too.
-    """
+    """Return the first image an eighth of the way round at the elevation nearest 0, and that aspect in words."""
     image = image.sel(elevation=0, method="nearest").isel(realization=0, missing_dims="ignore")
     image = image.isel(azimuth=image.sizes["azimuth"] // 8).load()
     return image, f"at azimuth {float(image.azimuth):.0f}°, elevation {float(image.elevation):g}°"
@@ -140,8 +138,7 @@ def noise_gallery(results, target):
     for title, store in stores.items():
         images[title], at = _aspect(results.images(target, store).image)
     shown = f"{target} {at}, with ever more noise, one realization."
-    power = noise_words(noise, noise["definition"])
-    caption = f"{shown} Noise is added before the image is formed; SNR by {power}."
+    caption = f"{shown} Noise is added before the image is formed; SNR by {noise_words(noise, noise['definition'])}."
     return gallery("gallery_snr", target, images, None, shown, caption)
 
 
@@ -207,23 +204,19 @@ def response_figure(results, target):
     down, cross = (places * attrs[f"{axis}_extent"] for axis in AXES)
     responses = {}
     for way, changes in (imager.compared or {imaging["imager"]: {}}).items():
-        try:
+        with suppress(InputError):  # this sweep's sector holds no rectangle
             responses[way] = point_response(imager_of(*sweep, imaging | changes), down, cross)
-        except InputError:  # this sweep's sector holds no rectangle
-            continue
     drawing, grid = panels(len(responses), len(RESPONSE), 6.6, 0.5 + 1.75 * len(responses), layout="compressed")
-    tables = []
+    tables, extent = [], (*edges(cross), *edges(down))
     for row, (way, response) in zip(grid, responses.items(), strict=True):
-        for axes, (name, (_, colors, low, high, _)) in zip(row, RESPONSE.items(), strict=True):
-            extent = (*edges(cross), *edges(down))
-            picture = draw_pixels(axes, response[name], extent, cmap=colors, vmin=low, vmax=high)
-            axes.xaxis.set_major_locator(MaxNLocator(4))
-            drawing.colorbar(picture, ax=axes, shrink=0.85, extend="both" if name == "ghost_db" else "max")
-        row[0].set_ylabel(f"{way}\nrange [m]")
-        values = {column: response[name] for name, (*_, column) in RESPONSE.items()}
+        values = {column: response[name] for column, (name, *_) in RESPONSE.items()}
         tables.append(pixel_table(down, cross, values, imager=way))
-    for axes, (label, *_) in zip(grid[0], RESPONSE.values(), strict=True):
-        axes.set_title(label)
+        for axes, top, (name, label, colors, low, high, extend) in zip(row, grid[0], RESPONSE.values(), strict=True):
+            picture = draw_pixels(axes, response[name], extent, cmap=colors, vmin=low, vmax=high)
+            drawing.colorbar(picture, ax=axes, shrink=0.85, extend=extend)
+            axes.xaxis.set_major_locator(MaxNLocator(4))
+            top.set_title(label)
+        row[0].set_ylabel(f"{way}\nrange [m]")
     finish(drawing, grid, "cross-range [m]", legend=False)
     alt = "Peak loss, strongest ghost and position error of a point scatterer over the image."
     caption = (

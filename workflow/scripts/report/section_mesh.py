@@ -13,6 +13,7 @@ from isarflow.report.selection import evenly
 
 QUALITY = matplotlib.cm.ScalarMappable(Normalize(0, 60), "RdYlBu")  # of the smallest angle in degrees: red is bad
 SHOWN = 3  # bands that are drawn at most
+BINS = {"edges": np.arange(0, 0.1801, 0.005), "angles": np.arange(0, 61, 2)}  # of histograms: wavelengths and degrees
 # A band's entries in the mesh's JSON by the unit that ends their names in the CSV file, in its order.
 MEASURES = (
     ("", "vertices", "triangles", "unknowns", "ideal_unknowns"),
@@ -31,16 +32,15 @@ MEASURES = (
 
 def section(results):
     """Return the Section of the meshes, with two figures of each; targets without one are named."""
-    without, text = [name for name in results.targets if name not in results.meshed], []
     # The narrow pictures first, two abreast, then the wide ones.
-    figures, tables = [draw(results, name) for draw in (picture, comparison) for name in results.meshed], ()
+    figures, tables, text = [draw(results, name) for draw in (picture, comparison) for name in results.meshed], (), []
     if results.meshed:
         tables = quality_table(results), source_table(results)
         text += [
             "Each target has one mesh per frequency band, with edges sized to the shortest wavelength of the band. "
             "The pictures show the finest, and the CAD surface beside the bands."
         ]
-    if without:
+    if without := [name for name in results.targets if name not in results.meshed]:
         text += [f"No mesh: {', '.join(without)}, given by the field alone."]
     return Section(id="meshes", title="Meshes", text=tuple(text), figures=tuple(figures), tables=tables)
 
@@ -78,11 +78,7 @@ def comparison(results, target):
         if part != "source":
             top = f"{bands[part]['frequencies']['last'] / 1e9:.3g} GHz"
             edge, title = topology.edge_lengths(vertices, triangles) / bands[part]["wavelength"], f"up to {top}"
-            histograms = (
-                (edges, "edges", edge, np.arange(0, 0.1801, 0.005)),
-                (angles, "angles", angle, np.arange(0, 61, 2)),
-            )
-            for below, quantity, values, bins in histograms:
+            for below, values, (quantity, bins) in zip((edges, angles), (edge, angle), BINS.items(), strict=True):
                 share = 100 * np.histogram(values, bins)[0] / len(values)
                 below.stairs(share, bins, color=color, label=top)
                 columns = {"target": target, "band": part, "quantity": quantity}
@@ -148,9 +144,8 @@ def quality_table(results):
         "the wanted length; ideal are equilateral triangles of that edge. Angles are the smallest of each triangle but "
         "the thin ones, which creases force to be narrow, as on the rim of a plate. Off CAD is the largest distance "
         "from the mesh to the CAD surface, then the other way round, in wavelengths at the band's highest frequency. "
-        "Area and volume are changes from the repaired CAD surface; what rods thinner than an edge gain in area, as "
-        "they have few sides and keep their volume, is left out. Rims are edges with one triangle, junctions with more "
-        "than two."
+        "Area and volume are changes from the repaired CAD surface, without the area that rods thinner than an edge "
+        "gain, as few sides keep their volume. Rims are edges with one triangle, junctions with more than two."
     )
     return table("meshes", data, shown, caption)
 

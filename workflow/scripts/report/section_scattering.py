@@ -93,7 +93,7 @@ def solution_table(results):
         rows.append(row | {"rcs_median_dbsm": np.median(level), "rcs_max_dbsm": level.max()})
 
     def unknowns(row):
-        ends = {row["unknowns_min"]: None, row["unknowns_max"]: None}  # the same once
+        ends = dict.fromkeys((row["unknowns_min"], row["unknowns_max"]))
         return "–" if pd.isna(row["unknowns_min"]) else " to ".join(f"{count:,}" for count in ends)
 
     shown = {
