@@ -40,7 +40,7 @@ def section(results):
     text += "" if planned(results.settings)["coherent"] else " Only magnitudes are kept; there is no phase."
     figures = [azimuth_gallery(results, name) for name in results.targets]
     figures += [elevation_gallery(results, shown), *channel_gallery(results, shown), noise_gallery(results, shown)]
-    figures += [*alike_figure(results), definitions_figure(results), response_figure(results, shown)]
+    figures += [*alike_figure(results), *definitions_figure(results), response_figure(results, shown)]
     text, tables = (text + channels_text(results),), (images_table(results),)
     return Section(id="images", title="Images", text=text, figures=tuple(figures), tables=tables)
 
@@ -172,17 +172,23 @@ def alike_figure(results):
 
 
 def definitions_figure(results):
-    """Draw by how much the two definitions of SNR differ, image by image: a histogram for each target with its mean."""
+    """Draw by how much the two definitions of SNR differ, image by image: a histogram for each target with its mean.
+
+    Return nothing where no image has a signal.
+    """
     offsets = {name: results.images(name, "clean").snr_definition_offset.values.ravel() for name in results.targets}
-    bins = np.linspace(0, max(0.1, *map(np.nanmax, offsets.values())), BINS + 1)
+    offsets = {name: of[np.isfinite(of)] for name, of in offsets.items() if np.isfinite(of).any()}
+    if not offsets:
+        return ()
+    bins = np.linspace(0, max(0.1, *(of.max() for of in offsets.values())), BINS + 1)
     rows, columns = -(-len(offsets) // COLUMNS), min(COLUMNS, len(offsets))
     drawing, grid = panels(rows, columns, 1 + 2.1 * columns, 0.6 + 1.7 * rows)
     tables = []
     for axes, (name, of) in zip(grid.flat, offsets.items(), strict=False):
-        share = np.histogram(of, bins)[0] / np.isfinite(of).sum()  # an image without a signal has none
+        share = np.histogram(of, bins)[0] / len(of)
         axes.stairs(share, bins, fill=True, color=BLUE, alpha=0.6)
-        axes.axvline(np.nanmean(of), color=BLACK, ls="--", lw=1.2, label="mean")
-        axes.set_title(f"{name}: {np.nanmean(of):.1f} dB on average")
+        axes.axvline(of.mean(), color=BLACK, ls="--", lw=1.2, label="mean")
+        axes.set_title(f"{name}: {of.mean():.1f} dB on average")
         tables.append(pd.DataFrame({"target": name, "from_db": bins[:-1], "to_db": bins[1:], "share": share}))
     finish(drawing, grid, "peak_3db over mean [dB]", "share of the images")
     caption = (
@@ -191,7 +197,7 @@ def definitions_figure(results):
         "scores by the other definition count each image at its own."
     )
     alt = "Histograms of the difference between the two definitions of SNR, by target."
-    return figure("snr_definitions", drawing, pd.concat(tables), alt, caption, wide=True)
+    return (figure("snr_definitions", drawing, pd.concat(tables), alt, caption, wide=True),)
 
 
 def response_figure(results, target):
