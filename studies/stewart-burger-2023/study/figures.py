@@ -4,6 +4,8 @@ A part is named in page.yaml and yields blocks: Markdown and Pictures. figure: a
 appends to its `lacks` what the run does not have of it.
 """
 
+from itertools import cycle
+
 import numpy as np
 
 from isarflow.core.sweep import snr_label
@@ -189,19 +191,17 @@ def images_shown(results, figure):
     figure.count: of a row; figure.around: whether they are at other azimuths, too; figure.headed, figure.alt and
     figure.caption: texts.
     """
-    known, lines = _known(results)[: figure.targets], []
+    known, lines = results.of_role("known")[: figure.targets], []
     snr = figure.snr if figure.snr == "clean" else nearest_snr(results, figure.snr)
     for target in known:
         image = results.images(target, "clean" if snr == "clean" else snr_label(snr)).image
         image = image.isel(realization=0, missing_dims="ignore")
         elevations = evenly(image.elevation.values.tolist(), figure.count)
         azimuths = around(image.sizes["azimuth"], figure.count) if figure.around else [0] * len(elevations)
-        picked = [
-            image.sel(elevation=elevations[place % len(elevations)]).isel(azimuth=azimuth)
-            for place, azimuth in enumerate(azimuths)
-        ]
+        places = zip(cycle(elevations), azimuths, strict=False)
+        picked = [image.sel(elevation=elevation).isel(azimuth=azimuth) for elevation, azimuth in places]
         where = [{"elevation": float(one.elevation), "azimuth": float(one.azimuth)} for one in picked]
-        heads = [figure.headed.format(target=target, **place) for place in where]
+        heads = [figure.headed.format(target=target, **of) for of in where]
         lines.append([*zip(heads, (one.values for one in picked), strict=True)])
     words = {"targets": " and ".join(known), "snr": snr, "count": len(lines[0]), **where[0]}
     yield _pictures(figure, lines, figure.alt.format(**words))
@@ -210,7 +210,7 @@ def images_shown(results, figure):
 
 def images_upsampled(results, figure):
     """Draw an image of each of two known targets, as it is and with figure.upsampled pixels a side."""
-    known, side, line = _known(results)[:2], figure.upsampled, []
+    known, side, line = results.of_role("known")[:2], figure.upsampled, []
     dataset = results.images(known[0], "clean")
     if "range_wavenumber" not in dataset.attrs or max(dataset.sizes["range"], dataset.sizes["crossrange"]) > side:
         raise NotHere(f"images that can be up-sampled to {side} pixels a side")
@@ -226,17 +226,10 @@ def images_upsampled(results, figure):
     yield _pictures(figure, [line], alt)
 
 
-def _known(results):
-    """Return the known targets. Raises NotHere where there are no images of any."""
-    if not results.images_are_made or not results.of_role("known"):
-        raise NotHere("images of known targets")
-    return results.of_role("known")
-
-
 def _pictures(figure, lines, alt):
     """Return a Picture of magnitudes, each of its peak: rows of (title, image), images over (range, crossrange)."""
-    count = max(map(len, lines))
-    drawing, grid = panels(len(lines), count, 1.3 * count + 0.4, 1.5 * len(lines), False, False, "compressed")
+    rows, columns = len(lines), len(lines[0])
+    drawing, grid = panels(rows, columns, 1.3 * columns + 0.4, 1.5 * rows, False, False, "compressed")
     for axes, (text, image) in zip(grid.flat, (one for line in lines for one in line), strict=True):
         draw_pixels(axes, np.abs(image) / max(np.abs(image).max(), 1e-12))
         axes.set(xticks=[], yticks=[])

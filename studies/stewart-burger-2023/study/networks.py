@@ -27,10 +27,8 @@ BINS = 60
 
 def _everywhere(results, *models):
     """Return (run, model, words) of the networks that classify images of all azimuths; words: how they trained."""
-    words = {
-        name: f"trained at {training(run)}".replace("at clean", "without noise") for name, run in results.runs.items()
-    }
-    return [(run, model, words[run]) for run, model in everywhere_networks(results.runs) if model in models]
+    found = [(run, model, training(results.runs[run])) for run, model in everywhere_networks(results.runs)]
+    return [(run, of, f"trained at {at}".replace("at clean", "without noise")) for run, of, at in found if of in models]
 
 
 def f1_table(results, figure):
@@ -52,11 +50,11 @@ def f1_table(results, figure):
 
 def matrices(results, figure):
     """Draw confusion matrices, a column for each adaptation: published, ours, and ours of all azimuths."""
-    shown = {name: ADAPTATIONS[name] for name in figure.adaptations if ADAPTATIONS[name][0] in figure.there}
-    if not shown:
+    if not figure.there:
         return
     order, columns = results.of_role("known") + results.of_role("unknown"), []
-    for name, (model, score) in shown.items():
+    for name in figure.adaptations:
+        model, score = ADAPTATIONS[name]
         column = [(f"{HEADINGS[name]},\npublished", anew.printed_matrix(results, name)[0])]
         counts = stated.open_counts(results, figure.experiment, model, score)
         if len(counts):
@@ -72,16 +70,15 @@ def matrices(results, figure):
         for axes, (text, counts) in zip(grid[:, place], column, strict=False):
             draw_matrix(axes, counts.fillna(0), text)
     finish(drawing, grid, "predicted class", "target", legend=False)
-    words = f"confusion matrices of {', '.join(HEADINGS[name] for name in shown)}, as published and here."
+    words = f"confusion matrices of {', '.join(HEADINGS[name] for name in figure.adaptations)}, as published and here."
     yield picture(figure.picture, drawing, f"{figure.picture}: {words}")
 
 
 def reconstructions(results, figure):
     """Draw images and what a network makes of them, a row for each target. figure.kinds: variables and their words."""
-    network, kinds = (figure.experiment, figure.models[0]), figure.kinds
-    if not judged_anew(results, *network) or network not in results.decoders:
-        raise NotHere(f"reconstructions of the capsule network in experiment `{figure.experiment}`, split at random")
-    store = results.reconstructions(*network)
+    if not figure.there:
+        return
+    store, kinds = results.reconstructions(figure.experiment, figure.models[0]), figure.kinds
     snr = nearest(store.snr.values.tolist(), figure.snr)
     dataset, rows = store.sel(snr=snr).load(), []
     order = [target for target in results.targets if target in dataset.target.values]
@@ -111,9 +108,9 @@ def _errors(images):
 
 def histograms(results, figure):
     """Draw the confidence scores of known and unknown test images, with thresholds from validation and test images."""
+    if not figure.there:
+        return
     network = experiment, model = figure.experiment, figure.models[0]
-    if not judged_anew(results, *network):
-        raise NotHere(f"the capsule network in experiment `{experiment}`, split at random")
     snr, rows = nearest_snr(results, figure.snr), []
     test = select(results.predictions(*network, snr), side="test")
     drawing, grid = panels(1, len(figure.scores), max(1 + 3.9 * len(figure.scores), 6.6), 3.4, False, False)
@@ -149,12 +146,10 @@ def complex_images(results, figure):
         closed, opened = select(scores, threshold=""), select(scores, threshold="thesis")
         row = {"model": results.names.model(model).label}
         row["weighted F1 at 24 dB, closed set"] = value_text(value_at(results, closed, HIGH_SNR), HIGH_SNR)
-        if (run["name"], model) in results.decoders:
-            store = results.reconstructions(run["name"], model)
-            snr = nearest(store.snr.values.tolist(), HIGH_SNR)
-            errors = _errors(store.sel(snr=snr, target=results.of_role("known")))
-            words = "reconstruction and image without noise"
-            row[f"MSE, {words} at {snr:g} dB, known targets"] = number(errors[words])
+        store = results.reconstructions(run["name"], model)
+        snr = nearest(store.snr.values.tolist(), HIGH_SNR)
+        *_, (words, error) = _errors(store.sel(snr=snr, target=results.of_role("known"))).items()
+        row[f"MSE, {words} at {snr:g} dB, known targets"] = number(error)
         for (score,), curve in results.names.groups(opened, "score"):
             value = value_at(results, curve, HIGH_SNR)
             row[f"open set, {results.names.score(score).label}"] = value_text(value, HIGH_SNR)
@@ -170,13 +165,12 @@ def trained_with_noise(results, figure):
         raise NotHere("experiment `fcnn_listing`")
     cases = {"closed set, accuracy": ("fcnn", "", ACCURACY)}
     cases |= {f"open set, weighted F1, {HEADINGS[name]}": (*ADAPTATIONS[name], F1) for name in figure.adaptations}
-    yield stated.values_table(
-        [
-            (f"{label}, {words}", ours(results, run, model, metric, score))
-            for label, (model, score, metric) in cases.items()
-            for run, _, words in _everywhere(results, model)
-        ]
+    curves = (
+        (f"{label}, {words}", ours(results, run, model, metric, score))
+        for label, (model, score, metric) in cases.items()
+        for run, _, words in _everywhere(results, model)
     )
+    yield stated.values_table([*curves])
 
 
 def all_azimuths_counted(results, figure):
@@ -184,19 +178,12 @@ def all_azimuths_counted(results, figure):
     snr, rows = nearest_snr(results), []
     for run, model, words in _everywhere(results, "fcnn", "fcnn_other"):
         for name in (name for name in figure.adaptations if ADAPTATIONS[name][0] == model):
-            score = ADAPTATIONS[name][1]
-            every, tested = (
-                anew.at_all_azimuths(results, run, model, score),
-                anew.judged(results, run, model, score, snr),
-            )
+            network = results, run, model, ADAPTATIONS[name][1]
+            tested, every = anew.judged(*network, snr), anew.at_all_azimuths(*network)
             own, f1 = tested.metrics["validation"][F1], anew.weighted_f1(every)
-            row = {
-                "FCNN": f"{HEADINGS[name]}, {words}",
-                "test images": f"{tested.images:,}",
-                "weighted F1": f"{own:.4f}",
-            }
-            row |= {"all images": f"{len(every):,}", "their weighted F1": f"{f1:.4f}"}
-            rows.append(row | {"what that adds": signed(f1 - own, 4)})
+            row = {"FCNN": f"{HEADINGS[name]}, {words}", "test images": f"{tested.images:,}"}
+            row |= {"weighted F1": f"{own:.4f}", "all images": f"{len(every):,}"}
+            rows.append(row | {"their weighted F1": f"{f1:.4f}", "what that adds": signed(f1 - own, 4)})
     if not rows:
         raise NotHere("a fully connected network in the open set, split at random")
     yield f"At {snr:g} dB, with the thresholds that the validation images choose:"
@@ -233,14 +220,9 @@ def threshold_on_test_images(results, figure):
 
 def by_both_powers(results, figure):
     """(d) List curves by both definitions of SNR. figure.by_power: which."""
-    if not results.images_are_made:
-        raise NotHere("images")
     listed = []
-    for case in (case for case in figure.by_power if stated.own_run(results, case["experiment"])):
-        words = (
-            f"{results.names.method(case['model'], case['score'])}, {'weighted F1' if case['score'] else 'accuracy'}"
-        )
-        for definition, scores in results.by_definition.items():
+    for words, case in figure.by_power.items():
+        for definition, scores in results.by_definition.items() if stated.own_run(results, case["experiment"]) else ():
             curve = select(scores, **case, split=SPLIT, elevation="all")
             listed.append((f"{words}, SNR by {POWERS[definition]}", curve))
     yield stated.values_table(listed)

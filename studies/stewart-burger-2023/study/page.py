@@ -57,8 +57,11 @@ def build(results, keys):
     own = select(results.published_scores, figure=figure.names[0])
     figure.found = [judge(results, line) for line in own.to_dict("records")]
     figure.there, figure.lacks, figure.blocks, figure.reasons = [], [], [], []
-    if figure.needs:
+    if figure.needs in ("closed", "open"):
         _find_models(results, figure)
+    if figure.needs == "images" and not results.images_are_made:
+        figure.lacks.append("images of known targets")
+        return figure
     for name in figure.shows:
         try:
             figure.blocks.extend((name, block) for block in parts(results, figure, name))
@@ -130,34 +133,24 @@ def _written(figure):
 
 def _overview(built):
     """Return one table of all published scores, and how many hold, by its text and by one of the readings."""
-    lines = [line | {"link": figure.link} for figure in built for line in figure.found]
-    rows = [
-        {
-            "": line["link"],
-            "what": f"{line['name']}, {line['words']}",
-            "stated": line["stated"],
-            "published": line["published"],
-            "here": value_text(line["here"], line["snr_db"]),
-            "as published": KEPT[line["holds"]],
-            "read otherwise": _otherwise(line) if line["holds"] is False else "",
-        }
-        for line in lines
-    ]
-    known = [line for line in lines if line["holds"] is not None]
-    if not known:
+    rows, holding, read, used = [], [], 0, set()
+    for figure, line in ((of, line) for of in built for line in of.found):
+        row = {"": figure.link, "what": f"{line['name']}, {line['words']}", "stated": line["stated"]}
+        row |= {"published": line["published"], "here": value_text(line["here"], line["snr_db"])}
+        row |= {"as published": KEPT[line["holds"]], "read otherwise": ""}
+        if line["holds"] is not None:
+            holding.append(line["holds"])
+        if line["holds"] is False:
+            values = [(f"{name} {value_text(of, line['snr_db'])}", held) for name, of, held in line["otherwise"]]
+            row["read otherwise"] = "; ".join(f"**{text}**" if held else text for text, held in values) or NONE
+            read += any(held for *_, held in values)
+            used |= {name for name, *_ in line["otherwise"]}
+        rows.append(row)
+    if not holding:
         return f"This run has none of them.\n\n{table(rows)}"
-    text = sum(line["holds"] for line in known)
-    read = sum(line["holds"] or any(held for *_, held in line["otherwise"]) for line in known)
-    words = PAGE["held"].format(text=text, read=read, all=len(known))
-    used = {name for line in known if not line["holds"] for name, *_ in line["otherwise"]}
-    readings = bullets(f"*{name}:* {reading['words']}" for name, reading in PAGE["readings"].items() if name in used)
-    return "\n\n".join([words, table(rows), *([PAGE["read_otherwise"], readings] if readings else [])])
-
-
-def _otherwise(line):
-    """Return what the readings of a statement give that this run has of it, in bold where it holds."""
-    values = [(f"{name} {value_text(value, line['snr_db'])}", held) for name, value, held in line["otherwise"]]
-    return "; ".join(f"**{text}**" if held else text for text, held in values) or NONE
+    words = PAGE["held"].format(text=sum(holding), read=sum(holding) + read, all=len(holding))
+    readings = [f"*{name}:* {reading['words']}" for name, reading in PAGE["readings"].items() if name in used]
+    return "\n\n".join([words, table(rows), *([PAGE["read_otherwise"], bullets(readings)] if readings else [])])
 
 
 def facts(results):
@@ -179,14 +172,10 @@ def facts(results):
         yield "images", said["images"].format(**own, **sizes)
     if results.runs:
         yield "capsule network", "; ".join(networks(results)) or "of the document's size"
-        yield "learning", _learning(select(results.benchmarks, step=LEARNING))
-
-
-def _learning(jobs):
-    """Return the time of the learning stage's jobs, in words. jobs: rows of `Results.benchmarks`."""
-    if not len(jobs):
-        return "no times were recorded"
-    seconds, longest = jobs.groupby("step")["s"].sum(), jobs.loc[jobs["s"].idxmax()]
-    steps = ", ".join(f"{step} {duration(seconds[step])}" for step in LEARNING if step in seconds)
-    words = {"all": duration(seconds.sum()), "steps": steps, "job": longest["job"], "longest": duration(longest["s"])}
-    return PAGE["facts"]["learning"].format(**words)
+        jobs, text = select(results.benchmarks, step=LEARNING), "no times were recorded"
+        if len(jobs):
+            seconds, longest = jobs.groupby("step")["s"].sum(), jobs.loc[jobs["s"].idxmax()]
+            steps = ", ".join(f"{step} {duration(seconds[step])}" for step in LEARNING if step in seconds)
+            words = {"all": duration(seconds.sum()), "steps": steps, "job": longest["job"]}
+            text = said["learning"].format(**words, longest=duration(longest["s"]))
+        yield "learning", text
