@@ -35,7 +35,7 @@ def of_run(results):
         "penalty": {"own": penalty, "inverse": 1 / penalty} if penalty else None,
         "machine": None,
         "power_offsets": None,
-        "reconstruction_weight": {"here": f" Here it is {weight:g} times the mean." if weight else ""},
+        "reconstruction_weight": {"here": f" Here it is {weight:g} times the mean." if weight is not None else ""},
     }
     if results.images_are_made:
         how = imaging["reformat"] if imaging["imager"] == "fourier" else "other"
@@ -67,18 +67,10 @@ def parameters(results, figure):
     for model in figure.models:
         own, kind = results.settings["learning"]["models"].get(model, {}), thesis.kind(model, results.settings)
         theirs = select(results.published_settings, model=kind).set_index("setting")["value"].items()
-        other = [f"{name} {own[name]} ({value})" for name, value in theirs if _differs(own.get(name), value)]
+        other = [f"{name} {own[name]} ({value})" for name, value in theirs if str(own.get(name, value)) != value]
         parts += [f"{results.names.model(model).label}: {', '.join(other)}"] if other else []
     if parts:
         yield {"parts": "; ".join(parts)}
-
-
-def _differs(own, printed):
-    """Return whether a setting is another than the printed one, which is text; not where it is None."""
-    try:
-        return own is not None and float(own) != float(printed)
-    except ValueError:
-        return str(own) != printed
 
 
 def network(results, figure):
