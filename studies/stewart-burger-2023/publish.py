@@ -15,52 +15,12 @@ import sys
 from pathlib import Path
 
 import pandas as pd
+from study import markdown
+from study.selection import PAGE
 
 ROOT = Path(__file__).parents[2]
-TABLES = {
-    "scores": "every metric of every model at every SNR, with 95 % intervals",
-    "confusion": "how often each target was taken for which class",
-    "validation": "accuracy and weighted F1 on the validation images, by which methods are compared",
-}
-SNRS = -12, -6, 0, 6, 12, 24  # dB
-SETS = {  # what the table shows: split and threshold protocol
-    "open set, by sector, blind thresholds": ("sector", "blind"),
-    "open set, at random, blind thresholds": ("random", "blind"),
-    "open set, at random, `thesis` thresholds": ("random", "thesis"),
-    "closed set, by sector": ("sector", ""),
-    "closed set, at random": ("random", ""),
-}
-METHODS = {  # experiments, model and the known score that rejects
-    "capsule network": (("capsule_open", "capsule_sector"), "capsule", "zncc"),
-    "capsule network, many SNRs": (("noisy_capsule", "noisy_capsule_sector"), "capsule", "zncc"),
-    "denoising capsule network, many SNRs": (("noisy_capsule", "noisy_capsule_sector"), "capsule_denoise", "zncc"),
-    "matched filter": (("fcnn_open", "sector"), "matched_filter", "correlation"),
-    "adaptive matched filter": (("adaptive", "adaptive_sector"), "adaptive_filter", "coherence"),
-}
-ABOUT = """# Scores of the reference experiment
-
-The tables that [docs/results.md](../../docs/results.md) is made of, as the run wrote them, nothing left out. pandas
-reads them as they are: `pandas.read_csv("resources/results/scores.csv.xz")`. Their columns are those of
-`learning/scores.csv` and its siblings, as `workflow/scripts/learning/scores.py` says.
-
-{files}
-
-{facts}
-
-The scores and the page were made by `snakemake thesis_page` with the config of this name, and published by
-`make results RUN={name}`.
-
-## Weighted F1
-
-Two classes known, two targets unknown, with 95 % intervals; the SNR is that of `mean`, an image's mean power over the
-noise's. By sector, test azimuths are far from those trained at; at random they have near copies among them. Blind
-thresholds see no image of an unknown target, those of the `thesis` protocol some at validation azimuths. Rejecting
-every image of the open set gives 0.33, and so does naming one class for all in the closed set. The capsule networks
-have the thesis's size, and by sector are tested on three of the six sectors. "Many SNRs" are those trained without
-noise and at -12 to 24 dB, and so is the adaptive matched filter; all others are trained without noise. Few folds make
-intervals wide; where all images are named alike they have no width, and say nothing ([how](../../docs/method.md)).
-
-{table}"""
+PUBLISHED = PAGE["published"]
+TABLES = PUBLISHED["tables"]  # what each has, in words
 
 
 def main():
@@ -80,39 +40,38 @@ def publish(run, root):
     for picture in sorted(page.glob("*.png")):
         shutil.copyfile(picture, pictures / picture.name)
     (root / "docs" / "results.md").write_text(re.sub(r"\]\(([\w-]+\.png)\)", r"](img/results/\1)", text))
-    rows = []
+    files = []
     for name, words in TABLES.items():
         table = (learning / f"{name}.csv").read_bytes()
         packed = lzma.compress(table, preset=9)
         (folder / f"{name}.csv.xz").write_bytes(packed)
-        lines = table.count(b"\n") - 1
-        rows.append(f"| `{name}.csv.xz` | {words} | {lines:,} | {len(table) / 1e6:.2f} | {len(packed) / 1e6:.2f} |")
-    head = ["| file | what | rows | MB | compressed, MB |", "|---|---|---|---|---|"]
+        row = {"file": f"`{name}.csv.xz`", "what": words, "rows": f"{table.count(bytes([10])) - 1:,}"}
+        files.append(row | {"MB": f"{len(table) / 1e6:.2f}", "compressed, MB": f"{len(packed) / 1e6:.2f}"})
     facts = re.search(r"^\|  \| this run \|\n(?:^\|.*\n)+", text, re.MULTILINE)[0].strip()
     table = scores_table(pd.read_csv(learning / "scores.csv", keep_default_na=False))
-    words = {"files": "\n".join(head + rows), "facts": facts, "name": run.name, "table": table}
-    (folder / "README.md").write_text(ABOUT.format(**words))
-    megabytes = sum(path.stat().st_size for path in (*pictures.iterdir(), *folder.glob("*.xz"))) / 1e6
-    print(f"docs/results.md, {len(list(pictures.iterdir()))} pictures and {len(rows)} tables: {megabytes:.1f} MB")
+    about = PUBLISHED["about"].format(files=markdown.table(files), facts=facts, name=run.name, table=table)
+    (folder / "README.md").write_text(about)
+    print(f"docs/results.md with {len(list(pictures.iterdir()))} pictures, and {len(files)} tables")
     if "-dirty" in facts:
         print("Warning: the page was made by code that is not committed; make it anew after the commit.")
 
 
 def scores_table(scores):
-    """Weighted F1 at some SNRs with its 95 % intervals, in Markdown. scores: the table, its empty cells as ''."""
+    """Return weighted F1 at some SNRs with its 95 % intervals, as Markdown. scores: the table, empty cells as ''."""
     shown = scores[(scores.metric == "f1_weighted") & (scores.elevation == "all") & (scores.fold.astype(str) == "")]
     shown = shown[shown.snr_definition == shown.snr_definition.iloc[0]]  # the config's comes first
-    head = " | ".join(f"{snr} dB" for snr in SNRS).replace("-", "\N{MINUS SIGN}")
-    lines = [f"| SNR | {head} |", "|---" * (1 + len(SNRS)) + "|"]
-    for name, (split, threshold) in SETS.items():
+    snrs = PUBLISHED["snrs"]
+    head = " | ".join(f"{snr} dB" for snr in snrs).replace("-", "\N{MINUS SIGN}")
+    lines = [f"| SNR | {head} |", "|---" * (1 + len(snrs)) + "|"]
+    for name, (split, threshold) in PUBLISHED["sets"].items():
         part, rows = shown[(shown.split == split) & (shown.threshold == threshold)], []
-        for method, (experiments, model, score) in METHODS.items():
+        for method, (experiments, model, score) in PUBLISHED["methods"].items():
             mine = part[part.experiment.isin(experiments) & (part.model == model)]
             mine = mine[mine.score == (score if threshold else "")].set_index("test_snr_db")
             if len(mine):
-                rows.append(f"| {method} | {' | '.join(_cell(mine, float(snr)) for snr in SNRS)} |")
-        lines += [f"| **{name}** {'| ' * len(SNRS)}|", *rows] if rows else []
-    return "\n".join(lines) + "\n"
+                rows.append(f"| {method} | {' | '.join(_cell(mine, float(snr)) for snr in snrs)} |")
+        lines += [f"| **{name}** {'| ' * len(snrs)}|", *rows] if rows else []
+    return "\n".join(lines)
 
 
 def _cell(rows, snr):
@@ -123,7 +82,7 @@ def _cell(rows, snr):
 
 
 def check(page, learning):
-    """The page's text. Ends with a message where it is not there, or is not of the run's scores."""
+    """Return the page's text. End with a message where it is not there, or is not of the run's scores."""
     readme, scores = page / "README.md", learning / "scores.csv"
     again = "make it: snakemake --cores 2 thesis_page --configfile config/thesis.yaml"
     for path in (readme, *(learning / f"{name}.csv" for name in TABLES)):

@@ -7,29 +7,63 @@ import numpy as np
 import pandas as pd
 
 from isarflow.core.sweep import snr_label
-from isarflow.learning import images, thresholds
+from isarflow.learning import images, judge, thresholds
 from isarflow.learning.classifier import OTHER
-from isarflow.learning.judge import Decision, gain
-from isarflow.learning.metrics import metrics_of_labels
+from isarflow.learning.metrics import metrics_of, metrics_of_labels
 from isarflow.learning.model_folder import config_of, load
 from isarflow.learning.predict import KNOWN, classify
+from isarflow.report.layout import number, signed
+from isarflow.report.published import CLASSES
+from isarflow.report.section_capsule import plain
+from isarflow.report.selection import nearest
+from isarflow.report.vocabulary import F1, select
+from study.markdown import NONE
+from study.selection import HIGH_SNR
 
-PROTOCOL = "thesis"  # of the thresholds that are compared with
+
+class Judged(NamedTuple):
+    """The open set's test images by three thresholds of a confidence score.
+
+    `validation` is chosen as always, on the validation images; `errors` has the fewest errors on the test images, and
+    `best` the largest weighted F1 there.
+    """
+
+    images: int
+    thresholds: dict  # by these names
+    metrics: dict  # of each a mapping as of `metrics_of`
+    gain: str  # of weighted F1 by `errors` over that by `validation`, with its interval, which it may lack
+
+    def cells(self, score):
+        """Return two thresholds and what they make as cells of a table. score: the confidence score's name."""
+        own, by_errors = (
+            (number(plain(score, self.thresholds[name])), f"{self.metrics[name][F1]:.4f}")
+            for name in ("validation", "errors")
+        )
+        cells = {"threshold from validation images": own[0], "weighted F1": own[1]}
+        cells |= {"threshold from test images, by errors": by_errors[0], "its weighted F1": by_errors[1]}
+        return cells | {"what that adds": self.gain}
 
 
-class Effect(NamedTuple):
-    """What a threshold from the test images changes: thresholds, weighted F1 on the test images, and what is gained."""
-
-    chosen: float  # on the validation images
-    by_errors: float  # on the test images
-    f1: float
-    f1_by_errors: float
-    largest: float  # of all thresholds on the test images
-    gain: tuple  # value, low, high
+@cache
+def judged(results, run, model, score, snr):
+    """Return the `Judged` predictions of a network at an SNR in dB."""
+    table, column = results.predictions(run, model, snr), KNOWN + score
+    test = table[(table["side"] == "test") & table["role"].isin(["known", "unknown"])]
+    scores, truth, predicted = test[column].to_numpy(float), test["truth"], test["predicted"]
+    chosen = {
+        "validation": thresholds.choose(table, column, "thesis"),
+        "errors": fewest_errors(scores, (test["role"] == "known").to_numpy()),
+        "best": thresholds.best(scores, truth, predicted),
+    }
+    labels = {name: thresholds.apply(scores, predicted, level).astype(str) for name, level in chosen.items()}
+    metrics = {name: metrics_of_labels(truth, of) for name, of in labels.items()}
+    decided = [judge.Decision(score, "", test, labels[name]) for name in ("errors", "validation")]
+    value, low, high = (signed(one, 4) for one in judge.gain(*decided, results.settings["seed"])[:3])
+    return Judged(len(test), chosen, metrics, value if NONE in (low, high) else f"{value} [{low}, {high}]")
 
 
 def fewest_errors(scores, known):
-    """The threshold with the fewest errors, known images below it and unknown ones above; the lowest of equals.
+    """Return the threshold with the fewest errors, known images below it and unknown ones above; the lowest of equals.
 
     scores: (n,), known: (n,) booleans. What the thesis's listing D.1 minimises on its test images (get_threshold), over
     all thresholds instead of a thousand: a known image above it counts as right, whatever its class.
@@ -41,80 +75,49 @@ def fewest_errors(scores, known):
     return float(tried[np.argmin(rejected + kept)])
 
 
-def chosen(table, score):
-    """The threshold of a confidence score that the validation images of a prediction table choose."""
-    return thresholds.choose(table, KNOWN + score, PROTOCOL)
-
-
-def effect(table, score, seed):
-    """The `Effect` of a prediction table at one SNR, of one confidence score. seed: the config's, for the interval."""
-    column, honest = KNOWN + score, chosen(table, score)
-    test, fewest = _by_errors(table, score)
-    best = thresholds.best(test[column].to_numpy(float), test["truth"], test["predicted"])
-    decided = [
-        Decision(score, "", test, np.asarray(thresholds.apply(test[column], test["predicted"], threshold), str))
-        for threshold in (fewest, honest, best)
-    ]
-    by_errors, f1, largest = (metrics_of_labels(test["truth"], one.predicted)["f1_weighted"] for one in decided)
-    return Effect(honest, fewest, f1, by_errors, largest, gain(*decided[:2], seed)[:3])
-
-
-def _by_errors(table, score):
-    """The rows of a prediction table that are the open set's test images, and the threshold with the fewest errors."""
-    test = table[(table["side"] == "test") & table["role"].isin(["known", "unknown"])]
-    return test, fewest_errors(test[KNOWN + score].to_numpy(float), (test["role"] == "known").to_numpy())
-
-
-def with_fewest_errors(table, score):
-    """The metrics of the open set with the threshold that has the fewest errors there."""
-    test, threshold = _by_errors(table, score)
-    return metrics_of_labels(test["truth"], thresholds.apply(test[KNOWN + score], test["predicted"], threshold))
+def nearest_snr(results, aim=HIGH_SNR):
+    """Return the run's SNR in dB that is nearest to one of the thesis's."""
+    return nearest(results.settings["noise"]["snr_db"], aim)
 
 
 @cache
-def everywhere(results, run, model, snr):
-    """What a fitted network makes of all images of the open set at an SNR in dB, those that trained among them.
+def _everywhere(results, run, model):
+    """Return what a fitted network makes of all images of the open set at the high SNR, those that trained among them.
 
     A DataFrame: target, truth, predicted and known_<confidence score> of each image, all azimuths, elevations and
     realizations of the known and the unknown targets.
     """
-    folder = results.folder / "learning" / "models" / run / model
-    network, own, tables = load(folder), config_of(folder)["run"], []
-    seen = {"pixels": own["upsample"], "channels": own["channels"]}
-    for role in ("known", "unknown"):
-        for target in results.of_role(role):
-            store = results.folder / "imaging" / target / f"{snr_label(snr)}.zarr"
-            pixels, origin = images.read([store], {target: images.azimuths(store)}, **seen)
-            outcome = classify(network, pixels)
-            known = {KNOWN + name: values for name, values in outcome.known.items()}
-            truth = target if role == "known" else OTHER
-            tables.append(pd.DataFrame({"target": target, "truth": truth, "predicted": outcome.labels, **known}))
-            print(f"{run}/{model}: {len(origin)} images of {target} at {snr:g} dB")
+    folder, snr, tables = results.folder / "learning" / "models" / run / model, nearest_snr(results), []
+    network, own = load(folder), config_of(folder)["run"]
+    for target in results.of_role("known") + results.of_role("unknown"):
+        store = results.folder / "imaging" / target / f"{snr_label(snr)}.zarr"
+        where = {target: images.azimuths(store)}
+        pixels, origin = images.read([store], where, pixels=own["upsample"], channels=own["channels"])
+        outcome = classify(network, pixels)
+        known = {KNOWN + name: values for name, values in outcome.known.items()}
+        truth = target if target in results.of_role("known") else OTHER
+        tables.append(pd.DataFrame({"target": target, "truth": truth, "predicted": outcome.labels, **known}))
+        print(f"{run}/{model}: {len(origin)} images of {target} at {snr:g} dB")
     return pd.concat(tables, ignore_index=True)
 
 
-def rejecting(rows, score, threshold):
-    """Rows as of `everywhere`, with those below a threshold predicted OTHER."""
+def at_all_azimuths(results, run, model, score):
+    """Return target, truth and predicted of every image of the open set at the high SNR, by a fitted network.
+
+    Below the threshold that is chosen as always an image is predicted OTHER.
+    """
+    rows = _everywhere(results, run, model)
+    threshold = judged(results, run, model, score, nearest_snr(results)).thresholds["validation"]
     return rows.assign(predicted=thresholds.apply(rows[KNOWN + score], rows["predicted"], threshold))
 
 
-def at_all_azimuths(results, run, model, score, snr):
-    """Every image of the open set, predicted by a fitted network and rejected below the threshold chosen as always."""
-    return rejecting(everywhere(results, run, model, snr), score, chosen(results.predictions(run, model, snr), score))
-
-
 def weighted_f1(rows):
-    """The weighted F1 of rows with columns truth and predicted."""
-    return metrics_of_labels(rows["truth"], rows["predicted"])["f1_weighted"]
+    """Return the weighted F1 of rows with columns truth and predicted."""
+    return metrics_of_labels(rows["truth"], rows["predicted"])[F1]
 
 
-def counts(rows):
-    """Confusion counts (target, predicted) of rows."""
-    return pd.crosstab(rows["target"], rows["predicted"])
-
-
-def printed_f1(counts):
-    """The weighted F1 of a printed confusion matrix: of counts (target, predicted), where OTHER is a column."""
-    cells = counts.rename_axis("target").reset_index().melt("target", var_name="predicted", value_name="count")
-    truth = cells["target"].where(cells["target"].isin(counts.columns), OTHER)
-    return metrics_of_labels(truth, cells["predicted"], cells["count"].to_numpy(float))["f1_weighted"]
+def printed_matrix(results, name):
+    """Return a published confusion matrix (target, predicted), and the weighted F1 of what is printed there."""
+    counts = select(results.published_confusion, model=name).set_index("true")[CLASSES]
+    classes = counts.groupby(lambda target: target if target in CLASSES else OTHER).sum().loc[CLASSES]
+    return counts, metrics_of(classes, CLASSES, CLASSES)[F1]

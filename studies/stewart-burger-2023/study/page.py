@@ -6,33 +6,21 @@ from types import SimpleNamespace
 
 import numpy as np
 
-import study.figures
-import study.networks
-import study.sentences
-from isarflow.core import sweep
+from isarflow.core.sweep import frequencies, images_are_made
 from isarflow.report.conditions import noise_words
 from isarflow.report.layout import duration, style
 from isarflow.report.results import Results
 from isarflow.report.section_run import commit, networks, version
 from isarflow.report.vocabulary import select
-from study.markdown import (
-    NONE,
-    PAGE,
-    NotHere,
-    Picture,
-    anchor,
-    block,
-    bullets,
-    folded,
-    not_here,
-    table,
-)
-from study.statements import KEPT, judge, present, value_text
+from study import figures, sentences
+from study import networks as of_networks
+from study.markdown import NONE, NotHere, Picture, anchor, bullets, folded, not_here, say, table
+from study.selection import PAGE
+from study.statements import KEPT, judge, own_run, value_text
 
 FILE = "README.md"
 LEARNING = ("train", "predict", "reconstruct", "timing", "scores")  # steps of the learning stage, as jobs are recorded
 EVERYWHERE = "What differs in every figure"
-MODULES = study.figures, study.networks, study.sentences  # of parts
 
 
 def write_page(folder, settings, stated, output):
@@ -40,34 +28,40 @@ def write_page(folder, settings, stated, output):
 
     settings, stated: as of `page.write_report`.
     """
+    if not images_are_made(settings):  # there is nothing to learn from
+        settings = settings | {"learning": settings["learning"] | {"experiments": {}}}
     results, output = Results(folder, settings, stated), Path(output)
     with style():
         chapters = {title: [build(results, keys) for keys in every] for title, every in PAGE["chapters"].items()}
-    figures = [figure for every in chapters.values() for figure in every]
-    drawn = [part for figure in figures for _, part in figure.blocks if isinstance(part, Picture)]
+    built = [figure for every in chapters.values() for figure in every]
+    drawn = [part for figure in built for _, part in figure.blocks if isinstance(part, Picture)]
     assert len({picture.name for picture in drawn}) == len(drawn), "two pictures of one name"
     output.mkdir(parents=True, exist_ok=True)
     for picture in drawn:
         (output / f"{picture.name}.png").write_bytes(picture.png)
     (output / FILE).write_text(page(results, chapters))
-    lacking = sum(bool(figure.lacks) for figure in figures)
-    print(f"{len(figures)} entries, {len(drawn)} pictures; {lacking} lack something")
+    print(f"{len(built)} entries, {len(drawn)} pictures; {sum(bool(of.lacks) for of in built)} lack something")
 
 
 def build(results, keys):
-    """A figure or table of the thesis: what page.yaml says of it, and what a run has of it.
+    """Return a figure or table of the thesis: what page.yaml says of it, and what a run has of it.
 
-    Besides its keys: found, its statements as of `statements.judge`; there, those of its models that the run
-    has; lacks, what the run does not have of it, in words; blocks, of its parts, each with the part's name;
-    reasons, why values may differ.
+    Besides its keys: heading and link, Markdown; found, its statements as of `statements.judge`; there, those of its
+    models that the run has; lacks, what the run does not have of it, in words; blocks, of its parts, each with the
+    part's name; reasons, why values may differ.
     """
     figure = SimpleNamespace(**PAGE["defaults"] | {"picture": keys["names"][0]} | keys)
-    own = select(results.published_scores, figure=keys["names"][0])
+    names = ", ".join(figure.names)
+    figure.heading = f"{names}: {figure.title}" if figure.title else names
+    figure.link = f"[{names}](#{anchor(figure.heading)})"
+    own = select(results.published_scores, figure=figure.names[0])
     figure.found = [judge(results, line) for line in own.to_dict("records")]
     figure.there, figure.lacks, figure.blocks, figure.reasons = [], [], [], []
-    if figure.needs:
-        figure.there, lack = present(results, figure.experiment, figure.models, figure.needs == "open")
-        figure.lacks += [lack] if lack else []
+    if figure.needs in ("closed", "open"):
+        _find_models(results, figure)
+    if figure.needs == "images" and not results.images_are_made:
+        figure.lacks.append("images of known targets")
+        return figure
     for name in figure.shows:
         try:
             figure.blocks.extend((name, block) for block in parts(results, figure, name))
@@ -80,29 +74,37 @@ def build(results, keys):
     return figure
 
 
+def _find_models(results, figure):
+    """Find those of a figure's models that its experiment has, split at random, and what is not part of this run."""
+    run, is_open = own_run(results, figure.experiment), figure.needs == "open"
+    if not run or (is_open and not run["open"]):
+        figure.lacks.append(f"experiment `{figure.experiment}`{' in the open set' * is_open}, split at random")
+        return
+    figure.there = [model for model in figure.models if model in run["models"]]
+    absent = [results.names.model(model).label for model in figure.models if model not in figure.there]
+    figure.lacks += [f"{' and '.join(absent)} in experiment `{figure.experiment}`"] if absent else []
+
+
 def parts(results, figure, name):
-    """What a part makes of the results: the function of that name, or the sentence as it stands."""
-    functions = [getattr(module, name) for module in MODULES if hasattr(module, name)]
-    return functions[0](results, figure) if functions else [PAGE["sentences"][name]]
-
-
-def heading(figure):
-    return ": ".join(text for text in (", ".join(figure.names), figure.title) if text)
-
-
-def link(figure):
-    return f"[{', '.join(figure.names)}](#{anchor(heading(figure))})"
+    """Return what a part makes of the results: blocks of the function of that name, or a sentence, maybe several."""
+    for module in (figures, of_networks):
+        if hasattr(module, name):
+            return getattr(module, name)(results, figure)
+    if hasattr(sentences, name):
+        return [say(name, **values) for values in getattr(sentences, name)(results, figure)]
+    values = sentences.of_run(results).get(name, {})
+    return [] if values is None else [say(name, **values)]
 
 
 def page(results, chapters):
-    """The whole page. chapters: the figures of each, by title."""
-    figures = [figure for every in chapters.values() for figure in every]
-    everywhere = PAGE["everywhere"] + (PAGE["everywhere_learned"] if results.learns else [])
-    absent = [f"{link(figure)}: {'; '.join(figure.lacks)}" for figure in figures if figure.lacks]
+    """Return the whole page as Markdown. chapters: the figures of each, by title."""
+    built = [figure for every in chapters.values() for figure in every]
+    everywhere = PAGE["everywhere"] + (PAGE["everywhere_learned"] if results.runs else [])
+    absent = [f"{figure.link}: {'; '.join(figure.lacks)}" for figure in built if figure.lacks]
     texts = [
         *PAGE["head"],
         "## All published scores",
-        _overview(figures),
+        _overview(built),
         PAGE["read"],
         folded("The run", table([{"": name, "this run": words} for name, words in facts(results)])),
         f"**Not part of this run:**\n\n{bullets(absent)}" if absent else "All of the document is part of this run.",
@@ -115,89 +117,65 @@ def page(results, chapters):
 
 
 def _written(figure):
-    """A figure as Markdown, block by block."""
-    yield f"### {heading(figure)}"
-    yield f"*The document:* {figure.did}"
+    """Return a figure as blocks of Markdown: what a reader sees at once, and folded what is left."""
+    seen, rest = [f"### {figure.heading}", f"*The document:* {figure.did}"], []
     if figure.lacks:
-        yield not_here("; ".join(figure.lacks))
-    seen = [figure.goes_on or isinstance(part, Picture) or name in PAGE["open"] for name, part in figure.blocks]
-    yield from (block(part) for (_, part), is_open in zip(figure.blocks, seen, strict=True) if is_open)
-    rest = [part for (_, part), is_open in zip(figure.blocks, seen, strict=True) if part and not is_open]
-    if any(figure.reasons):
+        seen.append(not_here("; ".join(figure.lacks)))
+    for name, part in figure.blocks:
+        is_open = figure.goes_on or isinstance(part, Picture) or name in PAGE["open"]
+        (seen if is_open else rest).append(str(part))
+    if figure.reasons:
         rest.append(f"*Why they may differ,* besides [{EVERYWHERE[0].lower()}{EVERYWHERE[1:]}](#{anchor(EVERYWHERE)}):")
         rest.append(bullets(figure.reasons))
-    if rest:
-        yield folded(PAGE["folded"], "\n\n".join(rest))
+    text = "\n\n".join(part for part in rest if part)
+    return [*seen, folded(PAGE["folded"], text)] if text else seen
 
 
-def _overview(figures):
-    """One table of all published scores, and how many hold, by its text and by one of the readings."""
-    lines = [(figure, line) for figure in figures for line in figure.found]
-    rows = [
-        {
-            "": link(figure),
-            "what": f"{line['name']}, {line['words']}",
-            "stated": line["stated"],
-            "published": line["published"],
-            "here": value_text(line["here"], line["snr_db"]),
-            "as published": KEPT[line["holds"]],
-            "read otherwise": _otherwise(line) if line["holds"] is False else "",
-        }
-        for figure, line in lines
-    ]
-    known = [line for _, line in lines if line["holds"] is not None]
-    if not known:
+def _overview(built):
+    """Return one table of all published scores, and how many hold, by its text and by one of the readings."""
+    rows, holding, read, used = [], [], 0, set()
+    for figure, line in ((of, line) for of in built for line in of.found):
+        row = {"": figure.link, "what": f"{line['name']}, {line['words']}", "stated": line["stated"]}
+        row |= {"published": line["published"], "here": value_text(line["here"], line["snr_db"])}
+        row |= {"as published": KEPT[line["holds"]], "read otherwise": ""}
+        if line["holds"] is not None:
+            holding.append(line["holds"])
+        if line["holds"] is False:
+            values = [(f"{name} {value_text(of, line['snr_db'])}", held) for name, of, held in line["otherwise"]]
+            row["read otherwise"] = "; ".join(f"**{text}**" if held else text for text, held in values) or NONE
+            read += any(held for *_, held in values)
+            used |= {name for name, *_ in line["otherwise"]}
+        rows.append(row)
+    if not holding:
         return f"This run has none of them.\n\n{table(rows)}"
-    text = sum(line["holds"] for line in known)
-    read = sum(line["holds"] or any(held for *_, held in line["otherwise"]) for line in known)
-    words = PAGE["held"].format(text=text, read=read, all=len(known))
-    used = {name for line in known if not line["holds"] for name, *_ in line["otherwise"]}
-    readings = bullets(f"*{name}:* {reading['words']}" for name, reading in PAGE["readings"].items() if name in used)
-    return "\n\n".join([words, table(rows), *([PAGE["read_otherwise"], readings] if readings else [])])
-
-
-def _otherwise(line):
-    """What the readings of a statement give that this run has of it, in bold where it holds."""
-    values = [(name, value_text(value, line["snr_db"]), held) for name, value, held in line["otherwise"]]
-    return "; ".join(f"**{name} {text}**" if held else f"{name} {text}" for name, text, held in values) or NONE
+    words = PAGE["held"].format(text=sum(holding), read=sum(holding) + read, all=len(holding))
+    readings = [f"*{name}:* {reading['words']}" for name, reading in PAGE["readings"].items() if name in used]
+    return "\n\n".join([words, table(rows), *([PAGE["read_otherwise"], bullets(readings)] if readings else [])])
 
 
 def facts(results):
-    """The run in pairs of what and how much."""
+    """Yield the run in pairs of what and how much."""
     settings, said = results.settings, PAGE["facts"]
-    pairs = [
-        ("config", said["config"].format(**settings)),
-        ("code", said["code"].format(version=version(), commit=commit())),
-    ]
-    if results.learns:
+    yield "config", said["config"].format(**settings)
+    yield "code", said["code"].format(version=version(), commit=commit())
+    if results.runs:
         made = date.fromtimestamp((results.folder / "learning" / "scores.csv").stat().st_mtime)
-        pairs.append(("date", said["date"].format(date=made.isoformat())))
-        pairs.append(("processor", ", ".join(sorted(results.times["machine"].unique()))))
-    targets = (f"{name} ({settings['targets'][name]['role']})" for name in results.targets)
-    pairs.append(("targets", ", ".join(targets)))
+        yield "date", said["date"].format(date=made.isoformat())
+        yield "processor", ", ".join(sorted(results.times["machine"].unique()))
+    yield "targets", ", ".join(f"{name} ({settings['targets'][name]['role']})" for name in results.targets)
     if results.images_are_made:
-        pairs.append(("images", said["images"].format(**_images(results))))
-    if results.learns:
-        pairs.append(("capsule network", "; ".join(networks(results)) or "of the document's size"))
-        pairs.append(("learning", _learning(results.benchmarks)))
-    return pairs
-
-
-def _images(results):
-    """The sizes of the run's images."""
-    noise, sizes = results.settings["noise"], dict(results.images(results.targets[0], "clean").sizes)
-    own = {"targets": len(results.targets), "snrs": len(noise["snr_db"]), "realizations": noise["realizations"]}
-    count = np.prod([*own.values(), sizes["elevation"], sizes["azimuth"]])
-    frequency, words = sweep.frequencies(results.settings["radar"]) / 1e9, noise_words(noise, noise["definition"])
-    return own | sizes | {"count": count, "noise": words, "first": frequency[0], "last": frequency[-1]}
-
-
-def _learning(benchmarks):
-    """The time of the learning stage's jobs, in words. benchmarks: as of `Results.benchmarks`."""
-    jobs = benchmarks[benchmarks["step"].isin(LEARNING)]
-    if not len(jobs):
-        return "no times were recorded"
-    seconds, longest = jobs.groupby("step")["s"].sum(), jobs.loc[jobs["s"].idxmax()]
-    steps = ", ".join(f"{step} {duration(seconds[step])}" for step in LEARNING if step in seconds)
-    words = {"all": duration(seconds.sum()), "steps": steps, "job": longest["job"], "longest": duration(longest["s"])}
-    return PAGE["facts"]["learning"].format(**words)
+        noise, sizes = settings["noise"], dict(results.images(results.targets[0], "clean").sizes)
+        own = {"targets": len(results.targets), "snrs": len(noise["snr_db"]), "realizations": noise["realizations"]}
+        count = np.prod([*own.values(), sizes["elevation"], sizes["azimuth"]])
+        first, *_, last = frequencies(settings["radar"]) / 1e9
+        own |= {"count": count, "noise": noise_words(noise, noise["definition"]), "first": first, "last": last}
+        yield "images", said["images"].format(**own, **sizes)
+    if results.runs:
+        yield "capsule network", "; ".join(networks(results)) or "of the document's size"
+        jobs, text = select(results.benchmarks, step=LEARNING), "no times were recorded"
+        if len(jobs):
+            seconds, longest = jobs.groupby("step")["s"].sum(), jobs.loc[jobs["s"].idxmax()]
+            steps = ", ".join(f"{step} {duration(seconds[step])}" for step in LEARNING if step in seconds)
+            words = {"all": duration(seconds.sum()), "steps": steps, "job": longest["job"]}
+            text = said["learning"].format(**words, longest=duration(longest["s"]))
+        yield "learning", text

@@ -1,29 +1,56 @@
-"""Why a run's values may differ from the thesis's: what applies to the run, in the sentences of page.yaml.
+"""What fills the {places} of sentences in page.yaml: those of the run in one mapping, those of a figure by functions.
 
-Each function yields sentences, or none where what it says does not apply. figure: as of `page.build`.
+A function has its sentence's name and yields the values of each sentence, none where what it says does not apply.
+figure: as of `page.build`.
 """
 
-from functools import reduce
+from functools import cache, reduce
 
-from isarflow.core.sweep import elevations as sweep_elevations
+from isarflow.core.sweep import elevations
 from isarflow.learning.experiments import training
 from isarflow.report import thesis
-from isarflow.report.layout import signed
 from isarflow.report.section_learning import training_end
-from isarflow.report.selection import nearest
 from isarflow.report.vocabulary import ACCURACY, POWERS, select, training_noise
 from study import anew
 from study import statements as stated
-from study.markdown import NONE, PAGE, say
+from study.selection import PAGE
 
 
-def targets(results, figure):
-    known, unknown = (" and ".join(results.of_role(role)) for role in ("known", "unknown"))
-    yield say("targets", known=known, opened=f", unknown {unknown}" if unknown else "")
+@cache
+def of_run(results):
+    """Return what fills the sentences that are the same for every figure: by name, None where one does not apply."""
+    settings, known, unknown = results.settings, results.of_role("known"), results.of_role("unknown")
+    models, imaging = settings["learning"]["models"], settings["imaging"]
+    tested, every = settings["learning"]["realizations"], settings["noise"]["realizations"]
+    tested = every if tested == "all" else min(tested, every)
+    count = f"{tested} realization{'s are' if tested > 1 else ' is'}"
+    mirrored = ", ".join(name for name in results.targets if settings["targets"][name].get("symmetry"))
+    penalty, weight = models.get("lr", {}).get("penalty"), models.get("capsule", {}).get("reconstruction")
+    found = {
+        "targets": {"known": " and ".join(known), "opened": f", unknown {' and '.join(unknown)}" if unknown else ""},
+        "imager": None,
+        "noise_power": {"power": POWERS[results.definition]} if results.definition != thesis.DEFINITION else None,
+        "noise_tested": {"count": count} if tested != PAGE["realizations"] else None,
+        "split": {"mirrored": mirrored} if mirrored else None,
+        "penalty": {"own": penalty, "inverse": 1 / penalty} if penalty else None,
+        "machine": None,
+        "power_offsets": None,
+        "reconstruction_weight": {"here": f" Here it is {weight:g} times the mean." if weight is not None else ""},
+    }
+    if results.images_are_made:
+        how = imaging["reformat"] if imaging["imager"] == "fourier" else "other"
+        attrs = {name: results.images(name, "clean").attrs for name in known + unknown}
+        offsets = (f"{name} {of['snr_definition_offset_db']:.1f} dB" for name, of in attrs.items())
+        found |= {"imager": {"formed": PAGE["imagers"][how].format(**imaging)}}
+        found |= {"power_offsets": {"offsets": ", ".join(offsets)}}
+    if results.runs:
+        names, count = ", ".join(sorted(results.times["machine"].unique())), results.times["threads"].max()
+        found["machine"] = {"names": names, "threads": f"{count} thread{'s' if count > 1 else ''}"}
+    return found
 
 
 def sweep(results, figure):
-    """The sweep, where it is another one."""
+    """Name the parts of the sweep that are not the document's."""
     parts = []
     for words, (key, theirs, scale, unit) in PAGE["sweep"].items():
         here = reduce(lambda part, name: part.get(name, {}), key.split("."), results.settings)
@@ -31,167 +58,127 @@ def sweep(results, figure):
             own = f"{here / scale:g}{unit}" if here != {} else "otherwise"
             parts.append(f"{words} {own} ({theirs / scale:g}{unit})")
     if parts:
-        yield say("sweep", parts=", ".join(parts))
-
-
-def imager(results, figure):
-    """The way that images are formed."""
-    imaging = results.settings["imaging"]
-    if results.images_are_made:
-        how = imaging["reformat"] if imaging["imager"] == "fourier" else "other"
-        yield say(f"imager_{how}", imager=imaging["imager"])
-
-
-def noise(results, figure):
-    """The definition of SNR, and how many realizations of the noise are tested: one sentence or two, in one text."""
-    every, tested = results.settings["noise"]["realizations"], results.settings["learning"]["realizations"]
-    tested, parts = every if tested == "all" else min(tested, every), []
-    if results.definition != thesis.DEFINITION:
-        parts.append(say("noise_power", power=POWERS[results.definition]))
-    if tested != PAGE["realizations"]:
-        parts.append(say("noise_tested", count=f"{tested} realization{'s are' if tested > 1 else ' is'}"))
-    yield " ".join(parts)
-
-
-def split(results, figure):
-    """Views and their mirror images, which the document's shuffle does not know of."""
-    mirrored = [name for name in results.targets if results.settings["targets"][name].get("symmetry")]
-    if mirrored:
-        yield say("split", mirrored=", ".join(mirrored))
+        yield {"parts": ", ".join(parts)}
 
 
 def parameters(results, figure):
-    """Hyper-parameters of the figure's models that are not the document's."""
+    """Name hyper-parameters of the figure's models that are not the document's."""
     parts = []
     for model in figure.models:
         own, kind = results.settings["learning"]["models"].get(model, {}), thesis.kind(model, results.settings)
-        theirs = select(results.published_settings, model=kind).set_index("setting")["value"]
-        other = [
-            f"{name} {own[name]} ({value})"
-            for name, value in theirs.items()
-            if name in own and _differs(own[name], value)
-        ]
+        theirs = select(results.published_settings, model=kind).set_index("setting")["value"].items()
+        other = [f"{name} {own[name]} ({value})" for name, value in theirs if str(own.get(name, value)) != value]
         parts += [f"{results.names.model(model).label}: {', '.join(other)}"] if other else []
     if parts:
-        yield say("parameters", parts="; ".join(parts))
-
-
-def _differs(own, printed):
-    """Whether a setting is another than the printed one, which is text."""
-    try:
-        return float(own) != float(printed)
-    except (TypeError, ValueError):
-        return str(own) != printed
+        yield {"parts": "; ".join(parts)}
 
 
 def network(results, figure):
-    """The sizes of the figure's networks, where they are not the thesis's."""
+    """Say how the sizes of the figure's networks differ from the thesis's."""
     for model in figure.models:
-        if model in results.settings["learning"]["models"] and not thesis.full_size(model, results.settings):
-            words = thesis.difference(model, results.settings)
-            yield say("network", model=results.names.model(model).label, words=words)
+        if model in results.settings["learning"]["models"] and (words := thesis.difference(model, results.settings)):
+            yield {"model": results.names.model(model).label, "words": words}
 
 
 def epochs(results, figure):
-    """How a network's training went here."""
+    """Say how a network's training went here."""
     (model,), settings = figure.models, results.settings
-    curve = results.curves.get((figure.experiment, model)) if results.learns else None
+    curve = results.curves.get((figure.experiment, model))
     if curve is not None:
         ended = training_end(curve, settings["learning"]["models"][model].get("epochs"))
-        kind = thesis.kind(model, settings)
-        theirs = select(results.published_settings, model=kind, setting="epochs")["value"]
+        theirs = select(results.published_settings, model=thesis.kind(model, settings), setting="epochs")["value"]
         there = f"; the document's had {theirs.iloc[0]} epochs" if len(theirs) else ""
-        yield say("epochs", model=results.names.model(model).words, ended=ended, there=there)
+        yield {"model": results.names.model(model).words, "ended": ended, "there": there}
+
+
+def fitted(results, figure):
+    """Say what the document has of accuracy on the training images, and this run."""
+    for line in figure.found:
+        if line["reading"] == "last epoch" and line["here"]:
+            curve = results.curves[figure.experiment, line["model"]]
+            first = curve["epoch"][curve["accuracy"] >= 0.99995]
+            reached = f", and 1.0000 first after epoch {first.iloc[0]:g}" if len(first) else ""
+            yield {**line, "last": line["here"]["ours"], "count": len(curve), "reached": reached}
 
 
 def trained_on(results, figure):
-    """How many images trained, and at what SNR."""
-    experiment = results.settings["learning"]["experiments"].get(figure.experiment)
-    times = select(results.times, experiment=figure.experiment, model=figure.models) if results.learns else ()
-    if experiment and len(times):
+    """Say how many images trained, and at what SNR."""
+    times = stated.rows(results, "times", experiment=figure.experiment, model=figure.models)
+    if len(times):
         counts = ", ".join(f"{count:,}" for count in sorted(times["training_observations"].unique()))
-        yield say("trained_on", counts=counts, noise=training_noise(experiment["train"]["snr_db"]))
+        trained = results.settings["learning"]["experiments"][figure.experiment]["train"]
+        yield {"counts": counts, "noise": training_noise(trained["snr_db"])}
+
+
+def _accuracy(results, experiment, model, **case):
+    """Return the accuracy of a model at the thesis's conditions: a Series by SNR."""
+    return stated.ours(results, experiment, model, ACCURACY, **case).set_index("test_snr_db")["value"]
 
 
 def other_elevations(results, figure):
-    """How accuracy differs between the elevation that trained and the others, of KNN by all its features."""
-    run = stated.own_run(results, figure.experiment)
-    count = len(sweep_elevations(results.settings["aspect"]))
+    """Say how accuracy differs between the elevation that trained and the others, of KNN by all its features."""
+    run, count = stated.own_run(results, figure.experiment), len(elevations(results.settings["aspect"]))
     for model in run["models"] if run and run["elevation"] != "all" else ():
-        if thesis.kind(model, results.settings) != "knn":
-            continue
-        every, own = (
-            stated.ours(results, figure.experiment, model, ACCURACY, elevation=at).set_index("test_snr_db")["value"]
-            for at in ("all", "trained")
-        )
+        every, own = (_accuracy(results, figure.experiment, model, elevation=at) for at in ("all", "trained"))
         trained, both = len(run["elevation"]), own.index.intersection(every.index)
-        if len(both) and count > trained:
+        if thesis.kind(model, results.settings) == "knn" and len(both) and count > trained:
             snr, label = both.max(), results.names.model(model).label
             others = (count * every[snr] - trained * own[snr]) / (count - trained)
-            yield say("other_elevations", model=label, snr=snr, own=own[snr], others=others, count=count - trained)
-
-
-def own_noise(results, figure):
-    """What training at the test images' SNR changes. figure.noisy: an experiment that trains at each of several."""
-    for model in figure.models:
-        noisy = stated.ours(results, figure.noisy, model, ACCURACY)
-        noisy = noisy[noisy["train_snr_db"] == noisy["test_snr_db"]].set_index("test_snr_db")["value"]
-        clean = stated.ours(results, figure.experiment, model, ACCURACY).set_index("test_snr_db")["value"]
-        if len(noisy) and 0.0 in noisy.index and 0.0 in clean.index:
-            label = results.names.model(model).label
-            yield say("own_noise", model=label, snr=0.0, trained=noisy[0.0], clean=clean[0.0])
-
-
-def penalty(results, figure):
-    """What the penalty of logistic regression means."""
-    own = results.settings["learning"]["models"].get("lr", {}).get("penalty")
-    if own is not None:
-        yield say("penalty", own=own, inverse=1 / own)
-
-
-def machine(results, figure):
-    """The processor that times are of."""
-    if results.learns and len(results.times):
-        names, count = ", ".join(sorted(results.times["machine"].unique())), results.times["threads"].max()
-        yield say("machine", names=names, threads=f"{count} thread{'s' if count > 1 else ''}")
+            yield {"model": label, "snr": snr, "own": own[snr], "others": others, "count": count - trained}
 
 
 def pixels(results, figure):
-    """What up-sampling makes of distances between images at a kernel of the same scale."""
+    """Say what up-sampling makes of distances between images at a kernel of the same scale."""
     scale = results.settings["learning"]["models"][figure.models[0]].get("scale")
     if scale:
         sizes = results.images(results.targets[0], "clean").sizes
-        yield say("pixels", ratio=figure.upsampled**2 / (sizes["range"] * sizes["crossrange"]), scale=scale)
+        yield {"ratio": figure.upsampled**2 / (sizes["range"] * sizes["crossrange"]), "scale": scale}
+
+
+def growth(results, figure):
+    """Say by what prediction times grow from the first experiment of figure.timed to the second; here in batches."""
+    few, many = figure.timed
+    parts = []
+    for model in figure.models:
+        here = [stated.rows(results, "times", experiment=name, model=model) for name in (few, many)]
+        if all(map(len, here)):
+            first, second = (rows["batch_ms"].iloc[0] for rows in here)
+            there = select(results.published_times, model=model).set_index("experiment")["milliseconds_per_observation"]
+            label = results.names.model(model).label
+            parts.append(f"{label} {second / first:.3g} times ({there[many] / there[few]:.3g})")
+    if parts:
+        yield {"parts": ", ".join(parts)}
 
 
 def tuning(results, figure):
-    """What the choice of hyper-parameters changes on the test images, a sentence for each model that has one."""
+    """Say what the choice of hyper-parameters changes on the test images, once for each model that has one."""
     runs = [run for run in results.runs.values() if training(run) == "clean" and run["elevation"] == "all"]
     runs = [run for run in runs if run["split"] == stated.SPLIT and stated.own_run(results, run["experiment"])]
     for model in figure.models:
-        curves = []
-        for name in (model, f"{model}_tuned"):
-            own = [run["experiment"] for run in runs if name in run["models"]][:1]
-            rows = [stated.ours(results, experiment, name, ACCURACY) for experiment in own]
-            curves += [of.set_index("test_snr_db")["value"] for of in rows]
-        if len(curves) == 2:
-            own, tuned = curves
+        first = [[run["experiment"] for run in runs if of in run["models"]][:1] for of in (model, f"{model}_tuned")]
+        if all(first):
+            own, tuned = (
+                _accuracy(results, *of, name) for of, name in zip(first, (model, f"{model}_tuned"), strict=True)
+            )
             snrs = [snr for snr in stated.shown_snrs(own.index.intersection(tuned.index)) if snr >= 0]
             parts = ", ".join(f"{tuned[snr]:.3f} at {snr:g} dB ({own[snr]:.3f})" for snr in snrs)
-            yield say("tuning", model=results.names.model(model).label, parts=parts)
+            yield {"model": results.names.model(model).label, "parts": parts}
 
 
 def threshold_effects(results, figure):
-    """What thresholds from the test images would add. figure.effects: an SNR in dB for each confidence score."""
-    experiment, model, seed = figure.experiment, figure.models[0], results.settings["seed"]
-    for score, aim in figure.effects.items() if stated.judged_anew(results, experiment, model) else ():
-        snr = nearest(results.settings["noise"]["snr_db"], aim)
-        found = anew.effect(results.predictions(experiment, model, snr), score, seed)
-        method = results.names.method(model, score)
-        yield say("threshold_effects", method=method, snr=snr, found=found, gain=gain_text(found.gain))
+    """Say what thresholds from the test images would add. figure.effects: an SNR in dB for each confidence score."""
+    network = figure.experiment, figure.models[0]
+    for score, aim in figure.effects.items() if stated.judged_anew(results, *network) else ():
+        snr = anew.nearest_snr(results, aim)
+        found = anew.judged(results, *network, score, snr)
+        yield {"method": results.names.method(network[1], score), "snr": snr, **found._asdict()}
 
 
-def gain_text(gain):
-    """A difference with its interval, which it may lack. gain: value, low, high."""
-    value, low, high = (signed(one, 4) for one in gain)
-    return value if NONE in (low, high) else f"{value} [{low}, {high}]"
+def matrix_and_table(results, figure):
+    """Put what Table 5.2 prints beside the same of Fig. 5.4."""
+    parts = []
+    for name in figure.adaptations:
+        printed = select(results.published_scores, model=name, metric="weighted_f1")["value"].iloc[0]
+        computed = anew.printed_matrix(results, name)[1]
+        parts.append(f"{PAGE['headings'][name]} {printed} printed, {computed:.4f} from the matrix")
+    yield {"parts": "; ".join(parts)}

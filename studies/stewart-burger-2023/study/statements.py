@@ -5,16 +5,17 @@ ones: split by sector, thresholds chosen without them (`blind`), SNR by mean pow
 """
 
 import numpy as np
+import pandas as pd
 
 from isarflow.learning.classifier import OTHER
 from isarflow.learning.experiments import training
-from isarflow.report.plots import RELATIONS, holds
+from isarflow.report.plots import RELATIONS, holds, matrix
 from isarflow.report.published import ADAPTATIONS, CLOSED, OPEN, value_at
 from isarflow.report.selection import nearest
-from isarflow.report.vocabulary import ACCURACY, at_snrs, select, with_interval
+from isarflow.report.vocabulary import ACCURACY, METHOD, at_highest, at_snrs, select, with_interval
 from study import anew
-from study.markdown import NONE, PAGE, table
-from study.selection import HIGH_SNR, everywhere_networks, networks_of
+from study.markdown import NONE, table
+from study.selection import PAGE, everywhere_networks, networks_of
 
 # What a published metric is called in scores.csv and on the page.
 METRICS = {
@@ -29,70 +30,59 @@ AT_RANDOM = [SPLIT, "shuffled"]  # of the readings
 WORDS = {"random": "split at random", "sector": "split by sector"}
 PROTOCOLS = {"random": "thesis", "sector": "blind"}  # of thresholds, by split
 KEPT = {None: NONE, True: "yes", False: "no"}  # whether a statement holds, in words
+COLUMNS = [*METHOD, *("elevation", "threshold", "metric", "test_snr_db", "target", "predicted", "count")]
 ALIKE = ("elevation", "upsample", "channels")  # of two experiments that train on the same
 
 
-def named(results, experiment):
-    """Whether the config names an experiment. A table may still hold rows of one that it no longer does."""
-    return results.learns and any(run["experiment"] == experiment for run in results.runs.values())
+def rows(results, name, **case):
+    """Return the rows of a table of `Results` with these values, of the experiments and models that the config names.
+
+    A table may still hold rows of others. Of a run that learns nothing there are none.
+    """
+    if not results.runs:
+        return pd.DataFrame(columns=COLUMNS)
+    named = [(run["experiment"], run["split"], model) for run in results.runs.values() for model in run["models"]]
+    named = pd.DataFrame(named, columns=["experiment", "split", "model"]).drop_duplicates()
+    return select(getattr(results, name), **case).merge(named)
 
 
 def own_run(results, experiment):
-    """The run of an experiment that splits at random and trains once; None where there is none."""
-    alike = [run for run in results.runs.values() if run["experiment"] == experiment] if results.learns else []
+    """Return the run of an experiment that splits at random and trains once; None where there is none."""
+    alike = [run for run in results.runs.values() if run["experiment"] == experiment]
     return alike[0] if len(alike) == 1 and alike[0]["split"] in AT_RANDOM else None
 
 
-def present(results, experiment, models, is_open=False):
-    """Those of the models that an experiment has, split at random, and in words what is not part of this run.
-
-    is_open: whether it must be tested on unknown targets, too.
-    """
-    run = own_run(results, experiment)
-    if not run or (is_open and not run["open"]):
-        return [], f"experiment `{experiment}`{' in the open set' if is_open else ''}, split at random"
-    there = [model for model in models if model in run["models"]]
-    absent = [results.names.model(model).label for model in models if model not in there]
-    return there, f"{' and '.join(absent)} in experiment `{experiment}`" if absent else ""
-
-
 def judged_anew(results, experiment, model):
-    """Whether the page has the predictions of a network at the document's conditions."""
-    return results.learns and (experiment, model) in networks_of(results.runs)
-
-
-def high_snr(results):
-    """The run's SNR in dB that is nearest to 24 dB."""
-    return nearest(results.settings["noise"]["snr_db"], HIGH_SNR)
+    """Return whether the page has the predictions of a network at the document's conditions."""
+    return (experiment, model) in networks_of(results.runs)
 
 
 def ours(results, experiment, model, metric, score="", elevation="all", threshold="thesis"):
-    """The rows of a model at the thesis's conditions, by SNR; score: of the open set, empty for the closed one."""
+    """Return the rows of a model at the thesis's conditions, by SNR; score: of the open set, empty for the closed."""
     case = {"experiment": experiment, "split": AT_RANDOM, "model": model, "metric": metric, "score": score}
     case |= {"elevation": elevation, "threshold": threshold if score else ""}
-    rows = results.mean_scores if named(results, experiment) else results.mean_scores.iloc[:0]
-    return select(rows, **case).sort_values("test_snr_db")
+    return rows(results, "mean_scores", **case).sort_values("test_snr_db")
 
 
 def by_sector(results, experiment, model, metric, score=""):
-    """The rows of the same model by sector with blind thresholds: of the first experiment that trains on the same."""
+    """Return the rows of the same model by sector with blind thresholds: of the first experiment that trains alike."""
     own, alike = own_run(results, experiment), []
     for run in results.runs.values() if own and own["elevation"] == "all" else ():
         same = training(run) == training(own) and all(run[key] == own[key] for key in ALIKE)
         if same and run["split"] == HARDER and model in run["models"] and (run["open"] or not score):
             alike.append(run["experiment"])
     case = {"model": model, "metric": metric, "score": score, "elevation": "all", "threshold": "blind" if score else ""}
-    return select(results.mean_scores, experiment=sorted(alike)[:1], **case).sort_values("test_snr_db")
+    return rows(results, "mean_scores", experiment=sorted(alike)[:1], **case).sort_values("test_snr_db")
 
 
-def open_cells(results, experiment, model, score):
-    """Rows of confusion.csv of the open set at the document's conditions and the high SNR."""
+def open_counts(results, experiment, model, score):
+    """Return confusion counts (target, predicted) of the open set at the document's conditions and the high SNR."""
     case = {"experiment": experiment, "split": SPLIT, "model": model, "score": score, "threshold": PROTOCOLS[SPLIT]}
-    return select(results.confusion, **case, elevation="all", test_snr_db=high_snr(results))
+    return matrix(rows(results, "confusion", **case, elevation="all", test_snr_db=anew.nearest_snr(results)))
 
 
 def judge(results, line):
-    """A published statement with ours beside it. line: a row of `Results.published_scores`, as a mapping.
+    """Return a published statement with ours beside it. line: a row of `Results.published_scores`, as a mapping.
 
     Besides the statement's own columns: name and words, of what it is; score: the confidence score, empty in the closed
     set; published, its value as text; here, blind, sector: mappings as of `value_at`, or None, at the thesis's
@@ -100,101 +90,103 @@ def judge(results, line):
     otherwise: the same of each reading of the page that this run has of it, as (reading, value, whether it holds).
     """
     model, score = ADAPTATIONS.get(line["model"], (line["model"], ""))
-    found = {**line, "model": model, "score": score, "name": results.names.method(model, score)}
-    found |= {"words": METRICS[line["metric"]][1], "published": f"{RELATIONS[line['relation']][0]} {line['value']}"}
-    read = {name: _read(results, found, **reading).get("here") for name, reading in PAGE["readings"].items()}
+    metric, words = METRICS[line["metric"]]
+    line = line | {"model": model, "score": score, "metric": metric, "words": words}
+    line |= {"published": f"{RELATIONS[line['relation']][0]} {line['value']}"}
+    line |= {"here": READINGS[line["reading"]](results, line), "name": results.names.method(model, score)}
+    if line["here"] and "training" in line["here"]:
+        line["name"] += f" trained at {line['here']['training']}"
+    case = results, line["experiment"], model, metric, score
+    blind = ours(*case, line["elevation"], "blind") if score else ()
+    line |= {"blind": on_curve(results, line, blind), "sector": on_curve(results, line, by_sector(*case))}
+    read = {name: _read(results, line, reading) for name, reading in PAGE["readings"].items()}
     otherwise = [(name, here, kept(here, line)) for name, here in read.items() if here]
-    found |= {"here": None, "blind": None, "sector": None} | READINGS[line["reading"]](results, found)
-    return found | {"holds": kept(found["here"], line), "otherwise": otherwise}
+    return line | {"holds": kept(line["here"], line), "otherwise": otherwise}
 
 
 def kept(here, line):
-    """Whether our value, as of `value_at`, fulfils a statement; None without ours."""
+    """Return whether our value, as of `value_at`, fulfils a statement; None without ours."""
     return bool(holds(here["ours"], line["relation"], line["value"], here["low"], here["high"])) if here else None
 
 
-def _read(results, line, words, rows=None, judged=None):
-    """What a reading of the page makes of a statement: as of READINGS, nothing where it is none of the statement's."""
+def _read(results, line, reading):
+    """Return what a reading of the page makes of a statement, as of `value_at`; None where it is none of its own."""
     own = f"{line['experiment']}/{line['model']}"
-    experiment, model = (rows or {own: own}).get(own, "/").split("/")
+    experiment, _, model = reading.get("rows", {own: own}).get(own, "").partition("/")
     line = line | {"experiment": experiment, "model": model}
-    if judged is None:
-        return READINGS[line["reading"]](results, line) if model else {}
-    return JUDGED[judged](results, line) if line["score"] and judged_anew(results, experiment, model) else {}
+    if "judged" in reading:
+        is_judged = line["score"] and judged_anew(results, experiment, model)
+        return JUDGED[reading["judged"]](results, line) if is_judged else None
+    return READINGS[line["reading"]](results, line) if model else None
 
 
 def by_errors(results, line):
-    """With the threshold that makes the fewest errors on the test images, at the SNR that the run has nearest."""
-    snr, metric = nearest(results.settings["noise"]["snr_db"], line["snr_db"]), METRICS[line["metric"]][0]
-    if not metric:
-        return {}
-    predictions = results.predictions(line["experiment"], line["model"], snr)
-    value = anew.with_fewest_errors(predictions, line["score"])[metric]
-    return {"here": _value(1 - value if line["reading"] == "wrong" else value, snr)}
+    """Judge with the threshold that makes the fewest errors on the test images, at the run's nearest SNR."""
+    snr = anew.nearest_snr(results, line["snr_db"])
+    found = anew.judged(results, line["experiment"], line["model"], line["score"], snr)
+    value = found.metrics["errors"].get(line["metric"])
+    return None if value is None else _value(1 - value if line["reading"] == "wrong" else value, snr)
 
 
 def all_azimuths(results, line):
-    """Of fully connected networks: on the images of all azimuths, those that trained among them."""
-    if (line["experiment"], line["model"]) not in everywhere_networks(results.runs):
-        return {}
-    every = anew.at_all_azimuths(results, line["experiment"], line["model"], line["score"], high_snr(results))
-    if line["reading"] != "rejected":
-        return {"here": _value(anew.weighted_f1(every), high_snr(results))}
-    return {"here": _value((select(every, target="ufo")["predicted"] == OTHER).mean(), high_snr(results))}
+    """Judge fully connected networks on the images of all azimuths, those that trained among them."""
+    network = line["experiment"], line["model"]
+    if network not in everywhere_networks(results.runs):
+        return None
+    every = anew.at_all_azimuths(results, *network, line["score"])
+    if line["metric"]:
+        return _value(anew.weighted_f1(every), anew.nearest_snr(results))
+    return _value((select(every, target="ufo")["predicted"] == OTHER).mean(), anew.nearest_snr(results))
 
 
 # What a reading makes of predictions: `judged` in page.yaml.
 JUDGED = {"by_errors": by_errors, "all_azimuths": all_azimuths}
 
 
-def on_curve(results, line):
-    """Read off our curve at the statement's SNR, or at the SNR of its maximum; `wrong`: one less what it has there."""
-    experiment, model, score, snr = (line[key] for key in ("experiment", "model", "score", "snr_db"))
-    if not present(results, experiment, [model], bool(score))[0]:
-        return {}
-    case, elevation = (results, experiment, model, METRICS[line["metric"]][0], score), line["elevation"]
-    curves = {"here": ours(*case, elevation), "sector": by_sector(*case)}
-    curves |= {"blind": ours(*case, elevation, "blind")} if score else {}
-    if line["reading"] == "maximum" and len(curves["here"]):
-        snr = float(curves["here"].loc[curves["here"]["value"].idxmax(), "test_snr_db"])
-    values = {key: value_at(results, curve, snr) for key, curve in curves.items()}
-    if line["reading"] == "wrong":
-        for value in filter(None, values.values()):
-            value |= {"ours": 1 - value["ours"], "low": 1 - value["high"], "high": 1 - value["low"]}
-    return values
+def on_curve(results, line, curve=None):
+    """Read off a curve at the statement's SNR, or at that of its maximum; `wrong`: one less what it has there.
+
+    curve: rows by SNR; without one, ours at the thesis's conditions.
+    """
+    if curve is None:
+        case = (line[key] for key in ("experiment", "model", "metric", "score", "elevation"))
+        curve = ours(results, *case)
+    if not len(curve):
+        return None
+    is_maximum = line["reading"] == "maximum"
+    snr = float(curve.loc[curve["value"].idxmax(), "test_snr_db"]) if is_maximum else line["snr_db"]
+    value = value_at(results, curve, snr)
+    if value and line["reading"] == "wrong":
+        return _value(1 - value["ours"], value["here_at_snr_db"], 1 - value["high"], 1 - value["low"])
+    return value
 
 
 def over_trainings(results, line):
-    """The best of all training and test SNRs; or of the noisiest training that at the highest test SNR."""
-    rows = ours(results, line["experiment"], line["model"], ACCURACY) if results.learns else ()
-    if not len(rows):
-        return {}
-    if line["reading"] == "best training":
-        row = rows.loc[rows["value"].idxmax()]
-    else:
-        noisiest = rows[rows["train_snr_db"] == rows["train_snr_db"].min()]
-        row = noisiest.loc[noisiest["test_snr_db"].idxmax()]
-    name = f"{line['name']} trained at {row['training']}"
-    return {"name": name, "here": _value(row["value"], row["test_snr_db"], row["low"], row["high"])}
+    """Take the best of all training and test SNRs; or the noisiest training at the highest test SNR."""
+    every = ours(results, line["experiment"], line["model"], ACCURACY)
+    if not len(every):
+        return None
+    if line["reading"] == "noisiest training":
+        every = at_highest(select(every, train_snr_db=every["train_snr_db"].min()))
+    row = every.loc[every["value"].idxmax()]
+    return _value(row["value"], row["test_snr_db"], row["low"], row["high"]) | {"training": row["training"]}
 
 
 def last_epoch(results, line):
-    """The accuracy on the training images in the last epoch."""
-    curve = results.curves.get((line["experiment"], line["model"])) if results.learns else None
-    return {} if curve is None else {"here": _value(curve["accuracy"].iloc[-1], line["snr_db"])}
+    """Take the accuracy on the training images in the last epoch."""
+    curve = results.curves.get((line["experiment"], line["model"]))
+    return None if curve is None else _value(curve["accuracy"].iloc[-1], line["snr_db"])
 
 
 def rejected(results, line):
-    """The share of the UFO's images that are rejected at the high SNR."""
-    if not named(results, line["experiment"]):
-        return {}
-    cells = open_cells(results, line["experiment"], line["model"], line["score"])
-    counts = select(cells, target="ufo").groupby("predicted")["count"].sum()
-    return {"here": _value(counts.get(OTHER, 0) / counts.sum(), high_snr(results))} if len(counts) else {}
+    """Take the share of the UFO's images that are rejected at the high SNR."""
+    counts = open_counts(results, line["experiment"], line["model"], line["score"])
+    own = counts.loc[counts.index == "ufo"].sum()
+    return _value(own.get(OTHER, 0) / own.sum(), anew.nearest_snr(results)) if own.sum() else None
 
 
 def _value(value, snr, low=np.nan, high=np.nan):
-    """A value as of `value_at`."""
+    """Return a value as of `value_at`."""
     return {"ours": value, "low": low, "high": high, "here_at_snr_db": snr}
 
 
@@ -208,27 +200,24 @@ READINGS = {
 
 
 def value_text(value, snr):
-    """A value as of `value_at` with its interval, and its SNR where that is not the one asked for."""
+    """Return a value as of `value_at` with its interval, and its SNR where that is not the one asked for."""
     if value is None:
         return NONE
     other = f" (at {value['here_at_snr_db']:.3g} dB)" if value["here_at_snr_db"] != snr else ""
     return f"{with_interval(value | {'value': value['ours']})}{other}"
 
 
-def trained_words(run):
-    """What a run trained at, in words."""
-    words = training(run)
-    return "without noise" if words == "clean" else f"at {words}"
-
-
 def values_table(curves, head=""):
-    """Our values with their intervals at some SNRs. curves: (words, rows by SNR); head: of the words' column."""
-    snrs = shown_snrs(snr for _, rows in curves for snr in rows["test_snr_db"])
-    return table([{head: words} | at_snrs(rows, snrs, with_interval) for words, rows in curves if len(rows)])
+    """Return a table of our values with their intervals at some SNRs.
+
+    curves: (words, rows by SNR); head: of the words' column.
+    """
+    snrs = shown_snrs(snr for _, of in curves for snr in of["test_snr_db"])
+    return table([{head: words} | at_snrs(of, snrs, with_interval) for words, of in curves if len(of)])
 
 
 def shown_snrs(every):
-    """Those of the test SNRs that tables show, the nearest to those of the page."""
+    """Return those of the test SNRs that tables show, the nearest to those of the page."""
     every = sorted(set(every))
     asked = [snr for snr in PAGE["snrs"] if every[0] <= snr <= every[-1]] if every else []
     return list(dict.fromkeys(nearest(every, snr) for snr in asked)) or every[-1:]
