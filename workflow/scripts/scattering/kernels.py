@@ -223,7 +223,7 @@ def tile(out, rows, cols, near, characters, constants, combined):
     """Add the tile between functions of two blocks, in every parity, to `out`.
 
     out: flat, both parts of an entry beside each other; of each parity (rows, columns), one after the other.
-    rows, cols: as `assembly` makes them of a block; near: corrections of near pairs, likewise; characters: (G, G)
+    rows, cols: as `assembly` makes them of a block; near: corrections of near pairs, by `assembly`; characters: (G, G)
     constants: k / (2 pi), 4 / k^2, least R^2, 1/2, 1, k, alpha, (1 - alpha) / k, 1/6; combined: with the MFIE
     """
     triangles, points, nu, centers, normals, own, starts, functions, weights, row_ends = rows

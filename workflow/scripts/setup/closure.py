@@ -12,7 +12,7 @@ SCRIPTS = Path(__file__).resolve().parents[1]
 
 @functools.cache
 def closure(script):
-    """Sorted paths below SCRIPTS of a Python file and of the modules there that it imports, at whatever depth.
+    """Sorted paths below SCRIPTS of a Python file and of the modules there that it imports, at any depth.
 
     The files are read, not run. A module that is imported by a name made at run time is not seen: the caller names its
     file beside the script (as `learning.classifier.build` does for models). InputError if one is not Python.
@@ -26,7 +26,7 @@ def closure(script):
 
 @functools.cache
 def digest(*scripts):
-    """A hash of the code in the closures of scripts, the same whatever their comments, docstrings and layout are."""
+    """A hash of the code in the closures of scripts, independent of their comments, docstrings and layout."""
     files = sorted({file for script in scripts for file in closure(script)})
     return hashlib.sha256(repr([(file, _read(Path(file))[1]) for file in files]).encode()).hexdigest()
 

@@ -70,7 +70,7 @@ def _check_finite(value, path):
 
 
 def near(name, names):
-    """'; did you mean ...?' with the name that is nearest, whatever its case, or a full stop."""
+    """'; did you mean ...?' with the nearest name, upper or lower case alike, or a full stop."""
     spelt = {other.lower(): other for other in names}
     nearest = difflib.get_close_matches(str(name).lower(), spelt, n=1, cutoff=0.65)
     return f"; did you mean '{spelt[nearest[0]]}'?" if nearest else "."

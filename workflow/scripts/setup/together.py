@@ -14,7 +14,7 @@ def sets(results, labels, is_main=True):
     """The labels of the config's SNRs (as 'snr_6dB') as sets, lists in the config's order; the oldest set is first.
 
     The last set has the SNRs without images yet, and those to be predicted again because an SNR of their set is gone.
-    results: the run's folder. is_main: False in a job, for which the sets are fixed, whatever images have been made
+    results: the run's folder. is_main: False in a job, for which the sets are fixed, even if images have been made
     since the run began.
     """
     file = Path(results, FILE)
