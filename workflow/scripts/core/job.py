@@ -113,7 +113,7 @@ def _refused(error, output):
     """The message for an error that comes from a file that the system refused; None for other errors."""
     while error is not None:
         if isinstance(error, OSError) and error.errno in REFUSED:
-            # Whoever writes to an open file is not told its name.
+            # An error from writing to an open file does not have its name.
             return f"Error: {error.filename or output}: {error.strerror}. {REFUSED[error.errno]}"
         error = error.__cause__
 

@@ -6,7 +6,7 @@ LEARNING = "learning"  # in place of a target, for a warning about none
 
 
 def warnings(config, reaches):
-    """(target, or LEARNING, and sentence) of everything that may surprise: images that fold over, what is not used.
+    """(target, or LEARNING, and sentence) for everything that may surprise: images that fold over, unused settings.
 
     config: its sections. reaches: the largest distance of a point of each target from the origin in m; None where
     it is not known.

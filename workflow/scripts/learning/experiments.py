@@ -125,7 +125,7 @@ def megabytes(images, pixels, covariances, pairs):
 
     Of each image there are complex64 pixels and three copies of its real and imaginary parts in double precision, as
     libraries make them. pairs: True if the model keeps a number in double precision for each pair of images, and
-    500 MB of them in another form. covariances: for how many SNRs the model keeps a matrix of pixels by pixels, 0 for
+    500 MB of them in another form. covariances: number of SNRs with a matrix of pixels by pixels in the model, 0 for
     none. Of each of these there are two in single precision, and four in double of the one that is being learned.
     """
     matrices = 4 * 16 + 2 * 8 * covariances if covariances else 0

@@ -16,8 +16,8 @@ FINER = 0.1  # after a cut, contacts are closed within this fraction: the whole 
 def arrange(vertices, triangles, close, name):
     """Make a surface whose triangles meet at common edges and corners only, without duplicates or enclosed ones.
 
-    Surfaces within `close` metres touch. Closed solids become their union. Returns vertices, triangles and how many of
-    each repair were made: `connected_crossings` (triangles that were cut to share edges), `overlapping_triangles`
+    Surfaces within `close` metres touch. Closed solids become their union. Returns vertices, triangles and numbers of
+    repairs: `connected_crossings` (triangles that were cut to share edges), `overlapping_triangles`
     (duplicate pieces), `hidden_triangles` (pieces that no wave from outside reaches) and `united_solids`.
     Raises InputError, naming `name`.
     """

@@ -37,7 +37,7 @@ class Source(NamedTuple):
 
     vertices: np.ndarray  # (V, 3) in metres
     triangles: np.ndarray  # (T, 3)
-    repairs: dict  # how many of each were made
+    repairs: dict  # number of each repair
     measures: dict  # its size, the file's size as `raw`, and the tolerances of the repairs
 
 

@@ -37,7 +37,7 @@ def order_told(field):
 
 
 def is_dense(azimuth, highest):
-    """True if azimuths (A,), ascending degrees, are near enough to each other to hold orders up to `highest`."""
+    """True if azimuths (A,), ascending degrees, are near enough to each other for orders up to `highest`."""
     if len(azimuth) < 3:
         return False
     step = 360 / len(azimuth) if closes_circle(azimuth) else np.diff(azimuth).max()

@@ -1,4 +1,4 @@
-"""The kinds of models, imagers and solvers: a file each, which says of itself what it can do and what settings it has.
+"""The kinds of models, imagers and solvers: one file each, which states its abilities and its settings.
 
 The files are read, not run: importing them would take longer than all other checks together.
 """
