@@ -1,4 +1,4 @@
-"""What is compiled, kept for the next job."""
+"""Keep compiled code for the next job."""
 
 import os
 import tempfile
@@ -8,7 +8,7 @@ import jax
 
 
 def keep_compiled():
-    """Let the next job load what JAX compiles in this one: seconds of a job's start. Returns the device."""
+    """Let the next job load what JAX compiles in this one, which saves seconds at its start. Return the device."""
     if folder():
         jax.config.update("jax_compilation_cache_dir", folder())
         jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.1)
@@ -16,7 +16,7 @@ def keep_compiled():
 
 
 def folder():
-    """Where it is kept, '' if that is not one's own: for this machine's processor and so many threads."""
+    """Path of the compiled code for this machine and number of threads; '' if the folder is another user's."""
     # Kept on this machine, where nobody else may write.
     path = Path(tempfile.gettempdir()) / f"isarflow-{os.getuid()}-compiled-{os.environ.get('NPROC', 'all')}"
     path.mkdir(mode=0o700, exist_ok=True)

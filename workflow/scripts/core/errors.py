@@ -2,4 +2,4 @@
 
 
 class InputError(Exception):
-    """Input that the user can put right. The message names the file or key, what is wrong and what would be right."""
+    """Input that the user can correct. The message names the file or key, what is wrong and what would be right."""

@@ -1,4 +1,4 @@
-"""Where the results of a run lie."""
+"""Folders of the results of a run."""
 
 from pathlib import Path
 
@@ -10,13 +10,13 @@ SCORES = "learning/scores.csv"
 def of_fields(results, config):
     """The folder with the meshes and fields of a run.
 
-    results: the run's own folder, where they are unless the config takes them `from` another run.
+    results: the run's own folder, which has them unless the config takes them `from` another run.
     """
     return Path(results).parent / config["from"] if "from" in config else Path(results)
 
 
 def of_others(names, there):
-    """The results folders of other runs, by name. there: how many runs there are besides.
+    """The results folders of other runs, by name. there: number of runs that are compared with these.
 
     Raises InputError where one has no scores, and where there would be nothing to compare.
     """
@@ -37,7 +37,7 @@ def of_others(names, there):
 
 
 def judged(root):
-    """The files of a run that is there that its scores come from: predictions, and what its models are."""
+    """The scores of a finished run and the files they come from: predictions, and the descriptions of its models."""
     learning = Path(root, "learning")
     files = [*learning.glob("predictions/*/*/*.csv"), *learning.glob("models/*/*/config.json")]
     return [str(Path(root, SCORES)), *sorted(map(str, files))]

@@ -1,4 +1,4 @@
-"""What every job script does around its one function: log file, threads, readable errors."""
+"""The frame of every job script around its one function: log file, threads, readable errors."""
 
 import contextlib
 import errno
@@ -16,7 +16,7 @@ from isarflow.core.errors import InputError
 SECONDS = 30  # between a progress bar's lines in a log
 SPACE = "Make room there and run the same command: it goes on with what is missing."
 ACCESS = "Make it readable and writable for you and run the same command: it goes on with what is missing."
-# A process of its own, which outlives the job: it reads until the job ends, and a job that ended without a word was
+# A separate process that outlives the job: it reads until the job ends. A job that ended without a message was
 # killed. Run without site packages (-I -S), it starts in a hundredth of a second.
 WATCH = """
 import sys
@@ -35,7 +35,7 @@ REFUSED = {errno.ENOSPC: SPACE, errno.EDQUOT: SPACE, errno.EROFS: ACCESS, errno.
 class _Tee:
     """A stream that writes to the terminal and to the log file.
 
-    A progress bar redraws its line: where that does not work it becomes a line of its own, now and then.
+    A progress bar redraws its line: where that does not work, it prints a new line from time to time.
     """
 
     def __init__(self, terminal, log):
@@ -62,7 +62,7 @@ class _Tee:
         self.terminal.flush()
 
     def close(self):
-        """Nothing: it belongs to the job. Loggers that kept the stream close it when Python ends."""
+        """Do nothing: the stream belongs to the job. Loggers that kept it close it when Python ends."""
 
     def isatty(self):
         return self.redraws
@@ -74,7 +74,7 @@ def job(snakemake):
 
     The last bit of a product depends on how many threads BLAS splits it between, and the results must not.
     An InputError, a full disk or a file that may not be written ends the job with one message, Ctrl-C without one;
-    anything else with a traceback in the log. A job that is killed can say nothing: the log then says it for the job.
+    anything else with a traceback in the log. If a job is killed, another process writes that to the log.
     """
     out, err, message = sys.stdout, sys.stderr, None
     try:
@@ -84,8 +84,8 @@ def job(snakemake):
     except InputError as error:
         message = f"Error: {error}"
     except KeyboardInterrupt:
-        signal.signal(signal.SIGINT, signal.SIG_IGN)  # a second one would fall into what libraries do at the end
-        sys.exit(128 + signal.SIGINT)  # Snakemake says that it was stopped
+        signal.signal(signal.SIGINT, signal.SIG_IGN)  # a second Ctrl-C would interrupt the libraries' own cleaning up
+        sys.exit(128 + signal.SIGINT)  # Snakemake itself says that it was stopped
     except Exception as error:
         message = _refused(error, snakemake.output[0]) or traceback.format_exc()
     finally:
@@ -97,7 +97,7 @@ def job(snakemake):
 
 @contextlib.contextmanager
 def _watched(log):
-    """Run the body while another process waits to write KILLED into the log, should this one end within the body."""
+    """Run the body while another process waits to write KILLED into the log if this one ends within the body."""
     watch = subprocess.Popen(
         [sys.executable, "-I", "-S", "-c", WATCH, log, KILLED],
         stdin=subprocess.PIPE,
@@ -110,16 +110,16 @@ def _watched(log):
 
 
 def _refused(error, output):
-    """What to say of an error that comes from a file that the system refused, if it does."""
+    """The message for an error that comes from a file that the system refused; None for other errors."""
     while error is not None:
         if isinstance(error, OSError) and error.errno in REFUSED:
-            # Whoever writes to an open file is not told its name.
+            # An error from writing to an open file does not have its name.
             return f"Error: {error.filename or output}: {error.strerror}. {REFUSED[error.errno]}"
         error = error.__cause__
 
 
 def _report(message, log):
-    """To the log alone, which Snakemake shows of a job that failed; to the terminal where the log cannot be written."""
+    """Write to the log alone, which Snakemake shows of a failed job; to the terminal if the log cannot be written."""
     try:
         with open(log, "a") as file:
             print(message, file=file)

@@ -1,6 +1,6 @@
-"""Stores on disk: zarr folders with a list of their files, written last, by which a reader knows that all is there.
+"""Stores on disk: zarr folders with a list of their files, written last, by which a reader knows that none is missing.
 
-Zarr itself reads a chunk that is missing as zeros, and one that was changed as it is.
+Zarr itself reads a missing chunk as zeros, and a changed one without a warning.
 """
 
 import hashlib
@@ -24,7 +24,7 @@ def write(dataset: xr.Dataset, path: str | Path, encoding: Mapping[str, Any] | N
 
 
 def open_store(path: str | Path) -> xr.Dataset:
-    """The dataset of a store, lazily. Raises InputError if any of its files is not what was written."""
+    """Open the dataset of a store, lazily. Raises InputError if any of its files is not as it was written."""
     problem = _problem(path)
     if problem:
         raise InputError(f"{path}: {problem}. Delete the store and run the same command: it is made again.")
@@ -39,7 +39,7 @@ def check_given(path: str | Path) -> None:
 
 
 def _problem(path: str | Path) -> str | None:
-    """What is wrong with the files of a store, as text; None if nothing is."""
+    """Say as text what is wrong with the files of a store; None if nothing is."""
     if not Path(path).is_dir():
         return "there is no such store"
     if not Path(path, SUMS).is_file():
@@ -57,7 +57,7 @@ def _problem(path: str | Path) -> str | None:
 
 
 def _files(path: str | Path) -> list[str]:
-    """The names of a store's files. Others that are hidden are the workflow engine's or the desktop's."""
+    """The names of a store's files. Other hidden files belong to Snakemake or the desktop."""
     names = []
     for folder, _, files in os.walk(path):  # pathlib takes three times as long, and every job reads many stores
         inside = Path(folder).relative_to(path).as_posix()

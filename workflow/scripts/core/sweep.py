@@ -30,7 +30,7 @@ def stepped(start: float, stop: float, step: float) -> np.ndarray:
 
 
 def angles(written: Any) -> np.ndarray:
-    """Angles in degrees, ascending: of a list, `count` evenly over 360 from 0, or start to stop, both included."""
+    """Angles in degrees, ascending: a list, `count` evenly over 360 from 0, or start to stop, both included."""
     if isinstance(written, list):
         return np.array(sorted(written), float)
     if "count" in written:
@@ -63,9 +63,9 @@ def directions(aspect: Mapping[str, Any]) -> tuple[np.ndarray, np.ndarray]:
     turn = np.radians(angles(circle["angle"]))[:, None]
     ahead /= np.linalg.norm(ahead)
     points, onward = np.cos(turn) * start + np.sin(turn) * ahead, np.cos(turn) * ahead - np.sin(turn) * start
-    # Rounded, so that a circle along a meridian or the horizon has their very angles.
+    # Rounded, so that a circle along a meridian or the horizon has exactly its angles.
     elevation = np.round(np.degrees(np.arcsin(np.clip(points[:, 2], -1, 1))), 6)
-    # Over a pole V and H are those of the azimuth that the circle comes from: they do not turn on the way.
+    # At a pole V and H are those of the azimuth that the circle comes from: they do not turn on the way.
     across = np.where(np.abs(elevation)[:, None] == 90, -onward, points)
     azimuth = np.round(np.degrees(np.arctan2(across[:, 1], across[:, 0])), 6)
     return elevation + 0.0, azimuth + 0.0
@@ -83,9 +83,9 @@ def unit_vectors(elevation: Any, azimuth: Any) -> tuple[np.ndarray, np.ndarray, 
 
 @dataclass(frozen=True)
 class Sweep:
-    """Where a field is wanted. frequency: (F,) Hz; elevation and azimuth of the radar, degrees
+    """Frequencies and directions of a wanted field. frequency: (F,) Hz; elevation and azimuth of the radar, degrees
 
-    Of a grid elevation is (E,) and azimuth (A,); of directions one by one, which are `paired`, both are (D,).
+    For a grid elevation is (E,) and azimuth (A,); for directions one by one, which are `paired`, both are (D,).
     polarizations: receive and transmit, V (elevation) or H (azimuth), e.g. ['VV', 'HV']
     """
 
@@ -98,14 +98,14 @@ class Sweep:
 
     @property
     def each(self) -> tuple[np.ndarray, ...]:
-        """Elevation and azimuth of every direction, (D,) each; of a grid, azimuths of the first elevation first."""
+        """Elevation and azimuth of every direction, (D,) each; for a grid, azimuths of the first elevation first."""
         if self.paired:
             return self.elevation, self.azimuth
         return tuple(x.ravel() for x in np.meshgrid(self.elevation, self.azimuth, indexing="ij"))
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """That of the directions, (E, A) or (D,)."""
+        """Shape of the directions, (E, A) or (D,)."""
         return (len(self.elevation),) if self.paired else (len(self.elevation), len(self.azimuth))
 
 
@@ -121,17 +121,17 @@ def sweeps(
 
 
 def closes_circle(azimuth: np.ndarray) -> bool:
-    """True if the azimuths (degrees, ascending, uniform) go once round 360 degrees without a repeat."""
+    """True if the azimuths (degrees, ascending, uniform) go once around 360 degrees without a repeat."""
     return len(azimuth) > 2 and bool(np.isclose(len(azimuth) * (azimuth[1] - azimuth[0]), 360.0))
 
 
 def images_are_made(config: Mapping[str, Any]) -> bool:
-    """False for a sweep that cannot make an image: then scattering is an RCS solver."""
+    """True for a sweep that can make an image; otherwise scattering is an RCS solver."""
     return why_no_images(config) is None
 
 
 def why_no_images(config: Mapping[str, Any]) -> str | None:
-    """Why a config's sweep makes no images, one sentence; None if it does."""
+    """Say in one sentence why a config's sweep makes no images; None if it does."""
     frequency, aspect = config["radar"]["frequencies"], config["aspect"]
     if isinstance(frequency, list):
         return "'radar.frequencies' is a list, and an image takes evenly spaced frequencies, written as their number."
@@ -147,7 +147,7 @@ def why_no_images(config: Mapping[str, Any]) -> str | None:
 
 
 def snr_label(snr_db: float) -> str:
-    """The SNR as it stands in file names: -6 gives 'snr_-6dB', 2.5 gives 'snr_2.5dB'."""
+    """The SNR as file names have it: -6 gives 'snr_-6dB', 2.5 gives 'snr_2.5dB'."""
     return f"snr_{snr_db + 0.0:g}dB"  # + 0.0: no minus before a zero
 
 

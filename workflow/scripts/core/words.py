@@ -2,7 +2,7 @@
 
 
 def counted(counts):
-    """'3 merged vertices, 1 united solid' of a mapping of what was counted to how many; '' where nothing was."""
+    """Write a mapping of things to their numbers as '3 merged vertices, 1 united solid'; '' if there are none."""
     named = ((count, key.replace("_", " ")) for key, count in counts.items() if count)
     return ", ".join(f"{count:,} {_one(name) if count == 1 else name}" for count, name in named)
 

@@ -1,4 +1,4 @@
-"""The face that every imager has, and what is the same for all: cut apertures, divide images by their peaks."""
+"""The interface of every imager, and the steps that all share: cut apertures, divide images by their peaks."""
 
 import functools
 from collections.abc import Callable, Mapping
@@ -25,10 +25,10 @@ class Formation:
 
     frequency: (F,) in Hz. angle: (A,) azimuth relative to the image's centre, in rad. settings: those of the
     config's section `imaging` that it states as SETTINGS, a mapping of each to its JSON schema (type, bounds,
-    description; literals, for the file is read for them and not run). A config with others is refused.
-    coherent: whether the phase of an image means something; where it does not, only magnitudes are kept.
-    compared: changes of the settings by what they are called, whose point responses the page shows side by side; None
-    for that of the run's settings alone. compared_note: what the page says of them.
+    description; literals, as the file is read for them and not run). A config with others is refused.
+    coherent: True if the phase of an image has a meaning; if not, only magnitudes are kept.
+    compared: a mapping of names to changes of the settings, whose point responses the page shows side by side; None
+    for that of the run's settings alone. compared_note: the page's text on them.
     """
 
     coherent = True
@@ -48,18 +48,18 @@ class Formation:
     def at(self, down: np.ndarray, cross: np.ndarray) -> Images:
         """A function that forms images at ranges `down` (D,) and crossranges `cross` (C,) in m.
 
-        It maps samples (images, F, A), complex in m, to images (images, D, C). A scatterer of amplitude f that stands
-        at one of these places gives a peak of |f|. Besides the `axes` the page asks for finer ones.
+        It maps samples (images, F, A), complex in m, to images (images, D, C). A scatterer of amplitude f at one of
+        these places gives a peak of |f|. The page asks for finer places than the `axes`, too.
         """
         raise NotImplementedError
 
     @functools.cached_property
     def on_axes(self) -> Images:
-        """`at` its own `axes`."""
+        """The function of `at` for the imager's own `axes`."""
         return self.at(*self.axes())
 
     def working_bytes(self, pixels: int) -> int:
-        """Memory that forming images of so many pixels takes: of a matrix, and in double precision before it."""
+        """Bytes needed to form images of so many pixels: for a matrix, and for it in double precision before that."""
         return 5 * BYTES * pixels * len(self.frequency) * len(self.angle)
 
     def carrier(self) -> float:
@@ -67,7 +67,7 @@ class Formation:
         return float(2 * np.pi * self.frequency[len(self.frequency) // 2] / C0) if self.coherent else 0.0
 
     def words(self) -> str:
-        """How the images of these settings are formed, in a few words."""
+        """Describe in a few words how the images of these settings are formed."""
         return ", ".join([Path(self.file).stem, *(f"{key} {value}" for key, value in sorted(self.settings.items()))])
 
     @property
@@ -75,7 +75,7 @@ class Formation:
         return file_of(FOLDER, type(self).__module__.rpartition(".")[2])
 
     def warnings(self, geometry: Any) -> list[str]:
-        """Sentences on what will look wrong in images of these settings. geometry: what `geometry.geometry` gives."""
+        """Sentences on what will look wrong in images of these settings. geometry: a result of `geometry.geometry`."""
         return []
 
 
@@ -93,7 +93,7 @@ def build(frequency: np.ndarray, angle: np.ndarray, imaging: Mapping[str, Any]) 
 def apertures(field: np.ndarray, azimuth: np.ndarray, aperture: int) -> np.ndarray:
     """Cut the samples of every image out of one elevation's sweep.
 
-    field: (frequency, azimuth); azimuth in degrees. Round a closed circle the apertures wrap.
+    field: (frequency, azimuth); azimuth in degrees. On a closed circle the apertures wrap around.
     Returns (images, frequency * aperture), the images in the order of `geometry.centres`.
     """
     half = aperture // 2
@@ -109,7 +109,7 @@ def form_images(imager: Formation, samples: np.ndarray) -> tuple[np.ndarray, np.
     samples: (images, [channel,] F * A). An image is divided by its one peak over all channels; a zero image (a
     symmetric target, cross-polarized) stays zero. All are formed in one call: the result of an image then never
     depends, in its last bit, on how many others the run makes.
-    InputError if the imager gives images of another shape than its axes, or what is not finite.
+    InputError if the imager gives images of another shape than its axes, or values that are not finite.
     """
     image = imager.on_axes(samples.reshape(-1, len(imager.frequency), len(imager.angle)))
     shape = (samples[..., 0].size, *(len(axis) for axis in imager.axes()))

@@ -1,4 +1,4 @@
-"""The geometry of an image: its axes, what the sweep lets it resolve, and how much of it is stored.
+"""The geometry of an image: its axes, its resolution and extent in a sweep, and the size of a store.
 
 Axes. The target turns on a table, so over an aperture only the azimuth changes. With the centre azimuth az, the
 elevation el and the relative angle phi, a scatterer at p = (x, y, z) is nearer to the radar than the origin by
@@ -14,7 +14,7 @@ resolution in true metres is coarser by the same factor. The last term blurs sca
 2 k z sin(el) (1 - cos(phi)) radians at the edge of the aperture.
 
 (crossrange, range, up) is right-handed: with range drawn upwards and crossrange to the right, the picture is the target
-seen from above with the radar below it, and crossrange is to the right as seen from the radar.
+seen from above with the radar at the bottom, and crossrange is to the right as seen from the radar.
 """
 
 import numpy as np
@@ -24,12 +24,12 @@ from isarflow.core.errors import InputError
 from isarflow.core.sweep import C0, closes_circle
 from isarflow.imaging.formation import BYTES, build
 
-PURE_NOISE = "pure-noise"  # stands where a target's name does; with a dash it cannot be one
+PURE_NOISE = "pure-noise"  # used in place of a target's name; the dash keeps it from being one
 LEAST_COSINE = 0.1  # of an elevation; steeper ones leave no cross-range
 
 
 def project(points, elevation, azimuth):
-    """Where points of the target lie in an image: (range, crossrange) in m, each of shape points.shape[:-1].
+    """Project points of the target into an image: (range, crossrange) in m, each of shape points.shape[:-1].
 
     points: (..., 3) in m, the target's coordinates. elevation, azimuth: the image's, in degrees.
     """
@@ -40,7 +40,7 @@ def project(points, elevation, azimuth):
 
 
 def uniform_step(name, values):
-    """The step of an ascending, evenly spaced axis. InputError if it is not one."""
+    """The step of an ascending, evenly spaced axis. InputError for any other axis."""
     steps = np.diff(values)
     if len(steps) == 0 or steps[0] <= 0 or not np.allclose(steps, steps[0], rtol=1e-4):
         raise InputError(
@@ -70,15 +70,15 @@ def imager_of(frequency, azimuth, imaging):
 
 
 def geometry(frequency, elevation, azimuth, imaging):
-    """What a sweep gives: resolution, unambiguous extent, aperture angle, number of images, size of a store.
+    """Compute resolution, unambiguous extent, aperture angle, number of images and size of a store for a sweep.
 
     frequency in Hz, elevation and azimuth in degrees (1-D, ascending); imaging: the config's section.
-    Gives a mapping. Lengths in m, angles in degrees. As each sample stands for one step, the bandwidth is frequencies x
+    Returns a mapping. Lengths in m, angles in degrees. As each sample covers one step, the bandwidth is frequencies x
     step and the aperture angle aperture x step: extent = samples x resolution (thesis eqs. 3.10, 3.12).
     Cross-range resolution and extent are for the centre frequency. `polar` keeps the inscribed rectangle's part of the
     sector, so its pixels, and those of `exact`, are somewhat larger than these resolutions and their image spans
     somewhat more than these extents.
-    bytes are of one target's clean images, as many again for every realization of every SNR; words, coherent and
+    bytes: of one target's clean images; every realization of every SNR takes as many again. words, coherent and
     warnings are the imager's. InputError if no image can be made.
     """
     step = uniform_step("frequency", frequency)
@@ -117,17 +117,17 @@ def planned(config):
 
 def megabytes(geometry, copies):
     """Memory of a job that makes `copies` of the images of this geometry, in MB."""
-    # Images and what the store makes of them; what forms them; the libraries.
+    # Images and their copies in the store; the imager's memory; the Python packages.
     return 500 + (2.5 * copies * geometry["bytes"] + geometry["working_bytes"]) / 1e6
 
 
 def of_channels(geometry):
-    """In words, how many polarizations an image has; nothing of one."""
+    """The number of polarizations of an image in words; '' for one."""
     return f" of {geometry['channels']} polarizations" if geometry["channels"] > 1 else ""
 
 
 def describe(geometry):
-    """What `geometry` gives, as lines of text."""
+    """Write the result of `geometry` as lines of text."""
     return [
         *(
             f"{axis}: resolution {geometry[f'{axis}_resolution']:.4f} m, unambiguous extent "

@@ -1,7 +1,7 @@
-"""Receiver noise in the aperture: how strong for a given SNR, and from which random numbers.
+"""Receiver noise in the aperture: its strength for a given SNR, and its random numbers.
 
-It is drawn for each image by itself, also where neighbouring apertures share samples, or once for a whole sweep over
-azimuth, whose apertures then share it: what fuses several looks at a target must not be told that they are independent.
+It is drawn for each image separately, also where neighbouring apertures share samples, or once for a whole sweep over
+azimuth, whose apertures then share it: then several looks at a target, if fused, are not taken for independent ones.
 """
 
 import hashlib
@@ -25,7 +25,7 @@ def signal_power(samples, definition):
 
 
 def definition_offset(samples):
-    """By how many dB the SNR of each aperture is higher as peak_3db than as mean: samples (images, S) -> (images,).
+    """Difference in dB of the SNR of each aperture as peak_3db and as mean: samples (images, S) -> (images,).
 
     NaN for an aperture without signal.
     """
@@ -34,9 +34,9 @@ def definition_offset(samples):
 
 
 def generator(seed, target, snr_db, realization, channel=None):
-    """The random numbers of one realization. They follow from these names and values, and from nothing else.
+    """The random numbers of one realization. They follow from these names and values alone.
 
-    channel: the name of a channel after the first; the first one's numbers do not depend on what it is called.
+    channel: the name of a channel after the first; the numbers of the first do not depend on its name.
     """
     key = f"{seed}|{target}|{float(snr_db)!r}|{realization}{f'|{channel}' if channel else ''}"
     return np.random.default_rng(int.from_bytes(hashlib.sha256(key.encode()).digest()))
@@ -45,13 +45,13 @@ def generator(seed, target, snr_db, realization, channel=None):
 def variances(power, snr_db, per):
     """The variance in m^2 of the noise in each image's aperture: (images,). power: of their signals, in m^2.
 
-    per: `image`, each its own, so that all have this SNR; or `sweep`, the same in all, `snr_db` below their mean power.
+    per: `image`, each its own, so that all have this SNR; or `sweep`, one for all, `snr_db` below their mean power.
     """
     ratio = 10 ** (snr_db / 10)
     return power / ratio if per == "image" else np.full(len(power), power.mean() / ratio)
 
 
 def white_noise(variance, samples, random):
-    """Circular complex white Gaussian noise of these variances (rows,), with so many samples each: complex64."""
+    """Circular complex white Gaussian noise of these variances (rows,), `samples` numbers each: complex64."""
     parts = random.standard_normal((len(variance), samples, 2), dtype=np.float32)
     return parts.view(np.complex64)[..., 0] * np.sqrt(variance / 2).astype(np.float32)[:, None]

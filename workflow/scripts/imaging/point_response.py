@@ -1,11 +1,11 @@
-"""What one scatterer becomes in an image, wherever it stands: how well a way to form images does."""
+"""Compute the image of one scatterer at any place, which shows how good a way to form images is."""
 
 import numpy as np
 
 from isarflow.core.sweep import C0
 
-FINE = 4  # points a pixel, on which peaks are looked for
-MAIN_LOBE = 2.5  # pixels; further away an echo is a ghost or a sidelobe (a Hamming main lobe ends at 2)
+FINE = 4  # points per pixel on which peaks are searched
+MAIN_LOBE = 2.5  # pixels; an echo farther away is a ghost or a sidelobe (a Hamming main lobe ends at 2)
 
 
 def point_response(imager, down, cross):
@@ -13,8 +13,7 @@ def point_response(imager, down, cross):
 
     Returns a mapping of arrays (D, C): `loss_db`, how far the peak is below the amplitude; `ghost_db`, the strongest
     echo outside the main lobe, relative to the peak; `error`, the distance from the peak to the true place in pixels,
-    the larger one of both axes. An image is periodic: what leaves at one side comes in at the other, so distances are
-    taken across the edges too.
+    the larger of both axes. An image is periodic, so distances are taken across the edges too.
     """
     pixels = imager.axes()
     step = np.array([axis[1] - axis[0] for axis in pixels])
@@ -32,7 +31,7 @@ def point_response(imager, down, cross):
         row, column = np.unravel_index(image.argmax(), image.shape)
         peaks = [_vertex(image[:, column], row), _vertex(image[row], column)]
         place = [axis[0] + at * size / FINE for (at, _), axis, size in zip(peaks, fine, step, strict=True)]
-        # Both parabolas rise above the highest point, each along its own axis.
+        # Each parabola's top is above the highest point, along its own axis.
         peak = peaks[0][1] * peaks[1][1] / image[row, column]
         around = [
             np.abs((axis - at + length / 2) % length - length / 2) / size

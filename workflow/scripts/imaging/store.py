@@ -1,4 +1,4 @@
-"""From a target's field to its stores of images, clean or at one SNR."""
+"""Make a target's stores of images, clean or at one SNR, from its field."""
 
 import json
 from pathlib import Path
@@ -14,7 +14,7 @@ from isarflow.imaging.formation import apertures, form_images
 from isarflow.imaging.geometry import PURE_NOISE, centres, describe, geometry, imager_of, warnings
 from isarflow.imaging.noise import DEFINITIONS, definition_offset, generator, signal_power, variances, white_noise
 
-# What of the geometry stands in every store's attributes.
+# Parts of the geometry that are attributes of every store.
 STATED = ("aperture_angle", "range_resolution", "crossrange_resolution", "range_extent", "crossrange_extent")
 # Units and meaning of each variable and coordinate of a store.
 VARIABLES = {
@@ -40,10 +40,10 @@ def make_clean(field_path, mesh_path, image_path, imaging):
     """Form the images of a scattering store without noise and write them.
 
     The store has `image` (elevation, azimuth, [channel,] range, crossrange), complex64, divided by its one peak
-    magnitude, and that `peak` (elevation, azimuth) in m; snr_definition_offset, of the same shape, is in dB what the
-    choice of noise.definition changes. imaging: the config's section; its polarizations are the channels, which one
-    alone does without. What is said of SNR is that of the first.
-    mesh_path: what the mesh stage says of the mesh, whose reach says if the target fits the unambiguous extent; None
+    magnitude, and that `peak` (elevation, azimuth) in m; snr_definition_offset, of the same shape, is the difference
+    in dB between the two choices of noise.definition. imaging: the config's section; its polarizations are the
+    channels; a single one has no axis. Every SNR is that of the first.
+    mesh_path: the mesh stage's file on the mesh, whose reach tells if the target fits the unambiguous extent; None
     without a mesh.
     """
     plan = _Plan(_open(field_path, imaging["polarizations"]), imaging)
@@ -67,8 +67,8 @@ def make_noisy(field_path, image_paths, imaging, target, noise):
 
     image_paths: a store for each SNR, named by its label, as snr_6dB.zarr. target: its name, part of the seed. noise:
     mapping with seed, realizations, definition and per.
-    A store has each image's own SNR besides, snr_<definition> (elevation, azimuth) in dB by each definition. All
-    channels have noise of the variance that gives the first one its SNR, as one receiver has it.
+    A store also has each image's own SNR, snr_<definition> (elevation, azimuth) in dB by each definition. The noise
+    of all channels has the variance that gives the first one its SNR, as in one receiver.
     """
     plan = _Plan(_open(field_path, imaging["polarizations"]), imaging)
     for path in tqdm(image_paths, unit="SNR", desc="adding noise", leave=False):
@@ -113,7 +113,7 @@ def make_pure_noise(radar, aspect, image_path, imaging, seed):
 
 
 class _Plan:
-    """What all images of one field share: the imager, the axes, the attributes.
+    """Parts that all images of one field share: the imager, the axes, the attributes.
 
     field: (polarization, frequency, elevation, azimuth); its polarizations are the images' channels.
     """
@@ -133,17 +133,17 @@ class _Plan:
             yield self._cut(self.field.values[:, :, elevation])
 
     def _cut(self, channels):
-        """The apertures of one elevation, (images, channel, S), of its samples (channel, frequency, azimuth)."""
+        """Cut apertures of one elevation, (images, channel, S), out of its samples (channel, frequency, azimuth)."""
         return np.stack([apertures(field, self.sweep, self.imaging["aperture"]) for field in channels], axis=1)
 
     def randoms(self, seed, target, snr_db, number):
-        """The random numbers of a realization, for each channel its own."""
+        """The random numbers of a realization, separate for each channel."""
         return [generator(seed, target, snr_db, number, name) for name in (None, *self.channels[1:])]
 
     def noise(self, variance, per, randoms):
         """Noise for the apertures' samples of one elevation, (images, channel, S), of these variances (images,).
 
-        All channels have the same: they are of one receiver.
+        All channels have the same variance, as in one receiver.
         """
         frequencies = self.field.sizes["frequency"]
         if per == "image":
@@ -168,7 +168,7 @@ class _Plan:
             **{key: value for key, value in self.imaging.items() if key != "polarizations"},
             "coherent": self.imager.coherent,
             **{key: self.geometry[key] for key in STATED},
-            # In rad/m, of the middle of the image's spectrum: about it zeros are added to up-sample the image.
+            # In rad/m, the middle of the image's spectrum: zeros are added on both sides of it to up-sample the image.
             "range_wavenumber": self.imager.carrier(),
         }
         data = {"image": (axes, image), "peak": (axes[:-3], peak.astype(np.float32))}
@@ -180,7 +180,7 @@ class _Plan:
         for name, variable in dataset.variables.items():
             variable.attrs |= dict(zip(("units", "long_name"), VARIABLES[name], strict=True))
             variable.attrs |= {"comment": COMMENTS[name]} if name in COMMENTS else {}
-        # One elevation and channel a chunk: a direction reads fast and the files stay few. Noise does not compress.
+        # One elevation and channel per chunk: a direction reads fast and there are few files. Noise does not compress.
         chunks = tuple(1 if name in ("elevation", "channel") else size for name, size in dataset.image.sizes.items())
         encoding = {"image": {"chunks": chunks, "compressors": None}, "peak": {"chunks": dataset.peak.shape}}
         stores.write(dataset, path, encoding)

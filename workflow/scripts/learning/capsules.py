@@ -63,20 +63,20 @@ def activations(weights, images, routings):
 
 
 def preparation_pays(weights, shape):
-    """Whether `prepared` weights pay for images (n, rows, columns, channels) of this shape, all of them together."""
+    """Tell whether `prepared` weights save time for images (n, rows, columns, channels), all of them together."""
     features = shape[0], *outputs(shape[1:3], 1), weights["convolution"].shape[-1]
     return transforms_pay(features, weights["primary"].shape[-1], STRIDE)
 
 
 def prepared(weights):
-    """What `activations` takes for the weights "primary", too, and else may make anew."""
+    """Transform the weights "primary" once for many calls of `activations`, which else may do so in each call."""
     return transformed(weights["primary"], STRIDE)
 
 
 def reconstruct(weights, vectors, mask, bounded):
     """Reconstructed images (n, pixels) from activation vectors of which `mask` (n, classes) keeps one class's.
 
-    bounded: whether a sigmoid keeps the outputs between 0 and 1, as for magnitudes.
+    bounded: True if a sigmoid keeps the outputs between 0 and 1, as for magnitudes.
     """
     library = vectors.__array_namespace__()
     hidden = (vectors * mask[..., None]).reshape(len(vectors), -1)

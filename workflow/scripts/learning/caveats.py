@@ -1,15 +1,15 @@
-"""What may surprise in a run: warnings that follow from its config and the sizes of its targets."""
+"""Warnings of what may surprise in a run, from its config and the sizes of its targets."""
 
 from isarflow.imaging import geometry
 
-LEARNING = "learning"  # what a warning is about that is about no target
+LEARNING = "learning"  # in place of a target, for a warning about none
 
 
 def warnings(config, reaches):
-    """(target, or LEARNING, and sentence) of everything that may surprise: images that fold over, what is not used.
+    """(target, or LEARNING, and sentence) for everything that may surprise: images that fold over, unused settings.
 
     config: its sections. reaches: the largest distance of a point of each target from the origin in m; None where
-    nothing says it.
+    it is not known.
     """
     figures = geometry.planned(config)
     found = []
@@ -19,7 +19,7 @@ def warnings(config, reaches):
 
 
 def _unused(config):
-    """What of the learning stage a config asks for and does not get, or has and does not use: lines of text."""
+    """Lines of text: settings of the learning stage that have no effect, and images that no model uses."""
     learning, experiments = config["learning"], config["learning"]["experiments"]
     for name, reason in learning.get("left_out", {}).items():
         yield f"the default experiment '{name}' is left out. {reason}"

@@ -1,4 +1,4 @@
-"""The face that every model has: `fit`, `evaluate`, `predict`, `decision_function`, `save` and `load`."""
+"""The interface of every model: `fit`, `evaluate`, `predict`, `decision_function`, `save` and `load`."""
 
 import itertools
 from collections.abc import Mapping
@@ -14,16 +14,16 @@ from isarflow.learning.features import of
 FOLDER = "learning/models"  # where the kinds are, below workflow/scripts
 STATE = "model.npz"
 NOT_HYPER = ("kind", "other")  # settings of a model that are not its own hyper-parameters
-OTHER = "other"  # the label of what is none of the known classes
-ANY_SNR = "any"  # stands for the SNR of images that go with every SNR
+OTHER = "other"  # the label of images of none of the known classes
+ANY_SNR = "any"  # in place of the SNR, for images that go with every SNR
 
 
 class Outcome(NamedTuple):
-    """What a model says of n images.
+    """A model's result for n images.
 
     labels: (n,), names of classes. scores: (n, classes), larger = likelier.
-    known: confidence scores, a mapping of name to (n,): larger = more like the known classes; what is below a threshold
-    is rejected as none of them. Tables and pages call them known scores.
+    known: confidence scores, a mapping of name to (n,): larger = more like the known classes; an image whose score is
+    below a threshold is rejected. In tables their columns are called known_<name>.
     """
 
     labels: np.ndarray
@@ -34,31 +34,31 @@ class Outcome(NamedTuple):
 class Classifier:
     """A classifier of complex images (observations, range, crossrange), complex64.
 
-    Where a run sees several polarizations, images are (observations, channel, range, crossrange); `features` gives rows
-    of either, `features.by_channel` that form of both.
+    Where a run sees several polarizations, images are (observations, channel, range, crossrange); `features` makes
+    rows of both, `features.by_channel` the form with channels.
 
     A model is a class `Model` in a file of its own, models/<name>.py; it defines `fit` and `evaluate`.
     What `fit` learns are arrays whose names end with an underscore: those are saved and loaded.
 
     settings: the model's hyper-parameters, `learning.models.<name>` in the config.
     seed: an integer; all randomness of `fit` follows from it.
-    classes_: names of the classes, sorted, shape (classes,); OTHER is among them where such a class was trained.
+    classes_: names of the classes, sorted, shape (classes,); OTHER is one of them if such a class was trained.
     curve_: None, or a mapping of column name to values: the training curve.
-    by_snr: whether `fit` keeps images of several SNRs apart: it draws each batch at one, or learns from each by itself.
+    by_snr: True if `fit` keeps images of several SNRs apart: it draws each batch at one SNR, or learns each separately.
     smallest: pixels a side that an image must have at least.
-    covariances: whether `fit` keeps a matrix of pixels by pixels for each SNR: it counts in the memory that is planned,
+    covariances: True if `fit` keeps a matrix of pixels by pixels for each SNR: it counts in the memory that is planned,
     and images of more pixels than check.MOST_PIXELS are refused.
-    pairs: whether `fit` keeps a matrix of images by images: it counts in the memory that is planned.
-    fewest: None, or the name of the setting that says of how many images `fit` must learn at least.
-    additive: whether scores and known scores are logarithms of likelihoods or of their ratios, so that those of several
-    looks add up: what it then reaches stands in scores.csv, too.
-    learns_noise: whether `fit` finds images of noise alone, (m, ...), in the attribute `noise`.
-    leaves_out: whether the model keeps training images and can leave some of them out: `fit` finds the aspect of each
+    pairs: True if `fit` keeps a matrix of images by images: it counts in the memory that is planned.
+    fewest: None, or the name of the setting that is the least number of images that `fit` must learn from.
+    additive: True if scores and confidence scores are logarithms of likelihoods or of their ratios, so that those of
+    several looks can be added: scores.csv then has the results of several looks, too.
+    learns_noise: True if `fit` finds images of noise alone, (m, ...), in the attribute `noise`.
+    leaves_out: True if the model keeps training images and can leave some of them out: `fit` finds the aspect of each
     image, (observations,) as text, in the attribute `aspects` and keeps those of its templates as `aspects_`, and
     `evaluate(images, without)` judges each image without the templates of the aspect that `without` (n,) names.
     Thresholds that keep a share of the known images then follow from the training views (see `thresholds`).
     FEATURES: the kind of `features.of` where the setting `features` names no other.
-    checkpoints: None, or a folder in which `fit` may keep its state, to go on from it after a kill.
+    checkpoints: None, or a folder in which `fit` may keep its state, to go on from it if the job was killed.
     """
 
     classes_: np.ndarray
@@ -88,7 +88,7 @@ class Classifier:
         snrs: np.ndarray | None = None,
         views: np.ndarray | None = None,
     ) -> Self:
-        """Learn from images and their class names; gives the model back.
+        """Learn from images and their class names; return the model.
 
         validation: None, or images, labels, snrs and views of the validation azimuths, for the training curve and for
         stopping. snrs: None, or the SNR's name of each image, shape (observations,), to be kept apart: 'clean',
@@ -100,7 +100,7 @@ class Classifier:
     def evaluate(self, images: np.ndarray) -> Outcome:
         """The Outcome of images, in one pass over them.
 
-        Each image is judged by itself: what others are among them changes nothing.
+        Each image is judged separately: the other images do not change its result.
         """
         raise NotImplementedError
 
@@ -109,7 +109,7 @@ class Classifier:
         return np.full(len(order), "") if self.aspects is None else self.aspects[order]
 
     def _masked(self, likeness: np.ndarray, without: np.ndarray | None, least: float) -> np.ndarray:
-        """Likeness to templates, (n, templates), set to `least` for those that an image is judged without."""
+        """Likeness to templates, (n, templates), set to `least` where an image is judged without a template."""
         if without is not None:
             likeness[np.asarray(without)[:, None] == self.aspects_] = least
         return likeness
@@ -120,7 +120,7 @@ class Classifier:
         return self.settings.get("features", self.FEATURES)
 
     def features(self, images: np.ndarray, dtype: type = np.float32) -> np.ndarray:
-        """What the model sees of images: features (observations, d)."""
+        """Features (observations, d) of images, which the model sees."""
         return of(images, self.sees, dtype)
 
     def predict(self, images: np.ndarray) -> np.ndarray:
@@ -149,7 +149,7 @@ class Classifier:
         value = getattr(self, name)
         try:
             array = np.asarray(value)
-        except (TypeError, ValueError):  # lists of several lengths, or what refuses to be one
+        except (TypeError, ValueError):  # lists of several lengths, or objects that cannot become an array
             array = np.asarray(None)
         if array.dtype.hasobject:
             file = file_of(FOLDER, type(self).__module__.rpartition(".")[2])
@@ -161,7 +161,7 @@ class Classifier:
         return array
 
     def load(self, folder: Path) -> Self:
-        """Read what `save` wrote; gives the model back."""
+        """Read what `save` wrote; return the model."""
         with np.load(folder / STATE, allow_pickle=False) as state:
             for name in state.files:
                 setattr(self, name, state[name])

@@ -1,7 +1,7 @@
-"""Confidence scores: how much an image is like the known classes, for detecting what is out of distribution.
+"""Confidence scores: how much an image is like the known classes, to detect images out of distribution.
 
-All are larger for what is more like the known classes; an image whose score is below a threshold is rejected. Tables
-and pages call them known scores. They are made from logits, from a network's features, and from reconstructions.
+All are larger for an image more like the known classes; an image whose score is below a threshold is rejected. They
+are made from logits, from a network's features, and from reconstructions.
 """
 
 import numpy as np
@@ -11,7 +11,7 @@ from isarflow.learning.classifier import OTHER
 from isarflow.learning.features import squared_distances, unit
 
 NEIGHBOUR = 5  # the distance to this nearest training image is the score
-GAUSSIANS = ("means", "whitening", "background_mean", "background_whitening")  # what `fit_gaussians` gives
+GAUSSIANS = ("means", "whitening", "background_mean", "background_whitening")  # names of the arrays of `fit_gaussians`
 
 
 def of_logits(logits, classes):
@@ -44,7 +44,7 @@ def fit_gaussians(features, labels, classes):
 
     features: (n, d); labels: (n,), each one of `classes`, which are sorted. The covariance within the classes is shrunk
     (Ledoit and Wolf 2004), as there may be fewer images than dimensions; that of all images is the same plus the
-    scatter of the class means, so that the two differ where the classes do and nowhere else.
+    scatter of the class means, so that the two differ only where the classes do.
     means: (classes, d); whitening: (d, d), with |(x - mean) whitening|^2 the squared Mahalanobis distance;
     background_mean and background_whitening: the same of all images together.
     """
@@ -53,7 +53,7 @@ def fit_gaussians(features, labels, classes):
     means = np.stack([features[labels == name].mean(axis=0) for name in classes])
     index = np.searchsorted(classes, labels)
     within = LedoitWolf(assume_centered=True).fit(features - means[index]).covariance_
-    # Features that never vary would leave nothing to divide by.
+    # For features that never vary one would divide by zero.
     within += (1e-6 * np.trace(within) / len(within) + 1e-12) * np.eye(len(within))
     middle = features.mean(axis=0)
     apart = (means - middle) * np.sqrt(np.bincount(index) / len(index))[:, None]
@@ -71,7 +71,7 @@ def _whitening(covariance):
 
 
 def mahalanobis_scores(features, gaussians):
-    """Scores from features (n, d) and what `fit_gaussians` gave: a mapping of name to (n,).
+    """Scores from features (n, d) and the result of `fit_gaussians`: a mapping of name to (n,).
 
     mahalanobis: minus the squared distance to the nearest class (Lee et al. 2018).
     relative_mahalanobis: the same, less the distance to the Gaussian of all classes (Ren et al. 2021).
@@ -86,7 +86,7 @@ def mahalanobis_scores(features, gaussians):
 def zncc(images, others, noise=0.0):
     """Zero-mean normalised cross-correlation of images with others, both (n, pixels): (n,), 0 where one is constant.
 
-    noise: the part of the images' variance over their pixels that is noise's, (n,), which is taken out.
+    noise: the part of the images' variance over their pixels that comes from noise, (n,); it is subtracted.
     """
     images, others = (rows - rows.mean(axis=1, keepdims=True) for rows in (images, others))
     variance = (images**2).mean(axis=1)
@@ -96,9 +96,9 @@ def zncc(images, others, noise=0.0):
 
 
 def noise_variance(images):
-    """The variance (n,) that noise gives the pixels of magnitude images (n, pixels), as they show it themselves.
+    """The variance (n,) that noise gives the pixels of magnitude images (n, pixels), estimated from the images.
 
-    The faintest quarter of an image's pixels is taken to hold nothing but noise. Magnitudes of noise of power P have a
+    The faintest quarter of an image's pixels is taken for noise alone. Magnitudes of noise of power P have a
     Rayleigh distribution, with first quartile sqrt(P log(4/3)) and variance (1 - pi/4) P.
     """
     power = np.quantile(images, 0.25, axis=1) ** 2 / np.log(4 / 3)

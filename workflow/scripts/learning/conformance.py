@@ -1,7 +1,7 @@
-"""Whether a fitted model is what `classifier.py` asks for, tried on a few images right after its training.
+"""Check on a few images, right after its training, that a fitted model has the interface of `classifier.py`.
 
-So a model of a user's own is refused there, with one message, and not by a later job that takes it for granted.
-`who` is how that message names the model, as `describe` gives it.
+So a faulty model of a user's own is refused there, with one message, and not by a later job that relies on it.
+`who` is the model's name in that message, from `describe`.
 """
 
 import inspect
@@ -15,7 +15,7 @@ from isarflow.learning.classifier import FOLDER, OTHER, Outcome
 
 FEW = 8  # images that a model is tried on
 ARGUMENTS = ("images", "labels", "validation", "snrs", "views")
-EVALUATED = {  # what `evaluate` takes, by whether the model leaves some of its images out
+EVALUATED = {  # arguments of `evaluate`, by whether the model leaves some of its images out
     False: (("images",), "evaluate(self, images)"),
     True: (("images", "without"), "evaluate(self, images, without=None)"),
 }
@@ -24,12 +24,12 @@ CURVE = ("epoch", "loss", "accuracy", "validation_loss", "validation_accuracy") 
 
 
 def describe(model, run, kind):
-    """How a message names a model: its file, its own name and the run's."""
+    """A model as a message names it: its file, its own name and the run's."""
     return f"{file_of(FOLDER, kind)}, model {model} of {run}"
 
 
 def check_face(model, who):
-    """Raise InputError for a model whose `fit` or `evaluate` does not take what it is given."""
+    """Raise InputError for a model whose `fit` or `evaluate` does not take its arguments."""
     for method, arguments, wanted in (
         (model.fit, ARGUMENTS, "fit(self, images, labels, validation=None, snrs=None, views=None)"),
         (model.evaluate, *EVALUATED[model.leaves_out]),
@@ -43,7 +43,7 @@ def check_face(model, who):
 def check_fitted(model, labels, images, who):
     """Raise InputError for a fitted model with other classes than its labels, a wrong curve or a wrong Outcome.
 
-    labels: those that it was trained with; images: some that it was not.
+    labels: those that it was trained with; images: some that it was not trained with.
     """
     classes = getattr(model, "classes_", None)
     if not isinstance(classes, np.ndarray) or classes.ndim != 1:
@@ -72,7 +72,7 @@ def check_fitted(model, labels, images, who):
         )
     alone = model.evaluate(images[:1])
     check_outcome(alone, 1, classes, who)
-    # Images come to it target by target: what it reads off the others would be the answer.
+    # Images come target by target: a model that looks at an image's neighbours could read the answer from them.
     first = Outcome(few.labels[:1], few.scores[:1], {name: values[:1] for name, values in few.known.items()})
     if not _near(first, alone, BATCHED):
         raise InputError(
@@ -82,7 +82,7 @@ def check_fitted(model, labels, images, who):
 
 
 def check_outcome(outcome, count, classes, who, where=""):
-    """Raise InputError for what is no Outcome of so many images. where: said after their number."""
+    """Raise InputError for a result that is no Outcome of `count` images. where: words after the number."""
     if not isinstance(outcome, Outcome):
         raise InputError(f"{who}: its evaluate must return an Outcome(labels, scores, known), not {_shown(outcome)}.")
     _check_shape("labels", outcome.labels, (count,), who)
@@ -117,7 +117,7 @@ def _check_shape(what, values, shape, who):
 
 
 def check_restored(model, restored, images, who):
-    """Raise InputError where a model that was loaded says anything else of some images than the one that was saved.
+    """Raise InputError where a model that was loaded gives another result for some images than the one that was saved.
 
     restored: a function without arguments that loads it.
     """
@@ -128,7 +128,7 @@ def check_restored(model, restored, images, who):
         after = loaded.evaluate(images)
         if not _alike(before, after):
             why = "it says something else of the same images"
-    except Exception as error:  # of whatever kind: it worked before it was saved
+    except Exception as error:  # of any kind: it worked before it was saved
         why = f"it ends with {type(error).__name__}: {error}"
     if why:
         names = sorted(vars(model).keys() - vars(loaded).keys() - {"curve_", "checkpoints", "noise"}) if loaded else ()
@@ -140,14 +140,14 @@ def check_restored(model, restored, images, who):
 
 
 def _alike(one, other):
-    """Whether two Outcomes say the same; not to the last bit, as arrays may lie in another order in memory."""
+    """Tell whether two Outcomes are the same; not to the last bit, as arrays may have another order in memory."""
     return not (one.labels != other.labels).any() and _near(one, other, NEAR)
 
 
 def _near(one, other, near):
-    """Whether the scores of two Outcomes agree within a share of the largest.
+    """Tell whether the scores of two Outcomes agree within a share of the largest.
 
-    Of the largest of all: a distance to a training image's copy, 0, is rounding alone.
+    The largest of all scores: the distance to a copy of a training image, 0, is rounding alone.
     """
     numbers = ({"": outcome.scores, **outcome.known} for outcome in (one, other))
     mine, theirs = ({name: np.asarray(values, float) for name, values in named.items()} for named in numbers)
@@ -157,7 +157,7 @@ def _near(one, other, near):
 
 
 def _shown(value):
-    """What a value is, in a few words."""
+    """Describe a value in a few words."""
     if value is None:
         return "nothing"
     if isinstance(value, np.ndarray):

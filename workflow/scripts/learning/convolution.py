@@ -13,13 +13,13 @@ TILE = 4  # outputs a side of a tile
 # Where the polynomials of a tile are evaluated, and at infinity: as many as a tile has pixels a side. With these the
 # outputs are right to 4e-6 of the largest; eight outputs a side would take five points more, and keep 1e-4.
 POINTS = 0, 1, -1, 0.5, -2, 2, -0.5
-MOVED = 200  # multiplications in the time in which a number is written to memory, and its gradient
+MOVED = 200  # multiplications in the time in which a number and its gradient are written to memory
 
 
 def convolve(images, weights, offset, stride):
     """Images (n, rows, columns, channels) to outputs (n, rows', columns', filters).
 
-    weights: (KERNEL^2 channels, filters), or what `transformed` makes of them; offset: (filters,).
+    weights: (KERNEL^2 channels, filters), or the result of `transformed`; offset: (filters,).
     """
     if weights.ndim == 2 and transforms_pay(images.shape, weights.shape[-1], stride):
         weights = transformed(weights, stride)
@@ -29,14 +29,14 @@ def convolve(images, weights, offset, stride):
 def by_slices(images, weights, offset, stride):
     """As `convolve`, by slices and one matrix product.
 
-    XLA's own convolution has a gradient that is 30 times slower on CPUs, and one slice for each of the weights takes it
-    three times as long to compile as first those of a row and then those of a column.
+    XLA's own convolution has a gradient that is 30 times slower on CPUs. One slice for each of the weights takes XLA
+    three times as long to compile as slices of a row first and then of a column.
     """
     rows, columns = (stride * (size - 1) + 1 for size in outputs(images.shape[1:3], stride))
     concatenate = images.__array_namespace__().concatenate
     seen = concatenate([images[:, :, first : first + columns : stride] for first in range(KERNEL)], axis=-1)
     seen = concatenate([seen[:, first : first + rows : stride] for first in range(KERNEL)], axis=-1)
-    # NumPy would make of four dimensions as many small products.
+    # With four dimensions NumPy would compute many small products.
     return (seen.reshape(-1, len(weights)) @ weights + offset).reshape(*seen.shape[:3], -1)
 
 
@@ -94,14 +94,14 @@ def transforms(side):
         return np.vstack([finite[:, None] ** np.arange(terms), np.eye(terms)[-1]])
 
     of_pixels, of_weights = np.linalg.inv(values(TILE + side - 1)).T, values(side)
-    # Rows of one length, so that neither's rounding weighs more; powers of two are exact.
+    # Rows of equal length, so that rounding has the same weight in both; powers of two are exact.
     ratio = 2.0 ** np.round(np.log2(np.linalg.norm(of_pixels, axis=1) / np.linalg.norm(of_weights, axis=1)) / 2)
     matrices = of_pixels / ratio[:, None], of_weights * ratio[:, None], values(TILE).T
     return [matrix.astype(np.float32) for matrix in matrices]
 
 
 class Tiling(NamedTuple):
-    """Outputs along one axis in tiles: of_pixels (points tiles, pixels), of_outputs (outputs, points, tiles)."""
+    """Matrices for tiles along an axis: of_pixels (points tiles, pixels), of_outputs (outputs, points, tiles)."""
 
     tiles: int
     of_pixels: np.ndarray
@@ -121,7 +121,7 @@ def tiling(outputs, side):
 
 
 def transforms_pay(shape, filters, stride):
-    """Whether tiles take less time than slices.
+    """Tell whether tiles take less time than slices.
 
     shape: (n, rows, columns, channels) of the images; the weights are transformed once for all n of them. Slices write
     KERNEL^2 numbers for each place and channel, and most of their time goes with these.
@@ -139,7 +139,7 @@ def transforms_pay(shape, filters, stride):
 
 
 def outputs(size, stride):
-    """Rows and columns of the outputs, for those of the images."""
+    """Number of rows and columns of the outputs, from those of the images."""
     return [(pixels - KERNEL) // stride + 1 for pixels in size]
 
 

@@ -1,4 +1,4 @@
-"""The experiments of a config, one by one: what each run trains on and is tested on."""
+"""The experiments of a config, one by one: training and test images of each run."""
 
 from dataclasses import asdict
 
@@ -10,7 +10,7 @@ from isarflow.learning.split import divisions
 
 CLEAN = "clean"
 TOLERANCE = 1e-4  # degrees: two angles nearer than this are the same one
-# What of a run decides what its models learn. The rest (its models, whether it is open) may change without a new fit.
+# The parts of a run that its models depend on. The rest (its models, whether it is open) may change without a new fit.
 LEARNED = ("channels", "division", "elevation", "experiment", "name", "random_snr", "snrs", "split", "upsample")
 
 # The reference thesis's method of the open set: model, training SNR, confidence score. Others are compared with it.
@@ -18,10 +18,10 @@ REFERENCE = ("capsule", "clean", "zncc")
 
 
 def runs(config):
-    """Every run of a config's experiments: a mapping of its name, which is its folder's, to what it does.
+    """Every run of a config's experiments: a mapping of its name, also its folder's, to its description.
 
-    An experiment is one run, but for `snr_db: {each: [...]}`, which is one for each SNR: <experiment>_<label>; and of
-    a split by sector each is one for every fold: <experiment>_fold<number>.
+    An experiment is one run. Exceptions: `snr_db: {each: [...]}` is a run for each SNR: <experiment>_<label>; a split
+    by sector is a run for each fold: <experiment>_fold<number>.
     A run is a mapping of its name, experiment (that one's name), models, elevation (a list of degrees, or all), snrs
     (those of the training images, numbers or 'clean'), random_snr (whether each batch is drawn from one of them), open
     (whether unknown targets are tested), lacks_unknown (whether they should be and there are none), split (random or
@@ -64,7 +64,7 @@ def runs(config):
 
 
 def channels_of(run, every):
-    """How many channels a run's images have, of so many that there are."""
+    """Number of channels of a run's images, of `every` channels that there are."""
     return every if run["channels"] == "all" else len(run["channels"])
 
 
@@ -74,7 +74,7 @@ def label(snr):
 
 
 def cleanest(labels):
-    """Of the names of SNRs, as `label` gives them, that with the least noise; any other name counts as the most."""
+    """The name with the least noise, of names of SNRs as `label` gives them; any other name counts as most noise."""
 
     def level(name):
         return snr_of_label(name) if name.startswith("snr_") else -np.inf
@@ -99,12 +99,12 @@ def train_snr_db(run):
 
 
 def snrs_in_words(snrs):
-    """SNRs in dB, or 'clean', in words: three and more in equal steps as a range, '-24 to 24 dB by 3'."""
+    """SNRs in dB, or 'clean', in words: three or more in equal steps as a range, '-24 to 24 dB by 3'."""
     rest = sorted(snr + 0.0 for snr in snrs if snr != CLEAN)  # + 0.0: no minus before a zero
     words = [CLEAN] if CLEAN in snrs else []
     while rest:
         steps = np.diff(rest)
-        # How many of the steps from the first SNR on are equal.
+        # Number of equal steps from the first SNR on.
         equal = int(np.argmin(np.append(np.isclose(steps, steps[:1]), False)))
         if equal > 1:
             words.append(f"{rest[0]:g} to {rest[equal]:g} dB by {steps[0]:g}")
@@ -116,7 +116,7 @@ def snrs_in_words(snrs):
 
 
 def labels_in_words(labels):
-    """The same of the names of SNRs, as `label` gives them."""
+    """Names of SNRs, as `label` gives them, in words as of `snrs_in_words`."""
     return snrs_in_words([CLEAN if name == CLEAN else snr_of_label(name) for name in labels])
 
 
@@ -124,8 +124,8 @@ def megabytes(images, pixels, covariances, pairs):
     """Memory of a job of a model, in MB: 1000 for the libraries, and its images of so many pixels in all channels.
 
     Of each image there are complex64 pixels and three copies of its real and imaginary parts in double precision, as
-    libraries make them. pairs: whether the model keeps a number in double precision for each pair of images, besides
-    500 MB of them in another form. covariances: for how many SNRs the model keeps a matrix of pixels by pixels, 0 for
+    libraries make them. pairs: True if the model keeps a number in double precision for each pair of images, and
+    500 MB of them in another form. covariances: number of SNRs with a matrix of pixels by pixels in the model, 0 for
     none. Of each of these there are two in single precision, and four in double of the one that is being learned.
     """
     matrices = 4 * 16 + 2 * 8 * covariances if covariances else 0

@@ -1,4 +1,4 @@
-"""Images with labels, splits and origin as plain arrays, for programs that know nothing of this one."""
+"""Write images with labels, splits and origin as plain arrays, for other programs."""
 
 from pathlib import Path
 
@@ -14,7 +14,7 @@ from isarflow.learning.experiments import CLEAN
 from isarflow.learning.split import SETTINGS, SIDES, check, divisions, split
 
 GUARD = "guard"  # an image that a split leaves out
-ROWS = 1024  # images of a chunk, at most
+ROWS = 1024  # images per chunk, at most
 ABOUT = {
     "image": ("1", "ISAR image divided by its peak magnitude, (n, [channel,] range, crossrange)"),
     "label": ("1", "class: the target's number in the attribute 'targets', from 0"),
@@ -28,9 +28,9 @@ ABOUT = {
 def export(stores, path, roles, planes, settings, seed, aperture):
     """Write the images of all targets at one SNR to `path`, an HDF5 file (.h5) or a zarr store (.zarr).
 
-    Images of one store after those of another, with an axis `channel` of several polarizations; row n of `image`,
-    complex64, is what `label`, `elevation`, `azimuth`, `realization`, `snr` and, each the number of its side in the
-    attribute 'sides', `split_random`, `split_sector_<fold>` and the like say of it. stores:
+    Images of one store follow those of another, with an axis `channel` if there are several polarizations. Row n of
+    `image`, complex64, belongs to row n of `label`, `elevation`, `azimuth`, `realization`, `snr` and of `split_random`,
+    `split_sector_<fold>` and so on, which have the number of its side in the attribute 'sides'. stores:
     imaging/<target>/<label>.zarr; roles, planes: of the targets, the latter their mirror planes; settings: the config's
     `learning.split`.
     """

@@ -1,6 +1,6 @@
-"""Exported images as NumPy arrays: `load`. A copy of this file works by itself, with NumPy and h5py alone.
+"""Load exported images as NumPy arrays. A copy of this file works on its own, with NumPy and h5py alone.
 
-`snakemake export` writes the files; docs/exported-images.md says what they hold.
+`snakemake export` writes the files; docs/exported-images.md describes them.
 """
 
 from collections.abc import Sequence
@@ -14,10 +14,10 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Images:
-    """Images and what is known of each, arrays of one length n.
+    """Images with their labels and origin, arrays of one length n.
 
     x: complex64 (n, range, crossrange), divided by its peak magnitude; of several polarizations (n, channel, range,
-    crossrange), whose names the file has as `channel`. y: the target's name; role: the target's, known, unknown or
+    crossrange); the file has their names as `channel`. y: the target's name; role: the target's, known, unknown or
     other. side: train, validation, test or guard, which no side uses. snr: dB, infinite without noise. elevation,
     azimuth: degrees, of the radar. realization: number of the noise sample.
     """

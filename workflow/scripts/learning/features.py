@@ -1,20 +1,20 @@
-"""What models compute from complex images, which are (n, range, crossrange), or (n, channel, range, crossrange)."""
+"""Compute features of complex images, which are (n, range, crossrange), or (n, channel, range, crossrange)."""
 
 import numpy as np
 
 from isarflow.core.errors import InputError
 
 KINDS = ("parts", "magnitude", "power", "log")  # of features; config/schema.yaml says what they are
-FLOOR_DB = -60  # below an image's peak: fainter pixels count as this in `log`
+FLOOR_DB = -60  # below an image's peak: fainter pixels are set to this in `log`
 
 
 def by_channel(images):
-    """The images as (n, channel, range, crossrange), also where there is one channel and no axis of it."""
+    """The images as (n, channel, range, crossrange), also if there is one channel without an axis."""
     return images.reshape(len(images), -1, *images.shape[-2:])
 
 
 def of(images, kind, dtype=np.float32):
-    """What a model sees of images by its setting `features`: rows of real numbers (n, d), all channels in one.
+    """Compute a model's features by its setting `features`: rows of real numbers (n, d), all channels in one.
 
     parts: real parts, then imaginary parts. magnitude: |x|. power: |x|^2. log: 1 + log10(|x| / peak) / 3, floored at
     -60 dB below the image's peak, so from 0 there to 1 at the peak. InputError for another kind.
@@ -76,7 +76,7 @@ def squared_distances(x, references, squared_norms):
 def upsample(images, down, carrier, pixels):
     """Images on `pixels` a side of the same extent, divided by their new peak magnitude.
 
-    The same as zero padding of the aperture before the Fourier transform (thesis section 4.4.5), but begun from the
+    The same as zero padding of the aperture before the Fourier transform (thesis section 4.4.5), but from the
     image. down: the ranges (range,) in m, uniform; carrier: the wavenumber in rad/m in the middle of the image's
     spectrum, about which the zeros are added.
     """

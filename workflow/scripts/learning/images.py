@@ -1,4 +1,4 @@
-"""Images from their stores, and where each comes from."""
+"""Read images from their stores, with the origin of each."""
 
 from pathlib import Path
 from typing import NamedTuple
@@ -27,7 +27,7 @@ def azimuths(store):
 
 
 class Divided(NamedTuple):
-    """How a target's views are divided. elevation, azimuth: of the sweep, degrees; sides, blocks: see `split`."""
+    """Division of a target's views. elevation, azimuth: of the sweep, degrees; sides, blocks: see `split`."""
 
     elevation: np.ndarray
     azimuth: np.ndarray
@@ -53,12 +53,12 @@ def divide(stores, planes, division):
 
 
 def read_side(stores, divided, *sides, elevation="all", **how):
-    """What `read` gives of the views of these sides of each target. divided: what `divide` gives; how: as of `read`.
+    """Read the views of these sides of each target. divided: the result of `divide`; how: arguments of `read`.
 
-    elevation: as of `read`, of a run that trains at some alone, which no split by elevation has.
+    elevation: as of `read`, of a run that trains at some elevations alone, which no split by elevation has.
     """
     angles = {target: of.angles(*sides) for target, of in divided.items()}
-    every = next(iter(angles.values()))[0]  # the sweep's, and so the same of all targets
+    every = next(iter(angles.values()))[0]  # the sweep's, and so the same for all targets
     azimuth = {target: of[1] for target, of in angles.items()}
     return read(stores, azimuth, every if isinstance(elevation, str) else elevation, **how)
 
@@ -66,14 +66,14 @@ def read_side(stores, divided, *sides, elevation="all", **how):
 def read(stores, azimuth, elevation="all", pixels="none", realizations=None, channels="all"):
     """All images of the stores at some azimuths and elevations (degrees; elevation may be 'all').
 
-    azimuth: a mapping of each target to its azimuths. pixels: 'none', or how many a side the images are up-sampled to.
-    realizations: of each view's noise, the first ones, at most; None for all. channels: the polarizations that are
+    azimuth: a mapping of each target to its azimuths. pixels: 'none', or the number a side after up-sampling.
+    realizations: the most of each view's noise, the first ones; None for all. channels: the polarizations that are
     taken, or 'all'; images of some are divided by the peak of these.
-    Gives the images, complex64 (n, range, crossrange), or of several channels (n, channel, range, crossrange) in the
-    order of the stores', and a DataFrame of n rows that says where each comes from:
+    Returns the images, complex64 (n, range, crossrange), or of several channels (n, channel, range, crossrange) in the
+    order of the stores, and a DataFrame of n rows with the origin of each:
     columns label (of its SNR, as 'clean' or 'snr_6dB'), target, elevation, azimuth (degrees) and realization, which is
     0 in a store without noise; of noisy images also snr_<definition>, each one's own SNR in dB. Rows are in the order
-    of the former columns, each store's angles as they stand there.
+    of the former columns, each store's angles in the store's order.
     Raises InputError for an angle or a channel that a store does not have, for an image that is not finite, and for
     fewer pixels than the images have.
     """
@@ -120,7 +120,7 @@ def _read(store, azimuth, elevation, pixels, realizations, channels):
 
 
 def _of_channels(dataset, channels, store):
-    """The images of a store in these channels, without an axis for a single one, and whether there are others."""
+    """The images of a store in these channels, without an axis for a single one, and whether it has other channels."""
     image = dataset["image"]
     several = "channel" in image.dims
     have = image["channel"].values.tolist() if several else [dataset.attrs.get("polarization")]
@@ -135,7 +135,7 @@ def _of_channels(dataset, channels, store):
 
 
 def aspects(origin, planes):
-    """The target and aspect of each row of what `read` gives, (n,) as text: the same for a view and its mirror image.
+    """The target and aspect of each row of `origin`, (n,) as text: the same for a view and its mirror image.
 
     planes: of the targets by name, their mirror planes; pure noise has none.
     """
@@ -147,7 +147,7 @@ def aspects(origin, planes):
 
 
 def among(angles, others):
-    """Which of the angles (n,) are among the others, within TOLERANCE: booleans (n,)."""
+    """True for angles (n,) that are among the others, within TOLERANCE: booleans (n,)."""
     return (np.abs(np.asarray(angles)[:, None] - np.asarray(others, float)) < TOLERANCE).any(axis=1)
 
 

@@ -1,7 +1,7 @@
 import os
 from pathlib import Path
 
-# One thread, as the rule says, and so the same bits on every machine. XLA takes the number of cores from here.
+# One thread, as in the rule, and so the same bits on every machine. XLA takes the number of cores from here.
 os.environ["NPROC"] = "1"
 
 from isarflow.core.job import job
@@ -17,6 +17,6 @@ with job(snakemake):
         planes=settings["planes"],
         seed=settings["seed"],
     )
-    # Not in the output's folder: Snakemake removes that before a job and after a failed one.
+    # Not in the output's folder: Snakemake removes it before a job and after a failed one.
     checkpoints = Path(snakemake.output.model).parents[2] / "checkpoints" / settings["run"]["name"] / model
     train(snakemake.input.stores, training, snakemake.output.model, checkpoints)

@@ -1,4 +1,4 @@
-"""Prediction tables judged: which label each test image ends up with, and the metrics and intervals that follow."""
+"""Judge prediction tables: the final label of each test image, and the metrics and intervals that follow."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -12,16 +12,16 @@ from isarflow.learning.metrics import KEPT
 from isarflow.learning.predict import KNOWN
 
 SHORT = ("accuracy", "f1_weighted", "f1_macro")  # metrics by another definition of SNR
-BY_FOLD = ("accuracy", "f1_weighted")  # metrics of each fold by itself
+BY_FOLD = ("accuracy", "f1_weighted")  # metrics of each single fold
 
 
 @dataclass(frozen=True)
 class Decision:
-    """The test images of one SNR as one way of judging labels them.
+    """The test images of one SNR with the labels of one way of judging.
 
-    score, threshold: what stands in these columns. test: the table's rows; predicted: their labels (n,), rejected ones
-    OTHER. fixed: metrics that do not follow from labels, as (name, value, low, high). validation: (metric, value,
-    number of images) on the validation images. is_final: whether these labels are the last word, not those before a
+    score, threshold: values of these columns. test: the table's rows; predicted: their labels (n,), rejected ones
+    OTHER. fixed: metrics that do not depend on labels, as (name, value, low, high). validation: (metric, value,
+    number of images) on the validation images. is_final: True if these labels are final, not those before a
     threshold. labels: all that occur; judged: those that can be true; blocks, folds: those that the images belong to
     (see `split.blocks`), as text.
     """
@@ -39,14 +39,14 @@ class Decision:
 
     @cached_property
     def _labelled(self):
-        """The labels that occur, and the number among them of each image's true and predicted one, (2, n)."""
+        """The labels that occur, and the numbers of each image's true and predicted label among them, (2, n)."""
         labels = np.concatenate([self.test["truth"].to_numpy(str), self.predicted.astype(str)])
         found, numbers = np.unique(labels, return_inverse=True)
         return found, numbers.reshape(2, -1)
 
     @cached_property
     def _placed(self):
-        """The blocks that occur, and the number among them of each image's, (n,)."""
+        """The blocks that occur, and the number of each image's block among them, (n,)."""
         return np.unique(self.test["block"].to_numpy(str), return_inverse=True)
 
     @property
@@ -58,7 +58,7 @@ class Decision:
         return np.unique(self.test["fold"].to_numpy(str))
 
     def of_folds(self, folds):
-        """The same of the images of these folds alone."""
+        """The Decision of the images of these folds alone."""
         own = np.isin(self.test["fold"].to_numpy(str), folds)
         return replace(self, test=self.test[own], predicted=self.predicted[own])
 
@@ -68,7 +68,7 @@ class Decision:
 
     @cached_property
     def judged(self):
-        # In the closed set OTHER may be predicted, and is then wrong, but never true.
+        # In the closed set OTHER may be predicted, and is then wrong; it is never true.
         found, (true, _) = self._labelled
         return self.labels if OTHER in found[np.unique(true)] else self.labels[self.labels != OTHER]
 
@@ -85,7 +85,7 @@ class Decision:
 
 
 def decide(table, is_open, kept=KEPT):
-    """The `Decision`s of a prediction table of all folds: the closed set's, and of an open run those of each score.
+    """The `Decision`s of a prediction table of all folds: the closed set's, and for an open run those of each score.
 
     kept: the share of known images that the protocol of this name keeps.
     """
@@ -151,9 +151,9 @@ def rows(decision, seed):
 
 
 def _separated(decision, seed):
-    """What a confidence score separates without a threshold: a mapping of metric to (value, low, high).
+    """Metrics of how a confidence score separates without a threshold: a mapping of metric to (value, low, high).
 
-    Scores of two models do not compare, so of several folds it is the mean of what each separates. Either every fold
+    Scores of two models cannot be compared, so several folds give the mean over folds. Either every fold
     has images in all blocks, or it is a block of its own, which counts as often as it is drawn.
     """
     sizes = np.unique(decision.test["block"], return_counts=True)[1]
@@ -177,7 +177,7 @@ def _separation(decision, test, draws):
 
 
 def cells(decision):
-    """(target, predicted, number of test images) of a Decision; none of a confidence score without a threshold."""
+    """(target, predicted, number of test images) of a Decision; none for a confidence score without a threshold."""
     if not decision.is_final:
         return
     targets, numbers = np.unique(decision.test["target"].to_numpy(str), return_inverse=True)
@@ -190,7 +190,7 @@ def cells(decision):
 def by_other_definitions(decided, definition, seed):
     """Metrics SHORT at equal SNR by other definitions than the run's: (definition, snr, kind, row) of each.
 
-    decided: what `decide` gives, by SNR; kind: the `score` and `threshold`; row: (metric, value, low, high, images).
+    decided: the result of `decide`, by SNR; kind: the `score` and `threshold`; row: (metric, value, low, high, images).
     An image of the table at SNR s has by another definition the SNR s + d, with a d of its own. So it counts at the SNR
     m as the run's images would at m - d, which lies between two of the run's SNRs: with both, by linear weights.
     """
@@ -211,7 +211,7 @@ def by_other_definitions(decided, definition, seed):
 
 
 def _hat(values, grid, number):
-    """How much a point of the grid counts in the linear interpolation at each of the values (n,)."""
+    """Weight of a point of the grid in the linear interpolation at each of the values (n,)."""
     return np.interp(values, grid, np.arange(len(grid)) == number)
 
 
@@ -228,7 +228,7 @@ def _weighted(decisions, weights, seed):
 
 
 def gain(decision, reference, seed):
-    """How much more the weighted F1 of a Decision is than a reference's on the same folds: (value, low, high, images).
+    """Weighted F1 of a Decision minus that of a reference on the same folds: (value, low, high, images).
 
     None where they have no fold in common.
     """

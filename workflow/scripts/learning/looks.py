@@ -1,4 +1,4 @@
-"""Several looks at a target along a track: rows of a prediction table whose scores are added."""
+"""Add the scores of several looks at a target along a track: rows of a prediction table."""
 
 import numpy as np
 import pandas as pd
@@ -6,24 +6,24 @@ import pandas as pd
 from isarflow.learning.predict import KNOWN, SCORE
 
 LOOKS = (2, 3, 5)  # how many are added
-TRACK = ["target", "elevation", "realization", "side", "fold"]  # what all looks of a track have in common
+TRACK = ["target", "elevation", "realization", "side", "fold"]  # columns in which all looks of a track are equal
 
 
 def fused(table, count, step, aperture):
-    """The rows of a prediction table with the scores of `count` looks added up: of all rows that a track begins at.
+    """All rows of a prediction table at which a track begins, with the scores of `count` looks added up.
 
-    The looks of a track have the same elevation and side, and azimuths that are an aperture apart, so that no two share
-    a sample, nor noise that is drawn for each image or once a sweep. step: degrees between azimuths; aperture: how many
-    an image has. Sums stand in the columns score_<class> and known_<score>, which is right for logarithms of
-    likelihoods and of their ratios; `predicted` follows from the former. Other columns are those of the first look.
-    Nothing is left where a circle has no room for so many.
+    The looks of a track have the same elevation and side, and azimuths an aperture apart, so that no two share a
+    sample, nor noise, whether drawn for each image or once a sweep. step: degrees between azimuths; aperture: number
+    of azimuths of an image. The columns score_<class> and known_<score> have the sums, which is right for logarithms
+    of likelihoods and of their ratios; `predicted` follows from the former. Other columns are those of the first look.
+    No row is left if a circle has no room for so many looks.
     """
     number, circle = ((table["azimuth"] - table["azimuth"].min()) / step).round().astype(int), 360 / step
     places = table[TRACK].round(4).assign(number=number)
     index, rows = pd.MultiIndex.from_frame(places), []
     for look in range(count):
         along = number + look * aperture
-        # A sweep that closes no circle has no azimuth there.
+        # If the sweep is not a closed circle, it has no azimuth there.
         places["number"] = along % round(circle) if abs(circle - round(circle)) < 1e-6 else along
         rows.append(index.get_indexer(pd.MultiIndex.from_frame(places)))
     begins = (np.array(rows) >= 0).all(axis=0) & (count * aperture <= circle + 1e-6)

@@ -17,9 +17,9 @@ KEPT = 0.95  # share of the known images above the threshold of fpr95
 
 
 def confusion(groups, truth, predicted, shape, weight=None):
-    """Counts (groups, labels, labels) from the number of each observation's group, truth and predicted label.
+    """Count (groups, labels, labels) from the numbers of each observation's group, truth and predicted label.
 
-    shape: (groups, labels). The three arrays have shape (observations,), and so has weight: how often each counts.
+    shape: (groups, labels). The three arrays and weight, how often each counts, have shape (observations,).
     """
     count, labels = shape
     cells = (np.asarray(groups) * labels + truth) * labels + predicted
@@ -29,9 +29,9 @@ def confusion(groups, truth, predicted, shape, weight=None):
 def metrics_of(counts, labels, judged):
     """All metrics of confusion counts (..., labels, labels): a mapping of name to values (...).
 
-    accuracy, f1_weighted (by true counts), f1_macro (plain mean), precision_<label>, recall_<label>; the last three of
-    the labels in `judged` only: one that is predicted but can never be true says nothing of its own.
-    A ratio with nothing below the line is 0, but for the precision of a label that is never predicted, which is NaN.
+    accuracy, f1_weighted (by true counts), f1_macro (plain mean), precision_<label>, recall_<label>; the last three for
+    the labels in `judged` only: a label that is predicted but can never be true has no meaningful value.
+    A ratio with denominator 0 is 0, except the precision of a label that is never predicted, which is NaN.
     """
     counts = np.asarray(counts, float)
     right = np.diagonal(counts, axis1=-2, axis2=-1)
@@ -51,7 +51,7 @@ def metrics_of(counts, labels, judged):
 
 
 def metrics_of_labels(truth, predicted, weight=1.0):
-    """The metrics of labels (n,), each image counting as many times as `weight`, (n,) or one number, says."""
+    """The metrics of labels (n,), each image counting `weight` times, (n,) or one number."""
     labels, codes = np.unique([*truth, *predicted], return_inverse=True)
     counts = np.zeros((len(labels), len(labels)))
     np.add.at(counts, tuple(codes.reshape(2, -1)), weight)
@@ -60,7 +60,7 @@ def metrics_of_labels(truth, predicted, weight=1.0):
 
 @functools.cache
 def weights(blocks, seed):
-    """How often each of so many blocks is drawn in each bootstrap resample: (resamples, blocks).
+    """Number of times that each block is drawn in each bootstrap resample: (resamples, blocks).
 
     Images of one block are not independent, so whole blocks are drawn with replacement (Kuensch 1989). The draws follow
     from the seed and the number of blocks alone, so models tested on the same blocks are compared on the same draws.
@@ -70,21 +70,21 @@ def weights(blocks, seed):
 
 
 def equal_blocks(sizes):
-    """How many blocks of equal size say as much as blocks of these sizes (blocks,) (Kish 1965)."""
+    """Number of blocks of equal size that say as much as blocks of these sizes (blocks,) (Kish 1965)."""
     return sizes.sum() ** 2 / (sizes**2).sum()
 
 
 def interval(value, resampled, blocks, share=True):
-    """The 95 % interval of a value from its values in resamples of so many blocks (resamples,): (low, high).
+    """The 95 % interval of a value from its values in resamples (resamples,) of `blocks` blocks: (low, high).
 
-    blocks: as `equal_blocks` counts them. Student's t with blocks - 1 degrees of freedom times the standard error, that
-    is the resamples' spread made larger by what the bootstrap does not know: blocks vary about their own mean
-    (n / (n - 1) in variance), and neighbours have something in common (NEIGHBOURS). Of a `share`, which lies between 0
-    and 1, it is laid out on the scale of log(value / (1 - value)), where it cannot leave them, and goes back; else it
-    is symmetric.
-    NaN for a single block, which says nothing of spread, and for a value that is NaN; resamples that are NaN are left
-    out. Where no image was ever wrong it has no width, and only says that the sample shows no error; where all errors
-    lie in one or two blocks it is too narrow.
+    blocks: as `equal_blocks` counts them. Student's t with blocks - 1 degrees of freedom times the standard error: the
+    spread of the resamples, made larger for two reasons that the bootstrap does not know: blocks vary about their own
+    mean (n / (n - 1) in variance), and neighbouring blocks are alike (NEIGHBOURS). For a `share`, between 0 and 1, the
+    interval is computed on the scale of log(value / (1 - value)) and transformed back, so that it stays within 0 and 1;
+    else it is symmetric.
+    NaN for a single block, which shows no spread, and for a value that is NaN; resamples that are NaN are left
+    out. If no image was ever wrong, the interval has no width and only says that the sample shows no error; if all
+    errors are in one or two blocks, it is too narrow.
     """
     if blocks <= 1 or np.isnan(value):
         return np.nan, np.nan
@@ -102,14 +102,14 @@ def resampled(counts, labels, judged, seed):
 
 
 def separation(scores, known, right, groups, draws):
-    """How well a score tells known from unknown images without any threshold: a mapping of name to values (draws,).
+    """Measure how well a score separates known from unknown images without a threshold: mapping of name to (draws,).
 
     auroc: probability that a known image scores higher than an unknown one (ties count half).
-    oscr: the same, for known images that are also classified rightly: the area under the curve of correct
+    oscr: the same for known images that are also classified correctly: the area under the curve of correct
     classification against false positive rate (Dhamija et al. 2018).
     fpr95: share of the unknown images above the threshold that keeps 95 % of the known ones.
     scores: (n,); known, right: (n,) booleans; groups: (n,) numbers of blocks; draws: (draws, blocks), how often
-    each block counts. Without images of both kinds all are NaN.
+    each block counts. All are NaN unless there are images of both kinds.
     """
     draws = np.asarray(draws, float)
     count = draws.shape[1]
@@ -118,7 +118,7 @@ def separation(scores, known, right, groups, draws):
     known_total = draws @ np.bincount(known_groups, minlength=count).astype(float)
     unknown_total = draws @ np.array([len(part) for part in unknown], float)
     # Pairs in which the known image scores higher, by its block and that of the unknown one; then those of them in
-    # which it is also classified rightly.
+    # which it is also classified correctly.
     pairs = np.empty((2, count, count))
     for group, part in enumerate(unknown):
         below = (np.searchsorted(part, known_scores, "left") + np.searchsorted(part, known_scores, "right")) / 2

@@ -1,4 +1,4 @@
-"""A fitted model's folder, models/<run>/<model>/: what the model is, how its azimuths were divided, what it learned."""
+"""A fitted model's folder, models/<run>/<model>/: its description, the division of its azimuths, its arrays."""
 
 import json
 from pathlib import Path
@@ -10,17 +10,17 @@ CONFIG, SPLIT = "config.json", "split.json"
 
 
 def config_of(folder):
-    """What config.json says: run (as of `experiments.runs`), model (its name in the config), kind, settings ..."""
+    """Read config.json: run (as of `experiments.runs`), model (its name in the config), kind, settings ..."""
     return json.loads((Path(folder) / CONFIG).read_text())
 
 
 def division_of(folder):
-    """How the model's azimuths were divided: a `Division`."""
+    """Read the `Division` of the model's azimuths."""
     return Division(**json.loads((Path(folder) / SPLIT).read_text())["division"])
 
 
 def load(folder):
-    """The fitted model."""
+    """Load the fitted model."""
     config = config_of(folder)
     return build(config["kind"], config["settings"], config["seed"]).load(Path(folder))
 

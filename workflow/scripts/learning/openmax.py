@@ -1,4 +1,4 @@
-"""OpenMax (Bendale and Boult 2016; thesis section 5.3.2): logits revised by how far an image lies from its class."""
+"""OpenMax (Bendale and Boult 2016; thesis section 5.3.2): logits revised by an image's distance from its class."""
 
 import numpy as np
 from scipy.special import softmax
@@ -7,14 +7,14 @@ from scipy.special import softmax
 def fit_weibull(distances, tail):
     """Location, shape and scale of a Weibull distribution fitted to the `tail` largest distances, shape (3,).
 
-    distances: (n,), not negative. As FitHigh of libMR, which OpenMax was published with: the location is fixed, 1 below
+    distances: (n,), not negative. As FitHigh of libMR, with which OpenMax was published: the location is fixed, 1 below
     the smallest of the tail, and the rest follows by maximum likelihood.
     """
     largest = np.sort(np.asarray(distances, float))[-tail:]
     location = largest[0] - 1
     if np.ptp(largest) < 1e-9 * max(largest[-1], 1):  # equal distances: likelihood grows with the shape, without end
         return np.array([location, 1e3, 1.0])
-    from scipy.stats import weibull_min  # takes longer to import than to predict, which does without it
+    from scipy.stats import weibull_min  # takes longer to import than a prediction, which does not need it
 
     shape, _, scale = weibull_min.fit(largest, floc=location)
     return np.array([location, shape, scale])

@@ -1,4 +1,4 @@
-"""Runs side by side: the scores of one less another's on the test images that both have."""
+"""Compare runs: the scores of one minus those of another on the test images that both have."""
 
 from pathlib import Path
 
@@ -11,21 +11,21 @@ from isarflow.learning.model_folder import config_of
 from isarflow.learning.predict import KNOWN
 from isarflow.learning.scores import HEAD, read_table, tables_of_cases
 
-IMAGE = ["target", "elevation", "azimuth", "realization"]  # what tells an image from another
+IMAGE = ["target", "elevation", "azimuth", "realization"]  # columns that identify an image
 METRICS = ("accuracy", "f1_weighted")
 COLUMNS = [*HEAD, "test_snr_db", "score", "threshold", "run", "metric"]
 COLUMNS += ["value", "reference_value", "difference", "low", "high", "n"]
 
 
 def differences(roots, seed, kept):
-    """How the scores of each other run differ from the first one's, a DataFrame with COLUMNS.
+    """Differences of the scores of each other run from the first one's, a DataFrame with COLUMNS.
 
     roots: the runs' folders by name, results/<run>, the first the reference. seed: of the resamples; kept: the share
     of known images that thresholds of this name keep, in all runs.
     Compared are the same experiment, model, split, training, confidence score and protocol at the same test SNR, in the
-    closed set and, of open runs, with thresholds. Both values count the test images that both runs have alone (`n`),
+    closed set and, of open runs, with thresholds. Both values count only the test images that both runs have (`n`),
     each judged by its own run; `low` and `high` are the 95 % interval of the difference, by a bootstrap over blocks of
-    these images in which both runs are drawn alike. Of two runs with no test image in common there are no rows.
+    these images in which both runs are drawn alike. Two runs with no test image in common give no rows.
     """
     sides, rows = {name: _cases(root) for name, root in roots.items()}, []
     (_, reference), *others = sides.items()
@@ -42,7 +42,7 @@ def differences(roots, seed, kept):
 
 
 def difference(decision, reference, seed):
-    """(metric, value, reference's, difference, low, high, images) of two `judge.Decision`s, where they share images."""
+    """(metric, value, reference's, difference, low, high, images) of two `judge.Decision`s, if they share images."""
     images = [pd.MultiIndex.from_frame(one.test[IMAGE].round(4)) for one in (decision, reference)]
     common = images[0].intersection(images[1]).sort_values()
     if not len(common):
@@ -62,14 +62,14 @@ def difference(decision, reference, seed):
     for name in METRICS:
         value, of_reference = (values[name] for values, _ in found)
         ends = metrics.interval(value - of_reference, drawn[0][name] - drawn[1][name], equal, share=False)
-        # Few blocks say so little that their interval may reach beyond what a difference of shares can be.
+        # With few blocks the interval may be wider than a difference of shares can be.
         yield name, value, of_reference, value - of_reference, *np.clip(ends, -1, 1), len(common)
 
 
 def _cases(root):
-    """What stands in the columns HEAD of every run and model in a folder and, by SNR, its tables in order of folds.
+    """The columns HEAD of every run and model in a folder and, by SNR, its tables in order of folds.
 
-    Those that its scores.csv names: the folder may still hold tables of what the config no longer has.
+    Only those that its scores.csv names: the folder may still hold tables of runs that the config no longer has.
     """
     scores = pd.read_csv(Path(root, SCORES), keep_default_na=False)
     named = set(zip(*(scores[name] for name in HEAD[:4]), scores["test_snr_db"], strict=True))
@@ -80,7 +80,7 @@ def _cases(root):
 
 
 def _decided(paths, kept):
-    """The `Decision`s of one SNR that are the last word, by confidence score and protocol."""
+    """The final `Decision`s of one SNR, by confidence score and protocol."""
     table = pd.concat(map(read_table, paths), ignore_index=True)
     is_open = any(name.startswith(KNOWN) for name in table)
     return {(one.score, one.threshold): one for one in judge.decide(table, is_open, kept) if one.is_final}

@@ -14,15 +14,15 @@ from isarflow.learning.conformance import check_outcome, describe
 from isarflow.learning.model_folder import config_of, division_of, load
 from isarflow.learning.split import LEFT_OUT, Views
 
-BATCH = 1024  # images at a time: bounds the memory, and as a constant keeps results the same bit for bit
+BATCH = 1024  # images at a time: bounds the memory; as it is constant, results stay the same bit for bit
 SCORE, KNOWN = "score_", "known_"
 SIDES = {"known": ("validation", "test"), "unknown": ("validation", "test"), "other": ("validation",)}
 
 
 class Tested(NamedTuple):
-    """What a model is tested on. roles, planes: of the targets by name, the latter their mirror planes.
+    """Test data of a model. roles, planes: of the targets by name, the latter their mirror planes.
 
-    is_open: whether tables have confidence scores, too. realizations: of each view's noise, at most.
+    is_open: True if tables have confidence scores, too. realizations: of each view's noise, at most.
     """
 
     roles: dict
@@ -35,8 +35,8 @@ def predict(stores, tested, folder, outputs):
     """Classify images of views that the model in `folder` was not trained at; write a table for each SNR.
 
     stores: imaging/<target>/<label>.zarr of all SNRs; tested: a `Tested`; outputs: paths <label>.csv. Targets of role
-    other are classified at the validation views only, with which thresholds are chosen. Of an open run at random so are
-    the training views of the known ones, if the model can leave their own aspects out of its library.
+    other are classified at the validation views only, with which thresholds are chosen. In an open run at random the
+    training views of the known ones are, too, if the model can leave their own aspects out of its library.
     """
     model, divided = load(folder), images.divide(stores, tested.planes, division_of(folder))
     for output in tqdm(sorted(map(Path, outputs)), unit="SNR", desc="predicting", leave=False):
@@ -51,24 +51,24 @@ def predict(stores, tested, folder, outputs):
 
 
 def predict_at(model, stores, tested, divided, folder):
-    """The predictions at one SNR, a DataFrame. divided: what `images.divide` gives.
+    """The predictions at one SNR, a DataFrame. divided: the result of `images.divide`.
 
     Columns: target, elevation, azimuth (degrees), realization, truth, predicted, role, side, fold, block
     (see `split.blocks`), snr_<definition> (the image's own SNR in dB by each definition), score_<class>..., and if it
     is open known_<confidence score>... . truth is OTHER for a target that is not known.
     Rows: validation and test views, all realizations, and training views of the side LEFT_OUT; sorted by the first four
     columns.
-    Raises InputError for a model that gives no proper Outcome, and for an open run's without a confidence score.
+    Raises InputError for a model that gives no proper Outcome, and in an open run for one without a confidence score.
     """
     config, is_open = config_of(folder), tested.is_open
     run, who = config["run"], describe(config["model"], config["run"]["name"], config["kind"])
     tables, parts = [], []
     for store in sorted(stores, key=images.target_of):
         role = tested.roles[images.target_of(store)]
-        # The last bits of a score depend on what else is in its batch. A closed run's test images are batches of their
-        # own, an open run's stand among the validation images.
+        # The last bits of a score depend on the rest of its batch. Test images have their own batches in a closed run
+        # and are mixed with the validation images in an open one.
         parts += [(store, role, sides) for sides in ([SIDES[role]] if is_open else [[side] for side in SIDES[role]])]
-        # Only at random is a view left out to the rest of the library what a test view is to all of it.
+        # Only at random does a view left out relate to the rest of the library as a test view does to all of it.
         at_random = run["split"] == "random" and run["elevation"] == "all"
         if is_open and role == "known" and model.leaves_out and at_random:
             parts.append((store, role, ["train"]))
@@ -77,7 +77,7 @@ def predict_at(model, stores, tested, divided, folder):
         target = images.target_of(store)
         of = divided[target]
         how = {"pixels": run["upsample"], "channels": run["channels"]}
-        how["realizations"] = 1 if left_out else tested.realizations  # they are many as it is
+        how["realizations"] = 1 if left_out else tested.realizations  # they are many already
         pixels, origin = images.read_side([store], {target: of}, *sides, **how)
         place = Views(*(np.searchsorted(getattr(of, name), origin[name]) for name in Views._fields))
         held_out = [np.isin(*pair) for pair in zip(place, of.sides["validation"], strict=True)]

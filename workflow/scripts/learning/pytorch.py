@@ -1,4 +1,4 @@
-"""A network of PyTorch as a model: what a file of workflow/scripts/learning/models says of it is one method.
+"""A network of PyTorch as a model: its file in workflow/scripts/learning/models defines one method.
 
 PyTorch is not part of the environment: envs/requirements-torch.txt.
 """
@@ -16,8 +16,8 @@ from isarflow.learning.classifier import Classifier, Outcome
 from isarflow.learning.features import by_channel
 from isarflow.learning.training_loop import COLUMNS, Batches
 
-BATCH = 256  # images at a time, where none is learned from
-WEIGHTS = "weights."  # before the names under which a network's tensors are saved
+BATCH = 256  # images at a time in predictions
+WEIGHTS = "weights."  # prefix of the names of a network's saved tensors
 
 
 class PyTorch(Classifier):
@@ -26,7 +26,7 @@ class PyTorch(Classifier):
     A model defines `network`, which takes so many `channels`; Adam trains it on the cross-entropy, in the setting
     `epochs` passes over the images in batches of `batch` at `learning_rate`. With a setting `patience` it ends after so
     many epochs without a smaller validation loss, and keeps the weights that had the smallest.
-    Scores are logits; known scores `confidence.of_logits`. The network's tensors are saved as plain arrays.
+    Scores are logits; confidence scores `confidence.of_logits`. The network's tensors are saved as plain arrays.
     All on one core: the same config gives the same weights.
     """
 
@@ -35,8 +35,8 @@ class PyTorch(Classifier):
     def network(self, pixels, classes):
         """A torch.nn.Module of float32 images (n, self.channels, range, crossrange) to logits (n, classes).
 
-        Channels are the real parts of all polarizations, then the imaginary ones: two, of one polarization. pixels: of
-        an image, (range, crossrange); classes: how many there are.
+        Channels are the real parts of all polarizations, then the imaginary ones: two for one polarization. pixels: of
+        an image, (range, crossrange); classes: their number.
         """
         raise InputError(f"{self.__module__}: its Model lacks network(self, pixels, classes), a torch.nn.Module.")
 
@@ -81,7 +81,7 @@ class PyTorch(Classifier):
         print(f"{len(rows)} epochs: loss {rows[-1][2]:.4g}, accuracy {rows[-1][3]:.4f} on the training images")
 
     def _step(self, optimizer, x, y):
-        """Images of a batch, the sum of their losses, and how many of them are classified rightly."""
+        """Train on a batch; return its number of images, the sum of losses, and the number classified correctly."""
         logits = self.net(x)
         loss = torch.nn.functional.cross_entropy(logits, y)
         optimizer.zero_grad()
@@ -117,5 +117,5 @@ def _channels(images):
 
 
 def _measured(logits, y):
-    """Mean cross-entropy and accuracy of logits (n, classes) where y (n,) are right."""
+    """Mean cross-entropy and accuracy of logits (n, classes) with the true classes y (n,)."""
     return float(-log_softmax(logits, axis=1)[np.arange(len(y)), y].mean()), float((logits.argmax(axis=1) == y).mean())

@@ -1,4 +1,4 @@
-"""Some test images, and what a model with a decoder makes of them."""
+"""Some test images, and their reconstructions by a model with a decoder."""
 
 from pathlib import Path
 
@@ -15,26 +15,26 @@ EXAMPLES = 5  # of each target
 
 
 def reconstruct(stores, planes, folder, output):
-    """Write what the model in `folder` makes of EXAMPLES test images of each target to a zarr store.
+    """Write reconstructions by the model in `folder` of EXAMPLES test images of each target to a zarr store.
 
     stores: imaging/<target>/<label>.zarr, without noise and at some SNRs; planes: each target's mirror planes. The
-    examples lie evenly among a target's test views; of noisy images the first realization.
+    examples are spread evenly over a target's test views; of noisy images the first realization.
     Variables, magnitudes of the first polarization over (range, crossrange): truth (target, example), without noise;
-    seen and made (snr, target, example), what the network sees and what it reconstructs; predicted (snr, target,
+    seen and made (snr, target, example), the network's input and its reconstruction; predicted (snr, target,
     example): the class.
     """
     model, run = load(folder), config_of(folder)["run"]
     targets = sorted({images.target_of(store) for store in stores})
     labels = sorted({Path(store).stem for store in stores} - {CLEAN}, key=snr_of_label)
     divided = images.divide(stores, planes, division_of(folder))
-    azimuths = {}  # by target, of the examples
-    decoded = {}  # by target and label: images that the network sees, what it makes of them, predicted classes
+    azimuths = {}  # for each target, of the examples
+    decoded = {}  # by target and label: inputs of the network, their reconstructions, predicted classes
     for store in map(Path, stores):
         target = images.target_of(store)
         elevation, azimuth = _examples(*divided[target].angles("test"))
         azimuths[target] = azimuth
         pixels, origin = images.read([store], {target: azimuth}, elevation, run["upsample"], channels=run["channels"])
-        # All pairs of these angles, and all realizations: of each example the first.
+        # All pairs of these angles, and all realizations: the first of each example.
         rows = [
             np.flatnonzero(images.among(origin["elevation"], [e]) & images.among(origin["azimuth"], [a]))[0]
             for e, a in zip(elevation, azimuth, strict=True)
@@ -67,7 +67,7 @@ def reconstruct(stores, planes, folder, output):
 
 
 def _examples(elevations, azimuths):
-    """Elevations and azimuths, each (EXAMPLES,) in degrees, evenly among all pairs of these."""
+    """Elevations and azimuths, each (EXAMPLES,) in degrees, spread evenly over all pairs of these."""
     elevation, azimuth = np.meshgrid(elevations, azimuths, indexing="ij")
     places = np.linspace(0, elevation.size - 1, EXAMPLES + 2).astype(int)[1:-1]
     return elevation.ravel()[places], azimuth.ravel()[places]

@@ -1,4 +1,4 @@
-"""A classifier of scikit-learn as a model: what a file of workflow/scripts/learning/models says of it is one method."""
+"""A classifier of scikit-learn as a model: its file in workflow/scripts/learning/models defines one method."""
 
 import joblib
 import numpy as np
@@ -14,10 +14,10 @@ FILE = "estimator.joblib"
 class ScikitLearn(Classifier):
     """Base of a model that fits an estimator of scikit-learn, or a pipeline that ends in one, to features of images.
 
-    A model defines `estimator`, and where it learns from what no setting `features` says, a method `features`.
-    Scores are the estimator's class probabilities, else its decision function; the largest is the prediction. Known
-    score: `probability`, the largest of a known class; of decision functions `confidence.of_logits`.
-    The estimator is kept by joblib, a pickle: whoever loads it runs what is in it.
+    A model defines `estimator`, and a method `features` if it learns from others than the setting `features` offers.
+    Scores are the estimator's class probabilities, else its decision function; the largest is the prediction.
+    Confidence score: `probability`, the largest of a known class; for decision functions `confidence.of_logits`.
+    The estimator is kept by joblib, a pickle: loading it runs the code in it.
     """
 
     FEATURES = "magnitude"

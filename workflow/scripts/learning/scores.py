@@ -1,4 +1,4 @@
-"""Tidy tables of scores, of confusion counts and of what was reached on validation images, from all predictions."""
+"""Tidy tables of scores, of confusion counts and of results on validation images, from all predictions."""
 
 from pathlib import Path
 
@@ -24,25 +24,25 @@ VALIDATION = [*CASE, "metric", "value", "n"]
 def score(predictions, runs, definition, seed, threads, scores, confusions, validation, kept=KEPT, track=None):
     """Write scores.csv, confusion.csv and validation.csv from prediction tables <run>/<model>/snr_<n>dB.csv.
 
-    runs: what `experiments.runs` gives; definition: the SNR's, of the config; seed: the config's, for the intervals;
-    threads: how many models are judged at a time; kept: the config's `learning.kept`. track: None, or names of the
+    runs: the result of `experiments.runs`; definition: the config's of SNR; seed: the config's, for the intervals;
+    threads: number of models judged at a time; kept: the config's `learning.kept`. track: None, or names of the
     models whose scores add up over looks, and the azimuth's step in degrees and the aperture, as of `looks.fused`.
-    Column `training` says in words what SNRs a run trained at and tells an experiment's runs apart; `train_snr_db` is a
-    number, empty for training without noise and at several SNRs.
+    Column `training` has in words the SNRs that a run trained at, which tell an experiment's runs apart; `train_snr_db`
+    is a number, empty for training without noise and at several SNRs.
     Column `elevation`: 'all' counts every test image; 'trained' only those at elevations the model was trained at (left
-    out where that is all of them).
-    Columns `score` and `threshold` are empty for the closed set, the known targets alone. An open run has rows besides
+    out if these are all).
+    Columns `score` and `threshold` are empty for the closed set, the known targets alone. An open run has more rows
     for every confidence score, whose name is the `score`: without a threshold auroc, fpr95 and oscr; with `threshold`,
     the protocol that chose it, the metrics of the open set, where truth is the class or OTHER, and the threshold.
-    Column `fold`: empty where the test images of all folds count together, each judged by the models of its own fold;
-    else the fold whose images alone do, without an interval. The threshold of all folds is their mean.
+    Column `fold`: empty if the test images of all folds count together, each judged by the models of its own fold;
+    else the one fold whose images count, without an interval. The threshold of all folds is their mean.
     Column `snr_definition`: rows by the other definition than the config's count the same decisions, each image at the
     SNR that it has by that definition: between two of the config's SNRs it counts with both by linear weights. Only
     SNRs are listed at which all images have some.
-    f1_weighted_gain is how much more the weighted F1 is than that of REFERENCE trained at the same SNRs, on the same
-    test images, with a threshold of the same protocol, its interval from the same resamples; where REFERENCE was not
-    trained so, there is none, and of several the first by name counts.
-    f1_weighted_<n>_looks is the weighted F1 of so many looks together, with thresholds chosen on as many, without an
+    f1_weighted_gain is the weighted F1 minus that of REFERENCE trained at the same SNRs, on the same test images, with
+    a threshold of the same protocol and an interval from the same resamples. If REFERENCE was not trained at these
+    SNRs, there is none; of several the first by name counts.
+    f1_weighted_<n>_looks is the weighted F1 of n looks together, with thresholds chosen on as many, without an
     interval, as few tracks are independent.
     validation.csv is for comparing methods: of the closed set accuracy and weighted F1 on the validation images, and
     of each confidence score and protocol the weighted F1 that the threshold reaches on the images it was chosen with,
@@ -69,7 +69,7 @@ def score(predictions, runs, definition, seed, threads, scores, confusions, vali
 
 
 def _judged(head, run, tables, definition, seed, kept, track):
-    """Of one model: rows of the three tables, and the open set's `Decision`s by what stands in the columns CASE."""
+    """Rows of the three tables for one model, and the open set's `Decision`s by the values of the columns CASE."""
     rows, cells, reached, opened = [], [], [], {}
     every = {snr: pd.concat(map(read_table, paths), ignore_index=True) for snr, paths in sorted(tables.items())}
     for subset, parts in _subsets(every, run["elevation"]):
@@ -80,7 +80,7 @@ def _judged(head, run, tables, definition, seed, kept, track):
                 rows += [[*key, definition, *row] for row in judge.rows(decision, seed)]
                 cells += [[*key, *cell] for cell in judge.cells(decision)]
                 reached += [[*key, *row] for row in decision.validation]
-                if decision.threshold and subset == "all":  # runs trained at other elevations have other images
+                if decision.threshold and subset == "all":  # runs that trained at other elevations have other images
                     opened[key] = decision
         for snr, part in parts.items() if track and head[1] in track[0] else ():
             rows += [
@@ -106,7 +106,7 @@ def _looks(table, run, kept, step, aperture):
 
 
 def tables_of_cases(predictions, runs):
-    """What stands in the columns HEAD to one of its runs and, by SNR in dB, its tables' paths in the order of folds."""
+    """Map the values of the columns HEAD to one of its runs and, by SNR in dB, its tables' paths in order of folds."""
     cases = {}
     for path in sorted(map(Path, predictions), key=lambda path: (path.parts[-3], path.parts[-2])):
         run, model = runs[path.parts[-3]], path.parts[-2]
@@ -118,7 +118,7 @@ def tables_of_cases(predictions, runs):
 
 
 def read_table(path):
-    """A prediction table."""
+    """Read a prediction table."""
     return pd.read_csv(path, keep_default_na=False, na_values={"snr_mean": "", "snr_peak_3db": ""})  # a target: NA
 
 
@@ -132,7 +132,7 @@ def _subsets(tables, trained):
 
 
 def _gains(opened, definition, seed):
-    """Rows f1_weighted_gain. opened: a mapping of what stands in the columns CASE to the `Decision`."""
+    """Rows f1_weighted_gain. opened: a mapping of the values of the columns CASE to the `Decision`."""
     references = {}
     for key, decision in opened.items():
         _, model, split, trained, _, *rest, score, protocol = key

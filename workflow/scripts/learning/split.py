@@ -9,16 +9,16 @@ from isarflow.core.errors import InputError
 from isarflow.core.sweep import closes_circle
 
 SIDES = ("train", "validation", "test")
-LEFT_OUT = "left out"  # in predictions the side of training views that a model judged without their own aspect
+LEFT_OUT = "left out"  # side in predictions: training views that a model judged without their own aspect
 WORDS = ("to train", "to validate", "to test")
-# What each scheme takes from the config: shares of the aspects, how many folds there are, degrees between elevations.
+# Settings of each scheme in the config: shares of the aspects, number of folds, degrees between elevations.
 SETTINGS = {"random": ("train", "validation"), "sector": ("folds", "validation"), "elevation": ("spacing",)}
 SETTINGS["shuffled"] = SETTINGS["random"]
 ROUNDING = 1e-6  # degrees: two angles nearer than this are the same one
 
 
 class Views(NamedTuple):
-    """Every one of some elevations at every one of some azimuths: indices into a sweep's, ascending."""
+    """All pairs of some elevations and some azimuths: indices into a sweep's, ascending."""
 
     elevation: np.ndarray
     azimuth: np.ndarray
@@ -30,10 +30,10 @@ class Views(NamedTuple):
 
 @dataclass(frozen=True)
 class Division:
-    """How a run divides the views of every target.
+    """A run's division of the views of every target.
 
-    scheme: one of SETTINGS; fold: which of the scheme's folds, from 1; of one that has none, 0.
-    settings: what SETTINGS names of `learning.split` of the config.
+    scheme: one of SETTINGS; fold: number of the scheme's fold, from 1; 0 if it has none.
+    settings: those of `learning.split` in the config that SETTINGS names.
     seed: the config's; aperture: azimuth samples of an image.
     """
 
@@ -51,18 +51,18 @@ def divisions(scheme, settings, seed, aperture):
 
 
 def folds(scheme, settings):
-    """The numbers of a scheme's folds, from 1; [0] of one that has none. settings: `learning.split` of the config."""
+    """The numbers of a scheme's folds, from 1; [0] if it has none. settings: `learning.split` of the config."""
     count = {"sector": settings["folds"], "elevation": 2}.get(scheme)
     return [*range(1, count + 1)] if count else [0]
 
 
 def split(elevations, azimuths, planes, division):
-    """The `Views` of each side: a mapping train, validation, test. A side may be empty.
+    """Divide views into sides: a mapping train, validation, test to `Views`. A side may be empty.
 
     elevations: (m,) and azimuths: (n,) in degrees, ascending, the latter uniform; planes: the target's mirror planes,
-    `xz` and `yz`. A view and its mirror image, which has the same elevation, fall on the same side, but by `shuffled`,
-    which is `random` without a thought of mirror planes; so do all noise realizations. The sides differ either in
-    elevation or in azimuth, so that two of them together are `Views`, too. Nothing else than the arguments decides.
+    `xz` and `yz`. A view and its mirror image (of the same elevation) are on the same side, except by `shuffled`,
+    which is `random` without regard to mirror planes; all noise realizations are on one side, too. The sides differ
+    either in elevation or in azimuth, so that two of them together are `Views`, too. Only the arguments decide.
     """
     if division.scheme == "shuffled":
         planes = ()
@@ -78,7 +78,7 @@ def split(elevations, azimuths, planes, division):
 
 
 def check(sides, division, target, count):
-    """Raise InputError if a side of a target that trains is empty. sides: what `split` gives for so many azimuths."""
+    """Raise InputError if a side of a target that trains is empty. sides: of `split`, for `count` azimuths."""
     if all(side.count for side in sides.values()):
         return
     if division.scheme == "elevation":
@@ -103,11 +103,11 @@ def check(sides, division, target, count):
 
 
 def blocks(azimuths, planes, division):
-    """The number of the block that each azimuth's images belong to, (n,): images of two blocks count as independent.
+    """The number of the block of each azimuth's images, (n,): images of two blocks count as independent.
 
-    Arcs of an aperture of the folded aspects, as images that are nearer share samples; all elevations of an arc are one
-    block, in both folds of `elevation`, too. Of `sector` the fold: what one fitted model says of its test images has
-    that model in common.
+    Blocks are arcs of an aperture of the folded aspects, as nearer images share samples; all elevations of an arc are
+    one block, in both folds of `elevation`, too. For `sector` the fold is the block, as its test images share one
+    fitted model.
     """
     if division.scheme == "sector":
         return np.full(len(azimuths), division.fold)
@@ -130,7 +130,7 @@ def folded(azimuths, planes):
 
 
 def random(aspects, least, circle, division):
-    """A share `train` of the aspects, drawn at random, and of the others a share `validation`; the rest tests.
+    """Draw a share `train` of the aspects at random, and a share `validation` of the others; the rest tests.
 
     Neighbouring images share most of their aperture, so test images have near-copies among the training images:
     figures from this split flatter every model.
@@ -144,11 +144,11 @@ def random(aspects, least, circle, division):
 
 
 def sector(aspects, least, circle, division):
-    """One arc of the aspects tests, another far from it validates, and what is left trains, but for guards between.
+    """Test one arc of the aspects, validate on another far from it, and train on the rest, with guards between.
 
-    Over all folds every aspect is tested once. Between two sides lie `least` degrees, an aperture, so that no image of
-    one side shares a sample, or a mirrored one, with an image of another. The validation arc is as long as its share
-    asks for beside the test's, and lies where it leaves the most to train.
+    Over all folds every aspect is tested once. Two sides are `least` degrees, an aperture, apart, so that no image of
+    one side shares a sample, or a mirrored one, with an image of another. The validation arc is the share
+    `validation` of itself and the test arc together, and is placed where the most is left to train.
     """
     test = np.array_split(np.arange(len(aspects)), division.settings["folds"])[division.fold - 1]
     if not len(test):
@@ -161,7 +161,7 @@ def sector(aspects, least, circle, division):
     trained = [_apart(free, arc, aspects, least, circle) for arc in arcs]
     if not arcs:
         return free, free, test
-    # Something to train before a whole validation arc, and that before much to train.
+    # First some aspects to train, then a whole validation arc, then as many as possible to train.
     best = max(range(len(arcs)), key=lambda i: (len(trained[i]) > 0, len(arcs[i]), len(trained[i])))
     return trained[best], arcs[best], test
 
@@ -170,10 +170,10 @@ OF_ASPECTS = {"random": random, "shuffled": random, "sector": sector}
 
 
 def elevation(elevations, division):
-    """Every second elevation trains; of those between, every second validates and the others test.
+    """Train on every second elevation; of those between, validate on every second and test on the others.
 
-    In fold 2 it is the other way round, so that each of those is tested once. An elevation less than `spacing` degrees
-    above the last one that has a side has none: it is a guard. So what is tested is `spacing` or more from what trains.
+    In fold 2 the latter two are exchanged, so that each of those is tested once. An elevation less than `spacing`
+    degrees above the last one with a side is a guard, without a side: tests are `spacing` or more from training.
     """
     used = []
     for number, angle in enumerate(elevations):
@@ -184,7 +184,7 @@ def elevation(elevations, division):
 
 
 def _apart(numbers, arc, aspects, least, circle):
-    """Those of the numbers of aspects that are `least` degrees or more from an arc of them, in order from its end.
+    """Numbers of the aspects that are `least` degrees or more from an arc of them, in order from its end.
 
     circle: 360 where the aspects close a circle, else None.
     """
@@ -199,7 +199,7 @@ def _apart(numbers, arc, aspects, least, circle):
 
 
 def _least(azimuths, division):
-    """Degrees between the centres of two images that share no sample; as much less as rounding asks for."""
+    """Least degrees between the centres of two images that share no sample, less a margin for rounding."""
     return division.aperture * (azimuths[1] - azimuths[0]) - 2 * ROUNDING if len(azimuths) > 1 else 360.0
 
 

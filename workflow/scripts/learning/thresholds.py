@@ -1,9 +1,9 @@
 """The threshold below which an image is rejected as none of the known classes.
 
-It is chosen on validation images, for each SNR by itself, as a radar knows the level of its noise. Three protocols:
+It is chosen on validation images, for each SNR separately, as a radar knows the level of its noise. Three protocols:
 `thesis` sees images of the unknown targets among them (of views that are not tested); `blind` sees none, only the known
-targets and those of role other; `kept` chooses by the known ones alone, to keep a share of them. Where the model could
-leave training views out of its library in turn, `kept` is chosen on these instead: they are many more.
+targets and those of role other; `kept` chooses by the known ones alone, to keep a share of them. If the model can leave
+training views out of its library in turn, `kept` is chosen on these instead: they are many more.
 """
 
 from typing import NamedTuple
@@ -15,15 +15,15 @@ from isarflow.learning.classifier import OTHER
 from isarflow.learning.metrics import KEPT, metrics_of_labels
 from isarflow.learning.split import LEFT_OUT
 
-# Whose validation images a protocol is judged by; all but `kept` choose by them, too.
+# Roles whose validation images judge a protocol; all but `kept` also choose by them.
 ROLES = {"thesis": ("known", "unknown"), "blind": ("known", "other"), "kept": ("known", "other")}
 
 
 class Seen(NamedTuple):
     """The validation rows of a prediction table that a protocol sees.
 
-    truth, predicted: their labels (n,); weight: for how many each of those with truth OTHER counts; by_share: None, or
-    the rows of known targets of which the threshold keeps a share.
+    truth, predicted: their labels (n,); weight: number of images that each with truth OTHER counts for; by_share: None,
+    or the rows of known targets of which the threshold keeps a share.
     """
 
     rows: pd.DataFrame
@@ -34,7 +34,7 @@ class Seen(NamedTuple):
 
 
 def seen(table, protocol):
-    """What a protocol sees of a prediction table, which has columns side, role, truth and predicted."""
+    """The rows that a protocol sees of a prediction table, which has columns side, role, truth and predicted."""
     rows = table[(table["side"] == "validation") & table["role"].isin(ROLES[protocol])]
     known = (rows["role"] == "known").sum()
     weight = known / (len(rows) - known) if protocol != "thesis" and 0 < known < len(rows) else 1.0
@@ -45,17 +45,17 @@ def seen(table, protocol):
 
 
 def choose(table, score, protocol, kept=KEPT):
-    """The threshold of a confidence score, a column of a prediction table, under a protocol."""
+    """Choose the threshold of a confidence score, a column of a prediction table, under a protocol."""
     return chosen(seen(table, protocol), score, kept)
 
 
 def chosen(among, score, kept=KEPT):
-    """The threshold of a confidence score that is chosen on what a protocol sees, `Seen`.
+    """The threshold of a confidence score, chosen on the rows that a protocol sees, `Seen`.
 
-    The threshold with the largest weighted F1 over the classes and OTHER; under the protocol `kept`, and where there is
-    nothing but known images, the one that keeps this share of them. Under the blind protocol the images of role other
-    together count as much as the known ones: how many targets of that role a config happens to have says nothing of how
-    many unknown ones will come.
+    The threshold with the largest weighted F1 over the classes and OTHER; under the protocol `kept`, and if there are
+    only known images, the one that keeps this share of them. Under the blind protocol the images of role other
+    together count as much as the known ones: the number of targets of that role in a config says nothing of the
+    number of unknown ones to come.
     """
     if among.by_share is not None:
         return float(np.quantile(among.by_share[score], 1 - kept))
@@ -63,7 +63,7 @@ def chosen(among, score, kept=KEPT):
 
 
 def reached(among, score, threshold):
-    """The weighted F1 of a threshold on the rows, which `chosen` makes as large as it can, and how many these are."""
+    """The weighted F1 of a threshold on the rows, which `chosen` makes as large as it can, and their number."""
     predicted = apply(among.rows[score], among.predicted, threshold)
     weights = np.where(among.truth == OTHER, among.weight, 1.0)
     return metrics_of_labels(among.truth, predicted, weights)["f1_weighted"], len(among.rows)
@@ -73,7 +73,7 @@ def best(scores, truth, predicted, weight=1.0):
     """The threshold with the largest weighted F1, halfway between two scores; of several such the middle one.
 
     scores: (n,), below the threshold is OTHER; truth, predicted: labels (n,), where predicted OTHER stays so.
-    weight: how many images each image with truth OTHER counts for.
+    weight: number of images that each image with truth OTHER counts for.
     """
     order = np.argsort(-scores, kind="stable")
     scores, truth, predicted = scores[order], np.asarray(truth)[order], np.asarray(predicted)[order]

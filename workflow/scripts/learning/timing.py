@@ -1,4 +1,4 @@
-"""How long each fitted model takes to classify an observation."""
+"""Measure the time that each fitted model takes to classify an observation."""
 
 import json
 import os
@@ -13,9 +13,9 @@ from isarflow.learning import images
 from isarflow.learning.model_folder import config_of, division_of, load
 
 BATCH = 256
-WARM_UP = {1: 50, BATCH: 5}  # calls that are not counted, by number of images
+WARM_UP = {1: 50, BATCH: 5}  # calls before the timed ones, by number of images
 REPEATS = {1: 200, BATCH: 20}  # timed calls by number of images
-LIMIT = 20.0  # seconds for one number of images; a slow model gets fewer repeats
+LIMIT = 20.0  # seconds for each number of images; a slow model gets fewer repeats
 
 
 def measure(stores, planes, folders, threads, output):
@@ -56,7 +56,7 @@ def measure(stores, planes, folders, threads, output):
 def time_batches(predict, pool, size):
     """Median time per observation of calls with `size` images, each call with the next images of the pool.
 
-    predict: a function of images; pool: images, from the first again after the last.
+    predict: a function of images; pool: images, used again from the first after the last.
     """
     seconds, begin = [], time.perf_counter()
     for call in range(WARM_UP[size] + REPEATS[size]):

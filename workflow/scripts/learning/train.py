@@ -19,9 +19,9 @@ CURVE, SECONDS, SEARCH = "curve.csv", "seconds.csv", "search.csv"
 
 @dataclass(frozen=True)
 class Training:
-    """What a fitted model follows from, besides the images.
+    """The inputs of a fitted model other than the images.
 
-    run: one of `experiments.runs`. model: its name in the config; settings: its own, where each list is a choice.
+    run: one of `experiments.runs`. model: its name in the config; settings: its own, a list for choices.
     roles: of the targets, by name; those that are not known, and pure noise, which has no role, are labelled OTHER.
     planes: of the targets, by name, their mirror planes. seed: the config's.
     """
@@ -35,7 +35,7 @@ class Training:
 
 
 class Examples(NamedTuple):
-    """What `Classifier.fit` takes: images, and labels, SNRs and views, each (n,)."""
+    """Arguments of `Classifier.fit`: images, and labels, SNRs and views, each (n,)."""
 
     images: np.ndarray
     labels: np.ndarray
@@ -49,8 +49,8 @@ def train(stores, training, folder, checkpoints=None):
     stores: imaging/<target>/<label>.zarr, each target's at every SNR of the run, and that of pure noise where the model
     learns a class OTHER. training: a `Training`; of the combinations of its choices the one that is most accurate on
     the validation images is kept, the first of equals.
-    checkpoints: a folder in which a long training keeps its state, to go on after a kill; it is removed in the end.
-    Writes model.npz (what was learned), config.json, split.json (the `Division`, and of each target elevations and
+    checkpoints: a folder in which a long training keeps its state, to go on if killed; it is removed in the end.
+    Writes model.npz (the learned arrays), config.json, split.json (the `Division`, and of each target elevations and
     azimuths of each side, in degrees and, `index`, the azimuths' numbers) and, for a model that has one, curve.csv and
     the seconds until each epoch, seconds.csv; for one with choices search.csv.
     Raises InputError for a known target without images on one of its sides, and for a model that is not what
@@ -58,7 +58,7 @@ def train(stores, training, folder, checkpoints=None):
     """
     run, name, folder = training.run, training.model, Path(folder)
     kind = training.settings.get("kind", name)
-    # Every model has its own random numbers, whatever else the config holds.
+    # Every model has its own random numbers, independent of the rest of the config.
     seed = int(np.random.SeedSequence([training.seed, *f"{run['name']}/{name}".encode()]).generate_state(1)[0])
     division = Division(**run["division"])
     divided = images.divide(stores, training.planes, division)
@@ -86,7 +86,7 @@ def train(stores, training, folder, checkpoints=None):
     conformance.check_restored(model, lambda: build(kind, model.settings, seed).load(folder), held_out.images, who)
     if model.curve_ is not None:
         curve = pd.DataFrame(model.curve_)
-        if "seconds" in curve:  # apart, as they are others every time
+        if "seconds" in curve:  # in a file of its own, as they differ every time
             curve[["epoch", "seconds"]].to_csv(folder / SECONDS, index=False)
         curve.drop(columns="seconds", errors="ignore").to_csv(folder / CURVE, index=False)
     if len(search) > 1:
@@ -108,13 +108,13 @@ def train(stores, training, folder, checkpoints=None):
     if checkpoints is not None:
         shutil.rmtree(checkpoints, ignore_errors=True)
         for parent in list(Path(checkpoints).parents)[:2]:
-            with contextlib.suppress(OSError):  # it holds others' still, or they removed it
+            with contextlib.suppress(OSError):  # other jobs still use it, or removed it
                 parent.rmdir()
     print(f"{run['name']}/{name}: fitted to {len(learned.labels)} images of {', '.join(model.classes_)}")
 
 
 def _fit(model, learned, held_out, keeps_snrs, who):
-    """Fit a model and check it. Gives its accuracy on the validation images.
+    """Fit a model and check it. Return its accuracy on the validation images.
 
     Those of a class that the model does not have are left out: a capsule network has no class OTHER.
     """
@@ -130,7 +130,7 @@ def _fit(model, learned, held_out, keeps_snrs, who):
 
 
 def _listed(divided, side):
-    """What split.json says of a side of a target's `images.Divided`."""
+    """The entry of split.json for a side of a target's `images.Divided`."""
     angles = zip(("elevation", "azimuth"), divided.angles(side), strict=True)
     return {"index": divided.sides[side].azimuth.tolist()} | {name: of.tolist() for name, of in angles}
 
@@ -145,7 +145,7 @@ def _read(stores, training, divided, side):
     pixels, origin = images.read_side(stores, divided, side, **how)
     role = origin["target"].map(training.roles)
     labels = np.where(role == "known", origin["target"], OTHER).astype(str)
-    # Pure noise, which has no role, is that of every SNR.
+    # Pure noise, which has no role, is the same at every SNR.
     snrs = np.where(role.isna(), ANY_SNR, origin["label"]).astype(str)
     views = origin.round(4).groupby(["target", "elevation", "azimuth"]).ngroup().to_numpy()
     is_noise = role.isna().to_numpy()

@@ -1,4 +1,4 @@
-"""Training by gradient descent: epochs with a curve, progress, early stopping, and a state that outlives a kill."""
+"""Training by gradient descent: epochs with a curve, progress, early stopping, and a state that outlives the job."""
 
 import hashlib
 import json
@@ -20,7 +20,7 @@ COLUMNS = ("epoch", "seconds", "loss", "accuracy", "validation_loss", "validatio
 
 
 class Batches:
-    """The row numbers of each batch's images, in an order that `random` shuffles anew for every epoch.
+    """The row numbers of each batch's images, in an order that `random` shuffles again for every epoch.
 
     count: images; size: images a batch; random: a NumPy generator.
     snrs: None, or the SNR's name of each image (count,), ANY_SNR for one that goes with all: then the images of a batch
@@ -42,7 +42,7 @@ class Batches:
         return -(-max(map(len, self.pools)) // self.size)
 
     def epoch(self):
-        """One epoch's batches: arrays of row numbers. The last may be smaller."""
+        """Yield one epoch's batches: arrays of row numbers. The last may be smaller."""
         orders = [self.random.permutation(pool) for pool in self.pools]
         longest = max(map(len, orders))
         for start in range(0, longest, self.size):
@@ -61,11 +61,11 @@ def glorot(random, shape, fans):
 
 @dataclass
 class Settings:
-    """How a training goes on, and when it ends.
+    """Settings of a training: its rate, its end and its checkpoints.
 
-    rate: Adam's learning rate, a function of how many epochs were made. epochs: passes over the images, at most.
-    patience: None, or after how many epochs without a smaller validation loss training stops; the weights with the
-    smallest are then the result, else the last ones.
+    rate: Adam's learning rate, a function of the number of epochs made. epochs: passes over the images, at most.
+    patience: None, or the number of epochs without a smaller validation loss after which training stops; the weights
+    with the smallest are then the result, else the last ones.
     checkpoint: None, or a `Checkpoint`: training goes on from what it holds, as if it had never stopped.
     watch: None, or a function of an epoch's number and the weights after it, called before its checkpoint is written.
     """
@@ -81,7 +81,7 @@ def minimize(loss, weights, batches, inputs, settings, validate=None):
     """Weights after training by Adam, a mapping of name to NumPy array, and the curve, a mapping of COLUMNS to lists.
 
     loss: a function of weights and a batch's arrays, in JAX, to three arrays (n,): the loss of each image, and 1 or 0
-    for whether it is classified rightly, and for whether it is of a class. weights: those to begin with, a mapping of
+    for whether it is classified correctly, and for whether it is of a class. weights: those to begin with, a mapping of
     name to array.
     batches: a `Batches`; inputs: a function of a batch's row numbers to its arrays. settings: a `Settings`.
     validate: a function of weights to loss and accuracy at the validation azimuths; without one both are NaN.
@@ -96,13 +96,13 @@ def minimize(loss, weights, batches, inputs, settings, validate=None):
     patience, checkpoint = settings.patience, settings.checkpoint
 
     # As in Keras, by which the thesis's networks were trained: epsilon is added before the averages are corrected for
-    # their beginning at zero. It holds back weights of gradients below 1e-6, which those of deep layers are at first.
+    # their beginning at zero. It slows weights with gradients below 1e-6, which deep layers have at first.
     def epsilon(step):
         return EPSILON / (1 - SECOND_MOMENT ** (step + 1.0)) ** 0.5
 
     adam = optax.inject_hyperparams(optax.scale_by_adam)(b2=SECOND_MOMENT, eps=epsilon)
 
-    # Compiling takes longer than many a training. So that the program of one fits all of a kind, the rate is an
+    # Compiling takes longer than many a training. To use one program for all trainings of a kind, the rate is an
     # argument of it, and the last batch of an epoch is filled up with images that do not count.
     @jax.jit
     def step(weights, state, rate, count, *arrays):
@@ -137,7 +137,7 @@ def minimize(loss, weights, batches, inputs, settings, validate=None):
             results.append(result)
             sizes.append(len(batch))
             bar.set_postfix_str(f"{said}, batch {len(sizes)} of {batches.count}", refresh=False)
-            bar.update(0)  # is written where the last line is old enough
+            bar.update(0)  # is written if the last line is old enough
         costs, right, of_class = np.array(results, float).T
         cost, accuracy = np.average(costs, weights=sizes), right.sum() / max(of_class.sum(), 1)
         if not np.isfinite(cost):
@@ -148,7 +148,7 @@ def minimize(loss, weights, batches, inputs, settings, validate=None):
         notes["seconds"] = before + time.perf_counter() - begin
         rows.append([len(rows) + 1, round(notes["seconds"], 3), *map(float, (cost, accuracy, *held_out, rate))])
         validation_loss, validation_accuracy = rows[-1][-3:-1]
-        better = patience is None or not validation_loss >= notes["least"]  # also where there is no validation image
+        better = patience is None or not validation_loss >= notes["least"]  # also if there is no validation image
         notes["waited"] = 0 if better else notes["waited"] + 1
         if better:
             notes["least"], now["best"] = validation_loss, now["weights"]
@@ -158,7 +158,7 @@ def minimize(loss, weights, batches, inputs, settings, validate=None):
         if settings.watch is not None:
             paused = time.perf_counter()
             settings.watch(len(rows), arrays_of(now["weights"]))
-            begin += time.perf_counter() - paused  # its time is not the training's
+            begin += time.perf_counter() - paused  # its time is no part of the training's
         if checkpoint is not None:
             checkpoint.write(jax.tree.leaves(now), notes | {"random": batches.random.bit_generator.state})
     bar.close()
@@ -172,15 +172,15 @@ def minimize(loss, weights, batches, inputs, settings, validate=None):
 
 
 def arrays_of(weights):
-    """Weights as NumPy arrays of their own."""
+    """Copy weights to NumPy arrays."""
     return {name: np.array(value) for name, value in weights.items()}
 
 
 class Checkpoint:
     """The state of one training, in a file of its own in `folder`, which outlives the job that writes it.
 
-    identity: arrays and plain values that the training follows from, and the files of its code, besides this one:
-    another training, or the same by other code, does not find this one's state.
+    identity: arrays and plain values that the training follows from, and the files of its code in addition to this one:
+    another training, or the same by other code, does not find this state.
     """
 
     def __init__(self, folder, *identity):
@@ -204,7 +204,7 @@ class Checkpoint:
             return None
 
     def write(self, arrays, notes):
-        """Write arrays and notes (plain values) whole or not at all, BETWEEN seconds after the last time or later."""
+        """Write arrays and notes (plain values), whole or not at all, at least BETWEEN seconds after the last time."""
         if time.monotonic() - self.written < BETWEEN:
             return
         self.path.parent.mkdir(parents=True, exist_ok=True)

@@ -1,4 +1,4 @@
-"""Surfaces that cross, touch or lie in each other become one that hangs together by common edges."""
+"""Make surfaces that cross, touch or lie in each other one surface, connected by common edges."""
 
 import igl
 import numpy as np
@@ -9,16 +9,16 @@ from isarflow.core.errors import InputError
 from isarflow.mesh import contact, topology
 from isarflow.mesh.progress import say
 
-ROUNDS = 8  # rounding the cuts may make surfaces cross anew, by less each time
+ROUNDS = 8  # rounding of the cuts may make surfaces cross again, by less each time
 FINER = 0.1  # after a cut, contacts are closed within this fraction: the whole distance would move the cuts again
 
 
 def arrange(vertices, triangles, close, name):
-    """A surface whose triangles meet at common edges and corners only, none of them there twice, none shut in.
+    """Make a surface whose triangles meet at common edges and corners only, without duplicates or enclosed ones.
 
-    What is within `close` metres touches. Closed solids become their union. Returns vertices, triangles and how many of
-    each repair were made: `connected_crossings` (triangles that were cut to share edges), `overlapping_triangles`
-    (pieces that were there twice), `hidden_triangles` (pieces that no wave from outside reaches) and `united_solids`.
+    Surfaces within `close` metres touch. Closed solids become their union. Returns vertices, triangles and numbers of
+    repairs: `connected_crossings` (triangles that were cut to share edges), `overlapping_triangles`
+    (duplicate pieces), `hidden_triangles` (pieces that no wave from outside reaches) and `united_solids`.
     Raises InputError, naming `name`.
     """
     whole, source = vertices, triangles
@@ -31,7 +31,7 @@ def arrange(vertices, triangles, close, name):
     triangles, birth = _without_fins(vertices, triangles, birth, thick, 2 * close)
     try:
         triangles = topology.orient(vertices, triangles, name)[0]
-    except topology.OneSided as fault:  # it had two before surfaces were joined here and there
+    except topology.OneSided as fault:  # it had two sides before surfaces were joined in places
         raise InputError(
             f"{name}: near {topology.place(fault.point)} surfaces part so slowly that, about {2 * close * 1000:.2g} mm "
             "from each other, they can be told neither apart nor together. Separate them, or draw them as one."
@@ -56,16 +56,16 @@ def arrange(vertices, triangles, close, name):
 
 
 def _cut(vertices, triangles, close, name):
-    """Surfaces cut along each other until none cross: vertices, triangles, their birth, how many were there twice.
+    """Cut surfaces along each other until none cross: vertices, triangles, their birth, number of duplicates.
 
-    `birth` is the source triangle that each triangle is a part of, (T,).
+    `birth`: (T,) the source triangle that each triangle is a part of.
     """
     birth, overlapping, near, most, crossed = np.arange(len(triangles)), 0, close, np.inf, "an unknown place"
     for k in range(ROUNDS):
         before, flat = len(triangles), False
         say(f"cut surfaces along each other, round {k + 1}: {before} triangles")
         triangles, birth = contact.tie(vertices, triangles, birth, near, name)
-        if k == 0:  # what is left between surfaces that part slowly is a wedge, not a contact
+        if k == 0:  # the rest between surfaces that part slowly is a wedge, not a contact
             vertices, triangles, birth, flat = contact.overlay(vertices, triangles, birth, close, name)
         pairs = crossings(vertices, triangles) if not flat else []
         if len(pairs):
@@ -86,9 +86,9 @@ def _cut(vertices, triangles, close, name):
 
 
 def _without_fins(vertices, triangles, birth, thick, close):
-    """Needles dropped that rounding left to stand out of a solid, with a rim that it had not: triangles, their birth.
+    """Drop needles that rounding left sticking out of a solid, with a rim that it had not: triangles, their birth.
 
-    thick: (S,) which source triangles are of a solid that may not open; close: a needle's width in metres, at most.
+    thick: (S,) True for source triangles of a solid that may not open; close: a needle's width in metres, at most.
     """
     while True:
         at_rim = topology.rims(triangles)[1]
@@ -122,10 +122,10 @@ def _refuse(place, name):
 
 
 def _tidy(vertices, triangles, birth, close):
-    """Vertices within `close` metres made one, triangles kept once; and how many were there twice."""
+    """Merge vertices within `close` metres, keep triangles once; also the number of duplicates."""
     pairs = cKDTree(vertices).query_pairs(close, output_type="ndarray")
     target = np.arange(len(vertices))
-    for low, high in pairs[np.lexsort(pairs.T[::-1])].tolist():  # a chain may lead far: nothing moves further
+    for low, high in pairs[np.lexsort(pairs.T[::-1])].tolist():  # a chain may be long: nothing moves farther
         if target[low] == low and target[high] == high:
             target[high] = low
     triangles = target[triangles].astype(np.int32)
@@ -136,13 +136,13 @@ def _tidy(vertices, triangles, birth, close):
 
 
 def hidden(vertices, triangles):
-    """True for triangles that are shut in on both sides, so that no wave from outside reaches them, (T,).
+    """True for triangles that are enclosed on both sides, so that no wave from outside reaches them, (T,).
 
     The surface must meet itself at common edges only, and its neighbours agree on their sides.
     """
     triangles = triangles.astype(np.int64)
     shell = np.arange(len(triangles))
-    while len(shell):  # a part with a rim shuts nothing in
+    while len(shell):  # a part with a rim encloses nothing
         patch = igl.extract_manifold_patches(triangles[shell])[1]
         at_rim = topology.rims(triangles[shell])[1]
         if len(at_rim) == 0:

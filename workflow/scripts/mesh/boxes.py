@@ -1,4 +1,4 @@
-"""Which triangles, edges and vertices are near each other: those whose boxes overlap."""
+"""Find triangles, edges and vertices that are near each other: their boxes overlap."""
 
 import numpy as np
 
@@ -6,9 +6,9 @@ from isarflow.core.errors import InputError
 from isarflow.mesh import topology
 from isarflow.mesh.progress import going
 
-LEAF, CHUNK = 5_000, 1_000_000  # pairs compared together, if space can be halved, and at most
+LEAF, CHUNK = 5_000, 1_000_000  # pairs compared together: if space can be halved, and at most
 PAIRS = 10_000_000  # boxes that may overlap; a sound surface has about 13 for each triangle
-ALIKE = 5  # times PAIRS are compared where halving the space parts no boxes
+ALIKE = 5  # times PAIRS are compared where halving the space separates no boxes
 
 
 def around(points, margin=0.0):
@@ -54,7 +54,7 @@ def near_boxes(these, those, name):
 
 
 def _halved(low, high):
-    """The axis and where to halve it so that the larger half of boxes (N, 3) is smallest; which are below and above."""
+    """The axis and place to halve it so that the larger half of boxes (N, 3) is smallest; those below and above."""
     ways = []
     for axis in range(3):
         middle = np.median((low[:, axis] + high[:, axis]) / 2)

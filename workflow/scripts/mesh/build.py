@@ -1,4 +1,4 @@
-"""The mesh stage: a target's CAD file becomes one mesh for each frequency band."""
+"""The mesh stage: make one mesh for each frequency band from a target's CAD file."""
 
 import json
 from math import ceil
@@ -24,12 +24,12 @@ from isarflow.mesh.repair import CLOSE, repair
 from isarflow.mesh.resolution import OF_PIECE, check_resolution, wanted_edge, wanted_edges
 
 WRONG = 1 / 20  # wavelengths between mesh and source: more is another target
-CHANGED = 0.05  # of its area or volume: likewise
-MOST, CHEAP = 1.4, 1000  # times the triangles of the first mesh, or so many: more are not spent on its area alone
-FINER = 1.5, 2, 3  # times as many edges: what a refused mesh is tried with, to say what would do
-WASTE = 6  # times the triangles of the first mesh: where shorter edges do not cure so far, they will not
-TRIES = 8  # meshes of a band, each finer where the last one misses
-CHORD = 1 / 40  # wanted edges between a CAD kernel's surface and its triangles: a tenth of what a mesh may miss
+CHANGED = 0.05  # of its area or volume: more is another target
+MOST, CHEAP = 1.4, 1000  # times the triangles of the first mesh, or so many: the most that are spent on its area alone
+FINER = 1.5, 2, 3  # times as many edges: a refused mesh is tried with these, to name a density that works
+WASTE = 6  # times the triangles of the first mesh: if shorter edges do not help up to here, they will not
+TRIES = 8  # meshes of a band, each finer where the last one is off
+CHORD = 1 / 40  # wanted edges between a CAD kernel's surface and its triangles: a tenth of a mesh's tolerance
 
 
 class Source(NamedTuple):
@@ -37,15 +37,15 @@ class Source(NamedTuple):
 
     vertices: np.ndarray  # (V, 3) in metres
     triangles: np.ndarray  # (T, 3)
-    repairs: dict  # how many of each were made
-    measures: dict  # its size, that of what was read as `raw`, and the tolerances of the repairs
+    repairs: dict  # number of each repair
+    measures: dict  # its size, the file's size as `raw`, and the tolerances of the repairs
 
 
 def load(path, target, mesh, radar, to_solve=False):
     """The Source of a target. `target`, `mesh` and `radar` are those parts of the config.
 
-    Raises InputError if the file is no use, its size implausible, or less symmetric than it says; for a target that is
-    `to_solve` also if it has too few edges across it.
+    Raises InputError if the file is unusable, its size implausible, or less symmetric than the config says; for a
+    target that is `to_solve` also if it has too few edges across it.
     """
     vertices, triangles = read_cad(path, CHORD * wanted_edge(mesh, radar) / target.get("scale", 1.0))
     vertices = in_metres(vertices, target)
@@ -59,7 +59,7 @@ def load(path, target, mesh, radar, to_solve=False):
     for axis in symmetry.axes(target.get("symmetry", [])):
         limit = symmetry.allowed(radar)
         apart, place = from_mirror_image(vertices, triangles, edge, axis)
-        if apart - 2 * tolerances["thinned_by"] > limit:  # so far apart is the file itself
+        if apart - 2 * tolerances["thinned_by"] > limit:  # the file itself is off by this much
             raise InputError(
                 f"{path} is not symmetric about {'xyz'[axis]} = 0: near {topology.place(place)} it differs from its "
                 f"mirror image by {apart * 1000:.3g} mm (at most {limit * 1000:.3g} mm is allowed). Mend it, or leave "
@@ -73,7 +73,7 @@ def load(path, target, mesh, radar, to_solve=False):
 
 
 def _half(surface, axes):
-    """What a band's mesh is made of: the surface (vertices, triangles) on one side of its mirror planes."""
+    """The part of a surface that a band's mesh is made from: (vertices, triangles) on one side of its mirror planes."""
     vertices, triangles = surface
     close = CLOSE * np.linalg.norm(np.ptp(vertices, axis=0))
     for axis in axes:
@@ -85,10 +85,10 @@ def _whole(half, source, edge, axes):
     """The mesh of a Source from that of its half, exactly symmetric, its chords not all inside round walls."""
     (vertices, triangles), surface, volume = half, source[:2], source.measures["volume"]
     if volume is not None:
-        volume /= 2 ** len(axes)  # mirror planes go through the origin: closing the part there would add no volume
+        volume /= 2 ** len(axes)  # mirror planes contain the origin: closing the part there would add no volume
         restored = restore_volume(vertices, triangles, surface, volume, edge, axes)
         longest = np.percentile(topology.edge_lengths(restored, triangles), 99) / edge
-        if longest > P99_LIMIT:  # what gets its volume back gets longer edges, too
+        if longest > P99_LIMIT:  # restoring the volume also makes edges longer
             vertices, triangles = fitting(vertices, triangles, Size(edge), None, axes, P99 * P99 / longest)
             restored = restore_volume(vertices, triangles, surface, volume, edge, axes)
         vertices = restored
@@ -102,7 +102,7 @@ def _whole(half, source, edge, axes):
 def build(path, target, mesh, radar, to_solve=False):
     """Meshes [(vertices, triangles), ...], lowest band first, and their measures as a mapping.
 
-    The arguments, and what is raised, are those of `load`; a mesh that is not the target raises InputError too.
+    The arguments and errors are those of `load`; a mesh that is not the target raises InputError, too.
     """
     return build_bands(load(path, target, mesh, radar, to_solve), path, target, mesh, radar)
 
@@ -123,7 +123,7 @@ def build_bands(source, path, target, mesh, radar):
 def _followed(source, edge, wavelength, axes, name):
     """A band's mesh and its measures; InputError if no mesh is the target.
 
-    A refusal names a density that was tried and does, if one of FINER is.
+    A refusal names a density that was tried and works, if one of FINER does.
     """
     made, measures = _shortened(source, edge, wavelength, axes)
     fault = _fault(made, measures)
@@ -143,12 +143,12 @@ def _followed(source, edge, wavelength, axes, name):
 
 
 def _shortened(source, edge, wavelength, axes):
-    """A band's mesh and its measures: edges are shortened where it misses the source, until it does nowhere."""
+    """A band's mesh and its measures: edges are shortened where it is off the source, until it is off nowhere."""
     surface, reach = source[:2], min(wavelength, max(source.measures["box"]))  # a small target is held to its own size
     size = _by_piece(surface, Size(edge))
     followed, half = Followed(*surface, edge), _half(surface, axes)
     best = fewest = None
-    least = np.inf  # of the best, by how much its area is off
+    least = np.inf  # of the best, the error of its area
     for number in range(TRIES):
         say(f"remesh to {edge * 1000:.3g} mm" + (f", shorter where mesh {number} missed" if number else ""))
         made = _whole(remesh(*half, size, surface, axes), source, edge, axes)
@@ -183,7 +183,7 @@ def _by_piece(surface, size):
 
 
 def _changes(band):
-    """By what share a mesh with the measures `band` changes its source's area, rods' apart, and volume, if closed."""
+    """Relative changes of a mesh with the measures `band`: of its source's area, without rods, and of its volume."""
     area, volume = band["area"], band["volume"]
     changes = {"area": (area["after"] - area["of_rods"]) / area["before"] - 1}
     if volume["before"] and volume["after"]:
@@ -192,9 +192,9 @@ def _changes(band):
 
 
 def missed(band):
-    """What of its goals a mesh with the measures `band` misses, as a sentence, or None.
+    """Say in a sentence which of its goals a mesh with the measures `band` misses, or None.
 
-    Chords leave a surface, and change its area, by the square of their length: by that it estimates what would do.
+    A chord's distance from a surface, and its change of area, grow with its length squared: this gives what would do.
     """
     apart = max(band["hausdorff"].values()) / band["wavelength"]
     found = [(apart / GOAL[0], f"is {apart:.3f} wavelengths from its source (goal {GOAL[0]:g})")]
@@ -210,7 +210,7 @@ def missed(band):
 
 
 def _fault(mesh, band):
-    """Why a mesh with the measures `band` is not the target: a place, or None, and what its edges do; None if it is."""
+    """Fault of a mesh with the measures `band`: a place or None, and what its edges do; None if it is the target."""
     vertices, triangles = mesh
     apart = max(band["hausdorff"].values())
     if apart > WRONG * band["wavelength"]:
@@ -229,7 +229,7 @@ def _fault(mesh, band):
 
 
 def _diagnosis(place, source, edge):
-    """Where a mesh fails, or where the source is thinnest if `place` is None, and how near its walls are there."""
+    """Name the place where a mesh fails, or the source's thinnest if `place` is None, and how near the walls are."""
     ground = Ground(*source[:2])
     points = samples(*source[:2], edge / 2)[0]
     if place is not None:

@@ -1,4 +1,4 @@
-"""The surfaces of STEP and IGES files as triangles, through Open CASCADE: an extra, imported only to read one."""
+"""Surfaces of STEP and IGES files as triangles, by Open CASCADE: an extra package, imported only to read one."""
 
 import importlib.util
 from pathlib import Path
@@ -10,9 +10,9 @@ from isarflow.core.errors import InputError
 FORMATS = (".step", ".stp", ".iges", ".igs")
 INSTALL = ".venv/bin/pip install --require-hashes -r envs/requirements-step.lock"
 MILLIMETRE = 1e-3  # metres; the kernel converts every file's own unit to millimetres
-# The least and the most that chords may leave the surface, as a fraction of the target's diagonal; near the poles of a
-# sphere the kernel takes up to twice that, still 1/50 wavelength for a diagonal of 100. From one chord to the next they
-# turn by at most `TURN` radians, so that small round parts stay round.
+# The least and largest allowed distance of chords from the surface, as a fraction of the target's diagonal; near poles
+# of a sphere the kernel takes up to twice that, still 1/50 wavelength for a diagonal of 100. From one chord to the
+# next they turn by at most `TURN` radians, which keeps small round parts round.
 DEFLECTION, TURN = (1e-4, 6e-4), 0.3
 
 
@@ -28,16 +28,16 @@ def check_installed(key):
 def read_surfaces(path, chord):
     """Vertices (V, 3) float64 in metres and triangles (T, 3) of all faces in a STEP or IGES file.
 
-    Chords leave the surfaces by some `chord` metres at most, within the bounds of DEFLECTION.
+    Chords are at most about `chord` metres from the surfaces, within the bounds of DEFLECTION.
     Lengths are converted from the unit that the file states. Every face has vertices of its own; those of neighbours
-    coincide along their common edge. Raises InputError for a file that cannot be read, or not as a whole.
+    coincide along their common edge. Raises InputError for a file that cannot be read, or only in part.
     """
     check_installed(path)
     try:
         from OCP.Message import Message, Message_Gravity
     except ImportError as error:  # a library of the system is missing
         raise InputError(f"{path}: Open CASCADE is installed but cannot be loaded: {error}.") from None
-    for printer in Message.DefaultMessenger_s().Printers():  # statistics otherwise fill the terminal, past the log
+    for printer in Message.DefaultMessenger_s().Printers():  # otherwise statistics fill the terminal instead of the log
         printer.SetTraceLevel(Message_Gravity.Message_Fail)
     faces = _faces(_shape(Path(path)), chord / MILLIMETRE)
     if not faces:
@@ -54,16 +54,16 @@ def read_surfaces(path, chord):
 
 
 def _shape(path):
-    """All that a file holds as one shape, in millimetres."""
+    """All shapes of a file as one, in millimetres."""
     from OCP.IFSelect import IFSelect_ReturnStatus
     from OCP.IGESControl import IGESControl_Reader
     from OCP.STEPControl import STEPControl_Reader
 
     iges = path.suffix.lower() in (".iges", ".igs")
-    if iges and path.read_bytes().rstrip()[-80:][72:73] != b"T":  # the kernel reads what is there
+    if iges and path.read_bytes().rstrip()[-80:][72:73] != b"T":  # the kernel reads the rest
         raise InputError(f"{path} does not end as an IGES file does, with its section T; it may have been cut short.")
     reader = IGESControl_Reader() if iges else STEPControl_Reader()
-    if reader.ReadFile(str(path)) != IFSelect_ReturnStatus.IFSelect_RetDone:  # to go on would crash the kernel
+    if reader.ReadFile(str(path)) != IFSelect_ReturnStatus.IFSelect_RetDone:  # going on would crash the kernel
         raise InputError(f"{path} cannot be read as {'an IGES' if iges else 'a STEP'} file. Export it anew.")
     parts = reader.NbRootsForTransfer()
     lost = parts - reader.TransferRoots()
@@ -73,7 +73,7 @@ def _shape(path):
 
 
 def _faces(shape, chord):
-    """For every face its points (P, 3) in millimetres and its triangles (N, 3), or None if it cannot be triangulated.
+    """Points (P, 3) in millimetres and triangles (N, 3) of every face, or None if it cannot be triangulated.
 
     The triangles of a solid face outwards; `chord` is in millimetres.
     """

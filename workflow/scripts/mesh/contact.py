@@ -1,7 +1,7 @@
-"""Where surfaces lie in each other or touch but for rounding: there they are given common vertices and edges.
+"""Give surfaces that coincide or touch up to rounding common vertices and edges.
 
 Exact arithmetic sees two sheets 1e-9 m apart as two; a part that was rotated, or placed in single precision, is that
-far from the one that it lies on. `birth` is everywhere the source triangle that each triangle is a part of, (T,).
+far from the one that it lies on. In all functions `birth` is the source triangle that each triangle is a part of, (T,).
 """
 
 import itertools
@@ -14,14 +14,14 @@ from isarflow.mesh import topology
 from isarflow.mesh.boxes import CHUNK, around, near_boxes
 from isarflow.mesh.progress import going
 
-STEEP = np.cos(np.radians(30.0))  # a rim is put onto what its sheet stands on, not onto what it runs along
+STEEP = np.cos(np.radians(30.0))  # a rim is moved onto a surface that its sheet ends on, not along which it runs
 FLAT = 1 - 1e-6  # cosine of the angle between normals of one plane
-ON = 1e-12  # of a plane's extent: a point so near a triangle's side is in it
-APART = 0.4  # of the shortest edge at a vertex: nothing moves further
+ON = 1e-12  # of a plane's extent: a point this near to a triangle's side is in it
+APART = 0.4  # of the shortest edge at a vertex: nothing moves farther
 
 
 def land(vertices, triangles, tolerance, close, name):
-    """Rim vertices within `tolerance` metres of a triangle that their sheet stands on, put onto it; and how many."""
+    """Move rim vertices within `tolerance` metres of a triangle that their sheet ends on onto it; also their number."""
     rim = np.unique(topology.rims(triangles)[0])
     if len(rim) == 0:
         return vertices, 0
@@ -36,7 +36,7 @@ def land(vertices, triangles, tolerance, close, name):
         inward = _inward(corners[triangle], normal[triangle], k)
         good &= ((vertices[vertex] - corners[triangle, k]) * inward).sum(axis=1) >= -close
     vertex, triangle, height = vertex[good], triangle[good], height[good]
-    # Every triangle at the vertex must stand on the one that it is put on.
+    # Every triangle at the vertex must end on the one that the vertex is moved onto.
     order = np.argsort(triangles.ravel(), kind="stable")
     start = np.searchsorted(triangles.ravel()[order], [vertex, vertex + 1])
     stands = [
@@ -52,15 +52,15 @@ def land(vertices, triangles, tolerance, close, name):
 
 
 def tie(vertices, triangles, birth, close, name):
-    """Edges cut at the vertices within `close` metres of them: triangles, and their birth.
+    """Cut edges at the vertices within `close` metres of them: triangles, and their birth.
 
-    Triangles that are all but a line vanish.
+    Triangles that are almost a line vanish.
     """
     size, free = len(vertices), np.zeros(0, dtype=np.int64)
     for _ in range(20):
         going(f"tie the edges of {len(triangles)} triangles to vertices that they pass")
         edges = topology.edges(triangles).ends
-        edges = edges[~np.isin(edges @ [size, 1], free)]  # vertices stay, so what had none near it has none now
+        edges = edges[~np.isin(edges @ [size, 1], free)]  # vertices stay, so an edge that had none near it has none now
         used = topology.used(triangles)
         ends = vertices[edges]
         pairs = near_boxes(around(ends, close), around(vertices[used][:, None]), name)
@@ -81,13 +81,13 @@ def tie(vertices, triangles, birth, close, name):
         for k in np.lexsort((reach, edge)):
             chains.setdefault(tuple(edges[edge[k]].tolist()), []).append(int(vertex[k]))
         triangles, birth = _cut_sides(triangles, birth, chains)
-        once = topology.first_of_each(triangles)  # or needles upon each other are cut again and again
+        once = topology.first_of_each(triangles)  # or needles on each other are cut again and again
         triangles, birth = triangles[once], birth[once]
     return triangles, birth
 
 
 def _cut_sides(triangles, birth, chains):
-    """Triangles cut along their sides: `chains` maps an edge (low, high) to the vertices on it, from low to high."""
+    """Cut triangles along their sides: `chains` maps an edge (low, high) to the vertices on it, from low to high."""
     size = int(triangles.max()) + 1
     keys = np.array([a * size + b for a, b in chains if a < size and b < size], dtype=np.int64)
     after = np.roll(triangles, -1, axis=1)
@@ -113,12 +113,12 @@ def _cut_sides(triangles, birth, chains):
 
 
 def overlay(vertices, triangles, birth, close, name):
-    """Parts within `close` metres of one plane that lie on each other cut along each other's outlines.
+    """Cut parts that lie on each other, within `close` metres of one plane, along each other's outlines.
 
-    An edge that lies in a triangle, the foot of a sheet, cuts it too. Of triangles that lie on each other the larger
-    keeps its edges, and what the smaller ones have inside their outlines is made anew: two fine parts would cut each
-    other into as many pieces as the product of their numbers. Returns vertices, triangles, birth, and whether there was
-    anything to cut; what lies on each other is then there twice.
+    An edge that lies in a triangle, the foot of a sheet, cuts it, too. Of triangles that lie on each other the larger
+    keeps its edges, and edges of the smaller ones inside their outlines are made again: two fine parts would cut each
+    other into as many pieces as the product of their numbers. Returns vertices, triangles, birth, and whether anything
+    was cut; parts that lie on each other are then duplicates.
     """
     boxes, edges = around(vertices[triangles], close), topology.edges(triangles)
     lying = _in_chunks(_lying, near_boxes(boxes, boxes, name), vertices, triangles, close)
@@ -151,7 +151,7 @@ def overlay(vertices, triangles, birth, close, name):
 
 
 def _in_chunks(keep, pairs, *arguments):
-    """Those of many pairs (P, 2) that `keep` keeps, a part at a time to save memory."""
+    """Pairs of many (P, 2) that `keep` keeps, a part at a time to save memory."""
     return np.concatenate([keep(part, *arguments) for part in np.array_split(pairs, 1 + len(pairs) // CHUNK)])
 
 
@@ -168,7 +168,7 @@ def _inward(corners, normal, k):
 
 
 def _lying(pairs, vertices, triangles, close):
-    """Those pairs (P, 2) of triangles that lie on each other within `close` metres, the larger first."""
+    """Pairs of `pairs` (P, 2) of triangles that lie on each other within `close` metres, the larger first."""
     corners = vertices[triangles]
     normal = topology.shape(corners)[0]
     pairs = pairs[pairs[:, 0] < pairs[:, 1]]
@@ -190,7 +190,7 @@ def _lying(pairs, vertices, triangles, close):
 
 
 def _feet(pairs, vertices, triangles, close):
-    """Those pairs (P, 2) of an edge and a triangle where the edge lies in the triangle, within `close` metres."""
+    """Pairs of `pairs` (P, 2), an edge and a triangle, with the edge in the triangle within `close` metres."""
     corners, edges = vertices[triangles], topology.edges(triangles).ends
     normal, ends = topology.shape(corners)[0], vertices[edges]
     edge, triangle = pairs.T
@@ -214,8 +214,8 @@ def _feet(pairs, vertices, triangles, close):
 class Layout(NamedTuple):
     """Triangles of one plane laid out flat, and the cells between the lines that are to cut them.
 
-    Lines are the outlines of patches and the edges that lie in triangles. A patch is a triangle, or what is beneath
-    others and hangs together by edges of no more triangles.
+    Lines are the outlines of patches and the edges that lie in triangles. A patch is a triangle, or connected triangles
+    beneath others that share edges with no other triangles.
     """
 
     names: np.ndarray  # (N,) the vertices that the triangles and lines use
@@ -223,7 +223,7 @@ class Layout(NamedTuple):
     faces: np.ndarray  # (F, 3) the triangles, by their place in `names`
     turned: np.ndarray  # (F,) True for those that are clockwise in the plane
     patch: np.ndarray  # (F,) the patch of each
-    lines: np.ndarray  # (M, 2) their ends, likewise
+    lines: np.ndarray  # (M, 2) the ends of lines, by their place in `names`
     points: np.ndarray  # (Q, 2) of the arrangement
     on_line: np.ndarray  # (L, 2) pairs of a line and a point on it
     cells: np.ndarray  # (P, 3) triangles of the arrangement
@@ -232,7 +232,7 @@ class Layout(NamedTuple):
 def _laid_out(vertices, triangles, edges, flat, beneath, feet):
     """The Layout of the triangles `flat` (F,) and edges `feet` in the plane of the largest of these triangles.
 
-    `edges` are the topology.Edges of all triangles; what is `beneath` (F,) may lose edges.
+    `edges` are the topology.Edges of all triangles; triangles that are `beneath` (F,) may lose edges.
     """
     mine = triangles[flat]
     corners = vertices[mine[topology.areas(vertices, mine).argmax()]]
@@ -249,7 +249,7 @@ def _laid_out(vertices, triangles, edges, flat, beneath, feet):
     forward = (faces < np.roll(faces, -1, axis=1)) ^ turned[:, None]
     face = np.broadcast_to(np.arange(len(flat))[:, None], side.shape)
     inner = (edges.count[numbers] == 2) & (np.bincount(side.ravel(), weights=beneath[face].ravel()) == 2)
-    inner &= np.bincount(side.ravel(), weights=forward.ravel()) == 1  # not where two are folded upon each other
+    inner &= np.bincount(side.ravel(), weights=forward.ravel()) == 1  # not where two are folded onto each other
     joined = inner[side]
     pairs = np.stack([face[joined], len(flat) + side[joined]], axis=1)
     patch = topology.groups(pairs, len(flat) + len(numbers))[1][: len(flat)]
@@ -263,8 +263,8 @@ def _laid_out(vertices, triangles, edges, flat, beneath, feet):
 def _arrangement(plan, lines):
     """Points (Q, 2), pairs (L, 2) of a line and a point on it, and cells (P, 3): triangles between lines in a plane.
 
-    `lines` (M, 2) join points of `plan` (N, 2). To the exact arithmetic of surfaces each is the foot of a triangle that
-    stands on one triangle, beneath them all.
+    `lines` (M, 2) join points of `plan` (N, 2). The exact arithmetic of surfaces gets each as the foot of a triangle
+    that ends on one triangle beneath them all.
     """
     start, stop = plan[lines].transpose(1, 0, 2)
     middle, length = (start + stop) / 2, np.linalg.norm(stop - start, axis=1)
@@ -284,9 +284,9 @@ def _arrangement(plan, lines):
 
 
 def _numbers(layout, vertices, chains, first):
-    """The vertex of each point (Q,) of a layout, and where new ones, numbered from `first`, are in space, (N, 3).
+    """The vertex of each point (Q,) of a layout, and the places in space (N, 3) of new ones, numbered from `first`.
 
-    Notes in `chains` the vertices on each line: {edge (low, high): {vertex: share of the edge}}. Points that are on no
+    Adds to `chains` the vertices on each line: {edge (low, high): {vertex: share of the edge}}. Points that are on no
     line have no vertex: -1.
     """
     names, plan, points = layout.names, layout.plan, layout.points
@@ -307,7 +307,7 @@ def _numbers(layout, vertices, chains, first):
 
 
 def _covered(layout, name):
-    """Cells (C, 3) of a layout for each patch that covers them, facing as it does, and the face of it there, (C,)."""
+    """Cells (C, 3) of a layout for each patch that covers them, facing as it does, and the patch's face there, (C,)."""
     middle, corners = layout.points[layout.cells].mean(axis=1), layout.plan[layout.faces]
     boxes = [np.pad(side, ((0, 0), (0, 1))) for side in (*around(middle[:, None]), *around(corners))]
     cell, face = near_boxes(boxes[:2], boxes[2:], name).T

@@ -6,15 +6,15 @@ from isarflow.mesh import topology
 from isarflow.mesh.boxes import near_boxes
 from isarflow.mesh.ground import Ground
 
-SMALL, LOW = 1 / 2, 1 / 4  # wanted edges: a detail's largest extent, and how far it may stand out of its part
-MUCH = 8  # times its own extent: that of its part, at least
+SMALL, LOW = 1 / 2, 1 / 4  # wanted edges: a detail's largest extent, and the most it may stick out of its part
+MUCH = 8  # times its own extent: the least extent of its part
 TOUCH = 0.6  # of its extent: no corner of a detail that is sunk into its part is farther from it than half
 
 
 def without_details(vertices, triangles, edge, name):
-    """A surface for edges of `edge` metres without its details, and how many of these were dropped.
+    """Drop details from a surface for edges of `edge` metres; also the number dropped.
 
-    Details are closed solids smaller than SMALL that touch one other part, MUCH larger, and nowhere stand out of it by
+    Details are closed solids smaller than SMALL that touch one other part, MUCH larger, and nowhere stick out of it by
     more than LOW, which is as far as a mesh may be from its source. Those that touch each other stay if one stays.
     """
     piece, closed = topology.closed_pieces(triangles)
@@ -31,7 +31,7 @@ def without_details(vertices, triangles, edge, name):
     groups, group = topology.groups(near_boxes(boxes, boxes, name), len(few))
     mine = small[piece]
     points, owner = corners[mine].reshape(-1, 3), np.searchsorted(few, np.repeat(piece[mine], 3))
-    parts, stays = np.zeros(groups, dtype=int), np.zeros(groups, dtype=bool)  # what each group touches
+    parts, stays = np.zeros(groups, dtype=int), np.zeros(groups, dtype=bool)  # parts that each group touches
     for part in np.flatnonzero(~small):
         near = ((points >= low[part] - edge) & (points <= high[part] + edge)).all(axis=1)
         if not near.any():

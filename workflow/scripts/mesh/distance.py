@@ -10,7 +10,7 @@ from isarflow.mesh.symmetry import mirrored
 def samples(vertices, triangles, spacing):
     """Points on a mesh at most `spacing` metres apart, (P, 3): corners and centres of triangles halved until small.
 
-    Also the area in m^2 that each stands for, (P,), that of their small triangle for centres and nothing for corners,
+    Also the area in m^2 that each represents, (P,), that of their small triangle for centres and 0 for corners,
     and the triangle that each is in, (P,).
     """
     corners, owner = vertices[triangles], np.arange(len(triangles))
@@ -47,7 +47,7 @@ def distances(points, vertices, triangles, signed=False):
 
 
 def from_mirror_image(vertices, triangles, spacing, axis):
-    """Largest distance in metres between a target and its mirror image, sampled every `spacing` metres, and where."""
+    """Largest distance in m between a target and its mirror image, sampled every `spacing` metres, with its place."""
     points = samples(vertices, triangles, spacing)[0]
     apart = distances(mirrored(points, axis), vertices, triangles)
     return float(apart.max()), points[apart.argmax()]

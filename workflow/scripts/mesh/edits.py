@@ -1,6 +1,6 @@
 """Local edits of a triangle mesh: edges cut, collapsed and flipped, vertices moved. Each works on many places at once.
 
-An edit takes the places that come first in their neighbourhood, does them all, and looks again.
+An edit chooses the first places of their neighbourhoods, changes all of them, and searches again.
 """
 
 from typing import NamedTuple
@@ -11,17 +11,17 @@ from isarflow.mesh import topology
 from isarflow.mesh.progress import going
 
 TURN = np.cos(np.radians(40.0))  # no triangle may turn by more
-CAP = np.cos(np.radians(150.0))  # a triangle with a wider angle is all but a line
+CAP = np.cos(np.radians(150.0))  # a triangle with a wider angle is almost a line
 GAIN = 1.0  # degrees by which a flip must widen the smallest angle
-SLIVER = 0.01  # wanted edges: of a triangle less high the normal says nothing
-FAIR = 15.0  # degrees; a collapse may bring the smallest angle down to this, or to half of what it was
-TIP = 0.7  # of a full turn: a vertex whose faces make less in all is a tip and stays
+SLIVER = 0.01  # wanted edges: the normal of a triangle less high is meaningless
+FAIR = 15.0  # degrees; a collapse may reduce the smallest angle to this, or to half of its value
+TIP = 0.7  # of a full turn: a vertex whose faces have less in all is a tip and stays
 STRAIGHT = np.cos(np.radians(40.0))  # where a feature turns by more is a corner, which stays
 TINY = 1 / 25  # wanted edges: across narrower strips features may be joined
-SWEPT = 1 / 10  # of the volume beneath the triangles that such a step moves: more would eat up a thin part
-ALIKE = 1 / 4  # octaves: lengths that are taken in any order
+SWEPT = 1 / 10  # of the volume beneath the triangles that such a step moves: more would remove a thin part
+ALIKE = 1 / 4  # octaves: lengths within these are taken in any order
 GOLDEN = (np.sqrt(5) - 1) / 2  # its multiples' fractions are evenly spread
-DEEP = 4  # steps: what is beneath that far is not looked at
+DEEP = 4  # steps: parts deeper than that are not examined
 ALONG = 0.3  # sine of the angle between such a step and a triangle
 FEW = 1 / 400  # of the edges: a round with fewer collapses is the last
 ROUNDS = 200  # of one edit; it ends long before
@@ -34,7 +34,7 @@ class Lines(NamedTuple):
     feature: np.ndarray  # (E,) creases, boundaries and junctions
     count: np.ndarray  # (V,) features at each vertex
     rim: np.ndarray  # (V,) True for vertices of boundaries and junctions
-    fixed: np.ndarray  # (V,) corners, ends and tips, which stay where they are
+    fixed: np.ndarray  # (V,) corners, ends and tips, which do not move
 
 
 def lines(vertices, triangles):
@@ -47,7 +47,7 @@ def lines(vertices, triangles):
     rim[edges.ends[edges.count != 2]] = True
     along = vertices[ends[:, 1]] - vertices[ends[:, 0]]
     along /= np.maximum(np.linalg.norm(along, axis=1), np.finfo(float).tiny)[:, None]
-    away = np.zeros_like(vertices)  # of a straight line's two directions nothing is left
+    away = np.zeros_like(vertices)  # the two directions of a straight line cancel
     np.add.at(away, ends[:, 0], along)
     np.add.at(away, ends[:, 1], -along)
     bent = (away**2).sum(axis=1) > 2 - 2 * STRAIGHT
@@ -57,7 +57,7 @@ def lines(vertices, triangles):
 
 
 def _mixed(length):
-    """Ranks (N,) in the order of lengths (N,); mixed where these are alike, or one edge after the other would wait."""
+    """Ranks (N,) by length (N,); mixed where lengths are alike, or one edge would wait for the other."""
     octave = np.floor(np.log2(np.maximum(length, np.finfo(float).tiny)) / ALIKE)
     return octave + np.arange(len(length)) * GOLDEN % 1.0
 
@@ -81,7 +81,7 @@ def cut_edges(vertices, triangles, sides, weight, points):
 
 
 class Limits(NamedTuple):
-    """What a collapse has to keep to, as functions of points (P, 3) where lengths follow the mesh's size."""
+    """Limits of a collapse, as functions of points (P, 3) where lengths follow the mesh's size."""
 
     size: object  # wanted edges in metres, (P,), at points
     shortest: float  # wanted edges: shorter ones are collapsed
@@ -92,10 +92,10 @@ class Limits(NamedTuple):
 
 
 def collapse(vertices, triangles, limits):
-    """Pull together the ends of edges that are too short, shortest first, where the surface allows it.
+    """Merge the ends of edges that are too short, shortest first, where the surface allows it.
 
-    One end moves onto the other where that keeps to the Limits. Features shrink along themselves only, so that vertices
-    in mirror planes stay there.
+    One end moves onto the other where the Limits allow it. Features shrink only along themselves, so vertices in mirror
+    planes stay there.
     """
     size = len(vertices)
     wanted, refused = limits.size(vertices), np.zeros(0, dtype=np.int64)
@@ -134,7 +134,7 @@ def collapse(vertices, triangles, limits):
 
 
 def stars(triangles, chosen, size):
-    """For each of the `chosen` vertices (N,) the triangles around it: which of them, (P,), and the triangle, (P,)."""
+    """Triangles around each of the `chosen` vertices (N,): the vertex's place there, (P,), and the triangle, (P,)."""
     order = np.argsort(triangles.ravel(), kind="stable")
     start = np.concatenate([[0], np.cumsum(np.bincount(triangles.ravel(), minlength=size))])
     many = start[chosen + 1] - start[chosen]
@@ -156,18 +156,18 @@ def _cost(vertices, triangles, seen, gone, kept, edge, wanted, limits):
     cost = np.zeros(count)
     np.maximum.at(cost, which, np.abs((normal * step[which]).sum(axis=1)))
     bad = cost > deviation
-    # Both ends may have no neighbour in common but the apexes of the triangles between them.
+    # The ends may have no other neighbours in common than the apexes of the triangles between them.
     near = np.unique((which[:, None] * size + corners).ravel())
     other, far = stars(triangles, kept, size)
     far = np.unique((other[:, None] * size + triangles[far]).ravel())
     common = np.bincount(np.intersect1d(near, far, assume_unique=True) // size, minlength=count) - 2
     bad |= common != np.bincount(which[~moves], minlength=count)
     bad |= np.bincount(which[moves], minlength=count) == 0
-    # Features keep their course, unless a step is so small that they may leave it.
+    # Features keep their course, unless the step is so small that they may leave it.
     feature = seen.feature[edge]
     tiny = (step**2).sum(axis=1) <= (TINY * wanted[gone]) ** 2
     if limits.thickness is not None:
-        # From line to line: by way of what lies between them a plate would shrink little by little.
+        # Only from line to line: through the area between them a plate would shrink little by little.
         tiny &= (seen.count[gone] > 0) & (seen.count[kept] > 0) & ~feature
         _keep_thin(tiny, which, points, normal, step, limits)
     bad |= seen.rim[gone] & (seen.edges.count[edge] == 2)
@@ -197,9 +197,9 @@ def _cost(vertices, triangles, seen, gone, kept, edge, wanted, limits):
 
 
 def _keep_thin(tiny, which, points, normal, step, limits):
-    """Take from the `tiny` steps (N,) those that would eat up a thin part, like the rim of a plate."""
+    """Remove from the `tiny` steps (N,) those that would remove a thin part, like the rim of a plate."""
     height, length = np.abs((normal * step[which]).sum(axis=1)), np.linalg.norm(step, axis=1)[which]
-    mine = tiny[which] & (height > ALONG * length)  # a step sweeps nothing beside triangles that it runs along
+    mine = tiny[which] & (height > ALONG * length)  # a step sweeps no volume at triangles that it runs along
     which, height, length, points = which[mine], height[mine], length[mine], points[mine]
     area = np.linalg.norm(np.cross(points[:, 1] - points[:, 0], points[:, 2] - points[:, 0]), axis=1)
     deep = np.minimum(limits.thickness(points.mean(axis=1)), DEEP * length)
@@ -210,7 +210,7 @@ def _keep_thin(tiny, which, points, normal, step, limits):
 def _bend(vertices, seen, gone, step):
     """Metres by which the features at the vertices `gone` (N,) leave their course when these make their step (N, 3)."""
     bend, place = np.zeros(len(gone)), np.full(len(vertices), -1)
-    place[gone] = np.arange(len(gone))  # no vertex is there twice
+    place[gone] = np.arange(len(gone))  # no vertex occurs twice
     ends = seen.edges.ends[seen.feature]
     for here, there in (ends.T, ends.T[::-1]):
         mine = place[here] >= 0
@@ -223,8 +223,8 @@ def _bend(vertices, seen, gone, step):
 def flip(vertices, triangles, wanted, deviation, axes=()):
     """Exchange the diagonal of two triangles where that widens their smallest angle.
 
-    Only where the surface moves by less than `deviation` wanted edges, (V,) in metres at the vertices, and no triangle
-    turns much.
+    Only where the surface moves by less than `deviation` wanted edges (`wanted`: (V,) in metres at the vertices), and
+    no triangle turns much.
     """
     triangles, refused = triangles.copy(), np.zeros(0, dtype=np.int64)
     for _ in range(ROUNDS):
@@ -248,10 +248,10 @@ def flip(vertices, triangles, wanted, deviation, axes=()):
         most = deviation * wanted[a]
         good = opposed & (c != d) & (gain > GAIN) & (gap <= most)
         for (normal, height, _), apex in zip(before, (c, d), strict=True):
-            # The normal of a triangle whose apex lies all but on the edge to be flipped says nothing.
+            # The normal of a triangle whose apex is almost on the edge to be flipped is meaningless.
             cap = (height < SLIVER * wanted[a]) & (_cosine(*vertices[[apex, a, b]]) < CAP)
             good &= cap | np.all([(new[0] * normal).sum(axis=1) > TURN for new in after], axis=0)
-        size = len(vertices)  # an edge from c to d must not be there already
+        size = len(vertices)  # an edge from c to d must not exist already
         good &= ~np.isin(np.minimum(c, d).astype(np.int64) * size + np.maximum(c, d), edges.ends @ [size, 1])
         for axis in axes:  # no edge inside a half may lie in the mirror plane
             beside = (vertices[a, axis] != 0) | (vertices[b, axis] != 0)

@@ -1,7 +1,7 @@
-"""STL, OBJ and OFF files as they stand: vertices, and faces with any number of corners. PLY files are in `mesh.ply`.
+"""Read STL, OBJ and OFF files unchanged: vertices, and faces with any number of corners. PLY files are in `mesh.ply`.
 
-Every reader takes a file's bytes and gives `Surface`; none drops, merges or mends anything but the corners that STL
-files repeat. Readers raise InputError without the file's name, which `mesh.read` adds.
+Every reader takes a file's bytes and returns a `Surface`; none drops, merges or repairs anything except the corners
+that STL files repeat. Readers raise InputError without the file's name, which `mesh.read` adds.
 """
 
 import io
@@ -15,7 +15,7 @@ from isarflow.core.errors import InputError
 from isarflow.mesh.text import BOM, elements_of, numbered, point, quoted, rows, unix
 
 STL_RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
-# What is saved under the name of an STL file, by how it begins.
+# Other formats saved under the name of an STL file, by their first bytes.
 OTHERS = (
     (b"<!doctype", "a web page"),
     (b"<html", "a web page"),
@@ -32,17 +32,17 @@ XYZ, CORNERS = [("x", "d"), ("y", "d"), ("z", "d")], [("vertex_indices", "dd")]
 
 
 class Surface(NamedTuple):
-    """What a file holds."""
+    """The content of a file."""
 
     vertices: np.ndarray  # (V, 3) float64, in the file's unit
     sizes: np.ndarray  # (F,) corners of each face
     corners: np.ndarray  # (sum of sizes,) vertices of the faces, one after the other
     lines: object = None  # (V,) the line of each vertex, in text files that have one
-    face_lines: object = None  # (F,) likewise
+    face_lines: object = None  # (F,) the line of each face, in such files
 
 
 def read_stl(data):
-    """A binary STL, whatever its header says, or a text STL of one or more solids."""
+    """Read a binary STL, with any header, or a text STL of one or more solids."""
     announced = 84 + 50 * int.from_bytes(data[80:84], "little") if len(data) >= 84 else None
     text = data.removeprefix(BOM).lstrip()[:5].lower() == b"solid"
     if len(data) == announced:
@@ -92,7 +92,7 @@ def _stl_text(data):
 
 
 def _merged(points):
-    """Points (N, 3) without repeats, in the order in which they first occur, and which of these each one is, (N,)."""
+    """Points (N, 3) without repeats, in the order in which they first occur, and each point's place in these, (N,)."""
     points = points + 0.0  # no minus before a zero
     number = np.zeros(len(points), dtype=np.int64)
     for coordinates in points.T:
@@ -104,7 +104,7 @@ def _merged(points):
 
 
 def read_obj(data):
-    """All faces of an OBJ file, whatever objects, groups and materials they belong to."""
+    """Read all faces of an OBJ file, of any object, group and material."""
     points, sizes, corners, lines, face_lines = array("d"), array("q"), array("q"), array("q"), array("q")
     joined, begun, width = b"", 0, 0
     for number, line in numbered(data):
@@ -147,7 +147,7 @@ def read_obj(data):
 
 
 def read_off(data):
-    """A text OFF file; colours, normals and texture of its vertices and faces are passed over."""
+    """Read a text OFF file; colours, normals and texture of its vertices and faces are skipped."""
     text = re.sub(rb"#[^\n]*", b"", unix(data))
     stream = io.BytesIO(text)
     filled = ((place, line, line.split()) for place, line in enumerate(stream, 1) if line.strip())
@@ -196,7 +196,7 @@ def triangulated(vertices, sizes, corners):
 
 
 def _ears(vertices, face, normal):
-    """The triangles of a polygon (N,): of three neighbours that no other corner lies between, the least needle-like."""
+    """Triangles of a polygon (N,): each time the least needle-like of three neighbours with no other corner between."""
     left, made = list(face), []
     while len(left) > 3:
         best = None
@@ -209,7 +209,7 @@ def _ears(vertices, face, normal):
             inside = np.ones(len(left), dtype=bool)
             for start, stop in ((a, b), (b, c), (c, a)):
                 inside &= np.cross(stop - start, points - start) @ normal >= 0
-            # A face with a hole goes along a bridge to it and back: its corners there stand twice.
+            # A face with a hole goes along a bridge to it and back: its corners there occur twice.
             inside &= ~(points[:, None] == np.stack([a, b, c])).all(axis=2).any(axis=1)
             if cross[k] > 0 and not inside.any():
                 best = int(k)

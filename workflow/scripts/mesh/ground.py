@@ -1,4 +1,4 @@
-"""The surface that a mesh stands for: how far points are from it, where they belong on it, how near its walls are."""
+"""The surface that a mesh represents: distances of points from it, their places on it, distances of its walls."""
 
 import igl
 import numpy as np
@@ -6,15 +6,15 @@ import numpy as np
 from isarflow.mesh import topology
 
 SAME_SIDE = 0.3  # cosine of the angle between normals of a vertex and of the place it is put on
-ON = 1e-6  # of the farthest that a place may be: a point nearer to the surface is on it, whatever its normal
-LOOK = 0.03, 0.1, 0.3  # of the farthest that a place may be: steps along the normal
-OFF = 1e-9  # of the surface's size: where rays start, beside it
+ON = 1e-6  # of the largest distance of a place: a point nearer to the surface is on it, with any normal
+LOOK = 0.03, 0.1, 0.3  # of the largest distance of a place: steps along the normal
+OFF = 1e-9  # of the surface's size: distance of the rays' start from it
 
 
 class Ground:
     """A surface (vertices, triangles) with the trees of its boxes and of its features.
 
-    axes: its mirror planes. Features in a plane and those beside it are kept apart: on a fin that a plane cuts
+    axes: its mirror planes. Features in a plane and those beside it are separate: on a fin that a plane cuts
     lengthwise they may be nearer to each other than an edit moves a vertex.
     """
 
@@ -26,7 +26,7 @@ class Ground:
         self.axes = list(axes)
         lines = topology.edges(triangles).ends[topology.features(vertices, triangles)]
         planes = self._planes(self.vertices[lines[:, 0]]) & self._planes(self.vertices[lines[:, 1]])
-        self.lines = {}  # of features that lie in the same planes, these: their tree and ends
+        self.lines = {}  # for each set of planes, the features that lie in these: their tree and ends
         for which in np.unique(planes):
             ends, tree = np.ascontiguousarray(lines[planes == which]), igl.AABB()
             tree.init(self.vertices, ends)
@@ -40,7 +40,7 @@ class Ground:
     def nearest(self, points, normal, most):
         """The nearest places (P, 3) that face as the unit normals (P, 3) do, at most (P,) metres away; else NaN.
 
-        Where the nearest wall faces away, the one behind or before it is looked for.
+        If the nearest wall faces away, the one behind or before it is searched.
         """
         place = self._facing(points, normal, ON * most)
         lost = np.flatnonzero(np.isnan(place[:, 0]))
@@ -69,7 +69,7 @@ class Ground:
         return place
 
     def _planes(self, points):
-        """In which mirror planes points (P, 3) lie: a number with a bit for each plane, (P,)."""
+        """Mirror planes in which points (P, 3) lie: a number with a bit for each plane, (P,)."""
         return (points[:, self.axes] == 0) @ (1 << np.arange(len(self.axes)))
 
     def clearance(self, points):

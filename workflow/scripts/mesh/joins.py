@@ -1,6 +1,6 @@
-"""Rims that face each other across a crack become one; what is left of cracks and small holes is closed.
+"""Join rims that face each other across a crack; close the rest of cracks and small holes.
 
-Vertices that become one meet in their middle; an edge bends to the vertex that it is tied to.
+Vertices that are joined meet in their middle; an edge bends to the vertex that it is tied to.
 """
 
 import itertools
@@ -14,12 +14,12 @@ from isarflow.mesh.contact import APART
 from isarflow.mesh.openings import across, close_holes, middles, once, openings, pinched
 from isarflow.mesh.progress import going
 
-SMALL = 3.0  # wanted edges: openings whose rim is no longer are closed; a slot resonates where it is ten, a wavelength
-NARROW = 1 / 10  # wanted edges: how wide such a small opening is at most to be closed by joining its sides
+SMALL = 3.0  # wanted edges: openings with a rim up to this are closed; a slot resonates at ten, a wavelength
+NARROW = 1 / 10  # wanted edges: the largest width of such a small opening that is closed by joining its sides
 WARNED = 1 / 15  # wanted edges: rims that face each other across less, but stay apart, are reported
 SHUT = 1 / 10  # of its area: a surface whose openings are smaller is reported as one that is nearly closed
-LOOKED_AT = 100  # openings, the largest: how wide others are says their area
-ROUNDS = 100  # of joins, each at distances up to twice the smallest that is left nearby
+LOOKED_AT = 100  # the largest openings; the width of others follows from their area
+ROUNDS = 100  # rounds of joins, each at distances up to twice the smallest that is left nearby
 
 
 class Facing(NamedTuple):
@@ -27,7 +27,7 @@ class Facing(NamedTuple):
 
     vertex: np.ndarray  # (F,)
     ends: np.ndarray  # (F, 2) of the edge, the nearer one first
-    side: np.ndarray  # (F,) which side of which triangle the edge is: side k of triangle t is 3 t + k
+    side: np.ndarray  # (F,) the edge as a side of a triangle: side k of triangle t is 3 t + k
     share: np.ndarray  # (F,) of the edge between its nearer end and the vertex's foot on it
     width: np.ndarray  # (F,) metres between vertex and foot
     apart: np.ndarray  # (F,) metres between vertex and nearer end
@@ -35,13 +35,13 @@ class Facing(NamedTuple):
 
 
 def join(vertices, triangles, reach, close, name, small=np.inf, barred=None):
-    """Rims that face each other within `reach` metres joined, each vertex to the nearest rim, the nearest first nearby.
+    """Join rims that face each other within `reach` metres, each vertex to the nearest rim, the nearest first nearby.
 
-    A vertex becomes one with the near end of the edge that it faces, or else the edge is tied to it. What has met its
-    partner is no rim any more, and is left alone. Distances that differ by `close` metres are alike; with `small` only
-    openings are closed whose rims are at most so many metres long; `barred` vertices, a mask (V,), take no part.
-    Returns vertices, triangles, label (V,), the vertex that each vertex became, how many vertices edges were tied to,
-    and the width in metres of the widest gap that was closed.
+    A vertex is joined with the near end of the edge that it faces, or else the edge is tied to it. A rim that has met
+    its partner is no rim any more, and is left alone. Distances that differ by `close` metres are alike; with `small`
+    only openings with rims of at most so many metres are closed; `barred` vertices, a mask (V,), are left out.
+    Returns vertices, triangles, label (V,), the vertex that each vertex became, the number of vertices that edges were
+    tied to, and the width in metres of the widest gap that was closed.
     """
     source, size = vertices, len(vertices)
     label, tied, widest, barred = np.arange(size), 0, 0.0, np.zeros(size, dtype=bool) if barred is None else barred
@@ -67,9 +67,9 @@ def join(vertices, triangles, reach, close, name, small=np.inf, barred=None):
 
 
 def join_exactly(vertices, triangles, tolerance, close, name):
-    """Rims joined that lie on each other within `close` metres: vertices, triangles, how many vertices were tied in.
+    """Join rims that lie on each other within `close` metres: vertices, triangles, number of vertices tied in.
 
-    What is within `tolerance` metres of another rim but not on it waits, and so do its edges, for they too will move.
+    A vertex within `tolerance` metres of another rim but not on it waits, with its edges, as these will also move.
     """
     faced = facing(vertices, triangles, tolerance, name, np.zeros(len(vertices), dtype=bool))
     least = _least(faced, len(vertices))
@@ -95,9 +95,9 @@ def _least_near(faced):
 def facing(vertices, triangles, reach, name, barred, small=np.inf):
     """The Facing of a surface's rims within `reach` metres, without `barred` vertices (a mask, (V,)).
 
-    Near along the rim, or through the surface, is not across a gap. An opening that is `reach` metres wide or less
-    closes by itself: rims of two such do not face each other, or parts that touch there would grow together. With
-    `small`, only rims of one opening face each other, if it has at most so many metres of them.
+    Points near along the rim, or through the surface, do not face each other. An opening at most `reach` metres wide
+    closes on its own: rims of two such openings do not face each other, or parts that touch there would grow together.
+    With `small`, only rims of one opening face each other, if they are at most so many metres long.
     """
     rims, owner, side = topology.rims(triangles)
     if len(rims) == 0:
@@ -127,7 +127,7 @@ def facing(vertices, triangles, reach, name, barred, small=np.inf):
     around_both = np.minimum(shortest[vertex], shortest[ends[:, 0]])
     alike = apart <= np.minimum(2 * reach, np.maximum(width / APART, APART * around_both))
     alike = (alike | (share == 0)) & (apart <= 2 * reach)
-    # Near through the surface, as along a rim and across a ribbon, is not across a gap.
+    # Points near through the surface, as along a rim and across a ribbon, do not face each other across a gap.
     mesh_edges = topology.edges(triangles)
     names, inner = mesh_edges.ends @ [size, 1], mesh_edges.count > 1
     to_near, to_far = (np.minimum(vertex, end) * size + np.maximum(vertex, end) for end in ends.T)
@@ -146,14 +146,14 @@ def facing(vertices, triangles, reach, name, barred, small=np.inf):
 
 
 def _hang_together(vertices, triangles, start, vertex, reach):
-    """True where one comes from a triangle to a vertex across edges at most `reach` metres from that, (P,).
+    """True where a way leads from a triangle to a vertex across edges at most `reach` metres from the vertex, (P,).
 
     start: (P,) triangles; vertex: (P,); reach: (P,).
     """
     mesh_edges, size = topology.edges(triangles), len(triangles)
     at_edge, first = np.argsort(mesh_edges.sides, axis=None, kind="stable") // 3, np.cumsum(mesh_edges.count)
     met, new, last = np.zeros(len(start), dtype=bool), np.arange(len(start)) * size + start, np.zeros(0, dtype=np.int64)
-    while len(new):  # from a round's triangles one comes to the next round's, back to the last one's, or stays
+    while len(new):  # a round's triangles lead to those of the next or the last round, or to themselves
         pair, triangle = np.divmod(new, size)
         met[pair[(triangles[triangle] == vertex[pair][:, None]).any(axis=1)]] = True
         pair, triangle = pair[~met[pair]], triangle[~met[pair]]
@@ -170,9 +170,9 @@ def _hang_together(vertices, triangles, start, vertex, reach):
 
 
 def _welded(triangles, pairs, barred):
-    """Triangles with the vertices of pairs (P, 2) made one, the first pairs first, and what each vertex became.
+    """Merge the vertices of pairs (P, 2), the first pairs first: triangles, and the vertex that each vertex became.
 
-    A vertex is in one pair at a time. Pairs that would make two triangles one are of two sheets, one upon the other:
+    A vertex is in one pair at a time. Pairs that would make two triangles one belong to two sheets, one on the other:
     they stay apart, and their vertices are barred from now on.
     """
     size, busy, kept = len(barred), set(), []
@@ -194,7 +194,7 @@ def _welded(triangles, pairs, barred):
 
 
 def _tied(triangles, faced):
-    """Triangles whose sides are cut at the vertices that face them, and how many these are.
+    """Cut sides of triangles at the vertices that face them: triangles, and the number of these vertices.
 
     A triangle is cut along one of its sides at a time. Two that come to lie on each other vanish if they close nothing.
     """
@@ -214,10 +214,10 @@ def _tied(triangles, faced):
 
 
 def close_gaps(vertices, triangles, edge, tolerance, close, name):
-    """A surface for meshes of `edge` metres without its cracks of at most `tolerance` metres and its small holes.
+    """Close cracks of at most `tolerance` metres and small holes of a surface for meshes of `edge` metres.
 
-    Returns vertices, triangles, how many of each repair were made, and the width in metres of the widest gap that was
-    joined. `close` metres are nothing. Raises InputError, naming `name`.
+    Returns vertices, triangles, the number of each repair, and the width in metres of the widest gap that was
+    joined. Distances up to `close` metres count as 0. Raises InputError, naming `name`.
     """
     before = topology.rims(triangles)[0]
     counts = dict.fromkeys(("welded_vertices", "split_t_junctions", "closed_cracks", "closed_holes"), 0)
@@ -242,9 +242,9 @@ def close_gaps(vertices, triangles, edge, tolerance, close, name):
 
 
 def left_open(vertices, triangles, edge, tolerance, name):
-    """Sentences that say where a surface is open that may be meant to be closed; none for a closed one.
+    """Sentences that name the openings of a surface that may be meant to be closed; none for a closed one.
 
-    It may where many rims face each other at most WARNED wanted edges apart, or its openings are less than SHUT of its
+    It may be if many rims face each other at most WARNED wanted edges apart, or its openings are less than SHUT of its
     area.
     """
     border = np.unique(topology.rims(triangles)[0])
@@ -266,7 +266,7 @@ def left_open(vertices, triangles, edge, tolerance, name):
     width = 2 * opened.area / opened.length
     for k in np.argsort(-opened.area, kind="stable")[:LOOKED_AT]:
         width[k] = across(vertices, opened.rims[opened.number == k])
-    spanned = np.minimum(opened.area, width * opened.length / 2)  # of a bent slit the fan of triangles is far more
+    spanned = np.minimum(opened.area, width * opened.length / 2)  # for a bent slit the fan of triangles is much larger
     if spanned.sum() < SHUT * area:
         largest = spanned.argmax()
         rims = vertices[opened.rims[opened.number == largest]].mean(axis=1)

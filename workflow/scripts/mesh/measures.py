@@ -1,11 +1,11 @@
-"""What is measured of a mesh: whether the method of moments can trust it, and how far it is from its source."""
+"""Measure a mesh: its quality for the method of moments, and its distance from its source."""
 
 import numpy as np
 from scipy.spatial import cKDTree
 
 from isarflow.mesh import symmetry, topology
 
-NARROW = 1 / 3  # wanted edges: a triangle between creases that is less high belongs to a thin feature
+NARROW = 1 / 3  # wanted edges: a triangle between creases of smaller height belongs to a thin feature
 
 
 def size(vertices, triangles):
@@ -20,10 +20,10 @@ def size(vertices, triangles):
 
 
 def warnings(measures):
-    """What a target's measures (mesh/<target>.json) warn of: sentences on its CAD file, then on each band's mesh."""
+    """Warnings from a target's measures (mesh/<target>.json): sentences on its CAD file, then on each band's mesh."""
     yield from measures["source"].get("warnings", ())
     for number, band in enumerate(measures["bands"]):
-        if band.get("missed"):  # meshes made by earlier versions do not say
+        if band.get("missed"):  # meshes of earlier versions do not have it
             yield f"the mesh of band {number} {band['missed']}"
 
 
@@ -58,10 +58,10 @@ def mirror_error(vertices, axes):
 def describe(mesh, source, apart, wavelength, edge, axes=(), of_rods=0.0):
     """The measures of one band's mesh (vertices, triangles) beside its source's as a mapping; lengths in metres.
 
-    `source` has the CAD surface's `area` and `volume`, as from `size`, and by how much it is `thinned_by`. `apart` is
-    the Hausdorff distance to the thinned surface as two pairs of metres and a point, to the source and from it; what is
-    given includes the thinning. `axes` are the mirror planes that the mesh is to have. Of its area `of_rods` m^2 are
-    what thin rods gain, which does no harm.
+    `source` has the CAD surface's `area` and `volume`, as from `size`, and `thinned_by`, its shift by thinning. `apart`
+    is the Hausdorff distance to the thinned surface as two pairs of metres and a point, to the source and from it; the
+    result includes the thinning. `axes` are the mirror planes that the mesh is to have. `of_rods`: m^2 of its area that
+    thin rods gain, which does no harm.
     """
     vertices, triangles = mesh
     length, angle = topology.edge_lengths(*mesh), topology.shape(vertices[triangles])[2]

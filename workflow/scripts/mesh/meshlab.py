@@ -1,4 +1,4 @@
-"""How surfaces are given to MeshLab's library."""
+"""Pass surfaces to MeshLab's library."""
 
 import numpy as np
 import pymeshlab

@@ -1,4 +1,4 @@
-"""Where a mesh misses its source by more than it should, and how much shorter its edges are to be there."""
+"""Find places where a mesh is off its source by too much, and the shorter edges to use there."""
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -8,13 +8,13 @@ from isarflow.mesh.arrange import crossings
 from isarflow.mesh.distance import samples
 from isarflow.mesh.ground import Ground
 
-GOAL = 1 / 40, 0.01  # wavelengths from the source, and share of its area or volume: what a mesh should keep to
-WELL = 0.8, 0.6  # of the goals: what is asked for of each place, and of the whole area
-SHARE = 0.25, 0.7  # the least and the most that edges are shortened at once
+GOAL = 1 / 40, 0.01  # wavelengths from the source, and share of its area or volume: goals of a mesh
+WELL = 0.8, 0.6  # of the goals: for each place, and for the whole area
+SHARE = 0.25, 0.7  # the least and the largest factor by which edges are shortened at once
 CROSSED, TURNED = 0.5, 0.6  # the share of edges that cross, and of those that cut corners off
-AROUND = 0.25, 0.25  # shares of the area: normals of rods add up to less, and look along a second axis with more
+AROUND = 0.25, 0.25  # shares of the area: normals of rods add up to less, and have more along a second axis
 NEAR = 40  # triangles: among more, a rod is not of few sides
-ON = 1e-3  # wanted edges: a place nearer to the mesh is on it, whatever the normals at a crease
+ON = 1e-3  # wanted edges: a place nearer to the mesh is on it, for any normals at a crease
 
 
 class Followed:
@@ -26,11 +26,11 @@ class Followed:
         self.normal = self.ground.normal[owner]
 
     def apart(self, mesh):
-        """How far a mesh (vertices, triangles) and the source are apart: points (P, 3) and metres (P,) of each.
+        """Distances between a mesh (vertices, triangles) and the source: points (P, 3) and metres (P,) of each.
 
         First the mesh's corners and middles, from the source, then the source's samples, from the mesh; then the mesh's
-        triangle nearest to each of these, and last the area in m^2 that rods thinner than an edge gain: with their
-        volume they keep their field, however few sides they have.
+        triangle nearest to each of these, and last the area in m^2 that rods thinner than an edge gain: if they keep
+        their volume they keep their field, with however few sides.
         """
         vertices, triangles = mesh
         ends = topology.edges(triangles).ends
@@ -71,13 +71,13 @@ class Followed:
 
 
 def rods(vertices, triangles, edge):
-    """True for triangles of rods thinner than `edge` metres, (T,): within so far of them normals look to all sides."""
+    """True for triangles of rods thinner than `edge` metres, (T,): normals within that distance point to all sides."""
     corners = vertices[triangles]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     area = np.maximum(np.linalg.norm(normal, axis=1), np.finfo(float).tiny)[:, None]
     square = (normal[:, :, None] * (normal / area)[:, None]).reshape(-1, 9)
     middle = corners.mean(axis=1)
-    near = cKDTree(middle).query(middle, NEAR, distance_upper_bound=edge)[1]  # the number of triangles is none
+    near = cKDTree(middle).query(middle, NEAR, distance_upper_bound=edge)[1]  # the number of triangles is no triangle
     of_face = np.concatenate([np.concatenate([area, normal, square], axis=1), np.zeros((1, 13))])
     total = np.stack([column[near].sum(axis=1) for column in of_face.T], axis=1)
     normal, square = total[:, 1:4] / total[:, :1], (total[:, 4:] / total[:, :1]).reshape(-1, 3, 3)
@@ -85,13 +85,13 @@ def rods(vertices, triangles, edge):
 
 
 def farthest(pair):
-    """Of points (P, 3) and their distances (P,) the largest distance, and its point."""
+    """The largest of distances (P,), and its point of (P, 3)."""
     points, distance = pair
     return float(distance.max()), points[distance.argmax()]
 
 
 def hausdorff(mesh, source, spacing):
-    """Largest distance from mesh to source and from source to mesh, each (vertices, triangles), and where.
+    """Largest distance from mesh to source and from source to mesh, each (vertices, triangles), and its place.
 
     Returns ((metres, point), (metres, point)), the point on the surface that the distance is measured from. The source
     is sampled every `spacing` metres.

@@ -1,4 +1,4 @@
-"""The openings of a surface, and how small and narrow ones are closed."""
+"""Find the openings of a surface, and close small and narrow ones."""
 
 from typing import NamedTuple
 
@@ -8,13 +8,13 @@ from scipy.sparse.csgraph import dijkstra
 
 from isarflow.mesh import topology
 
-PARTS = 200  # of an opening's rim, at least, whose distance to the rim that they face is taken
-LONGER = 1.5  # times as far along the rim as straight is what faces it; 1.4 times is around a corner of a square
-TINY = 1e-30  # metres: two vertices in one place are a rim, too
+PARTS = 200  # parts of an opening's rim, at least, whose distance to the rim that they face is measured
+LONGER = 1.5  # times the straight distance: way along the rim to a part that faces it; 1.4 around a corner of a square
+TINY = 1e-30  # metres: two vertices at one place are a rim, too
 
 
 class Openings(NamedTuple):
-    """The openings of a surface: closed lines of rims. At a vertex of several those rims hang together that face."""
+    """The openings of a surface: closed lines of rims. At a vertex of several, rims that face each other are joined."""
 
     rims: np.ndarray  # (R, 2)
     owner: np.ndarray  # (R,) the triangle of each rim
@@ -34,7 +34,7 @@ def openings(vertices, triangles):
     for group in (order[k : k + n] for k, n in zip(first[count > 2], count[count > 2], strict=True)):  # at one vertex
         away = vertices[rims.ravel()[group ^ 1]] - vertices[rims.ravel()[group]]
         away /= np.maximum(np.linalg.norm(away, axis=1), TINY)[:, None]
-        alike = np.triu(away @ away.T + 2, 1)  # positive where there is a pair
+        alike = np.triu(away @ away.T + 2, 1)  # positive for a pair
         while alike.any():
             i, j = np.unravel_index(alike.argmax(), alike.shape)
             pairs.append((group[i] // 2, group[j] // 2))
@@ -55,7 +55,7 @@ def openings(vertices, triangles):
 
 
 def across(vertices, rims):
-    """How wide an opening with these rims (R, 2) is, in metres: the median along them, to the rim that they face.
+    """Width in metres of an opening with these rims (R, 2): the median along them, to the rim that they face.
 
     A point faces the nearest one to which the way along the rims is much longer than the straight one.
     """
@@ -80,16 +80,16 @@ def across(vertices, rims):
         off -= np.clip((off * way).sum(axis=1), -half, half)[:, None] * way
         apart = np.linalg.norm(off, axis=1)
         width[k] = apart[(along - half >= LONGER * apart) & (along > 0)].min(initial=np.inf)
-    order = np.argsort(width, kind="stable")  # most of the rim, not its ends, which face each other from afar
+    order = np.argsort(width, kind="stable")  # most of the rim, without its ends, which face each other from far away
     reached = np.cumsum(half[some][order])
     return float(width[order[np.searchsorted(reached, reached[-1] / 2)]])
 
 
 def pinched(vertices, triangles, narrow, longest):
-    """Openings at most `narrow` metres wide between two long edges closed: the ends of their short edges become one.
+    """Close openings at most `narrow` metres wide between two long edges: the ends of their short edges are merged.
 
-    Their rims are at most `longest` metres long. Returns vertices, triangles, what each vertex became, (V,), and the
-    width of the widest in metres.
+    Their rims are at most `longest` metres long. Returns vertices, triangles, the vertex that each became, (V,), and
+    the width of the widest in metres.
     """
     opened, size = openings(vertices, triangles), len(vertices)
     ends = vertices[opened.rims]
@@ -115,9 +115,9 @@ def pinched(vertices, triangles, narrow, longest):
 
 
 def close_holes(vertices, triangles, longest, narrow):
-    """Openings closed whose rim is at most `longest` metres long, in pieces that are much larger.
+    """Close openings whose rim is at most `longest` metres long, in pieces that are much larger.
 
-    Also how many of them are wider than `narrow` metres; the others are the ends of cracks.
+    Also the number of these wider than `narrow` metres; the others are the ends of cracks.
     """
     opened = openings(vertices, triangles)
     piece = topology.components(triangles)[1]
@@ -142,7 +142,7 @@ def close_holes(vertices, triangles, longest, narrow):
 
 
 def once(triangles):
-    """Triangles without those that are there twice; and without either of these, if that opens nothing."""
+    """Triangles without duplicates, and without both of a pair of duplicates, if that opens nothing."""
     first, (_, sides, count) = topology.first_of_each(triangles), topology.edges(triangles)
     names = topology.triple(triangles, int(triangles.max()) + 1)
     fold = np.isin(names, names[~first]) & (count[sides] % 2 == 0).all(axis=1)
@@ -150,6 +150,6 @@ def once(triangles):
 
 
 def middles(vertices, label):
-    """Where vertices are, (V, 3), if each is in the middle of those with its label, (V,)."""
+    """Places of vertices, (V, 3), if each is in the middle of those with its label, (V,)."""
     members = np.maximum(np.bincount(label, minlength=len(vertices)), 1)
     return topology.gathered(label[:, None], vertices[:, None], len(vertices)) / members[:, None]

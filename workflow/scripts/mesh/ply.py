@@ -9,7 +9,7 @@ from isarflow.core.errors import InputError
 from isarflow.mesh.formats import Surface
 from isarflow.mesh.text import BOM, elements_of, rows, unix
 
-# How numpy and struct both call the types.
+# Names of the types for both numpy and struct.
 TYPES = {
     **{"char": "b", "uchar": "B", "short": "h", "ushort": "H", "int": "i", "uint": "I", "float": "f", "double": "d"},
     **{"int8": "b", "uint8": "B", "int16": "h", "uint16": "H", "int32": "i", "uint32": "I"},
@@ -73,7 +73,7 @@ def _header(lines):
 
 
 def _binary(body, elements, order):
-    """The values of each element's properties in the bytes after the header, all of which they must take."""
+    """The values of each element's properties in the bytes after the header, which must all be used."""
     values, start = {}, 0
     try:
         for name, count, properties in elements:
@@ -86,9 +86,9 @@ def _binary(body, elements, order):
 
 
 def _element(body, start, count, properties, order):
-    """An element's values by property from where it starts in the bytes after the header, and where it ends.
+    """An element's values by property, read from `start` in the bytes after the header, and the place of its end.
 
-    Of a list the values are a pair: the lengths, and the entries one after the other. Raises ValueError or struct.error
+    The values of a list are a pair: the lengths, and the entries one after the other. Raises ValueError or struct.error
     if the bytes do not suffice.
     """
     values = {name: ([], []) if len(kind) == 2 else [] for name, kind in properties}

@@ -1,4 +1,4 @@
-"""Lines in the log that say what the stage is doing, and the bound on how long it may take."""
+"""Lines in the log on the stage's progress, and the limit of its time."""
 
 import time
 
@@ -17,14 +17,14 @@ def begin(name):
 
 
 def say(text):
-    """A line with the seconds since the job began."""
+    """Print a line with the seconds since the job began."""
     if _job is not None:
         _job[3] = time.monotonic()
         print(f"{_job[3] - _job[1]:5.0f} s  {text}", flush=True)
 
 
 def going(text):
-    """A line if the last one is long ago. Raises InputError if the job has taken too long; `text` says with what."""
+    """Print a line if the last one is long ago. Raises InputError if the job took too long; `text` says with what."""
     if _job is None:
         return
     if time.process_time() - _job[2] > MOST:

@@ -1,4 +1,4 @@
-"""A CAD file's triangles in metres, or the reason why it is no use, with the place."""
+"""Read a CAD file's triangles in metres, or say why it is unusable, with the place."""
 
 from pathlib import Path
 
@@ -12,21 +12,21 @@ from isarflow.mesh.ply import read_ply
 from isarflow.mesh.resolution import too_fine
 
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}  # metres
-# A target is plausible between these many wavelengths at the centre frequency. Longer ones are beyond a dense method
-# of moments, shorter ones have no shape for the radar: a unit mistaken is a factor of 10, 25.4 or 1000.
+# A target is plausible between these numbers of wavelengths at the centre frequency. Longer ones are beyond a dense
+# method of moments, shorter ones have no shape for the radar: a wrong unit is a factor of 10, 25.4 or 1000.
 SMALLEST, LARGEST = 1 / 50, 100
 USUAL, AROUND = 4, 10  # wavelengths, and the factor around it within which a target's size is likely
-FARTHEST = 1e4  # of its size, from the origin: beyond, volumes lose their digits
-LARGEST_NUMBER = 1e12  # of a coordinate, in whatever unit
+FARTHEST = 1e4  # of its size, from the origin: farther away, volumes lose their digits
+LARGEST_NUMBER = 1e12  # of a coordinate, in any unit
 LENGTH_TOLERANCE = 0.02  # of a target's `length`
 READERS = {".stl": read_stl, ".obj": read_obj, ".ply": read_ply, ".off": read_off}
 
 
 def read_cad(path, chord=0.0):
-    """Vertices (V, 3) float64 and triangles (T, 3) as they stand in an STL, OBJ, PLY or OFF file.
+    """Read vertices (V, 3) float64 and triangles (T, 3) of an STL, OBJ, PLY or OFF file, unchanged.
 
-    Faces with more corners are cut into triangles. Those of a STEP or IGES file are made, in metres, and leave its
-    surfaces by at most `chord` metres, or by as little as is useful. Raises InputError for a file that holds no usable
+    Faces with more corners are cut into triangles. For a STEP or IGES file triangles are computed, in metres, at most
+    `chord` metres from its surfaces, or as little as is useful. Raises InputError for a file that holds no usable
     triangles.
     """
     path = Path(path)
@@ -53,12 +53,12 @@ def read_cad(path, chord=0.0):
 
 
 def _joined(reason):
-    """A reader's message as it goes on from the file's name."""
+    """A reader's message in the form that continues the file's name."""
     return reason.removeprefix("it ") if reason.startswith("it ") else f"cannot be read: {reason}"
 
 
 def _check_numbers(surface, path):
-    """Refuse faces of two corners, or with vertices that are not there, or not at finite numbers.
+    """Refuse faces of two corners, or with vertices that do not exist or are not finite.
 
     Vertices that no face uses may be anywhere.
     """
@@ -120,10 +120,10 @@ def in_metres(vertices, target):
 
 
 def check_size(vertices, target, mesh, radar, name, precision="double"):
-    """Refuse a target (vertices in metres) whose size says that its unit is mistaken.
+    """Refuse a target (vertices in metres) whose size shows that its unit is wrong.
 
-    A `length` must be right, and then says that the size is meant. Without one the size must be plausible at the centre
-    frequency, or not far too small if there is a `unit`. The message also has what else a target of that size needs,
+    A `length` must be right, and confirms the size. Without one the size must be plausible at the centre
+    frequency, or not far too small if there is a `unit`. The message also says what else a target of that size needs,
     solved in this `precision`. Files may state their unit (STEP, IGES).
     """
     size, far = float(np.ptp(vertices, axis=0).max()), float(np.abs(vertices).max())

@@ -1,4 +1,4 @@
-"""Isotropic remeshing to a length that may change from place to place, features and boundaries kept."""
+"""Remesh isotropically to a length that may change from place to place; features and boundaries are kept."""
 
 from typing import NamedTuple
 
@@ -17,32 +17,32 @@ from isarflow.mesh.progress import going
 GRADE = 0.35  # metres by which edges grow for each metre away from where they are short
 STEP = 0.7  # from one length of short edges to the next
 PASSES = 8
-AIM = 1.06  # wanted edges that the edits aim at: their mean comes out shorter
-STEPS = 0.95, 1.06  # the least and the most that the aim changes by where it was missed
+AIM = 1.06  # wanted edges that the edits aim at: the resulting mean is shorter
+STEPS = 0.95, 1.06  # the least and the largest factor by which the aim changes if it was missed
 MORE = 4  # passes for that
-COARSE = 1.4  # of the aim: what the first of these passes collapses to
+COARSE = 1.4  # of the aim: length to which the first of these passes collapses
 SHORT, LONG = 0.8, 1.33  # of the aim: edges outside are collapsed or cut
-DEVIATION = 0.2  # wanted edges that one edit may move the surface, seen from a vertex; chords move a fourth of it
-TOO_SHORT, STAY = 0.3, 0.05  # of the same, while long edges are halved
+DEVIATION = 0.2  # wanted edges that one edit may move the surface, seen from a vertex; chords move a quarter of it
+TOO_SHORT, STAY = 0.3, 0.05  # wanted edges: shortest edge, and largest move of the surface, while long edges are halved
 LEAST_ANGLE = 20.0  # degrees; no vertex moves to make a smaller one
 STILL = 0.8  # cosine of the angle by which a moved vertex may turn a triangle
 RELAX, SLOW = 0.7, 0.35  # of the way to its neighbours' middle that a vertex moves; beside open borders
-NARROW, WIDER = 0.2, 0.4  # wanted edges: how wide rows of triangles shall be on open borders, and wider for each beside
+NARROW, WIDER = 0.2, 0.4  # wanted edges: width of the first row of triangles on open borders, and increase per row
 SETTLE = 10  # moves of the vertices to that
 P99, LONGEST = 1.345, 1.45  # wanted edges, for 99 % shorter than P99_LIMIT in the end, and all than 1.6
 P99_LIMIT = 1.35
 SHORTER = 0.97  # of that
 MEAN = 0.965, 0.994  # wanted edges: a mean in this range needs no more passes
 LEAST_SLOPE = 1e-12  # of the volume
-SAG = 3 / 4  # of what a face's centre is off a curved surface: what all its points are, on average
-OTHER_SIDE = 10  # times as far as the wall of the other side, at most, is that of this side
+SAG = 3 / 4  # of the distance of a face's centre from a curved surface: mean distance of all its points
+OTHER_SIDE = 10  # times the distance of the other side's wall: largest distance of this side's wall
 CANCELLED = 0.2  # of the volumes that one side gains and the other loses: a tube's thin wall gains less
-ON, STIFF = 1e-6, 1e3  # of its size: a face so near the source lies on it, and counts so many times to stay there
-GAIN = 0.7  # of the goal for the area: what noses may gain
-BLUNT = 0.03, 0.06, 0.1, 0.2, 0.4, 1e3  # what noses are tried with: from all the way ahead to none
-BORDER_SAG = 2 / 3  # of what the middle of an edge is off a curved border: likewise
-WAYS = 1, 0.8, 0.6, 0.4, 0.2  # shares that are tried of what an open surface's chords ask for
-NO_LOSS = 1e-4  # of the volume: so little need not be restored, and flat faces stay where they are
+ON, STIFF = 1e-6, 1e3  # of its size: a face this near to the source lies on it, and has this weight to stay there
+GAIN = 0.7  # of the goal for the area: the most that noses may gain
+BLUNT = 0.03, 0.06, 0.1, 0.2, 0.4, 1e3  # values tried for noses: from all the way ahead to none
+BORDER_SAG = 2 / 3  # of the distance of an edge's middle from a curved border: mean distance of its points
+WAYS = 1, 0.8, 0.6, 0.4, 0.2  # shares tried of the steps that an open surface's chords ask for
+NO_LOSS = 1e-4  # of the volume: so little need not be restored, and flat faces do not move
 
 
 class Size(NamedTuple):
@@ -62,7 +62,7 @@ class Size(NamedTuple):
         return wanted
 
     def shortened(self, points, share):
-        """The Size with edges of `share` (P,) of what they were wanted to be at points (P, 3)."""
+        """The Size with wanted edges multiplied by `share` (P,) at points (P, 3)."""
         power = np.ceil(np.log(self(points) / self.edge * share) / np.log(STEP) - 1e-9).astype(int)
         finer = {power: tree.data for power, tree in self.finer}
         for number in np.unique(power).tolist():
@@ -75,7 +75,7 @@ class Size(NamedTuple):
 
 
 def remesh(vertices, triangles, size, solid, axes=()):
-    """Triangles with edges of the given Size, or shorter ones on average, on the same surface.
+    """Remesh a surface with edges of the given Size, or shorter ones on average.
 
     A boundary in one of the mirror planes `axes` stays in it exactly. The surface is a part of the whole `solid`, both
     (vertices, triangles); no part of it is lost for being thinner than an edge.
@@ -113,9 +113,9 @@ def remesh(vertices, triangles, size, solid, axes=()):
 
 
 def halved(vertices, triangles, size, axes=()):
-    """Long edges cut in halves again and again down to the Size, and what is short between them collapsed each time.
+    """Halve long edges again and again down to the Size, and collapse the short ones between them each time.
 
-    Needles that are cut to pieces at once become many times more triangles than are wanted. The surface all but stays.
+    Needles that are cut to pieces in one go become many times more triangles than wanted. The surface hardly moves.
     """
     triangles, longest = flip(vertices, triangles, size(vertices), STAY, axes), _ratios(vertices, triangles, size).max()
     while longest > 2:
@@ -130,7 +130,7 @@ def halved(vertices, triangles, size, axes=()):
 
 
 def fitting(vertices, triangles, size, ground, axes, most=P99):
-    """The mesh without too many edges longer than `most` wanted lengths, cut no more than needed."""
+    """Cut edges until few are longer than `most` wanted lengths, and no more than needed."""
     ratio = np.sort(_ratios(vertices, triangles, size))
     too_long = max(int(np.ceil((ratio > most).sum() - 0.008 * len(ratio))), 0)
     longest = min(LONGEST, ratio[-1 - too_long]) if too_long else LONGEST
@@ -139,13 +139,13 @@ def fitting(vertices, triangles, size, ground, axes, most=P99):
 
 
 def _ratios(vertices, triangles, size):
-    """Lengths of the edges over what is wanted, (E,)."""
+    """Lengths of the edges divided by the wanted ones, (E,)."""
     ends = topology.edges(triangles).ends
     return topology.lengths(vertices, ends) / size(vertices)[ends].mean(axis=1)
 
 
 def split(vertices, triangles, size, longest, ground=None):
-    """Edges above `longest` wanted lengths cut, and put on the ground, if one is given."""
+    """Cut edges above `longest` wanted lengths, and put the cuts on the ground, if one is given."""
     while True:
         going(f"cut long edges of {len(triangles)} triangles")
         ends, sides, _ = topology.edges(triangles)
@@ -166,7 +166,7 @@ def split(vertices, triangles, size, longest, ground=None):
 
 
 def _grounded(points, normal, on_line, ground, most):
-    """Points put on the ground, or on its features, where that is within `most` metres; else as they are."""
+    """Put points on the ground, or on its features, if that is within `most` metres; else leave them."""
     place = np.empty_like(points)
     place[~on_line] = ground.nearest(points[~on_line], normal[~on_line], most[~on_line])
     place[on_line] = ground.on_line(points[on_line])
@@ -182,7 +182,7 @@ def _vertex_normals(vertices, triangles):
 
 
 def relax(vertices, triangles, wanted, ground, way=RELAX, longest=np.inf):
-    """Vertices moved some of the way to the middle of their triangles, on the surface; those on features on these.
+    """Move vertices part of the way to the middle of their triangles, on the surface; those on features along these.
 
     `wanted` is the length of edges in metres at the vertices, (V,). No edge grows beyond `longest` metres, (E,).
     """
@@ -202,7 +202,7 @@ def relax(vertices, triangles, wanted, ground, way=RELAX, longest=np.inf):
     points[seen.fixed] = vertices[seen.fixed]
     ends = seen.edges.ends
     most = np.maximum(longest, (1 + 1e-9) * topology.lengths(vertices, ends))
-    for _ in range(10):  # who would turn or flatten a triangle, or make an edge too long, stays
+    for _ in range(10):  # a vertex that would turn or flatten a triangle, or make an edge too long, stays
         new, _, new_angle = topology.shape(points[triangles])
         bad = (new * normal).sum(axis=1) < STILL
         bad |= new_angle < np.minimum(angle, LEAST_ANGLE) - 1e-9
@@ -214,9 +214,9 @@ def relax(vertices, triangles, wanted, ground, way=RELAX, longest=np.inf):
 
 
 def narrowed(vertices, triangles, size, ground, axes):
-    """The mesh with vertices moved so that triangles along open borders are narrow, and as long along these as before.
+    """Move vertices so that triangles along open borders are narrow, and as long along these as before.
 
-    The current along a border grows towards it without end: what wide triangles there miss of it is most of the error
+    The current along a border grows without limit towards it: the part that wide triangles miss is most of the error
     of a plate without thickness. Borders in the mirror planes `axes` are not open.
     """
     borders = _borders(vertices, triangles, axes)[0]
@@ -231,7 +231,7 @@ def narrowed(vertices, triangles, size, ground, axes):
 
 
 def _borders(vertices, triangles, axes):
-    """Edges with one triangle, (R, 2), and that triangle, (R,), but for those in the mirror planes `axes`."""
+    """Edges with one triangle, (R, 2), and that triangle, (R,), except those in the mirror planes `axes`."""
     borders, owner, _ = topology.rims(triangles)
     for axis in axes:
         beside = vertices[:, axis] != 0
@@ -259,7 +259,7 @@ def lift_chords(vertices, triangles, source, axis):
 
 
 def restore_volume(vertices, triangles, source, volume, edge, axes):
-    """Vertices moved outwards so that the mesh has `volume` m^3: chords of a convex surface lie inside it.
+    """Move vertices outwards so that the mesh has `volume` m^3: chords of a convex surface lie inside it.
 
     Each vertex moves as the distances of its faces' centres from the closed `source` (vertices, triangles) ask for:
     flat parts stay as they are, and noses go ahead as far as the mesh's area, other walls and the length of its edges,
@@ -285,11 +285,11 @@ def restore_volume(vertices, triangles, source, volume, edge, axes):
 
 
 def restore_chords(vertices, triangles, source, edge, axes):
-    """Vertices of an open mesh moved so that chords are inside and outside the `source` (vertices, triangles) alike.
+    """Move vertices of an open mesh so that chords are equally inside and outside the `source` (vertices, triangles).
 
-    What `restore_volume` does, with the same arguments, where there is no volume: faces ask for what they are off along
-    their normals, and edges of open borders for what they are off in the planes of their faces. All of it is done as
-    far as the goal for the area, the length of edges and other walls allow.
+    Replaces `restore_volume`, with the same arguments, where there is no volume: faces ask for steps by their distance
+    along their normals, and edges of open borders by their distance in the planes of their faces. Steps go as far as
+    the goal for the area, the length of edges and other walls allow.
     """
     corners = vertices[triangles]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -316,18 +316,18 @@ def restore_chords(vertices, triangles, source, edge, axes):
 
 
 def _is_sound(vertices, triangles, area, longest):
-    """Whether a mesh has at most `area` m^2, 99 % of its edges at most `longest` metres, and does not cross itself."""
+    """True if a mesh has at most `area` m^2, 99 % of its edges at most `longest` metres, and does not cross itself."""
     kept = topology.areas(vertices, triangles).sum() <= area
     kept &= np.percentile(topology.edge_lengths(vertices, triangles), 99) <= longest
     return kept and not len(crossings(vertices, triangles))
 
 
 def _restored(vertices, triangles, abouts, volume, blunt):
-    """The vertices of `restore_volume` with noses as `blunt` as that: see `_push`.
+    """The vertices of `restore_volume` with this `blunt`: see `_push`.
 
-    abouts: those by how far each face's centre is from its own side of a wall, and from the nearest. Of a tube with a
-    thin wall, which gains outside what it loses inside, the volume says little of how far to go: there each side moves
-    by what curved faces are off on average, each from its own side of the wall.
+    abouts: the About by the distance of each face's centre from its own side of a wall, and by that from the nearest.
+    For a tube with a thin wall, which gains outside what it loses inside, the volume does not tell how far to go: each
+    side moves by the mean distance of curved faces from their own side of the wall.
     """
     now = topology.tetrahedra(vertices, triangles).sum()
     push, lost = _push(abouts[0], blunt)
@@ -338,7 +338,7 @@ def _restored(vertices, triangles, abouts, volume, blunt):
     slopes = np.array([volume_at(1, 0), volume_at(0, 1)]) - now
     if lost.any() and abs(slopes.sum()) < CANCELLED * abs(slopes).sum():
         scales, slope = np.full(2, SAG), 2 * slopes  # both sides take half of what is missing
-    else:  # a blade would be blown up for what is missing elsewhere, if its sides moved by more than it is thick
+    else:  # a blade would grow for volume missing elsewhere, if its sides moved by more than its thickness
         push, lost = _push(abouts[1], blunt)
         scales, slope = np.zeros(2), volume_at(1, 1) - now
     if np.abs(slope).min() < LEAST_SLOPE * abs(volume):
@@ -349,10 +349,10 @@ def _restored(vertices, triangles, abouts, volume, blunt):
 
 
 class About(NamedTuple):
-    """What the faces about each vertex ask for."""
+    """Steps that the faces about each vertex ask for."""
 
     mean: np.ndarray  # (V, 3): the step that they ask for on average, by their area
-    missing: np.ndarray  # (V, 3): the right side of the least squares for what that leaves
+    missing: np.ndarray  # (V, 3): the right side of the least squares for the rest
     matrix: np.ndarray  # (V, 3, 3): its matrix
     area: np.ndarray  # (V, 3): the sum of their normals, each twice its face's area long
 
@@ -380,18 +380,18 @@ def _about(vertices, triangles, depth, normal, axes):
 def _push(about, blunt):
     """Steps (V, 3) of the vertices, and which of them lose volume, (V,).
 
-    Each is the mean of what its faces ask for, and what they still ask for then by least squares: a nose, whose sides
-    ask for opposite ways, goes ahead, as chords cut it off; the larger `blunt`, the less.
+    Each is the mean of the steps that its faces ask for, plus the rest of these by least squares: a nose, whose sides
+    ask for opposite steps, goes ahead, as chords cut it off; the larger `blunt`, the less.
     """
     push = about.mean + np.linalg.solve(about.matrix + blunt * np.eye(3), about.missing[:, :, None])[:, :, 0]
     return push, (push * about.area).sum(axis=1) < 0
 
 
 def _own_depth(corners, ground, depth=None):
-    """How far the centres of triangles (corners (T, 3, 3)) are beneath the wall of their side of a surface, (T,).
+    """Depths of the centres of triangles (corners (T, 3, 3)) beneath the wall of their side of a surface, (T,).
 
-    ground: the surface's `Ground`. depth: how far beneath the nearest wall, (T,), if that is known, as it is
-    of a closed surface: it stays where the nearest wall is of their side.
+    ground: the surface's `Ground`. depth: depths beneath the nearest wall, (T,), if known, as for a closed surface:
+    they are kept where the nearest wall is of their side.
     """
     points, normal = corners.mean(axis=1), topology.shape(corners)[0]
     apart, face = ground.distance(points)

@@ -1,4 +1,4 @@
-"""From a CAD file's triangles to a sound surface. Every repair is counted; what cannot be repaired is refused."""
+"""Make a sound surface of a CAD file's triangles. Every repair is counted; others than these are refused."""
 
 import numpy as np
 import pymeshlab
@@ -15,18 +15,18 @@ from isarflow.mesh.slits import close_slits
 from isarflow.mesh.thin import thin
 
 CLOSE = 1e-6  # vertices nearer than this fraction of the target's diagonal are one
-WELD = 1 / 40  # wanted edges: rims that miss each other by less are joined; sheets 1/200 wavelength apart are two
-TOUCH = 1 / 4000  # wanted edges: surfaces no farther apart lie on each other; a text file's rounding is less
+WELD = 1 / 40  # wanted edges: rims that are nearer are joined; sheets 1/200 wavelength apart are two
+TOUCH = 1 / 4000  # wanted edges: surfaces no farther apart lie on each other; a text file's rounding is smaller
 
 
 def repair(vertices, triangles, edge, name):
     """Merge, weld, close, thin, orient and unite a surface for meshes of `edge` metres.
 
-    Returns vertices, triangles, a mapping of how many of each repair were made, and a mapping of `tolerance` (metres
-    within which rims were joined), `joined_by` (widest gap in metres that was closed between rims), `thinned_by`
-    (largest distance in metres between the CAD surface and what stands for it thinned; 0 if it was not thinned),
-    `thinned_area` in m^2 and `thinned_volume` in m^3 (what the CAD surface has more than that), `warnings` (sentences
-    about what is open). Raises InputError, naming `name`.
+    Returns vertices, triangles, a mapping of the number of each repair, and a mapping of `tolerance` (metres within
+    which rims were joined), `joined_by` (widest gap in metres that was closed between rims), `thinned_by`
+    (largest distance in metres between the CAD surface and the thinned one; 0 if it was not thinned),
+    `thinned_area` in m^2 and `thinned_volume` in m^3 (the CAD surface's minus the thinned one's), `warnings` (sentences
+    about openings). Raises InputError, naming `name`.
     """
     vertices, triangles, counts = _clean(vertices, triangles, name)
     check_hubs(vertices, triangles, name)
@@ -58,8 +58,8 @@ def repair(vertices, triangles, edge, name):
 
 
 def _clean(vertices, triangles, name):
-    """Vertices all but equal merged; triangles without area or there twice dropped, unused vertices too."""
-    # Corners that are one vertex, already or once close vertices are one, make a triangle without area.
+    """Merge almost equal vertices; drop triangles without area or duplicate, and unused vertices."""
+    # A triangle two of whose corners are one vertex, before or after merging, has no area.
     distinct = triangles[topology.have_three_corners(triangles)]
     if len(distinct) == 0:
         raise _without_area(vertices, triangles, name)

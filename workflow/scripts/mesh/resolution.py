@@ -1,17 +1,17 @@
-"""How fine a target's meshes are to be: by the wavelength, and by the target's own size where that is less."""
+"""Wanted edges of a target's meshes: from the wavelength, or from the target's own size if that gives less."""
 
 from isarflow.core import sweep
 from isarflow.core.errors import InputError
 
 COARSEST = 5  # edges in a wavelength, the least that the config allows
-ACROSS = 20  # mean edges in a target's largest extent, at least: its field is then right however long the wave
-OF_PIECE = 12  # and in that of each of its pieces
+ACROSS = 20  # mean edges in a target's largest extent, at least: its field is then right for any long wave
+OF_PIECE = 12  # and in the largest extent of each of its pieces
 SINGLE = 300  # edges in a wavelength; with 500 a plate was not solved in single precision, with 302 it was to 4e-4
 FINEST = 10_000  # edges in a wavelength: beyond, double precision too loses the current's loops
 
 
 def wanted_edge(mesh, radar):
-    """The mean edge in metres that the highest band's mesh has for its wavelength, however small the target."""
+    """The mean edge in metres that the highest band's mesh has for its wavelength, for targets of any size."""
     return sweep.C0 / sweep.frequencies(radar)[-1] / mesh["edges_per_wavelength"]
 
 
@@ -35,7 +35,7 @@ def check_resolution(box, mesh, radar, name, precision="double"):
 
 
 def too_fine(box, mesh, radar, precision):
-    """What would make a target (see `check_resolution`) solvable, and why it is not; both empty if it is."""
+    """Say what would make a target (see `check_resolution`) solvable, and why it is not; both empty if it is."""
     frequency, edge = sweep.bands(radar, mesh["bands"])[0][-1], wanted_edges(mesh, radar, box)[0]
     density, length = sweep.C0 / frequency / edge, float(max(box))
     most = SINGLE if precision == "single" else FINEST

@@ -8,15 +8,15 @@ from isarflow.mesh.ground import Ground
 
 PLACES = np.array([[1, 1, 1], [98, 1, 1], [1, 98, 1], [1, 1, 98], [1, 9, 9], [9, 1, 9], [9, 9, 1]])  # in a triangle
 OPPOSED = -0.5  # cosine of the angle between the normals of walls that face each other, at most
-DEEPER = 1 / 4  # of the widest slit: what fills one goes into the other wall by that
-MITRE = 1 / 3  # of its length: the least height of a corner's step over the walls that meet there
+DEEPER = 1 / 4  # of the widest slit: the fill goes into the other wall by that
+MITRE = 1 / 3  # of its length: the least height of a corner's step above the walls that meet there
 
 
 def close_slits(vertices, triangles, widest, close, name):
-    """Walls of slits that are `close` to `widest` metres wide moved across into the other wall; and of how many solids.
+    """Move walls of slits `close` to `widest` metres wide across into the other wall; also the number of solids.
 
-    A slit is where all of a closed solid's triangle faces another solid's wall, from outside or a little from inside.
-    The union of the solids then has none. The triangles face outwards.
+    A slit is where a whole triangle of a closed solid faces another solid's wall, from outside or a little from inside.
+    The union of the solids then has no slit. The triangles face outwards.
     """
     piece, closed = topology.closed_pieces(triangles)
     closed = closed[piece]
@@ -25,7 +25,7 @@ def close_slits(vertices, triangles, widest, close, name):
     solids, corners, normal = np.flatnonzero(closed), vertices[triangles], topology.shape(vertices[triangles])[0]
     pairs = solids[near_boxes(around(corners[closed], widest), around(corners[closed]), name)]
     pairs = pairs[piece[pairs[:, 0]] != piece[pairs[:, 1]]]
-    walls, areas = {}, {}  # of one solid that face another: which, how far, and their area
+    walls, areas = {}, {}  # of one solid that face another: triangles, distances, and their area
     for mine in np.unique(piece[pairs[:, 0]]).tolist():
         here, there = (np.unique(side) for side in pairs[piece[pairs[:, 0]] == mine].T)
         points = (PLACES / PLACES.sum(axis=1, keepdims=True)) @ corners[here]
@@ -41,7 +41,7 @@ def close_slits(vertices, triangles, widest, close, name):
             which = good & (theirs == solid)
             walls[mine, solid] = here[which], gap[which].max()
             areas[mine, solid] = topology.areas(vertices, triangles[here[which]]).sum()
-    # Of two walls that face each other that moves which has more of the slit.
+    # Of two walls that face each other the one with more of the slit moves.
     moved = [pair for pair in walls if (areas[pair], pair) > (areas.get(pair[::-1], 0.0), pair[::-1])]
     gone, points, made = [], [vertices], []
     for mine in sorted({mine for mine, _ in moved}):
@@ -58,7 +58,7 @@ def close_slits(vertices, triangles, widest, close, name):
 
 
 def _raised(vertices, triangles, height, first):
-    """Triangles moved by `height` metres to where they face, with strips to their old rims.
+    """Move triangles by `height` metres in the direction they face, with strips to their old rims.
 
     Returns their new vertices, which are numbered from `first`, and all these triangles.
     """

@@ -15,7 +15,7 @@ ASYMMETRY = 1 / 100  # wavelengths at the top frequency between a target and its
 
 
 def allowed(radar):
-    """How far a target may be from its mirror image, in metres."""
+    """Largest allowed distance of a target from its mirror image, in metres."""
     return ASYMMETRY * sweep.C0 / sweep.frequencies(radar)[-1]
 
 
@@ -30,9 +30,9 @@ def mirrored(points, axis):
 
 
 def positive_half(vertices, triangles, tolerance, axis):
-    """The part on the plane's positive side, open along the plane, whose vertices there are on it exactly.
+    """The part on the plane's positive side, open along the plane, with vertices exactly on the plane there.
 
-    Vertices within `tolerance` metres of the plane are put on it. Faces in the plane, their own image, are part of it.
+    Vertices within `tolerance` metres of the plane are put on it. Faces in the plane, their own image, belong to it.
     """
     vertices = vertices.copy()
     vertices[np.abs(vertices[:, axis]) <= tolerance, axis] = 0.0
@@ -61,7 +61,7 @@ def positive_half(vertices, triangles, tolerance, axis):
 
 
 def with_mirror(vertices, triangles, axis):
-    """Both halves as one mesh: the given one first, then its mirror image; what lies in the plane is there once."""
+    """Both halves as one mesh: the given one first, then its mirror image; parts in the plane occur once."""
     on_plane = vertices[:, axis] == 0
     image = np.where(on_plane, np.arange(len(vertices)), len(vertices) + np.cumsum(~on_plane) - 1)
     both = np.concatenate([vertices, mirrored(vertices[~on_plane], axis)])

@@ -1,6 +1,6 @@
-"""Text files as numbers in lines, and the elements that a header announces in them (PLY, OFF).
+"""Read text files as numbers in lines, and the elements that a header announces in them (PLY, OFF).
 
-Header and lines must agree: where they do not, InputError names the line.
+Header and lines must agree: if they do not, InputError names the line.
 """
 
 import io
@@ -11,7 +11,7 @@ import numpy as np
 from isarflow.core.errors import InputError
 
 BOM = b"\xef\xbb\xbf"  # some editors put it in front of text
-FORTRAN = bytes.maketrans(b"Dd", b"ee")  # it writes 1.0D-03
+FORTRAN = bytes.maketrans(b"Dd", b"ee")  # as in 1.0D-03
 COLOURS = 3, 4  # numbers; OFF files may give them to some faces alone
 
 
@@ -31,7 +31,7 @@ def unix(data):
 
 
 def numbered(data):
-    """Places, from 1, and contents of a text's lines, whatever ends them."""
+    """Places, from 1, and contents of a text's lines, with any line end."""
     return enumerate(io.BytesIO(unix(data)), 1)
 
 
@@ -40,7 +40,7 @@ def quoted(place, line):
 
 
 def number(word):
-    """A word's number, which Fortran may have written. Raises ValueError."""
+    """A word as a number, also in Fortran's form. Raises ValueError."""
     try:
         return float(word)
     except ValueError:
@@ -48,7 +48,7 @@ def number(word):
 
 
 def point(words, place, line):
-    """These three words as numbers. `line` is their text, and `place` where it stands."""
+    """These three words as numbers. `line` is the line's text, and `place` its number."""
     try:
         x, y, z = map(number, words)
     except ValueError:
@@ -88,11 +88,11 @@ def rows(text, skipped=0):
 
 
 def elements_of(found, elements):
-    """What Rows hold of `elements`, [(name, count, [(property, type)])], and the line of each, as two mappings.
+    """The values of `elements`, [(name, count, [(property, type)])], in Rows, and the line of each, as two mappings.
 
-    The first has the values of each element's properties, (count,), or of a list, whose type is two, their lengths and
-    their entries one after the other. Each element has a line, which may go on after its last property; or numbers
-    follow each other whatever their lines, and none may be left over.
+    The first has the values of each element's properties, (count,), or for a list, whose type is two, its lengths and
+    its entries one after the other. Each element has a line, which may go on after its last property; or numbers
+    follow each other without regard to lines, and none may be left over.
     """
     elements = [row for row in elements if row[2]]
     if not elements:
@@ -128,10 +128,10 @@ def _refuse(found, place, name, reason):
 
 
 def _one_by_one(found, elements):
-    """Where each element begins, and the last ends, if all numbers follow each other.
+    """Places where each element begins, and the last ends, if all numbers follow each other.
 
-    None if they are too few or too many; or if the first element of a kind does not begin a line, unless all lines are
-    as long.
+    None if they are too few or too many; or if the first element of a kind does not begin a line, unless all lines have
+    the same length.
     """
     numbers, start, at = found.numbers, [], 0
     as_long = len(set(np.diff(found.start)[:-1].tolist())) <= 1
@@ -149,7 +149,7 @@ def _one_by_one(found, elements):
 
 
 def _element(found, start, end, line, name, properties):
-    """The values by property of elements whose numbers begin and end there, each with its line."""
+    """The values by property of elements with numbers from `start` to `end`, each with its line."""
     numbers, values, size, at = found.numbers, {}, 0 * start, start
     for key, kind in properties:
         if (at >= end).any():
@@ -175,10 +175,10 @@ def _element(found, start, end, line, name, properties):
 
 
 def _odd(size, more):
-    """The first row after whose lists of `size` there are `more` numbers than announced and not as many as usual.
+    """The first row with an unusual number, `more`, of numbers after its list of `size` that were not announced.
 
-    None if there is none: if it is always as many, more where lists are longer (what some programs write of each
-    corner), or a colour on some rows alone.
+    None if there is none: if the number is always the same, grows with the list (some programs write numbers for each
+    corner), or is a colour on some rows only.
     """
     if (more == more[:1]).all():
         return None

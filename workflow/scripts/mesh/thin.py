@@ -1,4 +1,4 @@
-"""A CAD file's triangles made fewer where they are much smaller than needed, and the surface stays where it is."""
+"""Reduce a CAD file's triangles where they are much smaller than needed, without moving the surface."""
 
 import numpy as np
 
@@ -9,16 +9,16 @@ from isarflow.mesh.ground import Ground
 from isarflow.mesh.meshlab import loaded
 from isarflow.mesh.progress import say
 
-FEW = 20_000  # triangles; to fewer nothing is thinned
-SHARES = 1 / 2, 1 / 3, 1 / 5, 1 / 8  # wanted edges: what a surface is thinned to, or else to less
-FLAT = 1e-6  # the library's weight of round triangles beside the surface's place; at its 1e-3 tips are cut off
+FEW = 20_000  # triangles; no surface is thinned to fewer
+SHARES = 1 / 2, 1 / 3, 1 / 5, 1 / 8  # wanted edges: length that a surface is thinned to, or else less
+FLAT = 1e-6  # MeshLab's weight of round triangles against the surface's place; at its default 1e-3 tips are cut off
 OFF, LOST = 1 / 40, 2e-3  # wanted edges, and share of the area, by which a thinned surface may differ
 
 
 def thin(vertices, triangles, edge):
-    """A surface of many triangles with about as many as edges of a share of `edge` metres need, and metres it moved by.
+    """Thin a surface to about as many triangles as edges of a share of `edge` metres need; also metres it moved by.
 
-    What would come out too far off, lose area or cross itself keeps more triangles, and in the end all of them.
+    A surface that would be too far off, lose area or cross itself keeps more triangles, and in the end all of them.
     """
     whole, area = (vertices, triangles), topology.areas(vertices, triangles).sum()
     for share in SHARES:
@@ -55,12 +55,12 @@ def _apart(surface, other, edge):
 
 
 def _opens(made, whole):
-    """True if more walls of single pieces cross than did, which opens solids where they are united."""
+    """True if more walls of single pieces cross than before, which would open solids when they are united."""
     crossed = _crosses_itself(*made)
     return crossed > 0 and crossed > _crosses_itself(*whole)
 
 
 def _crosses_itself(vertices, triangles):
-    """How many pairs of triangles of one piece cross; those of solids that overlap do not count."""
+    """Number of pairs of triangles of one piece that cross; those of solids that overlap do not count."""
     pairs, piece = crossings(vertices, triangles), topology.components(triangles)[1]
     return int((piece[pairs[:, 0]] == piece[pairs[:, 1]]).sum()) if len(pairs) else 0

@@ -1,4 +1,4 @@
-"""Edges of a triangle mesh, and what follows from them: unknowns, components, orientation."""
+"""Edges of a triangle mesh, and its unknowns, components and orientation."""
 
 from typing import NamedTuple
 
@@ -12,7 +12,7 @@ FEATURE_ANGLE = 40.0  # degrees between face normals; sharper edges are features
 
 
 class OneSided(InputError):
-    """A surface has one side only near `point`, (3,) in metres."""
+    """A surface that has only one side near `point`, (3,) in metres."""
 
     def __init__(self, point, message):
         super().__init__(message)
@@ -38,7 +38,7 @@ def edges(triangles):
 
 
 def rims(triangles):
-    """Edges with one triangle, (R, 2), the triangle of each, (R,), and which of its sides each is, (R,)."""
+    """Edges with one triangle, (R, 2), the triangle of each, (R,), and its side there, (R,)."""
     ends, sides, count = edges(triangles)
     triangle, side = np.nonzero(count[sides] == 1)
     return ends[sides[triangle, side]], triangle, side
@@ -54,7 +54,7 @@ def side_pairs(edges, chosen):
 
 
 def groups(pairs, size):
-    """Number of groups of nodes 0 to `size` - 1 that hang together by pairs (P, 2), and the group of each, (size,)."""
+    """Number of groups of nodes 0 to `size` - 1 connected by pairs (P, 2), and the group of each, (size,)."""
     graph = coo_array((np.ones(len(pairs)), pairs.T), shape=(size, size))
     return connected_components(graph, directed=False)
 
@@ -89,7 +89,7 @@ def components(triangles):
 
 
 def edge_pieces(triangles):
-    """Number of pieces that hang together by edges, and the piece of each triangle, (T,)."""
+    """Number of pieces connected by edges, and the piece of each triangle, (T,)."""
     sides, size = edges(triangles).sides, len(triangles)
     # Triangles and edges are the two kinds of nodes.
     pairs = np.stack([np.repeat(np.arange(size), 3), size + sides.ravel()], axis=1)
@@ -110,11 +110,11 @@ def place(point):
 
 
 def orient(vertices, triangles, name):
-    """Triangles turned so that neighbours agree and closed surfaces point outward; and how many were turned.
+    """Turn triangles so that neighbours agree and closed surfaces point outward; also the number turned.
 
     Orientation passes through ordinary edges, not through junctions. Open surfaces keep the side that most of
     their triangles had. Raises OneSided (naming `name`) for a one-sided surface: RWG functions could live on it, but
-    a target that should be one is always a mistake, and no side of it could be called its front.
+    such a target is always a mistake, and no side of it could be called its front.
     """
     mesh_edges, size = edges(triangles), len(triangles)
     ordinary = mesh_edges.count == 2
@@ -229,7 +229,7 @@ def have_three_corners(triangles):
 
 
 def first_of_each(triangles):
-    """True for the first of all triangles with the same corners, in whatever order they have them, (T,)."""
+    """True for the first of all triangles with the same corners, in any order, (T,)."""
     first = np.zeros(len(triangles), dtype=bool)
     first[np.unique(np.sort(triangles, axis=1), axis=0, return_index=True)[1]] = True
     return first
@@ -244,5 +244,5 @@ def triple(triangles, size):
 def gathered(names, values, size):
     """Sums of values (N, K, D) over the places where names (N, K) have each number below `size`, (size, D)."""
     names, values = names.ravel(), values.reshape(-1, values.shape[-1])
-    # Of no places at all np.bincount makes whole numbers.
+    # Without any place np.bincount returns whole numbers.
     return np.stack([np.bincount(names, column, minlength=size) for column in values.T], axis=1, dtype=float)

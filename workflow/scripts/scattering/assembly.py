@@ -5,8 +5,8 @@ Galerkin's method with exp(+j omega t) on an integral equation of `operators`; o
     z_mn = int int [ f_m . f_n' - div f_m div f_n' / k^2 ] exp(-j k R) / R dS dS'          (m^3)
 
 (Harrington, Field Computation by Moment Methods, ch. 3; Rao, Wilton, Glisson 1982, eq. 17). Every tile is first
-integrated between half functions with three points a triangle, which is corrected for triangles that are near each
-other as the operator integrates them anew, then gathered into RWG functions (see `kernels`). For mirror planes the
+integrated between half functions with three points a triangle; for near triangles this is replaced by the operator's
+own, finer integrals; then half functions are gathered into RWG functions (see `kernels`). For mirror planes the
 sources are also taken at their images; the sums with the characters of the group give one matrix per parity (see
 `basis`).
 """
@@ -28,8 +28,8 @@ from isarflow.scattering.quadrature import RULES
 class Block:
     """The functions that begin on the triangles of a patch, or others on no more than TILE triangles.
 
-    triangles: (U,) those that the functions touch, in any parity; spans: (G,) slices of each parity's functions, or of
-    their numbers where they are chosen; halves: (G,) arrays (n, 2) of half functions TILE i + place in `triangles`;
+    triangles: (U,) those that the functions touch, in any parity; spans: (G,) slices of each parity's functions, or
+    the numbers of chosen functions; halves: (G,) arrays (n, 2) of half functions TILE i + place in `triangles`;
     signs: (G,) arrays (n, 2)
     """
 
@@ -67,7 +67,7 @@ def block_of(bases, numbers):
 
 
 class Entries:
-    """What every parity's matrix holds, in m^3, without the factor |G| of the group's order.
+    """Entries of every parity's matrix, in m^3, without the factor |G| of the group's order.
 
     operator: a module of `operators`; surface: Surface; bases: a Basis for each of surface.parities; wavenumber: rad/m;
     near: the operator's `near_terms` of the surface; dtype: complex64 or complex128
@@ -88,7 +88,7 @@ class Entries:
 
     @cached_property
     def corrections(self):
-        """What three points a triangle leave out between near pairs: as `kernels.tile` takes it."""
+        """Corrections of the three points a triangle between near pairs, in the form of `kernels.tile`."""
         count = len(self.surface.vertices)
         values = self.operator.corrections(self.near, self.surface, self.wavenumber, self.real)
         values = np.concatenate(values).reshape(-1, 9)
@@ -104,11 +104,11 @@ class Entries:
         )
 
     def place(self, block):
-        """What a tile reads of a Block's triangles and functions, as its rows and as its columns; and its spans."""
+        """Arrays of a Block that a tile reads, as its rows and as its columns; and the Block's spans."""
         return _Placed(block, self.surface, self.real)
 
     def between(self, row, col):
-        """For each parity the tile between two placed Blocks, (rows, cols)."""
+        """The tile between two placed Blocks for each parity, (rows, cols)."""
         shapes = [(a.stop - a.start, b.stop - b.start) for a, b in zip(row.spans, col.spans, strict=True)]
         ends = np.cumsum([0, *(rows * cols for rows, cols in shapes)]).tolist()
         out = np.zeros(2 * ends[-1], self.real)
@@ -128,7 +128,7 @@ def assemble(entries, matrices, threads=1, progress=lambda done: None):
     """Fill every parity's matrix with Entries.
 
     matrices: for each parity an object that takes dense blocks, `put(row, col, block)`, from several threads if there
-    are; progress(done) is called with the fraction done. Of a symmetric matrix only the lower triangle is filled.
+    are; progress(done) is called with the fraction done. For a symmetric matrix only the lower triangle is filled.
     """
     symmetric, placed = entries.operator.SYMMETRIC, entries.placed
     entries.corrections  # noqa: B018 (once, before there are threads)

@@ -1,4 +1,4 @@
-"""One band of frequencies solved on its mesh."""
+"""Solve one band of frequencies on its mesh."""
 
 import sys
 
@@ -12,7 +12,7 @@ from isarflow.scattering import needs
 from isarflow.scattering.solver import build
 from isarflow.scattering.store import versions, write_field
 
-# Of what the plan says at least this much is needed: it was seen to say 25.4 GB where a solve took 21.3.
+# The least share of the planned memory that is needed: a plan of 25.4 GB was seen where a solve took 21.3.
 SURE_SHARE = 0.8
 
 
@@ -69,7 +69,7 @@ def _check_memory(vertices, triangles, planes, sweep, scattering, target):
 
 
 def _check_shape(field, sweep, solver):
-    """Refuse a field of another shape than the sweep asks for, as a solver of one's own may give it."""
+    """Refuse a field of another shape than the sweep asks for, which a user's own solver may return."""
     axes = {"polarization": len(sweep.polarizations), "frequency": len(sweep.frequency)}
     axes |= dict(zip(("direction",) if sweep.paired else ("elevation", "azimuth"), sweep.shape, strict=True))
     axes |= {"receiver": len(sweep.receivers[0])} if sweep.receivers else {}
@@ -81,7 +81,7 @@ def _check_shape(field, sweep, solver):
 
 
 class _Progress:
-    """Shows on a tqdm bar which frequency and which part of it runs."""
+    """A tqdm bar that shows the frequency and the part of it that runs."""
 
     def __init__(self, bar, frequency):
         self.bar, self.frequency = bar, frequency

@@ -171,11 +171,11 @@ def _patches(points, parts):
 
 
 def by_half(places, weights, count):
-    """Which functions each of `count` half functions takes part in, and by how much.
+    """Functions in which each of `count` half functions takes part, and the weights.
 
-    places: of each parity's functions the numbers of their half functions, (n, 2); weights: likewise, 0 for no part.
-    Returns where each half function's functions begin, (parities, count + 1), the functions, a list of arrays, one for
-    each parity, and their weights, all in one.
+    places: numbers of the half functions of each parity's functions, (n, 2); weights: also (n, 2), 0 for no part.
+    Returns the places at which each half function's functions begin, (parities, count + 1), the functions, a list of
+    arrays, one for each parity, and all their weights as one array.
     """
     starts, functions, parts, before = [], [], [], 0
     for place, weight in zip(places, weights, strict=True):

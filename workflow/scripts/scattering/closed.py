@@ -1,4 +1,4 @@
-"""What the combined field integral equation asks of a mesh, known without JAX, which takes a second to load."""
+"""Check a mesh for the combined field integral equation, without JAX, which takes a second to load."""
 
 import numpy as np
 from scipy import sparse

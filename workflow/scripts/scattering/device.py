@@ -1,7 +1,7 @@
-"""The matrices of `factorization` factorized by JAX, where it has found a GPU: whole, by LU with partial pivoting.
+"""The matrices of `factorization`, factorized by JAX on a GPU: whole, by LU with partial pivoting.
 
-They are filled on the host as there, and moved to the device's memory at once: (N, N) for each parity, N^2 8 bytes in
-single precision, must fit into it.
+They are filled on the host as in `factorization`, then moved to the device's memory in one go: (N, N) for each parity,
+N^2 8 bytes in single precision, must fit into it.
 """
 
 import ctypes
@@ -17,7 +17,7 @@ from isarflow.scattering.factorization import GeneralMatrix, SymmetricMatrix
 
 
 def give_back():
-    """Return memory that is free to the system, so that the next part of a solve may have it: glibc keeps it."""
+    """Return free memory, which glibc would keep, to the system for the next part of a solve."""
     trim = getattr(ctypes.CDLL(None), "malloc_trim", None)
     if trim:
         trim(0)
@@ -25,7 +25,7 @@ def give_back():
 
 class _OnDevice:
     def factorize(self, threads=1, progress=lambda done: None):
-        """LU of the whole matrix on JAX's device. `threads` are not used there."""
+        """Factorize the whole matrix by LU on JAX's device. `threads` are not used."""
         try:
             self.factors = jax.block_until_ready(jax.scipy.linalg.lu_factor(self._move(), overwrite_a=True))
         except jax.errors.JaxRuntimeError as error:

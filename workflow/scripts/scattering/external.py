@@ -1,4 +1,4 @@
-"""A field from elsewhere becomes a target's store: FEKO's far fields (.ffe) or a store of the same format."""
+"""Make a target's store from a field of another program: FEKO's far fields (.ffe) or a store of the same format."""
 
 import contextlib
 
@@ -11,19 +11,19 @@ from isarflow.core.sweep import azimuths, elevations, frequencies
 from isarflow.scattering import ffe, field_files
 from isarflow.scattering.store import CONVENTION, COORDINATES, versions, write_field
 
-# How far a sample may lie from where the sweep wants it. There is no interpolation.
+# Largest distance of a sample from the place that the sweep asks for. Nothing is interpolated.
 TOLERANCES = {"frequency": 1e-6, "elevation": ffe.ANGLE, "azimuth": ffe.ANGLE}  # relative, degrees, degrees
 UNITS = {"frequency": "Hz", "elevation": "degrees", "azimuth": "degrees"}
 KEYS = {"frequency": "radar", "elevation": "aspect.elevation", "azimuth": "aspect.azimuth"}
-MIRRORED = 0.1  # relative: by how much, rms, a field may differ from that of its mirror image; meshes are not symmetric
-SAME = 1e-4  # relative: samples of one direction that agree are one, as at both ends of a closed circle
+MIRRORED = 0.1  # relative: largest rms difference of a field from that of its mirror image; meshes are not symmetric
+SAME = 1e-4  # relative: samples of one direction that agree so well count as one, as at both ends of a closed circle
 
 
 def write_external(field, store_path, radar, aspect, symmetry=()):
-    """Write the store of a target whose config says `field`: its samples at the sweep's frequencies and directions.
+    """Write the store of a target with a `field` in its config: the samples at the sweep's frequencies and directions.
 
-    field: a path to a zarr store or .ffe file, a list of .ffe files, or {V: ..., H: ...} of those. symmetry: the mirror
-    planes that the config says the target has.
+    field: a path to a zarr store or .ffe file, a list of .ffe files, or {V: ..., H: ...} of those. symmetry: the
+    target's mirror planes in the config.
     Raises InputError if a sample of the sweep is missing, given twice or not finite, and if mirror images differ.
     """
     wanted = {"frequency": frequencies(radar), "elevation": elevations(aspect), "azimuth": azimuths(aspect)}
@@ -79,7 +79,7 @@ def _check_mirrored(samples, field, polarizations, wanted, plane):
 
 
 def check_polarizations(path, polarizations):
-    """Raise InputError for a store of a field without one of the polarizations. Nothing else of it is read."""
+    """Raise InputError for a store of a field without one of the polarizations. Nothing else is read."""
     with _opened(path) as dataset:
         there = dataset["polarization"].values
     _places_of(path, there, polarizations)
@@ -87,7 +87,7 @@ def check_polarizations(path, polarizations):
 
 @contextlib.contextmanager
 def _opened(path):
-    """The dataset of a store from elsewhere. InputError for what is none of a field."""
+    """The dataset of a store from another program. InputError if it is not one of a field."""
     try:
         with xr.open_zarr(path) as dataset:
             yield dataset
@@ -119,7 +119,7 @@ def _from_store(path, polarizations, wanted):
 
 
 def _places_of(path, there, polarizations):
-    """Where the polarizations are among those there. InputError if one is not there exactly once."""
+    """Positions of the polarizations in a store. InputError if one is not there exactly once."""
     there = [str(name) for name in there]
     absent = [name for name in polarizations if there.count(name) != 1]
     if absent:
@@ -154,7 +154,7 @@ def _grid(paths, ways, wanted):
     shape = tuple(len(values) for values in wanted.values())
     inside = np.flatnonzero(np.all(np.array(cell) >= 0, axis=0))
     flat = np.ravel_multi_index([place[inside] for place in cell], shape)
-    first = np.full(np.prod(shape), -1)  # the wave that stands first in the files, for every sample
+    first = np.full(np.prod(shape), -1)  # the first wave in the files, for every sample
     first[flat[::-1]] = inside[::-1]
     kept = first[flat]
     apart = np.hypot(*(np.abs(waves[way][inside] - waves[way][kept]) for way in "VH"))
@@ -177,7 +177,7 @@ def _grid(paths, ways, wanted):
 
 
 def _places(where, name, given, wanted):
-    """Where along an axis each wanted value lies in the given ones. InputError if one is not there exactly once."""
+    """Positions of the wanted values among the given ones of an axis. InputError if one is not there exactly once."""
     apart = np.abs(np.asarray(given, float) - wanted[:, None])
     if name == "frequency":
         apart /= wanted[:, None]

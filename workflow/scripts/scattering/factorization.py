@@ -1,13 +1,13 @@
 """Block factorizations: L D L^T of a complex-symmetric matrix of which only the lower triangle is stored, and L U.
 
-A Galerkin EFIE matrix equals its transpose, so half of the storage and half of the work of an LU suffice. The CFIE's
-does not. Pivoting stays within the diagonal blocks, which keeps the structure; the residual is as small as that of LU
-with partial pivoting, and every solve measures it. Golub, Van Loan, Matrix Computations, 4th ed., sec. 4.1 (L D L^T)
+A Galerkin EFIE matrix equals its transpose, so half of the storage and half of the work of an LU suffice. The CFIE
+matrix does not. Pivoting stays within the diagonal blocks, which keeps the structure; the residual is as small as with
+LU and partial pivoting, and every solve measures it. Golub, Van Loan, Matrix Computations, 4th ed., sec. 4.1 (L D L^T)
 and 3.2.10 (blocks).
 
-The symmetric matrix keeps real and imaginary part apart: three real products then do for a complex one (Higham, SIAM J.
-Matrix Anal. Appl. 13, 1992: as stable in the norm), a quarter less work. Each block is finished in one go, by products
-as long as all that stands to its left.
+The symmetric matrix keeps real and imaginary part apart: three real products then replace a complex one (Higham, SIAM
+J. Matrix Anal. Appl. 13, 1992: as stable in the norm), a quarter less work. Each block is finished in one go, by
+products as long as the whole row to its left.
 
 The work is cut into products of fixed size, each done by one thread in a fixed order on its piece of the result: the
 last bit does not depend on how many threads there are. (A product that BLAS itself splits between threads does.)
@@ -20,7 +20,7 @@ import numpy as np
 import threadpoolctl
 
 BLOCK = 256  # rows and columns of a block: few, because work on diagonal blocks is not halved
-LARGE = 8_000, 384  # from this size on, blocks of this many: there products are faster, and diagonal blocks weigh less
+LARGE = 8_000, 384  # from this size on, blocks of this many: products are faster, and diagonal blocks matter less
 RUN = 512  # rows or columns of a task
 
 
@@ -42,7 +42,7 @@ class SymmetricMatrix:
         return sum(block.nbytes for block in self.blocks)
 
     def put(self, row, col, block):
-        """Write a dense block whose upper left corner is (row, col); what lies above the diagonal blocks is ignored."""
+        """Write a dense block whose upper left corner is (row, col); parts above the diagonal blocks are ignored."""
         for (a, b), mine in zip(self.spans, self.blocks, strict=True):
             top, bottom, right = max(row, a), min(row + block.shape[0], b), min(col + block.shape[1], b)
             if top >= bottom or col >= right:
@@ -79,7 +79,7 @@ class SymmetricMatrix:
                 pool.wait([pool.submit(_divide, lower, mine, inverse, slice(*span)) for span, inverse in spans])
                 tasks = [pool.submit(_update, other, lower, slice(a, b)) for other in self.blocks[j:]]
                 pool.wait(tasks[:1])
-                # In double precision, and of the symmetric part: the block's rounding would otherwise enter every later
+                # In double precision, of the symmetric part: the block's rounding would otherwise enter every later
                 # column, and grow from one to the next where parts of a target are tightly coupled (close plates).
                 block = mine[0, :, a:].astype(np.float64) + 1j * mine[1, :, a:]
                 inverse = np.linalg.inv((block + block.T) / 2)
@@ -149,7 +149,7 @@ def through_diagonal(x, y, inverses, groups, threads):
 
 
 def _with_sum(parts):
-    """Real part, imaginary part and their sum, (3, ...), of a matrix (2, ...)."""
+    """Real part, imaginary part and their sum, (3, ...), from a matrix (2, ...)."""
     return np.stack([parts[0], parts[1], parts[0] + parts[1]])
 
 
@@ -164,13 +164,13 @@ def _product(a, b):
 
 
 def _divide(lower, mine, inverse, cols):
-    """Columns of L, its parts and their sum, from those of L D."""
+    """Compute columns of L, its parts and their sum, from those of L D."""
     lower[0, :, cols], lower[1, :, cols] = _product(mine[:, :, cols], inverse)
     lower[2, :, cols] = lower[0, :, cols] + lower[1, :, cols]
 
 
 def _update(mine, lower, cols):
-    """Subtract from a block what stands to its left times L^T."""
+    """Subtract from a block the row to its left times L^T."""
     if lower.shape[2]:
         real, imag = _product(mine[:, :, : cols.start], lower)
         mine[0, :, cols] -= real
@@ -178,7 +178,7 @@ def _update(mine, lower, cols):
 
 
 class GeneralMatrix:
-    """An (N, N) matrix, stored as block columns. Used as SymmetricMatrix, filled with all blocks."""
+    """An (N, N) matrix, stored as block columns. Used like SymmetricMatrix, but filled with all blocks."""
 
     def __init__(self, size, dtype, block=BLOCK):
         self.size, self.dtype = size, np.dtype(dtype)
@@ -221,7 +221,7 @@ class GeneralMatrix:
         result = [np.zeros(2 * (group.stop - group.start,), np.complex128) for group in groups]
         with Pool(threads) as pool:
             for (a, b), column in zip(self.spans, self.columns, strict=True):
-                # x = U^-T left: what is above this block column has its x already.
+                # x = U^-T left: the rows above this block column have their x already.
                 parts = runs(x.shape[1])
                 pool.wait([pool.submit(_subtract, x[a:b].T, x[:a].T, column[:a].T, r, None) for r in parts])
                 value = np.empty_like(x[a:b])
@@ -246,7 +246,7 @@ class GeneralMatrix:
 
 
 class Product:
-    """A x, collected in double precision from what `put` gives of A, one thread at a time; of A nothing is kept."""
+    """A x in double precision, summed from the blocks of A that `put` takes, one thread at a time; A is not kept."""
 
     def __init__(self, x, symmetric):
         self.x, self.symmetric = x, symmetric
@@ -281,7 +281,7 @@ class Pool(ThreadPoolExecutor):
 
 
 def _forward(right, spans, below, threads):
-    """L^-1 right, (N, D), for a unit lower triangle of which `below` holds what is under each diagonal block."""
+    """L^-1 right, (N, D), for a unit lower triangle; `below` has the rows under each diagonal block."""
     y = np.array(right, below[0].dtype if below else None, order="C")
     with Pool(threads) as pool:
         for (a, b), part in zip(spans, below, strict=True):
@@ -295,12 +295,12 @@ def runs(length, step=RUN):
 
 
 def _multiply(c, a, b, rows):
-    """c = a @ b.T on some rows."""
+    """Set c = a @ b.T on some rows."""
     np.matmul(a[rows], b.T, out=c[rows])
 
 
 def _subtract(c, a, b, rows, after):
-    """c -= a @ b.T on some rows, after what else writes them."""
+    """Subtract a @ b.T from c on some rows, after other tasks that write them."""
     product = a[rows] @ b.T
     if after is not None:
         after.result()

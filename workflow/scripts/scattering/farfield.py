@@ -1,13 +1,13 @@
 """Plane-wave excitation of the RWG functions and the scattered far field.
 
-Time convention exp(+j omega t), phase referred to the origin. The radar stands in direction u, its polarizations are
-V and H (see `sampling`). A unit plane wave from there is E = p exp(+j k u . r). With V_m = int f_m . E dS and the
+Time convention exp(+j omega t), phase referred to the origin. The radar is in direction u, its polarizations are
+V and H (see `sampling`). A unit plane wave from the radar is E = p exp(+j k u . r). With V_m = int f_m . E dS and the
 matrix z of `assembly`, the scattering amplitude for receiving p and transmitting q is (reciprocity; Harrington 1968,
 sec. 7-3)
 
     f_pq = -V_p^T z^-1 V_q   (m),   E_s = f exp(-j k r) / r,   RCS = 4 pi |f|^2.
 
-For an operator other than the EFIE z is its matrix and V_q, not V_p, its right side (see `operators.cfie`).
+For an operator other than the EFIE, z is its matrix and V_q, but not V_p, is its right side (see `operators.cfie`).
 """
 
 from itertools import pairwise
@@ -39,7 +39,7 @@ class Excitation:
         self.places = starts, np.concatenate(functions), weights.astype(self.real)
 
     def __call__(self, wavenumber, u, polarization, alpha=1.0, threads=1):
-        """For each parity (N, D); wavenumber: rad/m; u, polarization: (D, 3); alpha: an operator's ALPHA."""
+        """Compute (N, D) for each parity; wavenumber: rad/m; u, polarization: (D, 3); alpha: an operator's ALPHA."""
         parts = [slice(begin, min(begin + CHUNK, len(u))) for begin in range(0, len(u), CHUNK)]
         whole = np.zeros((self.ends[-1], len(u)), self.dtype)
         scales = self.characters, wavenumber / (2 * np.pi), float(alpha), self.real.type(1)

@@ -1,9 +1,9 @@
 """Read backscatter from FEKO's far-field files (.ffe).
 
 A file is a sequence of blocks, one for each frequency and incident plane wave: header lines `#Key: value`, one line
-with the names of the columns, then a row for each direction in which the far field was asked for. FEKO's time runs as
+with the names of the columns, then a row for each requested direction of the far field. FEKO's time convention is
 exp(+j omega t); a row is the far field E r exp(jkr) in volts, theta and phi in degrees, theta from the z axis. The
-incident direction is the one the wave comes from, so backscatter is the row at that very theta and phi.
+incident direction is the one the wave comes from, so backscatter is the row at the same theta and phi.
 (Format: Altair Feko user guide, "Far Fields (.FFE)"; plane wave: "A0 card", polarization angle 0 = along -theta.)
 """
 
@@ -16,7 +16,7 @@ from isarflow.core.errors import InputError
 
 COLUMNS = ("Theta", "Phi", "Re(Etheta)", "Im(Etheta)", "Re(Ephi)", "Im(Ephi)", "RCS(Total)")
 ANGLE = 1e-4  # degrees within which two directions are the same
-STRENGTH = 1e-3  # relative, of the incident field that a row's E and RCS imply
+STRENGTH = 1e-3  # relative, for the incident field that a row's E and RCS imply
 AXES = {"Origin": (0, 0, 0), "U-Vector": (1, 0, 0), "V-Vector": (0, 1, 0)}
 
 
@@ -27,18 +27,18 @@ class Backscatter(NamedTuple):
     elevation: np.ndarray  # degrees above the horizon
     azimuth: np.ndarray  # degrees, 0 to 360
     received: dict  # {"V": along -theta, "H": along phi}
-    line: np.ndarray  # where each stands in the file
+    line: np.ndarray  # line of each in the file
 
 
 def read(path):
-    """The backscatter of all plane waves in a .ffe file, as they stand in it, as a `Backscatter`.
+    """Read the backscatter of all plane waves in a .ffe file, in the file's order, as a `Backscatter`.
 
-    RCS = 4 pi |E|^2 / |E0|^2 tells the incident field E0; amplitudes are divided by its magnitude. Its phase at the
-    origin, which no file carries, is taken as 0.
+    RCS = 4 pi |E|^2 / |E0|^2 gives the incident field E0; amplitudes are divided by its magnitude. Its phase at the
+    origin, which no file has, is taken as 0.
     Raises InputError, with the line, for anything but whole blocks of scattering from one plane wave each.
     """
     waves = []
-    # Names of models may be in any encoding; nothing else that counts is beyond ASCII.
+    # Names of models may be in any encoding; everything else that is read is ASCII.
     with open(path, encoding="utf-8", errors="replace") as file:
         for block in _blocks(path, file):
             waves.append(_wave(path, *block))
@@ -149,7 +149,7 @@ def _check_kind(path, line, header):
 
 
 def _header(path, line, header, key, count):
-    """The numbers of a header line, which may stand in brackets."""
+    """The numbers of a header line, which may be in brackets."""
     if key not in header:
         raise InputError(f"{path}, line {line}: the block does not say '{key}'; the file is cut short or not of RCS.")
     number, text = header[key]
@@ -160,7 +160,7 @@ def _header(path, line, header, key, count):
 
 
 def _floats(words):
-    """The words as numbers; none at all if one of them is not a number."""
+    """The words as numbers; an empty list if one of them is not a number."""
     try:
         return [float(word) for word in words]
     except ValueError:

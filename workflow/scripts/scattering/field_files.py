@@ -1,4 +1,4 @@
-"""Where a field that comes from elsewhere lies: what `targets.<target>.field` may say. Light to import."""
+"""Paths of a field from another program: the values of `targets.<target>.field`. Light to import."""
 
 import hashlib
 from pathlib import Path
@@ -21,7 +21,7 @@ def is_store(field):
 def by_transmission(field, polarizations):
     """{transmitted polarization: paths of its .ffe files} for all that `polarizations` (VV, HV, ...) need.
 
-    A .ffe file does not say how its incident wave is polarized, so who wants two has to tell the files apart.
+    A .ffe file does not say how its incident wave is polarized, so for two polarizations the config names the files.
     """
     needed = sorted({polarization[1] for polarization in polarizations})
     given = field if isinstance(field, dict) else dict.fromkeys(needed[:1], field)
@@ -51,7 +51,7 @@ def files(field):
 
 
 def digest(path):
-    """SHA-256 of a file; of a store, that of its files' names and contents."""
+    """SHA-256 of a file; for a store, that of its files' names and contents."""
     sha = hashlib.sha256()
     for file in files(str(path)):
         if is_store(str(path)):

@@ -1,9 +1,9 @@
-"""Backscatter between the azimuths of a sweep, by its bandwidth.
+"""Interpolate backscatter between the azimuths of a sweep, by its bandwidth.
 
 On a ring of constant elevation the excitation of a target within `reach` of the origin has the orders exp(j m az) with
 |m| up to M (see `sampling`), and backscatter, which is quadratic in it, those up to 2 M. Samples that are dense enough
-hold it everywhere between them. Those of a whole circle hold it exactly; of an arc or a list the smallest series
-through the samples is taken, which is less exact in the gap at either end: 5e-5 of the peak was seen.
+determine it everywhere between them. Samples of a whole circle do so exactly; for an arc or a list the series of least
+norm through the samples is taken, which is less exact in the gap at either end: 5e-5 of the peak was seen.
 """
 
 import numpy as np
@@ -11,12 +11,12 @@ import numpy as np
 from isarflow.core.sweep import C0, closes_circle
 from isarflow.scattering.sampling import samples_of_ring
 
-ACCURACY = 1e-5  # of the excitation's largest value, what the orders beyond M are
+ACCURACY = 1e-5  # of the excitation's largest value: size of the orders beyond M
 QUIET, HIGHEST = (
     1e-4,
     0.9,
-)  # of a field's power: what its highest harmonics hold at most, where all are told; from which on
-CUT = 1e-6  # relative: singular values below it hold nothing but rounding
+)  # of a field's power: the most that its highest harmonics have, if all are resolved; where these begin
+CUT = 1e-6  # relative: singular values below it are rounding alone
 
 
 def order(frequency, reach, elevation):
@@ -26,9 +26,9 @@ def order(frequency, reach, elevation):
 
 
 def order_told(field):
-    """The highest order that samples (A,) over a whole circle tell apart, or None where the field has higher ones.
+    """The highest order that samples (A,) over a whole circle resolve, or None if the field has higher ones.
 
-    For a field of unknown reach: it ends below that order if its highest harmonics are all but empty.
+    For a field of unknown reach: its orders end below that one if its highest harmonics are almost empty.
     """
     power = np.abs(np.fft.fftshift(np.fft.fft(field))) ** 2
     highest = (len(field) - 1) // 2
@@ -37,7 +37,7 @@ def order_told(field):
 
 
 def is_dense(azimuth, highest):
-    """True if azimuths (A,), ascending degrees, are near enough to each other to hold orders up to `highest`."""
+    """True if azimuths (A,), ascending degrees, are near enough to each other for orders up to `highest`."""
     if len(azimuth) < 3:
         return False
     step = 360 / len(azimuth) if closes_circle(azimuth) else np.diff(azimuth).max()
@@ -45,7 +45,7 @@ def is_dense(azimuth, highest):
 
 
 def between(azimuth, field, highest, at):
-    """Backscatter at azimuths `at` (B,) from that at `azimuth` (A,), both degrees. field: (..., A); gives (..., B).
+    """Backscatter at azimuths `at` (B,) from that at `azimuth` (A,), both degrees. field: (..., A); returns (..., B).
 
     The series of least norm with orders up to `highest` that passes through the samples.
     """

@@ -14,7 +14,7 @@ def _fit(function, degree):
     return Chebyshev.fit(x, function(np.sqrt(x)), degree, domain=[0, 0.25]).convert(kind=Polynomial).coef
 
 
-# Of full turns t. The libraries' own functions reduce any argument exactly, which is not needed here and costs more.
+# For full turns t. The libraries' own functions reduce any argument exactly, which is not needed here and is slower.
 COS = {4: _fit(lambda t: np.cos(2 * np.pi * t), 6), 8: _fit(lambda t: np.cos(2 * np.pi * t), 11)}
 SIN = {4: _fit(lambda t: np.sin(2 * np.pi * t) / t, 6), 8: _fit(lambda t: np.sin(2 * np.pi * t) / t, 11)}
 

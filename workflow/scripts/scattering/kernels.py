@@ -1,12 +1,12 @@
-"""What is computed for every pair of triangles or points, compiled by Numba: tiles of the matrix, and right sides.
+"""Computations for every pair of triangles or points, compiled by Numba: tiles of the matrix, and right sides.
 
-Array by array, as XLA and NumPy work on a processor, a tile takes twenty passes over memory, which is what it waits
-for. Here everything about one field triangle and all source triangles of a tile stays in the cache, from distances to
+Array by array, as XLA and NumPy work on a processor, a tile takes twenty passes over memory, which take most of the
+time. Here all data of one field triangle and all source triangles of a tile stay in the cache, from distances to
 entries between RWG functions. Every call is one thread's work, in a fixed order.
 
-Work arrays are flat, with rows of TILE numbers at constant places: so the compiler can tell that what it reads is not
-what it writes, and vectorizes the loops over sources. All kernels stand in this one file, because what is kept of a
-compiled one is told from its own file's state.
+Work arrays are flat, with rows of TILE numbers at constant places: so the compiler can tell that it reads and writes
+different numbers, and vectorizes the loops over sources. All kernels are in this one file, because Numba keeps a
+compiled kernel until the kernel's own file changes.
 """
 
 import numpy as np
@@ -17,12 +17,12 @@ from isarflow.core.compiled import folder
 from isarflow.scattering.kernel import COS, SIN
 from isarflow.scattering.quadrature import RULES
 
-TILE = 384  # triangles that a tile holds, functions beyond its block's own included; or directions at once
+TILE = 384  # triangles of a tile, with those of functions that reach beyond its block; or directions at once
 config.CACHE_DIR = config.CACHE_DIR or folder()
 SETTINGS = {"fastmath": True, "error_model": "numpy"}
 kernel, inner = njit(nogil=True, cache=True, **SETTINGS), njit(inline="always", **SETTINGS)
 # Rows of a work array: points (b, x), nu' (b, x) and corners (j, x) of the sources; entries between half functions
-# (part, i, j); sums over Green's function as `_electric` makes them, in place of which those of `_magnetic` come.
+# (part, i, j); sums over Green's function of `_electric`, later replaced by those of `_magnetic`.
 NU, CORNERS, HALVES, SUMS, END = (n * TILE for n in (9, 18, 27, 45, 73))
 BY_COL, BY_NU, WEIGHTED, TOTAL = (SUMS + n * TILE for n in (0, 6, 12, 14))
 
@@ -31,13 +31,13 @@ POINTS, WEIGHTS = RULES[7]
 
 
 def _cosine_sine(turns):
-    """cos and sin of 2 pi turns, to the rounding of what is given."""
+    """cos and sin of 2 pi turns, to the rounding of the argument."""
 
 
 @overload(_cosine_sine, inline="always", jit_options={"fastmath": True})
 def _of_type(turns):
     real, size = (np.float32, 4) if turns == types.float32 else (np.float64, 8)
-    # Filled up with zeros, which the compiler leaves out.
+    # Filled up with zeros, which the compiler drops.
     c, s = (tuple(real(c) for c in np.pad(of[size], (0, 12 - len(of[size])))) for of in (COS, SIN))
     half = real(0.5)
 
@@ -55,13 +55,13 @@ def _of_type(turns):
 
 @inner
 def _vector(array):
-    """Its three numbers, read once."""
+    """The three numbers of an array, read once."""
     return array[0], array[1], array[2]
 
 
 @inner
 def _green(x, y, z, turns, tiny, one):
-    """exp(-j k R) / R between points (x, y, z) apart, both parts, and R; 0 where R = 0: the operators correct it."""
+    """exp(-j k R) / R between points (x, y, z) apart, both parts, and R; 0 where R = 0, which operators correct."""
     square = max(x * x + y * y + z * z, tiny)
     r = np.sqrt(square)
     cos, sin = _cosine_sine(r * turns)
@@ -71,7 +71,7 @@ def _green(x, y, z, turns, tiny, one):
 
 @inner
 def _dots(w, row, s, x, y, z):
-    """Products of (x, y, z) with three vectors of source s, which stand from `row` on."""
+    """Products of (x, y, z) with three vectors of source s, stored from `row` on."""
     a = x * w[row + s] + y * w[row + TILE + s] + z * w[row + 2 * TILE + s]
     b = x * w[row + 3 * TILE + s] + y * w[row + 4 * TILE + s] + z * w[row + 5 * TILE + s]
     c = x * w[row + 6 * TILE + s] + y * w[row + 7 * TILE + s] + z * w[row + 8 * TILE + s]
@@ -82,7 +82,7 @@ def _dots(w, row, s, x, y, z):
 def _electric(w, count, point, nu, turns, tiny, one):
     """Add one field point's part to the sums over source points, field points, both, and weighted with rho . rho'.
 
-    By field points they are summed with nu_a . nu'_j at once.
+    The sums over field points include the factor nu_a . nu'_j.
     """
     nu = _vector(nu)
     x, y, z = point
@@ -223,7 +223,7 @@ def tile(out, rows, cols, near, characters, constants, combined):
     """Add the tile between functions of two blocks, in every parity, to `out`.
 
     out: flat, both parts of an entry beside each other; of each parity (rows, columns), one after the other.
-    rows, cols: as `assembly` makes them of a block; near: corrections of near pairs, likewise; characters: (G, G)
+    rows, cols: as `assembly` makes them of a block; near: corrections of near pairs, by `assembly`; characters: (G, G)
     constants: k / (2 pi), 4 / k^2, least R^2, 1/2, 1, k, alpha, (1 - alpha) / k, 1/6; combined: with the MFIE
     """
     triangles, points, nu, centers, normals, own, starts, functions, weights, row_ends = rows
@@ -282,7 +282,7 @@ def tile(out, rows, cols, near, characters, constants, combined):
 
 @kernel
 def _gather(row, z, halves, signs, first, width):
-    """A row between one half function and functions, from that between it and half functions."""
+    """The row between one half function and functions, from the row between it and half functions."""
     for n in range(width):
         m = first + n
         row[n] = signs[0, m] * z[halves[0, m]] + signs[1, m] * z[halves[1, m]]
@@ -296,7 +296,7 @@ def _scatter(out, real, imag, weight, width):
 
 
 # Rows of the work array for `excite`: u, the tested polarization, the phase of the centroid in turns, sums over a
-# triangle of the wave's phase factor and of that times rho . p, and what half functions make of it, (part, i).
+# triangle of the wave's phase factor and of that times rho . p, and the integrals of half functions, (part, i).
 TESTED, TURN, WAVE, OF_HALVES, OF_WAVES = (n * TILE for n in (3, 6, 7, 11, 17))
 
 
@@ -306,8 +306,8 @@ def excite(out, u, p, triangles, normals, starts, functions, weights, characters
 
     u, p: (3, D), D <= TILE; triangles: (G, T, 3, 3) and normals: (G, T, 3) at each image; starts, functions, weights:
     for each parity and half function 3 t + i where, in which functions and by how much, l / 2, it takes part;
-    turns: k / (2 pi); one: 1 of out's type. With seven points a triangle, about whose centroid single precision
-    has enough digits.
+    turns: k / (2 pi); one: 1 of out's type. With seven points a triangle, measured from its centroid, where single
+    precision has enough digits.
     """
     images, count = len(triangles), u.shape[1]
     w, z = np.empty(OF_WAVES, out.dtype), np.empty((images, OF_WAVES - OF_HALVES), out.dtype)
@@ -344,7 +344,7 @@ def excite(out, u, p, triangles, normals, starts, functions, weights, characters
 
 @kernel
 def _centroid(w, u, count, x, y, z):
-    """Its phase, reduced to one turn before it loses digits."""
+    """The centroid's phase, reduced to one turn before it loses digits."""
     for s in range(count):
         phase = x * u[0, s] + y * u[1, s] + z * u[2, s]
         w[TURN + s] = phase - np.floor(phase + 0.5)

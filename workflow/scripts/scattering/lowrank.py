@@ -1,10 +1,10 @@
 """Block low-rank L D L^T of a complex-symmetric matrix: tiles off the diagonal are products U V^T of low rank.
 
-Functions are numbered patch by patch (see `basis`), so that a tile holds what two patches do to each other: of the
+Functions are numbered patch by patch (see `basis`), so that a tile holds the coupling of two patches: of the
 aircraft's tiles of 512 x 512, a tenth of a wavelength an edge, half have a rank below 10 at a relative 1e-4 (block
 low-rank: Amestoy et al., SIAM J. Sci. Comput. 37, 2015). The factorization goes column by column. A tile of L D is
-known as what is left of a tile of the matrix after products of finished tiles; these are never summed: a randomized
-range finder asks only what the sum makes of a few dozen random columns (Halko, Martinsson, Tropp, SIAM Rev. 53, 2011).
+a tile of the matrix minus products of finished tiles. The sum is never formed: a randomized range finder only
+multiplies it by a few dozen random columns (Halko, Martinsson, Tropp, SIAM Rev. 53, 2011).
 
 As in `factorization` every product is done by one thread: the last bit does not depend on how many there are.
 """
@@ -19,14 +19,14 @@ from isarflow.scattering.factorization import Pool, runs, through_diagonal
 from isarflow.scattering.plan import SKETCH
 
 FREED = 8  # columns after which free memory is given back
-SPANNED = 2.0  # times what a tile may leave out: what may be left of a random column, where all that is left adds up
-SPARE = 8  # columns, and a sixth of them, that must find nothing: else twice as many are tried
-KNOWN = 1 << 25  # numbers a thread may have at hand in a substitution
+SPANNED = 2.0  # times a tile's tolerance: what may be left of a random column, in which all remainders add up
+SPARE = 8  # columns, and a sixth of them, in which nothing may be left: else twice as many are tried
+KNOWN = 1 << 25  # numbers that a thread may keep in a substitution
 RANDOM = np.random.default_rng(0).standard_normal((1024, 1024)).astype(np.float32)
 
 
 def compress(times, project, width, tolerance, sketch=SKETCH):
-    """U (M, r) and V (N, r) with U V^T within `tolerance` (2-norm, about) of a tile X of which two products are known.
+    """Compress a tile X, given as two products, to U (M, r) and V (N, r), U V^T within `tolerance` (2-norm, about).
 
     times(run) is X R with R a run (slice) of the columns of RANDOM's first N = width rows; project(Q) is Q^H X;
     sketch: columns to begin with.
@@ -34,7 +34,7 @@ def compress(times, project, width, tolerance, sketch=SKETCH):
     count = min(sketch, width)
     found = times(slice(0, count)).astype(np.complex128)
     while True:
-        # Columns of X R, each as far from the span of those before it as can be, until what is left of any is small.
+        # Columns of X R, each as far as possible from the span of those before it, until the remainder of all is small.
         gram, pivots, rank, _ = zpstrf(found.conj().T @ found, tol=(SPANNED * tolerance) ** 2)
         if rank <= count - max(SPARE, count // 6) or count == width:
             break
@@ -57,7 +57,7 @@ class Stack:
     def add(self, part):
         begin, end = self.ends[-1], self.ends[-1] + len(part)
         if end > len(self.room):
-            # Twice as much: what is not written yet takes no memory.
+            # Twice as much: parts not written yet take no memory.
             room = np.empty((2 * end, self.room.shape[1]), self.room.dtype)
             room[:begin] = self.room[:begin]
             self.room = room
@@ -83,10 +83,10 @@ class LowRankMatrix:
 
     def __init__(self, spans):
         self.spans, self.size = spans, spans[-1].stop
-        self.cut = None  # what a tile may leave out, absolute
+        self.cut = None  # largest error of a tile, absolute
         self.diagonal = [None] * len(spans)  # the matrix's blocks, then the inverse of D's
         self.tiles = {}  # of the matrix, (i, j) with i > j: U (n_i, r), V (n_j, r)
-        # Of L D, for each row i: transposed U_ij, (r, n_i), for j < i.
+        # For L D, for each row i: transposed U_ij, (r, n_i), for j < i.
         self.left = [Stack(span.stop - span.start) for span in spans]
         self.right = [None] * len(spans)  # for each column j: transposed V_ij, (r, n_j), for i > j, stacked
         self.ends = [None] * len(spans)  # for each column j: where in `right` the tiles end
@@ -109,7 +109,7 @@ class LowRankMatrix:
                 self.right[j] = np.concatenate([nothing, *(v.T for _, v in factors)])
                 del below, factors
                 if j % FREED == FREED - 1:
-                    give_back()  # the matrix's tiles, of which the factors take the place elsewhere
+                    give_back()  # frees the matrix's tiles, which the factors replace
                 done = (j + 1) / count
                 progress(done * done * (3 - 2 * done))
 
@@ -164,7 +164,7 @@ class LowRankMatrix:
 
 
 class _Column:
-    """A column j while its tiles are made: what finished columns k < j take from them."""
+    """A column j while its tiles are made: the products of finished columns k < j that are subtracted."""
 
     def __init__(self, matrix, j):
         self.matrix, self.j = matrix, j
@@ -183,13 +183,13 @@ class _Column:
         self.coupled[k] = self.coupling[k] @ self.sketch[self.ends[k] : self.ends[k + 1]]
 
     def _rows(self, i, k):
-        """Where in the coupling of k the tile i stands."""
+        """Rows of the tile i in the coupling of k."""
         ends = self.matrix.ends[k]
         first = ends[self.j - k]
         return slice(ends[i - k - 1] - first, ends[i - k] - first)
 
     def invert(self):
-        """The diagonal block's turn: D^-1. In double precision, for its rounding would enter every later column."""
+        """Invert the diagonal block: D^-1. In double precision, as its rounding would enter every later column."""
         matrix, j = self.matrix, self.j
         block = matrix.diagonal[j].astype(np.complex128)
         if j:
@@ -199,7 +199,7 @@ class _Column:
         matrix.diagonal[j] = ((inverse + inverse.T) / 2).astype(matrix.dtype)
 
     def tile(self, i):
-        """U and V of the tile (i, j) of L D: that of the matrix less sum over k of U_ik (V_ik^T D_k^-1 V_jk) U_jk^T."""
+        """U and V of the tile (i, j) of L D: the matrix's less the sum over k of U_ik (V_ik^T D_k^-1 V_jk) U_jk^T."""
         matrix, j = self.matrix, self.j
         u, v = matrix.tiles.pop((i, j))
         if not j:

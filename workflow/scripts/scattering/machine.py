@@ -1,8 +1,8 @@
-"""How much slower this machine is than the one that `plan` states its times for: a benchmark of a second, kept.
+"""Measure how much slower this machine is than the one of `plan`'s times: a benchmark of a second, kept.
 
 Two rates bound a solve: that of matrix products, and that of passes over arrays. Both are measured on one core, once
-for each kind of processor, and kept in the user's cache folder; delete the file there to measure again. It is the
-core's time that counts, not the clock's, so that what runs beside makes little difference.
+for each kind of processor, and kept in the user's cache folder; delete the file there to measure again. The
+core's time counts, not the clock's, so other programs make little difference.
 """
 
 import json
@@ -18,14 +18,14 @@ import threadpoolctl
 
 SIZE = 1024  # of the matrices of a product
 NUMBERS = 250_000  # complex ones that a pass is over
-REPEATS = 12  # of which the fastest counts: another program may run beside
-REFERENCE = 0.0840, 0.0052  # s that a product and a pass take there
+REPEATS = 12  # of which the fastest counts: another program may run at the same time
+REFERENCE = 0.0840, 0.0052  # s of a product and of a pass on the reference machine
 CPUINFO = Path("/proc/cpuinfo")
 
 
 @cache
 def slowness():
-    """How many times as long as on the reference machine work takes here: as kept, else measured and kept."""
+    """Time of work here over that on the reference machine: as kept, else measured and kept."""
     path = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache", "isarflow", "machine.json")
     key = f"{processor()}, {os.cpu_count()} cores, NumPy {np.__version__}"
     try:
@@ -59,7 +59,7 @@ def _fastest(work):
 
 
 def processor():
-    """What this machine's processor is called."""
+    """Name of this machine's processor."""
     lines = CPUINFO.read_text().splitlines() if CPUINFO.exists() else []
     names = (line.partition(":")[2].strip() for line in lines if line.startswith("model name"))
     return next(names, platform.machine())

@@ -1,4 +1,4 @@
-"""Pairs of near triangles, which an operator integrates anew, and what follows from their integrals.
+"""Find pairs of near triangles, which an operator integrates again, more finely, and evaluate their integrals.
 
 Three points a triangle do not resolve exp(-j k R) / R between triangles that touch or nearly touch. Pairs are found by
 distance against size, not by shared corners: the two skins of a thin wing are nearer than an edge without touching.
@@ -17,7 +17,7 @@ FINE = 7  # points
 
 
 def pairs_of(surface):
-    """Near pairs of a Surface's triangles for each reflection: (P, 2) field and source, both orders contained."""
+    """Near pairs of a Surface's triangles for each reflection: (P, 2) field and source, in both orders."""
     return [_pairs(surface.vertices, surface.vertices * signs) for signs in surface.reflections]
 
 

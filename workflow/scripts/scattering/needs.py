@@ -1,4 +1,4 @@
-"""What a target's solves need in memory and time, by its mesh's figures or its CAD file's area, and what fits."""
+"""Memory and time of a target's solves, from its mesh's figures or its CAD file's area, and what fits."""
 
 import os
 from math import floor
@@ -14,20 +14,20 @@ from isarflow.scattering.machine import slowness
 from isarflow.scattering.solver import build
 
 OWN = ("formulation",)  # settings that a target may have of its own
-CONTAINER_LIMIT = Path("/sys/fs/cgroup/memory.max")  # there in a container with a limit of its own
-# Of a CAD file's area at least this much is taken to remain when its solids are united: faces that are drawn twice, or
-# as touching walls of two solids, have twice the area of their surface. Parts deep inside others may hide more.
+CONTAINER_LIMIT = Path("/sys/fs/cgroup/memory.max")  # exists in a container with a limit of its own
+# Least share of a CAD file's area assumed to remain when its solids are united: faces that are drawn twice, or as
+# touching walls of two solids, have twice the area of their surface. Parts deep inside others may hide more.
 SURE_SHARE = 0.5
 
 
 def method(config, target):
-    """How a target is solved: the config's scattering settings, with the target's own where it has some."""
+    """Settings of a target's solve: the config's scattering settings, with the target's own where it has some."""
     own = config["targets"][target]
     return config["scattering"] | {key: own[key] for key in OWN if key in own}
 
 
 def precision(config):
-    """The precision of the config's solver; another solver than the default one may have none."""
+    """The precision of the config's solver; solvers other than the default may have none."""
     return config["scattering"].get("precision", "double")
 
 
@@ -48,7 +48,7 @@ def need(measures, planes, sweep, scattering):
 
 
 def closed(unknowns, box):
-    """The measures of a closed surface with so many unknowns."""
+    """The measures of a closed surface with this number of unknowns."""
     return {"unknowns": unknowns, "triangles": unknowns / 1.5, "box": box}
 
 
@@ -65,9 +65,9 @@ def unknowns_that_fit(megabytes, most, box, planes, sweep, scattering):
 
 
 def expected(config, name, size):
-    """What each band's solve of a target will need here, lowest first: its `unknowns`, `megabytes` and `seconds`.
+    """`unknowns`, `megabytes` and `seconds` that each band's solve of a target will need here, lowest band first.
 
-    Seconds are those of this machine: what the solver plans, times what `machine` measures.
+    Seconds are those of this machine: the solver's plan times the result of `machine`.
     size: `area` in m^2 and `box` in m of the target's CAD file.
     """
     planes, scattering = _planes(config, name), method(config, name)
@@ -80,7 +80,7 @@ def expected(config, name, size):
 
 
 def check_fit(config, name, size):
-    """Refuse a target whose top band would not fit even with SURE_SHARE of the unknowns that `expected` says.
+    """Refuse a target whose top band would not fit even with SURE_SHARE of the unknowns of `expected`.
 
     size: `area` in m^2 and `box` in m of the target's CAD file. InputError says what would fit.
     """
@@ -112,7 +112,7 @@ def _sweeps(config):
 
 
 def _measured(length, target, name):
-    """A target's length, and what it would be in the units that make it smaller, unless its unit is certain."""
+    """A target's length, and its length in units that make it smaller, unless its unit is certain."""
     if states_unit(name) or "length" in target:
         return f"It is {length:.4g} m long."
     unit = target.get("unit", "m")

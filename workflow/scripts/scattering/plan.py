@@ -1,9 +1,9 @@
-"""What a solve will need, known before it starts.
+"""Plan the memory and time of a solve before it starts.
 
 The times are those of two cores of an AVX-512 processor (AMD EPYC), fitted to `make bench-compressed`: spheres of 2,000
-to 120,000 unknowns with none to two mirror planes, and targets of the reference experiment. They hold within 1.3 times
-there, and not where another solve runs beside; more cores divide them, and what another machine takes `machine`
-measures there. The memory holds within 1.3 times everywhere.
+to 120,000 unknowns with none to two mirror planes, and targets of the reference experiment. They are right within 1.3
+times there, unless another solve runs at the same time; more cores divide them, and `machine` measures the factor of
+another machine. The memory is right within 1.3 times everywhere.
 """
 
 import ast
@@ -20,21 +20,21 @@ FLOPS = 1.87e11  # real operations a second in single precision, counted as (4/3
 ASSEMBLY = 5.8e-9  # s for each pair of unknowns that a mirror plane does not spare
 NEAR_PAIRS = 2.3e-5  # s for each unknown
 EXCITATION = 3.3e-8  # s for each unknown and sampled direction
-START = 0.7  # s a frequency: what is compiled is loaded
+START = 0.7  # s per frequency: compiled code is loaded
 BASE = 540  # MB of the process
 COLUMNS = 768  # right sides that `solve` takes at a time: bounds their memory, and keeps two threads busy
 CLEARLY = 0.7  # of the time of whole matrices, where they fit easily
-LARGE = 4000  # MB: from here on compressed matrices serve to save memory, too
-# Of compressed matrices: functions of a patch, random columns that a tile's sketch begins with (most have a smaller
-# rank), numbers that samples hold for each unknown; the share of tiles that are filled whole, over the patches of a
+LARGE = 4000  # MB: above it, compressed matrices are also used to save memory
+# For compressed matrices: functions of a patch, random columns that a tile's sketch begins with (most have a smaller
+# rank), numbers in samples for each unknown; the share of tiles that are filled whole, over the patches of a
 # parity; a tile's rank, over that share.
 PATCH_FUNCTIONS, SKETCH, SAMPLED = 480, 48, 3 * 384 * 460 / 480
 WHOLE, RANK = (1.82, -0.51), (16, 1.95)
-# Seconds that both cores take: to compute a tile, to compress one from samples and whole; to factorize a tile besides
-# its products, to invert a diagonal block. Then real operations a second in products.
+# Seconds of both cores: to compute a tile, to compress one from samples and whole; to factorize a tile without its
+# products, to invert a diagonal block. Then real operations a second in products.
 TILE_SECONDS, FAR, NEAR, OVERHEAD, INVERSE = 0.0021, 0.0026, 0.0060, 0.0036, 0.037
 PRODUCTS = 1.83e11
-# Numbers for each that a tile's factors hold at last: with the matrix's, and what is free and not given back.
+# Numbers in memory for each of a tile's final factors: with the matrix's, and free memory that is not given back.
 KEPT = 1.7
 OPERATORS = Path(__file__).with_name("operators")
 
@@ -52,18 +52,18 @@ def planned(measures, planes, sweep, formulation, precision, tolerance):
 def at_one_frequency(measures, planes, sweep, formulation, precision, tolerance):
     """Megabytes, and seconds of each part of `solve` at the highest of a Sweep's frequencies; as `planned`.
 
-    Memory: the matrices, right sides with what a substitution makes of them, and the near pairs.
+    Memory: the matrices, right sides with the results of a substitution, and the near pairs.
     """
     unknowns, operator, single = measures["unknowns"], _constants(formulation), precision == "single"
     parities, both = 2**planes, 1 if operator["SYMMETRIC"] else 2
     waves = len(set("".join(sweep.polarizations)))
-    # Of a parity's right side; mirror images among transmitters and receivers apart are not told.
+    # For a parity's right side; mirror images among separate transmitters and receivers are not counted.
     apart = sweep.receivers and len(sweep.each[0]) + len(sweep.receivers[0])
     columns = waves * (apart or _sampled(measures["box"], sweep, single) / parities)
     way = _whole if tolerance is None else _compressed
     kept, sampled, assembly, factorization, substitution = way(unknowns / parities, parities, columns, both, tolerance)
-    # Of a part of the right sides: themselves, and of one parity what a substitution makes of them. What projects is
-    # not what excites, if the operator is not symmetric.
+    # For a part of the right sides: themselves, and the results of a substitution for one parity. Projection and
+    # excitation differ if the operator is not symmetric.
     right = unknowns * min(COLUMNS, columns) * (both + 2 / parities)
     numbers = (8 if single else 16) * (kept + max(right, sampled))
     megabytes = BASE + (numbers + operator["NEAR_BYTES"] * measures["triangles"]) / 1e6
@@ -76,7 +76,7 @@ def at_one_frequency(measures, planes, sweep, formulation, precision, tolerance)
 
 
 def chosen(measures, planes, sweep, formulation, precision, tolerance):
-    """The tolerance, or None where whole matrices are nearly as good, or all there is (CFIE, double precision)."""
+    """The tolerance, or None where whole matrices are nearly as good, or the only choice (CFIE, double precision)."""
     if precision != "single" or not _constants(formulation)["SYMMETRIC"]:
         return None
     whole, compressed = (planned(measures, planes, sweep, formulation, precision, of) for of in (None, tolerance))
@@ -100,7 +100,7 @@ def _whole(size, parities, columns, both, _):
 
 
 def _compressed(size, parities, columns, _, tolerance):
-    """The same of compressed matrices, in patches of about PATCH_FUNCTIONS (see `lowrank` and `sampled`).
+    """As `_whole` for compressed matrices, in patches of about PATCH_FUNCTIONS (see `lowrank` and `sampled`).
 
     The nearer patches are, the higher a tile's rank, and the larger the share of tiles that are filled whole.
     """
@@ -123,14 +123,14 @@ def _compressed(size, parities, columns, _, tolerance):
 
 @cache
 def _constants(formulation):
-    """What an operator's file states of its cost. It is read, not imported: JAX takes longer than all planning."""
+    """The costs that an operator's file states. It is read, not imported: JAX takes longer than all planning."""
     body = ast.parse((OPERATORS / f"{formulation}.py").read_bytes()).body
     numbers = [node for node in body if isinstance(node, ast.Assign) and isinstance(node.value, ast.Constant)]
     return {node.targets[0].id: node.value.value for node in numbers}
 
 
 def _sampled(box, sweep, single):
-    """Directions whose excitation is computed at the highest frequency, without mirror planes."""
+    """Number of directions whose excitation is computed at the highest frequency, without mirror planes."""
     tolerance = TOLERANCE[np.dtype(np.complex64 if single else np.complex128)]
     x = 2 * np.pi * sweep.frequency[-1] / C0 * float(np.hypot(*box[:2]) / 2)
     counts = np.unique(sweep.each[0], return_counts=True)

@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-# Near pairs and phases need double precision; the tiles of the matrix ask for single explicitly.
+# Near pairs and phases need double precision; the tiles of the matrix use single precision explicitly.
 jax.config.update("jax_enable_x64", True)
 
 # Barycentric points and weights (sum 1). Dunavant, Int. J. Numer. Meth. Eng. 21, 1985: degrees 2, 4 and 5.
@@ -40,7 +40,7 @@ def points_of(count, triangles):
 
 def weighted_sum(count, values):
     """Sum over the points of RULES[count] of values (..., count, P), with its weights: (..., P)."""
-    # Written out: XLA's reductions along the points take ten times longer, and in jax 0.10 one of them was wrong.
+    # Written out: XLA's reductions along the points take ten times as long, and in jax 0.10 one of them was wrong.
     return sum(values.dtype.type(w) * values[..., q, :] for q, w in enumerate(RULES[count][1]))
 
 
@@ -89,7 +89,7 @@ def static_gradient(point, triangle):
 
 
 def _edges(point, triangle):
-    """What the integrals over a triangle need of its edges, seen from a point; names as in Wilton et al."""
+    """Edge quantities for the integrals over a triangle, seen from a point; names as in Wilton et al."""
     normal = cross(triangle[1] - triangle[0], triangle[2] - triangle[0])
     double_area = jnp.sqrt(dot(normal, normal))
     normal = [x / double_area for x in normal]
@@ -113,7 +113,7 @@ def _edges(point, triangle):
 
 
 def _edge(triangle, offset, r, normal, height, i):
-    """The edge from corner i to the next."""
+    """Quantities of the edge from corner i to the next."""
     after = (i + 1) % 3
     along = [triangle[after][x] - triangle[i][x] for x in range(3)]
     length = jnp.sqrt(dot(along, along))

@@ -1,4 +1,4 @@
-"""The columns of a user's CSV of RCS, what `targets.<target>.reference` may name. Light to import."""
+"""Check the columns of a user's CSV of RCS, named by `targets.<target>.reference`. Light to import."""
 
 import contextlib
 import csv
@@ -15,13 +15,13 @@ def is_csv(reference):
 
 
 def several(frequency, elevation, azimuth, polarization):
-    """The columns, by names, that a CSV needs beside a run with these values: those in which it has several."""
+    """Names of the columns that a CSV needs for a run with these values: those in which the run has several."""
     values = zip((*WANTED, "polarization"), (frequency, elevation, azimuth, polarization), strict=True)
     return [name for name, mine in values if len(set(mine)) > 1]
 
 
 def _lines(file):
-    """A file's lines without comments, but for those that are nothing else."""
+    """A file's lines without their comments."""
     return (line for line in (line.partition("#")[0] for line in file) if line.strip())
 
 
@@ -31,7 +31,7 @@ def check_frequencies(path, frequency):
     with open(path, encoding="utf-8-sig", newline="") as file:
         found = []
         for row in csv.DictReader(_lines(file), skipinitialspace=True):
-            with contextlib.suppress(TypeError, ValueError):  # said with its row when it is read
+            with contextlib.suppress(TypeError, ValueError):  # reported with its row when it is read
                 found.append(float(row.get("frequency_hz")))
             if found and first <= found[-1] <= last:
                 return  # most often the first row: this is read before every run

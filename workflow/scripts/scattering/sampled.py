@@ -1,13 +1,13 @@
-"""Fill low-rank matrices from samples: of most tiles a few rows and columns say all.
+"""Fill low-rank matrices from samples: a few rows and columns determine most tiles.
 
-Of every patch some triangles are chosen, spread as far apart as they can be. What their half functions and another
-patch's functions do to each other are columns C and rows R of a tile, and W where both cross: the tile is C W^+ R
+In every patch some triangles are chosen, as far apart as possible. The coupling of their half functions with another
+patch's functions gives columns C and rows R of a tile, and W where both cross: the tile is C W^+ R
 (cross approximation: Goreinov, Tyrtyshnikov, Zamarashkin, Linear Algebra Appl. 261, 1997), with W's pseudo-inverse
 regularized (Tikhonov). Two things check every tile: a quarter of its samples must follow from the others, and so must
 true entries between a few functions. One that fails, and every tile with near pairs, is filled whole.
 
-The samples of twelve patches make one panel of a tile's usual size, and so do functions that check. Every task of a
-thread computes what it compresses.
+The samples of twelve patches make one panel of a tile's usual size, and so do functions for checks. Every task of a
+thread computes the entries that it compresses.
 """
 
 from itertools import pairwise
@@ -23,14 +23,14 @@ from isarflow.scattering.lowrank import RANDOM, SKETCH, compress
 SAMPLES = 32  # triangles of a patch
 CHECKS = SAMPLES // 2  # functions of a patch, on two triangles each
 PATCHES = TILE // SAMPLES  # of a panel
-# Singular values of W count down to this share of the tolerance, or to what single precision leaves of W's norm.
+# Singular values of W count down to this share of the tolerance, or to the rounding of W's norm in single precision.
 DAMPING, ROUNDING = 0.003, 2e-7
 
 
 def fill(entries, matrices, tolerance, threads, progress=lambda done: None):
     """Fill every parity's LowRankMatrix with the Entries of a symmetric operator.
 
-    tolerance: of a tile, relative to the 2-norm of the diagonal's blocks; progress(done) is called with the fraction
+    tolerance: of a tile, relative to the 2-norm of the diagonal blocks; progress(done) is called with the fraction
     done. Returns the share of tiles that were filled whole.
     """
     placed, count = entries.placed, len(entries.placed)
@@ -42,7 +42,7 @@ def fill(entries, matrices, tolerance, threads, progress=lambda done: None):
         return [_from_whole(block, matrix.cut, sketch) for block, matrix in parities]
 
     def far(j, number, columns, crossing, exact):
-        """The tiles of a column j whose rows are in a panel, each of every parity; and how many were filled whole."""
+        """The tiles of a column j whose rows are in a panel, for every parity; and the number filled whole."""
         rows, found, failed = entries.between(placed[j], panels[number].placed), {}, 0
         here = panels[j // PATCHES].patches[j]
         for i, there in panels[number].patches.items():
@@ -81,7 +81,7 @@ def fill(entries, matrices, tolerance, threads, progress=lambda done: None):
                 crossing = entries.between(panels[other].placed, panel.placed)
                 exact = entries.between(checks.placed[other], checks.placed[number])
                 tasks += [pool.submit(far, j, other, columns, crossing, exact) for j in panel.patches]
-            # Of near tiles the rank is high.
+            # Near tiles have a high rank.
             of_near = {pair: pool.submit(whole, *pair, 2 * SKETCH) for pair in near if pair[1] in panel.patches}
             results = (task.result() for task in tasks)
             for found, failed in (*results, *(({pair: task.result()}, 1) for pair, task in of_near.items())):
@@ -94,7 +94,7 @@ def fill(entries, matrices, tolerance, threads, progress=lambda done: None):
 
 
 class _Panel:
-    """The samples of some patches as one placed Block of half functions, and where in it each patch's are, a slice."""
+    """The samples of some patches as one placed Block of half functions, and the slice of each patch in it."""
 
     def __init__(self, entries, numbers):
         surface, blocks = entries.surface, entries.blocks
@@ -115,7 +115,7 @@ def _panels(entries):
 
 
 def _spread(surface, triangles):
-    """SAMPLES of the triangles, each as far as can be from those before it."""
+    """Choose SAMPLES of the triangles, each as far as possible from those before it."""
     if len(triangles) == 0:  # of a patch without functions
         return triangles
     centers = surface.vertices[triangles].mean(1)
@@ -128,13 +128,13 @@ def _spread(surface, triangles):
 
 
 def _from_samples(columns, rows, crossing, checked, exact, cut):
-    """U and V of a tile from C (M, S), R (S, N) and W (S, S); None if what is true of it contradicts them.
+    """U and V of a tile from C (M, S), R (S, N) and W (S, S); None if its true entries contradict them.
 
     exact: the tile's entries between some of its rows and some of its columns, `checked`
     """
-    if exact.size == 0:  # none has functions to check it with
+    if exact.size == 0:  # no functions to check it with
         return None
-    # In double precision: W's pseudo-inverse is large, and only its product with C or R is not.
+    # In double precision: W's pseudo-inverse is large, but its product with C or R is not.
     crossing, rows = crossing.astype(np.complex128), rows.astype(np.complex128)
     if _left_out(columns, rows, crossing, cut) > cut:
         return None
@@ -158,7 +158,7 @@ def _divided(crossing, right, cut):
 
 
 def _left_out(columns, rows, crossing, cut):
-    """How far (Frobenius) true rows and columns of a quarter of the samples are from what the other samples say."""
+    """Distance (Frobenius) of a quarter of the samples' true rows and columns from those by the other samples."""
     count = len(crossing) // 3
     others, out = np.split(np.arange(3 * count).reshape(3, count), [count - count // 4], axis=1)
     others, out = others.reshape(-1), out.reshape(-1)
@@ -181,7 +181,7 @@ def _from_whole(block, cut, sketch=SKETCH):
 
 
 def _norm(block):
-    """2-norm, to a few per cent, by iteration."""
+    """Compute the 2-norm, to a few per cent, by iteration."""
     if block.size == 0:
         return 0.0
     x = RANDOM[: len(block), :1]
@@ -198,7 +198,7 @@ class _Checks:
     """
 
     def __init__(self, entries):
-        # A function of two halves is one of every parity that has both its triangles.
+        # A function of two halves exists in every parity that has both its triangles.
         keys = [basis.halves @ [3 * len(entries.surface.vertices), 1] for basis in entries.bases]
         shared = np.logical_and.reduce([np.isin(keys[0], key) for key in keys])
         own = [np.flatnonzero(shared[block.spans[0]]) + block.spans[0].start for block in entries.blocks]

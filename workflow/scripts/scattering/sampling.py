@@ -1,12 +1,12 @@
-"""Directions to the radar, and the fewer ones from which a sweep over azimuth follows.
+"""Directions to the radar, and the few sampled ones from which a sweep over azimuth is interpolated.
 
     u = (cos el cos az, cos el sin az, sin el),   V = du/del,   H = (-sin az, cos az, 0)
 
 On a ring of constant elevation the excitation of a function at cylindrical radius rho is exp(j x cos(az - phi)), with
 x = k rho cos(el), times an entry of V or H. By Jacobi and Anger its Fourier coefficients of order m are Bessel
 functions J_m(x), which vanish beyond m = x (Bucci, Franceschetti, IEEE Trans. AP-35, 1987, bound the field's degrees of
-freedom so). The excitation at a few equally spaced azimuths therefore holds that at all azimuths, to rounding; so does
-the matrix between the few, V_i^T z^-1 V_j, hold the amplitude, V(az)^T z^-1 V(az), at all azimuths.
+freedom in this way). Therefore the excitation at a few equally spaced azimuths determines that at all azimuths, to
+rounding, and the matrix between the few, V_i^T z^-1 V_j, determines the amplitude, V(az)^T z^-1 V(az), at all azimuths.
 """
 
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ TOLERANCE = {np.dtype(np.complex64): 1e-6, np.dtype(np.complex128): 1e-13}  # of
 
 @dataclass(frozen=True)
 class Samples:
-    """The sampled directions, ring by ring, and how the excitation at all azimuths follows from them.
+    """The sampled directions, ring by ring, and the weights that interpolate the excitation to all azimuths.
 
     u: (K, 3) directions to the radar; polarizations: V and H, (K, 3) each; rings: for each elevation its slice of K
     weights: for each elevation a mapping of V and H to (G, A, k): for each parity, from the ring's k samples to all
@@ -35,10 +35,10 @@ class Samples:
     weights: list
 
     def parts(self, ways, columns=np.inf):
-        """The rings in runs of about so many directions, each by every one of `ways`, V and H.
+        """The rings in runs of about `columns` directions, each with every polarization of `ways`, V and H.
 
         Yields for each run its ring numbers, u (D, 3) and polarizations (D, 3), and for each of the rings its slice of
-        D: all its directions by the first way, then by the next.
+        D: all its directions with the first polarization, then with the next.
         """
         run, count = [], 0
         for number, ring in enumerate(self.rings):
@@ -62,10 +62,10 @@ def directions(elevation, azimuth):
 
 
 def rings(elevation, azimuth):
-    """Directions one by one, (D,) each in degrees, as rings of constant elevation, lowest first.
+    """Sort directions one by one, (D,) each in degrees, into rings of constant elevation, lowest first.
 
-    Of each ring its elevation, its azimuths (A,), ascending and each once, and the places (D,) in them of those
-    directions, whose numbers (D,) are last.
+    Each ring has its elevation, its azimuths (A,), ascending and each once, the places (D,) of its directions in
+    these, and last the numbers (D,) of its directions.
     """
     found = []
     for angle in np.unique(elevation):
@@ -79,7 +79,7 @@ def sample(surface, wavenumber, elevation, azimuth, dtype):
     """The Samples of a sweep: on each ring equally spaced azimuths or the given ones, whichever are fewer.
 
     surface: Surface, about the z axis (see `middle_of`); wavenumber: rad/m; elevation: (E,) degrees; azimuth: (A,) of
-    all rings, or a list with those of each; dtype: complex64 or complex128, to the rounding of which the weights are
+    all rings, or a list with those of each; dtype: complex64 or complex128, to whose rounding the weights are
     exact. Directions that are mirror images of each other are sampled once.
     """
     radius = np.linalg.norm(surface.vertices[..., :2], axis=-1).max()
@@ -110,10 +110,10 @@ def middle_of(surface):
 
 
 def samples_of_ring(x, tolerance):
-    """Even number of equally spaced azimuths that hold an excitation of argument x = k rho cos(el) to `tolerance`."""
+    """Even number of equally spaced azimuths that give an excitation of argument x = k rho cos(el) to `tolerance`."""
     orders = np.arange(int(x + 20 * np.cbrt(x) + 40))
     beyond = 2 * np.cumsum(np.abs(jv(orders, x))[::-1])[::-1]
-    # One order more for the polarization's own cosine and sine, and the highest is shared between +n/2 and -n/2.
+    # One more order for the polarization's own cosine and sine; the highest is shared between +n/2 and -n/2.
     return 2 * (int(orders[beyond < tolerance][0]) + 2)
 
 
@@ -126,10 +126,10 @@ def _periodic(azimuth, count):
 
 
 def _fold(surface, azimuth):
-    """Azimuths (K,) in degrees that are not mirror images of each other, and the way back to all.
+    """Azimuths (K,) in degrees that are not mirror images of each other, and the signs that lead back to all.
 
-    The way is a (G, A, K) of signs for V and for H: the functions of a parity take their character from direction to
-    image. A reflection in the plane xz or yz maps V to V and H to -H; one in xy leaves the ring, and takes no part.
+    Signs are (G, A, K) for V and for H: between a direction and its image the functions of a parity change by their
+    character. A reflection in the plane xz or yz maps V to V and H to -H; one in xy leaves the ring and is not used.
     """
     angle = np.deg2rad(azimuth)
     points = np.stack([np.cos(angle), np.sin(angle), np.zeros(len(angle))], 1)

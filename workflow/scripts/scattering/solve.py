@@ -24,10 +24,10 @@ from isarflow.scattering.solver import Solution
 
 OPERATORS = {"efie": efie, "cfie": cfie}
 DTYPES = {"single": np.complex64, "double": np.complex128}
-MAX_RESIDUAL = 1e-3  # above it (or PROMISE) the solution is refined once, and refused if that does not help
-# Of a tolerance, what a tile may leave out, and how much larger the residual may be before the solution is refined.
+MAX_RESIDUAL = 1e-3  # above it (or PROMISE) the solution is refined once, and refused if the residual stays too large
+# Of a tolerance: the largest error of a tile; and the largest residual before the solution is refined.
 SHARE, PROMISE = 0.4, 10
-MANY = 1e5  # unknowns, above which what tiles leave out adds up to more than the promise unless each leaves out less
+MANY = 1e5  # unknowns, above which errors of tiles add up to more than the promise unless each error is smaller
 KINDS = {  # whole matrices: on JAX's device or not, symmetric or not
     (False, False): GeneralMatrix,
     (False, True): SymmetricMatrix,
@@ -62,10 +62,10 @@ def solve(
     precision: single or double; threads: for the linear algebra, without effect on the result;
     progress(number, part, fraction) is called as the work goes on. Returns a Solution.
     formulation: efie, or cfie for closed meshes with outward normals;
-    tolerance: None for whole matrices, or for compressed ones what they may leave out, relative to the diagonal's norm
+    tolerance: None for whole matrices, or for compressed ones their largest error, relative to the diagonal's norm
     (efie and single precision; see `sampled` and `lowrank`);
     paired: elevation and azimuth, (D,) each, are directions one by one, and the field is (P, F, D);
-    receivers: elevation and azimuth (R,) of receivers apart from these, and the field has them last, (..., R).
+    receivers: elevation and azimuth (R,) of separate receivers, the field's last dimension, (..., R).
     Raises InputError if the mesh lacks the symmetry or, for cfie, is open or turned inwards, or if a frequency cannot
     be solved to a residual of 1e-3.
     """
@@ -79,12 +79,12 @@ def solve(
     unknowns = sum(map(len, bases))
     if unknowns == 0:
         raise InputError("the mesh has no inner edge, so there is no current to solve for.")
-    # About its middle a target needs the fewest directions, and coordinates of single precision have the most digits.
+    # About its middle a target needs the fewest directions, and single precision has the most digits of coordinates.
     middle = middle_of(surface)
     surface = replace(surface, vertices=surface.vertices - middle)
     path = 2 * unit_vectors(*sweep.each)[0] @ middle
     elevations, azimuths = sweep.each
-    # The mirror image of a direction in the plane xy has the same field, but for the sign of V.
+    # The mirror image of a direction in the plane xy has the same field, except for the sign of V.
     mirrored = ("xy" in symmetry) & (elevations < 0)
     of_rings = rings(np.where(mirrored, -elevations, elevations), azimuths)
     near = operator.near_terms(surface)
@@ -108,7 +108,7 @@ def solve(
         give_back()
         samples = sample(surface, k, [ring[0] for ring in of_rings], [ring[1] for ring in of_rings], dtype)
         of_waves = partial(excitation, k, threads=threads)
-        # A few directions tell whether the solution is good enough as it is.
+        # A few directions show whether the solution is good enough without refinement.
         some = slice(None, None, -(-len(samples.u) // PROBED_DIRECTIONS))
         few = (
             np.concatenate([samples.u[some]] * len(ways)),
@@ -122,7 +122,7 @@ def solve(
             field[:, n], worst = _bistatic(system, of_waves, operator, *waves, polarizations, refined, say)
             residual[n] = max(worst) if refined else residual[n]
             field[:, n] *= np.exp(1j * k * ((waves[0][0] @ middle)[:, None] + waves[1][0] @ middle))
-        # The refinement takes the matrix once more, and therefore all directions at once.
+        # The refinement assembles the matrix once more, and therefore takes all directions at once.
         parts = () if receivers else samples.parts(ways, np.inf if refined else COLUMNS)
         for numbers, u, polarization, groups in parts:
             progress(n, "directions", numbers[0] / len(samples.rings))
@@ -139,7 +139,7 @@ def solve(
         for row, ways_of in () if receivers else zip(field[:, n], polarizations, strict=True):
             row *= np.where(mirrored & (ways_of[0] != ways_of[1]), -1, 1) * np.exp(1j * k * path)
         clock.lap("directions")
-        # Written so that a NaN fails too.
+        # Written so that a NaN fails, too.
         if not residual[n] <= MAX_RESIDUAL:
             raise InputError(
                 f"at {frequency / 1e9:g} GHz the solution's residual is {residual[n]:.1e}, more than {MAX_RESIDUAL:g}. "
@@ -153,7 +153,7 @@ def solve(
 
 
 def _amplitudes(between, weights, polarizations, ways):
-    """f = -V_p^T z^-1 V_q, (P, A), on a ring, from that between its samples by all `ways`, (K, K) for each parity."""
+    """f = -V_p^T z^-1 V_q, (P, A), on a ring, from its values between samples by all `ways`, (K, K) per parity."""
     result = []
     for receive, transmit in polarizations:
         total = 0
@@ -168,7 +168,7 @@ def _amplitudes(between, weights, polarizations, ways):
 
 
 def _bistatic(system, of_waves, operator, transmitters, receivers, polarizations, refined, progress):
-    """f = -V_p(u_r)^T z^-1 V_q(u_t), (P, D, R), phase about the middle, and the residuals of what was `refined`.
+    """f = -V_p(u_r)^T z^-1 V_q(u_t), (P, D, R), phase about the middle, and the residuals if `refined`.
 
     transmitters, receivers: u, V and H, (D, 3) and (R, 3) each.
     """
@@ -221,14 +221,14 @@ class _System:
             matrix.factorize(self.threads, lambda done, p=p: progress((p + done) / len(self.matrices)))
 
     def between(self, received, excited, groups):
-        """For each parity V_p^T z^-1 V_q between the columns of each group: of received and excited, (N, K)."""
+        """V_p^T z^-1 V_q for each parity between the columns of each group: of received and excited, (N, K)."""
         return [
             matrix.between(left, right, groups, self.threads)
             for matrix, left, right in zip(self.matrices, received, excited, strict=True)
         ]
 
     def refined(self, received, excited, groups):
-        """The same after a step of refinement, or two if one does not keep the promise; and the residual."""
+        """As `between`, after a step of refinement, or two if one does not keep the promise; and the residual."""
         currents, residual = self.currents(excited, refined=True)
         return [
             [left[:, group].T @ right[:, group] for group in groups]
@@ -246,7 +246,7 @@ class _System:
         return currents, residual
 
     def residual(self, excited):
-        """|A x - b| / |b| of the solution as it is."""
+        """|A x - b| / |b| of the present solution."""
         return self._residual(excited, self._solve(excited))
 
     def _solve(self, right):
@@ -255,7 +255,7 @@ class _System:
     def _refined(self, right, currents):
         """Currents after one step of iterative refinement with a matrix of double precision (Golub, Van Loan, 3.5.3).
 
-        The matrix is assembled anew, tile by tile, because its factors have taken its place.
+        The matrix is assembled again, tile by tile, because its factors have replaced it.
         """
         entries = self.entries(np.complex128)
         self.rows = entries.rows(self.probed)
@@ -272,13 +272,13 @@ class _System:
 def _residual(rows, numbers, right, solution):
     difference = rows @ solution - right[numbers]
     scale = np.linalg.norm(right, axis=0) * np.sqrt(len(numbers) / max(len(right), 1))
-    # A parity that a direction does not excite has nothing to compare with.
+    # A parity that a direction does not excite has no right side to compare with.
     excited = scale > 1e-6 * scale.max(initial=0)
     return float((np.linalg.norm(difference, axis=0)[excited] / scale[excited]).max(initial=0.0))
 
 
 class _Clock:
-    """Writes the seconds between laps."""
+    """A clock that writes the seconds between laps."""
 
     def __init__(self, seconds, n):
         self.seconds, self.n, self.start = seconds, n, time.perf_counter()

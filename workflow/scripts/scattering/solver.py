@@ -1,4 +1,4 @@
-"""What solves a target's mesh for its field: the class Solver of solvers/<name>.py, named by `scattering.solver`."""
+"""Solvers of a target's mesh for its field: the class Solver of solvers/<name>.py, named by `scattering.solver`."""
 
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
@@ -16,11 +16,11 @@ FOLDER = "scattering/solvers"  # where the kinds are, below workflow/scripts
 class Solution:
     """field: (P, F, E, A) complex, m, or (P, F, D) of a sweep that is paired; seconds: {part: (F,)}
 
-    Of a bistatic sweep the field has the receivers besides, (..., R).
+    For a bistatic sweep the field also has the receivers, (..., R).
 
-    Of linear systems, residual: (F,), and unknowns: int
+    For linear systems, residual: (F,), and unknowns: int
 
-    used: settings that differ from what was asked, for the store's attributes
+    used: settings that differ from those in the config, for the store's attributes
     """
 
     field: np.ndarray
@@ -31,12 +31,12 @@ class Solution:
 
 
 class FieldSolver:
-    """The face that every solver has: a class `Solver` in a file of its own, solvers/<name>.py, defines both methods.
+    """The interface of every solver: a class `Solver` in a file of its own, solvers/<name>.py, defines both methods.
 
-    Plans are made before anything runs, so that a solver's file imports what takes long to load in `solve`.
+    Plans are made before anything runs, so a solver's file imports modules that take long to load inside `solve`.
 
     settings: the config's scattering settings, with the target's own, as the solver states them in SETTINGS, a mapping
-    of each to its JSON schema (type, bounds, description; literals, for the file is read for them and not run).
+    of each to its JSON schema (type, bounds, description; literals, as the file is read for them and not run).
     """
 
     def __init__(self, settings: Mapping[str, Any]) -> None:
@@ -45,7 +45,7 @@ class FieldSolver:
     def plan(self, measures: Mapping[str, Any], planes: int, sweep: Sweep) -> tuple[float, float]:
         """Megabytes of memory, and seconds on two cores, that a band takes.
 
-        measures: what is known of its mesh, `unknowns` (of an RWG basis), `triangles` and `box`, its lengths along x,
+        measures: of its mesh, `unknowns` (of an RWG basis), `triangles` and `box`, its lengths along x,
         y and z in m. planes: the number of mirror planes.
         """
         raise NotImplementedError
@@ -62,8 +62,8 @@ class FieldSolver:
         """The Solution of a band. Raises InputError for a mesh that cannot be solved.
 
         vertices: (V, 3) m; triangles: (T, 3); symmetry: mirror planes as in the config. progress(number of the
-        frequency, part, fraction of the part, fraction of the frequency's time) is called as the work goes on; without
-        the last the part counts for the whole.
+        frequency, part, fraction of the part, fraction of the frequency's time) is called during the work; without
+        the last argument the fraction of the part is used for it.
         """
         raise NotImplementedError
 

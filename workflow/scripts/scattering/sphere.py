@@ -1,4 +1,4 @@
-"""A conducting sphere, solved as a target is and held against its closed form: what the report shows of a run's solver.
+"""Solve a conducting sphere like a target and compare it with its closed form, for the report's check of the solver.
 
 The closed form is the Mie series: Bohren, Huffman, Absorption and Scattering of Light by Small Particles, ch. 4, in the
 limit of perfect conduction, with exp(+j omega t) and the amplitude E_s = f exp(-j k r) / r.
@@ -14,22 +14,22 @@ from isarflow.core.errors import InputError
 from isarflow.core.sweep import C0, Sweep
 from isarflow.scattering.solver import build
 
-RADIUS = 0.35  # wavelengths: ka = 2.2, between the sphere's inner resonances, and a second's work
+RADIUS = 0.35  # wavelengths: ka = 2.2, between the sphere's inner resonances, and solved in a second
 DIRECTION = 20.0, 10.0  # azimuth and elevation in degrees, off the mesh's axes of symmetry
 
 
 def check(path, scattering, edges_per_wavelength, threads):
-    """Solve a sphere of RADIUS wavelengths with a config's settings and write beside Mie what comes out, as JSON.
+    """Solve a sphere of RADIUS wavelengths with a config's settings and write the result beside Mie's, as JSON.
 
-    The wavelength is 1 m: only lengths in wavelengths matter. residual and unknowns are None of a solver without a
-    linear system; a solver that refuses the sphere leaves why, `refused`, and nothing else.
+    The wavelength is 1 m: only lengths in wavelengths matter. residual and unknowns are None for a solver without a
+    linear system; if a solver refuses the sphere, only the reason, `refused`, is written.
     """
     vertices, triangles = icosphere(RADIUS, 1 / edges_per_wavelength)
     azimuth, elevation = (np.array([angle]) for angle in DIRECTION)
     sweep = Sweep(np.array([C0]), elevation, azimuth, ["VV"])
     try:
         solution = build(scattering).solve(vertices, triangles, sweep, [], threads, lambda *progress: None)
-    except InputError as error:  # a solver of one's own may take no sphere
+    except InputError as error:  # a user's own solver may accept no sphere
         _write(path, {"refused": str(error)})
         return
     field, mie = complex(solution.field[0, 0, 0, 0]), complex(backscatter(2 * np.pi, RADIUS))
@@ -39,7 +39,7 @@ def check(path, scattering, edges_per_wavelength, threads):
         "edges_per_wavelength": edges_per_wavelength,
         "triangles": len(triangles),
         "unknowns": solution.unknowns,
-        "rcs_db": 20 * np.log10(abs(field)) + 10 * np.log10(4 * np.pi),  # over the square wavelength
+        "rcs_db": 20 * np.log10(abs(field)) + 10 * np.log10(4 * np.pi),  # divided by the wavelength squared
         "mie_db": 20 * np.log10(abs(mie)) + 10 * np.log10(4 * np.pi),
         "error_db": 20 * np.log10(abs(ratio)),
         "phase_deg": np.degrees(np.angle(ratio)),
@@ -72,10 +72,10 @@ def coefficients(x):
 
 
 def icosphere(radius, edge):
-    """Faceted sphere of the sphere's own volume, as the mean edge length comes nearest to `edge`, in m.
+    """Faceted sphere with the volume of the true one, its mean edge length as near as possible to `edge`, in m.
 
     Returns vertices (V, 3) and triangles (T, 3), outward. Caspar, Klug, Cold Spring Harbor Symp. 27, 1962: a step of
-    (b, c) in a triangular lattice takes an icosahedron's edge, so that there are 20 (b^2 + b c + c^2) triangles.
+    (b, c) in a triangular lattice is an icosahedron's edge, which gives 20 (b^2 + b c + c^2) triangles.
     """
     wanted = (1.2035 * radius / edge) ** 2
     steps = [(b, c) for b in range(1, int(wanted**0.5) + 3) for c in range(b + 1)]

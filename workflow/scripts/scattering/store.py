@@ -1,4 +1,4 @@
-"""What a store of a field looks like, and how the bands of a target are put together."""
+"""Write the store of a field, and join the bands of a target."""
 
 import importlib.metadata
 import platform
@@ -22,7 +22,7 @@ COORDINATES = {
 def write_field(store_path, field, polarizations, frequency, elevation, azimuth, attrs, receivers=()):
     """Write a scattering store. field: complex64 (polarization, frequency, elevation, azimuth) in m; Hz, degrees.
 
-    Of directions one by one the field is (polarization, frequency, direction), elevation and azimuth (direction,).
+    For directions one by one the field is (polarization, frequency, direction), elevation and azimuth (direction,).
     receivers: elevation and azimuth (R,) of a bistatic field, whose last dimension they are.
     """
     axes = dict(zip(COORDINATES, COORDINATES, strict=True))
@@ -48,7 +48,7 @@ def write_field(store_path, field, polarizations, frequency, elevation, azimuth,
 
 
 def join_bands(band_paths, store_path, attrs=None):
-    """Put the bands of a target together along frequency, with the attributes of all and these besides."""
+    """Join the bands of a target along frequency, with the attributes of all bands and `attrs` as well."""
     parts = [open_store(path).load() for path in band_paths]
     dataset = xr.concat(parts, "frequency", combine_attrs="override", data_vars="all")
     for name in ("unknowns", "residual"):
@@ -64,6 +64,6 @@ def versions(*packages):
 
 
 def _write(dataset, path):
-    # The whole sweep of an elevation is what an image takes.
+    # An image needs the whole sweep of an elevation.
     chunks = [1 if name == "elevation" else dataset.sizes[name] for name in dataset.field.dims]
     write(dataset, path, {"field": {"chunks": tuple(chunks)}})

@@ -1,7 +1,7 @@
 """Check a config that keeps to the schema, before any work is done: one key against another.
 
-What is wrong is found by generators of sentences that begin with the key. They run until the first one, so that each
-may rely on what those before it let pass.
+Generators find what is wrong and give sentences that begin with the key. Only the first sentence is used, so each
+generator may rely on the checks before it.
 """
 
 import os
@@ -112,7 +112,7 @@ def _problems(config):
 
 
 def _absent(key, polarizations, source, section):
-    """Polarizations that a key names and its source, that of another section, does not."""
+    """Find polarizations that a key names but its source, a key of another section, does not."""
     for name in polarizations:
         if name not in section["polarizations"]:
             have = ", ".join(section["polarizations"])
@@ -120,7 +120,7 @@ def _absent(key, polarizations, source, section):
 
 
 def _of_names(key, names):
-    """Two names that differ in case alone: some file systems would keep one folder for both."""
+    """Find two names that differ in case alone: some file systems would keep one folder for both."""
     before = {}
     for name in names:
         other = before.setdefault(name.lower(), name)
@@ -177,7 +177,7 @@ def _of_reference(key, reference, config):
 
 
 def _of_targets_solver(config):
-    """What targets set of the solver themselves, against what it says it has."""
+    """Check the solver settings that targets have of their own against those that the solver states."""
     solver, settings = config["scattering"]["solver"], settings_of("scattering", config["scattering"])
     described = schema()["properties"]["targets"]["additionalProperties"]["properties"]
     for name, target in config["targets"].items() if settings is not None else ():
@@ -199,12 +199,12 @@ def _of_labels(snr_db):
             )
 
 
-# How many texts a model's file states for the page of each name, and how: a number may follow, the place on the page.
+# Number of texts that a model's file states for the page for each name; a number may follow, the place on the page.
 NAMED = {"LABELS": (2, "(label, words in a sentence)"), "SCORES": (1, "(label,)")}
 
 
 def _of_models(models):
-    """Every model's settings, against those that its kind says it has. A list stands for each of its values."""
+    """Check every model's settings against those that its kind states. A list means each of its values in turn."""
     shared = schema()["properties"]["learning"]["properties"]["models"]["additionalProperties"]["properties"]
     for name, settings in models.items():
         key, hint = f"learning.models.{name}", None
@@ -217,7 +217,7 @@ def _of_models(models):
             if setting not in NOT_HYPER and value == []:
                 yield f"'{key}.{setting}': an empty list leaves nothing to choose from."
         stated = kind(MODELS, file).settings
-        # What a kind with SETTINGS has is checked by them.
+        # A kind with SETTINGS is checked by these.
         for setting in sorted(kind(MODELS, file).asked - settings.keys()) if stated is None else ():
             yield f"'{key}': {file}.py asks for the setting '{setting}', which is not there; add it."
         smallest = kind(MODELS, file).stated.get("smallest", 1)
@@ -300,7 +300,7 @@ def _of_experiments(config, experiments):
 
 
 def training_images(config, run, settings):
-    """How many images a model with these settings learns from in one of the config's runs."""
+    """Number of images that a model with these settings learns from in one of the config's runs."""
     azimuths = centres(sweep.azimuths(config["aspect"]), config["imaging"]["aperture"])
     elevations = sweep.elevations(config["aspect"]) if run["elevation"] == "all" else np.sort(run["elevation"])
     roles = ("known", OTHER) if settings.get("other", False) else ("known",)
@@ -312,7 +312,7 @@ def training_images(config, run, settings):
 
 
 def _of_pixels(key, run, models, plan):
-    """Whether a run's images have the pixels that its models can take. models: what each one's file states."""
+    """Check that a run's images have the pixels that its models can take. models: what each one's file states."""
     sides, upsample = (plan["range_pixels"], plan["crossrange_pixels"]), run["upsample"]
     if upsample != "none":
         if upsample < max(sides):

@@ -1,4 +1,4 @@
-"""What a config's CAD files are, and what would become of them: said in seconds, before anything is made of them."""
+"""Describe a config's CAD files, and what would become of them, in seconds and before anything is made of them."""
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from isarflow.mesh.resolution import check_resolution, wanted_edges
 from isarflow.scattering import needs
 from isarflow.scattering.closed import check_closed
 
-SAMPLED = 2000  # triangles at which the thickness is measured, and what is between walls
+SAMPLED = 2000  # triangles at which the thickness and the gaps between walls are measured
 GIGA = 1000  # MB
 REFUSED = "  refused:"
 
@@ -22,7 +22,7 @@ REFUSED = "  refused:"
 def checkup(config, name):
     """Lines on a target of a config that is a mesh: its size, symmetry, thickness, repairs, and what a solve takes.
 
-    What would stop a run stands in lines that begin with REFUSED.
+    Lines that begin with REFUSED say what would stop a run.
     """
     target, radar = config["targets"][name], config["radar"]
     path = target["mesh"]
@@ -60,20 +60,20 @@ def checkup(config, name):
 
 
 def check_formulation(config, name, source):
-    """Raise InputError if a target's Source is none for the equation that it is to be solved with."""
+    """Raise InputError if a target's Source does not suit the equation that it is to be solved with."""
     if needs.method(config, name).get("formulation") == "cfie":
         check_closed(source.vertices, source.triangles)
 
 
 def swept(config):
-    """What a config, or the defaults where it says nothing, asks of all targets: frequencies and edges, in a line."""
+    """Return in a line what a config (or the defaults) asks of all targets: frequencies and edges."""
     frequency, edges = sweep.frequencies(config["radar"]) / 1e9, config["mesh"]["edges_per_wavelength"]
     span = f"{frequency[0]:g} to {frequency[-1]:g} GHz" if len(frequency) > 1 else f"{frequency[0]:g} GHz"
     return f"by 'radar' {span}, by 'mesh' {edges:g} edges a wavelength at each band's top"
 
 
 def _sizes(surface, target):
-    """The box of a target in metres, and what it would be if the file were in other units."""
+    """The box of a target in metres, and its size if the file were in other units."""
     box = np.ptp(surface[0], axis=0)
     lines = [f"  size {_box(box)} m, {len(surface[1]):,} triangles"]
     if not states_unit(target["mesh"]) and "unit" not in target and "length" not in target:
@@ -87,7 +87,7 @@ def _box(lengths):
 
 
 def _symmetry(surface, target, radar):
-    """Which of the mirror planes a target has, to what a run asks for, beside those that the config names."""
+    """Mirror planes that a target has, as exactly as a run asks for, compared with those that the config names."""
     limit = symmetry.allowed(radar)
     spacing = float(np.ptp(surface[0], axis=0).max()) / 100
     found = [plane for plane, axis in symmetry.AXES.items() if from_mirror_image(*surface, spacing, axis)[0] <= limit]
@@ -97,7 +97,7 @@ def _symmetry(surface, target, radar):
 
 
 def _closed(source):
-    """Whether a surface is closed, and of how many pieces; of an open one how much rim it has."""
+    """Tell whether a surface is closed, and its number of pieces; of an open one also the length of its rim."""
     pieces = topology.components(source.triangles)[0]
     rims = topology.rims(source.triangles)[0]
     length = np.linalg.norm(np.diff(source.vertices[rims], axis=1), axis=2).sum()

@@ -1,4 +1,4 @@
-"""What code a script's result comes from: its own, and that of all modules that it imports, directly or not."""
+"""Find the code that a script's result comes from: its own, and all modules that it imports, directly or not."""
 
 import ast
 import functools
@@ -12,10 +12,10 @@ SCRIPTS = Path(__file__).resolve().parents[1]
 
 @functools.cache
 def closure(script):
-    """Sorted paths below SCRIPTS of a Python file and of the modules there that it imports, at whatever depth.
+    """Sorted paths below SCRIPTS of a Python file and of the modules there that it imports, at any depth.
 
-    The files are read, not run. A module that is imported by a name made at run time is not seen: who does that names
-    its file beside the script (as `learning.classifier.build` does for models). InputError if one is not Python.
+    The files are read, not run. A module that is imported by a name made at run time is not seen: the caller names its
+    file beside the script (as `learning.classifier.build` does for models). InputError if one is not Python.
     """
     files, new = set(), {Path(script)}
     while new:
@@ -26,7 +26,7 @@ def closure(script):
 
 @functools.cache
 def digest(*scripts):
-    """A hash of the code in the closures of scripts, the same whatever their comments, docstrings and layout are."""
+    """A hash of the code in the closures of scripts, independent of their comments, docstrings and layout."""
     files = sorted({file for script in scripts for file in closure(script)})
     return hashlib.sha256(repr([(file, _read(Path(file))[1]) for file in files]).encode()).hexdigest()
 
@@ -53,7 +53,7 @@ def _code(tree):
 
 
 def _plain(node):
-    """A syntax tree as nested lists, without what not every version of Python has: fields that are empty."""
+    """A syntax tree as nested lists, without empty fields, which not every version of Python has."""
     if isinstance(node, ast.AST):
         fields = ((name, value) for name, value in ast.iter_fields(node) if name != "ctx" and value not in (None, []))
         return [type(node).__name__, *([name, _plain(value)] for name, value in fields)]
@@ -73,7 +73,7 @@ def _imported(file, tree):
             names |= {package, *(f"{package}.{alias.name}" for alias in node.names)}
     files = set()
     for name in names:
-        # The package's own file only hands on names, and no result comes from it.
+        # A package's own file only passes names on; no result comes from it.
         parts = name.strip(".").removeprefix("isarflow.").split(".")
         files |= {Path(*parts[:depth], "__init__.py") for depth in range(1, len(parts) + 1)}
         files.add(Path(*parts).with_suffix(".py"))

@@ -58,10 +58,10 @@ def load(*overlays):
 
 
 def of_command_line(settings):
-    """What --config says, with the text in its mappings and lists read as YAML: Snakemake leaves it as it stands.
+    """Return what --config says, with the text in its mappings and lists read as YAML: Snakemake leaves it as text.
 
-    `cad`, the path of a CAD file, stands for a run of that target alone, which learns nothing, under the file's name;
-    `unit` beside it is the file's.
+    `cad`, the path of a CAD file, means a run of that target alone, which learns nothing, under the file's name;
+    `unit` beside it is the file's unit.
     """
 
     def read(text):
@@ -78,9 +78,9 @@ def of_command_line(settings):
 
 
 def unnamed(config, *overlays):
-    """What of config/config.yaml's targets and experiments runs besides those that an overlay names: lines of text.
+    """Lines of text: targets and experiments of config/config.yaml that run in addition to those an overlay names.
 
-    Nothing is said of a map in which the overlays name nothing.
+    A map in which the overlays name nothing gives no line.
     """
     default, lines = read_yaml(BASE), []
     for path in ("targets", EXPERIMENTS) if images_are_made(config) else ("targets",):
@@ -103,7 +103,7 @@ def section(config, *keys):
 
 
 def _leave_out(config, asked):
-    """Take those default experiments out of a config that its sweep or SNRs do not allow; why is noted as `left_out`.
+    """Remove default experiments that the config's sweep or SNRs do not allow; the reason is noted as `left_out`.
 
     Those that train over a range of SNRs do so at those of it that noise.snr_db has, if two or more.
     asked: the experiments that the user's config names. One of these is refused instead, and kept as it is.
@@ -142,7 +142,7 @@ def _at_snrs(experiment, snr_db):
 
 
 def _changed(value, change):
-    """A value with `change` done to all that stands in its mappings and lists."""
+    """A value with `change` applied to everything in its mappings and lists."""
     if isinstance(value, dict):
         return {key: _changed(item, change) for key, item in value.items()}
     return [_changed(item, change) for item in value] if isinstance(value, list) else change(value)
@@ -156,7 +156,7 @@ def _number(value):
 
 
 def _from_here(path):
-    """Where a path of the config leads: from the working folder, or else from the repository."""
+    """Resolve a path of the config: from the working folder, or else from the repository."""
     return path if os.path.exists(path) or not os.path.exists(ROOT / path) else os.path.relpath(ROOT / path)
 
 
@@ -165,5 +165,5 @@ def _sorted(value):
 
 
 def _at(config, path):
-    """What stands in a config at a dotted path."""
+    """The value in a config at a dotted path."""
     return functools.reduce(dict.__getitem__, path.split("."), config)

@@ -1,4 +1,4 @@
-"""Whether the results' folder takes what a run will write, said before anything runs."""
+"""Check, before anything runs, that the results' folder has room for what a run will write."""
 
 import logging
 import shutil
@@ -23,7 +23,7 @@ def check_writable(*folders):
 
 
 def shortage(folder, most):
-    """A line of text, or none: if the folder's disk has less space than stores of `most` bytes may still take."""
+    """A line of text if the folder's disk has less space than stores of `most` bytes may still take, else none."""
     taken = sum(path.stat().st_size for path in Path(folder, "imaging").rglob("*") if path.is_file())
     free = shutil.disk_usage(_existing(folder)).free
     if free >= most - taken:
@@ -35,5 +35,5 @@ def shortage(folder, most):
 
 
 def _existing(folder):
-    """The folder, or while it is not there the nearest above it."""
+    """The folder, or the nearest one above it while it does not exist."""
     return next(path for path in (Path(folder).absolute(), *Path(folder).absolute().parents) if path.exists())

@@ -1,4 +1,4 @@
-"""The kinds of models, imagers and solvers: a file each, which says of itself what it can do and what settings it has.
+"""The kinds of models, imagers and solvers: one file each, which states its abilities and its settings.
 
 The files are read, not run: importing them would take longer than all other checks together.
 """
@@ -13,7 +13,7 @@ from isarflow.setup.schema import near
 
 
 class Seam(NamedTuple):
-    """Where kinds of one sort lie (below workflow/scripts), and the class and methods that each file defines."""
+    """The folder of kinds of one sort (below workflow/scripts), and the class and methods that each file defines."""
 
     folder: str
     class_name: str
@@ -21,9 +21,9 @@ class Seam(NamedTuple):
 
 
 class Kind(NamedTuple):
-    """What a file says of itself: its class's methods, the attributes it states as literals, the settings it takes.
+    """A file's statements on itself: its class's methods, attributes that are literals, and the settings it takes.
 
-    asked: those that it takes as `self.settings["name"]`, and nowhere asks whether they are there.
+    asked: settings that it reads as `self.settings["name"]` and nowhere tests for.
     Those of a base class from another file below workflow/scripts are its own, too.
     An attribute SETTINGS is a mapping of a setting's name to its JSON schema (type, bounds, description); without one
     any settings are taken.
@@ -42,9 +42,9 @@ class Kind(NamedTuple):
 MODELS = Seam("learning/models", "Model", frozenset({"fit", "evaluate"}))
 IMAGERS = Seam("imaging/imagers", "Imager", frozenset({"axes", "at"}))
 SOLVERS = Seam("scattering/solvers", "Solver", frozenset({"plan", "solve"}))
-# Of these files the base classes say what holds for kinds that say nothing of it; their methods are not defined.
+# The base classes in these files have the defaults for kinds that state nothing; their methods are not defined.
 BASES = "learning/classifier.py", "scattering/solver.py"
-# Sections of the config in which one kind is named, by this key, and its settings stand beside it; and the kind whose
+# Sections of the config that name one kind, by this key, with its settings beside it; and the kind whose
 # settings are shown where a section names none.
 SECTIONS = {"imaging": ("imager", IMAGERS, "fourier"), "scattering": ("solver", SOLVERS, "mom")}
 
@@ -68,7 +68,7 @@ def available(seam):
 def check_kind(seam, name, key, hint=None):
     """Raise InputError if there is no such kind, or its file has not the class and methods of its seam.
 
-    key: what the message begins with; hint: what it says instead of the nearest name.
+    key: the start of the message; hint: what it says instead of the nearest name.
     """
     names = available(seam)
     if name not in names:
@@ -95,7 +95,7 @@ def kind(seam, name):
 
 
 def _said(file, name):
-    """What a class in a file has, as `Kind` has it, with its bases from files below workflow/scripts."""
+    """The parts of a `Kind` of a class in a file, with its bases from files below workflow/scripts."""
     tree = ast.parse((SCRIPTS / file).read_bytes(), file)
     found = next((node for node in tree.body if isinstance(node, ast.ClassDef) and node.name == name), None)
     if found is None:
@@ -132,10 +132,10 @@ def _asked(found):
 
 
 def page_names(models):
-    """What the page calls a config's models and their confidence scores: `models` and `scores`, mappings of names.
+    """The page's names for a config's models and their confidence scores: `models` and `scores`, mappings.
 
     models: the config's. A kind states it as LABELS, of each model's name its label, its name within a sentence and its
-    place on the page, and SCORES, of each confidence score's name its label and place. What is not stated is left out.
+    place on the page, and SCORES, of each confidence score's name its label and place. Names not stated are left out.
     """
     stated = [kind(MODELS, settings.get("kind", name)).stated for name, settings in models.items()]
     every = {attribute: [names.get(attribute, {}) for names in stated] for attribute in ("LABELS", "SCORES")}

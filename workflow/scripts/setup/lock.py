@@ -1,8 +1,8 @@
-"""Whose Snakemake's lock on the working folder is: a run at work, or one that was killed.
+"""Tell whose Snakemake lock is on the working folder: that of a run at work, or of one that was killed.
 
-Snakemake leaves its lock behind when it is killed outright, and refuses the next run until somebody says --unlock; when
-it ends it takes away the locks of every run in the folder. Each run therefore has a file for its results, with a note
-who it is, and holds a lock of the kernel's on it, which ends with the process. Snakemake's locks are taken away when
+Snakemake leaves its lock behind when it is killed, and refuses the next run until somebody says --unlock; when it ends
+it removes the locks of every run in the folder. Each run therefore has a file for its results, with a note of which
+process it is, and holds a lock of the kernel on it, which ends with the process. Snakemake's locks are removed when
 nobody holds such a file and no job of a killed run goes on. Jobs do not hold it: Snakemake starts them without it.
 """
 
@@ -22,7 +22,7 @@ _held = []  # the open file of this process's run
 
 
 def take(results, remote):
-    """Note that this process is a run that writes into the folder `results`. remote: whether a cluster runs its jobs.
+    """Note that this process is a run that writes into the folder `results`. remote: True if a cluster runs its jobs.
 
     Raises InputError if another run is at work on the same results: a third one may have taken its lock away.
     """
@@ -37,14 +37,14 @@ def take(results, remote):
 
 
 def leave():
-    """Take this process's note back, and let go of its lock."""
+    """Remove this process's note and release its lock."""
     while _held:
         _held[-1].truncate(0)
         _held.pop().close()
 
 
 def release_stale():
-    """Remove the locks if every run that noted itself here was killed. Else say who the others are: lines of text."""
+    """Remove the locks if every run that noted itself here was killed. Else return lines that name the others."""
     locks = list(LOCKS.glob("*"))  # another run may begin from here on
     runs = [_look(path) for path in RUNS.glob("*")]
     killed = [file for file, note, is_free in runs if note and is_free]
@@ -66,10 +66,10 @@ def release_stale():
 
 
 def _doubt(note, is_free, locks):
-    """Why a run may be at work, in one sentence or none."""
+    """Yield the reason why a run may be at work, one sentence, or nothing."""
     if not is_free:
         yield _at_work(note)
-    elif note and note["host"] != socket.gethostname():  # file systems may have locks of each machine's own
+    elif note and note["host"] != socket.gethostname():  # on some file systems each machine has locks of its own
         yield (
             f"Another run took the lock of this folder: {_who(note)}. If it no longer runs there, take its lock away "
             f"with --unlock and delete {RUNS}."
@@ -82,9 +82,9 @@ def _doubt(note, is_free, locks):
 
 
 def _look(path, mode="r+"):
-    """A run's file, its note, and whether nobody else holds it; then this process does until it closes the file.
+    """A run's file, its note, and whether no other process holds it; if so, this one does until it closes the file.
 
-    Without a note the run has just begun, was killed while it wrote it, or took it back.
+    Without a note the run has just begun, was killed while it wrote the note, or removed it.
     """
     file = open(path, mode)  # noqa: SIM115
     file.seek(0)

@@ -1,21 +1,21 @@
-"""Lay a config over another: key by key, and things that the user names one by one."""
+"""Lay a config over another, key by key; things that the user names are merged one by one."""
 
 from isarflow.core.errors import InputError
 from isarflow.setup.kinds import SECTIONS, settings_of
 from isarflow.setup.schema import near, schema
 
-# Maps of things that the user names: of these an overlay adds, changes and, with null, removes single ones.
+# Maps of things that the user names: an overlay adds, changes and, with null, removes single ones.
 EXPERIMENTS = "learning.experiments"
 NAMED = ("targets", "learning.models", EXPERIMENTS)
 ALL = "*"  # `'*': null` removes every one that the overlay itself does not name
-# Of these an overlay's form may differ from the base's: {count} or {start, stop, step}; a grid or single directions.
+# Here an overlay's form may differ from the base's: {count} or {start, stop, step}; a grid or single directions.
 ALTERNATIVES = ("aspect", "aspect.azimuth", "aspect.great_circle.angle")
 
 
 def merge(base, overlay, path=""):
     """`base` with `overlay` laid over it; neither is changed.
 
-    Raises InputError for an overlay that removes what is not there.
+    Raises InputError for an overlay that removes something the base does not have.
     """
     if not isinstance(base, dict) or not isinstance(overlay, dict):
         return overlay
@@ -24,7 +24,7 @@ def merge(base, overlay, path=""):
     if path in ALTERNATIVES and not set(overlay) <= set(base):
         return overlay
     if path == "radar" and isinstance(overlay.get("frequencies"), list):
-        # A list says what these two say otherwise.
+        # A list replaces these two.
         base = {key: value for key, value in base.items() if key not in ("center_frequency", "bandwidth")}
     if path in SECTIONS:
         base = _of_kind(base, overlay, path)
@@ -43,7 +43,7 @@ def _of_kind(base, overlay, path):
 
 
 def named(overlays, path):
-    """The names that any of the overlays gives a value, other than null, in one of the maps NAMED."""
+    """Names to which any of the overlays gives a value other than null in one of the maps NAMED."""
     names = set()
     for value in overlays:
         for key in path.split("."):
@@ -55,7 +55,7 @@ def named(overlays, path):
 
 def _named(base, overlay, path):
     if not overlay:
-        return {}  # `{}` reads as none at all, and would change nothing otherwise
+        return {}  # `{}` means none at all; without this line it would change nothing
     merged = {} if ALL in overlay else dict(base)
     for name, value in overlay.items():
         key = f"{path}.{name}"
@@ -75,7 +75,7 @@ def _entry(base, overlay, path, key):
     if not isinstance(base, dict) or not isinstance(overlay, dict):
         return overlay
     if path == "targets" and any(overlay[form] != base.get(form) for form in ("mesh", "field") if form in overlay):
-        # What is said of a file does not hold for another.
+        # Settings of one file do not hold for another.
         base = {name: value for name, value in base.items() if name == "role"}
     merged = dict(base)
     for name, value in overlay.items():

@@ -1,4 +1,4 @@
-"""What a config will make, in numbers, said before anything runs."""
+"""State in numbers, before anything runs, what a config will make."""
 
 import json
 from pathlib import Path
@@ -22,11 +22,11 @@ LOOKED_AT = 200_000  # triangles: a target of more is left to its jobs, as its r
 
 
 def overview(config, results, refuse=False, seeds=1):
-    """Lines of text: what solves will need, what images resolve and take, and warnings of what may surprise.
+    """Lines of text: the needs of solves, the resolution and size of images, and warnings of what may surprise.
 
     results: the folder of the run's results. With `refuse` a target that this machine has no memory for, or whose solve
-    is beyond its precision, raises InputError; else that is one of the warnings, for another machine may solve it, or
-    the run may want others. seeds: how many there are.
+    is beyond its precision, raises InputError; else that is a warning, as another machine may solve it, or the run may
+    want other targets. seeds: how many there are.
     """
     fields, sizes, lines = of_fields(results, config), {}, []
     if "from" in config:
@@ -59,7 +59,7 @@ def overview(config, results, refuse=False, seeds=1):
 
 
 def _taken(targets, fields):
-    """Which meshes and fields are another run's."""
+    """Name the meshes and fields that are taken from another run."""
     there = [name for name in targets if (fields / "scattering" / f"{name}.zarr").exists()]
     missing = [name for name in targets if name not in there]
     made = f" Not there yet, and made there: {', '.join(missing)}." if missing else ""
@@ -99,7 +99,7 @@ def _solves(config, sizes, fields, refuse):
 
 
 def _span(seconds):
-    """A solve's planned time as text: it holds within 1.5 times where nothing else runs beside."""
+    """A solve's planned time as text: right within 1.5 times if nothing else runs."""
     unit, text = next((unit for unit in ((3600, "h"), (60, "min")) if seconds >= 2 * unit[0]), (1, "s"))
     return f"{seconds / 1.5 / unit:,.0f} to {1.5 * seconds / unit:,.0f} {text}"
 
@@ -128,9 +128,9 @@ def _untrained(learning):
 
 
 def _size(config, name, mesh_json):
-    """Area in m^2, box and reach from the origin in m of a target's CAD file; None where nothing says them yet.
+    """Area in m^2, box and reach from the origin in m of a target's CAD file; None where they are not known yet.
 
-    mesh_json: what its mesh job writes. Raises InputError for a file that cannot be read, or that is of another size,
+    mesh_json: the mesh job's file. Raises InputError for a file that cannot be read, or that is of another size,
     less symmetric than it says, or open and to be solved as a closed one.
     """
     target = config["targets"][name]
@@ -154,9 +154,9 @@ def _size(config, name, mesh_json):
 
 
 def _is_doubtful(config, name, vertices, triangles):
-    """Whether a CAD file as it stands is open and shall be closed, or has corners where its mirror image has nothing.
+    """Tell whether a CAD file, before repairs, is open but must be closed, or differs from its mirror image.
 
-    Repaired, as its mesh job does it, it may do all the same.
+    After the repairs of its mesh job it may still be good.
     """
     if needs.method(config, name).get("formulation") == "cfie" and not topology.is_watertight(triangles):
         return True

@@ -1,4 +1,4 @@
-"""What config/schema.yaml says of a config, in messages that a user can act on."""
+"""Check a config against config/schema.yaml, with messages that a user can act on."""
 
 import datetime
 import difflib
@@ -50,9 +50,9 @@ VALIDATOR = _validator()
 
 
 def check_schema(value, rules=None, path=()):
-    """Raise InputError for the first thing in a value, which stands at `path` in the config, that is not allowed.
+    """Raise InputError for the first thing in a value, found at `path` in the config, that is not allowed.
 
-    rules: the whole schema, unless others are given.
+    rules: the whole schema by default.
     """
     rules = rules or schema()
     errors = list(VALIDATOR(rules).iter_errors(value))
@@ -70,19 +70,19 @@ def _check_finite(value, path):
 
 
 def near(name, names):
-    """'; did you mean ...?' with the name that is nearest, whatever its case, or a full stop."""
+    """'; did you mean ...?' with the nearest name, upper or lower case alike, or a full stop."""
     spelt = {other.lower(): other for other in names}
     nearest = difflib.get_close_matches(str(name).lower(), spelt, n=1, cutoff=0.65)
     return f"; did you mean '{spelt[nearest[0]]}'?" if nearest else "."
 
 
 def repeated(values):
-    """The first of the values that stands a second time among them; None where each stands once."""
+    """The first value that occurs a second time; None if each occurs once."""
     return next((value for place, value in enumerate(values) if value in values[:place]), None)
 
 
 def shown(value):
-    """A value as the user wrote it, near enough."""
+    """A value about as the user wrote it."""
     if isinstance(value, datetime.date):
         return f"{value} (to YAML a date; in quotes it is text)"
     if isinstance(value, bytes | set):
@@ -99,7 +99,7 @@ def _first(errors):
 
 
 def _message(error, rules, above=()):
-    """One error of jsonschema's in words. above: where the value that was checked stands in the config."""
+    """One error of jsonschema in words. above: the place in the config of the value that was checked."""
     value, validator, rule = error.instance, error.validator, error.schema.get("description", "")
     parts = [*above, *error.absolute_path]
     if "propertyNames" in error.absolute_schema_path:
@@ -145,7 +145,7 @@ def _expected(rule):
 
 
 def _of_its_form(error):
-    """Of each branch of a oneOf that has the value's form, the first error: what is wrong is within the form."""
+    """The first error of each branch of a oneOf that has the value's form: the fault is within the form."""
     branches = {}
     for inner in error.context:
         branches.setdefault(inner.schema_path[0], []).append(inner)
@@ -153,7 +153,7 @@ def _of_its_form(error):
 
 
 def _within_form(error):
-    """Whether an error of a branch of a oneOf is within the branch's form, and not that the value has another."""
+    """Tell whether an error of a branch of a oneOf is within the branch's form, not that the value has another form."""
     within = [part for part in error.schema_path if part != "$ref"]
     return len(within) > 2 or error.validator not in ("type", "const", "oneOf")
 
@@ -178,7 +178,7 @@ def _unknown_key(error, rules, path):
 
 
 def _mesh_or_field(path, target):
-    """What is wrong with a target that is not exactly one of a mesh and a field."""
+    """Say what is wrong with a target that is not exactly one of a mesh and a field."""
     either = "a target is either a 'mesh' (a CAD file) or a 'field' (.ffe, .zarr)"
     if "field" not in target:
         return f"config key '{path}.mesh' is missing: {either}."

@@ -1,4 +1,4 @@
-"""Write out the SNRs of a config: ranges as their values, `all` as every one that the config has."""
+"""Write out the SNRs of a config: ranges as their values, `all` as every SNR that the config has."""
 
 import numpy as np
 
@@ -27,7 +27,7 @@ def write_out(config):
 
 
 def _listed(key, snrs, every):
-    """The list of SNRs that a range, a list with ranges in it, or `all` stands for."""
+    """The list of SNRs that a range, a list with ranges in it, or `all` means."""
     if snrs == ALL:
         return list(every)
     listed = []

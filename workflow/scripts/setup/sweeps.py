@@ -16,7 +16,7 @@ OF_STEPS = ("center_frequency", "bandwidth")
 def with_band(radar):
     """A config's radar with its center_frequency and bandwidth, which a list of frequencies implies.
 
-    Raises InputError where they stand beside a list, or are missing without one.
+    Raises InputError where they are given beside a list, or are missing without one.
     """
     listed = isinstance(radar["frequencies"], list)
     for key in OF_STEPS:
@@ -33,7 +33,7 @@ def with_band(radar):
 
 
 def problems(config):
-    """What is wrong with a config's frequencies and directions: sentences that begin with the key."""
+    """Yield sentences, beginning with the key, that say what is wrong with a config's frequencies and directions."""
     if not isinstance(config["radar"]["frequencies"], list):
         yield from _of_band(**config["radar"])
     aspect = config["aspect"]

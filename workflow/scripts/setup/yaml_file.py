@@ -1,4 +1,4 @@
-"""Read a config file, and say of one that is not YAML where it is wrong, and what is wrong, in words of its own."""
+"""Read a config file; of one that is not YAML, say where it is wrong and what is wrong, in plain words."""
 
 import itertools
 import json
@@ -14,8 +14,8 @@ from isarflow.core.errors import InputError
 MOST_VALUES = 100_000  # of a file with all its aliases written out
 
 ESCAPE = "a backslash in double quotes begins an escape; write paths in single quotes or with /"
-# What libyaml says of frequent slips, and what the user did; of all else its own words are shown. {opened}: where the
-# thing begins that it was reading.
+# What libyaml says of frequent mistakes, and what the user did; for all others libyaml's words are shown. {opened}:
+# where the thing that it was reading begins.
 SLIPS = {
     "expected ',' or '}'": "the brace '{{' that opens in {opened} is not closed before this, or a comma is missing",
     "expected ',' or ']'": "the bracket '[' that opens in {opened} is not closed before this, or a comma is missing",
@@ -32,10 +32,10 @@ SLIPS = {
 
 
 def check_command_line(arguments, folder):
-    """Exit with one message if --configfile or --config, among a command line's arguments, is not what it must be.
+    """Exit with one message if --configfile or --config, among a command line's arguments, is not as it must be.
 
-    Snakemake reads these before the Snakefile, and has other words for what is wrong with them, or a traceback.
-    folder: where the repository lies.
+    Snakemake reads these before the Snakefile, and would show a less clear message or a traceback.
+    folder: the repository.
     """
     parser = ArgumentParser(add_help=False, allow_abbrev=False)
     parser.add_argument("--configfile", "--configfiles", nargs="+", default=[], dest="files", action="extend")
@@ -71,7 +71,7 @@ def read_yaml(path):
     """A config file, YAML or JSON, as a mapping of plain types.
 
     Raises InputError, with the file, line and column, for a file that is missing or no mapping, for bad syntax, and for
-    a key that stands twice in a mapping.
+    a key that occurs twice in a mapping.
     """
     text = _text(Path(path))
     try:
@@ -112,7 +112,7 @@ def _text(path):
 
 
 def _json(text):
-    """The mapping of a JSON file, which tabs may indent; None for YAML, and for bad JSON, of which YAML says where."""
+    """The mapping of a JSON file, which tabs may indent; None for YAML, and for bad JSON, which YAML then locates."""
 
     def unique(pairs):
         if len(dict(pairs)) < len(pairs):
@@ -131,14 +131,14 @@ def _yaml(text):
         tree = loader.get_single_node()
         _count(tree, {}, set())
         if "\t" in text:
-            yaml.compose(text, yaml.SafeLoader)  # Snakemake's own reader, which takes tabs at fewer places than libyaml
+            yaml.compose(text, yaml.SafeLoader)  # Snakemake's reader, which allows tabs in fewer places than libyaml
         return loader.construct_document(tree) if tree else None
     finally:
         loader.dispose()
 
 
 def _count(node, sizes, above):
-    """The number of values of a node, its aliases written out. Raises for one that holds itself, and for too many."""
+    """Number of values of a node, its aliases written out. Raises for a node that holds itself, and for too many."""
     if node in above:
         raise yaml.YAMLError(
             f"{_place(node.start_mark)}: what the anchor '&' names here holds an alias '*' to itself, without end"
@@ -155,7 +155,7 @@ def _count(node, sizes, above):
 
 
 class _UniqueKeys(yaml.CSafeLoader):
-    """YAML lets a later key replace an earlier one: a pasted block would silently undo another."""
+    """A loader that refuses repeated keys: in YAML a later key replaces an earlier one without a word."""
 
     def construct_mapping(self, node, deep=False):
         seen = set()
@@ -176,7 +176,7 @@ def _place(mark):
 
 
 def _slip(error):
-    """What is wrong, for the user, by what libyaml says."""
+    """Say for the user what is wrong, from libyaml's message."""
     if "cannot start any token" in error.problem:
         return "no value can begin with this character; put text in quotes, and indent with spaces"
     said = f"{error.context or ''}; {error.problem}"

@@ -1,8 +1,8 @@
 """Fourier imaging (thesis section 3.4): a windowed sum over the aperture's samples for every pixel.
 
-For one geometry all of it is the same linear map of the aperture's samples, whatever the target, direction or noise.
-Three ways to the sum: `none` takes the samples for a rectangle in (kx, ky), a plain inverse DFT; `polar` resamples them
-onto one by bilinear interpolation; `exact` takes every sample where it is (back-projection).
+For one geometry this is the same linear map of the aperture's samples for every target, direction and noise.
+There are three ways to form the sum: `none` takes the samples for a rectangle in (kx, ky), a plain inverse DFT; `polar`
+resamples them onto a rectangle by bilinear interpolation; `exact` takes every sample where it is (back-projection).
 """
 
 import numpy as np
@@ -16,7 +16,7 @@ LEAST_DEPTH = 0.5  # of the bandwidth: a shallower rectangle makes images of far
 
 
 class Imager(Formation):
-    """One matrix from the samples to the image, `reformat` says which.
+    """One matrix from the samples to the image, chosen by `reformat`.
 
     The window is divided by its sum: a scatterer of amplitude f at the origin gives a peak of f. The phase is that of
     thesis eq. 3.14, exp(2j (kx range - ky crossrange)) with the true kx: at its own place a scatterer has the phase of
@@ -56,7 +56,7 @@ class Imager(Formation):
     def axes(self):
         """The DFT bins of the wavenumber grid, 0 at index n // 2.
 
-        As many as there are samples, or `upsample` a side: the same extent, pi / step, in more pixels.
+        As many as there are samples, or `upsample` a side: more pixels over the same extent, pi / step.
         """
         axes, wanted = [], self.settings["upsample"]
         for k in wavenumber_grid(self.frequency, self.angle, self.settings["reformat"]):
@@ -77,7 +77,7 @@ class Imager(Formation):
         """The map from an aperture's samples to the image at ranges `down` (D,) and crossranges `cross` (C,), in m.
 
         Returns complex64 (D * C, F * A), both in C order of (range, crossrange) and (frequency, angle).
-        `exact` weights its samples with k besides, as they lie less densely in the plane (kx, ky) where k is large
+        `exact` also weights its samples with k, as they are less dense in the plane (kx, ky) where k is large
         (d kx d ky = k dk dphi).
         """
         frequency, angle, (over_range, over_cross) = self.frequency, self.angle, self.windows
@@ -107,7 +107,7 @@ class Imager(Formation):
         return f"{self.settings['window']} window, {reformatting}"
 
     def warnings(self, geometry):
-        # Over the aperture a scatterer at cross-range c walks c x angle in range; the plain FFT thinks it stands still.
+        # Over the aperture a scatterer at cross-range c moves c x angle in range; the plain FFT ignores this.
         walk = np.radians(geometry["aperture_angle"]) * geometry["crossrange_extent"] / 2
         if self.settings["reformat"] != "none" or walk <= geometry["range_resolution"]:
             return []
@@ -123,7 +123,7 @@ def wavenumber_grid(frequency, angle, reformat):
 
     frequency: Hz. angle: relative azimuth in rad, symmetric about 0.
     `polar`: the rectangle inscribed in the sampled sector (k cos, k sin), its near side at the lowest k.
-    `exact`: the same, for it has the pixels of `polar`.
+    `exact`: the same, as it has the pixels of `polar`.
     `none`: k, and the centre k times the angle, as if the sector were a rectangle.
     InputError if the sector is too wide for its depth to hold a rectangle with half its bandwidth.
     """
@@ -162,7 +162,7 @@ def bilinear_weights(frequency, angle, kx, ky):
 
 def _cells(value, axis):
     """The cell of a uniform axis that each value lies in (its lower index), and how far into it (0 to 1)."""
-    # The grid's corners lie on the sector's rim: clip what rounding puts beyond it.
+    # The grid's corners are on the sector's rim: clip values that rounding puts beyond it.
     position = np.clip((value - axis[0]) / (axis[-1] - axis[0]) * (len(axis) - 1), 0, len(axis) - 1)
     low = np.minimum(position.astype(int), len(axis) - 2)
     return low, position - low

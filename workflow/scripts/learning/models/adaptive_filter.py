@@ -1,4 +1,4 @@
-"""Adaptive matched filter: correlations with templates, in which what all images have in common counts little."""
+"""Adaptive matched filter: correlations with templates, in which features common to all images count little."""
 
 import numpy as np
 
@@ -13,9 +13,9 @@ class Model(Classifier):
     |t^H S^-1 x|^2 / ((t^H S^-1 t) (x^H S^-1 x)) for a template t and an image x (Kraut, Scharf and McWhorter 2001,
     Adaptive subspace detectors): the matched filter after S has been made white. Here S is the covariance of all
     training images at one SNR, with `loading` times its mean eigenvalue on the diagonal. It holds what known targets
-    have in common, so that the templates are compared in what tells them apart, and the noise as the window colours it.
-    There is one S for each SNR that was trained at. Which of them an image gets follows from the image itself: the one
-    under which it is likeliest, up to an unknown amplitude (complex angular central Gaussian, Kent 1997).
+    have in common, so that templates are compared by their differences, and the noise as coloured by the window.
+    There is one S for each SNR that was trained at. An image gets the S under which it is likeliest, up to an unknown
+    amplitude (complex angular central Gaussian, Kent 1997).
     Templates are the training images with the least noise. None is left out for a threshold, as a training image's own
     noise is in S.
     Scores are the roots of the largest coherence with each class, 0 to 1. Confidence score: `coherence`, the largest of
@@ -62,7 +62,7 @@ class Model(Classifier):
         x = unit_rows(images)
         white = np.stack([x @ inverse.T for inverse in self.inverses_])
         powers = np.einsum("sni,ni->sn", white, x.conj()).real
-        # Minus the log-density, but for a constant.
+        # Minus the log-density, up to a constant.
         costs = self.volumes_[:, None] + x.shape[1] * np.log(np.maximum(powers, 1e-30))
         likeliest, rows = costs.argmin(axis=0), np.arange(len(x))
         coherence = np.abs(white[likeliest, rows] @ self.templates_) / self.sizes_[likeliest]

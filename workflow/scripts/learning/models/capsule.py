@@ -1,4 +1,4 @@
-"""Capsule network with a decoder, by JAX and optax: what it cannot reconstruct is none of the known classes."""
+"""Capsule network with a decoder, by JAX and optax: an image that it cannot reconstruct is of no known class."""
 
 from pathlib import Path
 
@@ -12,9 +12,9 @@ from isarflow.learning.experiments import cleanest
 from isarflow.learning.features import by_channel
 from isarflow.learning.training_loop import Batches, Checkpoint, Settings, minimize
 
-CODE = [Path(file) for file in (capsules.__file__, convolution.__file__, __file__)]  # that a training follows from
-CHUNK = 16  # images at a time: what a convolution looks at then stays in the processor's cache
-VALIDATED = 1024  # validation images that an epoch is judged by, at most
+CODE = [Path(file) for file in (capsules.__file__, convolution.__file__, __file__)]  # on which a training depends
+CHUNK = 16  # images at a time: the inputs of a convolution then fit in the processor's cache
+VALIDATED = 1024  # validation images that judge an epoch, at most
 GAUSSIANS, IMAGES = 8, 40  # Gaussians a class, at most, and images that each of them needs
 WEIGHTS = [
     *(f"{layer}{kind}" for layer in ("convolution", "primary") for kind in ("", "_offset")),
@@ -31,9 +31,9 @@ class Model(Classifier):
     squared error of the image that the decoder makes of the true class's activation vector. Training ends after
     `epochs`, or when the validation loss has not fallen for `patience` of them; the weights with the smallest are kept.
     denoise: the decoder's aim is the view's image without noise, not the noisy one that the network sees.
-    complex: real and imaginary parts as two channels in and out, each batch's phases drawn anew, instead of magnitudes.
+    complex: real and imaginary parts as two channels in and out instead of magnitudes, random phases in each batch.
     Of images of several polarizations each is a channel, or a pair of them, in and out.
-    An image labelled OTHER is of no class: all capsules shall be short, and nothing is reconstructed.
+    An image labelled OTHER is of no class: all capsules are to be short, and nothing is reconstructed.
 
     Scores are the lengths of the class capsules. Confidence scores, from the reconstruction by the predicted class:
     mse: minus the mean squared error. zncc: the zero-mean normalised cross-correlation, noise_zncc the same with the
@@ -123,7 +123,7 @@ class Model(Classifier):
     def _prepared(self, images, labels, snrs=None, views=None):
         """Inputs (n, rows, columns, channels), aims (n,) and truth (n, classes), 1 for the class of an image.
 
-        aims: for each image the row number of the input that the decoder shall make of it. Arguments as of `fit`.
+        aims: for each image the row number of the input that the decoder is to make. Arguments as of `fit`.
         """
         x = self._inputs(images)
         y = (labels[:, None] == self.classes_).astype(np.float32)
@@ -132,14 +132,14 @@ class Model(Classifier):
         rows = np.flatnonzero(snrs == "clean") if snrs is not None else []
         if not len(rows) or views is None:
             raise InputError("a capsule network with 'denoise' learns at snr_db: {random: [clean, ...]}.")
-        # An image of no class has no view without noise, and nothing is made of it.
+        # An image of no class has no view without noise, and nothing is reconstructed.
         place = dict(zip(views[rows].tolist(), rows.tolist(), strict=True))
         return x, np.array([place.get(view, row) for row, view in enumerate(views.tolist())]), y
 
     def _inputs(self, images):
-        """Channels (n, rows, columns, channels), float32, as they lie in images of several polarizations.
+        """Channels (n, rows, columns, channels), float32, in the order of the images' polarizations.
 
-        Magnitudes, or for complex images of each polarization real and imaginary parts.
+        Magnitudes, or for complex images real and imaginary parts of each polarization.
         """
         rows, columns = images.shape[-2:]
         if min(rows, columns) < self.smallest:
@@ -197,7 +197,7 @@ class Model(Classifier):
         from sklearn.mixture import GaussianMixture  # predictions do without scikit-learn
 
         count = max(1, min(GAUSSIANS, np.bincount(y).min() // IMAGES))
-        # Twice each, as scikit-learn fits no Gaussian to a class with one image alone.
+        # Each twice, as scikit-learn fits no Gaussian to a class with a single image.
         by_class = [np.repeat(vectors[y == index], 2, axis=0) for index in range(len(self.classes_))]
         mixtures = [GaussianMixture(count, reg_covar=1e-5, random_state=self.seed).fit(part) for part in by_class]
         self.mixture_logits_ = np.log([mixture.weights_ for mixture in mixtures])
@@ -224,7 +224,7 @@ class Model(Classifier):
         return capsules.lengths(self._vectors(self._inputs(images)))
 
     def _decoded(self, images):
-        """Inputs, activation vectors, their lengths, 1 for the longest of each image, and what it is decoded to."""
+        """Inputs, activation vectors, their lengths, 1 for the longest of each image, and the decoded images."""
         x = self._inputs(images)
         vectors = self._vectors(x)
         scores = capsules.lengths(vectors)
@@ -232,7 +232,7 @@ class Model(Classifier):
         return x, vectors, scores, mask, self._decode(self._weights(), vectors, mask)
 
     def reconstruct(self, images):
-        """Of images: what the network sees of the first polarization, what it makes of it, and their classes.
+        """Images as the network sees them, their reconstructions, both of the first polarization, and their classes.
 
         The first two are magnitudes (n, rows, columns).
         """
@@ -254,7 +254,7 @@ class Model(Classifier):
         return Outcome(self.classes_[predicted], scores, known)
 
     def _mixture_score(self, vectors, y):
-        """Log-densities (n,), but for a constant, of vectors (n, CLASS) under the mixtures of classes y (n,)."""
+        """Log-densities (n,), up to a constant, of vectors (n, CLASS) under the mixtures of classes y (n,)."""
         score = np.zeros(len(vectors))
         for index in range(len(self.classes_)):
             means, whitening = self.mixture_means_[index], self.mixture_whitening_[index]
@@ -266,7 +266,7 @@ class Model(Classifier):
 
 
 def _turned(images, phases):
-    """Images (n, rows, columns, channels), pairs of real and imaginary parts, each turned by its phase (n,) in rad."""
+    """Turn images (n, rows, columns, channels), pairs of real and imaginary parts, by their phases (n,) in rad."""
     cosine, sine = (function(phases).astype(np.float32)[:, None, None, None] for function in (np.cos, np.sin))
     pairs = [(x[..., ::2], x[..., 1::2]) for x in images]
     turned = [np.stack([cosine * x - sine * y, sine * x + cosine * y], axis=-1) for x, y in pairs]

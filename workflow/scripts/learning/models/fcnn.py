@@ -15,8 +15,8 @@ class Model(Classifier):
     Confidence scores from the logits: `confidence.of_logits`, and OpenMax as published and with shifted logits; from
     the hidden layer's outputs: `neighbour` (confidence.neighbour_score) and `confidence.mahalanobis_scores`. OpenMax's
     score is the largest revised probability of a known class. Where the unknown's is larger, OpenMax itself rejects
-    whatever the threshold; this score is then below 1/2.
-    A class OTHER is no known class: then OpenMax is left out, for it would be a second way to say the same.
+    at any threshold; this score is then below 1/2.
+    A class OTHER is no known class: then OpenMax is left out, as it would say the same a second time.
     """
 
     LABELS = {

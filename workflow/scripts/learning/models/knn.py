@@ -10,7 +10,7 @@ from isarflow.learning.features import squared_distances
 class Model(Classifier):
     """The k nearest training images vote; equal votes go to the first class in sorted order.
 
-    Scores are minus the distance to each class's nearest training image, whatever k: far from all of them means
+    Scores are minus the distance to each class's nearest training image, for any k: far from all of them means
     unlike anything known. For k = 1 the largest score is the prediction; for larger k the vote decides.
     Confidence score: `distance`, minus the distance to the nearest image of a known class.
     references_: (references, features), grouped by class; starts_: (classes,), each class's first row.

@@ -14,13 +14,13 @@ from isarflow.learning.classifier import OTHER, Classifier, Outcome
 from isarflow.learning.features import by_channel, standardized, unit, unit_rows
 
 BLOCK = 64  # images at a time, always: the last bits of a product depend on how many rows it has
-LOADING = 0.01  # of the mean noise power of a pixel: what its covariance, of few images, is not sure of
-WEAK = 0.03  # of the noise's power: directions in which the library has less say nothing, and cost
-LEAST_NOISE = 0.3  # of the energy: coherence takes at least so much, as no template is the view itself
-FAINT = 0.25  # of an image's pixels, the faintest, are taken to hold nothing but noise
+LOADING = 0.01  # of the mean noise power of a pixel: the uncertainty of its covariance, estimated from few images
+WEAK = 0.03  # of the noise's power: directions in which the library has less say nothing, and cost time
+LEAST_NOISE = 0.3  # of the energy: coherence assumes at least this share, as no template is the view itself
+FAINT = 0.25  # of an image's pixels, the faintest, are taken for noise alone
 SHARES = (1e-4, 0.99)  # of noise in an image's energy, at least and at most
-LEAST = 1e-6  # of a template's largest power: the least that mismatch is in proportion to
-COHERENCE = 1.5  # how much it counts beside magnitudes: more helps below 0 dB and costs above
+LEAST = 1e-6  # of a template's largest power: mismatch is in proportion to at least this power
+COHERENCE = 1.5  # weight beside magnitudes: a larger one helps below 0 dB and harms above
 AROUND = (1, 1, 3, 3)  # pixels over which a template's power is averaged
 # Polynomials of `_log_i0`, from the largest power.
 NEAR_I0 = (0.0045813, 0.0360768, 0.2659732, 1.2067492, 3.0899424, 3.5156229, 1.0)
@@ -28,16 +28,16 @@ FAR_I0 = (0.00392377, -0.01647633, 0.02635537, -0.02057706, 0.00916281, -0.00157
 
 
 class Model(Classifier):
-    """The class of the likeliest view of the library, and how likely that is.
+    """The class of the likeliest view of the library, and its likelihood.
 
     An image x of unit energy and N pixels over all channels holds a share n of noise, whose covariance over the pixels
-    is n Q, with Q of trace 1 from images of noise alone. n follows from the image's faint pixels: of noise alone
-    |x_p|^2 / Q_pp has an exponential distribution, of which FAINT is the quantile -log(1 - FAINT).
+    is n Q, with Q of trace 1 from images of noise alone. n follows from the image's faint pixels: for noise alone
+    |x_p|^2 / Q_pp has an exponential distribution, with -log(1 - FAINT) as its quantile FAINT.
 
     Rice (Rice 1945): a pixel of magnitude r has the density 2 r / v exp(-(r^2 + s^2 a^2) / v) I0(2 r s a / v) under a
     template of magnitudes a, at the likeliest scale s. Its variance v is that of the noise, n Q_pp, and s^2 times the
-    share `mismatch` of the template's power around the pixel, by which a view between the library's differs. The score
-    is the log-likelihood less the largest that any magnitudes could have.
+    share `mismatch` of the template's power around the pixel, by which a view between those of the library differs. The
+    score is the log-likelihood less the largest that any magnitudes could have.
 
     Coherence (Kraut, Scharf and McWhorter 2001): c = |t^H S^-1 x|^2 / ((t^H S^-1 t) (x^H S^-1 x)), with S = (1 - n) R +
     n Q, R being the covariance of the training images; the log-likelihood ratio of N independent samples of unknown
@@ -45,7 +45,7 @@ class Model(Classifier):
 
     A class's score is the first plus COHERENCE times the second, each of its best template: not a likelihood of both
     together, as they share the magnitudes and the pixels are not independent. Confidence scores are the largest of a
-    class: `likelihood`, and of its parts alone `rice` and `coherence`. All grow with the SNR, which thresholds follow.
+    class: `likelihood`, and of its parts alone `rice` and `coherence`. All grow with the SNR, and so do thresholds.
     templates_: (templates, N), complex64, of unit energy, grouped by class; starts_: (classes + 1,), where each class's
     begin, and their number; basis_: (N, directions) complex64 B with B^H Q B = 1 and B^H R B = diag(powers_); noise_:
     (N,), the diagonal of Q; shape_: (channels, range, crossrange).
@@ -166,7 +166,7 @@ def _rician(magnitudes, noise, scale, templates, around, mismatch):
     r, s = magnitudes[:, None], jnp.broadcast_to(scale[:, None], templates.shape[:2])
     inverse = 1 / (noise[:, None] + s[..., None] ** 2 * mismatch * around)
     weighted, size = r * templates * inverse, (templates**2 * inverse).sum(axis=-1)
-    # One step: more move a score by less than a fifth of what scores of equal views differ by.
+    # One step: more steps change a score by less than a fifth of the difference between scores of equal views.
     s = (weighted * _cosine(2 * s[..., None] * weighted)).sum(axis=-1) / jnp.maximum(size, 1e-30)
     best = jnp.sqrt(jnp.maximum(r**2 - 1 / inverse, 0))
     best = r * _cosine(2 * r * best * inverse)

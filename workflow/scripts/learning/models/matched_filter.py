@@ -1,4 +1,4 @@
-"""Matched filter: a bank of templates, the training images, and the correlation with each."""
+"""Matched filter: correlation with a library of templates, the training images."""
 
 import numpy as np
 
@@ -9,10 +9,10 @@ from isarflow.learning.features import standardized, unit_rows
 class Model(Classifier):
     """The class of the training image with the largest normalised correlation.
 
-    Of the `features` parts it is the complex one, |t^H x| / (|t| |x|). For one known image in white noise this is the
-    optimal detector of it at unknown amplitude and phase (Kay 1998, Fundamentals of Statistical Signal Processing II,
-    section 7.4). White is the noise of the aperture: the window colours it in the image, so the bar is a little low. Of
-    all other features, which have no phase, it is the zero-mean normalised cross-correlation (ZNCC).
+    Of the `features` parts it is the complex one, |t^H x| / (|t| |x|). For one known image in white noise this is its
+    optimal detector at unknown amplitude and phase (Kay 1998, Fundamentals of Statistical Signal Processing II,
+    section 7.4). The noise of the aperture is white, but the window colours it in the image, so the filter is not quite
+    optimal. For all other features, which have no phase, it is the zero-mean normalised cross-correlation (ZNCC).
     Scores are the largest correlation with each class, 1 at most. Confidence score: `correlation`, the largest of a
     known class. templates_: (pixels, templates), conjugate, grouped by class, each of length 1; starts_: (classes,),
     each class's first.

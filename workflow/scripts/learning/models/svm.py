@@ -36,7 +36,7 @@ class Model(Classifier):
         self.classes_ = np.unique(labels)
         dual = np.zeros((len(x), len(self.classes_)))
         intercept = np.zeros(len(self.classes_))
-        # Of two classes each is the other's rest.
+        # With two classes each is the rest of the other.
         fitted = range(1, 2) if len(self.classes_) == 2 else range(len(self.classes_))
         for index in fitted:
             machine = SVC(C=self.settings["C"], kernel="precomputed", cache_size=500)

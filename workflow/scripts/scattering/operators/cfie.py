@@ -14,7 +14,7 @@ and skins the CFIE errs more than the EFIE (see ALPHA): it is for closed bodies 
 which are also those that resonate.
 
 With f' proportional to r' - v', grad G x (r' - v') = grad G x (r - v'), so the inner integral is that of grad G alone.
-Between near triangles grad (1 / R) is integrated in closed form, what remains of grad G by quadrature.
+Between near triangles grad (1 / R) is integrated in closed form, the rest of grad G by quadrature.
 """
 
 from dataclasses import replace
@@ -30,12 +30,12 @@ from isarflow.scattering.nearfield import FINE, area_of, by_chunks
 from isarflow.scattering.operators import efie
 from isarflow.scattering.quadrature import cross, dot, points_of, static_gradient, weighted_sum
 
-# Weight of the EFIE, high because the MFIE with RWG functions has the larger error of the mesh, most of all at sharp
+# Weight of the EFIE; high, because the MFIE with RWG functions has the larger error of the mesh, most of all at sharp
 # edges. With ten edges a wavelength, weights 0.5, 0.8, 0.9 and the EFIE alone (1.0) err by:
 #   sphere of ka = 1.57                  0.17, 0.05, 0.04, 0.05 dB
 #   cube of one wavelength               3.3, 1.4, 0.9, 0.8 % of the peak
 #   box 0.8 x 0.4 x 0.02 wavelengths     18, 10, 7, 1.5 % of the peak
-# The direct solver does not mind the condition number: at a resonance of a sphere it is 21 for 0.8, 38 for 0.9 and
+# The condition number does not matter to the direct solver: at a resonance of a sphere it is 21 for 0.8, 38 for 0.9 and
 # 1.8 million for the EFIE. Finer quadrature of near pairs changes these errors by a sixth at most.
 # At the resonances of spheres (ka = 2.744 and 4.493, 10.06 edges a wavelength) the CFIE's backscatter errs by 0.098 and
 # 0.040 dB, the EFIE's by 0.106 and 0.039 dB, as beside them: the cavity's mode does not radiate. But the EFIE's
@@ -51,7 +51,7 @@ check_mesh = check_closed
 
 
 def near_terms(surface):
-    """Those of the EFIE, and moments of the static part of grad G for each reflection, a list of (P, 8)."""
+    """`efie.near_terms`, and moments of the static part of grad G for each reflection, a list of (P, 8)."""
     electric = efie.near_terms(surface)
     magnetic = [
         by_chunks(_static_moments, pair, surface.vertices, surface.vertices * signs, np.float64)
@@ -84,7 +84,7 @@ def _gram(surface):
 
 
 def _moments(count, rho, normal, gradient):
-    """The eight numbers of a pair from which its nine half-function integrals follow.
+    """Compute the eight numbers of a pair from which its nine half-function integrals follow.
 
     rho: (3, count, P) field points about the centroid; normal: (3, P) of the field triangle; gradient: (3, count, P)
     mean of grad G over the source triangle. Returns (8, P): <g>, <rho . g>, <rho n . g>, <rho^2 n . g>.

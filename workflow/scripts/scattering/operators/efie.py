@@ -1,6 +1,6 @@
 """The electric field integral equation (EFIE): for open and closed surfaces.
 
-Its matrix is that of `assembly`'s z, its right side V_m = int f_m . E dS. The field is tested as it is excited, so that
+Its matrix is that of `assembly`'s z, its right side V_m = int f_m . E dS. Field and sources use the same functions, so
 z is symmetric. Between near triangles 1 / R is integrated in closed form over the source triangle and with seven points
 over the field triangle; the smooth remainder (exp(-j k R) - 1) / R with seven points over both.
 """
@@ -16,21 +16,21 @@ from isarflow.scattering.kernel import cosine, distances, green_imag, green_real
 from isarflow.scattering.nearfield import FINE, area_of, by_chunks, pairs_of
 from isarflow.scattering.quadrature import dot, points_of, static_potentials, weighted_sum
 
-ALPHA = 1  # all of it: see `cfie`
+ALPHA = 1  # the EFIE alone: see `cfie`
 SYMMETRIC = True
 FILLING = 1  # time for the matrix's entries and right sides, in units of the EFIE's
 NEAR_BYTES = 13_000  # memory of the near pairs for each triangle: about 45 pairs a triangle and image
 
 
 def check_mesh(vertices, triangles):
-    """Any mesh will do."""
+    """Accept any mesh."""
 
 
 @dataclass(frozen=True)
 class Near:
-    """Near pairs of a Surface for each reflection of the sources, and the moments that hold for every frequency.
+    """Near pairs of a Surface for each reflection of the sources, and the moments that are valid at every frequency.
 
-    pairs: a list over the group's elements of (P, 2) triangle numbers, field and source, both orders contained
+    pairs: a list over the group's elements of (P, 2) triangle numbers, field and source, in both orders
     static: a list of (P, 8) moments of 1 / R (see `_moments`); magnetic: of grad (1 / R), where `cfie` needs them
     """
 
@@ -40,7 +40,7 @@ class Near:
 
 
 def near_terms(surface):
-    """What the near pairs of a Surface need once for all frequencies."""
+    """Terms of the near pairs of a Surface that are computed once for all frequencies."""
     pairs = pairs_of(surface)
     static = [
         by_chunks(_static_moments, pair, surface.vertices, surface.vertices * signs, np.float64)
@@ -53,21 +53,21 @@ def corrections(near, surface, wavenumber, real):
     """Near minus three-point integral between half functions, without their l / 6: (P, 3, 3) for each reflection."""
     result = []
     for pairs, static, signs in zip(near.pairs, near.static, surface.reflections, strict=True):
-        # What is integrated in the same way over both triangles is the same for both orders of a pair.
+        # Terms integrated in the same way over both triangles are the same for both orders of a pair.
         once = pairs[:, 0] <= pairs[:, 1]
         change = partial(_smooth_minus_coarse, real(wavenumber))
         smooth = by_chunks(change, pairs[once], surface.vertices, surface.vertices * signs, real)
         moments = static.astype(np.complex128)
         moments[once] += np.where(pairs[once, 0] < pairs[once, 1], 2, 1)[:, None] * smooth
         z = _from_moments(moments, wavenumber, pairs, surface, signs)
-        # The closed form serves the source triangle; either of a pair is the source once: keep the mean.
+        # The closed form is over the source triangle; each of a pair is the source once: keep the mean.
         other_order = np.lexsort((pairs[:, 0], pairs[:, 1]))
         result.append((z + z[other_order].transpose(0, 2, 1)) / 2)
     return result
 
 
 def _moments(count, rho, scalar, vector):
-    """The eight numbers of a pair from which its nine half-function integrals follow.
+    """Compute the eight numbers of a pair from which its nine half-function integrals follow.
 
     rho: (3, count, P) field points about the centroid; scalar: (count, P) mean of G over the source triangle; vector:
     (3, count, P) mean of (r' - its centroid) G. Returns (8, P): <G>, <rho G>, <rho' G>, <rho . rho' G>.
@@ -94,7 +94,7 @@ def _of_potentials(points, field, source, scalar, vector):
 
 
 def _smooth_minus_coarse(k, field, source):
-    """Moments of (exp(-j k R) - 1) / R by the fine rule, minus what `assembly` put there by its three points."""
+    """Moments of (exp(-j k R) - 1) / R by the fine rule, minus those by the three points of `assembly`."""
     fine = _by_rule(FINE, (_smooth_real, _smooth_imag), k, field, source)
     coarse = _by_rule(3, (green_real, green_imag), k, field, source)
     return tuple(a - b for a, b in zip(fine, coarse, strict=True))

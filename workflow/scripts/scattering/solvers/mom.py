@@ -1,4 +1,4 @@
-"""The method of moments, with a direct solver: see `scattering.solve`, and `scattering.plan` for what it takes."""
+"""The method of moments, with a direct solver: see `scattering.solve`, and `scattering.plan` for its costs."""
 
 from dataclasses import replace
 
@@ -45,7 +45,7 @@ class Solver(FieldSolver):
         parts = dict(zip(seconds, np.cumsum([0.0, *seconds.values()]), strict=False))  # when each begins
 
         def say(n, part, done):
-            # What follows the last part, 'done', is the end.
+            # After the last part, 'done', comes the end.
             so_far = parts[part] + done * seconds[part] if part in parts else sum(seconds.values())
             progress(n, part, done, so_far / sum(seconds.values()))
 
