@@ -33,6 +33,7 @@ BY_NAME = {
     "plan.model_files": "learning/models",
     "plan.imager_file": "imaging/imagers",
     "plan.solver_file": "scattering/solvers",
+    "*sections()": "report",
 }
 # Imports that an environment goes without: STEP files are an extra, and `check` asks a solver for its plan alone.
 WITHOUT = {stage: {"OCP"} for stage in STAGES} | {"mesh": {"OCP", "jax", "numba"}}

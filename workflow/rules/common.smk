@@ -82,6 +82,12 @@ def page_files():
     return [in_repository("workflow/scripts/report", name) for name in names if name.endswith((".html", ".css", ".js"))]
 
 
+def sections():
+    """Return the files of the page's sections, which it finds by their names."""
+    names = sorted(os.listdir(os.path.join(SCRIPTS, "report")))
+    return [f"report/{name}" for name in names if name.startswith("section_") and name.endswith(".py")]
+
+
 def end_if_refused(report):
     """End the run with an error if the report of `check` names targets that are refused: it has done its job, and stays."""
     with open(report) as file:

@@ -2,30 +2,17 @@
 
 import re
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
+from pkgutil import iter_modules
 
 import jinja2
 from joblib import Parallel, delayed, parallel_config
 from markupsafe import Markup
 from tqdm import tqdm
 
-from isarflow.report import (
-    section_alike,
-    section_capsule,
-    section_confusion,
-    section_explore,
-    section_headline,
-    section_images,
-    section_learning,
-    section_mesh,
-    section_open,
-    section_run,
-    section_scattering,
-    section_split,
-    section_summary,
-    section_times,
-    section_tried,
-)
+from isarflow import report
+from isarflow.report import section_confusion, section_explore, section_headline, section_run, section_summary
 from isarflow.report.embed import embedded
 from isarflow.report.glossary import GLOSSARY
 from isarflow.report.layout import Section, style
@@ -34,6 +21,21 @@ from isarflow.report.results import Results
 HERE = Path(__file__).parent
 MANY = 2  # sections of a part, above which each folds by itself
 LEAD = 150  # letters of a caption that are shown at least
+# The parts of the page. A section is a file section_<name>.py here with a function `section` of the Results, which
+# gives a Section or several; PLACE, the part that it is in and its place there; NEEDS, what the Results must have.
+PARTS = {
+    "look": "Look around",
+    "fields": "Meshes and fields",
+    "imaging": "ISAR images",
+    "recognition": "Recognition",
+    "run": "The run",
+}
+# What scripts draw, by the name of its template: the part, what the Results must have, and what makes its data.
+LIVE = {
+    "explore": ("look", "images_are_made", section_explore.explorer),
+    "compare": ("recognition", "learns", section_headline.comparison),
+    "matrices": ("recognition", "learns", section_confusion.matrices),
+}
 SCRIPTS = ("page.js", "imaging.js", "explore.js", "compare.js", "matrices.js")
 
 
@@ -112,23 +114,16 @@ def _shown(results, threads):
 
 
 def _outline(results):
-    """Of each `Part` its id, its title, what makes its live pieces, by name, and what makes its sections."""
-    fields = section_mesh.section, section_scattering.section
-    looked, imaged, compared, learned, timed = {}, (), {}, (), ()
-    if results.images_are_made:
-        looked, imaged = {"explore": section_explore.explorer}, (section_images.section,)
-    if results.learns:
-        compared = {"compare": section_headline.comparison, "matrices": section_confusion.matrices}
-        opened = (section_open.section, section_capsule.section, section_tried.section) if results.opened else ()
-        learned = section_learning.section, *opened, section_alike.section, section_split.section
-        timed = (section_times.section,)
-    return (
-        ("look", "Look around", looked, ()),
-        ("fields", "Meshes and fields", {}, fields),
-        ("imaging", "ISAR images", {}, imaged),
-        ("recognition", "Recognition", compared, learned),
-        ("run", "The run", {}, (*timed, section_run.section)),
-    )
+    """Return of each `Part` its id, its title, what makes its live pieces, by name, and what makes its sections."""
+    live = {id: {} for id in PARTS}
+    for name, (id, needs, maker) in LIVE.items():
+        if getattr(results, needs):
+            live[id][name] = maker
+    names = [module.name for module in iter_modules(report.__path__) if module.name.startswith("section_")]
+    modules = [import_module(f"isarflow.report.{name}") for name in names]
+    placed = sorted((module for module in modules if hasattr(module, "PLACE")), key=lambda module: module.PLACE)
+    sections = [(module.PLACE[0], module.section) for module in placed if getattr(results, module.NEEDS)]
+    return [(id, title, live[id], [section for part, section in sections if part == id]) for id, title in PARTS.items()]
 
 
 def _drawn(maker, results):

@@ -152,7 +152,7 @@ class Results:
     @cached_property
     def opened(self):
         """Names of the experiments that are tested on unknown targets too."""
-        return self.names.values(self.scores[self.scores["score"] != ""], "experiment")
+        return self.names.values(self.scores[self.scores["score"] != ""], "experiment") if self.learns else []
 
     @cached_property
     def _rejecting(self):

@@ -13,6 +13,7 @@ from isarflow.report.plots import finish, panels
 from isarflow.report.selection import evenly, mistaken, mistaken_snr
 from isarflow.report.vocabulary import F1, of_run, ranked, run_title, select, split_text
 
+PLACE, NEEDS = ("recognition", 5), "learns"  # on the page, see page.py
 PAIRS = 4  # kinds of mistake that are shown, the most frequent first
 EXAMPLES = 2  # of each
 FARTHEST = 45  # degrees that views are apart; or an aperture, if that is more

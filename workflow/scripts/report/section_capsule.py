@@ -15,6 +15,7 @@ from isarflow.report.published import FULL_SIZE, beside, confusion_figure
 from isarflow.report.selection import decoded_snrs
 from isarflow.report.vocabulary import F1, PROTOCOLS, of_run, run_title, select, snr_axis, split_place, split_text
 
+PLACE, NEEDS = ("recognition", 3), "opened"  # on the page, see page.py
 BINS = 50
 EXAMPLES, OTHERS_EXAMPLES = 4, 2  # reconstructions of each target by the first network, and by each other one
 SIDE = 0.98  # inches a reconstruction

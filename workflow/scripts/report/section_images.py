@@ -17,6 +17,7 @@ from isarflow.report.plots import draw_pixels, finish, panels
 from isarflow.report.section_alike import standardized
 from isarflow.report.selection import GALLERY_AZIMUTHS, GALLERY_ELEVATIONS, around, evenly, noise_snrs, noise_target
 
+PLACE, NEEDS = ("imaging", 1), "images_are_made"  # on the page, see page.py
 BINS = 40  # of the histograms
 PLACES = 13  # of scatterers, along each axis of the extent
 AXES = ("range", "crossrange")

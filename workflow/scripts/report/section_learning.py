@@ -23,6 +23,7 @@ from isarflow.report.vocabulary import (
     with_interval,
 )
 
+PLACE, NEEDS = ("recognition", 1), "learns"  # on the page, see page.py
 DASHES = {"solid": "-", "dashed": "--", "dotted": ":", "dash-dot": "-."}  # a class each
 
 

@@ -11,6 +11,7 @@ from isarflow.report import draw_mesh
 from isarflow.report.layout import BLACK, PALETTE, Section, canvas, duration, figure, table
 from isarflow.report.selection import evenly
 
+PLACE, NEEDS = ("fields", 1), "targets"  # on the page, see page.py
 QUALITY = matplotlib.cm.ScalarMappable(Normalize(0, 60), "RdYlBu")  # of the smallest angle in degrees: red is bad
 SHOWN = 3  # bands that are drawn at most
 BINS = {"edges": np.arange(0, 0.1801, 0.005), "angles": np.arange(0, 61, 2)}  # of histograms: wavelengths and degrees

@@ -22,7 +22,9 @@ from isarflow.report.vocabulary import (
     with_interval,
 )
 
+PLACE, NEEDS = ("recognition", 2), "opened"  # on the page, see page.py
 LOOKS_SNRS = 5  # lines of the figure of several looks
+# Metrics of the open set without a threshold, as in scores.csv, and the headings of their columns.
 SEPARATION = {"auroc": "AUROC", "fpr95": "FPR at 95 % TPR", "oscr": "OSCR"}
 
 

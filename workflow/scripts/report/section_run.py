@@ -17,6 +17,7 @@ from isarflow.report import draw_mesh, thesis
 from isarflow.report.conditions import noise_words
 from isarflow.report.layout import Section, canvas, duration, figure, number, several, span, table
 
+PLACE, NEEDS = ("run", 2), "targets"  # on the page, see page.py
 ROOT = Path(__file__).resolve().parents[3]
 STAGES = ("mesh", "scattering", "imaging")  # whose jobs are called so in benchmarks; all others are learning's
 PACKAGES = ("snakemake", "numpy", "scipy", "jax", "pymeshlab", "scikit-learn", "xarray", "zarr", "matplotlib")

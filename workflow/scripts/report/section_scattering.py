@@ -8,6 +8,7 @@ from isarflow.report.layout import Section, canvas, circle_ticks, figure, number
 from isarflow.report.rcs_figures import by_transmitter, cut_figure, polar_figure, rcs_dbsm
 from isarflow.scattering.solver import build
 
+PLACE, NEEDS = ("fields", 2), "targets"  # on the page, see page.py
 CURVES = 7  # elevations in one plot at most
 DYNAMIC_RANGE = 40  # dB, of range profiles
 OVERSAMPLING = 8  # of the same

@@ -9,6 +9,7 @@ from isarflow.report.plots import draw_rejecting, finish, panels
 from isarflow.report.selection import TABLE_SNRS, evenly
 from isarflow.report.vocabulary import ACCURACY, DRAWN, F1, METHOD, PROTOCOLS, at_highest, select, title, with_interval
 
+PLACE, NEEDS = ("recognition", 6), "learns"  # on the page, see page.py
 SAME = ["model", "training", "train_snr_db", "elevation", "metric", "score", "threshold", "test_snr_db"]
 KEYS = ["images", *SAME]
 OWN = ["experiment", "value", "low", "high", "validation"]

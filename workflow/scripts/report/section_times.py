@@ -5,6 +5,7 @@ from isarflow.report.layout import Section, figure, number, table
 from isarflow.report.plots import finish, panels
 from isarflow.report.vocabulary import run_title
 
+PLACE, NEEDS = ("run", 1), "learns"  # on the page, see page.py
 # What is drawn of each row and how: a column, what the page calls it, and its marker, in the model's colour or its own.
 TIMES = {
     "single_ms": ("one at a time", {"marker": "o", "ms": 6}),

@@ -1,0 +1,61 @@
+"""What one adds to the page is declared at one place: a section, a metric, a model."""
+
+import fake
+import pandas as pd
+import pytest
+
+from isarflow import report
+from isarflow.report import page, section_open
+from isarflow.report.results import Results
+from isarflow.report.vocabulary import Names, select
+from isarflow.setup import kinds
+
+SECTION = """
+from isarflow.report.layout import Section
+
+PLACE, NEEDS = ("recognition", 2.5), "learns"
+
+
+def section(results):
+    return Section("mine", "My own", (f"{len(results.targets)} targets",))
+"""
+
+
+@pytest.fixture
+def results(whole):
+    return Results(whole.parent, fake.SETTINGS, fake.names(fake.SETTINGS))
+
+
+def makers(results, part):
+    (found,) = [makers for id, _, _, makers in page._outline(results) if id == part]
+    return found
+
+
+def test_a_section_is_one_file(results, tmp_path, monkeypatch):
+    (tmp_path / "section_mine.py").write_text(SECTION)
+    before = makers(results, "recognition")
+    monkeypatch.setattr(report, "__path__", [*report.__path__, str(tmp_path)])
+    after = makers(results, "recognition")
+    place = before.index(section_open.section) + 1
+    assert [*after[:place], *after[place + 1 :]] == before
+    (section,) = page._drawn(after[place], results)
+    assert section.title == "My own" and section.text == (f"{len(results.targets)} targets",)
+
+
+def test_a_metric_is_one_line(results, monkeypatch):
+    area = select(results.scores, metric="auroc").assign(metric="area", value=0.4321)
+    scores = pd.concat([results.scores, area])
+    scores = scores[(scores["score"] != "") & (scores["elevation"] == "all")]
+    monkeypatch.setitem(section_open.SEPARATION, "area", "my area")
+    name = results.opened[0]
+    shown = section_open.open_table(results, name, select(scores, experiment=name)).shown
+    assert set(shown["my area"]) == {"0.432"}
+
+
+def test_a_model_is_one_file(tmp_path, monkeypatch):
+    code = "class Model:\n    LABELS = {'mine': ('Mine', 'my model', 1)}\n    SCORES = {'mine': ('my score', 1)}\n"
+    (tmp_path / "mine.py").write_text(code)
+    monkeypatch.setattr(kinds, "MODELS", kinds.MODELS._replace(folder=str(tmp_path)))
+    names = Names(kinds.page_names({"mine": {}}), {"mine"})
+    assert (names.model("mine").label, names.model("mine").words) == ("Mine", "my model")
+    assert names.method("mine", "mine") == "Mine, my score"
