@@ -91,7 +91,7 @@ def unpacked(path):
 def _whole(name, text, glyphs):
     if name.endswith(".svg"):
         return re.sub(r'<path id="([^"]*)"/>', lambda path: glyphs[path[1]], text)
-    first, *columns = [column.split("\n") for column in text.split("\x1e")]
+    _, *columns = [column.split("\n") for column in text.split("\x1e")]
     return "".join(f"{','.join(row)}\n" for row in zip(*columns, strict=True)) if columns else text
 
 

@@ -260,7 +260,7 @@ def test_the_viewer_s_noise_has_the_snr_that_it_says(page):
         ratio = page.evaluate(
             """(definition) => {
               const count = 4000, clean = Float64Array.from({length: 2 * count}, (_, k) => (k < count ? 3 : 1));
-              const noisy = imaging.withNoise(clean, 7, definition, 5);
+              const noisy = imaging.withNoise(clean, 7, definition);
               let [noise, power] = [0, 0];
               for (let k = 0; k < noisy.length; k++) noise += (noisy[k] - clean[k]) ** 2;
               const signal = definition === "mean" ? (2 * 9 + 2 * 1) / 2 : 2 * 9;

@@ -1,7 +1,7 @@
 // The plot of weighted F1 whose experiments can be switched on and off (see section_headline.py).
 page.live.compare = ({ curves: data, rejecting, axis }) => {
   const form = page.byId("compare-form"), plot = page.byId("compare-plot"), legend = page.byId("compare-legend");
-  const HEIGHT = 420, MARGIN = { left: 58, right: 12, top: 12, bottom: 46 };
+  const HEIGHT = 420, LEFT = 58, RIGHT = 12, TOP = 12, BOTTOM = 46;
   // Markers of radius 1 about 0: curves of one colour have one each.
   const MARKERS = [
     "M-1 0A1 1 0 1 1 1 0A1 1 0 1 1-1 0Z", "M-.9-.9H.9V.9H-.9Z", "M0-1.2 1.1.8H-1.1Z", "M0-1.3 1.1 0 0 1.3-1.1 0Z",
@@ -28,18 +28,18 @@ page.live.compare = ({ curves: data, rejecting, axis }) => {
   }
 
   function draw() {
-    const [set] = checked("set"), curves = visible(set), rejected = rejecting[set] || [], width = Math.max(plot.clientWidth, 280);
-    const box = [MARGIN.left, MARGIN.top, width - MARGIN.left - MARGIN.right, HEIGHT - MARGIN.top - MARGIN.bottom];
+    const [set] = checked("set"), curves = visible(set), rejected = rejecting[set] || [], width = plot.clientWidth;
     const points = (curves.length ? curves : data).flatMap((curve) => curve.points), snrs = points.map(([snr]) => snr);
     const [first, last] = [Math.min(...snrs), Math.max(...snrs)], apart = first === last ? 1 : 0;
     const low = Math.floor(10 * Math.min(...points.map(([, value, least]) => least ?? value), ...rejected)) / 10;
     plot.replaceChildren();
     const svg = add(plot, "svg", { viewBox: `0 0 ${width} ${HEIGHT}`, class: "axes" });
-    const { x, y } = drawAxes(svg, box, [first - apart, last + apart], [Math.min(low, 0.9), 1], [axis, "weighted F1"]);
+    const limits = [[first - apart, last + apart], [Math.min(low, 0.9), 1]];
+    const { x, y } = drawAxes(svg, [LEFT, TOP, width - LEFT - RIGHT, HEIGHT - TOP - BOTTOM], ...limits, [axis, "weighted F1"]);
     for (const value of rejected) {
-      add(svg, "path", { d: `M${box[0]} ${y(value)}h${box[2]}`, class: "rejecting" });
-      const place = { x: width - MARGIN.right, y: y(value) - 5, "text-anchor": "end" };
-      add(svg, "text", place, `everything rejected: ${value.toFixed(3)}`);
+      const right = width - RIGHT, label = `everything rejected: ${value.toFixed(3)}`;
+      add(svg, "path", { d: `M${LEFT} ${y(value)}H${right}`, class: "rejecting" });
+      add(svg, "text", { x: right - 4, y: y(value) - 5, "text-anchor": "end" }, label);
     }
     legend.replaceChildren();
     const alike = {};
@@ -50,7 +50,8 @@ page.live.compare = ({ curves: data, rejecting, axis }) => {
       const group = add(svg, "g", { class: "curve" }), item = document.createElement("li");
       const path = (column) => points.map((point) => `${x(point[0])},${y(point[column])}`);
       if (points.every(([, , least]) => least !== null)) { // one fold has no interval
-        add(group, "polygon", { points: [...path(3), ...path(2).reverse()].join(" "), fill: marker.fill, class: "band" });
+        const points = [...path(3), ...path(2).reverse()].join(" ");
+        add(group, "polygon", { points, fill: marker.fill, class: "band" });
       }
       add(group, "polyline", { points: path(1).join(" "), ...line });
       for (const [snr, value, least, most] of points) {
@@ -64,7 +65,8 @@ page.live.compare = ({ curves: data, rejecting, axis }) => {
       item.append(words);
       legend.append(item);
       for (const part of [item, group]) for (const type of ["pointerenter", "pointerleave"]) {
-        part.addEventListener(type, () => [item, group].forEach((one) => one.classList.toggle("strong", type === "pointerenter")));
+        const strong = (one) => one.classList.toggle("strong", type === "pointerenter");
+        part.addEventListener(type, () => [item, group].forEach(strong));
       }
     }
     const nothing = "Nothing to show: none of the experiments switched on has one of the models switched on.";
@@ -75,9 +77,12 @@ page.live.compare = ({ curves: data, rejecting, axis }) => {
 
   const [set] = unique("set"), start = data.filter((curve) => curve.shown && curve.set === set);
   choices("set", "radio", unique("set"), [set]);
-  for (const name of ["experiment", "model"]) choices(name, "checkbox", unique(name).sort(), start.map((curve) => curve[name]));
+  for (const name of ["experiment", "model"]) {
+    choices(name, "checkbox", unique(name).sort(), start.map((curve) => curve[name]));
+  }
   form.addEventListener("change", draw);
-  form.addEventListener("click", ({ target: { dataset: { all } } }) => {
+  form.addEventListener("click", (event) => {
+    const { all } = event.target.dataset;
     if (!all) return;
     const on = inputs(all).some((input) => !input.checked);
     inputs(all).forEach((input) => (input.checked = on));

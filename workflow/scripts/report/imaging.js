@@ -4,11 +4,11 @@ const imaging = (() => {
   const C0 = 299792458;
   const zeros = (rows, columns) => new Float64Array(2 * rows * columns);
 
-  // Samples (frequency, azimuth) of a field (polarization, frequency, elevation, azimuth), m, at azimuths by their places.
+  // Samples (frequency, azimuth) of a field (polarization, frequency, elevation, azimuth), m, at places of azimuths.
   function samplesOf(data, field, p, e, places) {
     return Float64Array.from(data.frequency.flatMap((_, f) => places.flatMap((place) => {
-      const row = (p * data.frequency.length + f) * data.elevations.length + e, from = 2 * (row * data.azimuths.length + place);
-      return [field[from], field[from + 1]];
+      const row = (p * data.frequency.length + f) * data.elevations.length + e, from = row * data.azimuths.length + place;
+      return [field[2 * from], field[2 * from + 1]];
     })));
   }
 
@@ -25,24 +25,15 @@ const imaging = (() => {
     return strong.reduce((sum, one) => sum + one, 0) / strong.length;
   }
 
-  // White noise at an SNR in dB, which counts the power of `first`, the same for the same seed: mulberry32, and Box and
-  // Muller's pairs.
-  function withNoise(samples, snr, definition, seed, first = samples) {
+  // White noise at an SNR in dB, which counts the power of `first`: Box and Muller's pairs.
+  function withNoise(samples, snr, definition, first = samples) {
     const spread = Math.sqrt(power(first, definition) / 10 ** (snr / 10) / 2);
-    let state = seed >>> 0;
-    const random = () => {
-      state = (state + 0x6d2b79f5) >>> 0;
-      let mixed = Math.imul(state ^ (state >>> 15), state | 1);
-      mixed ^= mixed + Math.imul(mixed ^ (mixed >>> 7), mixed | 61);
-      return ((mixed ^ (mixed >>> 14)) >>> 0) / 2 ** 32;
+    const pair = () => {
+      const length = spread * Math.sqrt(-2 * Math.log(1 - Math.random())), turn = 2 * Math.PI * Math.random();
+      return [length * Math.cos(turn), length * Math.sin(turn)];
     };
-    const noisy = samples.slice();
-    for (let k = 0; k < noisy.length; k += 2) {
-      const length = spread * Math.sqrt(-2 * Math.log(1 - random())), turn = 2 * Math.PI * random();
-      noisy[k] += length * Math.cos(turn);
-      noisy[k + 1] += length * Math.sin(turn);
-    }
-    return noisy;
+    const noise = Array.from({ length: samples.length / 2 }, pair).flat();
+    return samples.map((one, k) => one + noise[k]);
   }
 
   // The matrix of waves: weight * exp(1j * phase), both functions of row and column.
@@ -53,6 +44,11 @@ const imaging = (() => {
       out[to + 1] = weight(row, column) * Math.sin(phase(row, column));
     }
     return out;
+  }
+
+  // So many places about 0 that span so much.
+  function centred(count, span) {
+    return Array.from({ length: count }, (_, n) => ((n - (count >> 1)) * span) / count);
   }
 
   // The product of matrices (rows, inner) and (inner, columns).
@@ -68,7 +64,9 @@ const imaging = (() => {
     return out;
   }
 
-  const magnitudes = (pairs) => Float64Array.from({ length: pairs.length / 2 }, (_, k) => Math.hypot(pairs[2 * k], pairs[2 * k + 1]));
+  function magnitudes(pairs) {
+    return Float64Array.from({ length: pairs.length / 2 }, (_, k) => Math.hypot(pairs[2 * k], pairs[2 * k + 1]));
+  }
 
   // Bilinear interpolation from (frequency, angle) onto (kx, ky).
   function reformatted({ frequency, angle }, samples, kx, ky) {
@@ -80,7 +78,8 @@ const imaging = (() => {
     };
     kx.forEach((x, i) => ky.forEach((y, j) => {
       const [f, pf] = cell((Math.hypot(x, y) * C0) / (2 * Math.PI), frequency), [a, pa] = cell(Math.atan2(y, x), angle);
-      for (const [df, da, weight] of [[0, 0, (1 - pf) * (1 - pa)], [0, 1, (1 - pf) * pa], [1, 0, pf * (1 - pa)], [1, 1, pf * pa]]) {
+      for (const [df, da] of [[0, 0], [0, 1], [1, 0], [1, 1]]) {
+        const weight = (df ? pf : 1 - pf) * (da ? pa : 1 - pa);
         const from = 2 * ((f + df) * angle.length + a + da), to = 2 * (i * ky.length + j);
         out[to] += weight * samples[from];
         out[to + 1] += weight * samples[from + 1];
@@ -96,15 +95,17 @@ const imaging = (() => {
       return { weight: over[row] * across[a] * k, down: 2 * k * Math.cos(turn), aside: 2 * k * Math.sin(turn) };
     }));
     const sum = each.reduce((total, { weight }) => total + weight, 0);
-    const line = (far) => waves(cross.length, each.length, (_, s) => each[s].weight / sum, (j, s) => far * each[s].down - cross[j] * each[s].aside);
-    return range.flatMap((far) => [...magnitudes(times(line(far), samples, each.length))]);
+    return range.flatMap((far) => {
+      const phase = (j, s) => far * each[s].down - cross[j] * each[s].aside;
+      const line = waves(cross.length, each.length, (_, s) => each[s].weight / sum, phase);
+      return [...magnitudes(times(line, samples, each.length))];
+    });
   }
 
   // An image by one of the ways (see imaging/imagers/fourier.py): its pixels' centres in m, and magnitudes.
   function image(data, samples, way, rows, columns) {
     const [kx, ky] = data.ways[way], [over, across] = data.windows;
-    const axis = (count, k) => Array.from({ length: count }, (_, n) => ((n - (count >> 1)) * Math.PI) / (count * (k[1] - k[0])));
-    const range = axis(rows, kx), cross = axis(columns, ky);
+    const range = centred(rows, Math.PI / (kx[1] - kx[0])), cross = centred(columns, Math.PI / (ky[1] - ky[0]));
     if (way === "exact") return { range, cross, level: backProjected(data, samples, range, cross) };
     const grid = way === "polar" ? reformatted(data, samples, kx, ky) : samples;
     const down = waves(rows, kx.length, (_, f) => over[f], (i, f) => 2 * range[i] * kx[f]);
@@ -114,12 +115,12 @@ const imaging = (() => {
 
   // Range profiles at every azimuth of an elevation: ranges in m, and magnitudes (range, azimuth).
   function profiles(data, field, p, e, finer) {
-    const { frequency, windows: [over] } = data, count = finer * frequency.length;
-    const span = C0 / (2 * (frequency[1] - frequency[0])), middle = frequency.reduce((sum, f) => sum + f, 0) / frequency.length;
-    const range = Array.from({ length: count }, (_, n) => ((n - (count >> 1)) * span) / count);
-    const phase = (n, f) => ((4 * Math.PI) / C0) * range[n] * (frequency[f] - middle);
-    const samples = samplesOf(data, field, p, e, data.azimuths.map((_, place) => place));
-    return { range, level: magnitudes(times(waves(count, frequency.length, (_, f) => over[f], phase), samples, frequency.length)) };
+    const { frequency, windows: [over] } = data, count = frequency.length;
+    const range = centred(finer * count, C0 / (2 * (frequency[1] - frequency[0])));
+    const phase = (n, f) => ((4 * Math.PI) / C0) * range[n] * (frequency[f] - frequency[0]);
+    const samples = samplesOf(data, field, p, e, [...data.azimuths.keys()]);
+    const level = magnitudes(times(waves(range.length, count, (_, f) => over[f], phase), samples, count));
+    return { range, level };
   }
 
   // Levels in dB of the strongest.

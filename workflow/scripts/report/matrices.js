@@ -46,4 +46,5 @@ page.live.matrices = ({ entries }) => {
     draw();
   });
   choose();
+  return draw;
 };

@@ -34,7 +34,8 @@ const page = (() => {
   async function draw(image) {
     let svg = await text(image.dataset.file);
     // Text has no colour of its own: it takes the root's.
-    if (root.dataset.look === "dark") svg = svg.replace("<svg ", '<svg fill="#000000" ').replace(/#[0-9a-f]{6}(?=[;"])/gi, dark);
+    svg = svg.replace("<svg ", '<svg fill="#000000" ');
+    if (root.dataset.look === "dark") svg = svg.replace(/#[0-9a-f]{6}(?=[;"])/gi, dark);
     const old = image.src;
     image.src = URL.createObjectURL(new Blob([svg], { type: "image/svg+xml" }));
     await image.decode().catch(() => {});
@@ -49,7 +50,7 @@ const page = (() => {
   }
   const images = [...document.querySelectorAll("img[data-file]")];
 
-  // A live part of the page: `live[name](data)` draws it and gives what draws it anew at another width, if anything does.
+  // A live part of the page: `live[name](data)` draws it and gives what draws it anew at another width.
   const redraws = [];
   async function start(section) {
     const name = section.dataset.live;
@@ -58,41 +59,36 @@ const page = (() => {
   }
   let width = innerWidth;
   addEventListener("resize", () => {
-    if (innerWidth !== width) redraws.forEach((redraw) => redraw?.());
+    if (innerWidth !== width) redraws.forEach((redraw) => redraw());
     width = innerWidth;
   });
 
   // Words of the glossary: the first time that each stands in a block, what one points at says what it means.
-  const terms = new Map([...document.querySelectorAll(".glossary dt")].map((one) => [one.textContent, one.nextElementSibling.textContent]));
-  const escaped = [...terms.keys()].sort((a, b) => b.length - a.length).map((term) => term.replace(/[.*+?^${}()|[\]\\]/g, "\\$&"));
-  const any = new RegExp(`(?<![\\w-])(${escaped.join("|")})(?![\\w-])`);
+  const meanings = [...document.querySelectorAll(".glossary dt")].map((one) => [one.textContent, one.nextSibling.textContent]);
+  const terms = new Map(meanings.sort(([one], [other]) => other.length - one.length)); // the longest that fits
+  const any = new RegExp(`(?<![\\w-])(${[...terms.keys()].join("|") || "$^"})(?![\\w-])`);
   function explain(block) {
     const walker = document.createTreeWalker(block, NodeFilter.SHOW_TEXT), nodes = [], said = new Set();
-    while (walker.nextNode()) if (!walker.currentNode.parentElement.closest("a, button, output, .term")) nodes.push(walker.currentNode);
-    for (const node of nodes) {
+    while (walker.nextNode()) nodes.push(walker.currentNode);
+    for (const node of nodes.filter(({ parentElement }) => !parentElement.closest("a, button, output, .term"))) {
       // Every other part is a term.
       node.replaceWith(...node.data.split(any).map((part, k) => {
         if (k % 2 === 0 || said.has(part)) return part;
         said.add(part);
-        // No button: a line may break before the comma behind one.
-        const term = Object.assign(document.createElement("span"), { className: "term", textContent: part, tabIndex: 0, role: "button" });
-        term.setAttribute("aria-describedby", "meaning");
-        return term;
+        const word = document.createElement("span"); // no button: a line may break before the comma behind one
+        word.setAttribute("aria-describedby", "meaning");
+        return Object.assign(word, { className: "term", textContent: part, tabIndex: 0, role: "button" });
       }));
     }
   }
   function mean(term) {
-    const box = byId("meaning");
-    box.hidden = !term;
-    if (!term) return;
-    box.textContent = terms.get(term.textContent);
-    const at = term.getBoundingClientRect(), below = at.bottom + 8 + box.offsetHeight < innerHeight;
-    box.style.left = `${Math.max(Math.min(at.left, innerWidth - box.offsetWidth - 12), 12)}px`;
-    box.style.top = `${below ? at.bottom + 8 : at.top - 8 - box.offsetHeight}px`;
+    document.querySelector(".meant")?.classList.remove("meant");
+    term?.classList.add("meant");
+    byId("meaning").hidden = !term;
+    byId("meaning").textContent = terms.get(term?.textContent);
   }
   for (const type of ["pointerover", "focusin"]) addEventListener(type, (event) => mean(event.target.closest(".term")));
   addEventListener("keydown", (event) => event.key === "Escape" && mean(null));
-  addEventListener("scroll", () => mean(null), { passive: true });
 
   // A page of many figures and words opens at once: each part is drawn or explained when it is nearly seen.
   const eye = new IntersectionObserver((entries) => {
@@ -182,11 +178,16 @@ function ticks(low, high, count) {
 const written = (value) => `${+value.toPrecision(4)}`.replace("-", "−");
 
 // The place of the value nearest to one.
-const nearest = (values, wanted) => values.reduce((best, one, k) => (Math.abs(one - wanted) < Math.abs(values[best] - wanted) ? k : best), 0);
+function nearest(values, wanted) {
+  const apart = values.map((value) => Math.abs(value - wanted));
+  return apart.indexOf(Math.min(...apart));
+}
 
 // A form's choices, by number, and a slider over so many places with its words beside it.
 const options = (select, names) => select.replaceChildren(...names.map((name, k) => new Option(name, k)));
-const slider = (input, { length }, at) => Object.assign(input, { min: 0, max: length - 1, disabled: length === 1, value: at });
+function slider(input, { length }, value) {
+  Object.assign(input, { min: 0, max: length - 1, disabled: length === 1, value });
+}
 function tell(input, words) {
   input.setAttribute("aria-valuetext", words);
   input.nextElementSibling.value = words;
@@ -201,7 +202,8 @@ function add(parent, name, attributes, text = "") {
   return made;
 }
 
-// Draw axes into an empty SVG element, within a box of it. Gives the places of values.
+// Draw axes within a box of an SVG element. Gives the places of values, the SVG element `inside` the axes, whose
+// coordinates are values (upwards with a minus), and the frame around it, which feels the pointer.
 function drawAxes(svg, [left, top, width, height], [first, last], [low, high], labels) {
   const x = (value) => left + (width * (value - first)) / (last - first);
   const y = (value) => top + (height * (high - value)) / (high - low);
@@ -214,8 +216,10 @@ function drawAxes(svg, [left, top, width, height], [first, last], [low, high], l
     add(svg, "path", { d: `M${left} ${y(tick)}h${width}`, class: "grid" });
     label(left - 6, y(tick) + 4, "end", written(tick));
   }
-  const middle = top + height / 2;
+  const middle = top + height / 2, box = { x: left, y: top, width, height };
   label(left + width / 2, top + height + 37, "middle", labels[0]);
   label(left - 44, middle, "middle", labels[1], { transform: `rotate(-90 ${left - 44} ${middle})` });
-  return { x, y };
+  const viewBox = [first, -high, last - first, high - low].join(" ");
+  const inside = add(svg, "svg", { ...box, viewBox, preserveAspectRatio: "none" });
+  return { x, y, inside, frame: add(svg, "rect", { ...box, class: "frame" }) };
 }
