@@ -34,8 +34,8 @@ page.live.compare = ({ curves: data, rejecting, axis }) => {
     const low = Math.floor(10 * Math.min(...points.map(([, value, least]) => least ?? value), ...rejected)) / 10;
     plot.replaceChildren();
     const svg = add(plot, "svg", { viewBox: `0 0 ${width} ${HEIGHT}`, class: "axes" });
-    const limits = [[first - apart, last + apart], [Math.min(low, 0.9), 1]];
-    const { x, y } = drawAxes(svg, [LEFT, TOP, width - LEFT - RIGHT, HEIGHT - TOP - BOTTOM], ...limits, [axis, "weighted F1"]);
+    const box = [LEFT, TOP, width - LEFT - RIGHT, HEIGHT - TOP - BOTTOM], across = [first - apart, last + apart];
+    const { x, y } = drawAxes(svg, box, across, [Math.min(low, 0.9), 1], [axis, "weighted F1"]);
     for (const value of rejected) {
       const right = width - RIGHT, label = `everything rejected: ${value.toFixed(3)}`;
       add(svg, "path", { d: `M${LEFT} ${y(value)}H${right}`, class: "rejecting" });

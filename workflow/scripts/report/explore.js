@@ -68,15 +68,16 @@ page.live.explore = (data) => {
     const width = Math.max(box.clientWidth, 200), height = 0.8 * width, svg = box.querySelector("svg");
     const spans = [across[1] - across[0], up[1] - up[0]];
     const room = [width - MARGIN.left - MARGIN.right, height - MARGIN.top - MARGIN.bottom];
-    const scale = Math.min(room[0] / spans[0], room[1] / spans[1]), [w, h] = even ? spans.map((span) => scale * span) : room;
+    const scale = Math.min(room[0] / spans[0], room[1] / spans[1]);
+    const [w, h] = even ? spans.map((span) => scale * span) : room;
     const [left, top] = [MARGIN.left + (room[0] - w) / 2, MARGIN.top + (room[1] - h) / 2];
     svg.replaceChildren();
     svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
     const { inside, frame } = drawAxes(svg, [left, top, w, h], across, up, labels);
-    const at = ({ clientX, clientY }) => new DOMPoint(clientX, clientY).matrixTransform(inside.getScreenCTM().inverse());
-    for (const type of ["pointermove", "click"]) {
-      frame.addEventListener(type, (event) => pointed(at(event).x, -at(event).y, type === "click"));
-    }
+    for (const type of ["pointermove", "click"]) frame.addEventListener(type, ({ clientX, clientY }) => {
+      const { x, y } = new DOMPoint(clientX, clientY).matrixTransform(inside.getScreenCTM().inverse());
+      pointed(x, -y, type === "click");
+    });
     return { svg, inside, left, top, w, h };
   }
 
@@ -94,15 +95,15 @@ page.live.explore = (data) => {
     for (let k = 0; k < LEVELS; k++) {
       add(svg, "rect", { x, y: top + k * height, width: 12, height, fill: `rgb(${color(1 - k / LEVELS)})` });
     }
-    for (let k = 0; k <= 4; k++) add(svg, "text", { x: x + 15, y: top + (k * h) / 4 + 4 }, written((-k * floor.value) / 4));
+    for (const part of [0, 0.25, 0.5, 0.75, 1]) {
+      add(svg, "text", { x: x + 15, y: top + part * h + 4 }, written(-part * floor.value));
+    }
     add(svg, "text", { x, y: top - 7 }, "dB");
   }
 
   function drawImage({ shown, formed: { range, cross, decibels, azimuth }, el }) {
-    const [i, j] = [edges(range), edges(cross)];
-    const axes = plot(image, j, i, ["cross-range [m]", "range [m]"], (x, y) => {
-      point(y, decibels[cell(range, y) * cross.length + cell(cross, x)], x);
-    }, true);
+    const pointed = (x, y) => point(y, decibels[cell(range, y) * cross.length + cell(cross, x)], x);
+    const axes = plot(image, edges(cross), edges(range), ["cross-range [m]", "range [m]"], pointed, true);
     paint(image, axes, decibels, range.length, cross.length);
     if (shown.points) outline(axes.inside, seen(shown, radians(azimuth), radians(el)), Math.cos(radians(el)));
     return axes;
@@ -124,16 +125,17 @@ page.live.explore = (data) => {
   }
 
   function drawProfiles({ profiles: { range, level }, centre }) {
-    const at = (far, place) => level[cell(range, far) * azimuths.length + place], turned = [edges(azimuths), edges(range)];
-    const all = plot(sinogram, ...turned, ["azimuth [°]", "range [m]"], (x, y, pressed) => {
+    const at = (far, place) => level[cell(range, far) * azimuths.length + place], [near, far] = edges(range);
+    const all = plot(sinogram, edges(azimuths), [near, far], ["azimuth [°]", "range [m]"], (x, y, pressed) => {
       if (!pressed) return point(y, at(y, cell(azimuths, x)));
       azimuth.value = cell(azimuths, x) - centres[0];
       draw();
     });
     paint(sinogram, all, level, range.length, azimuths.length);
-    add(all.inside, "path", { d: `M${azimuths[centre]} ${-turned[1][1]}V${-turned[1][0]}`, class: "azimuth" });
-    const one = plot(profile, edges(range), [-floor.value, 2], ["range [m]", "level [dB]"], (x) => point(x, at(x, centre)));
-    add(one.inside, "polyline", { points: range.map((far) => `${far},${-at(far, centre)}`).join(" ") });
+    add(all.inside, "path", { d: `M${azimuths[centre]} ${-far}V${-near}`, class: "azimuth" });
+    const pointed = (x) => point(x, at(x, centre));
+    const one = plot(profile, [near, far], [-floor.value, 2], ["range [m]", "level [dB]"], pointed);
+    add(one.inside, "polyline", { points: range.map((x) => `${x},${-at(x, centre)}`).join(" ") });
     return [all, one];
   }
 
@@ -211,14 +213,15 @@ page.live.explore = (data) => {
     play.textContent = playing ? "Stop" : "Play";
   });
 
-  const WAYS = { own: `${own?.name}, as this run made them`, polar: "polar reformatting", exact: "back-projection (exact)", none: "plain FFT" };
+  const WAYS = { polar: "polar reformatting", exact: "back-projection (exact)", none: "plain FFT" };
   const finer = [1, 2, 4, 8].map((factor) => data.pixels.map((count) => count * factor));
   const sizes = finer.filter(([rows, columns], k) => k === 0 || rows * columns <= 20_000);
   options(target, targets.map((shown) => shown.name));
   options(polarization, data.polarizations);
   options(snr, ["no noise", ...data.snrs.map((one) => `${written(one)} dB`)]);
   options(pad, sizes.map((size, k) => `${size.join(" × ")}${k ? ", zero-padded" : ""}`));
-  way.append(...[...(own ? ["own"] : []), ...Object.keys(data.ways)].map((name) => new Option(WAYS[name], name)));
+  if (own) way.append(new Option(`${own.name}, as this run made them`, "own"));
+  way.append(...Object.keys(data.ways).map((name) => new Option(WAYS[name], name)));
   polarization.closest("label").hidden = data.polarizations.length === 1;
   slider(azimuth, centres, Math.floor(centres.length / 8));
   slider(elevation, elevations, nearest(elevations, 0));

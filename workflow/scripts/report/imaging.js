@@ -7,8 +7,9 @@ const imaging = (() => {
   // Samples (frequency, azimuth) of a field (polarization, frequency, elevation, azimuth), m, at places of azimuths.
   function samplesOf(data, field, p, e, places) {
     return Float64Array.from(data.frequency.flatMap((_, f) => places.flatMap((place) => {
-      const row = (p * data.frequency.length + f) * data.elevations.length + e, from = row * data.azimuths.length + place;
-      return [field[2 * from], field[2 * from + 1]];
+      const row = (p * data.frequency.length + f) * data.elevations.length + e;
+      const from = 2 * (row * data.azimuths.length + place);
+      return [field[from], field[from + 1]];
     })));
   }
 

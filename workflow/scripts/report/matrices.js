@@ -27,14 +27,16 @@ page.live.matrices = ({ entries }) => {
       const line = document.createElement("tr"), sum = counts.reduce((total, count) => total + count, 0) || 1;
       cell(line, "th", one.targets[k], { scope: "row" });
       for (const count of counts) {
-        const share = count / sum, made = cell(line, "td", `${(100 * share).toFixed(1)} %`, { className: share > 0.5 ? "strong" : "" });
+        const share = count / sum, made = cell(line, "td", `${(100 * share).toFixed(1)} %`);
+        made.classList.toggle("strong", share > 0.5);
         made.style.setProperty("--share", share);
         cell(made, "small", count.toLocaleString("en"));
       }
       return line;
     });
     page.byId("matrices-table").replaceChildren(head, ...rows);
-    page.byId("matrices-caption").textContent = `${one.words}, ${one.set}, at ${at}: share of each target's test images, and their number.`;
+    page.byId("matrices-caption").textContent =
+      `${one.words}, ${one.set}, at ${at}: share of each target's test images, and their number.`;
     tell(snr, at);
   }
 

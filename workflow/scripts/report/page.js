@@ -64,8 +64,9 @@ const page = (() => {
   });
 
   // Words of the glossary: the first time that each stands in a block, what one points at says what it means.
-  const meanings = [...document.querySelectorAll(".glossary dt")].map((one) => [one.textContent, one.nextSibling.textContent]);
-  const terms = new Map(meanings.sort(([one], [other]) => other.length - one.length)); // the longest that fits
+  const listed = [...document.querySelectorAll(".glossary dt")].sort(
+    (one, other) => other.textContent.length - one.textContent.length); // the longest that fits
+  const terms = new Map(listed.map((one) => [one.textContent, one.nextSibling.textContent]));
   const any = new RegExp(`(?<![\\w-])(${[...terms.keys()].join("|") || "$^"})(?![\\w-])`);
   function explain(block) {
     const walker = document.createTreeWalker(block, NodeFilter.SHOW_TEXT), nodes = [], said = new Set();
@@ -137,7 +138,7 @@ const page = (() => {
   night.addEventListener("change", follow);
   byId("look-of-page").addEventListener("click", () => setLook(root.dataset.look === "dark" ? "light" : "dark"));
 
-  // On paper all is unfolded, drawn and light. What is drawn takes a while, for which a browser's own menu does not wait.
+  // On paper all is unfolded, drawn and light. Drawing takes a while, for which a browser's own menu does not wait.
   function showAll() {
     parts.forEach((part) => (part.open = true));
     return Promise.all(images.map(show));
