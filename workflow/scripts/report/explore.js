@@ -185,10 +185,12 @@ page.live.explore = (data) => {
   function point(range, decibels, cross) {
     const across = cross === undefined ? "" : `, cross-range ${written(cross)} m`;
     cursor.textContent = `Cursor: range ${written(range)} m${across}, ${decibels.toFixed(1)} dB.`;
-    const level = `M-1e4 ${-range}H1e4`, upright = (value) => `M${value} -1e4V1e4`;
-    marks[0].setAttribute("d", across ? level + upright(cross) : level);
-    marks[1].setAttribute("d", level);
-    marks[2].setAttribute("d", upright(range));
+    const lines = [[cross, range], [undefined, range], [range, undefined]]; // upright and level, in each picture
+    marks.forEach((mark, k) => {
+      const { x, y, width, height } = mark.viewportElement.viewBox.baseVal, [upright, level] = lines[k];
+      const down = upright === undefined ? "" : `M${upright} ${y}v${height}`;
+      mark.setAttribute("d", down + (level === undefined ? "" : `M${x} ${-level}h${width}`));
+    });
   }
 
   mesh.addEventListener("pointerdown", (event) => mesh.setPointerCapture(event.pointerId));
