@@ -83,7 +83,7 @@ def check_whole(report):
 def unpacked(path):
     """The files that a page holds, by their path from it, put together as its scripts do."""
     packed = re.findall(r'<script type="text/plain" data-file="([^"]+)">(.+?)</script>', path.read_text())
-    held = {names: gzip.decompress(base64.b85decode(content)).decode() for names, content in packed}
+    held = {names: gzip.decompress(base64.b64decode(content)).decode() for names, content in packed}
     glyphs = json.loads(held["glyphs.json"])
     return {name: _whole(name, text, glyphs).encode() for names, text in held.items() for name in names.split()}
 
@@ -91,8 +91,8 @@ def unpacked(path):
 def _whole(name, text, glyphs):
     if name.endswith(".svg"):
         return re.sub(r'<path id="([^"]*)"/>', lambda path: glyphs[path[1]], text)
-    columns = [column.split("\n") for column in text.split("\x1e")]
-    return "".join(f"{','.join(row)}\n" for row in zip(*columns, strict=True)) if len(columns) > 1 else text
+    _, *columns = [column.split("\n") for column in text.split("\x1e")]
+    return "".join(f"{','.join(row)}\n" for row in zip(*columns, strict=True)) if columns else text
 
 
 def headings(page):

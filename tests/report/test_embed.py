@@ -1,22 +1,8 @@
-"""Files within a page: tables as columns, to the letter or as they are."""
+"""Files within a page: put together to the letter, whether they are held by columns or as they are."""
 
-import pytest
 from pages import unpacked
 
-from isarflow.report.embed import columns, embedded
-
-
-@pytest.mark.parametrize(
-    ("csv", "held"),
-    [
-        ('a,b\n1,"x, ""y"""\n,\n', 'a\n1\n\x1eb\n"x, ""y"""\n'),
-        ("a\n1\n", "a\n1\n"),  # one column
-        ('a,b\n"of two\nlines",1\n', 'a,b\n"of two\nlines",1\n'),
-        ("a,b\n1\n", "a,b\n1\n"),
-    ],
-)
-def test_a_table_is_held_by_columns_where_it_has_them(csv, held):
-    assert columns(csv) == held
+from isarflow.report.embed import embedded
 
 
 def test_what_is_held_is_put_together_to_the_letter(tmp_path):
@@ -27,6 +13,8 @@ def test_what_is_held_is_put_together_to_the_letter(tmp_path):
         "tables/a.csv": 'a,b\n1,"x, y"\n2,µ\n',
         "tables/same.csv": 'a,b\n1,"x, y"\n2,µ\n',
         "tables/one.csv": "a\n1\n",
+        "tables/empty.csv": "a,b\n,\n,2\n",
+        "tables/none.csv": "a,b\n",
         "tables/lines.csv": 'a,b\n"of two\nlines",1\n',
     }
     data = embedded(files, {"live": {"x": [1, 2]}})

@@ -1,66 +1,86 @@
-// From a field to images and range profiles, as workflow/scripts/imaging and section_scattering.py do it.
+// From a field to images and range profiles, as workflow/scripts/imaging and section_scattering.py do it. Matrices of
+// complex numbers are arrays of pairs, row by row.
 const imaging = (() => {
   const C0 = 299792458;
-
-  const numbers = (Type, packed) => new Type(Uint8Array.from(atob(packed), (letter) => letter.charCodeAt(0)).buffer);
-
-  // Complex numbers lie as pairs in one array.
   const zeros = (rows, columns) => new Float64Array(2 * rows * columns);
 
-  // Samples (frequency, aperture) about an azimuth of a field (polarization, frequency, elevation, azimuth), m.
+  // Samples (frequency, azimuth) of a field (polarization, frequency, elevation, azimuth), m, at places of azimuths.
+  function samplesOf(data, field, p, e, places) {
+    return Float64Array.from(data.frequency.flatMap((_, f) => places.flatMap((place) => {
+      const row = (p * data.frequency.length + f) * data.elevations.length + e;
+      const from = 2 * (row * data.azimuths.length + place);
+      return [field[from], field[from + 1]];
+    })));
+  }
+
+  // Samples of the aperture about an azimuth by its place.
   function aperture(data, field, p, e, centre) {
-    const [count, angles, around] = [data.frequency.length, data.angle.length, data.azimuths.length];
-    const samples = zeros(count, angles), half = angles >> 1;
-    for (let f = 0; f < count; f++) {
-      const row = ((p * count + f) * data.elevations.length + e) * around;
-      for (let a = 0; a < angles; a++) {
-        const from = 2 * (row + ((centre + a - half + around) % around)), to = 2 * (f * angles + a);
-        samples[to] = field[from];
-        samples[to + 1] = field[from + 1];
-      }
-    }
-    return samples;
+    const around = data.azimuths.length, half = data.angle.length >> 1;
+    return samplesOf(data, field, p, e, data.angle.map((_, a) => (centre + a - half + around) % around));
   }
 
   // The power of samples by a definition of SNR (see imaging/noise.py).
   function power(samples, definition) {
-    const each = Float64Array.from({ length: samples.length / 2 }, (_, k) => samples[2 * k] ** 2 + samples[2 * k + 1] ** 2);
-    const least = definition === "peak_3db" ? 0.5 * each.reduce((most, one) => Math.max(most, one), 0) : 0;
-    const strong = each.filter((one) => one >= least);
+    const each = magnitudes(samples).map((one) => one ** 2), most = each.reduce((top, one) => Math.max(top, one), 0);
+    const strong = definition === "peak_3db" ? each.filter((one) => one >= most / 2) : each;
     return strong.reduce((sum, one) => sum + one, 0) / strong.length;
   }
 
-  // White noise at an SNR in dB, which counts the power of `first`, the same for the same seed: mulberry32, and Box and
-  // Muller's pairs.
-  function withNoise(samples, snr, definition, seed, first = samples) {
+  // White noise at an SNR in dB, which counts the power of `first`: Box and Muller's pairs.
+  function withNoise(samples, snr, definition, first = samples) {
     const spread = Math.sqrt(power(first, definition) / 10 ** (snr / 10) / 2);
-    let state = seed >>> 0;
-    const random = () => {
-      state = (state + 0x6d2b79f5) >>> 0;
-      let mixed = Math.imul(state ^ (state >>> 15), state | 1);
-      mixed ^= mixed + Math.imul(mixed ^ (mixed >>> 7), mixed | 61);
-      return ((mixed ^ (mixed >>> 14)) >>> 0) / 2 ** 32;
+    const pair = () => {
+      const length = spread * Math.sqrt(-2 * Math.log(1 - Math.random())), turn = 2 * Math.PI * Math.random();
+      return [length * Math.cos(turn), length * Math.sin(turn)];
     };
-    const noisy = samples.slice();
-    for (let k = 0; k < noisy.length; k += 2) {
-      const length = spread * Math.sqrt(-2 * Math.log(1 - random())), turn = 2 * Math.PI * random();
-      noisy[k] += length * Math.cos(turn);
-      noisy[k + 1] += length * Math.sin(turn);
+    const noise = Array.from({ length: samples.length / 2 }, pair).flat();
+    return samples.map((one, k) => one + noise[k]);
+  }
+
+  // The matrix of waves: weight * exp(1j * phase), both functions of row and column.
+  function waves(rows, columns, weight, phase) {
+    const out = zeros(rows, columns);
+    for (let row = 0, to = 0; row < rows; row++) for (let column = 0; column < columns; column++, to += 2) {
+      out[to] = weight(row, column) * Math.cos(phase(row, column));
+      out[to + 1] = weight(row, column) * Math.sin(phase(row, column));
     }
-    return noisy;
+    return out;
+  }
+
+  // So many places about 0 that span so much.
+  function centred(count, span) {
+    return Array.from({ length: count }, (_, n) => ((n - (count >> 1)) * span) / count);
+  }
+
+  // The product of matrices (rows, inner) and (inner, columns).
+  function times(left, right, inner) {
+    const rows = left.length / (2 * inner), columns = right.length / (2 * inner), out = zeros(rows, columns);
+    for (let row = 0; row < rows; row++) for (let k = 0; k < inner; k++) {
+      const at = 2 * (row * inner + k), re = left[at], im = left[at + 1];
+      for (let from = 2 * k * columns, to = 2 * row * columns; to < 2 * (row + 1) * columns; from += 2, to += 2) {
+        out[to] += re * right[from] - im * right[from + 1];
+        out[to + 1] += re * right[from + 1] + im * right[from];
+      }
+    }
+    return out;
+  }
+
+  function magnitudes(pairs) {
+    return Float64Array.from({ length: pairs.length / 2 }, (_, k) => Math.hypot(pairs[2 * k], pairs[2 * k + 1]));
   }
 
   // Bilinear interpolation from (frequency, angle) onto (kx, ky).
-  function onto(data, samples, kx, ky) {
-    const { frequency, angle } = data, out = zeros(kx.length, ky.length);
+  function reformatted({ frequency, angle }, samples, kx, ky) {
+    const out = zeros(kx.length, ky.length);
     const cell = (value, axis) => {
-      const place = Math.min(Math.max(((value - axis[0]) / (axis.at(-1) - axis[0])) * (axis.length - 1), 0), axis.length - 1);
-      const low = Math.min(Math.floor(place), axis.length - 2);
-      return [low, place - low];
+      const last = axis.length - 1, place = ((value - axis[0]) / (axis[last] - axis[0])) * last;
+      const low = Math.min(Math.max(Math.floor(place), 0), last - 1);
+      return [low, Math.min(Math.max(place - low, 0), 1)];
     };
     kx.forEach((x, i) => ky.forEach((y, j) => {
       const [f, pf] = cell((Math.hypot(x, y) * C0) / (2 * Math.PI), frequency), [a, pa] = cell(Math.atan2(y, x), angle);
-      for (const [df, da, weight] of [[0, 0, (1 - pf) * (1 - pa)], [0, 1, (1 - pf) * pa], [1, 0, pf * (1 - pa)], [1, 1, pf * pa]]) {
+      for (const [df, da] of [[0, 0], [0, 1], [1, 0], [1, 1]]) {
+        const weight = (df ? pf : 1 - pf) * (da ? pa : 1 - pa);
         const from = 2 * ((f + df) * angle.length + a + da), to = 2 * (i * ky.length + j);
         out[to] += weight * samples[from];
         out[to + 1] += weight * samples[from + 1];
@@ -69,70 +89,38 @@ const imaging = (() => {
     return out;
   }
 
+  // Magnitudes at the pixels (range, cross-range) by the sum over all samples for each.
+  function backProjected({ frequency, angle, windows: [over, across] }, samples, range, cross) {
+    const each = frequency.flatMap((f, row) => angle.map((turn, a) => {
+      const k = (2 * Math.PI * f) / C0;
+      return { weight: over[row] * across[a] * k, down: 2 * k * Math.cos(turn), aside: 2 * k * Math.sin(turn) };
+    }));
+    const sum = each.reduce((total, { weight }) => total + weight, 0);
+    return range.flatMap((far) => {
+      const phase = (j, s) => far * each[s].down - cross[j] * each[s].aside;
+      const line = waves(cross.length, each.length, (_, s) => each[s].weight / sum, phase);
+      return [...magnitudes(times(line, samples, each.length))];
+    });
+  }
+
   // An image by one of the ways (see imaging/imagers/fourier.py): its pixels' centres in m, and magnitudes.
   function image(data, samples, way, rows, columns) {
     const [kx, ky] = data.ways[way], [over, across] = data.windows;
-    const axis = (count, k) => Array.from({ length: count }, (_, n) => ((n - (count >> 1)) * Math.PI) / (count * (k[1] - k[0])));
-    const range = axis(rows, kx), cross = axis(columns, ky), level = new Float64Array(rows * columns);
-    if (way === "exact") {
-      const k = data.frequency.map((f) => (2 * Math.PI * f) / C0), angles = data.angle.length, weights = [];
-      let sum = 0;
-      k.forEach((one, f) => across.forEach((wide) => weights.push(over[f] * one * wide)));
-      for (const weight of weights) sum += weight;
-      for (let i = 0; i < rows; i++) for (let j = 0; j < columns; j++) {
-        let [re, im] = [0, 0];
-        for (let f = 0, s = 0; f < k.length; f++) for (let a = 0; a < angles; a++, s++) {
-          const phase = 2 * k[f] * (range[i] * Math.cos(data.angle[a]) - cross[j] * Math.sin(data.angle[a]));
-          const [c, d] = [weights[s] * Math.cos(phase), weights[s] * Math.sin(phase)];
-          re += c * samples[2 * s] - d * samples[2 * s + 1];
-          im += c * samples[2 * s + 1] + d * samples[2 * s];
-        }
-        level[i * columns + j] = Math.hypot(re, im) / sum;
-      }
-      return { range, cross, level };
-    }
-    const grid = way === "polar" ? onto(data, samples, kx, ky) : samples, n = ky.length, half = zeros(kx.length, columns);
-    for (let j = 0; j < columns; j++) for (let a = 0; a < n; a++) {
-      const phase = -2 * cross[j] * ky[a], [c, d] = [across[a] * Math.cos(phase), across[a] * Math.sin(phase)];
-      for (let f = 0; f < kx.length; f++) {
-        const from = 2 * (f * n + a), to = 2 * (f * columns + j);
-        half[to] += c * grid[from] - d * grid[from + 1];
-        half[to + 1] += c * grid[from + 1] + d * grid[from];
-      }
-    }
-    const sums = zeros(rows, columns);
-    for (let i = 0; i < rows; i++) for (let f = 0; f < kx.length; f++) {
-      const phase = 2 * range[i] * kx[f], [c, d] = [over[f] * Math.cos(phase), over[f] * Math.sin(phase)];
-      for (let j = 0; j < columns; j++) {
-        const from = 2 * (f * columns + j), to = 2 * (i * columns + j);
-        sums[to] += c * half[from] - d * half[from + 1];
-        sums[to + 1] += c * half[from + 1] + d * half[from];
-      }
-    }
-    for (let k = 0; k < level.length; k++) level[k] = Math.hypot(sums[2 * k], sums[2 * k + 1]);
-    return { range, cross, level };
+    const range = centred(rows, Math.PI / (kx[1] - kx[0])), cross = centred(columns, Math.PI / (ky[1] - ky[0]));
+    if (way === "exact") return { range, cross, level: backProjected(data, samples, range, cross) };
+    const grid = way === "polar" ? reformatted(data, samples, kx, ky) : samples;
+    const down = waves(rows, kx.length, (_, f) => over[f], (i, f) => 2 * range[i] * kx[f]);
+    const aside = waves(ky.length, columns, (a) => across[a], (a, j) => -2 * ky[a] * cross[j]);
+    return { range, cross, level: magnitudes(times(times(down, grid, kx.length), aside, ky.length)) };
   }
 
   // Range profiles at every azimuth of an elevation: ranges in m, and magnitudes (range, azimuth).
   function profiles(data, field, p, e, finer) {
-    const { frequency } = data, around = data.azimuths.length, count = finer * frequency.length;
-    const span = C0 / (2 * (frequency[1] - frequency[0])), middle = frequency.reduce((sum, f) => sum + f, 0) / frequency.length;
-    const range = Array.from({ length: count }, (_, n) => ((n - (count >> 1)) * span) / count), level = new Float64Array(count * around);
-    const re = new Float64Array(around), im = new Float64Array(around);
-    range.forEach((distance, n) => {
-      re.fill(0);
-      im.fill(0);
-      frequency.forEach((f, k) => {
-        const phase = ((4 * Math.PI) / C0) * distance * (f - middle), weight = data.windows[0][k];
-        const [c, d] = [weight * Math.cos(phase), weight * Math.sin(phase)], row = ((p * frequency.length + k) * data.elevations.length + e) * around;
-        for (let a = 0; a < around; a++) {
-          const [x, y] = [field[2 * (row + a)], field[2 * (row + a) + 1]];
-          re[a] += c * x - d * y;
-          im[a] += c * y + d * x;
-        }
-      });
-      for (let a = 0; a < around; a++) level[n * around + a] = Math.hypot(re[a], im[a]);
-    });
+    const { frequency, windows: [over] } = data, count = frequency.length;
+    const range = centred(finer * count, C0 / (2 * (frequency[1] - frequency[0])));
+    const phase = (n, f) => ((4 * Math.PI) / C0) * range[n] * (frequency[f] - frequency[0]);
+    const samples = samplesOf(data, field, p, e, [...data.azimuths.keys()]);
+    const level = magnitudes(times(waves(range.length, count, (_, f) => over[f], phase), samples, count));
     return { range, level };
   }
 
@@ -142,5 +130,5 @@ const imaging = (() => {
     return level.map((one) => 20 * Math.log10(Math.max(one / most, 1e-5)));
   }
 
-  return { aperture, decibels, image, numbers, profiles, withNoise };
+  return { aperture, decibels, image, profiles, withNoise };
 })();

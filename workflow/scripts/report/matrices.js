@@ -1,10 +1,7 @@
 // Confusion matrices with a slider over the SNR (see section_confusion.py).
 page.live.matrices = ({ entries }) => {
-  const form = page.byId("matrices-form"), { set, entry, snr } = form.elements, table = page.byId("matrices-table");
-  const sets = [...new Set(entries.map((one) => one.set))];
-  let shown = [];
-
-  const cell = (tag, text, rest = {}) => Object.assign(document.createElement(tag), { textContent: text, ...rest });
+  const { set, entry, snr } = page.byId("matrices-form").elements, sets = [...new Set(entries.map((one) => one.set))];
+  let shown = [], wanted = 12;
 
   function choose() {
     shown = entries.filter((one) => one.set === sets[set.value]);
@@ -13,39 +10,43 @@ page.live.matrices = ({ entries }) => {
   }
 
   function slide() {
-    const { snrs } = shown[entry.value], kept = snr.dataset.db ?? 12;
-    Object.assign(snr, { min: 0, max: snrs.length - 1, step: 1, disabled: snrs.length === 1 });
-    snr.value = snrs.reduce((best, one, k) => (Math.abs(one - kept) < Math.abs(snrs[best] - kept) ? k : best), 0);
+    const { snrs } = shown[entry.value];
+    slider(snr, snrs, nearest(snrs, wanted));
     draw();
   }
 
+  function cell(line, tag, text, rest = {}) {
+    line.append(Object.assign(document.createElement(tag), { textContent: text, ...rest }));
+    return line.lastChild;
+  }
+
   function draw() {
-    const one = shown[entry.value], counts = one.counts[snr.value], at = written(one.snrs[snr.value]);
-    snr.dataset.db = one.snrs[snr.value];
-    snr.setAttribute("aria-valuetext", `${at} dB`);
-    snr.nextElementSibling.value = `${at} dB`;
-    const head = document.createElement("tr");
-    head.append(cell("th", "target ↓, taken for →", { scope: "col" }), ...one.classes.map((name) => cell("th", name, { scope: "col" })));
-    const rows = counts.map((row, k) => {
-      const line = document.createElement("tr"), sum = row.reduce((total, count) => total + count, 0) || 1;
-      line.append(cell("th", one.targets[k], { scope: "row" }));
-      row.forEach((count) => {
-        const share = count / sum, made = cell("td", `${(100 * share).toFixed(1)} %`);
-        made.style.setProperty("--share", share);
+    const one = shown[entry.value], at = `${written(one.snrs[snr.value])} dB`, head = document.createElement("tr");
+    ["target ↓, taken for →", ...one.classes].forEach((name) => cell(head, "th", name, { scope: "col" }));
+    const rows = one.counts[snr.value].map((counts, k) => {
+      const line = document.createElement("tr"), sum = counts.reduce((total, count) => total + count, 0) || 1;
+      cell(line, "th", one.targets[k], { scope: "row" });
+      for (const count of counts) {
+        const share = count / sum, made = cell(line, "td", `${(100 * share).toFixed(1)} %`);
         made.classList.toggle("strong", share > 0.5);
-        made.append(cell("small", `${count.toLocaleString("en")}`));
-        line.append(made);
-      });
+        made.style.setProperty("--share", share);
+        cell(made, "small", count.toLocaleString("en"));
+      }
       return line;
     });
-    table.replaceChildren(head, ...rows);
-    page.byId("matrices-caption").textContent = `${one.words}, ${one.set}, at ${at} dB: share of each target's test images, and their number.`;
+    page.byId("matrices-table").replaceChildren(head, ...rows);
+    page.byId("matrices-caption").textContent =
+      `${one.words}, ${one.set}, at ${at}: share of each target's test images, and their number.`;
+    tell(snr, at);
   }
 
   options(set, sets);
   set.addEventListener("change", choose);
   entry.addEventListener("change", slide);
-  snr.addEventListener("input", draw);
-  form.addEventListener("submit", (event) => event.preventDefault());
+  snr.addEventListener("input", () => {
+    wanted = shown[entry.value].snrs[snr.value];
+    draw();
+  });
   choose();
+  return draw;
 };

@@ -1,41 +1,26 @@
-// What the whole page does: unpack its files, draw figures when they are seen, fold, explain words, turn dark.
+// What the whole page does: unpack its files, draw figures when they are seen, fold, explain words, turn dark, print.
 const page = (() => {
-  const byId = (name) => document.getElementById(name);
+  const byId = (name) => document.getElementById(name), root = document.documentElement, live = {};
   // One content may have several paths.
   const files = new Map([...document.querySelectorAll("script[data-file]")].flatMap((one) =>
     one.dataset.file.split(" ").map((path) => [path, one])));
-  const root = document.documentElement, live = {};
 
-  // Base 85 as Python writes it: five letters are four bytes.
-  const LETTERS = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz!#$%&()*+-;<=>?@^_`{|}~";
-  const values = new Uint8Array(128);
-  [...LETTERS].forEach((letter, value) => (values[letter.charCodeAt(0)] = value));
-  function decoded(letters) {
-    const bytes = new DataView(new ArrayBuffer(4 * Math.ceil(letters.length / 5))), full = letters.padEnd(letters.length + 4, "~");
-    for (let from = 0; from < letters.length; from += 5) {
-      let number = 0;
-      for (let k = from; k < from + 5; k++) number = 85 * number + values[full.charCodeAt(k)];
-      bytes.setUint32((4 * from) / 5, number);
-    }
-    return bytes.buffer.slice(0, Math.floor((4 * letters.length) / 5));
-  }
   async function unpacked(path) {
-    const stream = new Blob([decoded(files.get(path).textContent)]).stream().pipeThrough(new DecompressionStream("gzip"));
-    return new Response(stream).text();
+    const packed = await fetch(`data:application/gzip;base64,${files.get(path).textContent}`);
+    return new Response(packed.body.pipeThrough(new DecompressionStream("gzip"))).text();
   }
 
-  // The content of a file that the page holds: tables are put together from columns, figures with the letters that all share.
+  // The content of a file that the page holds, put together again (see embed.py).
   let glyphs = null;
   async function text(path) {
     const held = await unpacked(path);
     if (path.endsWith(".svg")) {
-      glyphs ||= unpacked("glyphs.json").then(JSON.parse);
-      const drawn = await glyphs;
+      const drawn = await (glyphs ||= unpacked("glyphs.json").then(JSON.parse));
       return held.replace(/<path id="([^"]*)"\/>/g, (_, id) => drawn[id]);
     }
-    if (!held.includes("\x1e")) return held;
-    const [first, ...others] = held.split("\x1e").map((column) => column.split("\n"));
-    return `${first.map((field, row) => [field, ...others.map((column) => column[row])].join(",")).join("\n")}\n`;
+    if (!held.startsWith("\x1e")) return held;
+    const columns = held.slice(1).split("\x1e").map((column) => column.split("\n"));
+    return columns[0].map((_, row) => `${columns.map((column) => column[row]).join(",")}\n`).join("");
   }
 
   // Ink, paper, grid and the darkest colours of curves, light and dark.
@@ -44,199 +29,142 @@ const page = (() => {
     "#a6193c": "#e0567a", "#5b4bb5": "#9d8ff0", "#0072b2": "#4a9fd8", "#00707a": "#2aa5b0", "#7a6a00": "#b5a12a",
     "#3a93c9": "#a5d8f3",
   };
-  const isDark = () => root.dataset.look === "dark";
-  const ink = (color) => (isDark() ? TURNED[color.toLowerCase()] || color : color);
-  function turned(svg) {
-    if (!isDark()) return svg;
-    // Text has no colour of its own: it takes the root's.
-    return svg.replace("<svg ", `<svg fill="${TURNED["#000000"]}" `).replace(/#[0-9a-f]{6}(?=[;"])/gi, ink);
-  }
+  const dark = (color) => TURNED[color.toLowerCase()] || color, ink = (color) => `light-dark(${color}, ${dark(color)})`;
 
-  const drawing = new Map();
+  async function draw(image) {
+    let svg = await text(image.dataset.file);
+    // Text has no colour of its own: it takes the root's.
+    svg = svg.replace("<svg ", '<svg fill="#000000" ');
+    if (root.dataset.look === "dark") svg = svg.replace(/#[0-9a-f]{6}(?=[;"])/gi, dark);
+    const old = image.src;
+    image.src = URL.createObjectURL(new Blob([svg], { type: "image/svg+xml" }));
+    await image.decode().catch(() => {});
+    URL.revokeObjectURL(old);
+  }
   function show(image) {
     if (image.dataset.look !== root.dataset.look) {
       image.dataset.look = root.dataset.look;
-      drawing.set(image, draw(image));
+      image.drawn = draw(image);
     }
-    return drawing.get(image);
+    return image.drawn;
   }
-  async function draw(image) {
-    const url = URL.createObjectURL(new Blob([turned(await text(image.dataset.file))], { type: "image/svg+xml" }));
-    const old = image.src;
-    image.src = url;
-    await image.decode().catch(() => {});
-    if (old.startsWith("blob:")) URL.revokeObjectURL(old);
-  }
-
   const images = [...document.querySelectorAll("img[data-file]")];
-  const showAll = () => Promise.all(images.map(show));
-  const eye = new IntersectionObserver((entries) => {
-    for (const { target, isIntersecting } of entries) {
-      if (!isIntersecting) continue;
-      if (target.dataset.file) show(target);
-      else if (live[target.dataset.live]) start(target);
-    }
-  }, { rootMargin: "500px" });
 
-  // A live part of the page: `begin(data)` draws it and gives what draws it anew, or nothing.
-  const drawn = new Map();
+  // A live part of the page: `live[name](data)` draws it and gives what draws it anew at another width.
+  const redraws = [];
   async function start(section) {
     const name = section.dataset.live;
-    if (drawn.has(name)) return;
-    drawn.set(name, () => {});
-    section.querySelector(".unscripted")?.remove();
-    drawn.set(name, (await live[name](JSON.parse(await text(`${name}.json`)))) || (() => {}));
+    redraws.push(live[name](JSON.parse(await text(`${name}.json`))));
     section.dataset.ready = "yes";
   }
-  const redraw = () => drawn.forEach((again) => again());
-
-  // Kept for the next time, where the browser lets a file keep anything.
-  const LOOK = "isarflow-look";
-  function kept(...look) {
-    try {
-      return look.length ? localStorage.setItem(LOOK, ...look) : localStorage.getItem(LOOK);
-    } catch {
-      return null;
-    }
-  }
-  function setLook(look) {
-    root.dataset.look = look;
-    byId("look-of-page").textContent = look === "dark" ? "Light" : "Dark";
-    for (const image of images) if (image.src.startsWith("blob:") || image.getBoundingClientRect().top < innerHeight) show(image);
-    redraw();
-  }
+  let width = innerWidth;
+  addEventListener("resize", () => {
+    if (innerWidth !== width) redraws.forEach((redraw) => redraw());
+    width = innerWidth;
+  });
 
   // Words of the glossary: the first time that each stands in a block, what one points at says what it means.
-  const terms = new Map([...document.querySelectorAll(".glossary dt")].map((one) => [one.textContent, one.nextElementSibling.textContent]));
-  const escaped = [...terms.keys()].sort((a, b) => b.length - a.length).map((term) => term.replace(/[.*+?^${}()|[\]\\]/g, "\\$&"));
-  const any = new RegExp(`(?<![\\w-])(?:${escaped.join("|")})(?![\\w-])`, "g");
+  const listed = [...document.querySelectorAll(".glossary dt")].sort(
+    (one, other) => other.textContent.length - one.textContent.length); // the longest that fits
+  const terms = new Map(listed.map((one) => [one.textContent, one.nextSibling.textContent]));
+  const any = new RegExp(`(?<![\\w-])(${[...terms.keys()].join("|") || "$^"})(?![\\w-])`);
   function explain(block) {
-    if (block.dataset.explained) return;
-    block.dataset.explained = "yes";
-    const said = new Set(), walker = document.createTreeWalker(block, NodeFilter.SHOW_TEXT), nodes = [];
-    while (walker.nextNode()) if (!walker.currentNode.parentElement.closest("a, button, output, .term")) nodes.push(walker.currentNode);
-    for (const node of nodes) {
-      const parts = [];
-      let from = 0;
-      for (const { 0: term, index } of node.data.matchAll(any)) {
-        if (said.has(term)) continue;
-        said.add(term);
-        // No button: a line may break before the comma behind one.
-        const word = Object.assign(document.createElement("span"), { className: "term", textContent: term, tabIndex: 0, role: "button" });
+    const walker = document.createTreeWalker(block, NodeFilter.SHOW_TEXT), nodes = [], said = new Set();
+    while (walker.nextNode()) nodes.push(walker.currentNode);
+    for (const node of nodes.filter(({ parentElement }) => !parentElement.closest("a, button, output, .term"))) {
+      // Every other part is a term.
+      node.replaceWith(...node.data.split(any).map((part, k) => {
+        if (k % 2 === 0 || said.has(part)) return part;
+        said.add(part);
+        const word = document.createElement("span"); // no button: a line may break before the comma behind one
         word.setAttribute("aria-describedby", "meaning");
-        parts.push(node.data.slice(from, index), word);
-        from = index + term.length;
-      }
-      if (parts.length) node.replaceWith(...parts, node.data.slice(from));
+        return Object.assign(word, { className: "term", textContent: part, tabIndex: 0, role: "button" });
+      }));
     }
   }
   function mean(term) {
-    const box = byId("meaning");
-    box.hidden = !term;
-    if (!term) return;
-    box.textContent = terms.get(term.textContent);
-    const at = term.getBoundingClientRect(), width = Math.min(340, innerWidth - 24);
-    Object.assign(box.style, { width: `${width}px`, left: `${Math.min(Math.max(at.left, 12), innerWidth - width - 12)}px` });
-    const below = at.bottom + 8 + box.offsetHeight < innerHeight;
-    box.style.top = `${below ? at.bottom + 8 : at.top - 8 - box.offsetHeight}px`;
+    document.querySelector(".meant")?.classList.remove("meant");
+    term?.classList.add("meant");
+    byId("meaning").hidden = !term;
+    byId("meaning").textContent = terms.get(term?.textContent);
   }
-  for (const type of ["pointerover", "focusin", "click"]) {
-    addEventListener(type, (event) => mean(event.target.closest?.(".term") || (type === "focusin" ? null : document.activeElement?.closest(".term"))));
-  }
+  for (const type of ["pointerover", "focusin"]) addEventListener(type, (event) => mean(event.target.closest(".term")));
   addEventListener("keydown", (event) => event.key === "Escape" && mean(null));
-  addEventListener("scroll", () => mean(null), { passive: true });
 
-  // What is seen is explained, so that a page of many words opens at once.
-  const reader = new IntersectionObserver((entries) => {
-    for (const { target, isIntersecting } of entries) if (isIntersecting) explain(target);
-  }, { rootMargin: "200px" });
+  // A page of many figures and words opens at once: each part is drawn or explained when it is nearly seen.
+  const eye = new IntersectionObserver((entries) => {
+    for (const { target, isIntersecting } of entries) {
+      if (!isIntersecting) continue;
+      eye.unobserve(target);
+      (target.dataset.file ? show : target.dataset.live ? start : explain)(target);
+    }
+  }, { rootMargin: "500px" });
 
   // Folding. A link into a folded part unfolds what it lies in.
-  const parts = [...document.querySelectorAll("details.part, details.sub")];
-  function unfold(target) {
-    for (let box = target?.closest("details"); box; box = box.parentElement.closest("details")) box.open = true;
-  }
-  let sought = null;
-  const arrive = () => {
-    sought = location.hash.length > 1 ? byId(decodeURIComponent(location.hash.slice(1))) : null;
-    if (sought) unfold(sought), sought.scrollIntoView();
-  };
-  // What is drawn on the way there grows, and the page would come to rest short of it.
-  addEventListener("scrollend", () => {
-    sought?.scrollIntoView({ behavior: "instant" });
-    sought = null;
-  });
-  addEventListener("wheel", () => (sought = null), { passive: true });
-  const foldAll = (open) => parts.forEach((part) => (part.open = open));
-  const fold = byId("fold");
-  fold.addEventListener("click", () => {
-    const open = fold.getAttribute("aria-expanded") === "false";
-    document.querySelectorAll("details").forEach((box) => (box.open = open));
-  });
-  const state = () => {
+  const parts = [...document.querySelectorAll("details.part, details.sub")], fold = byId("fold");
+  function state() {
     const open = parts.every((part) => part.open);
     fold.setAttribute("aria-expanded", open);
     fold.textContent = open ? "Fold all" : "Unfold all";
-  };
+  }
   parts.forEach((part) => part.addEventListener("toggle", state));
+  fold.addEventListener("click", () => {
+    const open = fold.getAttribute("aria-expanded") === "false";
+    parts.forEach((part) => (part.open = open));
+  });
+  function arrive() {
+    const sought = byId(decodeURIComponent(location.hash.slice(1)));
+    for (let box = sought?.closest("details"); box; box = box.parentElement.closest("details")) box.open = true;
+    sought?.scrollIntoView();
+  }
+  addEventListener("hashchange", arrive);
 
   // A link to a file gives the copy that the page holds: it works where the page came alone.
-  document.addEventListener("click", async (event) => {
-    const link = event.target.closest?.("a[download]"), path = link?.getAttribute("href");
-    if (!files.has(path)) {
-      const to = event.target.closest?.("a[href^='#']");
-      if (to && to.hash === location.hash) arrive();
-      return;
-    }
+  addEventListener("click", async (event) => {
+    const path = event.target.closest("a[download]")?.getAttribute("href");
+    if (!files.has(path)) return;
     event.preventDefault();
-    const type = path.endsWith(".svg") ? "image/svg+xml" : "text/csv";
-    const url = URL.createObjectURL(new Blob([await text(path)], { type }));
+    const url = URL.createObjectURL(new Blob([await text(path)]));
     Object.assign(document.createElement("a"), { href: url, download: path.split("/").pop() }).click();
     setTimeout(() => URL.revokeObjectURL(url), 10_000);
   });
 
-  // On paper all is unfolded, drawn and light. What is drawn takes a while, for which a browser's own menu does not wait.
+  function setLook(look) {
+    root.dataset.look = look;
+    byId("look-of-page").textContent = look === "dark" ? "Light" : "Dark";
+    images.filter((image) => image.drawn).forEach(show);
+  }
+  const night = matchMedia("(prefers-color-scheme: dark)"), follow = () => setLook(night.matches ? "dark" : "light");
+  night.addEventListener("change", follow);
+  byId("look-of-page").addEventListener("click", () => setLook(root.dataset.look === "dark" ? "light" : "dark"));
+
+  // On paper all is unfolded, drawn and light. Drawing takes a while, for which a browser's own menu does not wait.
+  function showAll() {
+    parts.forEach((part) => (part.open = true));
+    return Promise.all(images.map(show));
+  }
   async function print() {
-    const look = root.dataset.look;
+    const { look } = root.dataset;
     setLook("light");
-    foldAll(true);
     await showAll();
     window.print();
     setLook(look);
   }
+  byId("print").addEventListener("click", print);
+  addEventListener("beforeprint", showAll);
   addEventListener("keydown", (event) => {
-    if (!(event.ctrlKey || event.metaKey) || event.altKey || event.shiftKey || event.key.toLowerCase() !== "p") return;
+    if (!(event.ctrlKey || event.metaKey) || event.key !== "p") return;
     event.preventDefault();
     print();
   });
-  addEventListener("beforeprint", () => {
-    foldAll(true);
-    showAll();
-  });
-  addEventListener("hashchange", arrive);
-  let width = innerWidth;
-  addEventListener("resize", () => {
-    if (innerWidth !== width) redraw();
-    width = innerWidth;
-  });
 
+  addEventListener("submit", (event) => event.preventDefault());
   addEventListener("DOMContentLoaded", () => {
-    const dark = matchMedia("(prefers-color-scheme: dark)");
-    root.dataset.look = kept() || (dark.matches ? "dark" : "light");
-    dark.addEventListener("change", () => setLook(dark.matches ? "dark" : "light"));
-    byId("look-of-page").addEventListener("click", () => {
-      setLook(isDark() ? "light" : "dark");
-      kept(root.dataset.look);
-    });
-    byId("print").addEventListener("click", print);
-    setLook(root.dataset.look);
-    // What is hidden in a folded part is not seen until it unfolds.
-    images.forEach((image) => eye.observe(image));
-    document.querySelectorAll("[data-live]").forEach((section) => eye.observe(section));
-    document.querySelectorAll("p, figcaption, th, .checks li, .facts dd").forEach((block) => reader.observe(block));
+    follow();
+    const seen = "img[data-file], [data-live], p, figcaption, th, .checks li, .facts dd";
+    document.querySelectorAll(seen).forEach((one) => eye.observe(one));
     arrive();
   });
-
   return { byId, live, ink, text, showAll };
 })();
 
@@ -250,5 +178,49 @@ function ticks(low, high, count) {
 
 const written = (value) => `${+value.toPrecision(4)}`.replace("-", "−");
 
-// A form's choices.
+// The place of the value nearest to one.
+function nearest(values, wanted) {
+  const apart = values.map((value) => Math.abs(value - wanted));
+  return apart.indexOf(Math.min(...apart));
+}
+
+// A form's choices, by number, and a slider over so many places with its words beside it.
 const options = (select, names) => select.replaceChildren(...names.map((name, k) => new Option(name, k)));
+function slider(input, { length }, value) {
+  Object.assign(input, { min: 0, max: length - 1, disabled: length === 1, value });
+}
+function tell(input, words) {
+  input.setAttribute("aria-valuetext", words);
+  input.nextElementSibling.value = words;
+}
+
+// An SVG element with these attributes within another.
+function add(parent, name, attributes, text = "") {
+  const made = document.createElementNS("http://www.w3.org/2000/svg", name);
+  for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
+  made.textContent = text;
+  parent.append(made);
+  return made;
+}
+
+// Draw axes within a box of an SVG element. Gives the places of values, the SVG element `inside` the axes, whose
+// coordinates are values (upwards with a minus), and the frame around it, which feels the pointer.
+function drawAxes(svg, [left, top, width, height], [first, last], [low, high], labels) {
+  const x = (value) => left + (width * (value - first)) / (last - first);
+  const y = (value) => top + (height * (high - value)) / (high - low);
+  const label = (x, y, anchor, text, rest) => add(svg, "text", { x, y, "text-anchor": anchor, ...rest }, text);
+  for (const tick of ticks(first, last, Math.max(width / 80, 5))) {
+    add(svg, "path", { d: `M${x(tick)} ${top}v${height}`, class: "grid" });
+    label(x(tick), top + height + 17, "middle", written(tick));
+  }
+  for (const tick of ticks(low, high, Math.max(height / 60, 5))) {
+    add(svg, "path", { d: `M${left} ${y(tick)}h${width}`, class: "grid" });
+    label(left - 6, y(tick) + 4, "end", written(tick));
+  }
+  const middle = top + height / 2, box = { x: left, y: top, width, height };
+  label(left + width / 2, top + height + 37, "middle", labels[0]);
+  label(left - 44, middle, "middle", labels[1], { transform: `rotate(-90 ${left - 44} ${middle})` });
+  const viewBox = [first, -high, last - first, high - low].join(" ");
+  const inside = add(svg, "svg", { ...box, viewBox, preserveAspectRatio: "none" });
+  return { x, y, inside, frame: add(svg, "rect", { ...box, class: "frame" }) };
+}
