@@ -2,6 +2,7 @@
 
 import numpy as np
 from matplotlib.collections import PolyCollection
+from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.axes_grid1.anchored_artists import AnchoredSizeBar
 
 from isarflow.mesh import topology
@@ -53,7 +54,11 @@ def draw(axes, vertices, triangles, view, edges=True, colors=SURFACE):
     margin = 0.03 * max(np.ptp(right), np.ptp(up))
     axes.set(xlim=(right.min() - margin, right.max() + margin), ylim=(up.min() - margin, up.max() + margin))
     axes.set_aspect("equal")
-    axes.locator_params(nbins=3, steps=[1, 2, 5, 10])
+    # As many ticks as there is room for, inches each along x and y.
+    for axis, length, room in ((axes.xaxis, np.ptp(right), 0.45), (axes.yaxis, np.ptp(up), 0.25)):
+        count = int(np.clip(points * length / 72 / room, 2, 5))
+        axis.set_major_locator(MaxNLocator(count, steps=[1, 2, 5, 10]))
+        axis.set_major_formatter("{x:g}")
     axes.grid(False)
 
 
