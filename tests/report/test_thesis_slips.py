@@ -104,3 +104,15 @@ def test_the_document_s_own_tables_are_added_up(thesis_page):
     text = parts(thesis_page)["Slips of the document"]
     assert f"softmax with a threshold 0.7981 printed, {expected:.4f} from the matrix" in text
     assert "class 'other' 0.9179 printed, 0.9179 from the matrix" in text
+
+
+def test_the_bias_of_the_two_classes_is_that_of_the_predictions(thesis_page):
+    path = thesis_page.parents[1] / "learning/predictions/capsule_open/capsule/snr_-6dB.csv"
+    table = pd.read_csv(path, keep_default_na=False).query("side == 'test' and role == 'known'")
+    by_score = (table["score_drone"] - table["score_missile"]).to_numpy()
+    drone = (table["target"] == "drone").to_numpy()
+    pairs = np.sign(by_score[drone][:, None] - by_score[~drone])
+    right = np.mean((by_score > 0) == drone)
+    text = parts(thesis_page)["Fig. 5.6"]
+    assert f"ranks them with an AUROC of {(1 + pairs.mean()) / 2:.3f}, but" in text
+    assert f"{np.mean(by_score > 0):.0%} of them are named drone, and {right:.3f} are right" in text

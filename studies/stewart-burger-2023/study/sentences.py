@@ -6,6 +6,8 @@ figure: as of `page.build`.
 
 from functools import cache, reduce
 
+from sklearn.metrics import roc_auc_score
+
 from isarflow.core.sweep import elevations
 from isarflow.learning.experiments import training
 from isarflow.report import thesis
@@ -13,7 +15,7 @@ from isarflow.report.section_learning import training_end
 from isarflow.report.vocabulary import ACCURACY, POWERS, select, training_noise
 from study import anew
 from study import statements as stated
-from study.selection import PAGE
+from study.selection import LOW_SNR, PAGE
 
 
 @cache
@@ -172,6 +174,24 @@ def threshold_effects(results, figure):
         snr = anew.nearest_snr(results, aim)
         found = anew.judged(results, *network, score, snr)
         yield {"method": results.names.method(network[1], score), "snr": snr, **found._asdict()}
+
+
+def class_bias(results, figure):
+    """Say how well the scores of two classes rank their images at -6 dB, and how many lie on the right side of zero."""
+    known, (model, *_) = results.of_role("known"), figure.models
+    if len(known) != 2 or not stated.judged_anew(results, figure.experiment, model):
+        return
+    snr = anew.nearest_snr(results, LOW_SNR)
+    test = select(results.predictions(figure.experiment, model, snr), side="test", target=known)
+    first, difference = test["target"] == known[0], test[f"score_{known[0]}"] - test[f"score_{known[1]}"]
+    yield {
+        "model": results.names.model(model).words,
+        "snr": snr,
+        "auroc": roc_auc_score(first, difference),
+        "right": ((difference > 0) == first).mean(),
+        "named": known[0],
+        "share": (difference > 0).mean(),
+    }
 
 
 def matrix_and_table(results, figure):
