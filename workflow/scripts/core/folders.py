@@ -5,6 +5,8 @@ from pathlib import Path
 from isarflow.core.errors import InputError
 
 SCORES = "learning/scores.csv"
+# The repository that this file is in, also where a copy has folders in place of links; none of an installed package.
+ROOT = next((path for path in Path(__file__).resolve().parents if (path / "config/schema.yaml").exists()), Path())
 
 
 def of_fields(results, config):

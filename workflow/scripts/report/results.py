@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 
-from isarflow.core.folders import of_fields
+from isarflow.core.folders import ROOT, of_fields
 from isarflow.core.store import open_store
 from isarflow.core.sweep import images_are_made, snr_label, sweeps
 from isarflow.imaging.geometry import PURE_NOISE
@@ -21,7 +21,7 @@ from isarflow.report.thesis import DEFINITION
 from isarflow.report.vocabulary import PROTOCOLS, Names, select
 from isarflow.scattering import needs
 
-REFERENCE = Path(__file__).resolve().parents[3] / "resources" / "reference"  # published values
+REFERENCE = ROOT / "resources" / "reference"  # published values
 FULL_SIZE = REFERENCE.parent / "results"  # of the run of config/thesis.yaml, once it is made
 
 

@@ -4,12 +4,12 @@ import platform
 import subprocess
 import tomllib
 from importlib import metadata
-from pathlib import Path
 
 import pandas as pd
 import yaml
 
 from isarflow.core import sweep
+from isarflow.core.folders import ROOT
 from isarflow.imaging.geometry import planned
 from isarflow.learning.caveats import warnings
 from isarflow.mesh import measures
@@ -18,7 +18,6 @@ from isarflow.report.conditions import noise_words
 from isarflow.report.layout import Section, canvas, duration, figure, number, several, span, table
 
 PLACE, NEEDS = ("run", 2), "targets"  # on the page, see page.py
-ROOT = Path(__file__).resolve().parents[3]
 STAGES = ("mesh", "scattering", "imaging")  # whose jobs are called so in benchmarks; all others are learning's
 PACKAGES = ("snakemake", "numpy", "scipy", "jax", "pymeshlab", "scikit-learn", "xarray", "zarr", "matplotlib")
 MAIN = ("jax", "numpy", "snakemake")  # named at the head of the page

@@ -8,6 +8,7 @@ from pathlib import Path
 import yaml
 
 from isarflow.core.errors import InputError
+from isarflow.core.folders import ROOT
 from isarflow.core.sweep import frequencies, images_are_made
 from isarflow.learning.experiments import CLEAN
 from isarflow.setup import overlay, sweeps
@@ -17,7 +18,6 @@ from isarflow.setup.schema import check_schema
 from isarflow.setup.snrs import write_out
 from isarflow.setup.yaml_file import read_yaml
 
-ROOT = Path(__file__).resolve().parents[3]
 BASE = ROOT / "config" / "config.yaml"
 
 # YAML 1.1 reads 2.775e9 (no sign in the exponent) as text; everyone means the number.

@@ -5,14 +5,14 @@ import difflib
 import functools
 import math
 import re
-from pathlib import Path
 
 import jsonschema
 import yaml
 
 from isarflow.core.errors import InputError
+from isarflow.core.folders import ROOT
 
-SCHEMA = Path(__file__).resolve().parents[3] / "config" / "schema.yaml"
+SCHEMA = ROOT / "config" / "schema.yaml"
 LONGEST = 100  # characters of a value that a message shows
 TYPES = {
     "object": "a mapping of keys to values",
