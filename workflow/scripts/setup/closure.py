@@ -6,8 +6,9 @@ import hashlib
 from pathlib import Path
 
 from isarflow.core.errors import InputError
+from isarflow.core.folders import ROOT
 
-SCRIPTS = Path(__file__).resolve().parents[1]
+SCRIPTS = ROOT / "workflow" / "scripts"
 
 
 @functools.cache
