@@ -8,6 +8,7 @@ from isarflow.learning.experiments import REFERENCE
 from isarflow.report import section_headline, thesis
 from isarflow.report.layout import number, several, table
 from isarflow.report.section_mesh import missed
+from isarflow.report.selection import nearest
 from isarflow.report.vocabulary import POWERS, PROTOCOLS, SPLITS, at_snrs, select, split_text
 
 # Within these a run's numbers are taken for right.
@@ -50,7 +51,7 @@ def _reached(results):
         return []
     drawn = section_headline.lead(results, results.names, "")
     drawn = drawn[~drawn["theirs"] & drawn["threshold"].isin(("", PROTOCOLS[0]))]
-    snr = min(drawn["test_snr_db"], key=lambda one: (abs(one - 12), one))
+    snr = nearest(drawn["test_snr_db"], 12)
     at = select(drawn, test_snr_db=snr)
     opened = PROTOCOLS[0] in set(at["threshold"])
     case = select(at, threshold=PROTOCOLS[0] if opened else "")
@@ -138,7 +139,7 @@ def full_size_table(results):
         rows = section_headline.lead(tables, results.names, thesis.network(REFERENCE[0], results))
         drawn.append(rows.assign(run=where))
     data = pd.concat(drawn)
-    shown, snrs = [], {aim: min(set(data["test_snr_db"]), key=lambda snr: abs(snr - aim)) for aim in SNRS}
+    shown, snrs = [], sorted({nearest(data["test_snr_db"], aim) for aim in SNRS})
     for (name, split, theirs, run), curve in data.groupby(["set", "split", "theirs", "run"], sort=False):
         best = results.names.method(curve["model"].iloc[0], curve["score"].iloc[0])
         head = {
@@ -146,7 +147,7 @@ def full_size_table(results):
             "run, and its SNR": f"{run}, {runs[run].definition}",
             "method": f"{'thesis’s: ' if theirs else ''}{best}",
         }
-        shown.append(head | at_snrs(curve, sorted(set(snrs.values())), lambda row: _f1(row, "–")))
+        shown.append(head | at_snrs(curve, snrs, lambda row: _f1(row, "–")))
     shown.sort(key=lambda row: row["images"])
     caption = (
         "Weighted F1 of the method that is best on the validation images and of the thesis's, in this run and in the "

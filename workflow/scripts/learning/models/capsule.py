@@ -1,4 +1,4 @@
-"""Capsule network with a decoder, by JAX and optax: an image that it cannot reconstruct is of no known class."""
+"""Capsule network with a decoder, by JAX: an image that it cannot reconstruct is of no known class."""
 
 from pathlib import Path
 
