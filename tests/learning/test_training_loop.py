@@ -165,26 +165,3 @@ def test_trainings_of_other_sizes_and_rates_share_a_program(monkeypatch):
     for count, rate in ((40, 0.05), (37, 0.01), (5, 0.02)):
         train(epochs=2, count=count, rate=rate)
     assert len(programs) == 2 * (5 + 5 + 1) and len(set(programs)) == 1
-
-
-def test_steps_are_those_of_keras_adam():
-    """Also where gradients are as small as epsilon: by its formula, in double precision."""
-    random, rate = np.random.default_rng(2), 0.05
-    gradients = random.standard_normal((7, 2)) * [1e-7, 1.0]
-    weights = first = second = np.zeros(2)
-    for step, gradient in enumerate(gradients, 1):
-        first, second = 0.9 * first + 0.1 * gradient, 0.999 * second + 0.001 * gradient**2
-        change = (1 - 0.999**step) ** 0.5 / (1 - 0.9**step) * first / (np.sqrt(second) + 1e-7)
-        weights = weights - rate * change
-
-    def linear(weights, slope):
-        return slope @ weights["w"], np.ones(len(slope)), np.ones(len(slope))
-
-    class InOrder(Batches):
-        def epoch(self):
-            yield from np.arange(len(gradients))[:, None]
-
-    start, slopes = {"w": np.zeros(2, np.float32)}, gradients.astype(np.float32)
-    batches, settings = InOrder(len(gradients), 1, random), Settings(lambda epochs: rate, 1)
-    made, _ = minimize(linear, start, batches, lambda rows: (slopes[rows],), settings)
-    np.testing.assert_allclose(made["w"], weights, rtol=1e-4)

@@ -15,7 +15,6 @@ from isarflow.core.errors import InputError
 from isarflow.learning.classifier import ANY_SNR
 
 BETWEEN = 20.0  # seconds between two writings of a checkpoint, at least
-MOMENTS, EPSILON = (0.9, 0.999), 1e-7  # of Adam (Kingma and Ba 2015, the end of section 2)
 COLUMNS = ("epoch", "seconds", "loss", "accuracy", "validation_loss", "validation_accuracy", "learning_rate")
 
 
@@ -88,32 +87,33 @@ def minimize(loss, weights, batches, inputs, settings, validate=None):
     Raises InputError for a loss that is not a finite number.
     """
     import jax  # predictions do without it
+    import optax
 
     from isarflow.core.compiled import keep_compiled
 
     keep_compiled()
     patience, checkpoint = settings.patience, settings.checkpoint
 
+    # Its epsilon is 1e-8: with 1e-7, as Keras has it, a capsule network's small gradients stop counting, and one of its
+    # two capsules may stay at length zero for thousands of steps.
+    adam = optax.scale_by_adam()
+
     # Compiling takes longer than many a training. To use one program for all trainings of a kind, the rate is an
     # argument of it, and the last batch of an epoch is filled up with images that do not count.
     @jax.jit
-    def step(weights, moments, rate, count, *arrays):
+    def step(weights, state, rate, count, *arrays):
         def mean(weights):
             counts = jax.numpy.arange(batches.size) < count
             cost, right, of_class = (jax.numpy.where(counts, each, 0).sum() for each in loss(weights, *arrays))
             return cost / count, (right, of_class)
 
         (cost, shares), gradient = jax.value_and_grad(mean, has_aux=True)(weights)
-        first, second = (
-            jax.tree.map(lambda old, new, by=by, power=power: by * old + (1 - by) * new**power, moment, gradient)
-            for power, (moment, by) in enumerate(zip(moments, MOMENTS, strict=True), 1)
-        )
-        weights = jax.tree.map(lambda weight, m, v: weight - rate * m / (v**0.5 + EPSILON), weights, first, second)
-        return weights, (first, second), (cost, *shares)
+        change, state = adam.update(gradient, state)
+        weights = jax.tree.map(lambda weight, by: weight - rate * by, weights, change)
+        return weights, state, (cost, *shares)
 
     weights = jax.tree.map(jax.numpy.asarray, weights)
-    zeros = jax.tree.map(jax.numpy.zeros_like, weights)
-    now = {"weights": weights, "moments": (zeros, zeros), "best": weights}
+    now = {"weights": weights, "state": adam.init(weights), "best": weights}
     notes = {"rows": [], "least": np.inf, "waited": 0, "seconds": 0.0, "random": None}
     if checkpoint is not None and (kept := checkpoint.read()) is not None:
         leaves, notes = kept
@@ -129,12 +129,7 @@ def minimize(loss, weights, batches, inputs, settings, validate=None):
         results, sizes, rate = [], [], settings.rate(len(rows))
         for batch in batches.epoch():
             arrays = [np.resize(array, (batches.size, *array.shape[1:])) for array in inputs(batch)]
-            made = len(rows) * batches.count + len(sizes) + 1
-            # Of the moments, which begin at zero. Epsilon is not corrected, as in Keras, by which the thesis's networks
-            # were trained: it slows weights with gradients below 1e-6, which deep layers have at first.
-            correction = (1 - MOMENTS[1] ** made) ** 0.5 / (1 - MOMENTS[0] ** made)
-            asked = now["weights"], now["moments"], rate * correction, len(batch), *arrays
-            now["weights"], now["moments"], result = step(*asked)
+            now["weights"], now["state"], result = step(now["weights"], now["state"], rate, len(batch), *arrays)
             results.append(result)
             sizes.append(len(batch))
             bar.set_postfix_str(f"{said}, batch {len(sizes)} of {batches.count}", refresh=False)
