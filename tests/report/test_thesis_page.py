@@ -58,7 +58,7 @@ def test_what_the_page_s_data_names_is_there(thesis_page):
     named = {name for figure in figures for name in (*figure["shows"], *figure.get("why", []))}
     named |= {*PAGE["everywhere"], *PAGE["everywhere_learned"]}
     drawn = {name for name in named if hasattr(study.figures, name) or hasattr(study.networks, name)}
-    assert {*PAGE["sentences"]} == named - drawn | {"complex_images"}
+    assert {*PAGE["sentences"]} == named - drawn
     results = Results(thesis_page.parents[1], fake_thesis.settings(), fake.names(fake_thesis.settings()))
     filled = {name for name in named - drawn if hasattr(study.sentences, name)} | {*study.sentences.of_run(results)}
     assert filled == {name for name in named - drawn if "{" in PAGE["sentences"][name]}
@@ -222,12 +222,6 @@ def test_readings_are_the_run_s_own_values_and_judged_alike(thesis_page, scores)
             for level in few
         }
         assert float(re.search(rf"(?:^|; )\**{reading} ([\d.]+)", cell)[1]) in found
-    slips = next(table for table in tables(parts(thesis_page)["Slips of the document"]) if "their weighted F1" in table)
-    of_all = slips.set_index("FCNN")["their weighted F1"]
-    words = ("trained without noise", "trained at 24 dB")
-    for reading, trained in zip(("all azimuths", "at 24 dB, all azimuths"), words, strict=True):
-        value = float(of_all[f"softmax with a threshold, {trained}"])
-        assert f"{reading} {value:.3f}" in cell.replace("**", "")
 
 
 def test_hyper_parameters_stand_beside_those_chosen(thesis_page):
@@ -256,7 +250,7 @@ def test_a_run_without_capsule_networks_says_so(thesis_page, tmp_path):
     folder = anew(tmp_path, thesis_page.parents[1], without(every, *capsules))
     absent = missing(folder)
     expected = ["Fig. 5.6", "Table 5.3", "Fig. 5.8", "Fig. 5.9", "Fig. 5.10", "Fig. 5.11", "Fig. 5.12", "Fig. 5.13"]
-    assert list(absent) == [*expected, "Fig. 5.14", "Sec. 5.4.2, Sec. 5.4.4", "Slips of the document"]
+    assert list(absent) == [*expected, "Fig. 5.14", "Sec. 5.4.2, Sec. 5.4.4"]
     found = parts(folder)
     assert tuple(found)[1:] == ITEMS
     for name in absent:
@@ -312,13 +306,11 @@ def test_a_run_by_the_other_definition_shows_values_by_mean_power(tmp_path):
     values = tables(parts(page)["Fig. 4.12"])[-1].set_index("")
     assert values.loc["KNN, split at random", "0 dB"].startswith(f"{by['mean']:.3f} [")
     assert "This run's SNRs are by peak_3db power" in parts(page)[""]
-    powers = tables(parts(page)["Slips of the document"])[-1].set_index("")
-    assert powers.loc["KNN, accuracy, SNR by peak_3db power", "0 dB"].startswith(f"{by['peak_3db']:.3f} [")
 
 
 def test_links_lead_somewhere_and_pictures_show_something(thesis_page):
     drawn = check_links(thesis_page)
-    assert sorted(drawn) == sorted(path.name for path in thesis_page.glob("*.png")) and len(drawn) == 22
+    assert sorted(drawn) == sorted(path.name for path in thesis_page.glob("*.png")) and len(drawn) == 21
     assert not re.search(r"!\[\]", (thesis_page / "README.md").read_text())
 
 

@@ -28,7 +28,6 @@ class Judged(NamedTuple):
     `best` the largest weighted F1 there.
     """
 
-    images: int
     thresholds: dict  # by these names
     metrics: dict  # of each a mapping as of `metrics_of`
     gain: str  # of weighted F1 by `errors` over that by `validation`, with its interval, which it may lack
@@ -59,7 +58,7 @@ def judged(results, run, model, score, snr):
     metrics = {name: metrics_of_labels(truth, of) for name, of in labels.items()}
     decided = [judge.Decision(score, "", test, labels[name]) for name in ("errors", "validation")]
     value, low, high = (signed(one, 4) for one in judge.gain(*decided, results.settings["seed"])[:3])
-    return Judged(len(test), chosen, metrics, value if NONE in (low, high) else f"{value} [{low}, {high}]")
+    return Judged(chosen, metrics, value if NONE in (low, high) else f"{value} [{low}, {high}]")
 
 
 def fewest_errors(scores, known):

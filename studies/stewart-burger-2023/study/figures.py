@@ -26,7 +26,7 @@ from isarflow.report.selection import around, evenly
 from isarflow.report.vocabulary import ACCURACY, at_highest, at_snrs, select, snr_axis, title
 from study import statements as stated
 from study.anew import nearest_snr
-from study.markdown import NONE, NotHere, picture, table
+from study.markdown import NONE, picture, table
 from study.statements import HARDER, PROTOCOLS, SPLIT, WORDS, by_sector, ours, value_text
 
 NEARLY = 0.1  # relative: a setting tried that is so near to the published one stands for it
@@ -96,7 +96,8 @@ def trainings(results, figure):
     (model,), experiment = figure.models, figure.experiment
     label, rows = results.names.model(model).label, ours(results, experiment, model, ACCURACY)
     if not len(rows):
-        raise NotHere(f"experiment `{experiment}` with {label}, split at random")
+        figure.lacks.append(f"experiment `{experiment}` with {label}, split at random")
+        return
     shown = [(trained, curve) for (trained,), curve in results.names.groups(rows, "training")]
     drawing, grid = panels(1, 1, 6.6, 4.2)
     draw_trainings(grid[0, 0], shown, [trained for trained, _ in shown])
@@ -113,6 +114,8 @@ def trainings(results, figure):
 def upsampling_effect(results, figure):
     """List accuracy with up-sampling less that of the experiment figure.plain, at the same training and test SNRs."""
     finer, plain = (ours(results, name, figure.models[0], ACCURACY) for name in (figure.experiment, figure.plain))
+    if figure.lacks:
+        return
     on = ["training", "test_snr_db"]
     both = finer.merge(plain[[*on, "value"]], on=on, suffixes=("", "_plain"))
     snrs = stated.shown_snrs(both["test_snr_db"])
@@ -213,7 +216,8 @@ def images_upsampled(results, figure):
     known, side, line = results.of_role("known")[:2], figure.upsampled, []
     dataset = results.images(known[0], "clean")
     if "range_wavenumber" not in dataset.attrs or max(dataset.sizes["range"], dataset.sizes["crossrange"]) > side:
-        raise NotHere(f"images that can be up-sampled to {side} pixels a side")
+        figure.lacks.append(f"images that can be up-sampled to {side} pixels a side")
+        return
     for target in known:
         store = results.folder / "imaging" / target / "clean.zarr"
         azimuths = images.azimuths(store)

@@ -20,10 +20,6 @@ class Picture(NamedTuple):
         return f"![{self.alt}]({self.name}.png)"
 
 
-class NotHere(Exception):
-    """What a part needs is not part of the run, in words: the figure's other parts and its reasons are left out."""
-
-
 def say(name, /, **values):
     """Return a sentence of the page, its {places} filled."""
     return PAGE["sentences"][name].format(**values)
@@ -53,8 +49,3 @@ def folded(summary, text):
 def anchor(heading):
     """Return the anchor of a heading, as GitHub makes it."""
     return re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-")
-
-
-def not_here(words):
-    """Return what a reader is told instead of what a run does not have."""
-    return f"**Not part of this run:** {words}."

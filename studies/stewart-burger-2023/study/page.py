@@ -14,7 +14,7 @@ from isarflow.report.section_run import commit, networks, version
 from isarflow.report.vocabulary import select
 from study import figures, sentences
 from study import networks as of_networks
-from study.markdown import NONE, NotHere, Picture, anchor, bullets, folded, not_here, say, table
+from study.markdown import NONE, Picture, anchor, bullets, folded, say, table
 from study.selection import PAGE
 from study.statements import KEPT, judge, own_run, value_text
 
@@ -56,20 +56,14 @@ def build(results, keys):
     figure.link = f"[{names}](#{anchor(figure.heading)})"
     own = select(results.published_scores, figure=figure.names[0])
     figure.found = [judge(results, line) for line in own.to_dict("records")]
-    figure.there, figure.lacks, figure.blocks, figure.reasons = [], [], [], []
+    figure.there, figure.lacks = [], []
+    figure.blocks, figure.reasons = [], []
     if figure.needs in ("closed", "open"):
         _find_models(results, figure)
     if figure.needs == "images" and not results.images_are_made:
         figure.lacks.append("images of known targets")
         return figure
-    for name in figure.shows:
-        try:
-            figure.blocks.extend((name, block) for block in parts(results, figure, name))
-        except NotHere as lack:
-            if not figure.goes_on:
-                figure.lacks.append(str(lack))
-                return figure
-            figure.blocks.append((name, not_here(lack)))
+    figure.blocks = [(name, block) for name in figure.shows for block in parts(results, figure, name)]
     figure.reasons = [words for name in figure.why for words in parts(results, figure, name)]
     return figure
 
@@ -120,10 +114,9 @@ def _written(figure):
     """Return a figure as blocks of Markdown: what a reader sees at once, and folded what is left."""
     seen, rest = [f"### {figure.heading}", f"*The document:* {figure.did}"], []
     if figure.lacks:
-        seen.append(not_here("; ".join(figure.lacks)))
+        seen.append(f"**Not part of this run:** {'; '.join(figure.lacks)}.")
     for name, part in figure.blocks:
-        is_open = figure.goes_on or isinstance(part, Picture) or name in PAGE["open"]
-        (seen if is_open else rest).append(str(part))
+        (seen if isinstance(part, Picture) or name in PAGE["open"] else rest).append(str(part))
     if figure.reasons:
         rest.append(f"*Why they may differ,* besides [{EVERYWHERE[0].lower()}{EVERYWHERE[1:]}](#{anchor(EVERYWHERE)}):")
         rest.append(bullets(figure.reasons))
