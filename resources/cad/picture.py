@@ -1,4 +1,4 @@
-"""Draw the five targets in one picture, docs/img/targets.png: python resources/cad/picture.py"""
+"""Draw the targets in pictures, docs/img/targets.png and benchmark.png: python resources/cad/picture.py"""
 
 from pathlib import Path
 
@@ -12,9 +12,19 @@ from matplotlib.colors import to_rgb
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 ROLES = {"known": "#4477aa", "unknown": "#cc6677", "other": "#999933"}
-TARGETS = {"drone": "known", "missile": "known", "aircraft": "unknown", "ufo": "unknown", "trihedral": "other"}
+# The pictures, and whose targets they show, each with its role: five in a row.
+PICTURES = {
+    "targets": {"drone": "known", "missile": "known", "aircraft": "unknown", "ufo": "unknown", "trihedral": "other"},
+    "benchmark": {
+        **dict.fromkeys(("drone_hexa", "drone_guarded", "missile_plain", "missile_cruciform"), "known"),
+        **dict.fromkeys(("twin_boom", "delta_wing", "helicopter", "bird", "balloon", "satellite"), "unknown"),
+    },
+}
+ROW = 5
 LIGHT = np.array([0.45, -0.35, 0.82])
-SPAN = {"drone": 0.48, "missile": 0.66, "aircraft": 0.72, "ufo": 0.4, "trihedral": 0.74}  # m shown around the middle
+FILLED = {"drone": 0.48, "missile": 0.66, "aircraft": 0.72, "ufo": 0.4, "trihedral": 0.74}  # m shown around the middle
+FILLED |= {"drone_hexa": 0.44, "drone_guarded": 0.52, "missile_plain": 0.62, "missile_cruciform": 0.64}
+FILLED |= {"twin_boom": 0.68, "delta_wing": 0.6, "helicopter": 0.56, "bird": 0.62, "balloon": 0.48, "satellite": 0.5}
 
 
 def draw(axes, mesh, color, span):
@@ -44,19 +54,24 @@ def draw(axes, mesh, color, span):
     axes.set_axis_off()
 
 
-def main():
-    figure = plt.figure(figsize=(12, 2.9))
-    for column, (name, role) in enumerate(TARGETS.items()):
-        axes = figure.add_axes((0.2 * column, 0.08, 0.2, 0.92), projection="3d")
+def paint(picture, targets):
+    """Draw targets, a mapping of names to roles, into docs/img/<picture>.png."""
+    rows = -(-len(targets) // ROW)
+    figure = plt.figure(figsize=(12, 2.9 * rows))
+    for place, (name, role) in enumerate(targets.items()):
+        left, low = place % ROW / ROW, 1 - (place // ROW + 1) / rows
+        axes = figure.add_axes((left, low + 0.08 / rows, 1 / ROW, 0.92 / rows), projection="3d")
         mesh = getattr(make, name)()
-        draw(axes, mesh, ROLES[role], SPAN[name])
+        draw(axes, mesh, ROLES[role], FILLED[name])
         size = " x ".join(f"{length:.2f}" for length in np.ptp(mesh[0], axis=0))
-        figure.text(0.2 * column + 0.1, 0.1, f"{name} ({role})", ha="center", fontsize=12, color=ROLES[role])
-        figure.text(0.2 * column + 0.1, 0.02, f"{size} m", ha="center", fontsize=9, color="0.4")
-    target = Path(__file__).resolve().parents[2] / "docs" / "img" / "targets.png"
+        middle = left + 0.5 / ROW
+        figure.text(middle, low + 0.1 / rows, f"{name} ({role})", ha="center", fontsize=12, color=ROLES[role])
+        figure.text(middle, low + 0.02 / rows, f"{size} m", ha="center", fontsize=9, color="0.4")
+    target = Path(__file__).resolve().parents[2] / "docs" / "img" / f"{picture}.png"
     target.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(target, dpi=150, metadata={"Software": None})
 
 
 if __name__ == "__main__":
-    main()
+    for name, targets in PICTURES.items():
+        paint(name, targets)

@@ -33,6 +33,19 @@ def revolve(profile, segments=48, stretch=(1.0, 1.0)):
     return np.array(vertices), np.array(faces)
 
 
+def ring(section, segments=48):
+    """Ring about z from its section [(radius, z), ...], anticlockwise in the half plane of positive radius."""
+    angle, count = 2 * np.pi * (np.arange(segments) + 0.5) / segments, len(section)
+    vertices = [(r * np.cos(a), r * np.sin(a), z) for a in angle for r, z in section]
+    faces = []
+    for k, place in itertools.product(range(segments), range(count)):
+        here, there = k * count, (k + 1) % segments * count
+        a, b = here + place, here + (place + 1) % count
+        c, d = there + place, there + (place + 1) % count
+        faces += [(a, c, d), (a, d, b)]
+    return np.array(vertices), np.array(faces)
+
+
 def ellipse(x0, x1, radius, count, power=0.5):
     """Profile points of a nose from (x0, radius) to the tip (x1, 0); power 0.5 is an ellipse, 1 closer to a cone."""
     t = np.sin(np.linspace(0, np.pi / 2, count))
