@@ -60,13 +60,13 @@ def _reached(results):
     first, *others = [split for split in SPLITS if split in set(case["split"])]
     best = select(case, split=first).iloc[0]
     (level,) = (results.rejecting if opened else results.guessing)([best["experiment"]])[-1:]
-    images, blind = ("open", f"rejecting everything has {level:.2f}"), ", with blind thresholds"
+    images, blind, least = "open", ", with blind thresholds", "rejecting everything"
     if not opened:
-        images, blind = ("closed", f"naming one class for all has {level:.2f}"), ""
+        images, blind, least = "closed", "", "naming one class for all"
     parts = [
         f"At {snr:g} dB by {POWERS[results.definition]}, {SPLITS[first]}{blind}, "
         f"{results.names.method(best['model'], best['score'])}, the best one on the validation images, reaches a "
-        f"weighted F1 of {_f1(best)} on the {images[0]} set, where {images[1]}"
+        f"weighted F1 of {_f1(best)} on the {images} set, where {least} has {level:.2f}"
     ]
     for split in (split for split in others if split in BESIDE):
         value = select(case, split=split).iloc[0]["value"]
