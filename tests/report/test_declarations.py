@@ -47,8 +47,8 @@ def test_a_metric_is_one_line(results, monkeypatch):
     scores = pd.concat([results.scores, area])
     scores = scores[(scores["score"] != "") & (scores["elevation"] == "all")]
     monkeypatch.setitem(section_open.SEPARATION, "area", "my area")
-    name = results.opened[0]
-    shown = section_open.open_table(results, name, select(scores, experiment=name)).shown
+    ranks = section_open.summary(scores, select(results.validation, elevation="all"))
+    shown = section_open.tried_table(results, scores, ranks).shown
     assert set(shown["my area"]) == {"0.432"}
 
 

@@ -6,7 +6,6 @@ import types
 from urllib.parse import unquote
 
 import fake
-import fake_learning
 import matplotlib.colors
 import numpy as np
 import pandas as pd
@@ -20,8 +19,7 @@ from isarflow.report import (
     layout,
     published,
     section_headline,
-    section_learning,
-    section_tried,
+    section_open,
     thesis,
     vocabulary,
 )
@@ -128,37 +126,6 @@ def test_decoded_snrs_are_those_nearest_3_and_24_db():
     assert decoded_snrs([10]) == [10]
 
 
-def test_a_gain_counts_where_its_interval_is_above_0_and_the_thesis_is_not_there_yet():
-    curve = pd.DataFrame(
-        {
-            "test_snr_db": [-15, -12, 0, 3, 12, 15],
-            "reference": [0.5, 0.7, 0.85, 0.96, 0.99, 0.7],
-            "gain": [0.3, 0.1, 0.05, -0.01, 0.01, 0.3],
-            "low": [0.2, 0.05, -0.01, -0.02, 0.005, 0.2],
-        }
-    )
-    judged = section_tried.judged(curve)
-    # At 12 dB the thesis's method has 0.99; -15 and 15 dB are outside the range.
-    assert judged["test_snr_db"].tolist() == [-12, 0, 3]
-    assert (judged["low"] > 0).tolist() == [True, False, False]
-
-
-def test_a_gain_stands_beside_the_thesis_s_network_trained_at_the_same_snrs():
-    rows = []
-    for experiment, model, training, score, f1 in (
-        ("clean", "capsule", "clean", "zncc", 0.5),
-        ("noisy", "capsule", "all: clean, 0 dB", "zncc", 0.7),
-        ("noisy", "capsule", "all: clean, 0 dB", "mse", 0.1),
-        ("noisy", "knn", "all: clean, 0 dB", "softmax", 0.9),
-    ):
-        method = dict(zip(vocabulary.METHOD, ("sector", experiment, model, training, score), strict=True))
-        case = {"threshold": "blind", "test_snr_db": 0.0, "low": 0.1, "high": 0.3}
-        rows += [{**method, **case, "metric": "f1_weighted", "value": f1}]
-        rows += [{**method, **case, "metric": "f1_weighted_gain", "value": 0.2}] if model == "knn" else []
-    curve = section_tried._curve(pd.DataFrame(rows), method, "blind").iloc[0]
-    assert (curve["f1"], curve["reference"], curve["gain"], curve["low"]) == (0.9, 0.7, 0.2, 0.1)
-
-
 def test_methods_rank_by_their_mean_on_validation_images_over_the_middle_within_each_split():
     columns = [*vocabulary.METHOD, "threshold", "metric", "test_snr_db", "value"]
     tested, held_out = [], []
@@ -173,11 +140,11 @@ def test_methods_rank_by_their_mean_on_validation_images_over_the_middle_within_
             # What is outside of the middle, or another protocol's, does not count.
             held_out.append([*method, "blind", "f1_weighted", snr, reached if snr < 24 else 1 - reached])
             held_out.append([*method, "thesis", "f1_weighted", snr, 1 - reached])
-    ranks = section_tried.summary(*(pd.DataFrame(rows, columns=columns) for rows in (tested, held_out)))
+    ranks = section_open.summary(*(pd.DataFrame(rows, columns=columns) for rows in (tested, held_out)))
     assert ranks[["split", "score"]].to_numpy().tolist() == [["sector", "a"], ["sector", "b"], ["random", "a"]]
     np.testing.assert_allclose(ranks["mean_blind"], [0.5, 0.6, 0.2])
     np.testing.assert_allclose(ranks["validation"], [0.8, 0.7, 0.1])
-    assert ranks["gain_blind"].isna().all()
+    assert "gain_blind" not in ranks
     assert vocabulary.middle([24, 18]) == [18, 24]  # where none lies between -12 and 12 dB
 
 
@@ -201,28 +168,23 @@ def test_headline_picks_the_best_by_the_middle_snrs_of_the_validation_images_and
     )
     # On the test images all is the other way round: nothing is chosen by them.
     part = held_out.assign(value=1 - held_out["value"])
-    lines = section_headline.curves(part, held_out, NAMES, "the network (tiny)")
-    assert [label for label, _, _ in lines] == ["best: capsule (sector)", "the network (tiny) (sector)"]
-    assert lines[0][1]["training"].unique().tolist() == ["6 dB"]
+    lines = section_headline.curves(part, held_out, NAMES)
+    assert lines["curve"].unique().tolist() == ["best: capsule (sector)", "thesis: capsule (sector)"]
+    assert lines["training"].unique().tolist() == ["6 dB", "clean"]
     clean = part["training"] == "clean"
-    lines = section_headline.curves(part[clean], held_out[clean], NAMES, "the network (tiny)")
-    assert [label for label, _, _ in lines] == [
-        "best: SVM (sector)",
-        "best: SVM (random)",
-        "the network (tiny) (sector)",
-    ]
-    assert lines[1][1]["value"].tolist() == pytest.approx([0.7, 0.5, 0.4])
-    assert [theirs for _, _, theirs in lines] == [False, False, True]
+    lines = section_headline.curves(part[clean], held_out[clean], NAMES)
+    shown = ["best: SVM (sector)", "best: SVM (random)", "thesis: capsule (sector)"]
+    assert lines["curve"].unique().tolist() == shown
+    assert select(lines, curve=shown[1])["value"].tolist() == pytest.approx([0.7, 0.5, 0.4])
+    assert select(lines, theirs=True)["curve"].unique().tolist() == shown[2:]
 
 
 def test_headline_knows_the_thesis_s_method_by_its_score():
     part = pd.concat(
         [_curve("capsule", [0.3, 0.5, 0.6], score="zncc"), _curve("capsule", [0.4, 0.9, 1.0], score="mixture")]
     )
-    assert [label for label, _, _ in section_headline.curves(part, part, NAMES, "the capsule network")] == [
-        "best: capsule, Gaussian mixture (sector)",
-        "the capsule network, ZNCC (sector)",
-    ]
+    lines = section_headline.curves(part, part, NAMES)["curve"].unique().tolist()
+    assert lines == ["best: capsule, Gaussian mixture (sector)", "thesis: capsule, ZNCC (sector)"]
 
 
 def test_lines_of_rejecting_everything_that_lie_on_each_other_are_one():
@@ -247,22 +209,11 @@ def _networks(**sizes):
     return settings
 
 
-def _words(model, settings):
-    return thesis.network(model, Results("nowhere", settings, fake.names(settings)))
-
-
 def test_a_capsule_network_is_the_thesis_s_only_at_its_size():
     small, full = _networks(), _networks(width=256, capsules=32)
-    assert _words("capsule", small) == "the reduced capsule network (16 filters, 2 capsule channels)"
-    assert _words("capsule", full) == "the thesis's capsule network"
-    assert _words("mine", full) == "the reduced capsule network mine (16 filters, 2 capsule channels)"
-    assert _words("capsule_denoise", full) == "the capsule network that takes out noise"
-    assert [thesis.full_size(model, small) for model in ("capsule", "mine", "fcnn", "knn")] == [
-        False,
-        False,
-        True,
-        True,
-    ]
+    shown = [thesis.full_size(model, small) for model in ("capsule", "mine", "fcnn", "knn")]
+    assert shown == [False, False, True, True]
+    assert thesis.size("mine", full) == "16 filters, 2 capsule channels"
     assert thesis.full_size("capsule", full) and not thesis.full_size("capsule", _networks(width=256))
     # Of 1 and 2 in 32 x 32 pixels: 82 weights of the convolution, 81 x 16 + 16 of the primary capsules, 8 x 8 places
     # of 2 capsules with 8 x 32 votes; of 256 and 32 the same with 256 and 32.
@@ -286,20 +237,20 @@ def test_published_values_are_drawn_beside_curves_by_their_definition_of_snr():
     there = pd.concat([_curves("lr", [0, 6], "mean"), _curves("knn", [0], "mean"), _curves("svm", [0], "mean")])
     results = types.SimpleNamespace(definition="peak_3db", mean_scores=there)
     statements = pd.DataFrame({"snr_db": [6.0], "value": ["0.90"]})
-    drawn, kept, definition, words = published.beside(results, rows.assign(panel="left"), statements)
+    drawn, kept, words = published.beside(results, rows.assign(panel="left"), statements)
     assert drawn[["model", "test_snr_db", "snr_definition", "panel"]].to_numpy().tolist() == [
         ["lr", 0, "mean", "left"],
         ["lr", 6, "mean", "left"],
         ["knn", 0, "mean", "left"],
     ]
-    assert kept["snr_db"].tolist() == [6.0] and definition == "mean" and "at SNRs by mean power" in words
+    assert kept["snr_db"].tolist() == [6.0] and "at SNRs by mean power" in words
     # A figure without published values stays as the config defines the SNR.
-    drawn, _, definition, words = published.beside(results, rows, statements.iloc[:0])
-    assert set(drawn["snr_definition"]) == {definition} == {"peak_3db"} and words == ""
+    drawn, _, words = published.beside(results, rows, statements.iloc[:0])
+    assert set(drawn["snr_definition"]) == {"peak_3db"} and words == ""
     # So does one of whose curves any has no row by mean power, and it says why.
     results.mean_scores = select(there, model="lr")
-    drawn, kept, definition, words = published.beside(results, rows, statements)
-    assert len(drawn) == 6 and len(kept) == 0 and definition == "peak_3db"
+    drawn, kept, words = published.beside(results, rows, statements)
+    assert len(drawn) == 6 and len(kept) == 0 and set(drawn["snr_definition"]) == {"peak_3db"}
     assert words.startswith(" Published values are left out")
 
 
@@ -315,8 +266,7 @@ def test_the_confusion_matrices_published_are_sought_by_the_mean_offset_of_the_o
     assert published._offset(results) == 0.0
 
 
-def test_compare_opens_on_the_headline_s_curves(whole):
-    results = Results(whole.parent, fake.SETTINGS, fake.names(fake.SETTINGS))
+def test_compare_opens_on_the_headline_s_curves(results):
     found = section_headline.comparison(results)["curves"]
     opened = [one for one in found if one["set"] == "open set, blind thresholds"]
     shown = [one["words"] for one in opened if one["shown"]]
@@ -349,18 +299,3 @@ def test_a_path_keeps_its_place_to_a_hundredth_of_a_point():
     shown = layout.Figure("x", svg, pd.DataFrame(), "", "")
     assert unquote(shown.uri.partition(",")[2]).encode() == svg
     assert not set(shown.uri) & set('"<>#\n')
-
-
-def test_precision_of_a_class_that_no_image_is_taken_for_is_undefined_and_not_drawn(tmp_path):
-    (tmp_path / "learning").mkdir()
-    settings = copy.deepcopy(fake.SETTINGS)
-    settings["learning"]["experiments"] = {"e": {"train": {"elevation": "all", "snr_db": "clean"}, "models": ["lr"]}}
-    fake_learning.learn(tmp_path / "learning", settings)
-    scores = pd.read_csv(tmp_path / "learning/scores.csv")
-    lowest = (scores["metric"] == "precision_drone") & (scores["test_snr_db"] == scores["test_snr_db"].min())
-    for gap in (False, True):
-        scores.assign(value=scores["value"].mask(lowest & gap)).to_csv(tmp_path / "learning/scores.csv", index=False)
-        results = Results(tmp_path, settings, fake.names(settings))
-        with layout.style():
-            picture, *_ = section_learning.section(results).figures
-        assert picture.data.query("metric == 'precision_drone'")["value"].isna().sum() == gap

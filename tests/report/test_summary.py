@@ -20,11 +20,6 @@ from isarflow.scattering.sphere import backscatter, check
 from isarflow.setup.kinds import page_names
 
 
-@pytest.fixture
-def results(whole):
-    return Results(whole.parent, fake.SETTINGS, fake.names(fake.SETTINGS))
-
-
 def test_mie_has_its_two_limits():
     # Rayleigh: |f| = 3/2 k^2 a^3 of a conducting sphere in backscatter. Large: the geometric cross section.
     assert abs(backscatter(0.01, 1.0)) == pytest.approx(1.5e-4, rel=1e-3)
@@ -71,9 +66,7 @@ def test_the_sentences_say_what_the_scores_say(results, whole):
     scores = scores.query("test_snr_db == 12 and elevation == 'all'")
     best = scores[(scores["model"] == "knn") & (scores["score"] == "softmax")]["value"].iloc[0]
     start = "At 12 dB by peak_3db power, split by sector, with blind thresholds, KNN, softmax, the best one on the"
-    assert f"{start} validation images, reaches a weighted F1 of {best:.2f}" in reached
-    most = scores["value"].max()
-    assert (most > best) == ("on the test images most has" in reached) and f"{most:.2f} (" in reached
+    assert f"{start} validation images, reaches a weighted F1 of {best:.2f} (" in reached
     assert "where rejecting everything has 0.17" in reached and "split at random, with near copies" in reached
     assert "missile and ufo reach beyond that" in bounds
     words = Page(whole / "index.html").words
@@ -120,10 +113,8 @@ def test_matrices_count_what_the_table_counts(results):
     assert any(entry["set"] == "closed set" for entry in entries)
 
 
-def test_what_the_page_s_scripts_read_is_json(whole):
-    held = unpacked(whole / "index.html")
-    assert {"explore.json", "compare.json", "matrices.json"} <= set(held)
-    assert json.loads(held["compare.json"])["curves"]
+def test_what_the_page_s_scripts_read_is_there(whole):
+    assert {"explore.json", "compare.json", "matrices.json"} <= set(unpacked(whole / "index.html"))
 
 
 def test_models_of_one_s_own_have_colours_that_no_other_has():

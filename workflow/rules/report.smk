@@ -22,7 +22,7 @@ rule report:
         reconstructions=[f"{RESULTS}/learning/reconstructions/{fitted}.zarr" for fitted in plan.decoders()],
         predictions=[
             f"{RESULTS}/learning/predictions/{fitted}/{snr}.csv"
-            for fitted, snr in selection.predictions_shown(config, plan.runs, plan.decoders())
+            for fitted, snr in selection.predictions_shown(config, plan.runs)
         ],
         published=published("results", "prediction_times", "confusion", "galleries"),
         full_size=full_size_scores(),
