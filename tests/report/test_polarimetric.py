@@ -23,7 +23,11 @@ def results(tmp_path_factory):
 
 
 def test_the_images_are_shown_in_the_first_polarization_and_once_in_all(results, few_pictures):
-    assert "a channel for each of HH, VV and one peak over all" in section_images.channels_text(results)
+    text = " ".join(section_images.images_text(results))
+    assert "a channel for each of HH, VV and one peak over all" in text
+    # Elevations, azimuths, channels, pixels, bytes; of each SNR two realizations.
+    size = 3 * 24 * 2 * 15 * 8 / 1e6
+    assert f"Their store has {size:.3g} MB, the store of each SNR {2 * size:.3g} MB." in text
     store = xr.open_zarr(results.folder / "imaging/drone/clean.zarr").load().image.sel(elevation=0)
     (gallery,) = section_images.channel_gallery(results, "drone")
     every = gallery.data
@@ -35,9 +39,6 @@ def test_the_images_are_shown_in_the_first_polarization_and_once_in_all(results,
     shown = first[first["azimuth_deg"] == first["azimuth_deg"].iloc[0]]["level_db"]
     truth = store.sel(azimuth=first["azimuth_deg"].iloc[0], channel="HH").values.ravel()
     np.testing.assert_allclose(shown, 20 * np.log10(np.abs(truth)), atol=0.006)
-    table = section_images.images_table(results).data
-    assert table["clean_store_mb"].iloc[0] == pytest.approx(3 * 24 * 2 * 15 * 8 / 1e6)
-    assert table["snr_store_mb"].iloc[0] == pytest.approx(2 * 3 * 24 * 2 * 15 * 8 / 1e6)
 
 
 def test_the_viewer_begins_with_the_first_and_likeness_is_of_it(results):
