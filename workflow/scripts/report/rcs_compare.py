@@ -79,13 +79,13 @@ def _apart(given, values):
     """Return why a run with these `values` has none of the samples: of each column that shares none, what both have."""
     said = ""
     for column, mine in values.items():
-        theirs, mine = ({*of % 360} if column == "azimuth_deg" else {*of} for of in (given[column], mine))
+        theirs, mine = (of % 360 if column == "azimuth_deg" else of for of in (given[column].to_numpy(), mine))
         if column == "polarization":
-            shared, both = theirs & mine, [", ".join(sorted(names)) for names in (theirs, mine)]
+            shared, both = np.isin(theirs, mine), [", ".join(sorted(set(names))) for names in (theirs, mine)]
         else:
-            shared = [one for one in theirs if min(mine) <= one <= max(mine)]
-            both = [f"{min(numbers):.10g} to {max(numbers):.10g}" for numbers in (theirs, mine)]
-        if not shared:
+            shared = (mine.min() <= theirs) & (theirs <= mine.max())
+            both = [f"{of.min():.10g} to {of.max():.10g}" for of in (theirs, mine)]
+        if not shared.any():
             said += f" Its {column}: {both[0]}; the run's: {both[1]}."
     return said
 

@@ -46,6 +46,8 @@ class Results:
     `vocabulary.Names`). The latter two are the rule's params.
     """
 
+    polarizations = property(lambda self: self.settings["imaging"]["polarizations"])  # the channels of an image
+    definition = property(lambda self: self.settings["noise"]["definition"])  # the config's, of SNR
     _every_score = _learned("scores")
     confusion = _learned("confusion")  # counts of predicted classes by target, after columns as of `scores`
     validation = _learned("validation")  # rows as in `scores`, without intervals: the best is chosen by them
@@ -64,16 +66,6 @@ class Results:
         self.meshed = [name for name in self.targets if "mesh" in settings["targets"][name]]
         self.images_are_made = images_are_made(settings)
         self.learns = self.images_are_made and bool(settings["learning"]["experiments"])
-
-    @property
-    def polarizations(self):
-        """The channels of an image."""
-        return self.settings["imaging"]["polarizations"]
-
-    @property
-    def definition(self):
-        """The config's definition of SNR."""
-        return self.settings["noise"]["definition"]
 
     def of_role(self, role):
         """Return the names of the targets of a role."""
@@ -133,10 +125,7 @@ class Results:
 
     @cached_property
     def mean_scores(self):
-        """Rows as in `scores` by the reference thesis's definition of SNR, the mean power.
-
-        Where the config's is another one, only accuracy and F1, and maybe none at all.
-        """
+        """Rows as in `scores` by the thesis's definition of SNR; where the config's is another one, few or none."""
         return self._scores_by(DEFINITION)
 
     @cached_property
@@ -156,15 +145,12 @@ class Results:
         return self.names.values(self.scores[self.scores["score"] != ""], "experiment") if self.learns else []
 
     def rejecting(self, experiments):
-        """Return the weighted F1 of rejecting every image of the open set of these experiments, ascending.
-
-        Of values that are alike to two decimals one.
-        """
+        """Return the weighted F1 of rejecting all images of the open set, ascending; of alike values one."""
         known = self.of_role("known")
         return self._of_one_answer(experiments, PROTOCOLS, lambda images: images.drop(known, errors="ignore").sum())
 
     def guessing(self, experiments):
-        """Return the same of naming the most frequent class for every image of the closed set."""
+        """Return the same of naming the most frequent class for all images of the closed set."""
         return self._of_one_answer(experiments, [""], lambda images: images.max())
 
     def _of_one_answer(self, experiments, thresholds, right):
@@ -212,20 +198,14 @@ class Results:
 
     @cached_property
     def decoders(self):
-        """(run, model) of the models that reconstruct images, in runs that are tested on unknown targets.
-
-        Of several folds the first.
-        """
-        opened = {name: run for name, run in self.runs.items() if run["open"] and run["first"]}
-        every = [(name, model) for name, run in opened.items() for model in run["models"]]
-        return [case for case in every if self._reconstructions(*case).exists()]
-
-    def _reconstructions(self, run, model):
-        return self.folder / "learning" / "reconstructions" / run / f"{model}.zarr"
+        """(run, model) of all that reconstruct images and are tested on unknown targets; of several folds the first."""
+        folder, opened = self.folder / "learning" / "reconstructions", [of for of in self.runs.values() if of["open"]]
+        every = [(run["name"], model) for run in opened if run["first"] for model in run["models"]]
+        return [(run, model) for run, model in every if (folder / run / f"{model}.zarr").exists()]
 
     def reconstructions(self, run, model):
         """Return some test images, and what a model makes of them (see learning/reconstructions.py)."""
-        return open_store(self._reconstructions(run, model))
+        return open_store(self.folder / "learning" / "reconstructions" / run / f"{model}.zarr")
 
     def predictions(self, run, model, snr):
         """Return the predictions of a model at one SNR in dB (see learning/predict.py)."""
@@ -250,10 +230,7 @@ class Results:
 
     @cached_property
     def full_size(self):
-        """The full-size run that the repository keeps: `scores`, `validation` and `definition`.
-
-        None while it keeps none, and for that run itself.
-        """
+        """`scores`, `validation` and `definition` of the full-size run in the repository; None for that run itself."""
         paths = [FULL_SIZE / f"{name}.csv.xz" for name in ("scores", "validation")]
         if self.settings["name"] == "thesis" or not all(path.exists() for path in paths):
             return None

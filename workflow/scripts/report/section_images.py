@@ -77,27 +77,27 @@ def images_text(results):
 
 def azimuth_gallery(results, target):
     """Draw noise-free images of a target at evenly spread azimuths, elevation nearest 0."""
-    cut = results.images(target, "clean").image.sel(elevation=0, method="nearest")
-    cut = cut.isel(azimuth=around(cut.sizes["azimuth"], GALLERY_AZIMUTHS))
+    image = results.images(target, "clean").image.sel(elevation=0, method="nearest")
+    image = image.isel(azimuth=around(image.sizes["azimuth"], GALLERY_AZIMUTHS))
     note = "At azimuth 0° the radar is on the x axis, before the nose of what has one."
     for line in results.published_galleries.query("target == @target").to_dict("records"):
         note += f" The thesis's figure {line['figure']} is of a target of this kind: {line['shows']}."
-    return _over(results, f"images_{target}", target, cut, "azimuth", f"elevation {float(cut.elevation):g}°", note)
+    return _over(results, f"images_{target}", target, image, "azimuth", "elevation", note)
 
 
 def elevation_gallery(results, target):
     """Draw noise-free images of a target at evenly spread elevations, azimuth an eighth of the way."""
-    cut = results.images(target, "clean").image
-    cut = cut.sel(elevation=evenly(cut.elevation.values.tolist(), GALLERY_ELEVATIONS))
-    cut = cut.isel(azimuth=cut.sizes["azimuth"] // 8)
+    image = results.images(target, "clean").image
+    image = image.sel(elevation=evenly(image.elevation.values.tolist(), GALLERY_ELEVATIONS))
+    image = image.isel(azimuth=image.sizes["azimuth"] // 8)
     note = "Away from the horizon the image plane is inclined: cross-range shrinks with the cosine of the elevation."
-    return _over(results, "gallery_elevation", target, cut, "elevation", f"azimuth {float(cut.azimuth):.0f}°", note)
+    return _over(results, "gallery_elevation", target, image, "elevation", "azimuth", note)
 
 
-def _over(results, name, target, cut, axis, at, note):
-    """Draw a target's noise-free images over an angle, by its name. cut: the images; at: the other angle in words."""
-    images = {f"{axis} {image[axis]:.4g}°": image for image in cut.transpose(axis, ...).load()}
-    shown = f"{target}: noise-free images over {axis} at {at}."
+def _over(results, name, target, image, axis, other, note):
+    """Draw a target's noise-free images over one angle, the other being the same, by its name."""
+    images = {f"{axis} {one[axis]:.4g}°": one for one in image.transpose(axis, ...).load()}
+    shown = f"{target}: noise-free images over {axis} at {other} {float(image[other]):.4g}°."
     return gallery(name, target, images, results.surfaces.get(target), shown, f"{shown} {note}")
 
 

@@ -1,5 +1,7 @@
 """The meshes: a picture of each target, and how good its mesh is in every band."""
 
+import re
+
 import matplotlib
 import numpy as np
 import pandas as pd
@@ -15,19 +17,14 @@ PLACE, NEEDS = ("fields", 1), "targets"  # on the page, see page.py
 QUALITY = matplotlib.cm.ScalarMappable(Normalize(0, 60), "RdYlBu")  # of the smallest angle in degrees: red is bad
 SHOWN = 3  # bands that are drawn at most
 BINS = {"edges": np.arange(0, 0.1801, 0.005), "angles": np.arange(0, 61, 2)}  # of histograms: wavelengths and degrees
-# A band's entries in the mesh's JSON by the unit that ends their names in the CSV file, in its order.
-MEASURES = (
-    ("", "vertices", "triangles", "unknowns", "ideal_unknowns"),
-    ("_m", "wanted_edge", "edge"),
-    ("_wavelengths", "edge_wavelengths"),
-    ("_deg", "smallest_angle"),
-    ("", "thin_triangles"),
-    ("_deg", "smallest_angle_elsewhere"),
-    ("", "watertight", "components", "boundary_edges", "junction_edges"),
-    ("_m", "mirror_error"),
-    ("_m2", "area"),
-    ("_m3", "volume"),
-    ("_m", "hausdorff"),
+# Of the CSV file: entries of a band in the mesh's JSON, with their units.
+COLUMNS = (
+    "vertices triangles unknowns ideal_unknowns wanted_edge_m edge_mean_m edge_max_m edge_p99_m edge_mean_wavelengths "
+    "edge_max_wavelengths edge_p99_wavelengths smallest_angle_min_deg smallest_angle_p1_deg smallest_angle_median_deg "
+    "thin_triangles smallest_angle_elsewhere_min_deg smallest_angle_elsewhere_p1_deg "
+    "smallest_angle_elsewhere_median_deg watertight components boundary_edges junction_edges mirror_error_m "
+    "area_before_m2 area_after_m2 area_of_rods_m2 volume_before_m3 volume_after_m3 hausdorff_to_source_m "
+    "hausdorff_from_source_m hausdorff_to_source_wavelengths hausdorff_from_source_wavelengths"
 )
 
 
@@ -103,18 +100,13 @@ def comparison(results, target):
 
 def quality(target, measures):
     """Return a row per band of a target's mesh, in full precision; units end the columns. measures: its JSON."""
-    rows = []
-    for number, band in enumerate(measures["bands"]):
-        row = {"target": target, "band": number}
-        row |= {f"frequency_{end}_hz": band["frequencies"][end] for end in ("first", "last")}
-        for unit, *names in MEASURES:
-            for name in names:
-                values = band[name] if isinstance(band[name], dict) else {"": band[name]}
-                start = name.removesuffix(unit)
-                row |= {f"{start}_{key}".rstrip("_") + unit: value for key, value in values.items()}
-        row |= {f"hausdorff_{way}_wavelengths": far / band["wavelength"] for way, far in band["hausdorff"].items()}
-        rows.append(row)
-    return pd.DataFrame(rows).astype(dict.fromkeys(("mirror_error_m", "volume_before_m3", "volume_after_m3"), float))
+    bands = pd.json_normalize(measures["bands"], sep="_")
+    data = {"target": target, "band": bands.index}
+    data |= {f"frequency_{end}_hz": bands[f"frequencies_{end}"] for end in ("first", "last")}
+    for column in COLUMNS.split():
+        values = bands[re.sub("_(m|m2|m3|deg|wavelengths)$", "", column)]
+        data[column] = values / bands["wavelength"] if column.endswith("_wavelengths") else values
+    return pd.DataFrame(data).astype(dict.fromkeys(("mirror_error_m", "volume_before_m3", "volume_after_m3"), float))
 
 
 def quality_table(results):
