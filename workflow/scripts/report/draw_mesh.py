@@ -53,9 +53,7 @@ def draw(axes, vertices, triangles, view, edges=True, colors=SURFACE):
     margin = 0.03 * max(np.ptp(right), np.ptp(up))
     axes.set(xlim=(right.min() - margin, right.max() + margin), ylim=(up.min() - margin, up.max() + margin))
     axes.set_aspect("equal")
-    # As many ticks as there is room for, inches each along x and y.
-    for axis, length, room in ((axes.xaxis, np.ptp(right), 0.45), (axes.yaxis, np.ptp(up), 0.25)):
-        count = int(np.clip(points * length / 72 / room, 2, 5))
-        axis.set_major_locator(MaxNLocator(count, steps=[1, 2, 5, 10]))
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(MaxNLocator("auto", steps=[1, 2, 5, 10]))  # as many as there is room for
         axis.set_major_formatter("{x:g}")
     axes.grid(False)

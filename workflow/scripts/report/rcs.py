@@ -31,7 +31,7 @@ def write_rcs(folder, settings, page, tables, parts):
     made = Part("run", "The run", sections=(section_run.section(results),))
     shown = {
         "facts": [pair for pair in section_run.facts(results) if pair[0] in FACTS],
-        "warnings": section_run.meshes_warned(results),
+        "warnings": section_run.warned(results),
         "thumbnails": thumbnails,
         "targets": section_run.cards(results, thumbnails),
         "parts": (Part("rcs", "Radar cross-section", sections=sections), made),

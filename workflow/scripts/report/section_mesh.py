@@ -38,8 +38,8 @@ def section(results):
             "Each target has one mesh per frequency band, with edges sized to the shortest wavelength of the band. "
             "The pictures show the finest, and the CAD surface beside the bands."
         ]
-        repairs = {name: counted(measures["repairs"]) or "nothing" for name, measures in results.meshes.items()}
-        text += [f"Repaired in the CAD files: {'; '.join(f'of {name} {what}' for name, what in repairs.items())}."]
+        repairs = [f"{name} ({counted(mesh['repairs']) or 'none'})" for name, mesh in results.meshes.items()]
+        text += [f"Repairs in the CAD files: {'; '.join(repairs)}."]
     if without := [name for name in results.targets if name not in results.meshed]:
         text += [f"No mesh: {', '.join(without)}, given by the field alone."]
     return Section(id="meshes", title="Meshes", text=tuple(text), figures=tuple(figures), tables=tables)

@@ -92,17 +92,13 @@ def networks(results):
 
 def warned(results):
     """Return the warnings of the run, (what it is about, sentence), each once: of its meshes, then of its images."""
-    about, found = {}, meshes_warned(results)
+    found = [(name, text) for name, measured in results.meshes.items() for text in measures.warnings(measured)]
     if results.images_are_made:
         found += warnings(results.settings, {name: results.reach(name) for name in results.meshed})
+    about = {}
     for name, text in found:
         about.setdefault(text, []).append(name)
     return [(", ".join(names), text) for text, names in about.items()]
-
-
-def meshes_warned(results):
-    """Return what the meshes' measures warn of: (target, sentence)."""
-    return [(name, text) for name, measured in results.meshes.items() for text in measures.warnings(measured)]
 
 
 def thumbnail(target, surface):
