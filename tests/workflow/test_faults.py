@@ -49,10 +49,7 @@ TIMED = (
     "benchmarks",
     "learning/times.json",
     "report/index.html",
-    "report/figures/prediction_times",
     "report/tables/prediction_times",
-    "report/tables/figure_prediction_times",
-    "report/tables/jobs",
 )
 
 
