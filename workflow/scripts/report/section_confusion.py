@@ -1,9 +1,17 @@
 """Confusion matrices of every model at every SNR, for the page's own slider."""
 
 from isarflow.learning.experiments import CLEAN
+from isarflow.report.layout import Section
 from isarflow.report.plots import matrix
 from isarflow.report.section_headline import SETS, sets_of
 from isarflow.report.vocabulary import METHOD, ranked, select, split_text, title
+
+PLACE, NEEDS = ("recognition", 0.5), "learns"  # on the page, see page.py
+
+
+def section(results):
+    """Return the section, which a script draws."""
+    return Section("matrices", "Who is taken for whom", live=matrices(results))
 
 
 def matrices(results):
