@@ -62,32 +62,23 @@ const page = (() => {
     width = innerWidth;
   });
 
-  // Words of the glossary: the first time that each stands in a block, what one points at says what it means.
-  const terms = new Map([...document.querySelectorAll("#glossary + dl dt")].map(
-    ({ textContent, nextSibling }) => [textContent, nextSibling.textContent]));
+  // Words of the glossary lead there, the first time that each stands in a block, and say what they mean.
+  const terms = new Map([...document.querySelectorAll("#glossary + dl dt")].map((term) => [term.textContent, term]));
   const words = [...terms.keys()].sort((one, other) => other.length - one.length); // the longest that fits
   const any = new RegExp(`(?<![\\w-])(${words.join("|") || "$^"})(?![\\w-])`);
   function explain(block) {
     const walker = document.createTreeWalker(block, NodeFilter.SHOW_TEXT), nodes = [], said = new Set();
     while (walker.nextNode()) nodes.push(walker.currentNode);
-    for (const node of nodes.filter(({ parentElement }) => !parentElement.closest("a, button, output, .term"))) {
+    for (const node of nodes.filter(({ parentElement }) => !parentElement.closest("a, button, output"))) {
       // Every other part is a term.
       node.replaceWith(...node.data.split(any).map((part, k) => {
         if (k % 2 === 0 || said.has(part)) return part;
         said.add(part);
-        const word = document.createElement("span"); // no button: a line may break before the comma behind one
-        word.setAttribute("aria-describedby", "meaning");
-        return Object.assign(word, { className: "term", textContent: part, tabIndex: 0, role: "button" });
+        const { id, nextSibling } = terms.get(part), look = { className: "term", textContent: part };
+        return Object.assign(document.createElement("a"), look, { href: `#${id}`, title: nextSibling.textContent });
       }));
     }
   }
-  function mean(term) {
-    document.querySelector(".meant")?.classList.remove("meant");
-    term?.classList.add("meant");
-    Object.assign(byId("meaning"), { hidden: !term, textContent: terms.get(term?.textContent) });
-  }
-  for (const type of ["pointerover", "focusin"]) addEventListener(type, (event) => mean(event.target.closest(".term")));
-  addEventListener("keydown", (event) => event.key === "Escape" && mean(null));
 
   // A page of many figures and words opens at once: each part is drawn or explained when it is nearly seen.
   const eye = new IntersectionObserver((entries) => {
