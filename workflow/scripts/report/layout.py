@@ -95,7 +95,7 @@ class Section:
     figures: tuple = ()
     tables: tuple = ()
     code: str = ""  # shown as it is, folded
-    live: dict | None = None  # what the script <id>.js draws within <id>.html: its data, for JSON
+    live: dict | None = None  # data, for JSON, of what the script <id>.js draws within <id>.html
 
 
 def table(name, data, shown, caption):

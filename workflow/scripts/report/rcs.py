@@ -30,7 +30,7 @@ def write_rcs(folder, settings, page, tables, parts):
         sections = tuple(_section(results, name) for name in results.targets)
     made = Part("run", "The run", sections=(section_run.section(results),))
     shown = {"facts": [pair for pair in section_run.facts(results) if pair[0] in FACTS]}
-    shown |= {"warnings": section_run.meshes_warned(results)}
+    shown |= {"warnings": section_run.meshes_warned(results), "thumbnails": thumbnails}
     shown |= {"targets": section_run.cards(results, thumbnails)}
     shown |= {"parts": (Part("rcs", "Radar cross-section", sections=sections), made)}
     write_page(f"Radar cross-section: {settings['name']}", settings["name"], shown, page, *parts)

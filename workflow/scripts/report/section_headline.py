@@ -8,7 +8,7 @@ from matplotlib.lines import Line2D
 from isarflow.learning.experiments import CLEAN, REFERENCE
 from isarflow.report import thesis
 from isarflow.report.conditions import conditions, meaning
-from isarflow.report.layout import BLACK, Section, figure
+from isarflow.report.layout import BLACK, figure
 from isarflow.report.plots import draw_curve, draw_published, draw_rejecting, finish, panels
 from isarflow.report.published import FULL_SIZE, beside
 from isarflow.report.vocabulary import (
@@ -25,7 +25,6 @@ from isarflow.report.vocabulary import (
     title,
 )
 
-PLACE, NEEDS = ("recognition", 0), "learns"  # of the comparison on the page, see page.py
 # The sets of test images, as the page calls them, and the threshold in scores.csv.
 SETS = {**{f"open set, {protocol} thresholds": protocol for protocol in PROTOCOLS}, "closed set": ""}
 # What the reference thesis states of its own method in each: model and metric of the published table.
@@ -129,11 +128,6 @@ def curves(part, validation, names, network):
                 if len(curve):
                     lines.append((f"{name} ({split})", curve, is_theirs))
     return lines
-
-
-def section(results):
-    """Return the section of the comparison, which a script draws."""
-    return Section("compare", "Compare experiments", live=comparison(results))
 
 
 def comparison(results):
