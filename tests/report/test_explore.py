@@ -59,6 +59,6 @@ def test_the_viewer_grows_no_further_than_a_page_bears(whole, monkeypatch, most,
 def test_the_run_s_own_way_comes_first_and_one_that_cannot_be_is_left_out(whole):
     settings = copy.deepcopy(fake.SETTINGS)
     settings["imaging"]["reformat"] = "none"
-    assert list(explorer(whole, settings)["ways"]) == ["none", "polar", "exact"]
+    assert list(explorer(whole, settings)["ways"]) == ["none", "polar"]
     frequency, angle = np.linspace(1e9, 1.4e9, 5), np.radians([-80.0, 0, 80])
     assert list(section_explore._ways(frequency, angle, "none")) == ["none"]

@@ -125,7 +125,7 @@ page.live.explore = (data) => {
   }
 
   function drawProfiles({ shown, p, e, centre }) {
-    const { range, level } = imaging.profiles(data, shown.samples, p, e, FINER), decibels = imaging.decibels(level);
+    const { range, decibels } = imaging.profiles(data, shown.samples, p, e, FINER);
     const at = (far, place) => decibels[cell(range, far) * azimuths.length + place], [near, far] = edges(range);
     const all = plot(sinogram, edges(azimuths), [near, far], ["azimuth [°]", "range [m]"], (x, y, pressed) => {
       if (!pressed) return point(y, at(y, cell(azimuths, x)));
@@ -146,8 +146,7 @@ page.live.explore = (data) => {
       const first = imaging.aperture(data, shown.samples, 0, e, centre); // a receiver's noise is the same in all
       samples = imaging.withNoise(samples, data.snrs[snr.value - 1], data.definition, first);
     }
-    const { range, cross, level } = imaging.image(data, samples, way.value, ...sizes[pad.value]);
-    return { range, cross, decibels: imaging.decibels(level) };
+    return imaging.image(data, samples, way.value, ...sizes[pad.value]);
   }
 
   function say({ az, el, shown }) {
@@ -194,7 +193,7 @@ page.live.explore = (data) => {
     play.textContent = playing ? "Stop" : "Play";
   });
 
-  const WAYS = { polar: "polar reformatting", exact: "back-projection (exact)", none: "plain FFT" };
+  const WAYS = { polar: "polar reformatting", none: "plain FFT" };
   const finer = [1, 2, 4, 8].map((factor) => data.pixels.map((count) => count * factor));
   const sizes = finer.filter(([rows, columns], k) => k === 0 || rows * columns <= 20_000);
   options(target, targets.map((shown) => shown.name));

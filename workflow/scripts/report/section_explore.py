@@ -26,7 +26,7 @@ MOST_BYTES = 600_000  # of all fields
 SAMPLE = 4  # bytes: two numbers of two
 FULL = 32_767  # the largest of two bytes
 COLORS = 256
-WAYS = ("polar", "exact", "none")  # to images, that imaging.js knows (see imaging/imagers/fourier.py)
+WAYS = ("polar", "none")  # to images, that imaging.js knows (see imaging/imagers/fourier.py)
 
 
 def section(results):

@@ -22,7 +22,8 @@ SUMMARY = (
     "bootstrap over blocks of neighbouring views, so that a difference whose 95 % interval leaves out zero is more "
     "than the draw of images explains. Of many such intervals one in twenty leaves it out by chance.",
     "Of an open set's confidence scores the one is shown that is best on the validation images of {first}. All "
-    "differences, of accuracy and of every score and protocol, stand in {table} beside this page.",
+    "differences, of accuracy and of every score and protocol, stand in {table} beside this page. Methods of one run "
+    "alone are left out.",
 )
 
 
@@ -40,7 +41,6 @@ def write_comparison(roots, definition, seed, kept, page, table, over_seeds=None
     rows = pd.concat([_rows(Path(root, SCORES), definition, best).assign(run=name) for name, root in roots.items()])
     having = rows.groupby(GROUP + METHOD)["run"]
     shared = having.transform(lambda runs: first in set(runs) and runs.nunique() > 1).to_numpy(bool)
-    alone = rows[~shared].drop_duplicates([*GROUP, *METHOD, "run"]).groupby("run", sort=False).size()
     with layout.style():
         axis = snr_axis(definition)
         seeds = _rows(over_seeds, definition, best).groupby(GROUP) if over_seeds else ()
@@ -48,9 +48,6 @@ def write_comparison(roots, definition, seed, kept, page, table, over_seeds=None
         sections += [_section(key, of, found, [*roots], axis) for key, of in rows[shared].groupby(GROUP)]
     words = {"first": first, "table": Path(table).name}
     summary = [text.format(**words) for text in SUMMARY] if sections else ["These runs have no method in common."]
-    for run, count in alone.items():
-        methods = layout.several(count, "method")
-        summary.append(f"{run} has {methods} that no other run has, by name, model, split or training.")
     shown = {"summary": summary, "parts": (Part("runs", "Runs side by side", tuple(sections)),)}
     write_page(f"{first} beside {', '.join(others)}", first, shown, page)
     print(f"{len(found)} differences")
