@@ -141,15 +141,15 @@ def test_the_axis_names_the_definition_of_snr_and_published_values_have_theirs(t
 def test_every_comparison_names_networks_thresholds_split_and_snr(whole):
     capsule, fcnn = "(16 filters, 2 capsule channels; the thesis's 256 and 32)", "FCNN (756 hidden units)"
     every = "Thresholds: blind, thesis and kept"
-    sector = "split by sector (3 folds; of capsule sector only fold 2; of sector FCNN only folds 1 and 3)"
+    sector = "split by sector (3 folds; of capsule sector only no. 2; of sector FCNN only no. 1 and 3)"
     for name, parts in {
         "headline": [f"capsule {capsule}", "Thresholds: blind and thesis", "split by sector (3 folds; of capsule"],
         "open_noisy_capsule": [f"capsule and capsule, denoising {capsule}", every, "Images split at random."],
-        "folds": [fcnn, "Thresholds: blind and thesis", "split by sector (3 folds; of sector FCNN only folds 1 and 3)"],
-        "open_capsule_sector": [capsule, every, "split by sector (fold 2 of 3)"],
+        "folds": [fcnn, "Thresholds: blind and thesis", "split by sector (3 folds; of sector FCNN only no. 1 and 3)"],
+        "open_capsule_sector": [capsule, every, "split by sector (3 folds; of capsule sector only no. 2)"],
         "open_fcnn_open": [fcnn, every, "Images split at random."],
         "published_confusion": [fcnn, "Thresholds: thesis", "Images split at random."],
-        "learning_sector_fcnn": [fcnn, "split by sector (folds 1 and 3 of 3)"],
+        "learning_sector_fcnn": [fcnn, "split by sector (3 folds; of sector FCNN only no. 1 and 3)"],
     }.items():
         caption = caption_of(whole, name)
         assert [part for part in [*parts, "SNR by "] if part not in caption] == [], name

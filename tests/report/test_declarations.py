@@ -26,16 +26,11 @@ def results(whole):
     return Results(whole.parent, fake.SETTINGS, fake.names(fake.SETTINGS))
 
 
-def makers(results, part):
-    (found,) = [makers for id, _, _, makers in page._outline(results) if id == part]
-    return found
-
-
 def test_a_section_is_one_file(results, tmp_path, monkeypatch):
     (tmp_path / "section_mine.py").write_text(SECTION)
-    before = makers(results, "recognition")
+    before = page._outline(results)["recognition"]
     monkeypatch.setattr(report, "__path__", [*report.__path__, str(tmp_path)])
-    after = makers(results, "recognition")
+    after = page._outline(results)["recognition"]
     place = before.index(section_open.section) + 1
     assert [*after[:place], *after[place + 1 :]] == before
     (section,) = page._drawn(after[place], results)

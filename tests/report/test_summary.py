@@ -13,7 +13,6 @@ from pages import Page, unpacked
 
 import isarflow.report.results
 from isarflow.report import section_confusion, section_mesh, section_summary, vocabulary
-from isarflow.report.page import _in_two
 from isarflow.report.results import Results
 from isarflow.scattering import interpolation
 from isarflow.scattering.sphere import backscatter, check
@@ -132,10 +131,3 @@ def test_a_field_of_unknown_reach_is_known_between_its_samples_where_they_are_de
     # Its harmonics fall off beyond the 12th; the 24th is 1e-5 of the first.
     np.testing.assert_allclose(interpolation.between(turn, wave(turn), highest, finer), wave(finer), atol=1e-3)
     assert interpolation.order_told(wave(turn[::2])) is None
-
-
-def test_a_long_caption_keeps_all_its_words_in_two_parts():
-    text = " ".join(f"Sentence {number} is of some length, 0.5 dB of it." for number in range(20))
-    first, rest = _in_two(text)
-    assert f"{first} {rest}" == text and len(first) < 250
-    assert _in_two("Short. And done.") == ("Short. And done.", "")

@@ -71,7 +71,7 @@ rule compare:
         tables=lambda w: [table for root in or_exit(plan.roots).values() for table in plan.judged(root)],
         over_seeds=rules.seeds.output if len(plan.seeded) > 1 else [],
         validation=f"{RESULTS}/learning/validation.csv",
-        template=in_repository("workflow/scripts/report/templates/side_by_side.html"),
+        page_files=page_files(),
     output:
         page=f"{RESULTS}/report/compare.html",
         table=f"{RESULTS}/report/compare.csv",
