@@ -47,7 +47,7 @@ def test_what_is_shown_does_not_depend_on_the_file():
     picked = selection.evenly(list(range(-24, 25, 3)), 7)
     assert (picked[0], picked[-1], len(picked)) == (-24, 24, 7)
     assert selection.evenly([5], 7) == [5] and selection.noise_snrs([12, -3, 0]) == [-3, 0, 12]
-    assert selection.selection.decoded_snrs([-3, 0, 4, 21, 30]) == [4, 21] and selection.decoded_snrs([10]) == [10]
+    assert selection.decoded_snrs([-3, 0, 4, 21, 30]) == [4, 21] and selection.decoded_snrs([10]) == [10]
     targets = {"z": {"role": "other"}, "b": {"role": "known"}, "u": {"role": "unknown"}, "a": {"role": "known"}}
     for order in (targets, dict(reversed(targets.items()))):
         assert selection.target_order(order) == ["a", "b", "u", "z"] and selection.noise_target(order) == "a"
@@ -101,11 +101,6 @@ def test_outline_of_a_box_is_its_shadow_and_a_sheet_on_edge_has_one():
     for turn in (0.0, 30.0, 45.0):  # a vertical sheet in the plane of x and z, seen along its edge from above
         upright = corners[:, [0, 2, 1]]
         assert draw_images.outline(upright, plate, 0.0, turn)[2].max() > draw_images.OUTLINE
-
-
-def test_decoded_snrs_are_those_nearest_3_and_24_db():
-    assert selection.decoded_snrs([-3, 0, 4, 21, 30]) == [4, 21]
-    assert selection.decoded_snrs([10]) == [10]
 
 
 def test_methods_rank_by_their_mean_on_validation_images_over_the_middle_within_each_split():
