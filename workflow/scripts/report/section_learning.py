@@ -85,7 +85,7 @@ def learning_figure(results, name, rows):
         f"{conditions(results, rows, rows['snr_definition'].iloc[0])}"
     )
     alt = f"Experiment {title(name)}: accuracy against test SNR of each model."
-    return figure(f"learning_{name}", drawing, rows, alt, caption, wide=True)
+    return figure(f"learning_{name}", drawing, rows, alt, caption, wide=len(shown) > 1)
 
 
 def folds_figure(results):
