@@ -13,6 +13,7 @@ import pandas as pd
 import pytest
 import xarray as xr
 
+from isarflow.core.kinds import page_names
 from isarflow.core.sweep import C0
 from isarflow.report import (
     draw_images,
@@ -31,7 +32,6 @@ from isarflow.report.results import Results, rejecting_f1
 from isarflow.report.section_scattering import range_profiles
 from isarflow.report.selection import decoded_snrs, evenly, noise_snrs, noise_target, noisy_targets, target_order
 from isarflow.report.vocabulary import select
-from isarflow.setup.kinds import page_names
 
 NAMES = vocabulary.Names(page_names({"svm": {}, "knn": {}, "capsule": {}}))
 

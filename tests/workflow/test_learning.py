@@ -14,8 +14,6 @@ from test_docs import blocks
 
 from isarflow.core.sweep import C0, azimuths, elevations, frequencies
 from isarflow.scattering.store import write_field
-from isarflow.setup.check import training_images
-from isarflow.setup.config import load
 from isarflow.setup.yaml_file import read_yaml
 
 LEARN = ("--configfile", "config/learn.yaml")
@@ -120,15 +118,6 @@ def project(project_of):
 @pytest.fixture
 def results(project):
     return project.folder / "results/learn"
-
-
-def test_models_learn_from_as_many_images_as_a_config_is_checked_for(project, results, monkeypatch):
-    monkeypatch.chdir(project.folder)
-    config = load(read_yaml("config/learn.yaml"))
-    for path in results.glob("learning/models/*/*/config.json"):
-        fitted = json.loads(path.read_text())
-        settings = config["learning"]["models"][fitted["model"]]
-        assert sum(fitted["observations"].values()) == training_images(config, fitted["run"], settings)
 
 
 @pytest.fixture

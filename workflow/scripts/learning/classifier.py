@@ -49,7 +49,6 @@ class Classifier:
     covariances: True if `fit` keeps a matrix of pixels by pixels for each SNR: it counts in the memory that is planned,
     and images of more pixels than check.MOST_PIXELS are refused.
     pairs: True if `fit` keeps a matrix of images by images: it counts in the memory that is planned.
-    fewest: None, or the name of the setting that is the least number of images that `fit` must learn from.
     additive: True if scores and confidence scores are logarithms of likelihoods or of their ratios, so that those of
     several looks can be added: scores.csv then has the results of several looks, too.
     learns_noise: True if `fit` finds images of noise alone, (m, ...), in the attribute `noise`.
@@ -68,7 +67,6 @@ class Classifier:
     smallest = 1
     covariances = False
     pairs = False
-    fewest: str | None = None
     additive = False
     learns_noise = False
     noise: np.ndarray | None = None

@@ -9,6 +9,7 @@ import json
 import os
 import platform
 import time
+import timeit
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
@@ -45,17 +46,9 @@ def benchmark():
     rng = np.random.default_rng(0)
     matrix = (rng.standard_normal((SIZE, SIZE)) + 1j).astype(np.complex64)
     phases = 1j * rng.standard_normal(NUMBERS)
+    works = (lambda: matrix @ matrix), (lambda: np.exp(phases))
     with threadpoolctl.threadpool_limits(1):
-        return _fastest(lambda: matrix @ matrix), _fastest(lambda: np.exp(phases))
-
-
-def _fastest(work):
-    seconds = []
-    for _ in range(REPEATS):
-        start = time.thread_time()
-        work()
-        seconds.append(time.thread_time() - start)
-    return min(seconds)
+        return tuple(min(timeit.repeat(work, timer=time.thread_time, repeat=REPEATS, number=1)) for work in works)
 
 
 def processor():

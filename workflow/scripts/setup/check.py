@@ -12,7 +12,9 @@ import numpy as np
 from isarflow.core import sweep
 from isarflow.core.errors import InputError
 from isarflow.core.folders import of_fields
+from isarflow.core.kinds import MODELS, SECTIONS, check_kind, of_model, settings_of
 from isarflow.core.sweep import images_are_made
+from isarflow.core.words import near
 from isarflow.imaging.geometry import PURE_NOISE, centres, planned
 from isarflow.learning.classifier import NOT_HYPER, OTHER, choices
 from isarflow.learning.experiments import CLEAN, TOLERANCE, channels_of, runs
@@ -22,8 +24,7 @@ from isarflow.mesh import cad_kernel
 from isarflow.scattering import field_files, needs
 from isarflow.scattering.reference import check_columns, check_frequencies, is_csv, several
 from isarflow.setup import sweeps
-from isarflow.setup.kinds import MODELS, SECTIONS, check_kind, kind, settings_of
-from isarflow.setup.schema import check_schema, near, schema
+from isarflow.setup.schema import check_schema, schema
 
 FIELD_FORMATS = (".ffe", ".zarr")
 WHERE = " (paths start at the folder you run snakemake in, or at the repository's)"
@@ -39,14 +40,11 @@ def rules(config):
     """The schema with the settings of the config's imager and solver. InputError if there are no such kinds."""
     sections = dict(schema()["properties"])
     for name in SECTIONS:
-        section = sections[name]
         settings = settings_of(name, config.get(name) if isinstance(config, dict) else None)
         if settings is not None:
-            sections[name] = section | {
-                "properties": section["properties"] | settings,
-                "required": [*section["required"], *settings],
-                "additionalProperties": False,
-            }
+            properties, required = sections[name]["properties"] | settings, [*sections[name]["required"], *settings]
+            own = {"properties": properties, "required": required, "additionalProperties": False}
+            sections[name] = sections[name] | own
     return schema() | {"properties": sections}
 
 
@@ -61,25 +59,6 @@ def check_experiments(config, experiments):
     if experiments and images_are_made(config):
         for problem in _of_experiments(config, experiments):
             raise InputError(f"config key {problem}")
-
-
-def check_fewest(config):
-    """Raise InputError for a model that is set to ask for more training images than a run of its experiments has."""
-    models = config["learning"]["models"]
-    asking = {model: model_kind(models, model).stated.get("fewest") for model in models}
-    for run in runs(config).values() if images_are_made(config) else ():
-        for model in filter(asking.get, run["models"]):
-            key, most = f"learning.models.{model}.{asking[model]}", np.max(models[model][asking[model]])
-            if most > (there := training_images(config, run, models[model])):
-                raise InputError(
-                    f"config key '{key}': {most} is more than the {there} images that the run '{run['name']}' trains "
-                    f"on; take {there} at most."
-                )
-
-
-def model_kind(models, name):
-    """The Kind of a model of the config: that of its own name, unless it says another."""
-    return kind(MODELS, models[name].get("kind", name))
 
 
 def _problems(config):
@@ -101,13 +80,19 @@ def _problems(config):
     for name, target in config["targets"].items():
         if name in RESERVED:
             yield f"'targets.{name}': {RESERVED[name]}"
-            continue
         yield from _of_reference(f"'targets.{name}.reference'", target.get("reference", []), config)
         if "field" in target:
             yield from _of_field(f"'targets.{name}.field'", target["field"], config)
         else:
             yield from _of_mesh(f"targets.{name}", target)
-    yield from _of_labels(config["noise"]["snr_db"])
+    labels = {}
+    for snr in config["noise"]["snr_db"]:
+        label = sweep.snr_label(snr)
+        if labels.setdefault(label, snr) != snr:
+            yield (
+                f"'noise.snr_db': {labels[label]!r} and {snr!r} dB would both be called {label}; take values that "
+                "differ in six digits."
+            )
     yield from _of_models(config["learning"]["models"])
 
 
@@ -181,22 +166,11 @@ def _of_targets_solver(config):
     solver, settings = config["scattering"]["solver"], settings_of("scattering", config["scattering"])
     described = schema()["properties"]["targets"]["additionalProperties"]["properties"]
     for name, target in config["targets"].items() if settings is not None else ():
-        for key in (key for key in needs.OWN if key in target):
+        for key in needs.OWN & target.keys():
             if key not in settings:
                 yield f"'targets.{name}.{key}': the solver '{solver}' has no such setting; leave it out."
             rule = settings[key] | {"description": described[key]["description"]}
             check_schema({key: target[key]}, {"properties": {key: rule}}, ("targets", name))
-
-
-def _of_labels(snr_db):
-    labels = {}
-    for snr in snr_db:
-        label = sweep.snr_label(snr)
-        if labels.setdefault(label, snr) != snr:
-            yield (
-                f"'noise.snr_db': {labels[label]!r} and {snr!r} dB would both be called {label}; take values that "
-                "differ in six digits."
-            )
 
 
 # Number of texts that a model's file states for the page for each name; a number may follow, the place on the page.
@@ -207,37 +181,31 @@ def _of_models(models):
     """Check every model's settings against those that its kind states. A list means each of its values in turn."""
     shared = schema()["properties"]["learning"]["properties"]["models"]["additionalProperties"]["properties"]
     for name, settings in models.items():
-        key, hint = f"learning.models.{name}", None
-        if "kind" not in settings:
-            misspelt = next((setting for setting in settings if near(setting, ["kind"]) != "."), None)
-            hint = misspelt and f"; did you mean 'kind' by '{misspelt}'?"
-        file = settings.get("kind", name)
-        check_kind(MODELS, file, f"config key '{key}{'.kind' if 'kind' in settings else ''}'", hint)
+        key, file = f"learning.models.{name}", settings.get("kind", name)
+        check_kind(MODELS, file, f"config key '{key}{'.kind' if 'kind' in settings else ''}'")
+        its = of_model(models, name)
         for setting, value in settings.items():
             if setting not in NOT_HYPER and value == []:
                 yield f"'{key}.{setting}': an empty list leaves nothing to choose from."
-        stated = kind(MODELS, file).settings
-        # A kind with SETTINGS is checked by these.
-        for setting in sorted(kind(MODELS, file).asked - settings.keys()) if stated is None else ():
-            yield f"'{key}': {file}.py asks for the setting '{setting}', which is not there; add it."
-        smallest = kind(MODELS, file).stated.get("smallest", 1)
+        smallest = its.stated.get("smallest", 1)
         if not isinstance(smallest, int):
             yield f"'{key}': {file}.py says smallest = {smallest!r}; it is a whole number of pixels a side."
         for attribute, (texts, entries) in NAMED.items():
-            names = kind(MODELS, file).stated.get(attribute, {})
+            names = its.stated.get(attribute, {})
             if not isinstance(names, dict) or not all(
                 isinstance(words, tuple | list) and [*map(type, words)] in ([str] * texts, [*[str] * texts, int])
                 for words in names.values()
             ):
                 yield f"'{key}': {file}.py says {attribute} = {names!r}; it is a mapping of names to {entries}."
-        for choice in choices(settings) if stated is not None else ():
-            required = [setting for setting, rule in stated.items() if "default" not in rule]
-            allowed = {"additionalProperties": False, "required": required, "properties": shared | stated}
-            check_schema(choice, allowed | {"$defs": schema()["$defs"]}, ("learning", "models", name))
+        if its.settings is not None:
+            required = [setting for setting, rule in its.settings.items() if "default" not in rule]
+            allowed = {"additionalProperties": False, "required": required, "properties": shared | its.settings}
+            for choice in choices(settings):
+                check_schema(choice, allowed | {"$defs": schema()["$defs"]}, ("learning", "models", name))
 
 
 def _of_experiments(config, experiments):
-    learning, noise = config["learning"], config["noise"]["snr_db"]
+    learning, imaging, noise = config["learning"], config["imaging"], config["noise"]["snr_db"]
     known = sum(target["role"] == "known" for target in config["targets"].values())
     elevations = sweep.elevations(config["aspect"])
     yield from _of_names("learning.experiments", experiments)
@@ -254,7 +222,6 @@ def _of_experiments(config, experiments):
                 yield f"'{key}.folds': fold {fold} is none of {count}{of_config}."
         if scheme == "elevation" and trained != "all":
             yield f"'{key}.train.elevation': the split by elevation says at which elevations it trains; write all."
-        imaging = config["imaging"]
         yield from _absent(f"{key}.channels", experiment.get("channels", ()), "imaging.polarizations", imaging)
         if known < 2:
             yield (
@@ -273,14 +240,14 @@ def _of_experiments(config, experiments):
                     f"'{key}.train.elevation': {angle} degrees is not one of the sweep's elevations "
                     f"({', '.join(f'{elevation:g}' for elevation in elevations)})."
                 )
-    images, plan = centres(sweep.azimuths(config["aspect"]), config["imaging"]["aperture"]), planned(config)
+    images, plan = centres(sweep.azimuths(config["aspect"]), imaging["aperture"]), planned(config)
     for run in every.values():
         key = f"learning.experiments.{run['experiment']}"
         for snr in run["snrs"]:
-            if snr != CLEAN and snr not in noise:
+            if snr not in (CLEAN, *noise):
                 have = ", ".join(f"{other:g}" for other in sorted(noise))
                 yield f"'{key}.train.snr_db': {snr} is not in noise.snr_db ({have})."
-        stated = {model: model_kind(learning["models"], model).stated for model in run["models"]}
+        stated = {model: of_model(learning["models"], model).stated for model in run["models"]}
         for model in run["models"] if run["random_snr"] else ():
             if not stated[model].get("by_snr", False):
                 yield f"'{key}.train.snr_db': {model} does not keep the SNRs of its images apart."
@@ -297,18 +264,6 @@ def _of_experiments(config, experiments):
             if target["role"] == "known":
                 sides = split(elevations, images, target.get("symmetry", ()), division)
                 check_sides(sides, division, name, len(images))
-
-
-def training_images(config, run, settings):
-    """Number of images that a model with these settings learns from in one of the config's runs."""
-    azimuths = centres(sweep.azimuths(config["aspect"]), config["imaging"]["aperture"])
-    elevations = sweep.elevations(config["aspect"]) if run["elevation"] == "all" else np.sort(run["elevation"])
-    roles = ("known", OTHER) if settings.get("other", False) else ("known",)
-    planes = [target.get("symmetry", ()) for target in config["targets"].values() if target["role"] in roles]
-    copies = sum(1 if snr == CLEAN else config["noise"]["realizations"] for snr in run["snrs"])
-    sets = [*planes * copies, *([()] if OTHER in roles else [])]  # and pure noise, once
-    division = Division(**run["division"])
-    return sum(split(elevations, azimuths, planes, division)["train"].count for planes in sets)
 
 
 def _of_pixels(key, run, models, plan):

@@ -49,14 +49,13 @@ def release_stale():
     runs = [_look(path) for path in RUNS.glob("*")]
     killed = [file for file, note, is_free in runs if note and is_free]
     lines = [line for _, note, is_free in runs for line in _doubt(note, is_free, locks)]
-    if killed and not lines:
-        lines = [
-            f"The run that had the lock of this folder was killed, but a job of it goes on: process {job}. Wait until "
-            f"it ends or stop it (kill {job}), and run the same command."
-            for job in _jobs()
-        ]
-    if killed and not lines:
-        for path in locks:
+    lines = lines or [
+        f"The run that had the lock of this folder was killed, but a job of it goes on: process {job}. Wait until it "
+        f"ends or stop it (kill {job}), and run the same command."
+        for job in (_jobs() if killed else ())
+    ]
+    if not lines:
+        for path in locks if killed else ():
             path.unlink(missing_ok=True)
         for file in killed:
             file.truncate(0)
@@ -69,15 +68,11 @@ def _doubt(note, is_free, locks):
     """Yield the reason why a run may be at work, one sentence, or nothing."""
     if not is_free:
         yield _at_work(note)
-    elif note and note["host"] != socket.gethostname():  # on some file systems each machine has locks of its own
+    # On some file systems each machine has locks of its own, and a killed run's jobs on a cluster go on.
+    elif note and (note["host"] != socket.gethostname() or (note["remote"] and locks)):
         yield (
-            f"Another run took the lock of this folder: {_who(note)}. If it no longer runs there, take its lock away "
-            f"with --unlock and delete {RUNS}."
-        )
-    elif note and note["remote"] and locks:
-        yield (
-            f"The run that had the lock of this folder was killed ({_who(note)}), but its jobs on the cluster may go "
-            f"on. Cancel them (squeue, scancel), take its lock away with --unlock and delete {RUNS}."
+            f"Another run took the lock of this folder: {_who(note)}. Once it is at work no longer, nor any job of it "
+            f"on a cluster (squeue, scancel), take its lock away with --unlock and delete {RUNS}."
         )
 
 

@@ -11,7 +11,7 @@ from isarflow.core.folders import of_fields
 from isarflow.core.sweep import images_are_made, why_no_images
 from isarflow.imaging.geometry import describe, planned
 from isarflow.learning.caveats import LEARNING, warnings
-from isarflow.mesh import cad_kernel, symmetry, topology
+from isarflow.mesh import cad_kernel, measures, symmetry, topology
 from isarflow.mesh.read import check_size, in_metres, read_cad
 from isarflow.mesh.resolution import check_resolution
 from isarflow.scattering import field_files, needs
@@ -48,8 +48,8 @@ def overview(config, results, refuse=False, seeds=1):
     if images_are_made(config):
         lines += _images(config, results, seeds)
         reaches = {name: size and size["reach"] for name, size in sizes.items()}
-        for name in (name for name, reach in reaches.items() if reach is None):
-            lines.append(f"  {name}: whether it fits the unambiguous extent is not known yet.")
+        unknown = [name for name, reach in reaches.items() if reach is None]
+        lines += [f"  {name}: whether it fits the unambiguous extent is not known yet." for name in unknown]
         for name, text in warnings(config, reaches):
             lines.append(f"Warning: {text if name == LEARNING else f'{name}: {text}'}")
         lines += _untrained(config["learning"])
@@ -84,9 +84,9 @@ def _solves(config, sizes, fields, refuse):
         lines.append(f"  {name}: up to {unknowns:,.0f} unknowns, {gigabytes:.1f} GB, {_span(time)}")
         if (fields / "scattering" / f"{name}.zarr").exists():
             continue
-        faults, box, label = [], sizes[name]["box"], f"config key 'targets.{name}': {target['mesh']}"
-        resolution = check_resolution, box, config["mesh"], config["radar"], label, needs.precision(config)
-        for check, *asked in ((needs.check_fit, config, name, sizes[name]), resolution):
+        faults, label = [], f"config key 'targets.{name}': {target['mesh']}"
+        sizing = sizes[name]["box"], config["mesh"], config["radar"], label, needs.precision(config)
+        for check, asked in ((needs.check_fit, (config, name, sizes[name])), (check_resolution, sizing)):
             try:
                 check(*asked)
             except InputError as error:
@@ -112,8 +112,7 @@ def _images(config, results, seeds):
         "Images of every target:",
         *(f"  {line}" for line in describe(plan)),
         f"  stores: {clean / 1e6:.3g} MB without noise, {noisy / 1e6:.3g} MB at each SNR; "
-        f"at most {most / 1e9:.3g} GB in all; "
-        f"exported they take {2 * most / 1e9:.3g} GB more",
+        f"at most {most / 1e9:.3g} GB in all; exported they take {2 * most / 1e9:.3g} GB more",
         *shortage(results, most),
     ]
 
@@ -146,11 +145,7 @@ def _size(config, name, mesh_json):
         from isarflow.setup.checkup import check_formulation
 
         check_formulation(config, name, load(target["mesh"], target, config["mesh"], config["radar"]))
-    return {
-        "area": float(topology.areas(vertices, triangles).sum()),
-        "box": np.ptp(vertices, axis=0).tolist(),
-        "reach": float(np.linalg.norm(vertices, axis=1).max()),
-    }
+    return measures.size(vertices, triangles)
 
 
 def _is_doubtful(config, name, vertices, triangles):
@@ -160,8 +155,10 @@ def _is_doubtful(config, name, vertices, triangles):
     """
     if needs.method(config, name).get("formulation") == "cfie" and not topology.is_watertight(triangles):
         return True
-    planes, tree = symmetry.axes(config["targets"][name].get("symmetry", [])), igl.AABB()
-    tree.init(vertices, triangles.astype(np.int64))
-    images = (symmetry.mirrored(vertices, axis) for axis in planes)
-    apart = [tree.squared_distance(vertices, triangles.astype(np.int64), image)[0] for image in images]
-    return not (np.array(apart) <= symmetry.allowed(config["radar"]) ** 2).all()  # nor where it is NaN
+    faces, tree = triangles.astype(np.int64), igl.AABB()
+    tree.init(vertices, faces)
+    for axis in symmetry.axes(config["targets"][name].get("symmetry", [])):
+        apart = tree.squared_distance(vertices, faces, symmetry.mirrored(vertices, axis))[0]
+        if not (apart <= symmetry.allowed(config["radar"]) ** 2).all():  # nor where it is NaN
+            return True
+    return False

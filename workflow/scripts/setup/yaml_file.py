@@ -1,7 +1,6 @@
 """Read a config file; of one that is not YAML, say where it is wrong and what is wrong, in plain words."""
 
 import itertools
-import json
 import re
 import stat
 from argparse import ArgumentParser
@@ -75,12 +74,11 @@ def read_yaml(path):
     """
     text = _text(Path(path))
     try:
-        content = _json(text) or _yaml(text)
+        content = _parsed(text)
     except yaml.MarkedYAMLError as error:
         raise InputError(f"{path}, {_place(error.problem_mark)}: {_slip(error)}.") from None
     except RecursionError:
-        problem = "its brackets, or its aliases, stand in one another more than a thousand deep"
-        raise InputError(f"{path}: {problem}.") from None
+        raise InputError(f"{path}: its brackets or aliases stand in one another more than a thousand deep.") from None
     except (yaml.YAMLError, ValueError) as error:
         raise InputError(f"{path}: {' '.join(str(error).split())}.") from None
     if not isinstance(content, dict):
@@ -111,44 +109,31 @@ def _text(path):
         ) from None
 
 
-def _json(text):
-    """The mapping of a JSON file, which tabs may indent; None for YAML, and for bad JSON, which YAML then locates."""
-
-    def unique(pairs):
-        if len(dict(pairs)) < len(pairs):
-            raise ValueError
-        return dict(pairs)
-
-    try:
-        return json.loads(text, object_pairs_hook=unique) if text.lstrip()[:1] == "{" else None
-    except (ValueError, RecursionError):
-        return None
-
-
-def _yaml(text):
+def _parsed(text):
+    """What YAML, or JSON, which is YAML too, says."""
     loader = _UniqueKeys(text)
     try:
         tree = loader.get_single_node()
-        _count(tree, {}, set())
-        if "\t" in text:
-            yaml.compose(text, yaml.SafeLoader)  # Snakemake's reader, which allows tabs in fewer places than libyaml
+        _count(tree, {})
+        # Snakemake's reader of YAML allows tabs in fewer places than libyaml; it reads JSON by another one.
+        if "\t" in text and not text.lstrip().startswith("{"):
+            yaml.compose(text, yaml.SafeLoader)
         return loader.construct_document(tree) if tree else None
     finally:
         loader.dispose()
 
 
-def _count(node, sizes, above):
+def _count(node, sizes):
     """Number of values of a node, its aliases written out. Raises for a node that holds itself, and for too many."""
-    if node in above:
+    if node not in sizes:
+        sizes[node] = None  # until it is known
+        inner = node.value if isinstance(node, yaml.CollectionNode) else ()
+        inner = itertools.chain(*inner) if isinstance(node, yaml.MappingNode) else inner
+        sizes[node] = 1 + sum(_count(part, sizes) for part in inner)
+    if sizes[node] is None:
         raise yaml.YAMLError(
             f"{_place(node.start_mark)}: what the anchor '&' names here holds an alias '*' to itself, without end"
         )
-    if node not in sizes:
-        above.add(node)
-        inner = node.value if isinstance(node, yaml.CollectionNode) else ()
-        inner = itertools.chain(*inner) if isinstance(node, yaml.MappingNode) else inner
-        sizes[node] = 1 + sum(_count(part, sizes, above) for part in inner)
-        above.discard(node)
     if sizes[node] > MOST_VALUES:
         raise yaml.YAMLError(f"its aliases stand for more than {MOST_VALUES:,} values")
     return sizes[node]

@@ -25,7 +25,6 @@ class Model(Classifier):
         "k": {"type": "integer", "minimum": 1, "description": "number of neighbours, at most the training images"},
         "features": {"$ref": "#/$defs/features", "default": "parts"},
     }
-    fewest = "k"
     leaves_out = True
 
     def fit(self, images, labels, validation=None, snrs=None, views=None):

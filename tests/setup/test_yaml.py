@@ -130,22 +130,3 @@ def test_settings_of_the_command_line_that_are_right():
     check_command_line(["--config", "name=b", "noise={snr_db: [1, 2]}", "--cores", "2"], "/home/me/isarflow")
     with pytest.raises(SystemExit, match="Snakemake takes braces in a path for wildcards"):
         check_command_line([], "/home/me/{isarflow}")
-
-
-def test_numbers_within_mappings_of_the_command_line(project_of):
-    """Snakemake gives what stands within them as text."""
-    project = project_of("settings")
-    settings = ("--config", "name=b", "noise={snr_db: [1, 2.5]}", "learning={experiments: {}}")
-    assert project.planned("results/b/imaging/ufo/snr_2.5dB.zarr", *settings)["noise"] == 1
-
-
-@pytest.mark.parametrize("option", ["--configfile", "--configfiles"])
-def test_snakemake_says_it_before_it_reads_the_files_itself(option, project_of):
-    """Its own words for the same: a traceback, or that the file is 'not valid JSON or YAML', without a place."""
-    project = project_of("slip")
-    project.write("config/good.yaml", "name: good\n")
-    project.write("config/bad.yaml", "name: bad\nradar: &a {b: *a}\n")
-    finished = project.run("--cores", 1, "--dry-run", "report", option, "config/good.yaml", "config/bad.yaml")
-    assert finished.returncode == 1
-    (line,) = [line for line in finished.stdout.splitlines() if not line.startswith("Using workflow specific profile")]
-    assert line.startswith("config/bad.yaml: line 2, column 8: what the anchor")
