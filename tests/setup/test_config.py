@@ -94,6 +94,11 @@ BAD = {
     "SNR twice": ({"noise": {"snr_db": [0, 3, 3.0]}}, "noise.snr_db", "3 stands twice in the list"),
     "no SNR": ({"noise": {"snr_db": []}}, "noise.snr_db", "[]"),
     "missing mesh": ({"targets": {"a": {"mesh": "no/such.stl", "role": "known"}}}, "targets.a.mesh", "no/such.stl"),
+    "braces in a path": (
+        {"targets": {"a": {"mesh": "{target}.stl", "role": "known"}}},
+        "targets.a.mesh",
+        "takes braces in a path for wildcards",
+    ),
     "not a mesh": ({"targets": {"a": {"mesh": "README.md", "role": "known"}}}, "targets.a.mesh", ".stl"),
     "mesh left out": ({"targets": {"a": {"role": "known"}}}, "targets.a.mesh", "missing"),
     "role": ({"targets": {"a": {**KNOWN, "role": "friend"}}}, "targets.a.role", "known"),

@@ -69,4 +69,4 @@ def test_snakemake_says_it_before_it_reads_the_files_itself(option, project_of):
     finished = project.run("--cores", 1, "--dry-run", "report", option, "config/good.yaml", "config/bad.yaml")
     assert finished.returncode == 1
     (line,) = [line for line in finished.stdout.splitlines() if not line.startswith("Using workflow specific profile")]
-    assert line.startswith("config/bad.yaml: line 2, column 8: what the anchor")
+    assert line.startswith("config/bad.yaml, line 2, column 8: what the anchor")

@@ -92,32 +92,15 @@ def in_report(path, caption, category, *patterns, **labels):
     return report(path, f"../report/{caption}.rst", category, labels=labels, patterns=list(patterns))
 
 
-def end_if_refused(report):
-    """End the run with an error if the report of `check` names targets that are refused: it has done its job, and stays."""
-    with open(report) as file:
-        *_, last = file
-    if last.startswith("Error:"):
-        sys.exit(f"{last.strip()} ({report} says why)")
-
-
-def expected(refuse):
-    """What is said before anything runs (see `overview`)."""
-    return unnamed(config, *OVERLAYS) + or_exit(overview, config, RESULTS, refuse, len(plan.seeded))
+def say_what_is_expected(refuse):
+    """Say before anything runs what the config makes (see `overview`)."""
+    lines = unnamed(config, *OVERLAYS) + or_exit(overview, config, RESULTS, refuse, len(plan.seeded))
+    logger.info("\n".join(lines))
 
 
 def numbered(number, mark):
     """What the names of a later set of SNRs end with: its number, after a mark. The first set's end with nothing."""
     return f"{mark}{number}" if number > 1 else ""
-
-
-def watched(path):
-    """A file that the user chose, as an input; none if Snakemake would take braces in its path for wildcards."""
-    return [] if "{" in path else path
-
-
-def unwatched_digest(path):
-    """For the params, the checksum of a file that is no input, so that its job runs again when the file changes."""
-    return "" if watched(path) else field_files.digest(path)
 
 
 def one_of(names):

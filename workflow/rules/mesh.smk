@@ -5,7 +5,7 @@
 
 rule mesh:
     input:
-        cad=lambda w: watched(config["targets"][w.target]["mesh"]),
+        cad=lambda w: config["targets"][w.target]["mesh"],
     output:
         measures=in_report(f"{FIELDS}/mesh/{{target}}.json", "mesh", "Meshes", target="{target}"),
         source=f"{FIELDS}/mesh/{{target}}-source.ply",
@@ -25,7 +25,6 @@ rule mesh:
     params:
         code=code("mesh/job_mesh.py"),
         cad=lambda w: config["targets"][w.target]["mesh"],
-        digest=lambda w: unwatched_digest(config["targets"][w.target]["mesh"]),
         settings=lambda w: {
             "radar": section(config["radar"], "bandwidth", "center_frequency", "frequencies"),
             "mesh": section(config["mesh"], "bands", "edges_per_wavelength"),
@@ -45,7 +44,7 @@ rule mesh:
 # On demand: what the CAD files are and what would become of them, without making it.
 rule check:
     input:
-        cad=[watched(config["targets"][target]["mesh"]) for target in plan.meshed],
+        cad=[config["targets"][target]["mesh"] for target in plan.meshed],
     output:
         f"{RESULTS}/check.txt",
     log:

@@ -8,6 +8,11 @@ ROOT = next((path for path in Path(__file__).resolve().parents if (path / "confi
 SCRIPTS = ROOT / "workflow" / "scripts"
 
 
+def run_and_model(path):
+    """The names of the run and the model that made a file <run>/<model>/<file>."""
+    return Path(path).parts[-3:-1]
+
+
 def of_fields(results, config):
     """The folder with the meshes and fields of a run.
 

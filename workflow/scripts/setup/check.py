@@ -80,6 +80,10 @@ def _problems(config):
     for name, target in config["targets"].items():
         if name in RESERVED:
             yield f"'targets.{name}': {RESERVED[name]}"
+        for key in ("mesh", "field", "reference"):
+            for path in field_files.paths(target.get(key, [])):
+                if {"{", "}"}.intersection(path):
+                    yield f"'targets.{name}.{key}': {path}: Snakemake takes braces in a path for wildcards; rename it."
         yield from _of_reference(f"'targets.{name}.reference'", target.get("reference", []), config)
         if "field" in target:
             yield from _of_field(f"'targets.{name}.field'", target["field"], config)

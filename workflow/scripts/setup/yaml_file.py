@@ -1,6 +1,5 @@
 """Read a config file; of one that is not YAML, say where it is wrong and what is wrong, in plain words."""
 
-import itertools
 import re
 import stat
 from argparse import ArgumentParser
@@ -9,8 +8,6 @@ from pathlib import Path
 import yaml
 
 from isarflow.core.errors import InputError
-
-MOST_VALUES = 100_000  # of a file with all its aliases written out
 
 ESCAPE = "a backslash in double quotes begins an escape; write paths in single quotes or with /"
 # What libyaml says of frequent mistakes, and what the user did; for all others libyaml's words are shown. {opened}:
@@ -26,6 +23,7 @@ SLIPS = {
     " indented too far, or is it text, which needs quotes",
     "could not find expected ':'": "the key that begins in {opened} has no ':' after it",
     "expected key": "no key is expected here; is it indented like the lines of its mapping, which begins in {opened}",
+    "recursive node": "what the anchor '&' names here holds an alias '*' to itself, without end",
     "tab character": "a tab stands where the line is indented; indent with spaces alone",
 }
 
@@ -78,7 +76,7 @@ def read_yaml(path):
     except yaml.MarkedYAMLError as error:
         raise InputError(f"{path}, {_place(error.problem_mark)}: {_slip(error)}.") from None
     except RecursionError:
-        raise InputError(f"{path}: its brackets or aliases stand in one another more than a thousand deep.") from None
+        raise InputError(f"{path}: its brackets stand in one another more than a thousand deep.") from None
     except (yaml.YAMLError, ValueError) as error:
         raise InputError(f"{path}: {' '.join(str(error).split())}.") from None
     if not isinstance(content, dict):
@@ -91,21 +89,16 @@ def _text(path):
     try:
         if path.exists() and not (stat.S_ISREG(path.stat().st_mode) or path.is_dir()):
             raise InputError(f"{path}: Snakemake reads a config more than once, and this is no file; write it to one.")
-        data = path.read_bytes()
+        return path.read_text("utf-8-sig")
     except FileNotFoundError:
         hint = "" if path.suffix else f" If '{path}' is what to make, it stands before --configfile."
         raise InputError(f"{path}: there is no such config file (in {Path.cwd()}).{hint}") from None
     except OSError as error:
         raise InputError(f"{path}: not a config file that can be read: {error.strerror}.") from None
-    if b"\0" in data:
-        raise InputError(f"{path}, byte {data.index(0) + 1}: a zero byte, as in UTF-16; save the file as UTF-8.")
-    try:
-        return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        before = data[: error.start].decode("utf-8-sig").split("\n")
+        line = error.object[: error.start].count(b"\n") + 1
         raise InputError(
-            f"{path}, line {len(before)}, column {len(before[-1]) + 1}: a character that is not UTF-8 "
-            f"(byte 0x{data[error.start]:02x}, in Latin-1 {chr(data[error.start])!r}); save the file as UTF-8."
+            f"{path}, line {line}: not text in UTF-8 (byte 0x{error.object[error.start]:02x}); save the file as UTF-8."
         ) from None
 
 
@@ -114,29 +107,12 @@ def _parsed(text):
     loader = _UniqueKeys(text)
     try:
         tree = loader.get_single_node()
-        _count(tree, {})
         # Snakemake's reader of YAML allows tabs in fewer places than libyaml; it reads JSON by another one.
         if "\t" in text and not text.lstrip().startswith("{"):
             yaml.compose(text, yaml.SafeLoader)
-        return loader.construct_document(tree) if tree else None
+        return loader.construct_object(tree, deep=True) if tree else None
     finally:
         loader.dispose()
-
-
-def _count(node, sizes):
-    """Number of values of a node, its aliases written out. Raises for a node that holds itself, and for too many."""
-    if node not in sizes:
-        sizes[node] = None  # until it is known
-        inner = node.value if isinstance(node, yaml.CollectionNode) else ()
-        inner = itertools.chain(*inner) if isinstance(node, yaml.MappingNode) else inner
-        sizes[node] = 1 + sum(_count(part, sizes) for part in inner)
-    if sizes[node] is None:
-        raise yaml.YAMLError(
-            f"{_place(node.start_mark)}: what the anchor '&' names here holds an alias '*' to itself, without end"
-        )
-    if sizes[node] > MOST_VALUES:
-        raise yaml.YAMLError(f"its aliases stand for more than {MOST_VALUES:,} values")
-    return sizes[node]
 
 
 class _UniqueKeys(yaml.CSafeLoader):
