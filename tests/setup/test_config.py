@@ -105,11 +105,7 @@ BAD = {
     "symmetry": ({"targets": {"a": {**KNOWN, "symmetry": ["zx"]}}}, "targets.a.symmetry", "xz"),
     "formulation": ({"targets": {"a": {**KNOWN, "formulation": "mfie"}}}, "targets.a.formulation", "of this target"),
     "name that is a date": ({"name": datetime.date(2024, 1, 1)}, "'name'", "2024-01-01 (to YAML a date; in quotes"),
-    "name that is true": (
-        {"targets": {True: KNOWN}},
-        "targets.True",
-        "true is not text; put it in quotes",
-    ),
+    "name that is true": ({"targets": {True: KNOWN}}, "targets.True", "true is not text; put it in quotes"),
     "an SNR twice": ({"noise": {"snr_db": [0, 6, 0]}}, "noise.snr_db", "0 stands twice in the list"),
     "dotted key": ({"radar.bandwidth": 1e9}, "radar.bandwidth", "did you mean 'radar: {bandwidth: ...}'?"),
     "decimal comma": ({"radar": {"center_frequency": 2, "5e9": None}}, "radar.5e9", "is unknown"),
@@ -166,11 +162,7 @@ BAD = {
     "model": (one_experiment(models=["svn"]), "learning.experiments.e.models", "did you mean 'svm'"),
     "model without a file": ({"learning": {"models": {"mine": {}}}}, "learning.models.mine", "mine.py"),
     "kind": ({"learning": {"models": {"mine": {"kind": "fcn"}}}}, "learning.models.mine.kind", "did you mean 'fcnn'"),
-    "hyper-parameter": (
-        {"learning": {"models": {"knn": {"kk": 1}}}},
-        "learning.models.knn.kk",
-        "did you mean 'k'",
-    ),
+    "hyper-parameter": ({"learning": {"models": {"knn": {"kk": 1}}}}, "learning.models.knn.kk", "did you mean 'k'"),
     "hyper-parameter of a kind": (
         {"learning": {"models": {"mine": {"kind": "svm", "C": -1}}}},
         "learning.models.mine.C",
@@ -183,38 +175,22 @@ BAD = {
     ),
     "no values": ({"learning": {"models": {"lr_tuned": {"penalty": []}}}}, "learning.models.lr_tuned.penalty", "empty"),
     "kind is a list": ({"learning": {"models": {"mine": {"kind": ["lr"]}}}}, "learning.models.mine.kind", "['lr']"),
-    "a key that is a number": (
-        {"learning": {"models": {"knn": {3: 4}}}},
-        "learning.models.knn",
-        "3 is not text",
-    ),
+    "a key that is a number": ({"learning": {"models": {"knn": {3: 4}}}}, "learning.models.knn", "3 is not text"),
     "settings are a number": ({"learning": {"models": {"knn": 3}}}, "learning.models.knn", "3"),
-    "training SNR not tested": (
-        one_experiment(snr_db=1),
-        "learning.experiments.e.train.snr_db",
-        "noise.snr_db",
-    ),
+    "training SNR not tested": (one_experiment(snr_db=1), "learning.experiments.e.train.snr_db", "noise.snr_db"),
     "one of several SNRs": (
         one_experiment(snr_db={"each": [0, 1]}),
         "learning.experiments.e.train.snr_db",
         "1 is not in noise.snr_db",
     ),
-    "how SNRs are used": (
-        one_experiment(snr_db={"any": [0]}),
-        "learning.experiments.e.train.snr_db",
-        "{each: list}",
-    ),
+    "how SNRs are used": (one_experiment(snr_db={"any": [0]}), "learning.experiments.e.train.snr_db", "{each: list}"),
     "no training SNR": (one_experiment(snr_db=[]), "learning.experiments.e.train.snr_db", "[]"),
     "an SNR a batch for a model without": (
         one_experiment(snr_db={"random": [0]}),
         "learning.experiments.e.train.snr_db",
         "lr does not keep the SNRs",
     ),
-    "training elevation not swept": (
-        one_experiment(elevation=[7]),
-        "learning.experiments.e.train.elevation",
-        "7",
-    ),
+    "training elevation not swept": (one_experiment(elevation=[7]), "learning.experiments.e.train.elevation", "7"),
     "open": (one_experiment(open="yes"), "learning.experiments.e.open", "unknown targets"),
     "split of an experiment": (one_experiment(split="half"), "learning.experiments.e.split", "sector (arcs"),
     "images too small for a capsule network": (
@@ -247,11 +223,7 @@ BAD = {
         "learning.experiments.e.train.snr_db",
         "{random: [clean, ...]}",
     ),
-    "routings": (
-        {"learning": {"models": {"capsule": {"routings": 0}}}},
-        "learning.models.capsule.routings",
-        "routing",
-    ),
+    "routings": ({"learning": {"models": {"capsule": {"routings": 0}}}}, "learning.models.capsule.routings", "routing"),
     "a misspelt size": (
         {"learning": {"models": {"capsule": {"widht": 3}}}},
         "learning.models.capsule.widht",
@@ -262,11 +234,7 @@ BAD = {
         "learning.models.capsule.complex",
         "1 is not true or false",
     ),
-    "decay": (
-        {"learning": {"models": {"capsule": {"decay": 1.1}}}},
-        "learning.models.capsule.decay",
-        "learning rate",
-    ),
+    "decay": ({"learning": {"models": {"capsule": {"decay": 1.1}}}}, "learning.models.capsule.decay", "learning rate"),
     "loading": ({"learning": {"models": {"adaptive_filter": {"loading": -1}}}}, "loading", "mean eigenvalue"),
     "upsample": (one_experiment(upsample=2), "learning.experiments.e.upsample", "pixels a side"),
     "upsample below the image": (one_experiment(upsample=10), "learning.experiments.e.upsample", "11"),
@@ -280,11 +248,7 @@ BAD = {
         "learning.experiments.e.folds",
         "fold 7 is none of 6",
     ),
-    "folds of the other split": (
-        one_experiment(folds=[2]),
-        "learning.experiments.e.folds",
-        "only the split by sector",
-    ),
+    "folds of the other split": (one_experiment(folds=[2]), "learning.experiments.e.folds", "only the split by sector"),
     "a third fold by elevation": (
         one_experiment(split="elevation", folds=[3]),
         "learning.experiments.e.folds",
@@ -350,11 +314,7 @@ BAD = {
         "learning.experiments.e.channels",
         "HH is none of 'imaging.polarizations' (VV)",
     ),
-    "channel of no name": (
-        one_experiment(channels=["VW"]),
-        "learning.experiments.e.channels.0",
-        "not one of VV, HH",
-    ),
+    "channel of no name": (one_experiment(channels=["VW"]), "learning.experiments.e.channels.0", "not one of VV, HH"),
     "features": (
         {"learning": {"models": {"knn": {"features": "magnitud"}}}},
         "learning.models.knn.features",
@@ -401,11 +361,7 @@ BAD = {
     "no mapping": ([1, 2], "config: [1, 2]", "a mapping"),
     "text alone": ("quick", "config: 'quick'", "a mapping"),
     "noise is a number": ({"noise": 5}, "noise", "snr_db, realizations, definition"),
-    "its setting elsewhere": (
-        {"radar": {"window": "hann"}},
-        "radar.window",
-        "did you mean 'imaging.window'?",
-    ),
+    "its setting elsewhere": ({"radar": {"window": "hann"}}, "radar.window", "did you mean 'imaging.window'?"),
     "key of another section": ({"aperture": 11}, "aperture", "did you mean 'imaging.aperture'?"),
     "capital letters": ({"noise": {"SNR_dB": [0]}}, "noise.SNR_dB", "did you mean 'snr_db'?"),
     "misspelt value": ({"imaging": {"window": "hamingg"}}, "imaging.window", "did you mean 'hamming'?"),
@@ -452,12 +408,7 @@ BAD_FIELDS = {
     "both": ({"mesh": "resources/cad/drone.stl", "field": "a.ffe"}, "targets.a.field", "either a 'mesh'"),
     **{
         key: ({"field": "a.ffe", key: value}, f"targets.a.{key}", "leave it out")
-        for key, value in {
-            "unit": "mm",
-            "rotate": [0, 0, 90],
-            "length": 1,
-            "formulation": "cfie",
-        }.items()
+        for key, value in {"unit": "mm", "rotate": [0, 0, 90], "length": 1, "formulation": "cfie"}.items()
     },
     "misspelt": ({"feild": "a.ffe"}, "targets.a.feild", "did you mean 'field'"),
     "number": ({"field": 5}, "targets.a.field", "instead of mesh"),

@@ -36,10 +36,7 @@ SLIPS = {
     "no colon": (b"name: a\nseed\n", "line 2, column 1 has no ':' after it"),
     "crooked lines": (b"a:\n  b: 1\n c: 2\n", "line 3, column 2: no key is expected here; is it indented"),
     "not an item": (b"a:\n - b\n c: 1\n", "line 3, column 2: "),
-    "Latin-1": (
-        b"seed: 1\nname: caf\xe9\n",
-        "line 2: not text in UTF-8 (byte 0xe9); save the file as UTF-8",
-    ),
+    "Latin-1": (b"seed: 1\nname: caf\xe9\n", "line 2: not text in UTF-8 (byte 0xe9); save the file as UTF-8"),
     "UTF-16": ("name: a".encode("utf-16"), "line 1: not text in UTF-8 (byte 0xff)"),
     "a list for a key": (b"name: a\n[a, b]: 1\n", "line 2, column 1: a key must be a word"),
     "two of a key": (b"name: a\nname: b\n", "line 2, column 1: the key 'name' stands twice"),
@@ -48,10 +45,7 @@ SLIPS = {
     "two documents": (b"name: a\n---\nname: b\n", "line 2, column 1: a second document begins"),
     "an end in the middle": (b"name: a\n...\nname: b\n", "line 3, column 1: "),
     "a zero byte": (b"name: a\0\n", ": control characters are not allowed"),
-    "JSON without end": (
-        b'{"a": ' + b"[" * 3000 + b"]" * 3000 + b"}",
-        "more than a thousand deep",
-    ),
+    "JSON without end": (b'{"a": ' + b"[" * 3000 + b"]" * 3000 + b"}", "more than a thousand deep"),
     "a bracket at the end": (b"a: [[1", "the bracket '[' that opens in line 1, column 5 is not closed"),
     "a brace and nothing": (b"name: {", "line 2, column 1: "),
     "an alias to itself": (

@@ -104,11 +104,7 @@ def test_the_example_agrees_with_the_closed_form_off_normal():
 
 # What is written under `scattering` (and of a target), and what the message says.
 BAD = {
-    "another name": (
-        {"solver": "physical_optic"},
-        {},
-        "'scattering.solver': there is no solver.*'physical_optics'",
-    ),
+    "another name": ({"solver": "physical_optic"}, {}, "'scattering.solver': there is no solver.*'physical_optics'"),
     "another's setting": ({**OPTICS, "precision": "single"}, {}, "'scattering.precision' is unknown.*points, solver"),
     "a setting left out": ({"solver": "physical_optics"}, {}, "'scattering.points' is missing.*phase is taken"),
     "a value": ({**OPTICS, "points": "middle"}, {}, "'scattering.points': 'middle' is not one of.*mean 'middles'"),

@@ -50,24 +50,24 @@ BASES = "learning/classifier.py", "scattering/solver.py"
 SECTIONS = {"imaging": ("imager", IMAGERS, "fourier"), "scattering": ("solver", SOLVERS, "mom")}
 
 
-def file_of(folder: str, kind: str) -> str:
-    """The file of a kind as a message names it. folder: below workflow/scripts, as 'learning/models'."""
-    return f"workflow/scripts/{folder}/{kind}.py"
+def file_of(seam: Seam, name: str) -> str:
+    """The file of the kind of this name as a message names it."""
+    return f"workflow/scripts/{seam.folder}/{name}.py"
 
 
-def load_class(folder: str, kind: str, name: str, base: type | None = None) -> Any:
-    """The class of this name in the file of a kind.
+def load_class(seam: Seam, name: str, base: type) -> Any:
+    """The class of the kind of this name.
 
-    Raises InputError where the file imports what is not installed, and where its class is none of `base`.
+    Raises InputError where its file imports what is not installed, and where its class is none of `base`.
     """
-    file = file_of(folder, kind)
+    file = file_of(seam, name)
     try:
-        loaded = getattr(importlib.import_module(f"isarflow.{folder.replace('/', '.')}.{kind}"), name)
+        loaded = getattr(importlib.import_module(f"isarflow.{seam.folder.replace('/', '.')}.{name}"), seam.class_name)
     except ImportError as error:
         hint = " `pip install -r envs/requirements-torch.txt` installs it." if error.name == "torch" else ""
         raise InputError(f"{file} cannot be imported: {error}.{hint}") from None
-    if base is not None and not issubclass(loaded, base):
-        raise InputError(f"{file}: its class {name} must be one of {base.__module__}.{base.__qualname__}.")
+    if not issubclass(loaded, base):
+        raise InputError(f"{file}: its class {seam.class_name} must be one of {base.__module__}.{base.__qualname__}.")
     return loaded
 
 
