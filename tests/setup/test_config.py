@@ -58,8 +58,8 @@ BAD = {
         "noise.snr_db",
         "start 6 to stop 0",
     ),
-    "a range of SNRs that misses its stop": ({"noise": {"snr_db": {"stop": 23}}}, "noise.snr_db", "but at 21"),
-    "an endless range of SNRs": ({"noise": {"snr_db": {"step": 1e-9}}}, "noise.snr_db", "more than 201 entries"),
+    "a range of SNRs that misses its stop": ({"noise": {"snr_db": {"stop": 23}}}, "noise.snr_db", "end at 21"),
+    "an endless range of SNRs": ({"noise": {"snr_db": {"step": 1e-9}}}, "noise.snr_db", "more than 201 values"),
     "ranges of too many SNRs": (
         {"noise": {"snr_db": [{"start": -100, "stop": 99.5, "step": 1.5}, {"start": -99.9, "stop": 0, "step": 1.11}]}},
         "noise.snr_db",
@@ -383,7 +383,7 @@ BAD = {
     "trillions of angles": (
         {"aspect": {"elevation": {"start": -90, "stop": 90, "step": 1e-9}}},
         "aspect.elevation.step",
-        "more than 100000 angles",
+        "more than 100000 values",
     ),
     "name of a folder above": ({"name": ".."}, "name", "a letter, then"),
     "name with a line's end": ({"name": "a\n"}, "name", "a letter, then"),

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from isarflow.core import sweep
-from isarflow.core.errors import InputError
+from isarflow.core.errors import InputError, refusal
 from isarflow.core.folders import of_fields
 from isarflow.core.kinds import MODELS, SECTIONS, check_kind, of_model, settings_of
 from isarflow.core.sweep import images_are_made
@@ -63,10 +63,7 @@ def check_experiments(config, experiments):
 
 def _problems(config):
     if config.get("from") == config["name"]:
-        yield (
-            f"'from': '{config['from']}' is this run's own 'name'; give it the name of another run, whose meshes and "
-            "fields it takes, or leave it out."
-        )
+        yield f"'from': '{config['from']}' is this run's own 'name'; give it that of another run, or leave it out."
     if config["name"] in config.get("compare", ()):
         yield f"'compare': '{config['name']}' is this run's own 'name'; give it the names of others."
     yield from sweeps.problems(config)
@@ -93,10 +90,7 @@ def _problems(config):
     for snr in config["noise"]["snr_db"]:
         label = sweep.snr_label(snr)
         if labels.setdefault(label, snr) != snr:
-            yield (
-                f"'noise.snr_db': {labels[label]!r} and {snr!r} dB would both be called {label}; take values that "
-                "differ in six digits."
-            )
+            yield f"'noise.snr_db': {labels[label]!r} and {snr!r} dB are both {label} in six digits; take one of them."
     yield from _of_models(config["learning"]["models"])
 
 
@@ -126,10 +120,7 @@ def _of_mesh(key, target):
     if mesh.suffix.lower() in cad_kernel.FORMATS:
         cad_kernel.check_installed(f"config key '{key}.mesh': {mesh}")
         if "unit" in target:
-            yield (
-                f"'{key}.unit': {mesh} states its own unit, from which it is converted; leave 'unit' out. If the "
-                "file's is wrong, export it anew."
-            )
+            yield f"'{key}.unit': {mesh} states its own unit; leave 'unit' out. If that is wrong, export the file anew."
 
 
 def _of_field(key, field, config):
@@ -143,11 +134,8 @@ def _of_field(key, field, config):
             yield f"{key}: there is no {'store' if is_store else 'file'} {path}{WHERE}."
         if path.resolve().is_relative_to(results.resolve()):
             yield f"{key}: {path} lies in {results}, where this run writes; copy it elsewhere."
-    if not is_store:
-        try:
-            field_files.by_transmission(field, config["radar"]["polarizations"])
-        except InputError as error:
-            yield f"{key}: {error}"
+    if not is_store and (why := refusal(field_files.by_transmission, field, config["radar"]["polarizations"])):
+        yield f"{key}: {why}"
 
 
 def _of_reference(key, reference, config):
@@ -158,11 +146,10 @@ def _of_reference(key, reference, config):
             yield f"{key}: there is no file {path}{WHERE}."
         elif is_csv(reference):
             (swept,) = sweep.sweeps(config["radar"], config["aspect"], 1)
-            try:
-                check_columns(path, several(swept.frequency, swept.elevation, swept.azimuth, swept.polarizations))
-                check_frequencies(path, swept.frequency)
-            except InputError as error:
-                yield f"{key}: {error}"
+            columns = several(swept.frequency, swept.elevation, swept.azimuth, swept.polarizations)
+            why = refusal(check_columns, path, columns) or refusal(check_frequencies, path, swept.frequency)
+            if why:
+                yield f"{key}: {why}"
 
 
 def _of_targets_solver(config):
@@ -228,22 +215,15 @@ def _of_experiments(config, experiments):
             yield f"'{key}.train.elevation': the split by elevation says at which elevations it trains; write all."
         yield from _absent(f"{key}.channels", experiment.get("channels", ()), "imaging.polarizations", imaging)
         if known < 2:
-            yield (
-                f"'{key}' needs at least two targets with role known; there are {known}. Write 'learning: "
-                "{experiments: {}}' to stop after the images."
-            )
+            stop = "'learning: {experiments: {}}' stops after the images"
+            yield f"'{key}' needs at least two targets with role known; there are {known} ({stop})."
         for model in experiment["models"]:
-            if model not in learning["models"]:
-                yield (
-                    f"'{key}.models': there is no '{model}' in 'learning.models'{near(model, learning['models'])} "
-                    f"There are: {', '.join(learning['models'])}."
-                )
+            if model not in (have := learning["models"]):
+                yield f"'{key}.models': there is no '{model}'{near(model, have)} There are: {', '.join(have)}."
         for angle in trained if trained != "all" else ():
             if np.abs(elevations - angle).min() >= TOLERANCE:
-                yield (
-                    f"'{key}.train.elevation': {angle} degrees is not one of the sweep's elevations "
-                    f"({', '.join(f'{elevation:g}' for elevation in elevations)})."
-                )
+                have = ", ".join(f"{elevation:g}" for elevation in elevations)
+                yield f"'{key}.train.elevation': {angle} degrees is not one of the sweep's elevations ({have})."
     images, plan = centres(sweep.azimuths(config["aspect"]), imaging["aperture"]), planned(config)
     for run in every.values():
         key = f"learning.experiments.{run['experiment']}"
@@ -259,10 +239,7 @@ def _of_experiments(config, experiments):
         for model in run["models"]:
             denoises = True in np.atleast_1d(learning["models"][model].get("denoise", False))
             if denoises and not (run["random_snr"] and CLEAN in run["snrs"]):
-                yield (
-                    f"'{key}.train.snr_db': {model} with 'denoise' learns what an image is without its noise; give it "
-                    "{random: [clean, ...]}."
-                )
+                yield f"'{key}.train.snr_db': {model} has 'denoise', and learns at {{random: [clean, ...]}} alone."
         division = Division(**run["division"])
         for name, target in config["targets"].items():
             if target["role"] == "known":
@@ -283,7 +260,5 @@ def _of_pixels(key, run, models, plan):
             yield f"{key}: {model} needs {smallest} pixels a side or more, these images have {min(sides)}; 32 is usual."
         pixels = sides[0] * sides[1] * channels_of(run, plan["channels"])
         if stated.get("covariances", False) and pixels > MOST_PIXELS:
-            yield (
-                f"{key}: {model} keeps covariances of all channels' pixels, and these images have {pixels}; "
-                f"{MOST_PIXELS} (64 a side) are the most it takes."
-            )
+            most = f"{MOST_PIXELS} (64 a side) are the most"
+            yield f"{key}: {model} keeps covariances of all channels' pixels, and these images have {pixels}; {most}."

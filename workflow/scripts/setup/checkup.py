@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from isarflow.core.errors import InputError
+from isarflow.core.errors import InputError, refusal
 from isarflow.core.sweep import bands, frequencies
 from isarflow.core.words import counted
 from isarflow.mesh import symmetry, topology
@@ -35,7 +35,6 @@ def checkup(config, name):
         source = load(path, target, mesh, radar, to_solve=True)
     except InputError as error:
         return [*lines, f"{REFUSED} {error}"]
-    lines += _refused(check_formulation, config, name, source)
     lines += [f"  repairs: {counted(source.repairs) or 'none needed'}", _closed(source)]
     lines += _thinnest(source, wanted_edges(mesh, radar, source.measures["box"])[-1])
     for solve, band in zip(needs.expected(config, name, source.measures), bands(radar, mesh["bands"]), strict=True):
@@ -43,16 +42,8 @@ def checkup(config, name):
             f"  up to {band[-1] / 1e9:g} GHz: about {solve['unknowns']:,.0f} unknowns, "
             f"{solve['megabytes'] / GIGA:.1f} GB, {solve['seconds']:,.0f} s on two cores"
         )
-    return lines + _refused(needs.check_fit, config, name, source.measures)
-
-
-def _refused(check, *asked):
-    """The message of a check that refuses, as a list of a line; none if it lets pass."""
-    try:
-        check(*asked)
-    except InputError as error:
-        return [f"{REFUSED} {error}"]
-    return []
+    refused = refusal(check_formulation, config, name, source), refusal(needs.check_fit, config, name, source.measures)
+    return lines + [f"{REFUSED} {why}" for why in refused if why]
 
 
 def check_formulation(config, name, source):

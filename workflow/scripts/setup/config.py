@@ -7,7 +7,7 @@ from pathlib import Path
 
 import yaml
 
-from isarflow.core.errors import InputError
+from isarflow.core.errors import InputError, refusal
 from isarflow.core.folders import ROOT
 from isarflow.core.sweep import frequencies, images_are_made
 from isarflow.learning.experiments import CLEAN
@@ -107,21 +107,20 @@ def _leave_out(config, asked):
     asked: the experiments that the user's config names. One of these is refused instead, and kept as it is.
     """
     experiments, kept, left_out = config["learning"]["experiments"], {}, {}
-    mine = {name: experiment for name, experiment in experiments.items() if name in asked}
-    try:
-        check_experiments(config, experiments)
+    refused = refusal(check_experiments, config, experiments)
+    if not refused:
         return
-    except InputError as error:
-        check_experiments(config, mine)
-        for name, experiment in experiments.items():
-            shortened = experiment if name in mine else _at_snrs(experiment, config["noise"]["snr_db"])
-            try:
-                check_experiments(config, {**mine, name: shortened})
-                kept[name] = shortened
-            except InputError as reason:
-                left_out[name] = str(reason)
-        if not kept:
-            raise error from None
+    mine = {name: experiment for name, experiment in experiments.items() if name in asked}
+    check_experiments(config, mine)
+    for name, experiment in experiments.items():
+        shortened = experiment if name in mine else _at_snrs(experiment, config["noise"]["snr_db"])
+        why = refusal(check_experiments, config, {**mine, name: shortened})
+        if why:
+            left_out[name] = why
+        else:
+            kept[name] = shortened
+    if not kept:
+        raise InputError(refused)
     check_experiments(config, kept)
     config["learning"] |= {"experiments": kept} | ({"left_out": left_out} if left_out else {})
 

@@ -56,9 +56,7 @@ def _named(base, overlay, path):
     for name, value in overlay.items():
         key = f"{path}.{name}"
         if name == ALL and value is not None:
-            raise InputError(
-                f"config key '{key}': '{ALL}' takes null alone, which removes all that this config does not name."
-            )
+            raise InputError(f"config key '{key}': it takes null alone, which removes all not named here.")
         if value is not None:
             merged[name] = _entry(base.get(name, {}), value, path, key)
         elif name != ALL:

@@ -6,7 +6,7 @@ from pathlib import Path
 import igl
 import numpy as np
 
-from isarflow.core.errors import InputError
+from isarflow.core.errors import InputError, refusal
 from isarflow.core.folders import of_fields
 from isarflow.core.sweep import images_are_made, why_no_images
 from isarflow.imaging.geometry import describe, planned
@@ -63,10 +63,8 @@ def _taken(targets, fields):
     there = [name for name in targets if (fields / "scattering" / f"{name}.zarr").exists()]
     missing = [name for name in targets if name not in there]
     made = f" Not there yet, and made there: {', '.join(missing)}." if missing else ""
-    return (
-        f"Meshes and fields are those of {fields}: {', '.join(there) or 'none so far'}.{made} "
-        "One that was made with other settings or files than this config's is made anew there, too."
-    )
+    anew = "One that was made with other settings or files than this config's is made anew there, too."
+    return f"Meshes and fields are those of {fields}: {', '.join(there) or 'none so far'}.{made} {anew}"
 
 
 def _solves(config, sizes, fields, refuse):
@@ -84,16 +82,12 @@ def _solves(config, sizes, fields, refuse):
         lines.append(f"  {name}: up to {unknowns:,.0f} unknowns, {gigabytes:.1f} GB, {_span(time)}")
         if (fields / "scattering" / f"{name}.zarr").exists():
             continue
-        faults, label = [], f"config key 'targets.{name}': {target['mesh']}"
+        label = f"config key 'targets.{name}': {target['mesh']}"
         sizing = sizes[name]["box"], config["mesh"], config["radar"], label, needs.precision(config)
-        for check, asked in ((needs.check_fit, (config, name, sizes[name])), (check_resolution, sizing)):
-            try:
-                check(*asked)
-            except InputError as error:
-                faults.append(str(error))
-        if faults and refuse:
-            raise InputError(" ".join(faults))
-        lines += [f"Warning: {fault}" for fault in faults]
+        faults = [refusal(needs.check_fit, config, name, sizes[name]), refusal(check_resolution, *sizing)]
+        if any(faults) and refuse:
+            raise InputError(" ".join(filter(None, faults)))
+        lines += [f"Warning: {fault}" for fault in faults if fault]
     head, total = "Solves, by estimate from the CAD files' areas, on two cores:", f"  in all: {_span(seconds)}"
     return [head, *lines, total] if lines else []
 

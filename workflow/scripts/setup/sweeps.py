@@ -23,9 +23,7 @@ def with_band(radar):
     listed = isinstance(radar["frequencies"], list)
     for key in ("center_frequency", "bandwidth"):
         if listed and key in radar:
-            raise InputError(
-                f"config key 'radar.{key}' stands beside a list of 'radar.frequencies', which says all; leave it out."
-            )
+            raise InputError(f"config key 'radar.{key}' stands beside a list of 'radar.frequencies'; leave it out.")
         if not listed and key not in radar:
             raise InputError(f"config key 'radar.{key}' is missing: 'radar.frequencies' is a number. Expected: Hz.")
     if not listed:
@@ -55,7 +53,12 @@ def _listed(key, snrs, every):
         return list(every)
     listed = []
     for snr in snrs if isinstance(snrs, list) else [snrs]:
-        listed += _snrs_of_range(key, **snr) if isinstance(snr, dict) else [snr]
+        if isinstance(snr, dict):
+            # As people write them: 0.3, where 3 * 0.1 is not; and whole numbers without a point.
+            rounded = [round(float(value), 9) for value in _of_range(key, "dB", 100, MOST_SNRS, **snr)]
+            listed += [int(value) if value.is_integer() else value for value in rounded]
+        else:
+            listed.append(snr)
     twice = repeated(listed)
     if twice is not None:
         raise InputError(f"config key '{key}': {twice} stands twice in it.")
@@ -64,23 +67,15 @@ def _listed(key, snrs, every):
     return listed
 
 
-def _snrs_of_range(key, start, stop, step):
-    if start > stop:
-        raise InputError(f"config key '{key}': start {start} to stop {stop} must ascend.")
-    if (stop - start) / step > MOST_SNRS:
-        raise InputError(f"config key '{key}': steps of {step:g} dB make more than {MOST_SNRS} entries.")
-    # As people write them: 0.3, where 3 * 0.1 is not; and whole numbers without a point.
-    rounded = [round(float(value), 9) for value in _stepped(key, start, stop, step, "dB")]
-    return [int(value) if value.is_integer() else value for value in rounded]
-
-
-def _stepped(key, start, stop, step, unit):
-    """The values of a range of the config. Raises InputError if its steps miss its stop."""
+def _of_range(key, unit, limit, most, start, stop, step):
+    """The values of a range of the config. InputError if they leave the limits, are too many, or miss the stop."""
+    if not -limit <= start <= stop <= limit:
+        raise InputError(f"config key '{key}': start {start} to stop {stop} must ascend in -{limit} to {limit} {unit}.")
+    if (stop - start) / step > most:
+        raise InputError(f"config key '{key}.step': steps of {step:g} {unit} make more than {most} values.")
     values = sweep.stepped(start, stop, step)
     if not np.isclose(values[-1], stop):
-        raise InputError(
-            f"config key '{key}': steps of {step} {unit} from {start} do not end at stop {stop}, but at {values[-1]:g}."
-        )
+        raise InputError(f"config key '{key}': steps of {step} from {start} end at {values[-1]:g}, not at stop {stop}.")
     return values
 
 
@@ -90,16 +85,11 @@ def problems(config):
         yield from _of_band(**config["radar"])
     aspect = config["aspect"]
     if set(aspect) not in ({"elevation", "azimuth"}, {"directions"}, {"great_circle"}):
-        yield (
-            "'aspect' must have both 'elevation' and 'azimuth', or instead 'directions' or 'great_circle'; it has "
-            f"{', '.join(sorted(aspect)) or 'nothing'}."
-        )
+        has = ", ".join(sorted(aspect)) or "nothing"
+        yield f"'aspect' must have 'elevation' and 'azimuth', or 'directions', or 'great_circle'; it has {has}."
     for name, target in config["targets"].items() if "bistatic" in config["scattering"] else ():
         for key in (key for key in ("field", "reference") if key in target):
-            yield (
-                f"'targets.{name}.{key}': it is of backscatter, and 'scattering.bistatic' has receivers apart from the "
-                "radar; leave one of them out."
-            )
+            yield f"'targets.{name}.{key}': it is of backscatter, and 'scattering.bistatic' is not; leave one out."
     yield from _of_grid(config) if sweep.is_grid(aspect) else _of_directions(config)
 
 
@@ -107,21 +97,15 @@ def _of_band(center_frequency, bandwidth, frequencies, **_):
     if frequencies == 1 and bandwidth != 0:
         yield f"'radar.bandwidth': {bandwidth:g} Hz, but 'radar.frequencies' is 1; then it must be 0."
     if frequencies > 1 and bandwidth == 0:
-        yield (
-            f"'radar.bandwidth': 0 Hz, but 'radar.frequencies' is {frequencies}; it must be more than 0, or "
-            "'radar.frequencies' 1."
-        )
+        yield f"'radar.bandwidth': 0 Hz, but 'radar.frequencies' is {frequencies}; 0 Hz is for one frequency."
     if bandwidth >= 2 * center_frequency:
-        yield (
-            f"'radar.bandwidth': {bandwidth:g} Hz reaches below 0 Hz; it must be less than twice "
-            f"'radar.center_frequency' ({center_frequency:g} Hz)."
-        )
+        yield f"'radar.bandwidth': {bandwidth:g} Hz reaches below 0 Hz; take less than twice 'radar.center_frequency'."
 
 
 def _of_grid(config):
     aspect, aperture = config["aspect"], config["imaging"]["aperture"]
     if isinstance(aspect["elevation"], dict):
-        yield from _of_range("aspect.elevation", 90, **aspect["elevation"])
+        _of_range("aspect.elevation", "degrees", 90, MOST_ANGLES, **aspect["elevation"])
     if isinstance(aspect["azimuth"], dict):
         yield from _of_circle("aspect.azimuth", aspect["azimuth"])
     azimuths = sweep.azimuths(aspect)
@@ -144,25 +128,13 @@ def _of_directions(config):
             yield "'aspect.great_circle': 'from' and 'through' lie on one line, so that many circles hold both."
     for name, target in config["targets"].items():
         if "field" in target:
-            yield (
-                f"'targets.{name}.field': a field from elsewhere is taken on a grid; write 'aspect.elevation' and "
-                "'aspect.azimuth', which may be lists, or leave the target out."
-            )
+            grid = "'aspect.elevation' and 'aspect.azimuth', which may be lists"
+            yield f"'targets.{name}.field': a field from elsewhere is taken on a grid; write {grid}, or leave it out."
 
 
 def _of_circle(key, circle):
     if set(circle) not in CIRCLES:
-        yield (
-            f"'{key}' must have either 'count', or all of 'start', 'stop' and 'step'; "
-            f"it has {', '.join(sorted(circle)) or 'nothing'}."
-        )
+        has = ", ".join(sorted(circle)) or "nothing"
+        yield f"'{key}' must have either 'count', or all of 'start', 'stop' and 'step'; it has {has}."
     if "count" not in circle:
-        yield from _of_range(key, 360, **circle)
-
-
-def _of_range(key, limit, start, stop, step):
-    if not -limit <= start <= stop <= limit:
-        yield f"'{key}': start {start} to stop {stop} must ascend within -{limit} to {limit} degrees."
-    if (stop - start) / step > MOST_ANGLES:
-        yield f"'{key}.step': {step:g} degrees make more than {MOST_ANGLES} angles."
-    _stepped(key, start, stop, step, "degrees")
+        _of_range(key, "degrees", 360, MOST_ANGLES, **circle)
