@@ -1,12 +1,10 @@
 """Tell whose Snakemake lock is on the working folder: that of a run at work, or of one that was killed.
 
 Snakemake leaves its lock behind when it is killed, and refuses the next run until somebody says --unlock; when it ends
-it removes the locks of every run in the folder. Each run therefore has a file for its results, with a note of which
-process it is, and holds a lock of the kernel on it, which ends with the process. Snakemake's locks are removed when
-nobody holds such a file and no job of a killed run goes on. Jobs do not hold it: Snakemake starts them without it.
+it removes the locks of every run in the folder. Each run therefore keeps a note of which process it is, by the name of
+its results. Snakemake's locks are removed when no process that left a note lives and no job of a killed run goes on.
 """
 
-import fcntl
 import json
 import os
 import socket
@@ -18,7 +16,7 @@ import psutil
 from isarflow.core.errors import InputError
 
 LOCKS, RUNS = Path(".snakemake/locks"), Path(".snakemake/runs")
-_held = []  # the open file of this process's run
+SAME = 60  # s between two readings of when a process started: the clock may have been set; another process is later
 
 
 def take(results, remote):
@@ -26,83 +24,67 @@ def take(results, remote):
 
     Raises InputError if another run is at work on the same results: a third one may have taken its lock away.
     """
-    RUNS.mkdir(parents=True, exist_ok=True)
-    file, note, is_free = _look(RUNS / Path(results).name, "a+")
-    if not is_free:
+    path, part = RUNS / Path(results).name, RUNS.with_name(f"run-{os.getpid()}")
+    if path in _notes() and _lives(note := _notes()[path]):
         raise InputError(f"{_at_work(note)} It makes {results} too.")
-    file.truncate(0)
-    json.dump({"pid": os.getpid(), "host": socket.gethostname(), "since": time.ctime(), "remote": remote}, file)
-    file.flush()
-    _held.append(file)
+    started = psutil.Process().create_time()
+    note = {"pid": os.getpid(), "host": socket.gethostname(), "started": started, "remote": remote}
+    RUNS.mkdir(parents=True, exist_ok=True)
+    part.write_text(json.dumps(note))
+    part.rename(path)
 
 
 def leave():
-    """Remove this process's note and release its lock."""
-    while _held:
-        _held[-1].truncate(0)
-        _held.pop().close()
+    """Remove this process's note."""
+    for path, note in _notes().items():
+        if (note["host"], note["pid"]) == (socket.gethostname(), os.getpid()):
+            path.unlink()
 
 
 def release_stale():
     """Remove the locks if every run that noted itself here was killed. Else return lines that name the others."""
-    locks = list(LOCKS.glob("*"))  # another run may begin from here on
-    runs = [_look(path) for path in RUNS.glob("*")]
-    killed = [file for file, note, is_free in runs if note and is_free]
-    lines = [line for _, note, is_free in runs for line in _doubt(note, is_free, locks)]
-    lines = lines or [
-        f"The run that had the lock of this folder was killed, but a job of it goes on: process {job}. Wait until it "
-        f"ends or stop it (kill {job}), and run the same command."
-        for job in (_jobs() if killed else ())
-    ]
-    if not lines:
-        for path in locks if killed else ():
-            path.unlink(missing_ok=True)
-        for file in killed:
-            file.truncate(0)
-    for file, *_ in runs:
-        file.close()
+    locks, notes = list(LOCKS.glob("*")), _notes()  # another run may begin from here on
+    lines = []
+    for note in notes.values():
+        if _lives(note):
+            lines.append(_at_work(note))
+        # Of another machine nothing is known, and a killed run's jobs on a cluster go on.
+        elif note["host"] != socket.gethostname() or (note["remote"] and locks):
+            lines.append(
+                f"Another run took the lock of this folder: {_who(note)}. Once it is at work no longer, nor any job of "
+                f"it on a cluster (squeue, scancel), take its lock away with --unlock and delete {RUNS}."
+            )
+    for job in _jobs() if notes and not lines else ():
+        lines.append(
+            f"The run that had the lock of this folder was killed, but a job of it goes on: process {job}. Wait until "
+            f"it ends or stop it (kill {job}), and run the same command."
+        )
+    for path in [*locks, *notes] if notes and not lines else ():
+        path.unlink(missing_ok=True)
     return lines
 
 
-def _doubt(note, is_free, locks):
-    """Yield the reason why a run may be at work, one sentence, or nothing."""
-    if not is_free:
-        yield _at_work(note)
-    # On some file systems each machine has locks of its own, and a killed run's jobs on a cluster go on.
-    elif note and (note["host"] != socket.gethostname() or (note["remote"] and locks)):
-        yield (
-            f"Another run took the lock of this folder: {_who(note)}. Once it is at work no longer, nor any job of it "
-            f"on a cluster (squeue, scancel), take its lock away with --unlock and delete {RUNS}."
-        )
+def _notes():
+    """The notes by their files, without what earlier versions wrote there."""
+    texts = {path: path.read_text() for path in RUNS.glob("*")}
+    return {path: json.loads(text) for path, text in texts.items() if '"started"' in text}
 
 
-def _look(path, mode="r+"):
-    """A run's file, its note, and whether no other process holds it; if so, this one does until it closes the file.
-
-    Without a note the run has just begun, was killed while it wrote the note, or removed it.
-    """
-    file = open(path, mode)  # noqa: SIM115
-    file.seek(0)
-    text = file.read()
-    note = json.loads(text) if text.endswith("}") else None
-    try:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        return file, note, True
-    except BlockingIOError:
-        return file, note, False
-    except OSError:  # a file system without locks
-        return file, note, not (note and note["host"] == socket.gethostname() and psutil.pid_exists(note["pid"]))
+def _lives(note):
+    """Tell whether the process of a note is at work on this machine; its number may be another's by now."""
+    if note["host"] != socket.gethostname() or not psutil.pid_exists(note["pid"]):
+        return False
+    return abs(psutil.Process(note["pid"]).create_time() - note["started"]) < SAME
 
 
 def _who(note):
-    return f"process {note['pid']} on {note['host']}, since {note['since']}" if note else "it has just begun"
+    return f"process {note['pid']} on {note['host']}, since {time.ctime(note['started'])}"
 
 
 def _at_work(note):
-    stop = f" or stop it (kill {note['pid']})" if note else ""
     return (
         f"Another run is at work in this folder: {_who(note)}. Before you start one that makes any of the same files, "
-        f"wait until it ends{stop}."
+        f"wait until it ends or stop it (kill {note['pid']})."
     )
 
 
