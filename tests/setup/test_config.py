@@ -171,7 +171,7 @@ BAD = {
     "one of several values": (
         {"learning": {"models": {"lr_tuned": {"penalty": [1, "high"]}}}},
         "learning.models.lr_tuned.penalty",
-        "'high' is not a number",
+        "'high' is not a finite number",
     ),
     "no values": ({"learning": {"models": {"lr_tuned": {"penalty": []}}}}, "learning.models.lr_tuned.penalty", "empty"),
     "kind is a list": ({"learning": {"models": {"mine": {"kind": ["lr"]}}}}, "learning.models.mine.kind", "['lr']"),
@@ -291,7 +291,7 @@ BAD = {
         "give one another name",
     ),
     "not a number": ({"radar": {"bandwidth": float("nan")}}, "radar.bandwidth", "finite"),
-    "SNR not a number": ({"noise": {"snr_db": [0, float("nan")]}}, "noise.snr_db.1", "finite"),
+    "SNR not a number": ({"noise": {"snr_db": [0, float("nan")]}}, "noise.snr_db.1", "nan is not allowed"),
     "a range of SNRs of no number": ({"noise": {"snr_db": {"step": float("nan")}}}, "noise.snr_db.step", "finite"),
     "no such imager": ({"imaging": {"imager": "furier"}}, "imaging.imager", "did you mean 'fourier'?"),
     "imager of no name": ({"imaging": {"imager": [1]}}, "imaging.imager", "There are: fourier"),

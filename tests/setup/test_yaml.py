@@ -104,10 +104,13 @@ def test_pipe_is_refused(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--config", "radar.bandwidth=1e8"], "as 'radar={bandwidth: ...}'."),
+        (["--config", "radar.bandwidth=1e8"], "with a key of the config's first level"),
         (["--config", "seed"], "write key=value"),
         (["--config", "name=a", "=3"], "--config =3: write key=value"),
-        (["-C", "noise={snr_db:", "[1,2]}"], "put the whole in quotes"),
+        (
+            ["-C", "noise={snr_db:", "[1,2]}"],
+            "--config [1,2]}: write key=value with a key of the config's first level, in quotes",
+        ),
     ],
 )
 def test_settings_of_the_command_line_are_held_to_their_form(arguments, message):

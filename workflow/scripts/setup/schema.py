@@ -2,7 +2,6 @@
 
 import datetime
 import functools
-import math
 
 import jsonschema
 import yaml
@@ -18,7 +17,7 @@ TYPES = {
     "array": "a list",
     "string": "text",
     "integer": "a whole number",
-    "number": "a number",
+    "number": "a finite number",
     "boolean": "true or false",
 }
 BOUNDS = {
@@ -31,10 +30,13 @@ BOUNDS = {
     "minProperties": "has fewer than {} keys",
     "maxProperties": "has more than {} keys",
 }
-# To which a number with a fraction of zero (2.2e9 is one to YAML) is not a whole one.
+# A number with a fraction of zero (2.2e9 is one to YAML) is not a whole one; infinity and NaN are no numbers.
 BASE = jsonschema.Draft202012Validator
-WHOLE = BASE.TYPE_CHECKER.redefine("integer", lambda _, value: type(value) is int)
-VALIDATOR = jsonschema.validators.extend(BASE, type_checker=WHOLE)
+NUMBERS = {
+    "integer": lambda _, value: type(value) is int,
+    "number": lambda _, value: type(value) in (int, float) and value - value == 0,
+}
+VALIDATOR = jsonschema.validators.extend(BASE, type_checker=BASE.TYPE_CHECKER.redefine_many(NUMBERS))
 
 
 @functools.cache
@@ -51,15 +53,6 @@ def check_schema(value, rules=None, path=()):
     errors = list(VALIDATOR(rules).iter_errors(value))
     if errors:
         raise InputError(_message(_first(errors), rules, path))
-    _check_finite(value, path)
-
-
-def _check_finite(value, path):
-    if isinstance(value, dict | list):
-        for key, item in value.items() if isinstance(value, dict) else enumerate(value):
-            _check_finite(item, (*path, key))
-    elif isinstance(value, float) and not math.isfinite(value):
-        raise InputError(f"config key '{'.'.join(map(str, path))}': {value} is not a finite number.")
 
 
 def repeated(values):
