@@ -109,7 +109,7 @@ def test_pipe_is_refused(tmp_path):
         (["--config", "name=a", "=3"], "--config =3: write key=value"),
         (
             ["-C", "noise={snr_db:", "[1,2]}"],
-            "--config [1,2]}: write key=value with a key of the config's first level, in quotes",
+            "--config [1,2]}: write key=value",
         ),
     ],
 )
