@@ -85,7 +85,7 @@ BAD = {
     "a range to train at of untested SNRs": (
         one_experiment(snr_db={"random": {"start": 0, "stop": 2, "step": 1}}, models=["fcnn"]),
         "learning.experiments.e.train.snr_db",
-        "1 is not in noise.snr_db",
+        "1 is none of 'noise.snr_db'",
     ),
     "fields from itself": ({"name": "mine", "from": "mine"}, "'from'", "another run"),
     "fields from a path": ({"name": "mine", "from": "../quick"}, "'from'", "a letter, then letters"),
@@ -181,7 +181,7 @@ BAD = {
     "one of several SNRs": (
         one_experiment(snr_db={"each": [0, 1]}),
         "learning.experiments.e.train.snr_db",
-        "1 is not in noise.snr_db",
+        "1 is none of 'noise.snr_db'",
     ),
     "how SNRs are used": (one_experiment(snr_db={"any": [0]}), "learning.experiments.e.train.snr_db", "{each: list}"),
     "no training SNR": (one_experiment(snr_db=[]), "learning.experiments.e.train.snr_db", "[]"),
@@ -543,7 +543,7 @@ def test_other_snrs_leave_the_default_experiments_those_of_them_that_they_had():
     # One SNR is no range.
     assert "adaptive" in load({"noise": {"snr_db": [0, 7.5]}})["learning"]["left_out"]
     # In a config of one's own an SNR that is not there is a mistake.
-    with pytest.raises(InputError, match=r"-3 is not in noise\.snr_db"):
+    with pytest.raises(InputError, match=r"-3 is none of 'noise\.snr_db'"):
         load({"noise": {"snr_db": [0, 6]}, **one_experiment(snr_db={"random": ["clean", -3]}, models=["fcnn"])})
 
 

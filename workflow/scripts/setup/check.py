@@ -26,9 +26,14 @@ from isarflow.scattering.reference import check_columns, check_frequencies, is_c
 from isarflow.setup import sweeps
 from isarflow.setup.schema import check_schema, schema
 
-FIELD_FORMATS = (".ffe", ".zarr")
+# Of the files that a target names; those that are one file, not a list.
+FORMATS = {
+    "mesh": (".stl", ".obj", ".ply", ".off", *cad_kernel.FORMATS),
+    "field": (".ffe", ".zarr"),
+    "reference": (".csv", ".ffe"),
+}
+ALONE = (".zarr", ".csv")
 WHERE = " (paths start at the folder you run snakemake in, or at the repository's)"
-MESH_FORMATS = (".stl", ".obj", ".ply", ".off", *cad_kernel.FORMATS)
 MOST_PIXELS = 4096  # of an image, for a model with covariances: one of 64 x 64 pixels takes 270 MB, of 128 x 128 4.3 GB
 RESERVED = {
     OTHER: f"'{OTHER}' is what images of no known class are called; take another name.",
@@ -67,9 +72,8 @@ def _problems(config):
     if config["name"] in config.get("compare", ()):
         yield f"'compare': '{config['name']}' is this run's own 'name'; give it the names of others."
     yield from sweeps.problems(config)
-    yield from _absent(
-        "imaging.polarizations", config["imaging"]["polarizations"], "radar.polarizations", config["radar"]
-    )
+    channels, waves = (config[section]["polarizations"] for section in ("imaging", "radar"))
+    yield from _absent("imaging.polarizations", channels, "radar.polarizations", waves)
     if images_are_made(config):
         planned(config)
     yield from _of_targets_solver(config)
@@ -77,15 +81,7 @@ def _problems(config):
     for name, target in config["targets"].items():
         if name in RESERVED:
             yield f"'targets.{name}': {RESERVED[name]}"
-        for key in ("mesh", "field", "reference"):
-            for path in field_files.paths(target.get(key, [])):
-                if {"{", "}"}.intersection(path):
-                    yield f"'targets.{name}.{key}': {path}: Snakemake takes braces in a path for wildcards; rename it."
-        yield from _of_reference(f"'targets.{name}.reference'", target.get("reference", []), config)
-        if "field" in target:
-            yield from _of_field(f"'targets.{name}.field'", target["field"], config)
-        else:
-            yield from _of_mesh(f"targets.{name}", target)
+        yield from _of_files(name, target, config)
     labels = {}
     for snr in config["noise"]["snr_db"]:
         label = sweep.snr_label(snr)
@@ -94,12 +90,12 @@ def _problems(config):
     yield from _of_models(config["learning"]["models"])
 
 
-def _absent(key, polarizations, source, section):
-    """Find polarizations that a key names but its source, a key of another section, does not."""
-    for name in polarizations:
-        if name not in section["polarizations"]:
-            have = ", ".join(section["polarizations"])
-            yield f"'{key}': {name} is none of '{source}' ({have}); add it there, or leave it out here."
+def _absent(key, names, source, there):
+    """Find names, or SNRs, that a key has but its source, another key, has not. there: those that it has."""
+    for name in names:
+        if name not in there:
+            hint = near(name, there) if isinstance(name, str) else "."
+            yield f"'{key}': {name} is none of '{source}' ({', '.join(map(str, there))}){hint}"
 
 
 def _of_names(key, names):
@@ -111,45 +107,38 @@ def _of_names(key, names):
             yield f"'{key}.{name}' differs from '{other}' in capital letters alone; take another name."
 
 
-def _of_mesh(key, target):
-    mesh = Path(target["mesh"])
-    if mesh.suffix.lower() not in MESH_FORMATS:
-        yield f"'{key}.mesh': {mesh} is not one of {', '.join(MESH_FORMATS)}."
-    if not os.path.isfile(mesh):  # False also for a path that is too long, or in a folder that may not be read
-        yield f"'{key}.mesh': there is no file {mesh}{WHERE}."
-    if mesh.suffix.lower() in cad_kernel.FORMATS:
-        cad_kernel.check_installed(f"config key '{key}.mesh': {mesh}")
+def _of_files(name, target, config):
+    """Check the files that a target names: where they are, their formats, and what they are for."""
+    results = of_fields(Path("results", config["name"]), config)
+    for what in (what for what in FORMATS if what in target):
+        key = f"'targets.{name}.{what}'"
+        for path in map(Path, field_files.paths(target[what])):
+            suffix, kind = path.suffix.lower(), "store" if path.suffix.lower() == ".zarr" else "file"
+            if {"{", "}"}.intersection(str(path)):
+                yield f"{key}: {path}: Snakemake takes braces in a path for wildcards; rename it."
+            if suffix not in FORMATS[what]:
+                yield f"{key}: {path} is not one of {', '.join(FORMATS[what])}."
+            if suffix in ALONE and not isinstance(target[what], str):
+                yield f"{key}: {path} is named alone; it holds all polarizations."
+            # Neither asks more of a path that is too long, or in a folder that may not be read.
+            if not (os.path.isdir(path) if kind == "store" else os.path.isfile(path)):
+                yield f"{key}: there is no {kind} {path}{WHERE}."
+            if what == "field" and path.resolve().is_relative_to(results.resolve()):
+                yield f"{key}: {path} lies in {results}, where this run writes; copy it elsewhere."
+    mesh, field, reference = (target.get(what, "") for what in FORMATS)
+    if Path(mesh).suffix.lower() in cad_kernel.FORMATS:
+        cad_kernel.check_installed(f"config key 'targets.{name}.mesh': {mesh}")
         if "unit" in target:
-            yield f"'{key}.unit': {mesh} states its own unit; leave 'unit' out. If that is wrong, export the file anew."
-
-
-def _of_field(key, field, config):
-    results, is_store = of_fields(Path("results", config["name"]), config), field_files.is_store(field)
-    for path in map(Path, field_files.paths(field)):
-        if path.suffix.lower() == ".zarr" and not is_store:
-            yield f"{key}: {path} is a store, which is named alone; it holds all polarizations."
-        if path.suffix.lower() not in FIELD_FORMATS:
-            yield f"{key}: {path} is not one of {', '.join(FIELD_FORMATS)}."
-        if not (os.path.isdir(path) if is_store else os.path.isfile(path)):
-            yield f"{key}: there is no {'store' if is_store else 'file'} {path}{WHERE}."
-        if path.resolve().is_relative_to(results.resolve()):
-            yield f"{key}: {path} lies in {results}, where this run writes; copy it elsewhere."
-    if not is_store and (why := refusal(field_files.by_transmission, field, config["radar"]["polarizations"])):
-        yield f"{key}: {why}"
-
-
-def _of_reference(key, reference, config):
-    for path in map(Path, field_files.paths(reference)):
-        if path.suffix.lower() != ".ffe" and not is_csv(reference):
-            yield f"{key}: {path} is not one CSV file, nor a .ffe file."
-        if not os.path.isfile(path):
-            yield f"{key}: there is no file {path}{WHERE}."
-        elif is_csv(reference):
-            (swept,) = sweep.sweeps(config["radar"], config["aspect"], 1)
-            columns = several(swept.frequency, swept.elevation, swept.azimuth, swept.polarizations)
-            why = refusal(check_columns, path, columns) or refusal(check_frequencies, path, swept.frequency)
-            if why:
-                yield f"{key}: {why}"
+            why = "states its own unit; leave 'unit' out. If that is wrong, export the file anew"
+            yield f"'targets.{name}.unit': {mesh} {why}."
+    waves = config["radar"]["polarizations"]
+    if field and not field_files.is_store(field) and (why := refusal(field_files.by_transmission, field, waves)):
+        yield f"'targets.{name}.field': {why}"
+    if is_csv(reference):
+        (swept,) = sweep.sweeps(config["radar"], config["aspect"], 1)
+        columns = several(swept.frequency, swept.elevation, swept.azimuth, swept.polarizations)
+        if why := refusal(check_columns, reference, columns) or refusal(check_frequencies, reference, swept.frequency):
+            yield f"'targets.{name}.reference': {why}"
 
 
 def _of_targets_solver(config):
@@ -213,13 +202,12 @@ def _of_experiments(config, experiments):
                 yield f"'{key}.folds': fold {fold} is none of {count}{of_config}."
         if scheme == "elevation" and trained != "all":
             yield f"'{key}.train.elevation': the split by elevation says at which elevations it trains; write all."
-        yield from _absent(f"{key}.channels", experiment.get("channels", ()), "imaging.polarizations", imaging)
+        channels = experiment.get("channels", ())
+        yield from _absent(f"{key}.channels", channels, "imaging.polarizations", imaging["polarizations"])
         if known < 2:
             stop = "'learning: {experiments: {}}' stops after the images"
             yield f"'{key}' needs at least two targets with role known; there are {known} ({stop})."
-        for model in experiment["models"]:
-            if model not in (have := learning["models"]):
-                yield f"'{key}.models': there is no '{model}'{near(model, have)} There are: {', '.join(have)}."
+        yield from _absent(f"{key}.models", experiment["models"], "learning.models", learning["models"])
         for angle in trained if trained != "all" else ():
             if np.abs(elevations - angle).min() >= TOLERANCE:
                 have = ", ".join(f"{elevation:g}" for elevation in elevations)
@@ -227,10 +215,7 @@ def _of_experiments(config, experiments):
     images, plan = centres(sweep.azimuths(config["aspect"]), imaging["aperture"]), planned(config)
     for run in every.values():
         key = f"learning.experiments.{run['experiment']}"
-        for snr in run["snrs"]:
-            if snr not in (CLEAN, *noise):
-                have = ", ".join(f"{other:g}" for other in sorted(noise))
-                yield f"'{key}.train.snr_db': {snr} is not in noise.snr_db ({have})."
+        yield from _absent(f"{key}.train.snr_db", sorted(set(run["snrs"]) - {CLEAN}), "noise.snr_db", sorted(noise))
         stated = {model: of_model(learning["models"], model).stated for model in run["models"]}
         for model in run["models"] if run["random_snr"] else ():
             if not stated[model].get("by_snr", False):
