@@ -8,11 +8,11 @@ from fake_learning import OFFSET, coordinate, learn
 
 from isarflow.core import store as stores
 from isarflow.core import sweep
+from isarflow.core.kinds import MODELS, available, page_names
 from isarflow.mesh.io import write_ply
 from isarflow.mesh.measures import describe, size
 from isarflow.report.page import write_report
 from isarflow.scattering.store import write_field
-from isarflow.setup.kinds import MODELS, available, page_names
 
 CLEAN, SECTOR = {"elevation": "all", "snr_db": "clean"}, {"open": True, "split": "sector"}
 SETTINGS = {

@@ -5,10 +5,10 @@ import pandas as pd
 import pytest
 
 from isarflow import report
+from isarflow.core import kinds
 from isarflow.report import page, section_open
 from isarflow.report.results import Results
 from isarflow.report.vocabulary import Names, select
-from isarflow.setup import kinds
 
 SECTION = """
 from isarflow.report.layout import Section

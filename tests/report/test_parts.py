@@ -12,6 +12,7 @@ import pandas as pd
 import pytest
 import xarray as xr
 
+from isarflow.core.kinds import page_names
 from isarflow.core.sweep import C0
 from isarflow.report import (  # fmt: skip
     draw_images,
@@ -27,7 +28,6 @@ from isarflow.report import (  # fmt: skip
 from isarflow.report.plots import holds
 from isarflow.report.results import Results
 from isarflow.report.section_scattering import range_profiles
-from isarflow.setup.kinds import page_names
 
 NAMES = vocabulary.Names(page_names({"svm": {}, "knn": {}, "capsule": {}}))
 

@@ -12,11 +12,11 @@ import pytest
 from pages import Page, unpacked
 
 import isarflow.report.results
+from isarflow.core.kinds import page_names
 from isarflow.report import section_confusion, section_mesh, section_summary, vocabulary
 from isarflow.report.results import Results
 from isarflow.scattering import interpolation
 from isarflow.scattering.sphere import backscatter, check
-from isarflow.setup.kinds import page_names
 
 
 def test_mie_has_its_two_limits():

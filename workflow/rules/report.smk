@@ -26,26 +26,12 @@ rule report:
         ],
         published=published("results", "prediction_times", "confusion", "galleries"),
         full_size=full_size_scores(),
-        page_files=page_files(),
+        page_files=files_of_page("*.html", "*.css", "*.js"),
     output:
         # Not in Snakemake's own report: browsers do not open so large a page from within another.
         page=f"{RESULTS}/report/index.html",
-        figures=report(
-            directory(f"{RESULTS}/report/figures"),
-            patterns=["{name}.svg"],
-            caption="../report/figure.rst",
-            category="Report",
-            subcategory="figures",
-            labels={"figure": "{name}"},
-        ),
-        tables=report(
-            directory(f"{RESULTS}/report/tables"),
-            patterns=["{name}.csv"],
-            caption="../report/table.rst",
-            category="Report",
-            subcategory="tables",
-            labels={"table": "{name}"},
-        ),
+        figures=in_report(directory(f"{RESULTS}/report/figures"), "figure", "Figures", "{name}.svg", figure="{name}"),
+        tables=in_report(directory(f"{RESULTS}/report/tables"), "table", "Tables", "{name}.csv", table="{name}"),
     log:
         f"{RESULTS}/logs/report.log",
     benchmark:
@@ -103,7 +89,7 @@ rule rcs:
             for target in plan.targets
             for path in field_files.paths(config["targets"][target].get("reference", []))
         ],
-        page_files=page_files(),
+        page_files=rules.report.input.page_files,
     output:
         page=f"{RESULTS}/rcs/index.html",
         samples=expand(f"{RESULTS}/rcs/{{target}}.csv", target=plan.targets),

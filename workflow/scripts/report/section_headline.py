@@ -26,7 +26,12 @@ SETS = {**{f"open set, {protocol} thresholds": protocol for protocol in PROTOCOL
 # The set of what the reference thesis states of its own method: by model and metric of the published table.
 PUBLISHED = {"capsule f1": "closed set", "capsule_zncc weighted_f1": "open set, thesis thresholds"}
 THESIS_PROTOCOL = {"ls": (0, (4, 2)), "lw": 1}
-DASHES = {"solid": "", "dashed": "6 4", "dash-dotted": "8 3 2 3", "dotted": "2 3"}  # of curves by split, as SVG has them
+DASHES = {
+    "solid": "",
+    "dashed": "6 4",
+    "dash-dotted": "8 3 2 3",
+    "dotted": "2 3",
+}  # of curves by split, as SVG has them
 
 
 def sets_of(tables):

@@ -63,7 +63,7 @@ class Look:
 class Names:
     """What models and confidence scores are called, how they are drawn, and in what order they come.
 
-    stated: what the files of models say of themselves (see `setup.kinds.page_names`): `models`, a mapping of a model's
+    stated: what the files of models say of themselves (see `core.kinds.page_names`): `models`, a mapping of a model's
     name to its label, words for a sentence and place, and `scores`, of a confidence score's to its label and place.
     Those that state nothing come last, under their own name. models: names of all of the run, so that each has a
     colour of its own, as far as there are enough.
