@@ -375,6 +375,11 @@ BAD = {
         "learning.models.matched_filter.othr",
         "did you mean 'other'?",
     ),
+    "more neighbours than images": (
+        {"learning": {"models": {"knn": {"k": [1, 2159]}}}},
+        "learning.models.knn.k",
+        "2159 is more than the 2158 images that the run 'multi_elevation' trains on; take 2158 at most",
+    ),
     "trillions of angles": (
         {"aspect": {"elevation": {"start": -90, "stop": 90, "step": 1e-9}}},
         "aspect.elevation.step",

@@ -57,7 +57,7 @@ rule compare:
         tables=lambda w: [table for root in or_exit(plan.roots).values() for table in plan.judged(root)],
         over_seeds=rules.seeds.output if len(plan.seeded) > 1 else [],
         validation=f"{RESULTS}/learning/validation.csv",
-        page_files=page_files(),
+        page_files=rules.report.input.page_files,
     output:
         page=f"{RESULTS}/report/compare.html",
         table=f"{RESULTS}/report/compare.csv",
