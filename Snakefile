@@ -33,11 +33,10 @@ localrules:
 
 onstart:
     # On a cluster other machines solve; `check` says of every target what would refuse it.
-    lines = expected(refuse=workflow.local_exec and set(workflow.dag_settings.targets) != {"check"})
+    say_what_is_expected(refuse=workflow.local_exec and set(workflow.dag_settings.targets) != {"check"})
     or_exit(lock.take, RESULTS, not workflow.local_exec)
     if plan.runs:
         together.keep(RESULTS, SNR_SETS)
-    logger.info("\n".join(lines))
     if workflow.local_exec:
         # By its limit of jobs a second every job that begins has the scheduler look at all jobs again, each second to
         # the end of the run: half a core in the end. Here jobs begin as others end; a cluster's queue keeps the limit.
@@ -46,13 +45,16 @@ onstart:
 
 # A dry-run has no onstart, and while this file is read Snakemake does not tell yet which run this is.
 if workflow.is_main_process and {"-n", "--dry-run", "--dryrun"}.intersection(sys.argv):
-    logger.info("\n".join(expected(refuse=False)))
+    say_what_is_expected(refuse=False)
 
 
 onsuccess:
     lock.leave()
-    if {"check", rules.check.output[0]}.intersection(workflow.dag_settings.targets):
-        end_if_refused(rules.check.output[0])
+    (checked,) = rules.check.output
+    if {"check", checked}.intersection(workflow.dag_settings.targets):
+        last = Path(checked).read_text().splitlines()[-1]
+        if last.startswith("Error:"):  # `check` has done its job, and its file stays; the run ends in an error
+            sys.exit(f"{last} ({checked} says why)")
 
 
 onerror:

@@ -45,7 +45,7 @@ rule thesis_page:
         # A network classifies all of a target's images at an SNR.
         mem_mb=plan.most_megabytes(JUDGED, 2000),
     params:
-        code=code(*STUDY_CODE, *plan.model_files_of(JUDGED)),
+        code=code(*STUDY_CODE, *plan.model_files(*JUDGED)),
         settings=section(config, *config),
         stated=page_names(plan.models),
     message:

@@ -5,9 +5,9 @@ import tracemalloc
 import numpy as np
 import pytest
 
+from isarflow.core.kinds import MODELS, kind
 from isarflow.learning.classifier import OTHER, build
 from isarflow.learning.experiments import cleanest, megabytes
-from isarflow.setup.kinds import MODELS, kind
 
 
 def complex_noise(random, *shape):

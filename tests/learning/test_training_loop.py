@@ -165,3 +165,17 @@ def test_trainings_of_other_sizes_and_rates_share_a_program(monkeypatch):
     for count, rate in ((40, 0.05), (37, 0.01), (5, 0.02)):
         train(epochs=2, count=count, rate=rate)
     assert len(programs) == 2 * (5 + 5 + 1) and len(set(programs)) == 1
+
+
+@pytest.mark.parametrize("warm_up", [0, 4])
+def test_the_rate_rises_in_the_first_steps(warm_up):
+    """By gradients that are always the same Adam moves a weight by the rate: 1/5, 2/5 ... of it in four first steps."""
+
+    def linear(weights, x):
+        return -weights["slope"] * np.ones(1), np.ones(1), np.ones(1)
+
+    settings = Settings(lambda epochs: 0.5, 2, warm_up=warm_up)
+    batches = Batches(3, 1, np.random.default_rng(0))
+    made, _ = minimize(linear, {"slope": np.zeros(1, np.float32)}, batches, lambda rows: (X[rows],), settings)
+    expected = 0.5 * sum(min(1, step / (warm_up + 1)) for step in range(1, 7))
+    assert made["slope"][0] == pytest.approx(expected, rel=1e-3)

@@ -5,12 +5,19 @@ import fake_thesis
 import pytest
 
 from isarflow.report import section_images, selection
+from isarflow.report.results import Results
 
 
 @pytest.fixture(scope="session")
 def whole(tmp_path_factory):
     """The report's folder; the results lie in its parent."""
     return fake.write(tmp_path_factory.mktemp("whole") / "fake", fake.SETTINGS)
+
+
+@pytest.fixture
+def results(whole):
+    """The results that the report shows, read anew for each test."""
+    return Results(whole.parent, fake.SETTINGS, fake.names(fake.SETTINGS))
 
 
 @pytest.fixture

@@ -8,11 +8,13 @@ from fake_learning import OFFSET, coordinate, learn
 
 from isarflow.core import store as stores
 from isarflow.core import sweep
+from isarflow.core.kinds import MODELS, available, page_names
 from isarflow.mesh.io import write_ply
 from isarflow.mesh.measures import describe, size
 from isarflow.report.page import write_report
-from isarflow.setup.kinds import MODELS, available, page_names
+from isarflow.scattering.store import write_field
 
+CLEAN, SECTOR = {"elevation": "all", "snr_db": "clean"}, {"open": True, "split": "sector"}
 SETTINGS = {
     "name": "fake",
     "seed": 3,
@@ -49,41 +51,15 @@ SETTINGS = {
         },
         "experiments": {
             "single_elevation": {"train": {"elevation": [0], "snr_db": "clean"}, "models": ["lr", "svm", "knn"]},
-            "multi_elevation": {"train": {"elevation": "all", "snr_db": "clean"}, "models": ["lr", "knn"]},
+            "multi_elevation": {"train": dict(CLEAN), "models": ["lr", "knn"]},
             "noisy_training": {"train": {"elevation": [0, 30], "snr_db": {"each": [2.5, 12]}}, "models": ["lr", "svm"]},
-            "fcnn_open": {"train": {"elevation": "all", "snr_db": "clean"}, "models": ["fcnn", "knn"], "open": True},
-            "sector": {
-                "train": {"elevation": "all", "snr_db": "clean"},
-                "models": ["lr", "lr_tuned", "knn"],
-                "open": True,
-                "split": "sector",
-            },
-            "sector_fcnn": {  # some of the folds
-                "train": {"elevation": "all", "snr_db": "clean"},
-                "models": ["fcnn"],
-                "open": True,
-                "split": "sector",
-                "folds": [1, 3],
-            },
-            "capsule_sector": {  # one fold: there are no intervals
-                "train": {"elevation": "all", "snr_db": "clean"},
-                "models": ["capsule"],
-                "open": True,
-                "split": "sector",
-                "folds": [2],
-                "upsample": 16,
-            },
-            "capsule_open": {
-                "train": {"elevation": "all", "snr_db": "clean"},
-                "models": ["capsule"],
-                "open": True,
-                "upsample": 16,
-            },
-            "capsule_closed": {
-                "train": {"elevation": "all", "snr_db": "clean"},
-                "models": ["capsule"],
-                "upsample": 16,
-            },
+            "fcnn_open": {"train": dict(CLEAN), "models": ["fcnn", "knn"], "open": True},
+            "sector": {"train": dict(CLEAN), "models": ["lr", "lr_tuned", "knn"], **SECTOR},
+            "sector_fcnn": {"train": dict(CLEAN), "models": ["fcnn"], **SECTOR, "folds": [1, 3]},  # some of the folds
+            # One fold: there are no intervals.
+            "capsule_sector": {"train": dict(CLEAN), "models": ["capsule"], **SECTOR, "folds": [2], "upsample": 16},
+            "capsule_open": {"train": dict(CLEAN), "models": ["capsule"], "open": True, "upsample": 16},
+            "capsule_closed": {"train": dict(CLEAN), "models": ["capsule"], "upsample": 16},
             "noisy_capsule": {
                 "train": {"elevation": "all", "snr_db": {"random": ["clean", 0, 2.5, 12, 24]}},
                 "models": ["capsule", "capsule_denoise"],
@@ -94,12 +70,11 @@ SETTINGS = {
     },
 }
 # Half axes in m.
-SHAPES = {
-    "ufo": (0.3, 0.3, 0.1),
-    "disc": (0.2, 0.2, 0.02),
-    "missile": (0.5, 0.08, 0.08),
-    "drone": (0.25, 0.25, 0.06),
-}
+SHAPES = {"ufo": (0.3, 0.3, 0.1), "disc": (0.2, 0.2, 0.02), "missile": (0.5, 0.08, 0.08), "drone": (0.25, 0.25, 0.06)}
+
+# Of every store of images.
+ATTRS = {"polarization": "VV", "aperture_angle": 75.0, "range_wavenumber": 21.0, "snr_definition_offset_db": OFFSET}
+ATTRS |= {"range_resolution": 0.3, "crossrange_resolution": 0.2, "range_extent": 1.5, "crossrange_extent": 1.0}
 
 
 def write(root, settings):
@@ -139,25 +114,15 @@ def make(folder, settings):
 
 def ellipsoid(half_axes, rings=12):
     """Vertices (n, 3) and triangles (m, 3) of a closed ellipsoid."""
-    polar, turn = np.linspace(0, np.pi, rings + 1)[1:-1], np.arange(2 * rings) * np.pi / rings
-    ring = np.stack(
-        [
-            np.outer(np.sin(polar), np.cos(turn)),
-            np.outer(np.sin(polar), np.sin(turn)),
-            np.outer(np.cos(polar), np.ones_like(turn)),
-        ],
-        axis=-1,
-    ).reshape(-1, 3)
-    vertices = np.vstack([ring, [[0, 0, 1], [0, 0, -1]]]) * half_axes
-    count, north, south = 2 * rings, len(ring), len(ring) + 1
-    triangles = []
-    for k in range(count):
-        after = (k + 1) % count
-        triangles += [(north, k, after), (south, len(ring) - count + after, len(ring) - count + k)]
-        for row in range(rings - 2):
-            a, b, c, d = (row * count + k, row * count + after, (row + 1) * count + k, (row + 1) * count + after)
-            triangles += [(a, c, b), (b, c, d)]
-    return vertices, np.array(triangles)
+    down, along = np.linspace(0, np.pi, rings + 1)[1:-1], np.arange(2 * rings) * np.pi / rings
+    polar, turn = np.meshgrid(down, along, indexing="ij")
+    around = np.stack([np.sin(polar) * np.cos(turn), np.sin(polar) * np.sin(turn), np.cos(polar)], axis=-1)
+    vertices = np.vstack([around.reshape(-1, 3), [[0, 0, 1], [0, 0, -1]]]) * half_axes
+    ring = np.arange(polar.size).reshape(polar.shape)
+    after, north, south = np.roll(ring, -1, axis=1), np.full(2 * rings, polar.size), np.full(2 * rings, polar.size + 1)
+    faces = [(north, ring[0], after[0]), (south, after[-1], ring[-1])]
+    faces += [(ring[:-1], ring[1:], after[:-1]), (after[:-1], ring[1:], after[1:])]
+    return vertices, np.concatenate([np.stack(face, axis=-1).reshape(-1, 3) for face in faces])
 
 
 def _mesh(folder, name, settings):
@@ -196,25 +161,12 @@ def _scattering(path, name, settings, frequency, elevation, azimuth):
     field = 0.1 * np.exp(2j * k[:, None, None] * nose * down) + 0.05 * np.exp(-2j * k[:, None, None] * nose * down)
     polarizations = settings["radar"]["polarizations"]
     field = np.stack([field * (1 + 0.5 * index) for index in range(len(polarizations))]).astype(np.complex64)
-    axes = ("polarization", "frequency", "elevation", "azimuth")
     origin = settings["targets"][name].get("field")
     attrs = {"formulation": "external", "origin": {origin: "0123456789abcdef"}, "unknowns": None, "residual": None}
     if origin is None:
         residual = [1e-6 * (n + 1) for n in range(len(frequency))]
         attrs = {"formulation": "efie", "unknowns": [792] * len(frequency), "residual": residual}
-    dataset = xr.Dataset(
-        {
-            "field": (axes, field, {"units": "m", "long_name": "scattering amplitude"}),
-        },
-        {
-            "polarization": np.array(polarizations),
-            "frequency": coordinate("frequency", frequency, "Hz"),
-            "elevation": coordinate("elevation", elevation, "degrees"),
-            "azimuth": coordinate("azimuth", azimuth, "degrees"),
-        },
-        attrs,
-    )
-    stores.write(dataset, path)
+    write_field(path, field, polarizations, frequency, elevation, azimuth, attrs)
 
 
 def _images(folder, settings, elevation, azimuth):
@@ -224,6 +176,10 @@ def _images(folder, settings, elevation, azimuth):
     names = settings["imaging"]["polarizations"]
     channels, inner = ((len(names),), ("channel",)) if len(names) > 1 else ((), ())
     coords = {"channel": coordinate("channel", np.array(names), "1")} if inner else {}
+    for axis, angles in (("elevation", elevation), ("azimuth", azimuth)):
+        coords[axis] = coordinate(axis, angles, "degrees")
+    for axis, count, step in zip(("range", "crossrange"), pixels, (0.3, 0.2), strict=True):
+        coords[axis] = coordinate(axis, step * (np.arange(count) - count // 2), "m")
     noise = settings["noise"]
     for store in ("clean", *map(sweep.snr_label, noise["snr_db"])):
         lead = () if store == "clean" else (noise["realizations"],)
@@ -231,29 +187,9 @@ def _images(folder, settings, elevation, azimuth):
         over = tuple(range(-2 - len(channels), 0))
         image = (image / np.abs(image).max(axis=over, keepdims=True)).astype(np.complex64)
         axes = ("realization",) * len(lead) + ("elevation", "azimuth")
-        dataset = xr.Dataset(
-            {
-                "image": ((*axes, *inner, "range", "crossrange"), image),
-                "peak": (axes, np.ones(image.shape[: len(axes)], np.float32)),
-            },
-            {
-                **coords,
-                "elevation": coordinate("elevation", elevation, "degrees"),
-                "azimuth": coordinate("azimuth", azimuth, "degrees"),
-                "range": coordinate("range", 0.3 * (np.arange(pixels[0]) - pixels[0] // 2), "m"),
-                "crossrange": coordinate("crossrange", 0.2 * (np.arange(pixels[1]) - pixels[1] // 2), "m"),
-            },
-            {
-                "polarization": "VV",
-                "aperture_angle": 75.0,
-                "range_resolution": 0.3,
-                "crossrange_resolution": 0.2,
-                "range_extent": 1.5,
-                "crossrange_extent": 1.0,
-                "range_wavenumber": 21.0,
-                "snr_definition_offset_db": OFFSET,
-            },
-        )
+        peak = axes, np.ones(image.shape[: len(axes)], np.float32)
+        images = {"image": ((*axes, *inner, "range", "crossrange"), image), "peak": peak}
+        dataset = xr.Dataset(images, coords, ATTRS)
         if store == "clean":
             # From 0 to twice the mean; one image has no signal.
             offset = np.linspace(0, 2 * OFFSET, len(elevation) * len(azimuth)).reshape(len(elevation), -1)

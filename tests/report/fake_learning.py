@@ -15,11 +15,7 @@ from isarflow.learning.scores import COLUMNS, CONFUSION, VALIDATION
 from isarflow.report.selection import decoded_snrs, mistaken, mistaken_snr
 
 # Else softmax.
-SCORES = {
-    "capsule": ("mse", "zncc"),
-    "capsule_denoise": ("mse", "zncc", "noise_zncc"),
-    "own": ("my_error", "fit"),
-}
+SCORES = {"capsule": ("mse", "zncc"), "capsule_denoise": ("mse", "zncc", "noise_zncc"), "own": ("my_error", "fit")}
 DECODERS = tuple(SCORES)
 WORSE_HELD_OUT = ("knn", "lr_tuned")
 IMAGES = 200  # test images of each target that are counted
@@ -124,14 +120,10 @@ def _bounds(value, folds):
 
 
 def _time(run, place, model):
-    return {
-        "experiment": run["experiment"],
-        "run": run["name"],
-        "model": model,
-        "training_observations": 1234 if run["split"] == "random" else 1000,
-        "single": {"size": 1, "repeats": 200, "milliseconds_per_observation": 0.2 * (place + 1)},
-        "batch": {"size": 256, "repeats": 20, "milliseconds_per_observation": 0.01 * (place + 1)},
-    }
+    times = {"experiment": run["experiment"], "run": run["name"], "model": model}
+    times["single"] = {"size": 1, "repeats": 200, "milliseconds_per_observation": 0.2 * (place + 1)}
+    times["batch"] = {"size": 256, "repeats": 20, "milliseconds_per_observation": 0.01 * (place + 1)}
+    return times | {"training_observations": 1234 if run["split"] == "random" else 1000}
 
 
 def _fitted(path, model, fold, settings):
@@ -166,19 +158,8 @@ def _gains(scores, settings):
 
 
 def _mistaken(folder, run, model, settings):
-    """The predictions whose mistakes the page shows, where a decoder's at other SNRs are not among them."""
+    """The predictions whose mistakes the page shows: one view in ten of each known target is taken for the first."""
     roles = {name: target["role"] for name, target in settings["targets"].items()}
-    store = folder / "predictions" / run / model / f"{sweep.snr_label(mistaken_snr(settings['noise']['snr_db']))}.csv"
-    if not store.exists():
-        store.parent.mkdir(parents=True, exist_ok=True)
-        frame = _predicted(roles, settings)
-        for score in SCORES.get(model, ("softmax",)):
-            frame[f"known_{score}"] = 1.0 - (frame["role"] != "known")
-        frame.to_csv(store, index=False)
-
-
-def _predicted(roles, settings):
-    """Rows of predictions without known scores: one view in ten of each known target is taken for the first of them."""
     elevations, azimuths = sweep.elevations(settings["aspect"]), sweep.azimuths(settings["aspect"])
     targets, known = sorted(roles), sorted(name for name, role in roles.items() if role == "known")
     views = list(itertools.islice(itertools.cycle(itertools.product(elevations, azimuths)), 2 * TESTED))
@@ -186,27 +167,22 @@ def _predicted(roles, settings):
     frame[["elevation", "azimuth"]] = views * len(targets)
     frame["role"] = frame["target"].map(roles)
     frame["truth"] = frame["target"].where(frame["role"] == "known", "other")
-    mistaken = np.arange(len(frame)) % 10 == 3
-    frame["predicted"] = frame["target"].where((frame["role"] == "known") & ~mistaken, known[0])
+    wrong = np.arange(len(frame)) % 10 == 3
+    frame["predicted"] = frame["target"].where((frame["role"] == "known") & ~wrong, known[0])
     frame["side"] = np.tile(np.repeat(["test", "validation"], TESTED), len(targets))
     for name in known:
         frame[f"score_{name}"] = (frame["predicted"] == name) - 0.001 * frame["azimuth"] / 360
-    return frame
+    for score in SCORES.get(model, ("softmax",)):
+        frame[f"known_{score}"] = 1.0 - (frame["role"] != "known")
+    folder = folder / "predictions" / run / model
+    folder.mkdir(parents=True)
+    frame.to_csv(folder / f"{sweep.snr_label(mistaken_snr(settings['noise']['snr_db']))}.csv", index=False)
 
 
 def _decoded(folder, run, model, roles, settings):
-    """Predictions with known scores that tell known from unknown targets, and reconstructions of noise."""
+    """Reconstructions of noise."""
     random, snrs = np.random.default_rng(9), decoded_snrs(settings["noise"]["snr_db"])
     targets, known = sorted(roles), sorted(name for name, role in roles.items() if role == "known")
-    for snr in snrs:
-        frame = _predicted(roles, settings)
-        far = (frame["role"] != "known").to_numpy() * 1.0
-        for score in SCORES[model]:
-            sign = -1 if score == "mse" else 1
-            frame[f"known_{score}"] = sign * (random.uniform(0, 0.03, len(frame)) + (far if sign < 0 else 1 - far))
-        store = folder / "predictions" / run["name"] / model / f"{sweep.snr_label(snr)}.csv"
-        store.parent.mkdir(parents=True, exist_ok=True)
-        frame.to_csv(store, index=False)
     sizes, pixels = (len(snrs), len(targets), 5), (16, 16)
     axes = ("snr", "target", "example", "range", "crossrange")
     dataset = xr.Dataset(

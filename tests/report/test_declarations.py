@@ -5,10 +5,10 @@ import pandas as pd
 import pytest
 
 from isarflow import report
+from isarflow.core import kinds
 from isarflow.report import page, section_open
 from isarflow.report.results import Results
 from isarflow.report.vocabulary import Names, select
-from isarflow.setup import kinds
 
 SECTION = """
 from isarflow.report.layout import Section
@@ -26,16 +26,11 @@ def results(whole):
     return Results(whole.parent, fake.SETTINGS, fake.names(fake.SETTINGS))
 
 
-def makers(results, part):
-    (found,) = [makers for id, _, _, makers in page._outline(results) if id == part]
-    return found
-
-
 def test_a_section_is_one_file(results, tmp_path, monkeypatch):
     (tmp_path / "section_mine.py").write_text(SECTION)
-    before = makers(results, "recognition")
+    before = page._outline(results)["recognition"]
     monkeypatch.setattr(report, "__path__", [*report.__path__, str(tmp_path)])
-    after = makers(results, "recognition")
+    after = page._outline(results)["recognition"]
     place = before.index(section_open.section) + 1
     assert [*after[:place], *after[place + 1 :]] == before
     (section,) = page._drawn(after[place], results)
@@ -47,8 +42,8 @@ def test_a_metric_is_one_line(results, monkeypatch):
     scores = pd.concat([results.scores, area])
     scores = scores[(scores["score"] != "") & (scores["elevation"] == "all")]
     monkeypatch.setitem(section_open.SEPARATION, "area", "my area")
-    name = results.opened[0]
-    shown = section_open.open_table(results, name, select(scores, experiment=name)).shown
+    ranks = section_open.summary(scores, select(results.validation, elevation="all"))
+    shown = section_open.tried_table(results, scores, ranks).shown
     assert set(shown["my area"]) == {"0.432"}
 
 

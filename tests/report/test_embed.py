@@ -8,8 +8,8 @@ from isarflow.report.embed import embedded
 def test_what_is_held_is_put_together_to_the_letter(tmp_path):
     letter = '<path id="DejaVuSans-41" d="M 1 2\nL 3 4\nz\n" transform="scale(0.015625)"/>'
     files = {
-        "figures/a.svg": f'<svg>{letter}<path id="m1" d="M 0 0"/></svg>'.encode(),
-        "figures/b.svg": f"<svg><g>{letter}</g></svg>".encode(),
+        "figures/a.svg": f'<svg>{letter}<path id="m1" d="M 0 0"/></svg>',
+        "figures/b.svg": f"<svg><g>{letter}</g></svg>",
         "tables/a.csv": 'a,b\n1,"x, y"\n2,µ\n',
         "tables/same.csv": 'a,b\n1,"x, y"\n2,µ\n',
         "tables/one.csv": "a\n1\n",
@@ -23,4 +23,4 @@ def test_what_is_held_is_put_together_to_the_letter(tmp_path):
     (tmp_path / "index.html").write_text(html)
     held = unpacked(tmp_path / "index.html")
     assert held.pop("live.json") == b'{"x":[1,2]}' and held.pop("glyphs.json")
-    assert {name: text.encode() if isinstance(text, str) else text for name, text in files.items()} == held
+    assert {name: text.encode() for name, text in files.items()} == held

@@ -11,40 +11,33 @@ from isarflow.report import section_alike, section_explore, section_images
 from isarflow.report.results import Results
 
 
-@pytest.fixture(scope="module")
-def results(tmp_path_factory):
+def test_the_images_are_shown_in_the_first_polarization_and_once_in_all(tmp_path, few_pictures):
     settings = copy.deepcopy(fake.SETTINGS)
     settings["imaging"]["polarizations"] = ["HH", "VV"]
     settings["learning"]["experiments"] = {}
     settings["noise"]["snr_db"] = [12]
-    folder = tmp_path_factory.mktemp("polarimetric")
-    fake.make(folder, settings)
-    return Results(folder, settings, fake.names(settings))
-
-
-def test_the_images_are_shown_in_the_first_polarization_and_once_in_all(results, few_pictures):
-    assert "a channel for each of HH, VV and one peak over all" in section_images.channels_text(results)
-    store = xr.open_zarr(results.folder / "imaging/drone/clean.zarr").load().image.sel(elevation=0)
+    fake.make(tmp_path, settings)
+    results = Results(tmp_path, settings, fake.names(settings))
+    text = " ".join(section_images.images_text(results))
+    assert "a channel for each of HH, VV and one peak over all" in text
+    # Elevations, azimuths, channels, pixels, bytes; of each SNR two realizations.
+    size = 3 * 24 * 2 * 15 * 8 / 1e6
+    assert f"Their store has {size:.3g} MB, the store of each SNR {2 * size:.3g} MB." in text
+    store = xr.open_zarr(results.folder / "imaging/drone/clean.zarr").load().image
     (gallery,) = section_images.channel_gallery(results, "drone")
-    every = gallery.data
-    for name, rows in every.groupby("image"):
-        truth = store.isel(azimuth=24 // 8).sel(channel=name)
-        np.testing.assert_allclose(rows["level_db"], 20 * np.log10(np.abs(truth.values.ravel())), atol=0.006)
-    assert list(dict.fromkeys(every["image"])) == ["HH", "VV"]
+    for name, rows in gallery.data.groupby("image"):
+        truth = store.sel(elevation=0, channel=name).isel(azimuth=24 // 8).values.ravel()
+        np.testing.assert_allclose(rows["level_db"], 20 * np.log10(np.abs(truth)), atol=0.006)
+    assert list(dict.fromkeys(gallery.data["image"])) == ["HH", "VV"]
     first = section_images.azimuth_gallery(results, "drone").data
-    shown = first[first["azimuth_deg"] == first["azimuth_deg"].iloc[0]]["level_db"]
-    truth = store.sel(azimuth=first["azimuth_deg"].iloc[0], channel="HH").values.ravel()
+    azimuth = first["azimuth_deg"].iloc[0]
+    truth = store.sel(elevation=0, azimuth=azimuth, channel="HH").values.ravel()
+    shown = first[first["azimuth_deg"] == azimuth]["level_db"]
     np.testing.assert_allclose(shown, 20 * np.log10(np.abs(truth)), atol=0.006)
-    table = section_images.images_table(results).data
-    assert table["clean_store_mb"].iloc[0] == pytest.approx(3 * 24 * 2 * 15 * 8 / 1e6)
-    assert table["snr_store_mb"].iloc[0] == pytest.approx(2 * 3 * 24 * 2 * 15 * 8 / 1e6)
-
-
-def test_the_viewer_begins_with_the_first_and_likeness_is_of_it(results):
+    # The viewer begins with the first, and likeness is of it: here of views a step of azimuth apart.
     assert section_explore.explorer(results)["polarizations"] == ["HH", "VV"]
-    found = section_alike.likeness_by_angle(results, "drone", 15.0).iloc[0]  # of views a step of azimuth apart
-    store = xr.open_zarr(results.folder / "imaging/drone/clean.zarr").image.sel(channel="HH").load()
-    views = np.abs(store.transpose("azimuth", "elevation", ...).stack(pixel=["range", "crossrange"]).values)
+    found = section_alike.likeness_by_angle(results, "drone", 15.0).iloc[0]
+    views = np.abs(store.sel(channel="HH").transpose("azimuth", "elevation", ...).values).reshape(24, 3, -1)
     views = views - views.mean(axis=-1, keepdims=True)
     views /= np.linalg.norm(views, axis=-1, keepdims=True)
     assert found["along"] == "azimuth"

@@ -13,15 +13,18 @@ from pages import check_whole
 
 from isarflow.core.errors import InputError
 from isarflow.core.sweep import C0, directions, unit_vectors
-from isarflow.report import rcs_compare, rcs_figures
+from isarflow.report import rcs_compare
 from isarflow.report.layout import style
 from isarflow.report.rcs import as_table, write_rcs
+from isarflow.report.rcs_figures import ALONG, SINGLE, cut, cut_figure, frequency_figure, map_figure, rcs_dbsm
 from isarflow.scattering.interpolation import is_dense, order
 from isarflow.scattering.store import write_field
 
 SENTENCE = "is 0.031 wavelengths from its source (goal 0.025)"
 REACH, FREQUENCY = 0.3, np.array([1.0e9, 1.5e9])
 POINTS = np.array([[0.2, 0.1, 0.0], [-0.15, 0.2, 0.1], [0.0, -0.25, -0.1]])
+CIRCLE, TURNED = np.arange(0.0, 360.0, 5.0), np.arange(-90.0, 91.0, 10.0)
+SINGLES = ([1.0, 30.0, 2.0], [5.0, 6.0, 7.0], True)
 
 
 def points_field(elevation, azimuth, frequency=FREQUENCY):
@@ -44,32 +47,24 @@ def stored(tmp_path):
     return store
 
 
-CIRCLE = np.arange(0.0, 360.0, 5.0)
-
-
 @pytest.mark.parametrize("paired", [False, True])
 def test_the_table_holds_the_store(stored, paired):
-    where = ([0.0, 10.0, 20.0], [5.0, 90.0, 7.0])
-    dataset = stored(*where, paired)
+    dataset = stored([0.0, 10.0, 20.0], [5.0, 90.0, 7.0], paired)
     table = as_table(dataset)
     assert len(table) == dataset.field.size
-    truth = np.array(
-        [points_field(row.elevation_deg, row.azimuth_deg, row.frequency_hz)[0] for row in table.itertuples()]
-    )
+    rows = table[["elevation_deg", "azimuth_deg", "frequency_hz"]].itertuples(index=False)
+    truth = np.array([points_field(*row)[0] for row in rows])
     np.testing.assert_allclose(table["rcs_dbsm"], 10 * np.log10(4 * np.pi * np.abs(truth) ** 2), atol=1e-4)
     np.testing.assert_allclose(table["phase_deg"], np.degrees(np.angle(truth)), atol=1e-2)
 
 
 def test_curves_pass_through_the_samples_and_hold_the_field_between_them(stored):
-    dataset = stored([0.0, 30.0], CIRCLE)
-    across, _, _, curves = rcs_figures.cut(dataset, REACH, 5)
+    across, _, _, curves = cut(stored([0.0, 30.0], CIRCLE), REACH, 5)
     assert (across, len(curves)) == ("azimuth", 2)
     for curve, elevation in zip(curves, (0, 30), strict=True):
-        truth = points_field(elevation, curve.x, FREQUENCY[:1])[0, 0]
-        assert curve.smooth
-        assert curve.x[-1] == 360
-        largest = 10 ** (curve.levels.max() / 20)
-        drawn, exact = 10 ** (curve.y / 20), np.sqrt(4 * np.pi) * np.abs(truth)
+        assert curve.smooth and curve.x[-1] == 360
+        largest, drawn = 10 ** (curve.levels.max() / 20), 10 ** (curve.y / 20)
+        exact = np.sqrt(4 * np.pi) * np.abs(points_field(elevation, curve.x, FREQUENCY[:1])[0, 0])
         assert np.abs(drawn - exact).max() < 1e-4 * largest
         at_samples = np.interp(curve.samples, curve.x, drawn)
         assert np.abs(at_samples - 10 ** (curve.levels / 20)).max() < 0.02 * largest
@@ -78,76 +73,62 @@ def test_curves_pass_through_the_samples_and_hold_the_field_between_them(stored)
 def test_samples_too_far_apart_are_joined_by_lines_and_said_so(stored):
     dataset = stored([0.0], CIRCLE[::8])
     assert not is_dense(CIRCLE[::8], order(1e9, REACH, 0.0))
-    *_, curves = rcs_figures.cut(dataset, REACH, 5)
+    *_, curves = cut(dataset, REACH, 5)
     for curve in curves:
-        assert not curve.smooth
         # Round the circle, and back to the first.
-        assert np.array_equal(curve.x, [*curve.samples, 360]) and curve.y[-1] == curve.y[0]
+        assert not curve.smooth and np.array_equal(curve.x, [*curve.samples, 360]) and curve.y[-1] == curve.y[0]
     with style():
-        assert "too far apart" in rcs_figures.cut_figure("a", dataset, REACH, 5).caption
-    *_, curves = rcs_figures.cut(stored([0.0], CIRCLE[:40:8]), REACH, 5)
+        assert "too far apart" in cut_figure("a", dataset, REACH, 5).caption
+    *_, curves = cut(stored([0.0], CIRCLE[:40:8]), REACH, 5)
     assert all(np.array_equal(curve.x, curve.samples) for curve in curves)
 
 
-@pytest.mark.parametrize(("elevation", "azimuth", "paired"), [([0.0], CIRCLE, False), (CIRCLE / 8, 0 * CIRCLE, True)])
-def test_one_cut_is_drawn_at_several_frequencies(stored, elevation, azimuth, paired):
-    dataset = stored(elevation, azimuth, paired)
-    *_, curves = rcs_figures.cut(dataset, REACH, 5)
-    assert [curve.label for curve in curves] == [f"{frequency / 1e9:g} GHz" for frequency in FREQUENCY]
-    for curve, frequency in zip(curves, FREQUENCY, strict=True):
-        truth = dataset.field.sel(polarization="VV", frequency=frequency).values.ravel()
-        assert np.array_equal(curve.levels, rcs_figures.rcs_dbsm(truth))
-    with style():
-        frame = rcs_figures.cut_figure("a", dataset, REACH, 5).data
-    assert sorted(frame["frequency"].unique()) == FREQUENCY.tolist()
+def test_one_cut_is_drawn_at_several_frequencies(stored):
+    assert rcs_dbsm(np.array([1 / np.sqrt(4 * np.pi), 0])) == pytest.approx([0, -200], abs=1e-12)
+    for dataset in (stored([0.0], CIRCLE), stored(CIRCLE / 8, 0 * CIRCLE, True)):
+        *_, curves = cut(dataset, REACH, 5)
+        assert [curve.label for curve in curves] == ["1 GHz", "1.5 GHz"]
+        for curve, frequency in zip(curves, FREQUENCY, strict=True):
+            truth = dataset.field.sel(polarization="VV", frequency=frequency).values.ravel()
+            assert np.array_equal(curve.levels, rcs_dbsm(truth))
+        with style():
+            frame = cut_figure("a", dataset, REACH, 5).data
+        assert sorted(frame["frequency"].unique()) == FREQUENCY.tolist()
 
 
 def test_every_form_of_sweep_has_its_cut(stored):
-    turned = np.arange(-90.0, 91.0, 10.0)
-    assert rcs_figures.cut(stored(turned, [0.0, 90.0]), REACH, 5)[0] == "elevation"
-    assert rcs_figures.cut(stored([0.0], [30.0]), REACH, 5)[0] == "frequency"
-    assert rcs_figures.cut(stored(turned, 0 * turned, True), REACH, 5)[1] == rcs_figures.ALONG
-    assert rcs_figures.cut(stored([1.0, 30.0, 2.0], [5.0, 6.0, 7.0], True), REACH, 5)[1] == rcs_figures.SINGLE
+    assert cut(stored(TURNED, [0.0, 90.0]), REACH, 5)[0] == "elevation"
+    assert cut(stored([0.0], [30.0]), REACH, 5)[0] == "frequency"
+    assert cut(stored(*SINGLES), REACH, 5)[1] == SINGLE
+    circle = {"great_circle": {"from": [0, 0], "through": [90, 0], "angle": {"count": 24}}}
+    across, label, _, (curve, *_) = cut(stored(*directions(circle), paired=True), None, 4)
+    assert (across, label) == ("direction", ALONG)
+    # It is closed.
+    assert len(curve.samples) == 24 and curve.x[-1] == pytest.approx(360) and curve.y[-1] == curve.y[0]
     with style():
-        for dataset in (stored([0.0, 10.0, 20.0], CIRCLE), stored(turned, 0 * turned, True)):
-            drawn = [
-                rcs_figures.cut_figure("a", dataset, REACH, 5),
-                rcs_figures.polar_figure("a", dataset, REACH, 5),
-                rcs_figures.map_figure("a", dataset),
-                rcs_figures.frequency_figure("a", dataset, 5),
-                rcs_figures.distribution_figure("a", dataset),
-            ]
-            grid = "direction" not in dataset.sizes
-            assert [figure is not None for figure in drawn] == [True, True, grid, True, True]
+        for dataset in (stored([0.0, 10.0, 20.0], CIRCLE), stored(TURNED, 0 * TURNED, True)):
+            drawn = [cut_figure("a", dataset, REACH, 5, polar) for polar in (False, True)]
+            drawn += [frequency_figure("a", dataset, 5), map_figure("a", dataset)]
+            assert [one is not None for one in drawn] == [True, True, True, "direction" not in dataset.sizes]
 
 
 def test_single_directions_are_points_each_named_by_its_angles(stored):
     """Nothing lies between them, and none is left out however deep its null."""
-    dataset = stored([1.0, 30.0, 2.0], [5.0, 6.0, 7.0], True)
     with style():
-        drawn = rcs_figures.cut_figure("a", dataset, REACH, 5)
-    text = drawn.svg.decode()
-    assert all(name in text for name in ("1, 5", "30, 6", "2, 7", "elevation, azimuth [°]"))
+        drawn = cut_figure("a", stored(*SINGLES), REACH, 5)
+    assert all(name in drawn.svg.decode() for name in ("1, 5", "30, 6", "2, 7", "elevation, azimuth [°]"))
     assert "line" not in drawn.caption
 
 
-def test_the_curve_along_a_whole_great_circle_is_closed(stored):
-    circle = {"great_circle": {"from": [0, 0], "through": [90, 0], "angle": {"count": 24}}}
-    across, label, _, (curve, *_) = rcs_figures.cut(stored(*directions(circle), paired=True), None, 4)
-    assert (across, label) == ("direction", rcs_figures.ALONG)
-    assert len(curve.samples) == 24 and curve.x[-1] == pytest.approx(360) and curve.y[-1] == curve.y[0]
-
-
 def reference(path, azimuth, shift, **columns):
-    level = rcs_figures.rcs_dbsm(points_field(0.0, azimuth, FREQUENCY[:1])[0, 0]) + shift
+    level = rcs_dbsm(points_field(0.0, azimuth, FREQUENCY[:1])[0, 0]) + shift
     frame = pd.DataFrame({"azimuth_deg": azimuth, "rcs_dbsm": level, "frequency_hz": FREQUENCY[0]} | columns)
     frame.to_csv(path, index=False)
     return str(path)
 
 
 def test_a_reference_between_the_samples_is_compared_with_the_field_there(stored, tmp_path):
-    azimuth = np.array([0.0, 2.2, 33.1, 355.0, 358.0])
-    shift = np.array([0.5, -0.5, 0.5, 0.5, -2.0])
+    azimuth, shift = np.array([0.0, 2.2, 33.1, 355.0, 358.0]), np.array([0.5, -0.5, 0.5, 0.5, -2.0])
     compared = rcs_compare.compare(reference(tmp_path / "r.csv", azimuth, shift), stored([0.0], CIRCLE), REACH)
     np.testing.assert_allclose(compared["difference_db"], -shift, atol=1e-3)
     data = rcs_compare.compare_table("a", compared).data
@@ -171,31 +152,31 @@ def test_samples_that_do_not_compare_are_left_out_and_counted(stored, tmp_path, 
 
 
 @pytest.mark.parametrize(
-    ("text", "message"),
+    ("columns", "row", "message"),
     [
-        ("azimuth_deg,rcs\n0,1\n", "no column rcs_dbsm"),
-        ("azimuth_deg,frequency_hz,rcs_dbsm\n0,1e9,x\n", "row 1 has no finite number in column rcs_dbsm"),
-        ("azimuth_deg,rcs_dbsm\n0,1\n", "no column frequency_hz; there are azimuth_deg, rcs_dbsm"),
-        ("azimuth_deg,frequency_hz,rcs_dbsm\n1,1e9,0\n", "none of its 1 samples has .* run.$"),
-        ("azimuth_deg,frequency_hz,rcs_dbsm\n0,1e3,0\n", "Its frequency_hz: 1000 to 1000; the run's: 1000000000 to "),
-        ("azimuth_deg,frequency_hz,polarization,rcs_dbsm\n0,1e9,HH,0\n", "Its polarization: HH; the run's: VV.$"),
-        ("azimuth_deg,frequency_hz,rcs_dbsm\n0,1e9,inf\n", "row 1 has no finite number in column rcs_dbsm"),
-        ("azimuth_deg,frequency_hz,rcs_dbsm\n,1e9,0\n", "row 1 has no finite number in column azimuth_deg"),
-        ("azimuth_deg,frequency_hz,rcs_dbsm\n0,1e9,NaN\n", "none of its 1 samples has a level"),
+        ("azimuth_deg,rcs", "0,1", "no column rcs_dbsm"),
+        ("azimuth_deg,rcs_dbsm", "0,1", "no column frequency_hz; there are azimuth_deg, rcs_dbsm"),
+        ("azimuth_deg,frequency_hz,rcs_dbsm", "0,1e9,x", "row 1 has no finite number in column rcs_dbsm"),
+        ("azimuth_deg,frequency_hz,rcs_dbsm", "0,1e9,inf", "row 1 has no finite number in column rcs_dbsm"),
+        ("azimuth_deg,frequency_hz,rcs_dbsm", ",1e9,0", "row 1 has no finite number in column azimuth_deg"),
+        ("azimuth_deg,frequency_hz,rcs_dbsm", "0,1e9,NaN", "none of its 1 samples has a level"),
+        ("azimuth_deg,frequency_hz,rcs_dbsm", "1,1e9,0", "none of its 1 samples has .* run.$"),
+        ("azimuth_deg,frequency_hz,rcs_dbsm", "0,1e3,0", "Its frequency_hz: 1000 to 1000; the run's: 1000000000 to "),
+        ("azimuth_deg,frequency_hz,polarization,rcs_dbsm", "0,1e9,HH,0", "Its polarization: HH; the run's: VV.$"),
     ],
 )
-def test_a_reference_that_does_not_fit_is_refused(stored, tmp_path, text, message):
-    (tmp_path / "r.csv").write_text(text)
+def test_a_reference_that_does_not_fit_is_refused(stored, tmp_path, columns, row, message):
+    (tmp_path / "r.csv").write_text(f"{columns}\n{row}\n")
     with pytest.raises(InputError, match=message):
         rcs_compare.compare(str(tmp_path / "r.csv"), stored([0.0], CIRCLE), None)
 
 
-def test_a_reference_may_be_what_feko_wrote(tmp_path, stored):
-    frequency, elevation, azimuth = [1.0e9], [0.0, 20.0], [0.0, 40.0, 80.0]
-    (tmp_path / "v.ffe").write_text(feko.sweep(frequency, elevation, azimuth))
-    field = feko.amplitudes(frequency, elevation, azimuth)
+def test_a_reference_may_be_what_feko_wrote(tmp_path):
+    sweep = [1.0e9], [0.0, 20.0], [0.0, 40.0, 80.0]
+    (tmp_path / "v.ffe").write_text(feko.sweep(*sweep))
+    field = feko.amplitudes(*sweep)
     both = np.stack([field["VV"], 2 * field["HV"]]).astype(np.complex64)
-    write_field(tmp_path / "b.zarr", both, ["VV", "HV"], frequency, elevation, azimuth, {})
+    write_field(tmp_path / "b.zarr", both, ["VV", "HV"], *sweep, {})
     compared = rcs_compare.compare({"V": str(tmp_path / "v.ffe")}, xr.open_zarr(tmp_path / "b.zarr"), None)
     mean = compared.groupby("polarization")["difference_db"].mean()
     assert mean.to_dict() == pytest.approx({"VV": 0, "HV": 20 * np.log10(2)}, abs=1e-3)
@@ -204,20 +185,19 @@ def test_a_reference_may_be_what_feko_wrote(tmp_path, stored):
 
 def test_the_page_shows_what_meshes_warn_of(tmp_path):
     settings = copy.deepcopy(fake.SETTINGS)
-    settings["radar"]["frequencies"] = 1
-    settings["mesh"]["bands"] = 1
-    settings["targets"] = {name: settings["targets"][name] for name in ("drone", "missile")}
+    settings["radar"]["frequencies"] = settings["mesh"]["bands"] = 1
+    del settings["targets"]["ufo"]
     fake.make(tmp_path, settings)
     path = tmp_path / "mesh/missile.json"
     measures = json.loads(path.read_text())
     measures["bands"][0]["missed"] = SENTENCE
     measures["source"]["warnings"] = ["its shell is nearly closed."]
     path.write_text(json.dumps(measures))
-    tables = {name: tmp_path / "rcs" / f"{name}.csv" for name in settings["targets"]}
-    (tmp_path / "rcs").mkdir()
-    page = tmp_path / "rcs/index.html"
-    write_rcs(tmp_path, settings, page, tables, (page.with_name("figures"), page.with_name("tables")))
-    words = check_whole(tmp_path / "rcs").words
+    report = tmp_path / "rcs"
+    report.mkdir()
+    tables = {name: report / f"{name}.csv" for name in settings["targets"]}
+    write_rcs(tmp_path, settings, report / "index.html", tables, (report / "figures", report / "tables"))
+    words = check_whole(report).words
     glossary = words.partition("Glossary")[2]
     assert "RCS Radar cross section" in glossary
     assert not any(word in glossary for word in ("margin", "folds", "realizations"))  # of its style, and the config

@@ -4,8 +4,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from isarflow.core.kinds import page_names
 from isarflow.report import layout, plots, vocabulary
-from isarflow.setup.kinds import page_names
 
 NAMES = vocabulary.Names(
     page_names({"lr": {}, "svm": {}, "knn": {}, "capsule": {}, "own": {"kind": "lr"}, "lr_tuned": {"kind": "lr"}})

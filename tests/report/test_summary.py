@@ -12,17 +12,11 @@ import pytest
 from pages import Page, unpacked
 
 import isarflow.report.results
+from isarflow.core.kinds import page_names
 from isarflow.report import section_confusion, section_mesh, section_summary, vocabulary
-from isarflow.report.page import _in_two
 from isarflow.report.results import Results
 from isarflow.scattering import interpolation
 from isarflow.scattering.sphere import backscatter, check
-from isarflow.setup.kinds import page_names
-
-
-@pytest.fixture
-def results(whole):
-    return Results(whole.parent, fake.SETTINGS, fake.names(fake.SETTINGS))
 
 
 def test_mie_has_its_two_limits():
@@ -71,9 +65,7 @@ def test_the_sentences_say_what_the_scores_say(results, whole):
     scores = scores.query("test_snr_db == 12 and elevation == 'all'")
     best = scores[(scores["model"] == "knn") & (scores["score"] == "softmax")]["value"].iloc[0]
     start = "At 12 dB by peak_3db power, split by sector, with blind thresholds, KNN, softmax, the best one on the"
-    assert f"{start} validation images, reaches a weighted F1 of {best:.2f}" in reached
-    most = scores["value"].max()
-    assert (most > best) == ("on the test images most has" in reached) and f"{most:.2f} (" in reached
+    assert f"{start} validation images, reaches a weighted F1 of {best:.2f} (" in reached
     assert "where rejecting everything has 0.17" in reached and "split at random, with near copies" in reached
     assert "missile and ufo reach beyond that" in bounds
     words = Page(whole / "index.html").words
@@ -120,10 +112,8 @@ def test_matrices_count_what_the_table_counts(results):
     assert any(entry["set"] == "closed set" for entry in entries)
 
 
-def test_what_the_page_s_scripts_read_is_json(whole):
-    held = unpacked(whole / "index.html")
-    assert {"explore.json", "compare.json", "matrices.json"} <= set(held)
-    assert json.loads(held["compare.json"])["curves"]
+def test_what_the_page_s_scripts_read_is_there(whole):
+    assert {"explore.json", "compare.json", "matrices.json"} <= set(unpacked(whole / "index.html"))
 
 
 def test_models_of_one_s_own_have_colours_that_no_other_has():
@@ -141,10 +131,3 @@ def test_a_field_of_unknown_reach_is_known_between_its_samples_where_they_are_de
     # Its harmonics fall off beyond the 12th; the 24th is 1e-5 of the first.
     np.testing.assert_allclose(interpolation.between(turn, wave(turn), highest, finer), wave(finer), atol=1e-3)
     assert interpolation.order_told(wave(turn[::2])) is None
-
-
-def test_a_long_caption_keeps_all_its_words_in_two_parts():
-    text = " ".join(f"Sentence {number} is of some length, 0.5 dB of it." for number in range(20))
-    first, rest = _in_two(text)
-    assert f"{first} {rest}" == text and len(first) < 250
-    assert _in_two("Short. And done.") == ("Short. And done.", "")

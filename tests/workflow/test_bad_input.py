@@ -51,3 +51,22 @@ def test_what_shows_when_a_run_begins_is_one_message_too(project):
         assert [line for line in finished.stdout.splitlines() if line.startswith(expected)], finished.stdout
         assert "Error" not in finished.stdout and "Traceback" not in finished.stdout
         assert not list((project.folder / ".snakemake/locks").glob("*"))
+
+
+def test_numbers_within_mappings_of_the_command_line(project_of):
+    """Snakemake gives what stands within them as text."""
+    project = project_of("settings")
+    settings = ("--config", "name=b", "noise={snr_db: [1, 2.5]}", "learning={experiments: {}}")
+    assert project.planned("results/b/imaging/ufo/snr_2.5dB.zarr", *settings)["noise"] == 1
+
+
+@pytest.mark.parametrize("option", ["--configfile", "--configfiles"])
+def test_snakemake_says_it_before_it_reads_the_files_itself(option, project_of):
+    """Its own words for the same: a traceback, or that the file is 'not valid JSON or YAML', without a place."""
+    project = project_of("slip")
+    project.write("config/good.yaml", "name: good\n")
+    project.write("config/bad.yaml", "name: bad\nradar: &a {b: *a}\n")
+    finished = project.run("--cores", 1, "--dry-run", "report", option, "config/good.yaml", "config/bad.yaml")
+    assert finished.returncode == 1
+    (line,) = [line for line in finished.stdout.splitlines() if not line.startswith("Using workflow specific profile")]
+    assert line.startswith("config/bad.yaml, line 2, column 8: what the anchor")

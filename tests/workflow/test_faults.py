@@ -1,26 +1,18 @@
 """What may befall a run: kills, two at once, a spoilt store, a full disk, a folder that may not be written."""
 
 import contextlib
-import errno
 import os
 import re
 import shutil
 import signal
-import socket
 import subprocess
-import sys
 import time
-from pathlib import Path
-from unittest.mock import Mock
 
 import numpy as np
 import pytest
 
-from isarflow.core.errors import InputError
 from isarflow.core.sweep import azimuths, elevations, frequencies
 from isarflow.scattering.store import write_field
-from isarflow.setup import lock
-from isarflow.setup.config import ROOT
 from isarflow.setup.yaml_file import read_yaml
 
 TINY = ("--configfile", "config/tiny.yaml")
@@ -49,10 +41,7 @@ TIMED = (
     "benchmarks",
     "learning/times.json",
     "report/index.html",
-    "report/figures/prediction_times",
     "report/tables/prediction_times",
-    "report/tables/figure_prediction_times",
-    "report/tables/jobs",
 )
 
 
@@ -134,118 +123,6 @@ def test_killed_in_every_stage_and_on_one_core_the_results_are_the_same(unbroken
     assert who and int(who[1]) > 0 and who[2] == os.uname().nodename
     assert f"wait until it ends or stop it (kill {who[1]})" in second.stdout
     assert "cannot be locked" in second.stdout and "Traceback" not in second.stdout
-
-
-@pytest.fixture
-def another(tmp_path, monkeypatch):
-    """In a working folder with a lock of Snakemake's: starts a process that is a run, by results and whether remote."""
-    monkeypatch.chdir(tmp_path)
-    lock.LOCKS.mkdir(parents=True)
-    (lock.LOCKS / "0.output.lock").touch()
-    take = "import sys; from isarflow.setup.lock import take; take(sys.argv[1], sys.argv[2] == 'True')"
-    take += "; print(flush=True); input()"
-    with contextlib.ExitStack() as stack:
-
-        def start(results="results/tiny", remote=False):
-            streams = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
-            environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-            run = subprocess.Popen([sys.executable, "-c", take, results, str(remote)], env=environment, **streams)
-            stack.callback(killed, run)
-            assert run.stdout.readline()
-            return run
-
-        yield start
-    lock.leave()
-
-
-def killed(run):
-    run.kill()
-    run.communicate()
-    return run
-
-
-def is_locked():
-    return (lock.LOCKS / "0.output.lock").exists()
-
-
-def test_a_lock_is_kept_while_one_of_its_runs_lives(another):
-    living = another()
-    killed(another("results/other"))
-    (line,) = lock.release_stale()
-    assert f"process {living.pid} on {socket.gethostname()}, since " in line and is_locked()
-    killed(living)
-    assert lock.release_stale() == [] and not is_locked()
-
-
-def test_a_lock_of_nobody_who_noted_himself_is_kept(another):
-    assert lock.release_stale() == [] and is_locked()
-    lock.take("results/tiny", False)
-    lock.leave()
-    assert lock.release_stale() == [] and is_locked()
-
-
-def test_the_lock_of_a_killed_run_is_taken_by_the_next(another):
-    killed(another())
-    lock.take("results/tiny", False)
-    (line,) = lock.release_stale()
-    assert f"process {os.getpid()} on" in line and is_locked()
-
-
-def test_a_run_that_just_begins_has_no_note_yet(another):
-    killed(another("results/other"))
-    living = another()
-    (lock.RUNS / "tiny").write_text("")
-    (line,) = lock.release_stale()
-    assert "Another run is at work in this folder" in line and is_locked() and living.poll() is None
-
-
-def test_the_results_of_a_run_at_work_are_nobody_elses(another):
-    """Even where its lock is gone: Snakemake takes all locks away when any run in the folder ends."""
-    living = another()
-    with pytest.raises(InputError, match=rf"process {living.pid} on .* makes results/tiny too"):
-        lock.take("results/tiny", False)
-    lock.take("results/other", False)
-    lock.leave()
-    (line,) = lock.release_stale()
-    assert f"process {living.pid} on" in line
-
-
-def test_a_lock_is_kept_while_a_clusters_jobs_may_go_on(another):
-    killed(another(remote=True))
-    (line,) = lock.release_stale()
-    assert "scancel" in line and is_locked()
-
-
-def test_a_lock_of_another_machine_is_kept(another):
-    lock.RUNS.mkdir()
-    (lock.RUNS / "tiny").write_text('{"host": "far", "pid": 1, "since": "then", "remote": false}')
-    (line,) = lock.release_stale()
-    assert "process 1 on far, since then" in line and "--unlock" in line and is_locked()
-
-
-def test_where_the_file_system_has_no_locks_a_run_lives_with_its_process(another, monkeypatch):
-    living = another()
-    monkeypatch.setattr("fcntl.flock", Mock(side_effect=OSError(errno.ENOSYS, "no locks")))
-    with pytest.raises(InputError, match=f"process {living.pid} on"):
-        lock.take("results/tiny", False)
-    (line,) = lock.release_stale()
-    assert f"process {living.pid} on" in line and is_locked()
-    killed(living)
-    assert lock.release_stale() == [] and not is_locked()
-
-
-def test_a_lock_is_kept_while_a_job_of_the_run_that_was_killed_goes_on(another):
-    killed(another())
-    script = Path(".snakemake/scripts/x.job_mesh.py").absolute()
-    script.parent.mkdir()
-    script.write_text("print(flush=True); input()")
-    streams = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
-    with subprocess.Popen([sys.executable, script], **streams) as orphan:
-        assert orphan.stdout.readline()  # before it runs, its command line may not be there
-        (line,) = lock.release_stale()
-        assert f"a job of it goes on: process {orphan.pid}." in line and is_locked()
-        orphan.kill()
-    assert lock.release_stale() == [] and not is_locked()
 
 
 def test_a_spoilt_store_stops_the_next_job_and_is_made_again(unbroken):

@@ -5,15 +5,15 @@ import pytest
 import xarray as xr
 from test_docs import blocks
 
+import isarflow.core.kinds
 import isarflow.scattering.solvers
-import isarflow.setup.kinds
 from isarflow.core.errors import InputError
+from isarflow.core.kinds import SCRIPTS
 from isarflow.core.sweep import C0, Sweep
 from isarflow.mesh.io import write_ply
 from isarflow.scattering.band import solve_band
 from isarflow.scattering.solver import Solution, build
 from isarflow.setup.config import ROOT, load
-from isarflow.setup.kinds import SCRIPTS
 
 PLATE = ("--configfile", "config/plate.yaml")
 STORE = "results/plate/scattering/plate.zarr"
@@ -104,11 +104,7 @@ def test_the_example_agrees_with_the_closed_form_off_normal():
 
 # What is written under `scattering` (and of a target), and what the message says.
 BAD = {
-    "another name": (
-        {"solver": "physical_optic"},
-        {},
-        "'scattering.solver': there is no solver.*'physical_optics'",
-    ),
+    "another name": ({"solver": "physical_optic"}, {}, "'scattering.solver': there is no solver.*'physical_optics'"),
     "another's setting": ({**OPTICS, "precision": "single"}, {}, "'scattering.precision' is unknown.*points, solver"),
     "a setting left out": ({"solver": "physical_optics"}, {}, "'scattering.points' is missing.*phase is taken"),
     "a value": ({**OPTICS, "points": "middle"}, {}, "'scattering.points': 'middle' is not one of.*mean 'middles'"),
@@ -128,7 +124,7 @@ def folder(tmp_path, monkeypatch):
         (tmp_path / "scattering" / name).write_text(text)
     for stage in ("imaging", "learning"):
         (tmp_path / stage).symlink_to(SCRIPTS / stage)
-    monkeypatch.setattr(isarflow.setup.kinds, "SCRIPTS", tmp_path)
+    monkeypatch.setattr(isarflow.core.kinds, "SCRIPTS", tmp_path)
 
 
 @pytest.mark.parametrize("case", BAD)

@@ -85,10 +85,7 @@ READERS = {
         "imaging/a/clean.zarr",
         lambda folder: images.azimuths(folder / "imaging/a/clean.zarr"),
     ),
-    "noisy images": (
-        "imaging/a/snr_3dB.zarr",
-        lambda folder: images.read([folder / "imaging/a/snr_3dB.zarr"], EVERY),
-    ),
+    "noisy images": ("imaging/a/snr_3dB.zarr", lambda folder: images.read([folder / "imaging/a/snr_3dB.zarr"], EVERY)),
     "images of noise": (
         "imaging/pure-noise/clean.zarr",
         lambda folder: images.read([folder / "imaging/pure-noise/clean.zarr"], EVERY),

@@ -6,6 +6,7 @@ import re
 import sys
 import time
 from math import ceil
+from pathlib import Path
 
 from snakemake.logging import logger
 from snakemake.settings.enums import Quietness
@@ -24,19 +25,19 @@ os.environ.setdefault("GLIBC_TUNABLES", ":".join(f"glibc.malloc.{setting}" for s
 if {Quietness.PROGRESS, Quietness.ALL} & set(workflow.output_settings.quiet or ()):
     os.environ.update(ISARFLOW_QUIET="yes")  # jobs draw no progress bars
 
-from isarflow.setup import disk, lock, together
-from isarflow.setup.kinds import page_names
-from isarflow.setup.closure import digest
-from isarflow.setup.config import load, of_command_line, section, unnamed
 from isarflow.core.errors import InputError
-from isarflow.setup.overview import overview
-from isarflow.setup.plan import STARTING, Plan
-from isarflow.setup.yaml_file import read_yaml
+from isarflow.core.kinds import page_names
 from isarflow.core.sweep import images_are_made, snr_label, why_no_images
 from isarflow.imaging.geometry import PURE_NOISE
 from isarflow.learning import experiments
 from isarflow.report import selection
 from isarflow.scattering import field_files, needs
+from isarflow.setup import disk, lock, together
+from isarflow.setup.closure import digest
+from isarflow.setup.config import load, of_command_line, section, unnamed
+from isarflow.setup.overview import overview
+from isarflow.setup.plan import STARTING, Plan
+from isarflow.setup.yaml_file import read_yaml
 
 
 def or_exit(function, *arguments):
@@ -76,29 +77,25 @@ def code(*scripts):
     return or_exit(digest, *scripts)
 
 
-def page_files():
-    """What the page is put together from besides modules: its templates, style and scripts."""
-    names = sorted(os.listdir(os.path.join(SCRIPTS, "report")))
-    return [in_repository("workflow/scripts/report", name) for name in names if name.endswith((".html", ".css", ".js"))]
+def files_of_page(*names):
+    """The files of workflow/scripts/report of these names, patterns with a `*`: it finds its sections by their names."""
+    return sorted(in_repository(path) for name in names for path in Path(SCRIPTS, "report").glob(name))
 
 
 def sections():
-    """Return the files of the page's sections, which it finds by their names."""
-    names = sorted(os.listdir(os.path.join(SCRIPTS, "report")))
-    return [f"report/{name}" for name in names if name.startswith("section_") and name.endswith(".py")]
+    """Return the files of the page's sections, below workflow/scripts."""
+    return [f"report/{os.path.basename(path)}" for path in files_of_page("section_*.py")]
 
 
-def end_if_refused(report):
-    """End the run with an error if the report of `check` names targets that are refused: it has done its job, and stays."""
-    with open(report) as file:
-        *_, last = file
-    if last.startswith("Error:"):
-        sys.exit(f"{last.strip()} ({report} says why)")
+def in_report(path, caption, category, *patterns, **labels):
+    """An artefact that Snakemake's own report shows. caption: the name of its text in workflow/report."""
+    return report(path, f"../report/{caption}.rst", category, labels=labels, patterns=list(patterns))
 
 
-def expected(refuse):
-    """What is said before anything runs (see `overview`)."""
-    return unnamed(config, *OVERLAYS) + or_exit(overview, config, RESULTS, refuse, len(plan.seeded))
+def say_what_is_expected(refuse):
+    """Say before anything runs what the config makes (see `overview`)."""
+    lines = unnamed(config, *OVERLAYS) + or_exit(overview, config, RESULTS, refuse, len(plan.seeded))
+    logger.info("\n".join(lines))
 
 
 def numbered(number, mark):

@@ -100,12 +100,7 @@ rule timing:
         stores=expand(f"{RESULTS}/imaging/{{target}}/clean.zarr", target=plan.known),
         models=expand(f"{RESULTS}/learning/models/{{fitted}}", fitted=plan.timed),
     output:
-        times=report(
-            f"{RESULTS}/learning/times.json",
-            caption="../report/times.rst",
-            category="Learning",
-            labels={"table": "prediction times"},
-        ),
+        times=in_report(f"{RESULTS}/learning/times.json", "times", "Learning", table="prediction times"),
     log:
         f"{RESULTS}/logs/learning/timing.log",
     benchmark:
@@ -119,7 +114,7 @@ rule timing:
     resources:
         mem_mb=plan.most_megabytes(plan.timed, 1000),
     params:
-        code=code("learning/job_timing.py", *plan.model_files_of(plan.fitted)),
+        code=code("learning/job_timing.py", *plan.model_files(*plan.fitted)),
         settings=plan.of_targets(plan.known),
     message:
         "timing of every model: alone on all cores"
@@ -131,24 +126,9 @@ rule scores:
     input:
         predictions=expand("{{root}}/learning/predictions/{fitted}/{snr}.csv", fitted=plan.fitted, snr=plan.snrs),
     output:
-        scores=report(
-            "{root}/learning/scores.csv",
-            caption="../report/scores.rst",
-            category="Learning",
-            labels={"table": "scores"},
-        ),
-        confusion=report(
-            "{root}/learning/confusion.csv",
-            caption="../report/confusion.rst",
-            category="Learning",
-            labels={"table": "confusion"},
-        ),
-        validation=report(
-            "{root}/learning/validation.csv",
-            caption="../report/validation.rst",
-            category="Learning",
-            labels={"table": "validation"},
-        ),
+        scores=in_report("{root}/learning/scores.csv", "scores", "Learning", table="scores"),
+        confusion=in_report("{root}/learning/confusion.csv", "confusion", "Learning", table="confusion"),
+        validation=in_report("{root}/learning/validation.csv", "validation", "Learning", table="validation"),
     log:
         "{root}/logs/learning/scores.log",
     benchmark:
@@ -179,12 +159,7 @@ rule seeds:
     input:
         scores=expand("{root}/learning/scores.csv", root=plan.seeded),
     output:
-        report(
-            f"{RESULTS}/learning/seeds.csv",
-            caption="../report/seeds.rst",
-            category="Learning",
-            labels={"table": "scores over seeds"},
-        ),
+        in_report(f"{RESULTS}/learning/seeds.csv", "seeds", "Learning", table="scores over seeds"),
     log:
         f"{RESULTS}/logs/learning/seeds.log",
     benchmark:

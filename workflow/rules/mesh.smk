@@ -7,12 +7,7 @@ rule mesh:
     input:
         cad=lambda w: watched(config["targets"][w.target]["mesh"]),
     output:
-        measures=report(
-            f"{FIELDS}/mesh/{{target}}.json",
-            caption="../report/mesh.rst",
-            category="Meshes",
-            labels={"target": "{target}"},
-        ),
+        measures=in_report(f"{FIELDS}/mesh/{{target}}.json", "mesh", "Meshes", target="{target}"),
         source=f"{FIELDS}/mesh/{{target}}-source.ply",
         meshes=[f"{FIELDS}/mesh/{{target}}-{band}.ply" for band in plan.bands],
     log:

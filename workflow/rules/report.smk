@@ -22,30 +22,16 @@ rule report:
         reconstructions=[f"{RESULTS}/learning/reconstructions/{fitted}.zarr" for fitted in plan.decoders()],
         predictions=[
             f"{RESULTS}/learning/predictions/{fitted}/{snr}.csv"
-            for fitted, snr in selection.predictions_shown(config, plan.runs, plan.decoders())
+            for fitted, snr in selection.predictions_shown(config, plan.runs)
         ],
         published=published("results", "prediction_times", "confusion", "galleries"),
         full_size=full_size_scores(),
-        page_files=page_files(),
+        page_files=files_of_page("*.html", "*.css", "*.js"),
     output:
         # Not in Snakemake's own report: browsers do not open so large a page from within another.
         page=f"{RESULTS}/report/index.html",
-        figures=report(
-            directory(f"{RESULTS}/report/figures"),
-            patterns=["{name}.svg"],
-            caption="../report/figure.rst",
-            category="Report",
-            subcategory="figures",
-            labels={"figure": "{name}"},
-        ),
-        tables=report(
-            directory(f"{RESULTS}/report/tables"),
-            patterns=["{name}.csv"],
-            caption="../report/table.rst",
-            category="Report",
-            subcategory="tables",
-            labels={"table": "{name}"},
-        ),
+        figures=in_report(directory(f"{RESULTS}/report/figures"), "figure", "Figures", "{name}.svg", figure="{name}"),
+        tables=in_report(directory(f"{RESULTS}/report/tables"), "table", "Tables", "{name}.csv", table="{name}"),
     log:
         f"{RESULTS}/logs/report.log",
     benchmark:
@@ -71,7 +57,7 @@ rule compare:
         tables=lambda w: [table for root in or_exit(plan.roots).values() for table in plan.judged(root)],
         over_seeds=rules.seeds.output if len(plan.seeded) > 1 else [],
         validation=f"{RESULTS}/learning/validation.csv",
-        template=in_repository("workflow/scripts/report/templates/side_by_side.html"),
+        page_files=rules.report.input.page_files,
     output:
         page=f"{RESULTS}/report/compare.html",
         table=f"{RESULTS}/report/compare.csv",
@@ -103,7 +89,7 @@ rule rcs:
             for target in plan.targets
             for path in field_files.paths(config["targets"][target].get("reference", []))
         ],
-        page_files=page_files(),
+        page_files=rules.report.input.page_files,
     output:
         page=f"{RESULTS}/rcs/index.html",
         samples=expand(f"{RESULTS}/rcs/{{target}}.csv", target=plan.targets),

@@ -14,11 +14,15 @@ from isarflow.learning.model_folder import config_of, load
 from isarflow.learning.predict import KNOWN, classify
 from isarflow.report.layout import number, signed
 from isarflow.report.published import CLASSES
-from isarflow.report.section_capsule import plain
 from isarflow.report.selection import nearest
 from isarflow.report.vocabulary import F1, select
 from study.markdown import NONE
 from study.selection import HIGH_SNR
+
+
+def plain(score, values):
+    """Return values of a confidence score as they are shown: the MSE itself, not minus it."""
+    return -values if score == "mse" else values
 
 
 class Judged(NamedTuple):

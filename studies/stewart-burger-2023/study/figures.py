@@ -17,9 +17,9 @@ from isarflow.report.plots import (
     draw_pixels,
     draw_published,
     draw_rejecting,
-    draw_trainings,
     finish,
     panels,
+    training_look,
 )
 from isarflow.report.published import ADAPTATIONS
 from isarflow.report.selection import around, evenly
@@ -56,7 +56,7 @@ def curves(results, figure):
     for model, score in ((model, score) for model in figure.there for score in ("", *figure.scores)):
         look = names.score(score) if score else names.model(model)
         label = look.label if several else f"open set, {look.label}" if score else "closed set"
-        looks[model, score] = {"color": look.color, "marker": look.marker, "label": label}
+        looks[model, score] = look.curve | {"label": label}
         case = results, figure.experiment, model, figure.metric, score
         every[SPLIT][model, score] = ours(*case, figure.elevation)
         every[HARDER][model, score] = by_sector(*case)
@@ -100,7 +100,8 @@ def trainings(results, figure):
         return
     shown = [(trained, curve) for (trained,), curve in results.names.groups(rows, "training")]
     drawing, grid = panels(1, 1, 6.6, 4.2)
-    draw_trainings(grid[0, 0], shown, [trained for trained, _ in shown])
+    for trained, curve in shown:
+        draw_curve(grid[0, 0], curve, **training_look(trained, [of for of, _ in shown]))
     clean = ours(results, figure.beside, model, ACCURACY)
     if len(clean):
         draw_curve(grid[0, 0], clean, BLACK, band=False, ls="--", label="trained without noise (Fig. 4.12)")

@@ -3,14 +3,13 @@
 import numpy as np
 
 from isarflow.report.layout import BLUE, VERMILION, number
-from isarflow.report.plots import draw_density, draw_matrix, draw_pixels, finish, panels
+from isarflow.report.plots import draw_matrix, draw_pixels, finish, panels
 from isarflow.report.published import ADAPTATIONS
-from isarflow.report.section_capsule import plain
 from isarflow.report.selection import nearest
 from isarflow.report.vocabulary import select, with_interval
 from study import anew
 from study import statements as stated
-from study.anew import nearest_snr
+from study.anew import nearest_snr, plain
 from study.markdown import NONE, picture, table
 from study.selection import PAGE
 from study.statements import SPLIT
@@ -91,3 +90,11 @@ def histograms(results, figure):
     yield picture(figure.picture, drawing, f"{figure.picture} here: {words}")
     yield f"At {snr:g} dB, test images:"
     yield table(rows)
+
+
+def draw_density(axes, values, edges, color, label):
+    """Draw a histogram of values as a density."""
+    counts = np.histogram(values, edges)[0]
+    density = counts / max(counts.sum(), 1) / np.diff(edges)
+    axes.stairs(density, edges, fill=True, alpha=0.45, color=color, label=label)
+    axes.stairs(density, edges, color=color)

@@ -11,7 +11,7 @@ from sklearn.metrics import roc_auc_score
 from isarflow.core.sweep import elevations
 from isarflow.learning.experiments import training
 from isarflow.report import thesis
-from isarflow.report.section_learning import training_end
+from isarflow.report.layout import duration, number
 from isarflow.report.vocabulary import ACCURACY, POWERS, select, training_noise
 from study import anew
 from study import statements as stated
@@ -91,6 +91,17 @@ def epochs(results, figure):
         theirs = select(results.published_settings, model=thesis.kind(model, settings), setting="epochs")["value"]
         there = f"; the document's had {theirs.iloc[0]} epochs" if len(theirs) else ""
         yield {"model": results.names.model(model).words, "ended": ended, "there": there}
+
+
+def training_end(curve, planned):
+    """Return in words how a training ended. planned: how many epochs it may have at most, where that is one number."""
+    last = curve.iloc[-1]
+    words = [f"after {last['epoch']:g}{f' of {planned}' if isinstance(planned, int) else ''} epochs"]
+    if "learning_rate" in curve:
+        words.append(f"at {number(last['learning_rate'] / curve['learning_rate'].max(), 2)} of its learning rate")
+    if "seconds" in curve:
+        words.append(f"in {duration(last['seconds'])}")
+    return " ".join(words)
 
 
 def fitted(results, figure):

@@ -3,3 +3,12 @@
 
 class InputError(Exception):
     """Input that the user can correct. The message names the file or key, what is wrong and what would be right."""
+
+
+def refusal(check, *arguments):
+    """The message with which a check refuses these arguments; '' if it lets them pass."""
+    try:
+        check(*arguments)
+    except InputError as error:
+        return str(error)
+    return ""

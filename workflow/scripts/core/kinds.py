@@ -1,27 +1,157 @@
-"""Load a model, an imager or a solver by the name that a config gives it."""
+"""The kinds of models, imagers and solvers: one file each, found by its name, with its abilities and settings.
 
+`load_class` imports a file for a job that uses it. What a file states before that is read from its text: to import it
+may take longer than all other checks together.
+"""
+
+import ast
+import contextlib
+import functools
 import importlib
-from typing import Any
+from collections.abc import Mapping
+from typing import Any, NamedTuple
 
 from isarflow.core.errors import InputError
+from isarflow.core.folders import SCRIPTS
+from isarflow.core.words import near
 
 
-def file_of(folder: str, kind: str) -> str:
-    """The file of a kind as a message names it. folder: below workflow/scripts, as 'learning/models'."""
-    return f"workflow/scripts/{folder}/{kind}.py"
+class Seam(NamedTuple):
+    """The folder of kinds of one sort (below workflow/scripts), and the class and methods that each file defines."""
+
+    folder: str
+    class_name: str
+    methods: frozenset[str]
 
 
-def load_class(folder: str, kind: str, name: str, base: type | None = None) -> Any:
-    """The class of this name in the file of a kind.
+class Kind(NamedTuple):
+    """A file's statements on itself: the methods of its class, and the attributes of it that are literals.
 
-    Raises InputError where the file imports what is not installed, and where its class is none of `base`.
+    Those of a base class from another file below workflow/scripts are its own, too.
     """
-    file = file_of(folder, kind)
+
+    file: str  # below workflow/scripts
+    methods: set[str]
+    stated: dict[str, Any]
+
+    @property
+    def settings(self) -> Any:
+        """SETTINGS, a mapping of a setting's name to its JSON schema (type, bounds, description); None takes any."""
+        return self.stated.get("SETTINGS")
+
+
+MODELS = Seam("learning/models", "Model", frozenset({"fit", "evaluate"}))
+IMAGERS = Seam("imaging/imagers", "Imager", frozenset({"axes", "at"}))
+SOLVERS = Seam("scattering/solvers", "Solver", frozenset({"plan", "solve"}))
+# The base classes in these files have the defaults for kinds that state nothing; their methods are not defined.
+BASES = "learning/classifier.py", "scattering/solver.py"
+# Sections of the config that name one kind, by this key, with its settings beside it; and the kind whose
+# settings are shown where a section names none.
+SECTIONS = {"imaging": ("imager", IMAGERS, "fourier"), "scattering": ("solver", SOLVERS, "mom")}
+
+
+def file_of(seam: Seam, name: str) -> str:
+    """The file of the kind of this name as a message names it."""
+    return f"workflow/scripts/{seam.folder}/{name}.py"
+
+
+def load_class(seam: Seam, name: str, base: type) -> Any:
+    """The class of the kind of this name.
+
+    Raises InputError where its file imports what is not installed, and where its class is none of `base`.
+    """
+    file = file_of(seam, name)
     try:
-        loaded = getattr(importlib.import_module(f"isarflow.{folder.replace('/', '.')}.{kind}"), name)
+        loaded = getattr(importlib.import_module(f"isarflow.{seam.folder.replace('/', '.')}.{name}"), seam.class_name)
     except ImportError as error:
         hint = " `pip install -r envs/requirements-torch.txt` installs it." if error.name == "torch" else ""
         raise InputError(f"{file} cannot be imported: {error}.{hint}") from None
-    if base is not None and not issubclass(loaded, base):
-        raise InputError(f"{file}: its class {name} must be one of {base.__module__}.{base.__qualname__}.")
+    if not issubclass(loaded, base):
+        raise InputError(f"{file}: its class {seam.class_name} must be one of {base.__module__}.{base.__qualname__}.")
     return loaded
+
+
+def available(seam: Seam) -> list[str]:
+    """The names of all kinds of a seam, sorted."""
+    return sorted(path.stem for path in (SCRIPTS / seam.folder).glob("*.py") if path.stem[0] != "_" and path.is_file())
+
+
+def settings_of(section: str, settings: Any) -> Any:
+    """The JSON schemas of the settings of the kind that a section's mapping names; None if it takes any.
+
+    Raises InputError if there is no such kind.
+    """
+    key, seam, default = SECTIONS[section]
+    name = settings.get(key, default) if isinstance(settings, dict) else default
+    check_kind(seam, name, f"config key '{section}.{key}'")
+    return kind(seam, name).settings
+
+
+def check_kind(seam: Seam, name: Any, key: str) -> None:
+    """Raise InputError, its message beginning with `key`, if there is no such kind, or it is not as its seam says."""
+    names = available(seam)
+    if name not in names:
+        other = ", and one of another name has one of these as its 'kind'" if seam.class_name == "Model" else ""
+        raise InputError(
+            f"{key}: there is no {seam.class_name.lower()} '{name}'{near(name, names)} There are: {', '.join(names)}; "
+            f"one of your own is a file {name}.py in workflow/scripts/{seam.folder}{other}."
+        )
+    try:
+        methods = kind(seam, name).methods
+    except SyntaxError as error:
+        raise InputError(f"{key}: {name}.py, line {error.lineno or 1}: {error.msg}.") from None
+    except (ValueError, OSError) as error:
+        raise InputError(f"{key}: {name}.py is not a file of Python in UTF-8 ({error}).") from None
+    if not seam.methods <= methods:
+        wanted = " and ".join(sorted(seam.methods, reverse=True))
+        raise InputError(f"{key}: {name}.py has no class {seam.class_name} with methods {wanted}.")
+
+
+@functools.cache
+def kind(seam: Seam, name: str) -> Kind:
+    """The Kind of this name. Raises SyntaxError for a file that is not Python."""
+    return _said(f"{seam.folder}/{name}.py", seam.class_name)
+
+
+def of_model(models: Mapping[str, Any], name: str) -> Kind:
+    """The Kind of a model of the config's `learning.models`: that of its own name, unless it says another."""
+    return kind(MODELS, models[name].get("kind", name))
+
+
+def _said(file: str, name: str) -> Kind:
+    """What a class in a file says of itself, with its bases from files below workflow/scripts."""
+    tree = ast.parse((SCRIPTS / file).read_bytes(), file)
+    found = next((node for node in tree.body if isinstance(node, ast.ClassDef) and node.name == name), None)
+    if found is None:
+        return Kind(file, set(), {})
+    methods = {node.name for node in found.body if isinstance(node, ast.FunctionDef)}
+    stated: dict[str, Any] = {}
+    imports = [node for node in tree.body if isinstance(node, ast.ImportFrom) and not node.level]
+    modules = {alias.name: node.module or "" for node in imports for alias in node.names if not alias.asname}
+    for base in reversed([base.id for base in found.bases if isinstance(base, ast.Name)]):
+        source = f"{modules.get(base, '').removeprefix('isarflow.').replace('.', '/')}.py"
+        if source not in BASES and (SCRIPTS / source).is_file():
+            inherited = _said(source, base)
+            methods, stated = methods | inherited.methods, stated | inherited.stated
+    for node in found.body:
+        if isinstance(node, ast.Assign | ast.AnnAssign) and node.value:
+            target = node.targets[0] if isinstance(node, ast.Assign) else node.target
+            with contextlib.suppress(ValueError):  # none that is a literal
+                stated[ast.unparse(target)] = ast.literal_eval(node.value)
+    return Kind(file, methods, stated)
+
+
+def page_names(models: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """The page's names for a config's models and their confidence scores: `models` and `scores`, mappings.
+
+    models: the config's. A kind states it as LABELS, of each model's name its label, its name within a sentence and its
+    place on the page, and SCORES, of each confidence score's name its label and place. Names not stated are left out.
+    """
+    labels: dict[str, Any] = {}
+    scores: dict[str, Any] = {}
+    for name in models:
+        stated = of_model(models, name).stated
+        labels |= stated.get("LABELS", {})
+        scores |= stated.get("SCORES", {})
+    # Sorted, as Snakemake compares params by their text.
+    return {"models": dict(sorted(labels.items())), "scores": dict(sorted(scores.items()))}

@@ -8,10 +8,8 @@ from typing import Any
 import numpy as np
 
 from isarflow.core.errors import InputError
-from isarflow.core.kinds import file_of, load_class
+from isarflow.core.kinds import IMAGERS, file_of, load_class
 from isarflow.core.sweep import C0, closes_circle
-
-FOLDER = "imaging/imagers"  # where the kinds are, below workflow/scripts
 
 Images = Callable[[np.ndarray], np.ndarray]  # a function of samples to images
 BYTES = 8  # one complex64
@@ -72,7 +70,7 @@ class Formation:
 
     @property
     def file(self) -> str:
-        return file_of(FOLDER, type(self).__module__.rpartition(".")[2])
+        return file_of(IMAGERS, type(self).__module__.rpartition(".")[2])
 
     def warnings(self, geometry: Any) -> list[str]:
         """Sentences on what will look wrong in images of these settings. geometry: a result of `geometry.geometry`."""
@@ -85,7 +83,7 @@ def build(frequency: np.ndarray, angle: np.ndarray, imaging: Mapping[str, Any]) 
     InputError where the file imports what is not installed, where its Imager is no Formation, and where this geometry
     cannot make an image.
     """
-    imager = load_class(FOLDER, imaging["imager"], "Imager", Formation)
+    imager = load_class(IMAGERS, imaging["imager"], Formation)
     built: Formation = imager(frequency, angle, {key: imaging[key] for key in imaging if key not in SHARED})
     return built
 

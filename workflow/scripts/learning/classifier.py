@@ -8,10 +8,9 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 
 from isarflow.core.errors import InputError
-from isarflow.core.kinds import file_of, load_class
+from isarflow.core.kinds import MODELS, file_of, load_class
 from isarflow.learning.features import of
 
-FOLDER = "learning/models"  # where the kinds are, below workflow/scripts
 STATE = "model.npz"
 NOT_HYPER = ("kind", "other")  # settings of a model that are not its own hyper-parameters
 OTHER = "other"  # the label of images of none of the known classes
@@ -152,7 +151,7 @@ class Classifier:
         except (TypeError, ValueError):  # lists of several lengths, or objects that cannot become an array
             array = np.asarray(None)
         if array.dtype.hasobject:
-            file = file_of(FOLDER, type(self).__module__.rpartition(".")[2])
+            file = file_of(MODELS, type(self).__module__.rpartition(".")[2])
             raise InputError(
                 f"{file}: '{name}' is a {type(value).__name__}, and what a model keeps in attributes whose names end "
                 "with an underscore must be plain arrays of numbers or text. Keep the arrays that it is made of, or "
@@ -174,7 +173,7 @@ def build(kind: str, settings: Mapping[str, Any], seed: int) -> Classifier:
     Raises InputError where the file imports what is not installed, where its Model is no Classifier, and when the model
     asks for a setting that is not there.
     """
-    model: Classifier = load_class(FOLDER, kind, "Model", Classifier)(_Settings(kind, settings), seed)
+    model: Classifier = load_class(MODELS, kind, Classifier)(_Settings(kind, settings), seed)
     return model
 
 
@@ -187,7 +186,7 @@ class _Settings(dict):
 
     def __missing__(self, key: str) -> Any:
         raise InputError(
-            f"{file_of(FOLDER, self.kind)} asks for the setting '{key}', which the model does not have; add it to the "
+            f"{file_of(MODELS, self.kind)} asks for the setting '{key}', which the model does not have; add it to the "
             "model's entry in 'learning.models' of the config."
         )
 

@@ -10,8 +10,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from isarflow.core.errors import InputError
-from isarflow.core.kinds import file_of
-from isarflow.learning.classifier import FOLDER, OTHER, Outcome
+from isarflow.core.kinds import MODELS, file_of
+from isarflow.learning.classifier import OTHER, Outcome
 
 FEW = 8  # images that a model is tried on
 ARGUMENTS = ("images", "labels", "validation", "snrs", "views")
@@ -25,7 +25,7 @@ CURVE = ("epoch", "loss", "accuracy", "validation_loss", "validation_accuracy") 
 
 def describe(model, run, kind):
     """A model as a message names it: its file, its own name and the run's."""
-    return f"{file_of(FOLDER, kind)}, model {model} of {run}"
+    return f"{file_of(MODELS, kind)}, model {model} of {run}"
 
 
 def check_face(model, who):

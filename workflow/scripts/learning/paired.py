@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from isarflow.core.folders import SCORES
+from isarflow.core.folders import SCORES, run_and_model
 from isarflow.learning import judge, metrics
 from isarflow.learning.model_folder import config_of
 from isarflow.learning.predict import KNOWN
@@ -74,7 +74,8 @@ def _cases(root):
     scores = pd.read_csv(Path(root, SCORES), keep_default_na=False)
     named = set(zip(*(scores[name] for name in HEAD[:4]), scores["test_snr_db"], strict=True))
     tables = sorted(Path(root, "learning/predictions").glob("*/*/*.csv"))
-    runs = {table.parts[-3]: config_of(Path(root, "learning/models", *table.parts[-3:-1]))["run"] for table in tables}
+    fitted = sorted(set(map(run_and_model, tables)))
+    runs = {run: config_of(Path(root, "learning/models", run, model))["run"] for run, model in fitted}
     cases = {head: by_snr for head, (_, by_snr) in tables_of_cases(tables, runs).items()}
     return {head: {snr: of[snr] for snr in of if (*head[:4], snr) in named} for head, of in cases.items()}
 

@@ -6,6 +6,7 @@ import pandas as pd
 from joblib import Parallel, delayed
 from tqdm import tqdm
 
+from isarflow.core.folders import run_and_model
 from isarflow.core.sweep import snr_of_label
 from isarflow.learning import judge, metrics
 from isarflow.learning.experiments import REFERENCE, train_snr_db, training
@@ -108,9 +109,9 @@ def _looks(table, run, kept, step, aperture):
 def tables_of_cases(predictions, runs):
     """Map the values of the columns HEAD to one of its runs and, by SNR in dB, its tables' paths in order of folds."""
     cases = {}
-    for path in sorted(map(Path, predictions), key=lambda path: (path.parts[-3], path.parts[-2])):
-        run, model = runs[path.parts[-3]], path.parts[-2]
-        snr = train_snr_db(run)
+    for path in sorted(map(Path, predictions), key=run_and_model):
+        name, model = run_and_model(path)
+        run, snr = runs[name], train_snr_db(runs[name])
         head = (run["experiment"], model, run["split"], training(run), "" if pd.isna(snr) else snr)
         _, tables = cases.setdefault(head, (run, {}))
         tables.setdefault(snr_of_label(path.stem), []).append(path)

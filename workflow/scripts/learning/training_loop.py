@@ -67,6 +67,7 @@ class Settings:
     with the smallest are then the result, else the last ones.
     checkpoint: None, or a `Checkpoint`: training goes on from what it holds, as if it had never stopped.
     watch: None, or a function of an epoch's number and the weights after it, called before its checkpoint is written.
+    warm_up: the number of first steps in which the rate rises linearly.
     """
 
     rate: object
@@ -74,6 +75,7 @@ class Settings:
     patience: int | None = None
     checkpoint: object = None
     watch: object = None
+    warm_up: int = 0
 
 
 def minimize(loss, weights, batches, inputs, settings, validate=None):
@@ -94,8 +96,6 @@ def minimize(loss, weights, batches, inputs, settings, validate=None):
     keep_compiled()
     patience, checkpoint = settings.patience, settings.checkpoint
 
-    # Its epsilon is 1e-8: with 1e-7, as Keras has it, a capsule network's small gradients stop counting, and one of its
-    # two capsules may stay at length zero for thousands of steps.
     adam = optax.scale_by_adam()
 
     # Compiling takes longer than many a training. To use one program for all trainings of a kind, the rate is an
@@ -129,7 +129,9 @@ def minimize(loss, weights, batches, inputs, settings, validate=None):
         results, sizes, rate = [], [], settings.rate(len(rows))
         for batch in batches.epoch():
             arrays = [np.resize(array, (batches.size, *array.shape[1:])) for array in inputs(batch)]
-            now["weights"], now["state"], result = step(now["weights"], now["state"], rate, len(batch), *arrays)
+            made = len(rows) * batches.count + len(sizes) + 1
+            risen = rate * min(1.0, made / (settings.warm_up + 1))
+            now["weights"], now["state"], result = step(now["weights"], now["state"], risen, len(batch), *arrays)
             results.append(result)
             sizes.append(len(batch))
             bar.set_postfix_str(f"{said}, batch {len(sizes)} of {batches.count}", refresh=False)

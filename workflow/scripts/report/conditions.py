@@ -13,7 +13,7 @@ MEANING = {
 
 
 def conditions(results, rows, *definitions):
-    """Sizes of networks, thresholds, splits with their folds, and the definition of SNR, in sentences.
+    """Return sizes of networks, thresholds, splits with their folds, and the definition of SNR, in sentences.
 
     rows: what is drawn, with columns model, experiment, split and threshold; definitions: of its SNR, the config's
     where none is given.
@@ -28,16 +28,16 @@ def conditions(results, rows, *definitions):
         f"Images {listed(splits)}.",
         f"SNR by {' or '.join(powers)}{', as its axis says' if len(powers) > 1 else ''}.",
     ]
-    return " " + " ".join(part for part in parts if part)
+    return " " + " ".join(filter(None, parts))
 
 
 def meaning(splits):
-    """What these splits are, a sentence for each."""
+    """Return what these splits are, a sentence for each."""
     return " ".join(MEANING[split] for split in SPLITS if split in set(splits))
 
 
 def noise_words(noise, definition):
-    """What an SNR by a definition counts, in words. noise: the config's section."""
+    """Return what an SNR by a definition counts, in words. noise: the config's section."""
     shared = noise["per"] == "sweep" and definition == noise["definition"]
     return f"{POWERS[definition]}{' (mean of a sweep over azimuth)' if shared else ''}"
 
@@ -54,22 +54,12 @@ def _networks(results, rows):
 
 
 def _split(results, split, rows):
-    """A split in words, with its folds: those of an experiment that leaves some out by name."""
+    """Return a split in words, with its folds, and those of the experiments that leave some out."""
     count = len(folds(split, results.settings["learning"]["split"]))
     if count == 1:
         return split_text(split)
-    experiments = sorted(rows[rows["split"] == split]["experiment"].unique())
-    tested = {}  # experiments by the folds that they test
-    for name in experiments:
-        tested.setdefault(tuple(results.folds[name]), []).append(title(name))
-    if len(tested) == 1 and len(some := next(iter(tested))) < count:
-        return f"{split_text(split)} ({fold_numbers(some)} of {count})"
-    partial = [
-        f"of {' and '.join(names)} only {fold_numbers(some)}" for some, names in tested.items() if len(some) < count
-    ]
-    return f"{split_text(split)} ({count} folds{''.join(f'; {words}' for words in partial)})"
-
-
-def fold_numbers(numbers):
-    """'folds 1 and 3' of numbers."""
-    return f"{'folds' if len(numbers) > 1 else 'fold'} {listed(map(str, numbers))}"
+    words = [f"{count} folds"]
+    for name in sorted(rows[rows["split"] == split]["experiment"].unique()):
+        if len(results.folds[name]) < count:
+            words.append(f"of {title(name)} only no. {listed(map(str, results.folds[name]))}")
+    return f"{split_text(split)} ({'; '.join(words)})"

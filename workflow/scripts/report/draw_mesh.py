@@ -3,7 +3,6 @@
 import numpy as np
 from matplotlib.collections import PolyCollection
 from matplotlib.ticker import MaxNLocator
-from mpl_toolkits.axes_grid1.anchored_artists import AnchoredSizeBar
 
 from isarflow.mesh import topology
 
@@ -54,23 +53,7 @@ def draw(axes, vertices, triangles, view, edges=True, colors=SURFACE):
     margin = 0.03 * max(np.ptp(right), np.ptp(up))
     axes.set(xlim=(right.min() - margin, right.max() + margin), ylim=(up.min() - margin, up.max() + margin))
     axes.set_aspect("equal")
-    # As many ticks as there is room for, inches each along x and y.
-    for axis, length, room in ((axes.xaxis, np.ptp(right), 0.45), (axes.yaxis, np.ptp(up), 0.25)):
-        count = int(np.clip(points * length / 72 / room, 2, 5))
-        axis.set_major_locator(MaxNLocator(count, steps=[1, 2, 5, 10]))
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(MaxNLocator("auto", steps=[1, 2, 5, 10]))  # as many as there is room for
         axis.set_major_formatter("{x:g}")
     axes.grid(False)
-
-
-def triad(axes, view, vertices):
-    """Draw the x, y and z directions below a mesh on the left, and a scale bar of 1, 2 or 5 times a power of ten m."""
-    low, high = axes.get_ylim()
-    axes.set_ylim(low - 0.27 * (high - low), high)
-    arrows = {"arrowstyle": "<-", "lw": 0.9, "shrinkA": 0, "shrinkB": 0}
-    for name, tip in zip("xyz", np.stack(project(np.eye(3), *view), axis=-1)[:, :2], strict=True):
-        places = {"xycoords": "axes fraction", "textcoords": "offset points", "ha": "center", "va": "center"}
-        axes.annotate(name, (0.1, 0.1), 28 * tip, arrowprops=arrows, **places)
-    longest = 0.3 * np.ptp(vertices, axis=0).max()
-    power = 10.0 ** np.floor(np.log10(longest))
-    bar = power * max(step for step in (1, 2, 5) if step * power <= longest * (1 + 1e-9))
-    axes.add_artist(AnchoredSizeBar(axes.transData, bar, f"{bar:g} m", "lower right", frameon=False))

@@ -13,20 +13,18 @@ COLUMN = "\x1e"  # stands before each column
 def embedded(files, live):
     """Return what the page holds, by its paths with blanks between: many a figure shows what its table lists.
 
-    files: contents (text, or an SVG's bytes) by path. live: what the page's scripts read, by name.
+    files: texts by path. live: what the page's scripts read, by name.
     """
     paths, glyphs, data = {}, {}, {}
-    for path, content in files.items():
-        paths.setdefault(content, []).append(path)
-    for content, same in paths.items():
-        if isinstance(content, bytes):
-            content = content.decode()
-            glyphs |= {glyph[1]: glyph[0] for glyph in GLYPH.finditer(content)}
-            content = GLYPH.sub(r'<path id="\1"/>', content)
-        elif '"' not in content:  # no field holds a comma; by columns it takes half the room
-            rows = [line.split(",") for line in content.removesuffix("\n").split("\n")]
-            content = "".join(COLUMN + "\n".join(column) for column in zip(*rows, strict=True))
-        data[" ".join(same)] = content
+    for path, text in files.items():
+        paths.setdefault(text, []).append(path)
+    for text, same in paths.items():
+        held = GLYPH.sub(r'<path id="\1"/>', text)
+        glyphs |= {glyph[1]: glyph[0] for glyph in GLYPH.finditer(text)}
+        if '"' not in text:  # no field holds a comma; by columns it takes half the room
+            rows = [line.split(",") for line in text.removesuffix("\n").split("\n")]
+            held = "".join(COLUMN + "\n".join(column) for column in zip(*rows, strict=True))
+        data[" ".join(same)] = held
     for name, part in (*live.items(), ("glyphs", glyphs)):
         data[f"{name}.json"] = json.dumps(part, separators=(",", ":"), allow_nan=False)
     # The same bytes every time.

@@ -5,27 +5,27 @@ page.live.explore = (data) => {
   ].map((name) => page.byId(`explore-${name}`));
   const { target, polarization, snr, way, pad, azimuth, elevation, floor, play, back } = form.elements;
   const MARGIN = { left: 62, right: 70, top: 20, bottom: 46 }, SURFACE = [158, 189, 219], FINER = 4, LEVELS = 64;
-  const { azimuths, elevations, own } = data, half = data.angle.length >> 1;
+  const { azimuths, elevations } = data, half = data.angle.length >> 1;
   // The places of azimuths about which there is a whole aperture.
   const centres = [...azimuths.keys()].slice(...(data.closed ? [0] : [half, -half])), turn = { across: 0, up: 0 };
-  let view = null, marks = [];
+  let view = null, playing = 0;
 
   const radians = (degrees) => (degrees * Math.PI) / 180;
   const color = (level) => data.colors[Math.round(Math.min(Math.max(level, 0), 1) * (data.colors.length - 1))];
   const edges = (axis) => [axis[0] - (axis[1] - axis[0]) / 2, axis.at(-1) + (axis[1] - axis[0]) / 2];
   const cell = (axis, value) => Math.round((value - axis[0]) / (axis[1] - axis[0]));
 
-  const bytes = (packed) => Uint8Array.from(atob(packed), (letter) => letter.charCodeAt(0));
-  const scaled = (packed, scale) => Float32Array.from(new Int16Array(bytes(packed).buffer), (number) => number * scale);
+  // What section_explore.py packed: whole numbers of two bytes.
+  const unpacked = (text) => new Int16Array(Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)).buffer);
+  const scaled = ({ scale, numbers }) => Float32Array.from(unpacked(numbers), (number) => number * scale);
   const inThrees = (numbers) =>
     Array.from({ length: numbers.length / 3 }, (_, k) => [...numbers.subarray(3 * k, 3 * k + 3)]);
   const targets = data.targets.map(({ name, field, mesh }) => {
-    const shown = { name, samples: scaled(field.samples, field.scale) };
+    const shown = { name, samples: scaled(field) };
     if (!mesh) return shown;
-    const { buffer } = bytes(mesh.triangles), steps = mesh.wide ? new Int32Array(buffer) : new Int16Array(buffer);
     let corner = 0;
-    const triangles = inThrees(Uint32Array.from(steps, (step) => (corner += step)));
-    return { ...shown, points: inThrees(scaled(mesh.vertices, mesh.scale)), triangles };
+    const triangles = inThrees(Uint32Array.from(unpacked(mesh.triangles), (step) => (corner += step)));
+    return { ...shown, points: inThrees(scaled(mesh.vertices)), triangles };
   });
 
   // The triangles' corners to the right, up and towards the radar (see draw_mesh.project).
@@ -101,12 +101,12 @@ page.live.explore = (data) => {
     add(svg, "text", { x, y: top - 7 }, "dB");
   }
 
-  function drawImage({ shown, formed: { range, cross, decibels, azimuth }, el }) {
+  function drawImage({ shown, az, el }) {
+    const { range, cross, decibels } = (view.formed = formed(view));
     const pointed = (x, y) => point(y, decibels[cell(range, y) * cross.length + cell(cross, x)], x);
     const axes = plot(image, edges(cross), edges(range), ["cross-range [m]", "range [m]"], pointed, true);
     paint(image, axes, decibels, range.length, cross.length);
-    if (shown.points) outline(axes.inside, seen(shown, radians(azimuth), radians(el)), Math.cos(radians(el)));
-    return axes;
+    if (shown.points) outline(axes.inside, seen(shown, radians(az), radians(el)), Math.cos(radians(el)));
   }
 
   // The rim of the target's shadow in the image plane: drawn thick, its inside left out. shortening: of cross-range by
@@ -124,46 +124,37 @@ page.live.explore = (data) => {
     add(inside, "path", { d, class: "outline", mask: "url(#outside)" });
   }
 
-  function drawProfiles({ profiles: { range, level }, centre }) {
-    const at = (far, place) => level[cell(range, far) * azimuths.length + place], [near, far] = edges(range);
+  function drawProfiles({ shown, p, e, centre }) {
+    const { range, decibels } = imaging.profiles(data, shown.samples, p, e, FINER);
+    const at = (far, place) => decibels[cell(range, far) * azimuths.length + place], [near, far] = edges(range);
     const all = plot(sinogram, edges(azimuths), [near, far], ["azimuth [°]", "range [m]"], (x, y, pressed) => {
       if (!pressed) return point(y, at(y, cell(azimuths, x)));
       azimuth.value = cell(azimuths, x) - centres[0];
       draw();
     });
-    paint(sinogram, all, level, range.length, azimuths.length);
+    paint(sinogram, all, decibels, range.length, azimuths.length);
     add(all.inside, "path", { d: `M${azimuths[centre]} ${-far}V${-near}`, class: "azimuth" });
     const pointed = (x) => point(x, at(x, centre));
     const one = plot(profile, [near, far], [-floor.value, 2], ["range [m]", "level [dB]"], pointed);
     add(one.inside, "polyline", { points: range.map((x) => `${x},${-at(x, centre)}`).join(" ") });
-    return [all, one];
   }
 
-  // The image of a view by the chosen imager: pixels' centres, levels in dB, and the azimuth that it is of.
-  function formed({ p, e, az, centre, shown }) {
-    if (way.value === "own") {
-      const a = nearest(own.azimuths.map((one) => ((one - az + 540) % 360) - 180), 0);
-      const count = own.range.length * own.crossrange.length, start = (e * own.azimuths.length + a) * count;
-      const levels = [...bytes(own.levels[target.value]).subarray(start, start + count)];
-      const decibels = levels.map((level) => (1 - level / 255) * data.floor);
-      return { range: own.range, cross: own.crossrange, decibels, azimuth: own.azimuths[a] };
-    }
+  // The image of a view by the chosen imager: pixels' centres, and levels in dB.
+  function formed({ p, e, centre, shown }) {
     let samples = imaging.aperture(data, shown.samples, p, e, centre);
     if (+snr.value) {
       const first = imaging.aperture(data, shown.samples, 0, e, centre); // a receiver's noise is the same in all
       samples = imaging.withNoise(samples, data.snrs[snr.value - 1], data.definition, first);
     }
-    const { range, cross, level } = imaging.image(data, samples, way.value, ...sizes[pad.value]);
-    return { range, cross, decibels: imaging.decibels(level), azimuth: az };
+    return imaging.image(data, samples, way.value, ...sizes[pad.value]);
   }
 
-  function say({ az, el, shown, formed }) {
-    const degrees = (angle) => `${written(angle)}°`, noisy = +snr.value && way.value !== "own";
-    const noise = noisy ? `at an SNR of ${written(data.snrs[snr.value - 1])} dB (${data.definition})` : "without noise";
-    const imaged = formed.azimuth === az ? "" : ` (of azimuth ${degrees(formed.azimuth)})`;
+  function say({ az, el, shown }) {
+    const degrees = (angle) => `${written(angle)}°`, chosen = data.snrs[snr.value - 1];
+    const noise = +snr.value ? `at an SNR of ${written(chosen)} dB (${data.definition})` : "without noise";
     const turned = turn.across || turn.up ? "turned by hand" : "as the radar sees it";
     caption.textContent = `${shown.name} at azimuth ${degrees(az)}, elevation ${degrees(el)}: ${turned}, its image ` +
-      `${noise}${imaged}, its range profiles at that elevation over azimuth, and the one at that azimuth.`;
+      `${noise}, its range profiles at that elevation over azimuth, and the one at that azimuth.`;
     tell(azimuth, degrees(az));
     tell(elevation, degrees(el));
     tell(floor, `${floor.value} dB`);
@@ -172,25 +163,13 @@ page.live.explore = (data) => {
   function draw() {
     const centre = centres[azimuth.value], e = +elevation.value, p = +polarization.value, shown = targets[target.value];
     view = { shown, p, e, centre, az: azimuths[centre], el: elevations[e] };
-    view.formed = formed(view);
-    const { range, level } = imaging.profiles(data, shown.samples, p, e, FINER);
-    view.profiles = { range, level: imaging.decibels(level) };
-    drawMesh(view);
-    const plots = [drawImage(view), ...drawProfiles(view)];
-    marks = plots.map(({ inside }) => add(inside, "path", { class: "cursor" }));
-    say(view);
+    for (const show of [drawMesh, drawImage, drawProfiles, say]) show(view);
   }
 
-  // What lies under the pointer, in words, and lines through it in all pictures.
+  // What lies under the pointer, in words.
   function point(range, decibels, cross) {
     const across = cross === undefined ? "" : `, cross-range ${written(cross)} m`;
     cursor.textContent = `Cursor: range ${written(range)} m${across}, ${decibels.toFixed(1)} dB.`;
-    const lines = [[cross, range], [undefined, range], [range, undefined]]; // upright and level, in each picture
-    marks.forEach((mark, k) => {
-      const { x, y, width, height } = mark.viewportElement.viewBox.baseVal, [upright, level] = lines[k];
-      const down = upright === undefined ? "" : `M${upright} ${y}v${height}`;
-      mark.setAttribute("d", down + (level === undefined ? "" : `M${x} ${-level}h${width}`));
-    });
   }
 
   mesh.addEventListener("pointerdown", (event) => mesh.setPointerCapture(event.pointerId));
@@ -205,7 +184,6 @@ page.live.explore = (data) => {
     Object.assign(turn, { across: 0, up: 0 });
     draw();
   });
-  let playing = 0;
   play.addEventListener("click", () => {
     clearInterval(playing);
     playing = playing ? 0 : setInterval(() => {
@@ -215,19 +193,18 @@ page.live.explore = (data) => {
     play.textContent = playing ? "Stop" : "Play";
   });
 
-  const WAYS = { polar: "polar reformatting", exact: "back-projection (exact)", none: "plain FFT" };
+  const WAYS = { polar: "polar reformatting", none: "plain FFT" };
   const finer = [1, 2, 4, 8].map((factor) => data.pixels.map((count) => count * factor));
   const sizes = finer.filter(([rows, columns], k) => k === 0 || rows * columns <= 20_000);
   options(target, targets.map((shown) => shown.name));
   options(polarization, data.polarizations);
   options(snr, ["no noise", ...data.snrs.map((one) => `${written(one)} dB`)]);
   options(pad, sizes.map((size, k) => `${size.join(" × ")}${k ? ", zero-padded" : ""}`));
-  if (own) way.append(new Option(`${own.name}, as this run made them`, "own"));
   way.append(...Object.keys(data.ways).map((name) => new Option(WAYS[name], name)));
   polarization.closest("label").hidden = data.polarizations.length === 1;
   slider(azimuth, centres, Math.floor(centres.length / 8));
   slider(elevation, elevations, nearest(elevations, 0));
-  floor.value = -data.floor;
+  Object.assign(floor, { min: 10, max: 80, step: 5, value: -data.floor });
   pad.value = Math.min(data.pixels[0] < 32 ? 2 : 0, pad.length - 1); // coarse pixels hide what an image shows
   form.addEventListener("input", draw);
   draw();

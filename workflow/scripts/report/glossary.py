@@ -1,70 +1,56 @@
 """What the page's words mean: shown where a reader points at one, and listed at its end."""
 
-# A term as it stands in a text, or several in which it does, and what it means in a sentence or two.
+from isarflow.report.conditions import MEANING
+
+_SCORE = "As a confidence score"
+# A term as it stands in a text, and what it means in a sentence or two.
 GLOSSARY = {
-    "weighted F1": "Of each class the harmonic mean of precision and recall, averaged with the classes' numbers of "
-    "images as weights. 1 is perfect.",
+    "weighted F1": "Harmonic mean of precision and recall, averaged over the classes by number of images; 1 is best.",
     "open set": "Test images of known targets and of unknown ones, which no model has seen and each shall reject.",
     "closed set": "Test images of the known targets alone.",
-    "by sector": "An arc of the aspects tests, at least an aperture away from all that trains; the arcs take turns.",
-    "by elevation": "Every second elevation trains, and the test images are of those between: views that lie between "
-    "a library's.",
-    "at random": "Single aspects are drawn to be tested: each has neighbours among the training images that share most "
-    "of its samples.",
+    "by sector": MEANING["sector"],
+    "by elevation": MEANING["elevation"],
+    "at random": MEANING["random"],
     "blind": "A threshold of rejection chosen without any image of an unknown target.",
-    "thesis thresholds": "Thresholds of rejection chosen with images of the unknown targets at validation views, as "
-    "the reference thesis does.",
-    "kept thresholds": "Thresholds of rejection that keep a share of the known images, 95 % unless the config says "
-    "another, chosen by these alone: validation images, or at random a library's views left out in turn.",
+    "thesis thresholds": "Chosen with images of the unknown targets at validation views, as the reference thesis does.",
     "validation images": "Images of views that neither train nor test: thresholds and settings are chosen by them.",
-    "ZNCC": "Zero-mean normalised cross-correlation of two images: 1 where they are alike but for brightness, 0 where "
-    "nothing of them is.",
+    "confidence score": "How like the known classes an image is to a model: what is below a threshold is rejected.",
+    "ZNCC": "Zero-mean normalised cross-correlation of two images: 1 where they are alike but for brightness.",
     "MSE": "Mean squared error between an image and its reconstruction.",
-    "AUROC": "The probability that an image of a known target has a higher confidence score than one of an unknown "
-    "target; 0.5 is chance.",
-    "FPR at 95 % TPR": "False positive rate at a true positive rate of 95 %: the share of unknown images that are kept "
-    "by the threshold that keeps 95 % of the known ones.",
-    "OSCR": "Open-set classification rate: area under the rate of correct classification against that of unknown "
-    "images taken for known.",
-    "confidence score": "How much an image is like the known classes to a model: larger is more, and what is below a "
-    "threshold is rejected.",
-    "softmax": "As a confidence score the largest probability that a model gives a known class.",
-    "maximum logit": "As a confidence score the largest output for a known class before the softmax.",
-    "energy": "As a confidence score the logarithm of the sum of exp(logit) over the known classes.",
-    "Mahalanobis": "As a confidence score minus the distance of a network's hidden units to the nearest class's mean, "
-    "in units of their scatter.",
-    "capsule length": "As a confidence score the length of the longest activation vector.",
-    "Gaussian mixture": "As a confidence score the density of the predicted class's activation vector under a mixture "
-    "of Gaussians fitted to that class.",
-    "coherence": "The magnitude of a normalised complex correlation: 1 where two images are alike but for a factor.",
-    "noise taken out": "The noise's power, estimated from the image, is taken out of the variance that ZNCC is "
-    "divided by.",
-    "nearest distance": "As a confidence score minus the distance to the nearest training image.",
-    "5th nearest neighbour": "As a confidence score minus the distance of a network's hidden units to the 5th nearest "
-    "of the training images.",
-    "margin": "As a confidence score the signed distance from the separating surface of a known class, in margins.",
+    "AUROC": "The probability that a known image has a higher confidence score than an unknown one; 0.5 is chance.",
+    "FPR at 95 % TPR": "The share of unknown images kept by the threshold that keeps 95 % of the known ones.",
+    "OSCR": "Area under the rate of correct classification against that of unknown images taken for known.",
+    "softmax": f"{_SCORE} the largest probability that a model gives a known class.",
+    "maximum logit": f"{_SCORE} the largest output for a known class before the softmax.",
+    "energy": f"{_SCORE} the logarithm of the sum of exp(logit) over the known classes.",
+    "Mahalanobis": f"{_SCORE} minus the distance of hidden units to the nearest class's mean, by their scatter.",
     "relative Mahalanobis": "The Mahalanobis score, less the same of all training images together.",
+    "capsule length": f"{_SCORE} the length of the longest activation vector.",
+    "Gaussian mixture": f"{_SCORE} the density of the activation vector under a mixture fitted to its class.",
+    "coherence": "The magnitude of a normalised complex correlation: 1 where two images are alike but for a factor.",
+    "noise taken out": "The noise's power, estimated from the image, is taken out of the variance that divides ZNCC.",
+    "nearest distance": f"{_SCORE} minus the distance to the nearest training image.",
+    "5th nearest neighbour": f"{_SCORE} minus the distance of hidden units to the 5th nearest of the training images.",
+    "margin": f"{_SCORE} the signed distance from the separating surface of a known class, in margins.",
     "SVM": "Support vector machine, with a Gaussian kernel.",
     "KNN": "K nearest neighbours, which vote.",
     "FCNN": "Fully connected neural network.",
     "LR": "Logistic regression.",
     "OpenMax": "A softmax with a class 'unknown' besides, from how far an image's logits lie from its class's mean.",
+    "matched filter": "The class of the training image with the largest complex correlation.",
+    "adaptive filter": "A matched filter after the covariance of all images at that SNR has been made white.",
+    "capsule network": "A network with a vector for each class, the longer the surer, and a decoder of images.",
+    "SNR": "Signal-to-noise ratio of the samples before the image is formed, in decibels.",
     "peak_3db": "Signal power is the mean over the aperture's samples within 3 dB of its strongest.",
     "mean power": "Signal power is the mean over all samples of the aperture.",
-    "SNR": "Signal-to-noise ratio of the samples before the image is formed, in decibels.",
-    "95 % intervals": "From resampling blocks of test images that belong together: arcs of an aperture, or by sector "
-    "the folds.",
-    "coherent": "With phase: magnitudes alone are incoherent.",
-    "adaptive matched filter": "Correlation with training images after the covariance of all images at that SNR has "
-    "been made white.",
-    "adaptive filter": "Correlation with training images after the covariance of all images at that SNR has been made "
-    "white.",
-    "matched filter": "The class of the training image with the largest complex correlation.",
-    "capsule network": "A network whose output for a class is a vector; its length says how sure it is, and a decoder "
-    "makes the image anew from it.",
+    "95 % intervals": "From resampling blocks of test images that belong together: arcs, or by sector the folds.",
+    "folds": "The arcs, or elevations, that take turns to be tested. A model is fitted to each.",
+    "realizations": "Draws of the noise that are added to the same echoes.",
+    "aperture": "The aspects whose echoes together make one image.",
     "ISAR": "Inverse synthetic aperture radar: an image in range and cross-range of a target that turns.",
     "cross-range": "The direction at right angles to the line of sight in the plane of the turn.",
     "unambiguous": "What lies farther out than the sampling allows appears on the other side of the image.",
+    "range profiles": "Echo against range at one aspect, from all frequencies together.",
     "RCS": "Radar cross section, 4π|f|² of the scattering amplitude f.",
     "dBsm": "Decibels over one square metre.",
     "residual": "How far the solved currents miss the equations, relative to their right-hand side.",
@@ -73,11 +59,4 @@ GLOSSARY = {
     "method of moments": "Surface currents in basis functions on a mesh, found from a linear system.",
     "EFIE": "Electric field integral equation.",
     "CFIE": "Combined field integral equation, for closed targets; it has no interior resonances.",
-    "aperture": "The aspects whose echoes together make one image.",
-    "folds": "By sector: which arcs test and which train; by elevation: which of the elevations between test. A model "
-    "is fitted to each fold.",
-    "realizations": "Draws of the noise that are added to the same echoes.",
-    "range profile": "Echo against range at one aspect, from all frequencies together.",
-    "sinogram": "Range profiles side by side over azimuth: each scatterer draws a sine.",
-    "validation mean": "Mean weighted F1 over the middle SNRs on the validation images, by which methods are ranked.",
 }

@@ -5,10 +5,9 @@ const imaging = (() => {
   const zeros = (rows, columns) => new Float64Array(2 * rows * columns);
 
   // Samples (frequency, azimuth) of a field (polarization, frequency, elevation, azimuth), m, at places of azimuths.
-  function samplesOf(data, field, p, e, places) {
-    return Float64Array.from(data.frequency.flatMap((_, f) => places.flatMap((place) => {
-      const row = (p * data.frequency.length + f) * data.elevations.length + e;
-      const from = 2 * (row * data.azimuths.length + place);
+  function samplesOf({ frequency, elevations, azimuths }, field, p, e, places) {
+    return Float64Array.from(frequency.flatMap((_, f) => places.flatMap((place) => {
+      const from = 2 * (((p * frequency.length + f) * elevations.length + e) * azimuths.length + place);
       return [field[from], field[from + 1]];
     })));
   }
@@ -89,39 +88,9 @@ const imaging = (() => {
     return out;
   }
 
-  // Magnitudes at the pixels (range, cross-range) by the sum over all samples for each.
-  function backProjected({ frequency, angle, windows: [over, across] }, samples, range, cross) {
-    const each = frequency.flatMap((f, row) => angle.map((turn, a) => {
-      const k = (2 * Math.PI * f) / C0;
-      return { weight: over[row] * across[a] * k, down: 2 * k * Math.cos(turn), aside: 2 * k * Math.sin(turn) };
-    }));
-    const sum = each.reduce((total, { weight }) => total + weight, 0);
-    return range.flatMap((far) => {
-      const phase = (j, s) => far * each[s].down - cross[j] * each[s].aside;
-      const line = waves(cross.length, each.length, (_, s) => each[s].weight / sum, phase);
-      return [...magnitudes(times(line, samples, each.length))];
-    });
-  }
-
-  // An image by one of the ways (see imaging/imagers/fourier.py): its pixels' centres in m, and magnitudes.
-  function image(data, samples, way, rows, columns) {
-    const [kx, ky] = data.ways[way], [over, across] = data.windows;
-    const range = centred(rows, Math.PI / (kx[1] - kx[0])), cross = centred(columns, Math.PI / (ky[1] - ky[0]));
-    if (way === "exact") return { range, cross, level: backProjected(data, samples, range, cross) };
-    const grid = way === "polar" ? reformatted(data, samples, kx, ky) : samples;
-    const down = waves(rows, kx.length, (_, f) => over[f], (i, f) => 2 * range[i] * kx[f]);
-    const aside = waves(ky.length, columns, (a) => across[a], (a, j) => -2 * ky[a] * cross[j]);
-    return { range, cross, level: magnitudes(times(times(down, grid, kx.length), aside, ky.length)) };
-  }
-
-  // Range profiles at every azimuth of an elevation: ranges in m, and magnitudes (range, azimuth).
-  function profiles(data, field, p, e, finer) {
-    const { frequency, windows: [over] } = data, count = frequency.length;
-    const range = centred(finer * count, C0 / (2 * (frequency[1] - frequency[0])));
-    const phase = (n, f) => ((4 * Math.PI) / C0) * range[n] * (frequency[f] - frequency[0]);
-    const samples = samplesOf(data, field, p, e, [...data.azimuths.keys()]);
-    const level = magnitudes(times(waves(range.length, count, (_, f) => over[f], phase), samples, count));
-    return { range, level };
+  // Samples summed over frequency for each range: (range, angle).
+  function compressed({ windows: [over] }, samples, range, kx) {
+    return times(waves(range.length, kx.length, (_, f) => over[f], (n, f) => 2 * range[n] * kx[f]), samples, kx.length);
   }
 
   // Levels in dB of the strongest.
@@ -130,5 +99,22 @@ const imaging = (() => {
     return level.map((one) => 20 * Math.log10(Math.max(one / most, 1e-5)));
   }
 
-  return { aperture, decibels, image, profiles, withNoise };
+  // An image by one of the ways (see imaging/imagers/fourier.py): its pixels' centres in m, and levels in dB.
+  function image(data, samples, way, rows, columns) {
+    const [kx, ky] = data.ways[way], across = data.windows[1];
+    const range = centred(rows, Math.PI / (kx[1] - kx[0])), cross = centred(columns, Math.PI / (ky[1] - ky[0]));
+    const grid = way === "polar" ? reformatted(data, samples, kx, ky) : samples;
+    const aside = waves(ky.length, columns, (a) => across[a], (a, j) => -2 * ky[a] * cross[j]);
+    return { range, cross, decibels: decibels(magnitudes(times(compressed(data, grid, range, kx), aside, ky.length))) };
+  }
+
+  // Range profiles at every azimuth of an elevation: ranges in m, and levels in dB (range, azimuth).
+  function profiles(data, field, p, e, finer) {
+    const kx = data.frequency.map((f) => (2 * Math.PI * f) / C0);
+    const range = centred(finer * kx.length, Math.PI / (kx[1] - kx[0]));
+    const samples = samplesOf(data, field, p, e, [...data.azimuths.keys()]);
+    return { range, decibels: decibels(magnitudes(compressed(data, samples, range, kx))) };
+  }
+
+  return { aperture, image, profiles, withNoise };
 })();

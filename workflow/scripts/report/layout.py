@@ -22,8 +22,7 @@ BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK, CRIMSON, TEAL, OLIVE, INDIGO
 # What stands on a coloured cell. The page turns pure black and white over for its dark look; these it leaves.
 ON_LIGHT, ON_DARK = "#010101", "#fefefe"
 RASTER_COLORS = 96  # of pictures within an SVG: meshes and images have few, and are a fifth as large with a palette
-# What of an SVG file may stand in a URI between quotes as it is. As base64 the page would be a quarter larger.
-UNQUOTED = " /:;=,+()'!*@$?[]{}|^`~"
+UNQUOTED = " /:;=,+()'!*@$?[]{}|^`~"  # what of an SVG file may stand in a URI between quotes as it is
 PNG_DPI = 120
 SCALE = 1.55  # CSS pixels per point; true size would be 4/3
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
@@ -67,13 +66,8 @@ class Figure:
 
     @property
     def uri(self):
+        """The picture within a page: as base64 it would be a quarter larger."""
         return "data:image/svg+xml," + quote(self.svg, safe=UNQUOTED)
-
-    @property
-    def room(self):
-        """An empty picture of the figure's size, as a URI: it stands on the page until the figure is seen."""
-        width, height = self.size
-        return f"data:image/svg+xml,%3Csvg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 {width} {height}'/%3E"
 
 
 @dataclass(frozen=True)
@@ -93,7 +87,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Section:
-    """One chapter: an anchor, a heading, a few lines of text, then figures and tables."""
+    """One chapter: an anchor, a heading, a few lines of text, then figures and tables; or what a script draws."""
 
     id: str
     title: str
@@ -101,14 +95,14 @@ class Section:
     figures: tuple = ()
     tables: tuple = ()
     code: str = ""  # shown as it is, folded
+    live: dict | None = None  # data, for JSON, of what the script <id>.js draws within <id>.html
 
 
 def table(name, data, shown, caption):
     """Build a table. data: of the CSV file.
 
-    shown: either how each row of `data` is written, a mapping of each column's heading to a format string with the
-    row's own columns in braces or to a function of the row, a mapping; or the rows themselves, mappings of heading to
-    text.
+    shown: how each row of `data` is written, by heading a format string with the row's columns in braces or a function
+    of the row, a mapping; or the rows themselves, mappings of heading to text.
     """
     if isinstance(shown, dict):
         shown = [

@@ -1,6 +1,7 @@
 // Confusion matrices with a slider over the SNR (see section_confusion.py).
 page.live.matrices = ({ entries }) => {
-  const { set, entry, snr } = page.byId("matrices-form").elements, sets = [...new Set(entries.map((one) => one.set))];
+  const [form, table, caption] = ["form", "table", "caption"].map((name) => page.byId(`matrices-${name}`));
+  const { set, entry, snr } = form.elements, sets = [...new Set(entries.map((one) => one.set))];
   let shown = [], wanted = 12;
 
   function choose() {
@@ -15,28 +16,21 @@ page.live.matrices = ({ entries }) => {
     draw();
   }
 
-  function cell(line, tag, text, rest = {}) {
-    line.append(Object.assign(document.createElement(tag), { textContent: text, ...rest }));
-    return line.lastChild;
-  }
-
   function draw() {
-    const one = shown[entry.value], at = `${written(one.snrs[snr.value])} dB`, head = document.createElement("tr");
-    ["target ↓, taken for →", ...one.classes].forEach((name) => cell(head, "th", name, { scope: "col" }));
-    const rows = one.counts[snr.value].map((counts, k) => {
-      const line = document.createElement("tr"), sum = counts.reduce((total, count) => total + count, 0) || 1;
-      cell(line, "th", one.targets[k], { scope: "row" });
-      for (const count of counts) {
-        const share = count / sum, made = cell(line, "td", `${(100 * share).toFixed(1)} %`);
-        made.classList.toggle("strong", share > 0.5);
-        made.style.setProperty("--share", share);
-        cell(made, "small", count.toLocaleString("en"));
+    const { words, snrs, classes, targets, counts } = shown[entry.value], at = `${written(snrs[snr.value])} dB`;
+    table.replaceChildren();
+    const head = add(table, "tr");
+    for (const name of ["target ↓, taken for →", ...classes]) add(head, "th", { scope: "col" }, name);
+    counts[snr.value].forEach((row, k) => {
+      const line = add(table, "tr"), sum = row.reduce((total, count) => total + count, 0) || 1;
+      add(line, "th", { scope: "row" }, targets[k]);
+      for (const count of row) {
+        const share = count / sum, look = { style: `--share: ${share}`, class: share > 0.5 ? "strong" : "" };
+        add(add(line, "td", look, `${(100 * share).toFixed(1)} %`), "small", {}, count.toLocaleString("en"));
       }
-      return line;
     });
-    page.byId("matrices-table").replaceChildren(head, ...rows);
-    page.byId("matrices-caption").textContent =
-      `${one.words}, ${one.set}, at ${at}: share of each target's test images, and their number.`;
+    const what = `${words}, ${sets[set.value]}, at ${at}`;
+    caption.textContent = `${what}: share of each target's test images, and their number.`;
     tell(snr, at);
   }
 

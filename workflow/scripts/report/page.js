@@ -31,10 +31,10 @@ const page = (() => {
   };
   const dark = (color) => TURNED[color.toLowerCase()] || color, ink = (color) => `light-dark(${color}, ${dark(color)})`;
 
+  const images = [...document.querySelectorAll("img[data-file]")];
   async function draw(image) {
-    let svg = await text(image.dataset.file);
     // Text has no colour of its own: it takes the root's.
-    svg = svg.replace("<svg ", '<svg fill="#000000" ');
+    let svg = (await text(image.dataset.file)).replace("<svg ", '<svg fill="#000000" ');
     if (root.dataset.look === "dark") svg = svg.replace(/#[0-9a-f]{6}(?=[;"])/gi, dark);
     const old = image.src;
     image.src = URL.createObjectURL(new Blob([svg], { type: "image/svg+xml" }));
@@ -48,7 +48,6 @@ const page = (() => {
     }
     return image.drawn;
   }
-  const images = [...document.querySelectorAll("img[data-file]")];
 
   // A live part of the page: `live[name](data)` draws it and gives what draws it anew at another width.
   const redraws = [];
@@ -63,33 +62,23 @@ const page = (() => {
     width = innerWidth;
   });
 
-  // Words of the glossary: the first time that each stands in a block, what one points at says what it means.
-  const listed = [...document.querySelectorAll(".glossary dt")].sort(
-    (one, other) => other.textContent.length - one.textContent.length); // the longest that fits
-  const terms = new Map(listed.map((one) => [one.textContent, one.nextSibling.textContent]));
-  const any = new RegExp(`(?<![\\w-])(${[...terms.keys()].join("|") || "$^"})(?![\\w-])`);
+  // Words of the glossary lead there, the first time that each stands in a block, and say what they mean.
+  const terms = new Map([...document.querySelectorAll("#glossary + dl dt")].map((term) => [term.textContent, term]));
+  const words = [...terms.keys()].sort((one, other) => other.length - one.length); // the longest that fits
+  const any = new RegExp(`(?<![\\w-])(${words.join("|") || "$^"})(?![\\w-])`);
   function explain(block) {
     const walker = document.createTreeWalker(block, NodeFilter.SHOW_TEXT), nodes = [], said = new Set();
     while (walker.nextNode()) nodes.push(walker.currentNode);
-    for (const node of nodes.filter(({ parentElement }) => !parentElement.closest("a, button, output, .term"))) {
+    for (const node of nodes.filter(({ parentElement }) => !parentElement.closest("a, button, output"))) {
       // Every other part is a term.
       node.replaceWith(...node.data.split(any).map((part, k) => {
         if (k % 2 === 0 || said.has(part)) return part;
         said.add(part);
-        const word = document.createElement("span"); // no button: a line may break before the comma behind one
-        word.setAttribute("aria-describedby", "meaning");
-        return Object.assign(word, { className: "term", textContent: part, tabIndex: 0, role: "button" });
+        const { id, nextSibling } = terms.get(part), look = { className: "term", textContent: part };
+        return Object.assign(document.createElement("a"), look, { href: `#${id}`, title: nextSibling.textContent });
       }));
     }
   }
-  function mean(term) {
-    document.querySelector(".meant")?.classList.remove("meant");
-    term?.classList.add("meant");
-    byId("meaning").hidden = !term;
-    byId("meaning").textContent = terms.get(term?.textContent);
-  }
-  for (const type of ["pointerover", "focusin"]) addEventListener(type, (event) => mean(event.target.closest(".term")));
-  addEventListener("keydown", (event) => event.key === "Escape" && mean(null));
 
   // A page of many figures and words opens at once: each part is drawn or explained when it is nearly seen.
   const eye = new IntersectionObserver((entries) => {
@@ -102,16 +91,12 @@ const page = (() => {
 
   // Folding. A link into a folded part unfolds what it lies in.
   const parts = [...document.querySelectorAll("details.part, details.sub")], fold = byId("fold");
-  function state() {
-    const open = parts.every((part) => part.open);
-    fold.setAttribute("aria-expanded", open);
-    fold.textContent = open ? "Fold all" : "Unfold all";
-  }
-  parts.forEach((part) => part.addEventListener("toggle", state));
-  fold.addEventListener("click", () => {
-    const open = fold.getAttribute("aria-expanded") === "false";
-    parts.forEach((part) => (part.open = open));
-  });
+  const areOpen = () => parts.every((part) => part.open), unfold = (open) => parts.forEach((part) => (part.open = open));
+  parts.forEach((part) => part.addEventListener("toggle", () => {
+    fold.setAttribute("aria-expanded", areOpen());
+    fold.textContent = areOpen() ? "Fold all" : "Unfold all";
+  }));
+  fold.addEventListener("click", () => unfold(!areOpen()));
   function arrive() {
     const sought = byId(decodeURIComponent(location.hash.slice(1)));
     for (let box = sought?.closest("details"); box; box = box.parentElement.closest("details")) box.open = true;
@@ -140,7 +125,7 @@ const page = (() => {
 
   // On paper all is unfolded, drawn and light. Drawing takes a while, for which a browser's own menu does not wait.
   function showAll() {
-    parts.forEach((part) => (part.open = true));
+    unfold(true);
     return Promise.all(images.map(show));
   }
   async function print() {
@@ -161,8 +146,8 @@ const page = (() => {
   addEventListener("submit", (event) => event.preventDefault());
   addEventListener("DOMContentLoaded", () => {
     follow();
-    const seen = "img[data-file], [data-live], p, figcaption, th, .checks li, .facts dd";
-    document.querySelectorAll(seen).forEach((one) => eye.observe(one));
+    const seen = document.querySelectorAll("img[data-file], [data-live], p, figcaption, th, .checks li, #facts + dl dd");
+    seen.forEach((one) => eye.observe(one));
     arrive();
   });
   return { byId, live, ink, text, showAll };
@@ -194,9 +179,9 @@ function tell(input, words) {
   input.nextElementSibling.value = words;
 }
 
-// An SVG element with these attributes within another.
-function add(parent, name, attributes, text = "") {
-  const made = document.createElementNS("http://www.w3.org/2000/svg", name);
+// An element of HTML or SVG with these attributes within another.
+function add(parent, name, attributes = {}, text = "") {
+  const made = document.createElementNS(name === "svg" ? "http://www.w3.org/2000/svg" : parent.namespaceURI, name);
   for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
   made.textContent = text;
   parent.append(made);

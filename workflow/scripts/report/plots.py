@@ -1,9 +1,11 @@
 """How scores are drawn: panels over the SNR, curves with their confidence bands, published markers, matrices."""
 
 import numpy as np
+import pandas as pd
 from matplotlib import colormaps
 
 from isarflow.report.layout import GREY, ON_DARK, ON_LIGHT, canvas
+from isarflow.report.vocabulary import F1, MEASURES, select, snr_axis
 
 # How a published statement is written, and the marker that stands for it.
 RELATIONS = {">=": ("≥", "^"), ">": (">", "^"), "<=": ("≤", "v"), "<": ("<", "v"), "=": ("=", "o")}
@@ -26,8 +28,7 @@ def finish(drawing, grid, xlabel, ylabel="", legend=True, more=()):
     more: what the legend has besides, drawn or not.
     """
     for column in grid.T:
-        lowest = [axes for axes in column if axes.has_data()][-1:]
-        for axes in lowest:
+        for axes in [axes for axes in column if axes.has_data()][-1:]:  # the lowest
             axes.set_xlabel(axes.get_xlabel() or xlabel)
             axes.tick_params(labelbottom=True)
     for axes in grid[:, 0]:
@@ -48,8 +49,7 @@ def draw_legend(drawing, every, more=()):
     if entries:
         # A column is as wide as its longest entry: letters, and the line before them.
         longest = max(len(line) for entry in entries for line in entry.split("\n"))
-        columns = int(drawing.get_figwidth() / (LETTER * longest + LINE))
-        columns = min(len(entries), max(columns, 1))
+        columns = min(len(entries), max(int(drawing.get_figwidth() / (LETTER * longest + LINE)), 1))
         drawing.legend(entries.values(), entries.keys(), loc="outside upper center", ncols=columns)
 
 
@@ -80,22 +80,38 @@ def draw_rejecting(axes, values, upright=False, **look):
         (axes.axvline if upright else axes.axhline)(value, **REJECTING | look)
 
 
-def draw_trainings(axes, curves, trained):
-    """Draw curves of a model by what it was trained at, from dark to light. curves: (training, rows); trained: all."""
-    for training, rows in curves:
-        place = trained.index(training)
-        color = colormaps["viridis"](0.9 * place / max(len(trained) - 1, 1))
-        marker = TRAININGS[place % len(TRAININGS)]
-        draw_curve(axes, rows, color, marker, band=False, label=f"training SNR: {training}")
+def training_look(training, trained):
+    """Return how `draw_curve` draws a model by what it was trained at, from dark to light. trained: all in order."""
+    place = trained.index(training)
+    color = colormaps["viridis"](0.9 * place / max(len(trained) - 1, 1))
+    marker = TRAININGS[place % len(TRAININGS)]
+    return {"color": color, "marker": marker, "band": False, "label": f"training SNR: {training}"}
 
 
-def draw_density(axes, values, edges, color, label):
-    """Draw a histogram of values as a density. Gives the number of values in each bin, and the density."""
-    counts = np.histogram(values, edges)[0]
-    density = counts / max(counts.sum(), 1) / np.diff(edges)
-    axes.stairs(density, edges, fill=True, alpha=0.45, color=color, label=label)
-    axes.stairs(density, edges, color=color)
-    return counts, density
+def draw_scores(results, shown, columns, size, line, look, published=(), color=None, whose="", more=()):
+    """Draw scores over the test SNR, and return the canvas: panels, `columns` in a row, of so many inches in all.
+
+    A panel of weighted F1 has a dotted line where rejecting every image is, or naming one class for all where no
+    unknown target is tested.
+    shown: rows of scores.csv of one metric, by the panel's title; line: columns, of whose values each combination is a
+    curve; look: how `draw_curve` draws it, a function of its first row; published: statements, in the panel that their
+    column `panel` names; color, whose: as of `draw_published`; more: as of `finish`.
+    """
+    drawing, grid = panels(len(shown) // columns, columns, *size)
+    for axes, (title, rows) in zip(grid.flat, shown.items(), strict=True):
+        axes.set_title(title)
+        for _, curve in results.names.groups(rows, *line):
+            draw_curve(axes, curve, **look(curve.iloc[0]))
+        opened = rows[rows["threshold"] != ""]
+        if len(opened):
+            draw_rejecting(axes, results.rejecting(opened["experiment"].unique()))
+        elif set(rows["metric"]) == {F1}:
+            draw_rejecting(axes, results.guessing(rows["experiment"].unique()), label="one class named for all")
+        if len(published):
+            draw_published(axes, select(published, panel=title), color, whose)
+    first = pd.concat(shown.values()).iloc[0]
+    finish(drawing, grid, snr_axis(first["snr_definition"]), MEASURES[first["metric"]], more=more)
+    return drawing
 
 
 def draw_pixels(axes, image, extent=None, **colors):
@@ -136,19 +152,3 @@ def holds(ours, relation, value, low=np.nan, high=np.nan):
         ">": ours > printed,
         "<": ours < printed,
     }[relation]
-
-
-def draw_matrices(shown, label):
-    """Draw confusion matrices on a canvas, up to four beside each other. Return it and the number of columns.
-
-    shown: (title, counts) of each; label: of the rows of all.
-    """
-    columns = min(4, len(shown))
-    rows = -(-len(shown) // columns)
-    targets, classes = (max(counts.shape[axis] for _, counts in shown) for axis in (0, 1))
-    width, height = 0.6 + (0.9 + 0.7 * classes) * columns, 0.4 + (0.7 + 0.7 * targets) * rows
-    drawing, grid = panels(rows, columns, width, height, sharex=False, sharey=False)
-    for axes, (text, counts) in zip(grid.flat, shown, strict=False):
-        draw_matrix(axes, counts, text)
-    finish(drawing, grid, "predicted class", label, legend=False)
-    return drawing, columns

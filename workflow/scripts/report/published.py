@@ -6,7 +6,7 @@ import pandas as pd
 from isarflow.report import thesis
 from isarflow.report.conditions import conditions
 from isarflow.report.layout import figure, table
-from isarflow.report.plots import MEANT, RELATIONS, draw_matrices, holds, matrix
+from isarflow.report.plots import MEANT, RELATIONS, draw_matrix, finish, holds, matrix, panels
 from isarflow.report.selection import nearest
 from isarflow.report.vocabulary import ACCURACY, ELEVATIONS, F1, heading, select, title, with_interval
 
@@ -25,25 +25,25 @@ ADAPTATIONS = {
     "capsule_mse": ("capsule", "mse"),
     "capsule_zncc": ("capsule", "zncc"),
 }
+OPENED = ["fcnn_open", "capsule_open"]  # experiments with them
 POINT = ["test_snr_db", "value", "low", "high", "n", "snr_definition"]  # the other columns of scores tell curves apart
 
 
 def beside(results, rows, statements, whose=f"thesis, {FREQUENCY}"):
-    """Return curves, published statements, their common definition of SNR, and a sentence for the figure's caption.
+    """Return curves and published statements by one definition of SNR, and a sentence for the figure's caption.
 
-    rows: the curves, of `Results.scores`, and maybe further columns, which are kept; statements: of
-    `Results.published_scores`; whose: who published them. Curves with statements beside them are by the statements'
-    definition of SNR; where this run lacks one of them by it, all stay by its own, and no statement is left.
+    rows: the curves, of `Results.scores`, further columns are kept; statements: of `Results.published_scores`; whose:
+    who published them. Where this run lacks a curve by the statements' definition of SNR, all stay by its own, and no
+    statement is left.
     """
     if statements.empty:
-        return rows, statements, results.definition, ""
+        return rows, statements, ""
     curves = rows.drop(columns=POINT).drop_duplicates()
     same = curves.merge(results.mean_scores, how="left")[[*curves, *POINT]]
     if same["value"].isna().any():
         words = " Published values are left out: their SNR is by mean power, by which this run has no scores."
-        return rows, statements.iloc[:0], results.definition, words
-    words = f" Open markers: {whose} ({MARKERS}), at SNRs by mean power like the curves beside them."
-    return same, statements, thesis.DEFINITION, words
+        return rows, statements.iloc[:0], words
+    return same, statements, f" Open markers: {whose} ({MARKERS}), at SNRs by mean power like the curves beside them."
 
 
 def value_at(results, curve, snr):
@@ -62,16 +62,14 @@ def value_at(results, curve, snr):
 
 
 def statements_table(results, name, metrics):
-    """Return published statements with our value (see `value_at`) beside each: one table, or none without any value.
-
-    metrics: CLOSED or OPEN.
-    """
+    """Return published statements with our value beside each: one table, or none. metrics: CLOSED or OPEN."""
     data, shown = [], []
     for line in select(results.published_scores, metric=list(metrics)).to_dict("records"):
         model, score = ADAPTATIONS.get(line["model"], (line["model"], ""))
-        (metric, measure), case = metrics[line["metric"]], {key: line[key] for key in ("experiment", "elevation")}
-        case |= {"model": model, "score": score, "metric": metric, "threshold": "thesis" if score else ""}
-        here = value_at(results, select(results.mean_scores, **case), line["snr_db"])
+        metric, measure = metrics[line["metric"]]
+        case = {"model": model, "score": score, "metric": metric, "threshold": "thesis" if score else ""}
+        curve = select(results.mean_scores, **case, experiment=line["experiment"], elevation=line["elevation"])
+        here = value_at(results, curve, line["snr_db"])
         if here is None:
             continue
         here["holds"] = holds(here["ours"], line["relation"], line["value"], here["low"], here["high"])
@@ -80,8 +78,7 @@ def statements_table(results, name, metrics):
         row = {"experiment": title(line["experiment"]), "model": results.names.method(model, score) + reduced}
         row |= {"tested at": ELEVATIONS[line["elevation"]], "measure": measure, "its SNR [dB]": f"{line['snr_db']:g}"}
         row[f"thesis, {FREQUENCY}"] = f"{RELATIONS[line['relation']][0]} {line['value']}"
-        row["SNR here [dB]"] = f"{here['here_at_snr_db']:.3g}"
-        row["here"] = with_interval(here | {"value": here["ours"]})
+        row |= {"SNR here [dB]": f"{here['here_at_snr_db']:.3g}", "here": with_interval(here | {"value": here["ours"]})}
         shown.append(row | {"as published": "yes" if here["holds"] else "no", "source": line["source"]})
     caption = (
         "What the reference thesis states, split at random, and the same here, the open set with thesis thresholds. "
@@ -94,27 +91,29 @@ def statements_table(results, name, metrics):
     return (table(name, data, shown, caption),) if shown else ()
 
 
-def confusion_figure(results, name, ours, adaptations):
-    """Draw our confusion matrices of the open set, at the SNR nearest to the thesis's, each beside the thesis's own.
-
-    name: the figure's; ours: rows of confusion.csv of one experiment; adaptations: as ADAPTATIONS. Nothing where none
-    of them is among ours, or is trained several times.
-    """
-    theirs, ours, shown = results.published_confusion, select(ours, elevation="all", threshold="thesis"), []
-    snr, order = theirs["snr_db"].iloc[0], {target: place for place, target in enumerate(results.targets)}
+def confusion_figure(results):
+    """Draw our confusion matrices of the thesis's adaptations, each beside its own, at the SNR nearest to its."""
+    theirs, ours = results.published_confusion, select(results.confusion, elevation="all", threshold="thesis")
+    ours, snr, shown = select(ours, experiment=OPENED), theirs["snr_db"].iloc[0], []
     if len(ours):
         ours = select(ours, test_snr_db=nearest(ours["test_snr_db"], snr + _offset(results)))
-    for adaptation, (model, score) in adaptations.items():
+    for adaptation, (model, score) in ADAPTATIONS.items():
         cells = select(ours, model=model, score=score)
-        if cells["training"].nunique() == 1:
+        if len(cells[["experiment", "training"]].drop_duplicates()) == 1:
             printed = select(theirs, model=adaptation).set_index("true")[CLASSES]
             shown.append((f"{heading(adaptation)}, here", matrix(cells)))
             shown += [(f"{heading(adaptation)}, thesis, full size", printed)] if len(printed) else []
     if not shown:
         return ()
-    # Targets that only the thesis has come first.
-    shown = [(text, counts.sort_index(key=lambda index: index.map(order).fillna(-1))) for text, counts in shown]
-    drawing, columns = draw_matrices(shown, "target")
+    order = {target: place for place, target in enumerate(results.targets)}
+    columns = min(4, len(shown))
+    rows, targets, classes = -(-len(shown) // columns), *np.max([counts.shape for _, counts in shown], axis=0)
+    width, height = 0.6 + (0.9 + 0.7 * classes) * columns, 0.4 + (0.7 + 0.7 * targets) * rows
+    drawing, grid = panels(rows, columns, width, height, sharex=False, sharey=False)
+    for axes, (text, counts) in zip(grid.flat, shown, strict=False):
+        # Targets that only the thesis has come first.
+        draw_matrix(axes, counts.sort_index(key=lambda index: index.map(order).fillna(-1)), text)
+    finish(drawing, grid, "predicted class", "target", legend=False)
     caption = (
         f"Confusion matrices of the open set at {ours['test_snr_db'].iloc[0]:g} dB: share of each target's images and "
         f"their number. The thesis's, where there are any, are of a full-size network at {FREQUENCY} and {snr:g} dB by "
@@ -122,15 +121,12 @@ def confusion_figure(results, name, ours, adaptations):
         f"expected in kind only.{conditions(results, ours)}"
     )
     alt = "Confusion matrices of the open set, with those that were published."
-    return (figure(name, drawing, ours, alt, caption, wide=columns > 2),)
+    return (figure("published_confusion", drawing, ours, alt, caption, wide=columns > 2),)
 
 
 def _offset(results):
-    """Return how many dB higher an image's SNR is by this run's definition than by the thesis's: the open set's mean.
-
-    One number serves where only the nearest test SNR is sought; no curve is moved by it.
-    """
+    """Return how many dB higher SNRs are by this run's definition than by the thesis's: the mean of the open set."""
     if results.definition == thesis.DEFINITION:
         return 0.0
-    targets = results.of_role("known") + results.of_role("unknown")
-    return float(np.mean([results.images(name, "clean").attrs["snr_definition_offset_db"] for name in targets]))
+    clean = [results.images(name, "clean") for name in results.of_role("known") + results.of_role("unknown")]
+    return float(np.mean([images.attrs["snr_definition_offset_db"] for images in clean]))

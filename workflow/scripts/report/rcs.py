@@ -29,10 +29,13 @@ def write_rcs(folder, settings, page, tables, parts):
         thumbnails = {name: section_run.thumbnail(name, surface) for name, surface in results.surfaces.items()}
         sections = tuple(_section(results, name) for name in results.targets)
     made = Part("run", "The run", sections=(section_run.section(results),))
-    shown = {"facts": [pair for pair in section_run.facts(results) if pair[0] in FACTS]}
-    shown |= {"warnings": section_run.meshes_warned(results), "thumbnails": thumbnails}
-    shown |= {"targets": section_run.cards(results, thumbnails)}
-    shown |= {"parts": (Part("rcs", "Radar cross-section", sections=sections), made)}
+    shown = {
+        "facts": [pair for pair in section_run.facts(results) if pair[0] in FACTS],
+        "warnings": section_run.warned(results),
+        "thumbnails": thumbnails,
+        "targets": section_run.cards(results, thumbnails),
+        "parts": (Part("rcs", "Radar cross-section", sections=sections), made),
+    }
     write_page(f"Radar cross-section: {settings['name']}", settings["name"], shown, page, *parts)
 
 
@@ -50,18 +53,16 @@ def as_table(dataset):
 
 def _section(results, name):
     dataset, reach = results.scattering(name).load(), results.reach(name)
-    figures, tables, text = [], [], [BISTATIC] if "receiver" in dataset.sizes else []
+    figures, tables, text = [], [_percentiles(name, dataset)], [BISTATIC] if "receiver" in dataset.sizes else []
     if reference := results.settings["targets"][name].get("reference"):
         compared = rcs_compare.compare(reference, dataset, reach)
         figures.append(rcs_compare.compare_figure(name, compared))
-        tables.append(rcs_compare.compare_table(name, compared))
+        tables.insert(0, rcs_compare.compare_table(name, compared))
     for title, part in rcs_figures.by_transmitter(name, dataset, CURVES):
         figures.append(rcs_figures.cut_figure(title, part, reach, CURVES))
-        figures.append(rcs_figures.polar_figure(title, part, reach, CURVES))
+        figures.append(rcs_figures.cut_figure(title, part, reach, CURVES, polar=True, name="rcs_polar"))
         figures.append(rcs_figures.map_figure(title, part))
         figures.append(rcs_figures.frequency_figure(title, part, CURVES))
-    figures.append(rcs_figures.distribution_figure(name, dataset))
-    tables.append(_percentiles(name, dataset))
     text.append(f"Every sample with its phase: {name}.csv beside this page.")
     return Section(f"rcs-{name}", name, tuple(text), tuple(filter(None, figures)), tuple(tables))
 
@@ -74,9 +75,12 @@ def _percentiles(name, dataset):
         row = {"target": name, "polarization": polarization, "frequency_hz": frequency}
         row |= zip([f"p{p}_dbsm" for p in PERCENTS], np.percentile(level, PERCENTS), strict=True)
         rows.append(row | {"mean_dbsm": 10 * np.log10(np.mean(10 ** (level / 10))), "max_dbsm": level.max()})
-    shown = {"polarization": "{polarization}"}
-    shown |= {"frequency": lambda row: rcs_figures.in_words("frequency", row["frequency_hz"])}
-    shown |= {f"{p} %": f"{{p{p}_dbsm:.1f}}" for p in PERCENTS}
-    shown |= {"mean": "{mean_dbsm:.1f}", "largest": "{max_dbsm:.1f}"}
+    shown = {
+        "polarization": "{polarization}",
+        "frequency": lambda row: rcs_figures.in_words("frequency", row["frequency_hz"]),
+        **{f"{p} %": f"{{p{p}_dbsm:.1f}}" for p in PERCENTS},
+        "mean": "{mean_dbsm:.1f}",
+        "largest": "{max_dbsm:.1f}",
+    }
     caption = f"{name}: percentiles of RCS over all directions, its mean (of m²) and the largest, in dBsm."
     return table(f"rcs_percentiles_{name}", pd.DataFrame(rows), shown, caption)

@@ -5,10 +5,9 @@ import pandas as pd
 
 from isarflow.core.errors import InputError
 from isarflow.report.layout import figure, table
-from isarflow.report.plots import draw_legend
-from isarflow.report.rcs_figures import FLOOR, LABELS, in_words, level_panels, rcs_dbsm
+from isarflow.report.rcs_figures import LABELS, Curve, draw_curves, in_words, rcs_dbsm, resolved
 from isarflow.scattering import ffe, field_files
-from isarflow.scattering.interpolation import between, is_dense, order
+from isarflow.scattering.interpolation import between
 from isarflow.scattering.reference import WANTED, check_columns, is_csv, several
 
 SAME_FREQUENCY, SAME_ANGLE = 1e-6, 1e-3  # relative; degrees
@@ -80,13 +79,13 @@ def _apart(given, values):
     """Return why a run with these `values` has none of the samples: of each column that shares none, what both have."""
     said = ""
     for column, mine in values.items():
-        theirs, mine = ({*of % 360} if column == "azimuth_deg" else {*of} for of in (given[column], mine))
+        theirs, mine = (of % 360 if column == "azimuth_deg" else of for of in (given[column].to_numpy(), mine))
         if column == "polarization":
-            shared, both = theirs & mine, [", ".join(sorted(names)) for names in (theirs, mine)]
+            shared, both = np.isin(theirs, mine), [", ".join(sorted(set(names))) for names in (theirs, mine)]
         else:
-            shared = [one for one in theirs if min(mine) <= one <= max(mine)]
-            both = [f"{min(numbers):.10g} to {max(numbers):.10g}" for numbers in (theirs, mine)]
-        if not shared:
+            shared = (mine.min() <= theirs) & (theirs <= mine.max())
+            both = [f"{of.min():.10g} to {of.max():.10g}" for of in (theirs, mine)]
+        if not shared.any():
             said += f" Its {column}: {both[0]}; the run's: {both[1]}."
     return said
 
@@ -96,24 +95,22 @@ def _computed(dataset, reach, polarization, frequency, elevation, azimuth):
 
     frequency: Hz; elevation and azimuth: degrees, (B,) each, of a run over a grid all at one elevation.
     """
-    grid, field = "direction" not in dataset.sizes, dataset.field
+    grid = "direction" not in dataset.sizes
     try:
-        field = field.sel(polarization=polarization)
+        field = dataset.field.sel(polarization=polarization)
         field = field.sel(frequency=frequency, method="nearest", tolerance=SAME_FREQUENCY * frequency)
         field = field.sel(elevation=elevation[0], method="nearest", tolerance=SAME_ANGLE) if grid else field
     except KeyError:
         return np.full(len(azimuth), np.nan)
-    there = field.azimuth.values
-    apart = np.abs((azimuth[:, None] - there + 180) % 360 - 180)
+    apart = np.abs((azimuth[:, None] - field.azimuth.values + 180) % 360 - 180)
     if not grid:
         apart = np.maximum(apart, np.abs(elevation[:, None] - field.elevation.values))
     gap = apart.min(axis=1)
     level = np.where(gap < SAME_ANGLE, rcs_dbsm(field.values[apart.argmin(axis=1)]), np.nan)
-    if grid and reach is not None and (gap >= SAME_ANGLE).any():
-        highest = order(float(field.frequency), reach, float(field.elevation))
-        if is_dense(there, highest):
-            inside = (gap >= SAME_ANGLE) & (gap <= 180 / (2 * highest + 1) + 1e-9)
-            level[inside] = rcs_dbsm(between(there, field.values, highest, azimuth[inside]))
+    highest = resolved(field, reach) if grid and reach is not None else None
+    if highest is not None:
+        inside = (gap >= SAME_ANGLE) & (gap <= 180 / (2 * highest + 1) + 1e-9)
+        level[inside] = rcs_dbsm(between(field.azimuth.values, field.values, highest, azimuth[inside]))
     return level
 
 
@@ -124,40 +121,39 @@ def compare_table(target, compared):
         apart = part["difference_db"]
         row = {"target": target, "polarization": polarization, "frequency_hz": frequency, "samples": len(part)}
         rows.append(row | {"mean_db": apart.abs().mean(), "bias_db": apart.mean(), "worst_db": apart.abs().max()})
-    shown = {"polarization": "{polarization}"}
-    shown |= {"frequency": lambda row: in_words("frequency", row["frequency_hz"]), "samples": "{samples}"}
-    shown |= {"mean difference [dB]": "{mean_db:.2f}", "worst [dB]": "{worst_db:.2f}"}
-    shown |= {"computed less reference [dB]": "{bias_db:+.2f}"}
+    shown = {
+        "polarization": "{polarization}",
+        "frequency": lambda row: in_words("frequency", row["frequency_hz"]),
+        "samples": "{samples}",
+        "mean difference [dB]": "{mean_db:.2f}",
+        "worst [dB]": "{worst_db:.2f}",
+        "computed less reference [dB]": "{bias_db:+.2f}",
+    }
     caption = f"{target}: by how much the computed RCS differs from the reference, without its sign."
     return table(f"rcs_compared_{target}", pd.DataFrame(rows), shown, caption)
 
 
 def compare_figure(target, compared):
     """Draw the computed RCS and the reference over it, along the axis with most samples, where they differ most."""
-    samples = {
-        name: compared.groupby(["polarization", *(WANTED.keys() - {name})])[name].nunique().max()
-        for name in reversed(WANTED)
-    }
-    across = max(samples, key=samples.get)
-    others = [name for name in WANTED if name != across]
-    count = compared.groupby(others)["difference_db"].transform("size")
-    most = compared.loc[compared["difference_db"].abs().where(count > count.max() / 2).idxmax(), others]
-    part = compared[(compared[others] == most).all(axis=1)].sort_values(across)
-    polarizations, scale = compared["polarization"].unique(), 1e-9 if across == "frequency_hz" else 1
-    drawing, every = level_panels(polarizations, LABELS[WANTED[across]])
-    for axes, polarization in zip(every, polarizations, strict=True):
-        rows = part[part["polarization"] == polarization]
-        axes.plot(scale * rows[across], rows["computed_dbsm"], label="computed")
-        axes.plot(scale * rows[across], rows["rcs_dbsm"], ".", ms=4, label="reference")
-        both = rows[["rcs_dbsm", "computed_dbsm"]].to_numpy()
-        if len(rows):
-            axes.set_ylim(max(both.min() - 2, both.max() - FLOOR), both.max() + 2)
-    draw_legend(drawing, every)
-    at = ", ".join(in_words(WANTED[name], value) for name, value in most.items())
+    others = {across: [name for name in WANTED if name != across] for across in reversed(WANTED)}
+    counts = {across: compared.groupby(["polarization", *rest])[across].nunique() for across, rest in others.items()}
+    across = max(counts, key=lambda name: counts[name].max())
+    count = compared.groupby(others[across])["difference_db"].transform("size")
+    worst = compared["difference_db"].abs().where(count > count.max() / 2).idxmax()
+    place = compared.loc[worst, others[across]]
+    part = compared[(compared[others[across]] == place).all(axis=1)].sort_values(across)
+    curves = []
+    for polarization, rows in part.groupby("polarization"):
+        x = rows[across].to_numpy() / (1e9 if across == "frequency_hz" else 1)
+        for name, column in {"computed": "computed_dbsm", "reference": "rcs_dbsm"}.items():
+            levels = rows[column].to_numpy()
+            curves.append(Curve(name, polarization, x, levels, x, levels, name == "computed"))
+    at = ", ".join(in_words(WANTED[name], value) for name, value in place.items())
     caption = (
-        f"{target} beside {compared.attrs['reference']}: computed, and the reference drawn over it, at {at}, where "
+        f"{target} beside {compared.attrs['reference']}: computed, and the reference with its samples, at {at}, where "
         f"they differ most. The CSV holds all samples compared; {compared.attrs['left_out']} more have no level, or no "
         "frequency, direction or polarization of this run."
     )
     alt = f"RCS of {target}, computed and by the reference, against {WANTED[across]}."
+    drawing = draw_curves(curves, LABELS[WANTED[across]])
     return figure(f"rcs_compared_{target}", drawing, compared.assign(target=target), alt, caption)

@@ -1,15 +1,14 @@
-"""Radar cross-section (RCS) as figures: cuts, maps, frequency sweeps and how it is distributed."""
+"""Radar cross-section (RCS) as figures: cuts, maps and frequency sweeps."""
 
 import itertools
 from collections import namedtuple
 
-import matplotlib
 import numpy as np
 import pandas as pd
 from matplotlib.ticker import MaxNLocator
 
 from isarflow.core.sweep import closes_circle, unit_vectors
-from isarflow.report.layout import BLUE, PALETTE, canvas, circle_ticks, figure
+from isarflow.report.layout import PALETTE, canvas, circle_ticks, figure
 from isarflow.report.plots import draw_legend, panels
 from isarflow.report.selection import evenly
 from isarflow.scattering.interpolation import between, is_dense, order, order_told
@@ -21,13 +20,15 @@ POINTS = 4  # drawn for each of the samples that a curve's bandwidth asks for
 LABELS = {"azimuth": "azimuth [°]", "elevation": "elevation [°]", "frequency": "frequency [GHz]"}
 ALONG, SINGLE = "angle along the directions [°]", "elevation, azimuth [°]"
 LINES = "Points are the samples, joined by straight lines."
-HOW = {  # is a cut read, by the label of its axis
-    LABELS[
-        "azimuth"
-    ]: "Curves without points are the field's own band-limited series. Points are samples too far apart "
-    "to hold the field between them, joined by straight lines.",
+SERIES = (
+    "Curves without points are the field's own band-limited series. Points are samples too far apart "
+    "to hold the field between them, joined by straight lines."
+)
+# How a cut is read, by the label of its axis; else by LINES.
+HOW = {
+    LABELS["azimuth"]: SERIES,
     ALONG: f"{LINES} 0° is the first direction.",
-    SINGLE: f"A triangle is a direction more than {FLOOR} dB below the largest.",
+    SINGLE: f"Points at the lower edge are {FLOOR} dB or more below the largest.",
 }
 
 # A cut of one polarization: its samples with their levels in dBsm and, over x, the levels y that are drawn; `smooth` if
@@ -43,11 +44,6 @@ def rcs_dbsm(field):
 def in_words(axis, value):
     """Return a value on an axis as words: '1.5 GHz' of 'frequency' in Hz, 'azimuth 30°' of an angle in degrees."""
     return f"{value / 1e9:.4g} GHz" if axis == "frequency" else f"{axis} {value:g}°"
-
-
-def lowest(levels):
-    """Return the least level in dBsm that an axis shows."""
-    return max(levels.min(), levels.max() - FLOOR)
 
 
 def center_frequency(dataset):
@@ -96,9 +92,10 @@ def cut(dataset, reach, most):
     x, label = _axis(dataset, across)
     values, curves = field[other].values if other else [None], []
     for polarization, value in itertools.product(dataset.polarization.values.tolist(), values):
-        one = field.sel({"polarization": polarization} | ({other: value} if other else {})).squeeze()
+        one = field.sel({"polarization": polarization} | ({other: value} if other else {}))
+        one = one.squeeze([name for name in one.dims if name != across])
         levels = rcs_dbsm(one.values.ravel())
-        drawn = _series(x, one, reach) if across == "azimuth" else None
+        drawn = _series(one, reach) if across == "azimuth" else None
         smooth = drawn is not None
         if not smooth:
             closed = label != SINGLE and closes_circle(x)
@@ -107,18 +104,26 @@ def cut(dataset, reach, most):
     return across, label, field, curves
 
 
-def _series(azimuth, field, reach):
-    """Return azimuths in degrees and levels in dBsm of the series through samples; None where they do not hold it."""
-    samples, closed = field.values.ravel(), closes_circle(azimuth)
+def resolved(field, reach):
+    """Return the highest order of a field over azimuth that its samples (A,) hold; None where they hold not all of it.
+
+    reach: of the target from the origin in m; of None it is told from the samples, if they go round the circle.
+    """
+    azimuth = field.azimuth.values
     if reach is None:
-        highest = order_told(samples) if closed else None
-    elif not is_dense(azimuth, highest := order(float(field.frequency), reach, float(field.elevation))):
-        highest = None
+        return order_told(field.values) if closes_circle(azimuth) else None
+    highest = order(float(field.frequency), reach, float(field.elevation))
+    return highest if is_dense(azimuth, highest) else None
+
+
+def _series(field, reach):
+    """Return azimuths in degrees and levels in dBsm of the series through samples; None where they do not hold it."""
+    azimuth, highest = field.azimuth.values, resolved(field, reach)
     if highest is None:
         return None
-    span = 360.0 if closed else azimuth[-1] - azimuth[0]
+    span = 360.0 if closes_circle(azimuth) else azimuth[-1] - azimuth[0]
     x = np.linspace(azimuth[0], azimuth[0] + span, int(POINTS * (2 * highest + 1) * span / 360) + 2)
-    return x, rcs_dbsm(between(azimuth, samples, highest, x))
+    return x, rcs_dbsm(between(azimuth, field.values, highest, x))
 
 
 def _axis(dataset, across):
@@ -131,57 +136,68 @@ def _axis(dataset, across):
     return (steps[0] * np.arange(len(u)), ALONG) if even else (np.arange(1, len(u) + 1), SINGLE)
 
 
-def cut_figure(target, dataset, reach, most):
-    """Draw RCS over one axis, a panel for each polarization; no single direction is left out of it."""
-    across, label, field, curves = cut(dataset, reach, most)
-    samples, single = curves[0].samples, label == SINGLE
-    drawing, every = level_panels(dataset.polarization.values, label, 0.8)
-    for axes, polarization in zip(every, dataset.polarization.values, strict=True):
-        mine = [curve for curve in curves if curve.polarization == polarization]
-        least = lowest(np.array([curve.levels for curve in mine]))
-        _draw(axes, mine, _colors(len(mine)), least - 1 if single else None)
-        axes.margins(x=0.05 if single else 0.01)
-        axes.set_ylim(least - 2, max(curve.y.max() for curve in mine) + 2)
-        if across == "azimuth":
-            circle_ticks(axes.xaxis, samples)
-    if single:
-        named = dataset.isel(direction=evenly(samples - 1, NAMED))
-        places = zip(named.elevation.values, named.azimuth.values, strict=True)
-        names = [f"{elevation:g}, {azimuth:g}" for elevation, azimuth in places]
-        every[-1].set_xticks(evenly(samples, NAMED), names, rotation=45, ha="right", rotation_mode="anchor")
-    draw_legend(drawing, every)
-    return _figure(f"rcs_{target}", drawing, target, dataset, across, label, field)
+def draw_curves(curves, label, polar=False):
+    """Return a canvas with a panel for each label of the curves, and in it a line for each polarization.
 
-
-def polar_figure(target, dataset, reach, most, name="rcs_polar"):
-    """Draw the same cut in polar coordinates, a panel for each curve; None where it does not go most of the way."""
-    across, label, field, curves = cut(dataset, reach, most)
-    if label not in (LABELS["azimuth"], ALONG) or np.ptp(curves[0].x) < 180:
-        return None
-    curves = [curve._replace(x=np.radians(curve.x), samples=np.radians(curve.samples)) for curve in curves]
-    least, largest = min(curve.y.min() for curve in curves), max(curve.levels.max() for curve in curves)
+    label: of the axis, over which SINGLE has points alone. polar: over an angle in degrees, round a circle.
+    """
     titles = list(dict.fromkeys(curve.label for curve in curves))
-    columns = min(len(titles), ACROSS)
+    columns = min(len(titles), ACROSS) if polar else 1
     rows = -(-len(titles) // columns)
-    drawing = canvas(max(2.7 * columns, 4.2), 0.5 + (2.9 if len(titles) > 1 else 3.9) * rows)
+    size = (max(2.7 * columns, 4.2), 0.5 + (2.9 if len(titles) > 1 else 3.9) * rows) if polar else (5.4, 0.8 + 2 * rows)
+    drawing, turn = canvas(*size), np.radians if polar else np.asarray
+    least, largest = min(curve.y.min() for curve in curves), max(curve.levels.max() for curve in curves)
+    bottom = max(least - 2, largest - FLOOR)
     for place, title in enumerate(titles):
-        axes = drawing.add_subplot(rows, columns, place + 1, projection="polar")
-        _draw(axes, [one._replace(label=f"{one.polarization} [dBsm]") for one in curves if one.label == title], PALETTE)
-        axes.set(title=title.replace("-", "\N{MINUS SIGN}"), xticks=np.radians(np.arange(0, 360, 45)))
-        axes.set_ylim(max(least - 2, largest - FLOOR), largest + 1)
-        axes.yaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 5, 10]))
-        axes.set_rlabel_position(67.5)
-        axes.tick_params(labelsize=7, pad=0)
+        axes = drawing.add_subplot(rows, columns, place + 1, projection="polar" if polar else None)
+        for curve, color in zip((curve for curve in curves if curve.label == title), PALETTE, strict=False):
+            name, few = f"{curve.polarization}{' [dBsm]' if polar else ''}", len(curve.samples) < 3
+            if label == SINGLE:
+                axes.plot(curve.x, np.maximum(curve.y, bottom), "o", color=color, label=name, clip_on=False)
+                continue
+            axes.plot(turn(curve.x), curve.y, color=color, label=name, **({"marker": "o", "ls": "-"} if few else {}))
+            if not (curve.smooth or few):
+                axes.plot(turn(curve.samples), curve.levels, ".", color=color, ms=2.5)
+        axes.set_title(title.replace("-", "\N{MINUS SIGN}"))
+        axes.set_ylim(bottom, largest + 1)
+        if polar:
+            axes.set_xticks(np.radians(np.arange(0, 360, 45)))
+            axes.yaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 5, 10]))
+            axes.set_rlabel_position(67.5)
+            axes.tick_params(labelsize=7, pad=0)
+        else:
+            axes.set(xlabel=label, ylabel="RCS [dBsm]")
+            if label == LABELS["azimuth"]:
+                circle_ticks(axes.xaxis, curves[0].samples)
     draw_legend(drawing, drawing.axes)
-    return _figure(f"{name}_{target}", drawing, target, dataset, across, label, field, wide=columns > 2)
+    return drawing
 
 
-def _figure(name, drawing, target, dataset, across, label, field, wide=False):
-    """Return the figure of a drawn cut."""
+def cut_figure(target, dataset, reach, most, polar=False, name="rcs"):
+    """Draw RCS over one axis; no single direction is left out. polar: None where it goes less than half way round."""
+    across, label, field, curves = cut(dataset, reach, most)
+    if polar and (label not in (LABELS["azimuth"], ALONG) or np.ptp(curves[0].x) < 180):
+        return None
+    drawing = draw_curves(curves, label, polar)
+    if label == SINGLE:
+        named = dataset.isel(direction=evenly(range(len(curves[0].samples)), NAMED))
+        names = _names(named, "{:g}, {:g}")
+        for axes in drawing.axes:
+            axes.set_xticks(evenly(curves[0].samples, NAMED), names, rotation=45, ha="right", rotation_mode="anchor")
     single = [axis for axis in ("frequency", "elevation", "azimuth") if axis != across and field[axis].size == 1]
     at = f" at {', '.join(in_words(axis, field[axis].item()) for axis in single)}" if single else ""
     caption = f"{target}: {dataset.attrs.get('kind', 'backscatter')} RCS{at}. {HOW.get(label, LINES)}"
-    return figure(name, drawing, _table(target, field), f"RCS of {target} against {across}{at}.", caption, wide)
+    alt, wide = f"RCS of {target} against {across}{at}.", polar and len({curve.label for curve in curves}) > 2
+    return figure(f"{name}_{target}", drawing, _table(target, field), alt, caption, wide)
+
+
+def draw_map(axes, azimuth, values, level, top, depth):
+    """Draw levels (V, A) in dB over azimuths (A,) in degrees and values (V,), down to `depth` dB below `top`."""
+    look = {"cmap": "viridis", "vmin": top - depth, "vmax": top, "shading": "nearest", "rasterized": True}
+    picture = axes.pcolormesh(azimuth, values, level, **look)
+    axes.grid(False)
+    circle_ticks(axes.xaxis, azimuth)
+    return picture
 
 
 def map_figure(target, dataset):
@@ -191,12 +207,9 @@ def map_figure(target, dataset):
     field = dataset.field.sel(frequency=center_frequency(dataset))
     polarizations, level = dataset.polarization.values, rcs_dbsm(field.values)
     drawing, grid = panels(len(polarizations), 1, 5.4, 0.6 + 2.0 * len(polarizations))
-    look = {"cmap": "viridis", "vmin": level.max() - FLOOR, "vmax": level.max(), "shading": "nearest"}
     for axes, polarization, part in zip(grid[:, 0], polarizations, level, strict=True):
-        picture = axes.pcolormesh(dataset.azimuth, dataset.elevation, part, rasterized=True, **look)
-        axes.grid(False)
+        picture = draw_map(axes, dataset.azimuth.values, dataset.elevation.values, part, level.max(), FLOOR)
         axes.set(ylabel="elevation [°]", title=polarization)
-        circle_ticks(axes.xaxis, dataset.azimuth.values)
     grid[-1, 0].set_xlabel("azimuth [°]")
     drawing.colorbar(picture, ax=grid, label="RCS [dBsm]", pad=0.02)
     words = f"over elevation and azimuth at {in_words('frequency', center_frequency(dataset))}."
@@ -205,72 +218,27 @@ def map_figure(target, dataset):
 
 
 def frequency_figure(target, dataset, most):
-    """Draw RCS over frequency at up to `most` directions, and the median of all; None for one frequency."""
+    """Draw RCS over frequency at up to `most` directions, a panel for each; None for one frequency."""
     if dataset.sizes["frequency"] < 2:
         return None
     field, polarizations = by_direction(dataset), dataset.polarization.values
     picked = field.isel(direction=evenly(range(field.sizes["direction"]), most))
-    places = zip(picked.elevation.values, picked.azimuth.values, strict=True)
-    names = [f"({elevation:g}°, {azimuth:g}°)" for elevation, azimuth in places]
-    frequency, level = dataset.frequency.values, rcs_dbsm(picked.values)
-    drawing, every = level_panels(polarizations, LABELS["frequency"])
-    for axes, part, whole in zip(every, level, rcs_dbsm(field.values), strict=True):
-        for name, values, color in zip(names, part.T, _colors(len(names)), strict=True):
-            axes.plot(frequency / 1e9, values, color=color, marker="o", label=name)
-        if len(names) > 1:
-            look = {"color": "black", "ls": "--", "label": "median of all directions"}
-            axes.plot(frequency / 1e9, np.median(whole, axis=1), **look)
-        axes.set_ylim(lowest(part) - 2, part.max() + 2)
-    draw_legend(drawing, every)
+    names, frequency, level = _names(picked, "({:g}°, {:g}°)"), dataset.frequency.values, rcs_dbsm(picked.values)
+    curves = []
+    for number, name in enumerate(names):
+        for polarization, levels in zip(polarizations, level[:, :, number], strict=True):
+            curves.append(Curve(polarization, name, frequency / 1e9, levels, frequency / 1e9, levels, False))
     columns = {"target": [target], "polarization": polarizations, "frequency": frequency, "direction": names}
     frame = pd.MultiIndex.from_product(columns.values(), names=columns).to_frame(index=False)
     frame["rcs_dbsm"] = level.ravel()
     caption = f"{target}: RCS against frequency at directions (elevation, azimuth); samples, joined by lines."
+    drawing = draw_curves(curves, LABELS["frequency"])
     return figure(f"rcs_frequency_{target}", drawing, frame, f"RCS of {target} against frequency.", caption)
 
 
-def distribution_figure(target, dataset):
-    """Draw the share of all frequencies and directions with less than an RCS; None for fewer than ten of them."""
-    polarizations = dataset.polarization.values
-    level = np.sort(rcs_dbsm(dataset.field.values).reshape(len(polarizations), -1))
-    if level.shape[1] < 10:
-        return None
-    drawing, ((axes,),) = panels(1, 1, 5.4, 2.6)
-    frame = pd.DataFrame({"target": target, "percent": np.linspace(0, 100, 101)})
-    for polarization, part, color in zip(polarizations, level, _colors(len(polarizations)), strict=True):
-        axes.plot(part, np.linspace(0, 100, len(part)), color=color, label=polarization)
-        frame[f"{polarization}_dbsm"] = np.percentile(part, frame["percent"])
-    axes.set(xlabel="RCS [dBsm]", ylabel="share below [%]", xlim=(lowest(level), level.max() + 1))
-    draw_legend(drawing, [axes])
-    caption = f"{target}: the share of all samples below an RCS."
-    return figure(f"rcs_distribution_{target}", drawing, frame, f"The distribution of {target}'s RCS.", caption)
-
-
-def level_panels(polarizations, xlabel, head=0.9):
-    """Return a canvas and its axes, one for each polarization with its RCS upwards. head: inches above them."""
-    drawing, grid = panels(len(polarizations), 1, 5.4, head + 2.1 * len(polarizations), sharey=False)
-    for axes, polarization in zip(grid[:, 0], polarizations, strict=True):
-        axes.set_ylabel(f"{polarization} RCS [dBsm]")
-    grid[-1, 0].set_xlabel(xlabel)
-    return drawing, grid[:, 0]
-
-
-def _draw(axes, curves, colors, floor=None):
-    """Draw curves, with the samples of those that are no series; with `floor` samples alone, triangles where lower."""
-    for curve, color in zip(curves, itertools.cycle(colors), strict=False):
-        few = floor is not None or len(curve.samples) < 3
-        look = {"marker": "o", "ls": "-" if floor is None else ""} if few else {}
-        axes.plot(curve.x, curve.y, color=color, label=curve.label or None, **look)
-        if floor is not None:
-            low = curve.samples[curve.levels < floor + 1]
-            axes.plot(low, np.full(len(low), floor), "v", color=color, mfc="none")
-        elif not (curve.smooth or few):
-            axes.plot(curve.samples, curve.levels, ".", color=color, ms=2.5)
-
-
-def _colors(count):
-    """Return as many colours, of neither end of the map: both looks of the page have to show them."""
-    return matplotlib.colormaps["viridis"](np.linspace(0.3, 0.8, count)) if count > 1 else [BLUE]
+def _names(part, form):
+    """Return each direction of a part of a field as text. form: of its elevation and azimuth in degrees."""
+    return [form.format(*place) for place in zip(part.elevation.values, part.azimuth.values, strict=True)]
 
 
 def _table(target, field):

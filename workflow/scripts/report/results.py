@@ -5,24 +5,38 @@ from functools import cached_property
 from pathlib import Path
 from types import SimpleNamespace
 
-import numpy as np
 import pandas as pd
 
 from isarflow.core.folders import ROOT, of_fields
 from isarflow.core.store import open_store
-from isarflow.core.sweep import images_are_made, snr_label, sweeps
+from isarflow.core.sweep import images_are_made, snr_label
 from isarflow.imaging.geometry import PURE_NOISE
-from isarflow.learning.classifier import OTHER
 from isarflow.learning.experiments import runs
-from isarflow.learning.metrics import metrics_of
 from isarflow.mesh.io import read_ply
 from isarflow.report.selection import target_order
 from isarflow.report.thesis import DEFINITION
 from isarflow.report.vocabulary import PROTOCOLS, Names, select
-from isarflow.scattering import needs
 
 REFERENCE = ROOT / "resources" / "reference"  # published values
 FULL_SIZE = REFERENCE.parent / "results"  # of the run of config/thesis.yaml, once it is made
+
+
+def _learned(table):
+    """Return a property of Results: a table of the learning stage."""
+    return cached_property(lambda self: _read_learned(self.folder / "learning" / f"{table}.csv"))
+
+
+def _read_learned(path):
+    """Return a table of the learning stage, whose columns of text stay text where they are empty."""
+    text = dict.fromkeys(("elevation", "training", "score", "threshold", "fold"), str)
+    numbers = {column: [""] for column in ("train_snr_db", "test_snr_db", "value", "low", "high")}
+    return pd.read_csv(path, dtype=text, keep_default_na=False, na_values=numbers)  # a target may be called NA
+
+
+def _published(table, types=None):
+    """Return a property of Results: a table of published values, columns of these types."""
+    path = REFERENCE / f"thesis_{table}.csv"
+    return cached_property(lambda _: pd.read_csv(path, dtype=types, keep_default_na=False))
 
 
 class Results:
@@ -32,8 +46,21 @@ class Results:
     `vocabulary.Names`). The latter two are the rule's params.
     """
 
+    polarizations = property(lambda self: self.settings["imaging"]["polarizations"])  # the channels of an image
+    definition = property(lambda self: self.settings["noise"]["definition"])  # the config's, of SNR
+    _every_score = _learned("scores")
+    confusion = _learned("confusion")  # counts of predicted classes by target, after columns as of `scores`
+    validation = _learned("validation")  # rows as in `scores`, without intervals: the best is chosen by them
+    # Columns as the files have them; what was printed stays text, because its decimals say how exactly it was.
+    published_scores = _published("results", {"value": str, "snr_db": float})
+    published_times = _published("prediction_times")
+    published_galleries = _published("galleries", str)  # what the figures of images show, by target
+    published_confusion = _published("confusion")
+    published_settings = _published("settings", str)  # columns model, setting, value and source
+
     def __init__(self, folder, settings, stated):
-        self.folder, self.settings, self.names = Path(folder), settings, Names(stated, _models(settings))
+        models = {name for one in settings["learning"]["experiments"].values() for name in one["models"]}
+        self.folder, self.settings, self.names = Path(folder), settings, Names(stated, models)
         self.fields = of_fields(folder, settings)
         self.targets = target_order(settings["targets"])
         self.meshed = [name for name in self.targets if "mesh" in settings["targets"][name]]
@@ -41,7 +68,7 @@ class Results:
         self.learns = self.images_are_made and bool(settings["learning"]["experiments"])
 
     def of_role(self, role):
-        """The names of the targets of a role."""
+        """Return the names of the targets of a role."""
         return [name for name in self.targets if self.settings["targets"][name]["role"] == role]
 
     @cached_property
@@ -51,19 +78,11 @@ class Results:
 
     @cached_property
     def meshes(self):
-        """Measures of the meshes and, in each band, what its `solve` was planned to need, by target that has some."""
-        meshes = {name: json.loads((self.fields / "mesh" / f"{name}.json").read_text()) for name in self.meshed}
-        for name, measures in meshes.items():
-            planes, how = len(self.settings["targets"][name].get("symmetry", [])), needs.method(self.settings, name)
-            stages = ("radar", "aspect", "mesh", "scattering")
-            radar, aspect, mesh, scattering = (self.settings[name] for name in stages)
-            asked = sweeps(radar, aspect, mesh["bands"], scattering)
-            for band, sweep in zip(measures["bands"], asked, strict=True):
-                band["solve"] = needs.need(band, planes, sweep, how)
-        return meshes
+        """Measures of the meshes, by target that has some."""
+        return {name: json.loads((self.fields / "mesh" / f"{name}.json").read_text()) for name in self.meshed}
 
     def mesh(self, target, part):
-        """Vertices in m and triangles of a target's mesh in a band, or of its 'source'."""
+        """Return vertices in m and triangles of a target's mesh in a band, or of its 'source'."""
         return read_ply(self.fields / "mesh" / f"{target}-{part}.ply")
 
     @cached_property
@@ -78,35 +97,23 @@ class Results:
         return json.loads(path.read_text()) if self.meshed else None
 
     def scattering(self, target):
-        """The scattering store of a target, opened lazily."""
+        """Return the scattering store of a target, opened lazily."""
         return open_store(self.fields / "scattering" / f"{target}.zarr")
 
     def reach(self, target):
-        """How far from the origin a target reaches, in m; None of one that is given by its field."""
+        """Return how far from the origin a target reaches, in m; None of one that is given by its field."""
         return self.meshes[target]["source"]["reach"] if target in self.meshed else None
 
     def every_channel(self, target, store):
-        """A store of a target's images ('clean', 'snr_-6dB'), opened lazily: only the images shown are read."""
+        """Return a store of a target's images ('clean', 'snr_-6dB'), opened lazily."""
         return open_store(self.folder / "imaging" / target / f"{store}.zarr")
 
     def images(self, target, store):
-        """The same in the first channel alone, which stands for all where one image is shown or compared."""
-        dataset = self.every_channel(target, store)
-        return dataset.isel(channel=0, drop=True) if "channel" in dataset.dims else dataset
+        """Return the same in the first channel alone, which stands for all where one image is shown or compared."""
+        return self.every_channel(target, store).isel(channel=0, drop=True, missing_dims="ignore")
 
-    @property
-    def polarizations(self):
-        """The channels of an image."""
-        return self.settings["imaging"]["polarizations"]
-
-    @property
-    def definition(self):
-        """The config's definition of SNR."""
-        return self.settings["noise"]["definition"]
-
-    @cached_property
-    def _every_score(self):
-        return self._learning_table("scores")
+    def _scores_by(self, definition):
+        return select(self._every_score, snr_definition=definition, fold="")
 
     @cached_property
     def scores(self):
@@ -114,7 +121,18 @@ class Results:
 
         score and threshold are empty text in the rows of the closed set; low and high are NaN for a single fold.
         """
-        return select(self._every_score, snr_definition=self.definition, fold="")
+        return self._scores_by(self.definition)
+
+    @cached_property
+    def mean_scores(self):
+        """Rows as in `scores` by the thesis's definition of SNR; where the config's is another one, few or none."""
+        return self._scores_by(DEFINITION)
+
+    @cached_property
+    def by_definition(self):
+        """Rows as in `scores` by each definition of SNR, the config's first: a mapping; the other's may be few."""
+        names = sorted(self._every_score["snr_definition"].unique(), key=lambda name: (name != self.definition, name))
+        return {name: self._scores_by(name) for name in names}
 
     @cached_property
     def fold_scores(self):
@@ -122,65 +140,32 @@ class Results:
         return self._every_score[self._every_score["fold"] != ""]
 
     @cached_property
-    def mean_scores(self):
-        """Rows as in `scores` by the reference thesis's definition of SNR, the mean power.
-
-        Where the config's is another one, only accuracy and F1, and maybe none at all.
-        """
-        return select(self._every_score, snr_definition=DEFINITION, fold="")
-
-    @cached_property
-    def by_definition(self):
-        """Rows as in `scores` by each definition of SNR, the config's first: a mapping; the other's may be few."""
-        every = self._every_score
-        names = sorted(every["snr_definition"].unique(), key=lambda name: (name != self.definition, name))
-        return {name: select(every, snr_definition=name, fold="") for name in names}
-
-    @cached_property
-    def confusion(self):
-        """Counts of predicted classes by target, with the columns of `scores` before them."""
-        return self._learning_table("confusion")
-
-    @cached_property
-    def validation(self):
-        """Accuracy and weighted F1 on validation images, to choose the best by; rows as in `scores`, no intervals."""
-        return self._learning_table("validation")
-
-    def _learning_table(self, name):
-        return _read_learning(self.folder / "learning" / f"{name}.csv")
-
-    @cached_property
     def opened(self):
         """Names of the experiments that are tested on unknown targets too."""
         return self.names.values(self.scores[self.scores["score"] != ""], "experiment") if self.learns else []
 
-    @cached_property
-    def _rejecting(self):
-        """The weighted F1 of rejecting every test image of the open set, by experiment: from each target's images."""
-        counts = select(self.confusion, threshold=PROTOCOLS, elevation="all")
-        # Every model and confidence score is judged on the same images.
-        case = ["model", "training", "test_snr_db", "score", "threshold"]
-        images = {
-            experiment: rows.merge(rows[case].iloc[:1], on=case).groupby("target")["count"].sum()
-            for experiment, rows in counts.groupby("experiment")
-        }
-        return {experiment: rejecting_f1(count, self.of_role("known")) for experiment, count in images.items()}
+    def rejecting(self, experiments):
+        """Return the weighted F1 of rejecting all images of the open set, ascending; of alike values one."""
+        known = self.of_role("known")
+        return self._of_one_answer(experiments, PROTOCOLS, lambda images: images.drop(known, errors="ignore").sum())
 
     def guessing(self, experiments):
-        """The weighted F1 of naming one class for all images of the closed set, ascending; of alike values one."""
-        counts = select(self.confusion, threshold="", score="", elevation="all", experiment=list(experiments))
-        found = {}
-        for _, rows in counts.groupby("experiment"):
-            # Every model and SNR is judged on the same images.
-            case = ["model", "training", "test_snr_db"]
-            images = rows.merge(rows[case].iloc[:1], on=case).groupby("target")["count"].sum()
-            share = images.max() / images.sum()
-            found[round(share, 2)] = share * 2 * share / (1 + share)  # precision is its share, recall is 1
-        return sorted(found.values())
+        """Return the same of naming the most frequent class for all images of the closed set."""
+        return self._of_one_answer(experiments, [""], lambda images: images.max())
 
-    def rejecting(self, experiments):
-        """The same of these experiments, ascending; of values that are alike to two decimals one."""
-        return sorted({round(value, 2): value for value in map(self._rejecting.get, experiments)}.values())
+    def _of_one_answer(self, experiments, thresholds, right):
+        """Return the weighted F1 of one answer for all images; right: of how many, from those of each target, (T,)."""
+        counts = select(self.confusion, experiment=list(experiments), threshold=thresholds, elevation="all")
+        # All models, SNRs and confidence scores of an experiment are judged on the same images.
+        case = ["experiment", "model", "training", "test_snr_db", "score", "threshold"]
+        rows = counts.merge(counts.drop_duplicates("experiment")[case], on=case)
+        found = {}
+        for _, images in rows.groupby("experiment"):
+            images = images.groupby("target")["count"].sum()
+            share = float(right(images) / images.sum())
+            value = share * 2 * share / (1 + share)  # the answer's precision is its share, and its recall is 1
+            found[round(value, 2)] = value
+        return sorted(found.values())
 
     @cached_property
     def folds(self):
@@ -191,52 +176,39 @@ class Results:
         return {experiment: sorted(numbers) for experiment, numbers in folds.items()}
 
     def _fitted(self, file):
-        """(run, model, path) of every fitted model that has such a file."""
-        for run, settings in self.runs.items():
-            for model in settings["models"]:
-                path = self.folder / "learning" / "models" / run / model / file
-                if path.exists():
-                    yield run, model, path
+        """Return {(run, model): path} of every fitted model that has such a file."""
+        folder = self.folder / "learning" / "models"
+        fitted = [(run, model) for run, settings in self.runs.items() for model in settings["models"]]
+        paths = {case: folder.joinpath(*case, file) for case in fitted}
+        return {case: path for case, path in paths.items() if path.exists()}
 
     @cached_property
     def curves(self):
         """Training curves by (run, model), with the seconds until each epoch; of several folds the first one's."""
-        curves = {}
-        for run, model, path in self._fitted("curve.csv"):
-            if self.runs[run]["first"]:
-                curves[run, model] = pd.read_csv(path)
-                seconds = path.with_name("seconds.csv")
-                if seconds.exists():
-                    curves[run, model] = curves[run, model].merge(pd.read_csv(seconds), on="epoch")
+        paths, times = self._fitted("curve.csv"), self._fitted("seconds.csv")
+        curves = {case: pd.read_csv(path) for case, path in paths.items() if self.runs[case[0]]["first"]}
+        for case in times.keys() & curves:
+            curves[case] = curves[case].merge(pd.read_csv(times[case]), on="epoch")
         return curves
 
     @cached_property
     def searches(self):
         """Settings tried and the validation accuracy of each, by (run, model), of the models that had a choice."""
-        return {(run, model): pd.read_csv(path) for run, model, path in self._fitted("search.csv")}
+        return {case: pd.read_csv(path) for case, path in self._fitted("search.csv").items()}
 
     @cached_property
     def decoders(self):
-        """(run, model) of the models that reconstruct images, in runs that are tested on unknown targets.
-
-        Of several folds the first.
-        """
-        return [
-            (run, model)
-            for run, settings in self.runs.items()
-            for model in settings["models"]
-            if settings["open"] and settings["first"] and self._reconstructions(run, model).exists()
-        ]
-
-    def _reconstructions(self, run, model):
-        return self.folder / "learning" / "reconstructions" / run / f"{model}.zarr"
+        """(run, model) of all that reconstruct images and are tested on unknown targets; of several folds the first."""
+        folder, opened = self.folder / "learning" / "reconstructions", [of for of in self.runs.values() if of["open"]]
+        every = [(run["name"], model) for run in opened if run["first"] for model in run["models"]]
+        return [(run, model) for run, model in every if (folder / run / f"{model}.zarr").exists()]
 
     def reconstructions(self, run, model):
-        """Some test images, and what a model makes of them (see learning/reconstructions.py)."""
-        return open_store(self._reconstructions(run, model))
+        """Return some test images, and what a model makes of them (see learning/reconstructions.py)."""
+        return open_store(self.folder / "learning" / "reconstructions" / run / f"{model}.zarr")
 
     def predictions(self, run, model, snr):
-        """The predictions of a model at one SNR in dB (see learning/predict.py)."""
+        """Return the predictions of a model at one SNR in dB (see learning/predict.py)."""
         path = self.folder / "learning" / "predictions" / run / model / f"{snr_label(snr)}.csv"
         return pd.read_csv(path, keep_default_na=False)
 
@@ -258,75 +230,26 @@ class Results:
 
     @cached_property
     def full_size(self):
-        """The scores of the full-size run that the repository keeps, with `scores`, `validation` and `definition`.
-
-        None while it keeps none, and for that run itself.
-        """
+        """`scores`, `validation` and `definition` of the full-size run in the repository; None for that run itself."""
         paths = [FULL_SIZE / f"{name}.csv.xz" for name in ("scores", "validation")]
         if self.settings["name"] == "thesis" or not all(path.exists() for path in paths):
             return None
-        scores, validation = map(_read_learning, paths)
+        scores, validation = map(_read_learned, paths)
         scores = select(scores, snr_definition=DEFINITION, fold="")
         return SimpleNamespace(scores=scores, validation=validation, definition=DEFINITION)
 
     @cached_property
-    def published_scores(self):
-        """Published scores; `value` stays text, because its decimals say how exactly it was printed."""
-        table = pd.read_csv(REFERENCE / "thesis_results.csv", dtype={"value": str}, keep_default_na=False)
-        return table.astype({"snr_db": float})
-
-    @cached_property
-    def published_times(self):
-        return pd.read_csv(REFERENCE / "thesis_prediction_times.csv", keep_default_na=False)
-
-    @cached_property
-    def published_galleries(self):
-        """What the figures of images show that were published, by target."""
-        return pd.read_csv(REFERENCE / "thesis_galleries.csv", dtype=str)
-
-    @cached_property
-    def published_confusion(self):
-        return pd.read_csv(REFERENCE / "thesis_confusion.csv")
-
-    @cached_property
-    def published_settings(self):
-        """Hyper-parameters: columns model, setting, value (text, as it was printed) and source."""
-        return pd.read_csv(REFERENCE / "thesis_settings.csv", dtype=str, keep_default_na=False)
-
-    @cached_property
     def benchmarks(self):
-        """Seconds and peak memory of every job that kept a record: columns step, job, s, max_rss. May be empty."""
+        """Seconds of every job of a stage that kept a record: columns stage, step, job and s. May be empty."""
         rows, folder = [], self.folder / "benchmarks"
         # The folder may still hold records of targets and experiments that the config no longer names.
         named = {*self.targets, PURE_NOISE, *self.runs}
-        for path in sorted(folder.rglob("*.tsv")):
-            step, *job = path.relative_to(folder).with_suffix("").parts
-            if step == "learning":
-                step, *job = job
+        for path in sorted(folder.glob("*/**/*.tsv")):
+            stage, *job = path.relative_to(folder).with_suffix("").parts
+            step, *job = job if stage == "learning" else [stage, *job]
             # Solves stand in a folder of their own, <target>-<band>: a target's name may hold hyphens, too.
             whose = job[1].rpartition("-")[0] if job[:1] == ["bands"] else "".join(job[:1])
-            if step not in ("report", "thesis_page") and (not job or whose in named):
-                line = pd.read_csv(path, sep="\t", na_values="-").iloc[-1]
-                rows.append({"step": step, "job": "/".join(job), "s": line["s"], "max_rss": line["max_rss"]})
-        return pd.DataFrame(rows, columns=["step", "job", "s", "max_rss"])
-
-
-def _models(settings):
-    """The names of all models that an experiment has."""
-    return {model for experiment in settings["learning"]["experiments"].values() for model in experiment["models"]}
-
-
-def _read_learning(path):
-    """A table of the learning stage. Columns of text stay text where they are empty."""
-    text = dict.fromkeys(("elevation", "training", "score", "threshold", "fold"), str)
-    numbers = {column: [""] for column in ("train_snr_db", "test_snr_db", "value", "low", "high")}
-    return pd.read_csv(path, dtype=text, keep_default_na=False, na_values=numbers)  # a target may be called NA
-
-
-def rejecting_f1(images, known):
-    """The weighted F1 of rejecting everything. images: how many each target has; known: names of known targets."""
-    labels = [*(name for name in images.index if name in known), OTHER]
-    counts = np.zeros((len(labels), len(labels)))
-    for name, count in images.items():
-        counts[labels.index(name) if name in labels else -1, -1] += count
-    return float(metrics_of(counts, labels, labels)["f1_weighted"])
+            if not job or whose in named:
+                seconds = pd.read_csv(path, sep="\t", na_values="-").iloc[-1]["s"]
+                rows.append({"stage": stage, "step": step, "job": "/".join(job), "s": seconds})
+        return pd.DataFrame(rows, columns=["stage", "step", "job", "s"])

@@ -1,4 +1,4 @@
-"""What looks alike: images taken for another target beside their nearest training images, and a map of all."""
+"""What looks alike: images by the angle between them, and those taken for another target beside what they resemble."""
 
 import numpy as np
 import pandas as pd
@@ -6,20 +6,18 @@ import pandas as pd
 from isarflow.core import sweep
 from isarflow.learning import features, thresholds
 from isarflow.learning.classifier import OTHER
+from isarflow.learning.experiments import training
 from isarflow.learning.split import Division, Views, split
 from isarflow.report.draw_images import gallery
 from isarflow.report.layout import GREY, PALETTE, Section, figure
 from isarflow.report.plots import finish, panels
-from isarflow.report.selection import evenly, mistaken, mistaken_snr
-from isarflow.report.vocabulary import F1, of_run, ranked, run_title, select, split_text
+from isarflow.report.selection import mistaken, mistaken_snr
+from isarflow.report.vocabulary import F1, ranked, run_title, select, split_text
 
 PLACE, NEEDS = ("recognition", 5), "learns"  # on the page, see page.py
 PAIRS = 4  # kinds of mistake that are shown, the most frequent first
 EXAMPLES = 2  # of each
 FARTHEST = 45  # degrees that views are apart; or an aperture, if that is more
-MOST_POINTS = 150  # of a target in the map
-# Of targets. The last of the palette: models have the first.
-LOOKS = [{"color": color, "marker": marker} for color, marker in zip(PALETTE[::-1], "osD^vPX*", strict=False)]
 
 
 def section(results):
@@ -30,8 +28,7 @@ def section(results):
         "How much an image is like another is their zero-mean normalised cross-correlation (ZNCC) of magnitudes. "
         "Training images are those without noise of the views that the run trains on."
     )
-    figures = angle_figure(results), *mistakes_figure(results), map_figure(results)
-    return (Section("alike", "What looks alike", (text,), figures),)
+    return (Section("alike", "What looks alike", (text,), (angle_figure(results), *mistakes_figure(results))),)
 
 
 def standardized(images):
@@ -49,9 +46,9 @@ def angle_figure(results):
     drawing, grid = panels(1, len(shown), 1 + 4.2 * len(shown), 3.4, sharex=False)
     for axes, along in zip(grid.flat, shown, strict=True):
         for place, (target, line) in enumerate(select(data, along=along).groupby("target", sort=False)):
-            look = LOOKS[place % len(LOOKS)]
-            axes.plot(line["degrees"], line["mean"], ms=3, label=target, **look)
-            axes.fill_between(line["degrees"], line["low"], line["high"], color=look["color"], alpha=0.15, lw=0)
+            color, marker = PALETTE[-1 - place % len(PALETTE)], "osD^vPX*"[place % 8]  # the first are of models
+            axes.plot(line["degrees"], line["mean"], ms=3, label=target, color=color, marker=marker)
+            axes.fill_between(line["degrees"], line["low"], line["high"], color=color, alpha=0.15, lw=0)
         axes.set_xlabel(f"apart in {along} [degrees]")
     grid[0, 0].axvline(aperture, color=GREY, lw=0.8, ls="--", label="an aperture apart")
     finish(drawing, grid, "", "ZNCC of magnitudes")
@@ -66,10 +63,7 @@ def angle_figure(results):
 
 
 def likeness_by_angle(results, target, farthest):
-    """Return the ZNCC of pairs of a target's clean images: columns target, along, degrees, mean, low and high.
-
-    low and high: 10 and 90 %. farthest: degrees that two of them are apart, at most.
-    """
+    """Return the ZNCC of pairs of a target's clean images, at most `farthest` degrees apart: mean, 10 and 90 %."""
     image = results.images(target, "clean").image.transpose("elevation", "azimuth", ...).load()
     azimuth, elevation = image.azimuth.values, image.elevation.values
     rows = standardized(image.stack(view=["elevation", "azimuth"]).transpose("view", ...).values)
@@ -86,10 +80,9 @@ def likeness_by_angle(results, target, farthest):
     return pd.DataFrame(table, columns=["target", "along", "degrees", "mean", "low", "high"])
 
 
-def _stacked(results, run, target, side, store="clean"):
-    """Return a target's images of one side of a run's division, of the first realization: (view, ...)."""
-    image = results.images(target, store).image
-    image = image.isel(realization=0) if "realization" in image.dims else image
+def _stacked(results, run, target, side):
+    """Return a target's clean images of one side of a run's division: (view, ...)."""
+    image = results.images(target, "clean").image
     planes = results.settings["targets"][target].get("symmetry", [])
     angles = (image[name].values.astype(float) for name in Views._fields)
     views = split(*angles, planes, Division(**results.runs[run]["division"]))[side]
@@ -97,10 +90,7 @@ def _stacked(results, run, target, side, store="clean"):
 
 
 def mistakes_figure(results):
-    """Draw images that were taken for another target, each beside that target's training image that is most like it.
-
-    The most frequent mistakes, of each those with the most certain class. Nothing where nothing was mistaken.
-    """
+    """Draw images that were taken for another target, each beside that target's training image that is most like it."""
     run, model = mistaken(results.runs)
     snr = mistaken_snr(results.settings["noise"]["snr_db"])
     table, score = _judged(results, run, model, snr)
@@ -142,59 +132,9 @@ def _judged(results, run, model, snr):
     table, score = results.predictions(run, model, snr), ""
     table["taken_for"] = table["predicted"]
     if results.runs[run]["open"]:
-        validation = of_run(results.validation, results.runs[run], model)
-        score = ranked(select(validation, metric=F1, threshold="blind", elevation="all")).iloc[0]["score"]
+        own = {"experiment": results.runs[run]["experiment"], "training": training(results.runs[run]), "model": model}
+        validation = select(results.validation, **own, metric=F1, threshold="blind", elevation="all")
+        score = ranked(validation).iloc[0]["score"]
         least = thresholds.choose(table, f"known_{score}", "blind", results.settings["learning"]["kept"])
         table["taken_for"] = thresholds.apply(table[f"known_{score}"], table["predicted"], least)
     return select(table, side="test", role=["known", "unknown"]), score
-
-
-def map_figure(results):
-    """Draw every test image by how much it is like training images of the known targets, without and with noise.
-
-    With two known targets the axes are the likenesses to either; of more the first two principal components of the
-    likenesses to all of them.
-    """
-    run, _ = mistaken(results.runs)
-    known, unknown = results.of_role("known"), results.of_role("unknown")
-    training = {f"like_{name}": standardized(_stacked(results, run, name, "train").values) for name in known}
-    snr = mistaken_snr(results.settings["noise"]["snr_db"])
-    shown = [("no noise", "clean", target) for target in known + unknown]
-    # Of unknown targets there are images with noise only where they are tested.
-    tested = known + unknown if results.runs[run]["open"] else known
-    shown += [(f"{snr:g} dB", sweep.snr_label(snr), target) for target in tested]
-    tables = []
-    for words, store, target in shown:
-        stack = _stacked(results, run, target, "test", store)
-        stack = stack.isel(view=evenly(range(stack.sizes["view"]), MOST_POINTS))
-        own = standardized(stack.values)
-        likeness = {name: (own @ rows.T).max(axis=1) for name, rows in training.items()}
-        where = {"elevation": stack.elevation.values, "azimuth": stack.azimuth.values}
-        tables.append(pd.DataFrame({"images": words, "target": target, **where, **likeness}))
-    data = pd.concat(tables, ignore_index=True)
-    values = data[list(training)].to_numpy()
-    labels = [f"ZNCC with the nearest image of {name}" for name in known]
-    if len(known) > 2:
-        centred = values - values.mean(axis=0)
-        values = centred @ np.linalg.svd(centred, full_matrices=False)[2][:2].T
-        labels = ["first component of the ZNCC with all", "second component"]
-    data["x"], data["y"] = values.T
-    drawing, grid = panels(1, 2, 9.4, 4.6)
-    for axes, words in zip(grid.flat, data["images"].unique(), strict=True):
-        for place, (target, points) in enumerate(select(data, images=words).groupby("target", sort=False)):
-            role = results.settings["targets"][target]["role"]
-            hollow = "mfc" if role == "unknown" else "mec"
-            look = LOOKS[place % len(LOOKS)] | {"ls": "", "alpha": 0.7, hollow: "none"}
-            axes.plot(points["x"], points["y"], label=f"{target} ({role})", **look)
-        axes.set_title(words)
-        if len(known) == 2:
-            axes.axline((0.5, 0.5), slope=1, color=GREY, lw=0.8, ls=":")
-    finish(drawing, grid, *labels)
-    sides = " On the dotted line an image is like both." if len(known) == 2 else ""
-    caption = (
-        f"Every test image of {run_title(results.runs[run], fold=True)} by its largest ZNCC with the training images "
-        f"of {' and of '.join(known)}: what a nearest neighbour sees.{sides} Unknown targets (open markers) can be "
-        f"rejected where they lie apart from the known ones. At most {MOST_POINTS} images of each target."
-    )
-    alt = "Test images of all targets by how like they are to the training images of the known targets."
-    return figure("map", drawing, data, alt, caption, wide=True)

@@ -1,9 +1,18 @@
-"""Confusion matrices of every model at every SNR, for the page's own slider."""
+"""What scripts draw of the scores: the curves of all experiments, and confusion matrices with a slider over the SNR."""
 
 from isarflow.learning.experiments import CLEAN
+from isarflow.report.layout import Section
 from isarflow.report.plots import matrix
-from isarflow.report.section_headline import SETS, sets_of
+from isarflow.report.section_headline import SETS, comparison, sets_of
 from isarflow.report.vocabulary import METHOD, ranked, select, split_text, title
+
+PLACE, NEEDS = ("recognition", 0), "learns"  # on the page, see page.py
+
+
+def section(results):
+    """Return both sections."""
+    curves = Section("compare", "Compare experiments", live=comparison(results))
+    return curves, Section("matrices", "Who is taken for whom", live=matrices(results))
 
 
 def matrices(results):

@@ -16,16 +16,22 @@ from isarflow.core.sweep import closes_circle
 from isarflow.imaging.geometry import imager_of, planned
 from isarflow.imaging.imagers.fourier import wavenumber_grid, window
 from isarflow.mesh import topology
-from isarflow.report.draw_images import FLOOR_DB, decibels
-from isarflow.report.selection import around, evenly, noise_snrs
+from isarflow.report.draw_images import FLOOR_DB
+from isarflow.report.layout import Section
+from isarflow.report.selection import evenly, noise_snrs
 
+PLACE, NEEDS = ("look", 1), "images_are_made"  # on the page, see page.py
 MOST_TRIANGLES = 12_000  # of the mesh that is shown: it stays quick to turn, and two bytes tell its vertices apart
-MOST_BYTES = 600_000  # of all fields, and again of images of an imager of one's own
+MOST_BYTES = 600_000  # of all fields
 SAMPLE = 4  # bytes: two numbers of two
 FULL = 32_767  # the largest of two bytes
 COLORS = 256
-FOURIER = ("polar", "exact", "none")  # the ways to images that imaging.js knows (see imaging/imagers/fourier.py)
-OWN_AZIMUTHS = 36  # at most, of images of an imager of one's own
+WAYS = ("polar", "none")  # to images, that imaging.js knows (see imaging/imagers/fourier.py)
+
+
+def section(results):
+    """Return the section, which a script draws."""
+    return Section("explore", "Mesh, image and range profiles of any view", live=explorer(results))
 
 
 def explorer(results):
@@ -36,40 +42,40 @@ def explorer(results):
     before. At most MOST_BYTES of fields: where not even three elevations fit, of the images' first polarization alone.
     """
     settings, first = results.settings, results.scattering(results.targets[0])
-    imaging, plan, fourier = settings["imaging"], planned(settings), settings["imaging"]["imager"] == "fourier"
+    imaging, plan, noise = settings["imaging"], planned(settings), settings["noise"]
     frequency, azimuth = first.frequency.values, first.azimuth.values
-    angle, over_range = imager_of(frequency, azimuth, imaging).angle, imaging.get("window", "hamming")
+    angle = imager_of(frequency, azimuth, imaging).angle
     polarizations = sorted(first.polarization.values.tolist(), key=lambda name: name != results.polarizations[0])
     each = len(results.targets) * len(frequency) * len(azimuth) * SAMPLE
     if len(polarizations) * min(3, first.sizes["elevation"]) * each > MOST_BYTES:
         polarizations = polarizations[:1]
     elevations = evenly(first.elevation.values.tolist(), max(1, MOST_BYTES // (len(polarizations) * each)))
-    shown = {
+    fourier, over = imaging["imager"] == "fourier", imaging.get("window", "hamming")
+    return {
         "frequency": frequency.tolist(),
         "elevations": elevations,
         "azimuths": azimuth.tolist(),
         "closed": closes_circle(azimuth),
         "angle": angle.tolist(),
-        "windows": [window(over_range, len(axis)).tolist() for axis in (frequency, angle)],
+        "windows": [window(over, len(axis)).tolist() for axis in (frequency, angle)],
         "pixels": [plan["range_pixels"], plan["crossrange_pixels"]] if fourier else [len(frequency), len(angle)],
-        "ways": _ways(frequency, angle, imaging.get("reformat", FOURIER[0])),
+        "ways": _ways(frequency, angle, imaging.get("reformat", WAYS[0])),
         "polarizations": polarizations,
         "floor": FLOOR_DB,
         "colors": np.round(255 * colormaps["viridis"](np.linspace(0, 1, COLORS))[:, :3]).astype(int).tolist(),
-        "snrs": noise_snrs(settings["noise"]["snr_db"])[::-1],
-        "definition": settings["noise"]["definition"],
+        "snrs": noise_snrs(noise["snr_db"])[::-1],
+        "definition": noise["definition"],
         "targets": [
             {"name": name, "field": _field(results, name, polarizations, elevations), "mesh": _mesh(results, name)}
             for name in results.targets
         ],
     }
-    return shown if fourier else {**shown, "own": _own(results, elevations)}
 
 
 def _ways(frequency, angle, first):
     """Return the wavenumber grids (kx, ky) in rad/m of each way to form images that can be, the run's own first."""
     ways = {}
-    for way in sorted(FOURIER, key=lambda way: way != first):
+    for way in sorted(WAYS, key=lambda way: way != first):
         with suppress(InputError):  # this sweep's sector holds no rectangle
             ways[way] = [axis.tolist() for axis in wavenumber_grid(frequency, angle, way)]
     return ways
@@ -79,24 +85,7 @@ def _field(results, target, polarizations, elevations):
     """Return a target's field at these polarizations and elevations: `scale` in m, and whole numbers as base64."""
     field = results.scattering(target).field.sel(polarization=polarizations, elevation=elevations)
     field = field.transpose("polarization", "frequency", "elevation", "azimuth").values
-    parts = np.stack([field.real, field.imag], axis=-1)
-    scale = max(float(np.abs(parts).max()), 1e-30) / FULL
-    return {"scale": scale, "samples": _packed(parts / scale, "<i2")}
-
-
-def _own(results, elevations):
-    """Return the run's clean images of an imager of one's own: levels, 0 to 255 for FLOOR_DB to 0 dB."""
-    first = results.images(results.targets[0], "clean")
-    each = len(results.targets) * len(elevations) * first.sizes["range"] * first.sizes["crossrange"]
-    picks = around(first.sizes["azimuth"], int(np.clip(MOST_BYTES // each, 1, OWN_AZIMUTHS)))
-    levels = []
-    for target in results.targets:
-        image = results.images(target, "clean").image.sel(elevation=elevations).isel(azimuth=picks)
-        level = decibels(image.transpose("elevation", "azimuth", "range", "crossrange").values)
-        levels.append(_packed(255 * np.clip(1 - level / FLOOR_DB, 0, 1), np.uint8))
-    axes = {name: first[name].values.tolist() for name in ("range", "crossrange")}
-    azimuths = first.azimuth.values[picks].tolist()
-    return {"name": results.settings["imaging"]["imager"], "azimuths": azimuths, **axes, "levels": levels}
+    return _packed(np.stack([field.real, field.imag], axis=-1))
 
 
 def _mesh(results, target):
@@ -116,10 +105,14 @@ def _mesh(results, target):
     turn = (triangles.argmin(axis=1)[:, None] + np.arange(3)) % 3
     triangles = np.take_along_axis(triangles, turn, axis=1)
     steps = np.diff(triangles[np.lexsort(triangles.T[::-1])].ravel(), prepend=0)
-    scale = float(np.abs(vertices).max()) / FULL
-    return {"scale": scale, "vertices": _packed(vertices[order] / scale, "<i2"), "triangles": _packed(steps, "<i2")}
+    return {"vertices": _packed(vertices[order]), "triangles": _base64(steps)}
 
 
-def _packed(values, kind):
-    """Return values as base64, rounded to whole numbers of a NumPy kind."""
-    return base64.b64encode(np.round(values).astype(kind).tobytes()).decode()
+def _packed(values):
+    """Return values as whole numbers: `scale`, what one of them is, and `numbers` as base64."""
+    scale = max(float(np.abs(values).max()), 1e-30) / FULL
+    return {"scale": scale, "numbers": _base64(values / scale)}
+
+
+def _base64(values):
+    return base64.b64encode(np.round(values).astype("<i2").tobytes()).decode()

@@ -1,125 +1,142 @@
-"""The classifiers: scores against SNR with intervals, beside published ones, and how their training went."""
+"""The classifiers: accuracy against SNR with intervals, beside the published one, and how their training went."""
 
 import itertools
 
+import numpy as np
 import pandas as pd
 from matplotlib.ticker import MaxNLocator
 
 from isarflow.report.conditions import conditions, meaning
-from isarflow.report.layout import Section, duration, figure, number, table
-from isarflow.report.plots import draw_curve, draw_matrices, draw_published, draw_trainings, finish, matrix, panels
+from isarflow.report.layout import BLACK, GREY, Section, figure, table
+from isarflow.report.plots import draw_rejecting, draw_scores, finish, panels, training_look
 from isarflow.report.published import CLOSED, beside, statements_table
 from isarflow.report.selection import TABLE_SNRS, evenly
 from isarflow.report.vocabulary import (
     ACCURACY,
+    DRAWN,
     ELEVATIONS,
+    F1,
+    METHOD,
+    at_highest,
     at_snrs,
     heading,
     run_title,
     select,
-    snr_axis,
     title,
     training_noise,
     with_interval,
 )
 
 PLACE, NEEDS = ("recognition", 1), "learns"  # on the page, see page.py
-DASHES = {"solid": "-", "dashed": "--", "dotted": ":", "dash-dot": "-."}  # a class each
+DASHES = "-", "--", ":", "-."  # of a model's training curves
+# The panels of the folds by threshold: metric, and what is drawn.
+PANELS = {"": (ACCURACY, "closed set: accuracy")}
+PANELS |= {protocol: (F1, f"open set, {protocol} thresholds:\nweighted F1") for protocol in DRAWN}
 
 
 def section(results):
-    """Return the section: figures of each experiment in the closed set, training curves, accuracy, settings tried."""
-    scores, pictures, matrices = select(results.scores, score=""), [], []
-    for name in results.names.values(scores, "experiment"):
-        part = select(scores, experiment=name)
-        if part["training"].nunique() > 1:
-            pictures.append(training_snr_figure(results, name, part))
-        else:
-            pictures.append(experiment_figure(results, name, part))
-            matrices.append(confusion_figure(results, name))
+    """Return the section: accuracy of each experiment in the closed set, folds, training curves, settings tried."""
+    scores, names = select(results.scores, score="", metric=ACCURACY), results.names
+    figures = [learning_figure(results, *of) for of in names.groups(scores, "experiment")]
     text = (
         "Each model learns the known targets from its experiment's training images and is tested at every SNR on "
-        "aspects that it was not trained at: here on the known targets alone (the closed set). Bands and brackets "
-        "are 95 % intervals, from resampling blocks of test images: by sector the folds, else arcs as long as an "
-        f"aperture. {meaning(scores['split'])}"
+        "aspects that it was not trained at: here on the known targets alone (the closed set). A view and its mirror "
+        f"image in a target's mirror planes are one, and fall on the same side. {meaning(scores['split'])} Scores are "
+        "of the test images of all folds together, each judged by the model of its fold. Bands and brackets are 95 % "
+        "intervals, from resampling blocks of test images: by sector the folds, else arcs as long as an aperture. They "
+        "are widened where blocks are few; one fold alone has none by sector."
     )
-    accuracy = accuracy_table(results.names, select(scores, metric=ACCURACY))
-    tables = accuracy, *statements_table(results, "published", CLOSED), *search_tables(results)
-    return Section("learning", "Learning", (text,), (*pictures, *matrices, *curves_figure(results)), tables)
+    snrs, columns = evenly(scores["test_snr_db"].unique(), TABLE_SNRS), [*METHOD[:-1], "elevation"]
+    curves = [curve for _, curve in names.groups(scores, *columns)]
+    shown = [names.cells(curve.iloc[0], *columns) | at_snrs(curve, snrs, with_interval) for curve in curves]
+    caption = "Accuracy at some test SNRs with its 95 % interval. The CSV file holds all SNRs."
+    tables = table("accuracy", scores, shown, caption), *statements_table(results, "published", CLOSED)
+    figures += folds_figure(results) + curves_figure(results)
+    return Section("learning", "Learning", (text,), tuple(figures), (*tables, *search_tables(results)))
 
 
-def training_snr_figure(results, name, scores):
-    """Draw an experiment's scores, accuracy against the test SNR: a panel per model, a line per training SNR."""
-    names, scores = results.names, select(scores, elevation="all")
-    accuracy = select(scores, metric=ACCURACY)
-    trained, models = names.values(accuracy, "training"), names.groups(accuracy, "model")
-    drawing, grid = panels(1, len(models), 1 + 4.4 * len(models), 3.8)
-    for axes, ((model,), rows) in zip(grid.flat, models, strict=True):
-        axes.set_title(names.model(model).label)
-        draw_trainings(axes, [(train, curve) for (train,), curve in names.groups(rows, "training")], trained)
-    finish(drawing, grid, snr_axis(results.definition), "accuracy")
-    caption = f"{_trained(results, name)}; accuracy at all elevations.{conditions(results, scores)}"
-    alt = f"Experiment {title(name)}: accuracy against test SNR for each training SNR and model."
-    return figure(f"learning_{name}", drawing, scores, alt, caption, wide=True)
+def learning_figure(results, name, rows):
+    """Draw an experiment's accuracy against the test SNR: a panel per set of test elevations, a line per model.
 
+    Of one that trains at each of several SNRs a panel per model, at all elevations, a line per training SNR.
+    """
+    (name,), names, trained = name, results.names, results.names.values(rows, "training")
+    case = {"experiment": name, "metric": "accuracy", "model": names.values(rows, "model")}
+    statements = select(results.published_scores, **case, elevation=[*ELEVATIONS])
+    rows, statements, words = beside(results, rows, statements)
+    if len(trained) > 1:
+        rows = select(rows, elevation="all")
+        shown = {names.model(model).label: of for (model,), of in names.groups(rows, "model")}
+    else:
+        shown = {f"tested at {ELEVATIONS[of]}": select(rows, elevation=of) for of in sorted(set(rows["elevation"]))}
 
-def experiment_figure(results, name, scores):
-    """Draw an experiment's scores: accuracy with published statements as markers, each class's recall and precision."""
-    classes = [metric.removeprefix("recall_") for metric in scores["metric"].unique() if metric.startswith("recall_")]
-    looks = {model: results.names.model(model) for model in results.names.values(scores, "model")}
-    statements = select(results.published_scores, experiment=name, metric="accuracy", model=list(looks))
-    accuracy, statements, definition, marks = beside(results, select(scores, metric=ACCURACY), statements)
-    elevations = [key for key in ELEVATIONS if (accuracy["elevation"] == key).any()]
-    drawing, grid = panels(1, len(elevations) + 2, 10.8, 3.4)
-    for axes, elevation in zip(grid.flat, elevations, strict=False):
-        for model, look in looks.items():
-            case = {"model": model, "elevation": elevation}
-            draw_curve(axes, select(accuracy, **case), look.color, look.marker, label=look.label)
-            draw_published(axes, select(statements, **case), look.color)
-        axes.set(title=f"tested at {ELEVATIONS[elevation]}", ylabel="accuracy", xlabel=snr_axis(definition))
-    dashes = list(zip(classes, itertools.cycle(DASHES), strict=False))
-    for axes, metric in zip(grid[0, -2:], ("recall", "precision"), strict=True):
-        for (target, dash), (model, look) in itertools.product(dashes, looks.items()):
-            curve = select(scores, elevation="all", metric=f"{metric}_{target}", model=model)
-            draw_curve(axes, curve, look.color, look.marker, band=False, ls=DASHES[dash], label=look.label)
-        axes.set(title=", ".join(map(" ".join, dashes)), ylabel=f"{metric} of each class")
-    finish(drawing, grid, snr_axis(results.definition))
-    drawn = scores if definition == results.definition else pd.concat([accuracy, scores])
+    def look(row):
+        return names.model(row["model"]).curve if len(trained) == 1 else training_look(row["training"], trained)
+
+    published = statements.assign(panel="tested at " + statements["elevation"].map(ELEVATIONS))
+    colors = {model: names.model(model).color for model in names.values(rows, "model")}
+    size = 1 + 4.4 * len(shown), 3.8
+    drawing = draw_scores(results, shown, len(shown), size, ("model", "training"), look, published, colors)
+    train, channels = (results.settings["learning"]["experiments"][name].get(key) for key in ("train", "channels"))
+    only, angles = f" on {', '.join(channels)} alone" if channels else "", train["elevation"]
+    where = "all elevations" if angles == "all" else f"elevation {', '.join(f'{angle:g}' for angle in angles)}°"
     caption = (
-        f"{_trained(results, name)}; accuracy, and of each class recall and precision at all elevations. Where a model "
-        "takes no image for a class, its precision is undefined and not drawn."
-        f"{marks}{conditions(results, scores, definition, results.definition)}"
+        f"{heading(name)}: trained {training_noise(train['snr_db'])}{only}, at {where}; accuracy.{words}"
+        f"{conditions(results, rows, rows['snr_definition'].iloc[0])}"
     )
-    alt = f"Experiment {title(name)}: accuracy, and recall and precision of {', '.join(classes)}, against test SNR."
-    return figure(f"learning_{name}", drawing, drawn, alt, caption, wide=True)
+    alt = f"Experiment {title(name)}: accuracy against test SNR of each model."
+    return figure(f"learning_{name}", drawing, rows, alt, caption, wide=len(shown) > 1)
 
 
-def _trained(results, name):
-    """Return an experiment's name and what it trains on, in words."""
-    experiment = results.settings["learning"]["experiments"][name]
-    train, channels = experiment["train"], experiment.get("channels")
-    noise = training_noise(train["snr_db"]) + (f" on {', '.join(channels)} alone" if channels else "")
-    if train["elevation"] == "all":
-        return f"{heading(name)}: trained {noise}, at all elevations"
-    return f"{heading(name)}: trained {noise}, at elevation {', '.join(f'{angle:g}' for angle in train['elevation'])}°"
-
-
-def confusion_figure(results, name):
-    """Draw how often an experiment's models took each class for which, at a middle SNR and at the highest."""
-    part = select(results.confusion, score="", experiment=name, elevation="all")
-    snrs = evenly(part["test_snr_db"].unique(), 3)[-2:]
-    part = select(part, test_snr_db=snrs)
-    shown = [
-        (f"{results.names.model(model).label} at {snr:g} dB", matrix(select(cells, test_snr_db=snr)))
-        for ((model,), cells), snr in itertools.product(results.names.groups(part, "model"), snrs)
-    ]
-    drawing, columns = draw_matrices(shown, "true class")
+def folds_figure(results):
+    """Draw each fold's score at the highest SNR beside that of all folds: a row for each model that has several."""
+    drawn = fold_values(results)
+    if drawn.empty:
+        return ()
+    rows = results.names.groups(drawn, "experiment", "model", "training")
+    shown = [threshold for threshold in PANELS if threshold in set(drawn["threshold"])]
+    drawing, grid = panels(1, len(shown), 3 + 2.8 * len(shown), 1.2 + 0.36 * len(rows), sharex=False)
+    for axes, threshold in zip(grid.flat, shown, strict=True):
+        axes.set_title(PANELS[threshold][1])
+        for place, ((_, model, _), row) in enumerate(rows):
+            values = select(row, threshold=threshold)
+            alone, together = values[values["fold"] != ""], values[values["fold"] == ""]
+            # Side by side, the first fold uppermost.
+            beside = place + np.linspace(-0.3, 0.3, len(alone))
+            axes.plot(alone["value"], beside, "o", color=GREY, ms=3.5, zorder=3, label="one fold")
+            reach = [together["value"] - together["low"], together["high"] - together["value"]]
+            look = {"fmt": "D", "color": results.names.model(model).color, "ms": 4.5, "lw": 1.4, "capsize": 3}
+            axes.errorbar(together["value"], [place] * len(together), xerr=reach, **look)
+        if threshold:
+            draw_rejecting(axes, results.rejecting(select(drawn, threshold=threshold)["experiment"]), upright=True)
+    labels = [f"{results.names.model(model).label}, {title(experiment)}" for (experiment, model, _), _ in rows]
+    grid[0, 0].set_yticks(range(len(rows)), labels)
+    grid[0, 0].set_ylim(len(rows) - 0.5, -0.5)
+    grid[0, -1].plot([], [], "D", color=BLACK, ms=4.5, label="all folds, with the 95 % interval")
+    finish(drawing, grid, "")
     caption = (
-        f"{heading(name)}: test images at all elevations, true class (row) against predicted class; share of the row "
-        f"and number.{conditions(results, part)}"
+        f"How far the folds differ at {drawn['test_snr_db'].max():g} dB: each fold's test images alone, and all "
+        "together, of an open set with each model's confidence score that is best on the validation images."
+        f"{conditions(results, drawn)}"
     )
-    alt = f"Confusion matrices of {title(name)} at two test SNRs."
-    return figure(f"confusion_{name}", drawing, part, alt, caption, wide=columns > 2)
+    alt = "Accuracy and open-set weighted F1 of each fold and of all folds together, for each model that has folds."
+    return (figure("folds", drawing, drawn, alt, caption, wide=True),)
+
+
+def fold_values(results):
+    """Return rows of scores at the highest SNR, of each fold and, with fold empty, of all folds together.
+
+    Of an open set with the confidence score that is best on the validation images; without experiments of one fold.
+    """
+    parts = []
+    for threshold, (metric, _) in PANELS.items():
+        case = {"elevation": "all", "threshold": threshold, "metric": metric}
+        tables = results.fold_scores, results.scores, results.validation
+        alone, together, held_out = (at_highest(select(table, **case)) for table in tables)
+        best = held_out.sort_values("value", ascending=False, kind="stable").drop_duplicates(METHOD[:-1])[METHOD]
+        folded = alone[METHOD].drop_duplicates().merge(best, on=METHOD)
+        parts += [table.merge(folded, on=METHOD) for table in (together, alone)]
+    return pd.concat(parts)
 
 
 def curves_figure(results):
@@ -129,7 +146,7 @@ def curves_figure(results):
     drawing, grid = panels(1, 3, 12, 3.2 + 0.1 * len(results.curves), sharex=False, sharey=False)  # with the legend
     dashes, tables = {}, []
     for (run, model), curve in results.curves.items():
-        look, dash = results.names.model(model), next(dashes.setdefault(model, itertools.cycle(DASHES.values())))
+        look, dash = results.names.model(model), next(dashes.setdefault(model, itertools.cycle(DASHES)))
         thin = {"color": look.color, "ls": dash, "lw": 0.7}
         label = f"{look.label}, {run_title(results.runs[run], fold=True)}"
         for axes, column in zip(grid.flat, ("loss", "accuracy"), strict=False):
@@ -151,29 +168,6 @@ def curves_figure(results):
     )
     alt = "Loss, accuracy and learning rate of the networks over the epochs of their training."
     return (figure("training_curves", drawing, pd.concat(tables), alt, caption, wide=True),)
-
-
-def training_end(curve, planned):
-    """Return in words how a training ended. planned: how many epochs it may have at most, where that is one number."""
-    last = curve.iloc[-1]
-    words = [f"after {last['epoch']:g}{f' of {planned}' if isinstance(planned, int) else ''} epochs"]
-    if "learning_rate" in curve:
-        words.append(f"at {number(last['learning_rate'] / curve['learning_rate'].max(), 2)} of its learning rate")
-    if "seconds" in curve:
-        words.append(f"in {duration(last['seconds'])}")
-    return " ".join(words)
-
-
-def accuracy_table(names, scores):
-    """Return accuracy with its interval at some SNRs: a row per experiment, model and set of test elevations."""
-    snrs, shown = evenly(scores["test_snr_db"].unique(), TABLE_SNRS), []
-    columns = "split", "experiment", "model", "training", "elevation"
-    for (split, experiment, model, trained, elevation), curve in names.groups(scores, *columns):
-        row = {"split": split, "experiment": title(experiment), "model": names.model(model).label}
-        row |= {"training SNR": trained, "tested at": ELEVATIONS.get(elevation, elevation)}
-        shown.append(row | at_snrs(curve, snrs, with_interval))
-    caption = "Accuracy at some test SNRs with its 95 % interval. The CSV file holds all SNRs."
-    return table("accuracy", scores, shown, caption)
 
 
 def search_tables(results):

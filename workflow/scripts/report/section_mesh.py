@@ -1,5 +1,7 @@
 """The meshes: a picture of each target, and how good its mesh is in every band."""
 
+import re
+
 import matplotlib
 import numpy as np
 import pandas as pd
@@ -8,26 +10,21 @@ from matplotlib.colors import Normalize
 from isarflow.core.words import counted
 from isarflow.mesh import topology
 from isarflow.report import draw_mesh
-from isarflow.report.layout import BLACK, PALETTE, Section, canvas, duration, figure, table
+from isarflow.report.layout import BLACK, PALETTE, Section, canvas, figure, table
 from isarflow.report.selection import evenly
 
 PLACE, NEEDS = ("fields", 1), "targets"  # on the page, see page.py
 QUALITY = matplotlib.cm.ScalarMappable(Normalize(0, 60), "RdYlBu")  # of the smallest angle in degrees: red is bad
 SHOWN = 3  # bands that are drawn at most
 BINS = {"edges": np.arange(0, 0.1801, 0.005), "angles": np.arange(0, 61, 2)}  # of histograms: wavelengths and degrees
-# A band's entries in the mesh's JSON by the unit that ends their names in the CSV file, in its order.
-MEASURES = (
-    ("", "vertices", "triangles", "unknowns", "ideal_unknowns"),
-    ("_m", "wanted_edge", "edge"),
-    ("_wavelengths", "edge_wavelengths"),
-    ("_deg", "smallest_angle"),
-    ("", "thin_triangles"),
-    ("_deg", "smallest_angle_elsewhere"),
-    ("", "watertight", "components", "boundary_edges", "junction_edges"),
-    ("_m", "mirror_error"),
-    ("_m2", "area"),
-    ("_m3", "volume"),
-    ("_m", "hausdorff"),
+# Of the CSV file: entries of a band in the mesh's JSON, with their units.
+COLUMNS = (
+    "vertices triangles unknowns ideal_unknowns wanted_edge_m edge_mean_m edge_max_m edge_p99_m edge_mean_wavelengths "
+    "edge_max_wavelengths edge_p99_wavelengths smallest_angle_min_deg smallest_angle_p1_deg smallest_angle_median_deg "
+    "thin_triangles smallest_angle_elsewhere_min_deg smallest_angle_elsewhere_p1_deg "
+    "smallest_angle_elsewhere_median_deg watertight components boundary_edges junction_edges mirror_error_m "
+    "area_before_m2 area_after_m2 area_of_rods_m2 volume_before_m3 volume_after_m3 hausdorff_to_source_m "
+    "hausdorff_from_source_m hausdorff_to_source_wavelengths hausdorff_from_source_wavelengths"
 )
 
 
@@ -36,11 +33,13 @@ def section(results):
     # The narrow pictures first, two abreast, then the wide ones.
     figures, tables, text = [draw(results, name) for draw in (picture, comparison) for name in results.meshed], (), []
     if results.meshed:
-        tables = quality_table(results), source_table(results)
+        tables = (quality_table(results),)
         text += [
             "Each target has one mesh per frequency band, with edges sized to the shortest wavelength of the band. "
             "The pictures show the finest, and the CAD surface beside the bands."
         ]
+        repairs = [f"{name} ({counted(mesh['repairs']) or 'none'})" for name, mesh in results.meshes.items()]
+        text += [f"Repairs in the CAD files: {'; '.join(repairs)}."]
     if without := [name for name in results.targets if name not in results.meshed]:
         text += [f"No mesh: {', '.join(without)}, given by the field alone."]
     return Section(id="meshes", title="Meshes", text=tuple(text), figures=tuple(figures), tables=tables)
@@ -53,7 +52,6 @@ def picture(results, target):
     panels = drawing.subplot_mosaic([["oblique", "oblique"], ["top", "side"]], height_ratios=[3, 2])
     drawing.draw_without_rendering()
     draw_mesh.draw(panels["oblique"], vertices, triangles, draw_mesh.OBLIQUE)
-    draw_mesh.triad(panels["oblique"], draw_mesh.OBLIQUE, vertices)
     panels["oblique"].set_axis_off()
     for name, view, up in (("top", draw_mesh.TOP, "y"), ("side", draw_mesh.SIDE, "z")):
         draw_mesh.draw(panels[name], vertices, triangles, view)
@@ -102,18 +100,13 @@ def comparison(results, target):
 
 def quality(target, measures):
     """Return a row per band of a target's mesh, in full precision; units end the columns. measures: its JSON."""
-    rows = []
-    for number, band in enumerate(measures["bands"]):
-        row = {"target": target, "band": number}
-        row |= {f"frequency_{end}_hz": band["frequencies"][end] for end in ("first", "last")}
-        for unit, *names in MEASURES:
-            for name in names:
-                values = band[name] if isinstance(band[name], dict) else {"": band[name]}
-                start = name.removesuffix(unit)
-                row |= {f"{start}_{key}".rstrip("_") + unit: value for key, value in values.items()}
-        row |= {f"hausdorff_{way}_wavelengths": far / band["wavelength"] for way, far in band["hausdorff"].items()}
-        rows.append(row | {"planned_memory_mb": band["solve"]["megabytes"], "planned_time_s": band["solve"]["seconds"]})
-    return pd.DataFrame(rows).astype(dict.fromkeys(("mirror_error_m", "volume_before_m3", "volume_after_m3"), float))
+    bands = pd.json_normalize(measures["bands"], sep="_")
+    data = {"target": target, "band": bands.index}
+    data |= {f"frequency_{end}_hz": bands[f"frequencies_{end}"] for end in ("first", "last")}
+    for column in COLUMNS.split():
+        values = bands[re.sub("_(m|m2|m3|deg|wavelengths)$", "", column)]
+        data[column] = values / bands["wavelength"] if column.endswith("_wavelengths") else values
+    return pd.DataFrame(data).astype(dict.fromkeys(("mirror_error_m", "volume_before_m3", "volume_after_m3"), float))
 
 
 def quality_table(results):
@@ -132,8 +125,8 @@ def quality_table(results):
         "thin": "{thin_triangles:,}",
         "off CAD [λ] (≤ 0.025)": lambda row: _marked(row["hausdorff_to_source_wavelengths"], 0, 0.025, ".4f"),
         "CAD off it [λ] (≤ 0.025)": lambda row: _marked(row["hausdorff_from_source_wavelengths"], 0, 0.025, ".4f"),
-        "area [%] (±1)": lambda row: _change(row["area_before_m2"], row["area_after_m2"] - row["area_of_rods_m2"], 1),
-        "volume [%] (±1)": lambda row: _change(row["volume_before_m3"], row["volume_after_m3"], 1),
+        "area [%] (±1)": lambda row: _change(row["area_before_m2"], row["area_after_m2"] - row["area_of_rods_m2"]),
+        "volume [%] (±1)": lambda row: _change(row["volume_before_m3"], row["volume_after_m3"]),
         "mirror [m] (≤ 1e−9)": lambda row: _marked(row["mirror_error_m"], 0, 1e-9, ".1g"),
         "closed": lambda row: "yes" if row["watertight"] else "no",
         "rims": "{boundary_edges:,}",
@@ -158,47 +151,9 @@ def missed(results):
     return marked.groupby(shown["target"]).sum().to_dict()
 
 
-def source_table(results):
-    """Return the Table of what CAD files held, what was repaired, and what solves will need: a row per target."""
-    rows = []
-    for name, measures in results.meshes.items():
-        source, bands = measures["source"], measures["bands"]
-        row = {"target": name}
-        for start, size in (("file_", source["raw"]), ("", source)):
-            row[f"{start}triangles"] = size["triangles"]
-            row |= {f"{start}{axis}_m": length for axis, length in zip("xyz", size["box"], strict=True)}
-            row[f"{start}area_m2"] = size["area"]
-        row |= {"volume_m3": source["volume"], **measures["repairs"], "components": bands[-1]["components"]}
-        row["planned_memory_mb"] = max(band["solve"]["megabytes"] for band in bands)
-        row["planned_time_s"] = sum(band["solve"]["seconds"] for band in bands)
-        rows.append(row)
-    shown = {
-        "target": "{target}",
-        "triangles in the file": "{file_triangles:,}",
-        "repaired": "{triangles:,}",
-        "repairs": lambda row: counted(results.meshes[row["target"]]["repairs"]) or "none",
-        "size in the file [m]": "{file_x_m:.3f} × {file_y_m:.3f} × {file_z_m:.3f}",
-        "size change [%]": lambda row: _change(
-            *(max(row[f"{of}{axis}_m"] for axis in "xyz") for of in ("file_", "")), 1
-        ),
-        "area in the file [m²]": "{file_area_m2:.4f}",
-        "area change [%]": lambda row: _change(row["file_area_m2"], row["area_m2"], np.inf),
-        "pieces": "{components}",
-        "solve [GB]": lambda row: f"{row['planned_memory_mb'] / 1000:.1f}",
-        "solve, estimate": lambda row: f"about {duration(row['planned_time_s'])}",
-    }
-    caption = (
-        "The CAD files as read, the repairs made in them, and how these change the largest length and the area "
-        "(doubled faces and parts inside others vanish). What the solves need is predicted before they start: the "
-        "memory of the largest, and the time of all on two cores of a server processor; times measured have been up "
-        "to 2.5 times as long."
-    )
-    return table("mesh_sources", pd.DataFrame(rows), shown, caption)
-
-
-def _change(before, after, most):
-    """Return a change in percent as text, marked if it is larger than `most`."""
-    return _marked(100 * (after / before - 1), -most, most, "+z.2f")
+def _change(before, after):
+    """Return a change in percent as text, marked if it is larger than 1 %."""
+    return _marked(100 * (after / before - 1), -1, 1, "+z.2f")
 
 
 def _marked(value, least, most, form=".2f"):

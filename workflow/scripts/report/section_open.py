@@ -1,40 +1,42 @@
-"""The open set: unknown targets among the test images, and what each confidence score and threshold makes of them."""
-
-import itertools
+"""The open set: unknown targets among the test images, and what each model and confidence score makes of them."""
 
 import pandas as pd
 
+from isarflow.learning.experiments import REFERENCE
 from isarflow.report.conditions import conditions
-from isarflow.report.layout import PALETTE, Section, figure, table
-from isarflow.report.plots import draw_curve, draw_rejecting, finish, panels
-from isarflow.report.published import ADAPTATIONS, OPEN, confusion_figure, statements_table
-from isarflow.report.selection import evenly
+from isarflow.report.layout import BLACK, PALETTE, Section, figure, signed, table
+from isarflow.report.plots import draw_scores, finish, panels
+from isarflow.report.published import ADAPTATIONS, FULL_SIZE, OPEN, beside, confusion_figure, statements_table
+from isarflow.report.selection import evenly, nearest
 from isarflow.report.vocabulary import (
     F1,
+    GAIN,
     METHOD,
     PROTOCOLS,
-    at_highest,
+    at_snrs,
     heading,
+    middle,
+    middle_text,
     ranked,
     select,
-    snr_axis,
     title,
     with_interval,
 )
 
 PLACE, NEEDS = ("recognition", 2), "opened"  # on the page, see page.py
 LOOKS_SNRS = 5  # lines of the figure of several looks
+SHOWN_SNRS = (-12, -6, 0, 6, 12, 24)  # dB, of the table
+LEAD = PROTOCOLS[0]
 # Metrics of the open set without a threshold, as in scores.csv, and the headings of their columns.
 SEPARATION = {"auroc": "AUROC", "fpr95": "FPR at 95 % TPR", "oscr": "OSCR"}
 
 
 def section(results):
-    """Return the section: a figure and a table of each open experiment, several looks, and what was published."""
+    """Return the section: a figure of each open experiment, several looks, what was published, a table of all tried."""
     scores = select(results.scores[results.scores["score"] != ""], elevation="all")
-    opened = [(name, select(scores, experiment=name)) for name in results.opened]
     known, unknown, other = (" and ".join(results.of_role(role)) for role in ("known", "unknown", "other"))
     rejecting = " or ".join(f"{value:.3f}" for value in results.rejecting(results.opened))
-    ours, kept = select(results.confusion, experiment="fcnn_open"), 100 * results.settings["learning"]["kept"]
+    kept = 100 * results.settings["learning"]["kept"]
     text = (
         f"The test images are those of {known} and of {unknown}, which no model has seen. An image whose confidence "
         "score is below a threshold is rejected as 'other'. Thresholds are chosen on the validation images, for each "
@@ -45,30 +47,43 @@ def section(results):
         "of a linear model of two classes do, lie on each other. OpenMax's score is its largest probability of a known "
         f"class. Rejecting everything gives a weighted F1 of {rejecting}: the dotted line."
     )
-    figures = tuple(open_figure(results, name, rows) for name, rows in opened) + looks_figure(results, scores)
-    figures += confusion_figure(results, "published_confusion", ours, ADAPTATIONS)
-    tables = tuple(open_table(results, name, rows) for name, rows in opened)
-    return Section("open", "Open set", (text,), figures, tables + statements_table(results, "published_open", OPEN))
+    figures = *(open_figure(results, name) for name in results.opened), *looks_figure(results, scores)
+    ranks = summary(scores, select(results.validation, elevation="all"))
+    tables = tried_table(results, scores, ranks), *statements_table(results, "published_open", OPEN)
+    return Section("open", "Open set", (text,), (*figures, *confusion_figure(results)), tables)
 
 
-def open_figure(results, name, scores):
-    """Draw an experiment's scores against the test SNR: a row per model, a column per protocol, a line per score."""
-    names, part = results.names, select(scores, metric=F1)
-    models = names.values(part, "model")
-    drawing, grid = panels(len(models), len(PROTOCOLS), 9, 1 + 2.2 * len(models))
-    for axes, (model, protocol) in zip(grid.flat, itertools.product(models, PROTOCOLS), strict=True):
-        for (score, _), curve in names.groups(select(part, model=model, threshold=protocol), "score", "training"):
-            look = names.score(score)
-            draw_curve(axes, curve, look.color, look.marker, band=False, lw=1, label=look.label)
-        draw_rejecting(axes, results.rejecting([name]))
-        axes.set_title(f"{names.model(model).label}, {protocol}")
-    finish(drawing, grid, snr_axis(results.definition), "weighted F1")
+def open_figure(results, name):
+    """Draw an experiment's weighted F1: a row per model, a column per protocol, a line per confidence score.
+
+    Beside them the closed set, and what the thesis states.
+    """
+    names, shown = results.names, {}
+    rows = select(results.scores, experiment=name, metric=F1, elevation="all")
+    statements = select(results.published_scores, experiment=name, metric=["f1", "weighted_f1"], elevation="all")
+    here = set(zip(rows["model"], rows["score"], strict=True))
+    same = {model: ADAPTATIONS.get(model, (model, "")) for model in statements["model"]}
+    same = {model: of for model, of in same.items() if of in here}
+    rows, statements, words = beside(results, rows, select(statements, model=[*same]), FULL_SIZE)
+    for (model,), of in names.groups(rows, "model"):
+        shown |= {f"{names.model(model).label}, {kind}": select(of, threshold=["", kind]) for kind in PROTOCOLS}
+
+    def look(row):
+        own = {"color": BLACK, "ls": "--", "label": "closed set"}
+        return (names.score(row["score"]).curve if row["score"] else own) | {"band": False, "lw": 1}
+
+    published = statements.assign(panel=[f"{names.model(same[of][0]).label}, thesis" for of in statements["model"]])
+    colors = {model: names.score(score).color if score else BLACK for model, (_, score) in same.items()}
+    columns = len(PROTOCOLS)
+    size = 9, 1 + 2.2 * len(shown) / columns
+    drawing = draw_scores(results, shown, columns, size, ("score", "training"), look, published, colors)
     caption = (
         f"{heading(name)}: weighted F1 over the classes and 'other', unknown targets among the test images, a line for "
-        f"each confidence score.{conditions(results, part)}"
+        f"each confidence score; dashed: on the known targets alone.{words}"
+        f"{conditions(results, rows, rows['snr_definition'].iloc[0])}"
     )
     alt = f"Open-set weighted F1 of {title(name)} against test SNR, for each model, confidence score and threshold."
-    return figure(f"open_{name}", drawing, scores, alt, caption, wide=True)
+    return figure(f"open_{name}", drawing, rows, alt, caption, wide=True)
 
 
 def looks_figure(results, scores):
@@ -77,12 +92,12 @@ def looks_figure(results, scores):
     scores: rows of the open set. Nothing where no model has scores that add up. Of several confidence scores that which
     is best on the validation images of single looks.
     """
-    rows = select(scores, threshold=PROTOCOLS[0])
+    rows = select(scores, threshold=LEAD)
     rows = rows.assign(looks=rows["metric"].str.extract(rf"^{F1}_(\d+)_looks$")[0])
     together = rows.dropna(subset="looks").astype({"looks": int})
     if together.empty:
         return ()
-    best = ranked(select(results.validation, metric=F1, threshold=PROTOCOLS[0], elevation="all"))
+    best = ranked(select(results.validation, metric=F1, threshold=LEAD, elevation="all"))
     best = best.merge(together[METHOD].drop_duplicates(), on=METHOD).drop_duplicates(METHOD[:-1])[METHOD]
     drawn = pd.concat([select(rows, metric=F1).assign(looks=1), together]).merge(best, on=METHOD)
     methods = results.names.groups(drawn, *METHOD)
@@ -102,18 +117,38 @@ def looks_figure(results, scores):
     return (figure("looks", drawing, drawn, alt, caption, wide=len(methods) > 1),)
 
 
-def open_table(results, name, scores):
-    """Return a table of an experiment's scores at the highest SNR, a row per model and confidence score."""
-    names, top, shown = results.names, at_highest(scores), []
-    for (model, trained, score), rows in names.groups(top, "model", "training", "score"):
-        value = rows.set_index(["threshold", "metric"])
-        line = {"model": names.model(model).label, "training SNR": trained}
-        line["confidence score"] = names.score(score).label
-        line |= {f"weighted F1, {protocol}": with_interval(value.loc[(protocol, F1)]) for protocol in PROTOCOLS}
-        shown.append(line | {text: f"{value.loc['', metric]['value']:.3f}" for metric, text in SEPARATION.items()})
+def summary(scores, validation):
+    """Return one row per method, the best first within each split: columns METHOD, validation, mean_<p>, gain_<p>.
+
+    Means over the middle SNRs of weighted F1 and of its gain on the test images under each protocol <p>; validation is
+    that of weighted F1 on the validation images under the first of them, which decides what is best. gain_<p> is NaN
+    where no network of the thesis is trained at the same SNRs, and left out where none is at all.
+    """
+    ranks = ranked(select(validation, metric=F1, threshold=LEAD)).rename(columns={"value": "validation"})
+    rows = select(scores, test_snr_db=middle(scores["test_snr_db"]), metric=[F1, GAIN])
+    rows = rows.assign(kind=rows["metric"].map({F1: "mean_", GAIN: "gain_"}) + rows["threshold"])
+    return ranks.merge(rows.pivot_table("value", METHOD, "kind").reset_index(), how="left", on=METHOD)
+
+
+def tried_table(results, scores, ranks):
+    """Return the table of every method, the best first within each split; without gains where no method has one."""
+    names, scores, shown = results.names, select(scores, metric=[F1, GAIN, *SEPARATION]), []
+    snrs = sorted({nearest(scores["test_snr_db"], aim) for aim in SHOWN_SNRS})
+    heads = {protocol: "" if protocol == LEAD else f", {protocol}" for protocol in PROTOCOLS}
+    for row in ranks.to_dict("records"):
+        own = select(scores, **{column: row[column] for column in METHOD})
+        line = names.cells(row, *METHOD) | {"validation mean": f"{row['validation']:.3f}"}
+        line |= at_snrs(select(own, metric=F1, threshold=LEAD), snrs, with_interval)
+        line |= {f"mean{words}": f"{row[f'mean_{protocol}']:.3f}" for protocol, words in heads.items()}
+        if f"gain_{LEAD}" in row:
+            line |= {f"gain{words}": signed(row[f"gain_{protocol}"]) for protocol, words in heads.items()}
+        top = select(own, test_snr_db=snrs[-1]).set_index("metric")["value"]
+        shown.append(line | {text: f"{top[metric]:.3f}" for metric, text in SEPARATION.items()})
     caption = (
-        f"{heading(name)} at {top['test_snr_db'].max():g} dB: weighted F1 with its 95 % interval by protocol, and how "
-        "well each confidence score tells known targets from unknown ones, of several folds their mean. The CSV file "
-        f"holds all SNRs.{conditions(results, top)}"
+        f"Everything tried: weighted F1 with {LEAD} thresholds at some SNRs with its 95 % interval, and its mean over "
+        f"{middle_text(scores)}; validation mean: the same mean on the validation images, by which the rows are in "
+        f"order, split by split. Gains are over {names.method(REFERENCE[0], REFERENCE[2])}, trained at the same SNRs. "
+        f"The last columns are of {snrs[-1]:g} dB: how well a score tells known from unknown targets. The CSV file "
+        f"holds all SNRs, protocols and intervals.{conditions(results, scores)}"
     )
-    return table(f"open_{name}", scores, shown, caption)
+    return table("tried", scores, shown, caption)

@@ -1,10 +1,12 @@
-"""What was run: the facts at the head of the page, and how it was made at its end."""
+"""What was run: the facts and targets at the head of the page, and the whole config at its end."""
 
 import platform
 import subprocess
 import tomllib
+from contextlib import suppress
 from importlib import metadata
 
+import numpy as np
 import pandas as pd
 import yaml
 
@@ -15,16 +17,15 @@ from isarflow.learning.caveats import warnings
 from isarflow.mesh import measures
 from isarflow.report import draw_mesh, thesis
 from isarflow.report.conditions import noise_words
-from isarflow.report.layout import Section, canvas, duration, figure, number, several, span, table
+from isarflow.report.layout import Section, canvas, duration, figure, several, span
 
 PLACE, NEEDS = ("run", 2), "targets"  # on the page, see page.py
-STAGES = ("mesh", "scattering", "imaging")  # whose jobs are called so in benchmarks; all others are learning's
+STAGES = ("mesh", "scattering", "imaging", "learning")
 PACKAGES = ("snakemake", "numpy", "scipy", "jax", "pymeshlab", "scikit-learn", "xarray", "zarr", "matplotlib")
-MAIN = ("jax", "numpy", "snakemake")  # named at the head of the page
 
 
 def facts(results):
-    """Return the run in pairs of what and how much, for the head of the page."""
+    """Return the run in pairs of what and how much, as the page lists them."""
     settings = results.settings
     radar, aspect, noise = settings["radar"], settings["aspect"], settings["noise"]
     frequency = sweep.frequencies(radar) / 1e9
@@ -48,12 +49,10 @@ def facts(results):
         if networks(results):
             pairs["Capsule network"] = "; ".join(networks(results))
     if len(results.benchmarks):
-        stages = results.benchmarks["step"].where(results.benchmarks["step"].isin(STAGES), "learning")
-        seconds = results.benchmarks.groupby(stages)["s"].sum()
-        parts = ", ".join(f"{stage} {duration(seconds[stage])}" for stage in (*STAGES, "learning") if stage in seconds)
+        seconds = results.benchmarks.groupby("stage")["s"].sum()
+        parts = ", ".join(f"{stage} {duration(seconds[stage])}" for stage in STAGES if stage in seconds)
         pairs["Computed in"] = f"{duration(seconds.sum())} of jobs ({parts})"
-    main = [text for text in _versions() if text.split()[0] in MAIN]
-    pairs["Made with"] = f"isarflow {version()}, commit {commit()}; {', '.join(main)}"
+    pairs["Made with"] = f"isarflow {version()}, commit {commit()}, {', '.join(_versions())}"
     return list(pairs.items())
 
 
@@ -85,130 +84,73 @@ def _splits(results):
 
 
 def networks(results):
-    """How the run's capsule networks differ from the thesis's, each difference once."""
+    """Return how the run's capsule networks differ from the thesis's, each difference once."""
     settings, models = results.settings, dict.fromkeys(name for run in results.runs.values() for name in run["models"])
     texts = [thesis.difference(model, settings) for model in models if thesis.kind(model, settings) == "capsule"]
     return [text for text in dict.fromkeys(texts) if text]
 
 
 def warned(results):
-    """The warnings of the run, (what it is about, sentence), each sentence once: of its meshes, then of its images."""
-    about, found = {}, meshes_warned(results)
+    """Return the warnings of the run, (what it is about, sentence), each once: of its meshes, then of its images."""
+    found = [(name, text) for name, measured in results.meshes.items() for text in measures.warnings(measured)]
     if results.images_are_made:
-        found += warnings(results.settings, {name: mesh["source"]["reach"] for name, mesh in results.meshes.items()})
+        found += warnings(results.settings, {name: results.reach(name) for name in results.meshed})
+    about = {}
     for name, text in found:
         about.setdefault(text, []).append(name)
     return [(", ".join(names), text) for text, names in about.items()]
 
 
-def meshes_warned(results):
-    """What the meshes' measures warn of: (target, sentence)."""
-    return [(name, text) for name, measured in results.meshes.items() for text in measures.warnings(measured)]
-
-
 def thumbnail(target, surface):
-    """A small picture of a target's shape for the head of the page. surface: vertices in m and triangles."""
+    """Draw a small picture of a target's shape for the head of the page. surface: vertices in m and triangles."""
     drawing = canvas(2.2, 1.5)
     axes = drawing.add_subplot()
     draw_mesh.draw(axes, *surface, draw_mesh.OBLIQUE, edges=False)
     axes.set_axis_off()
-    data = pd.DataFrame({"target": [target], **_extent(surface)})
+    sizes = dict(zip(("x_m", "y_m", "z_m"), np.ptp(surface[0], axis=0).tolist(), strict=True))
+    data = pd.DataFrame({"target": [target], **sizes})
     return figure(f"target_{target}", drawing, data, f"The target {target}, seen obliquely from above.", target)
 
 
-def _extent(surface):
-    """Size of the target along x, y and z in m; None for none. surface: vertices and triangles, or None."""
-    lengths = [None] * 3 if surface is None else (surface[0].max(axis=0) - surface[0].min(axis=0)).tolist()
-    return dict(zip(("x_m", "y_m", "z_m"), lengths, strict=True))
-
-
 def cards(results, thumbnails):
-    """(name, its picture or None, lines of text) of every target: role, size and unknowns. thumbnails: by target."""
+    """Return (name, its picture or None, lines of text) of every target: role, size and unknowns.
+
+    thumbnails: by target.
+    """
     listed = []
-    for name, role, size, unknowns in targets_table(results).shown.itertuples(index=False, name=None):
-        lines = [f"{size} m", f"{unknowns} unknowns"] if name in thumbnails else ["given by its field"]
-        listed.append((name, thumbnails.get(name), [role, *lines]))
+    for name in results.targets:
+        lines = ["given by its field"]
+        if name in results.meshed:
+            size = " × ".join(f"{length:.2f}" for length in np.ptp(results.surfaces[name][0], axis=0))
+            lines = [f"{size} m", f"{results.meshes[name]['bands'][-1]['unknowns']:,} unknowns"]
+        listed.append((name, thumbnails.get(name), [results.settings["targets"][name]["role"], *lines]))
     return listed
 
 
-def targets_table(results):
-    """Size, role and unknowns of every target."""
-    rows = [
-        {
-            "target": name,
-            "role": results.settings["targets"][name]["role"],
-            **_extent(results.surfaces.get(name)),
-            "unknowns": results.meshes[name]["bands"][-1]["unknowns"] if name in results.meshed else None,
-        }
-        for name in results.targets
-    ]
-
-    def of_mesh(text):
-        return lambda row: text.format(**row) if row["target"] in results.meshed else "–"
-
-    shown = {
-        "target": "{target}",
-        "role": "{role}",
-        "size x × y × z [m]": of_mesh("{x_m:.2f} × {y_m:.2f} × {z_m:.2f}"),
-        "unknowns, finest mesh": of_mesh("{unknowns:,}"),
-    }
-    data = pd.DataFrame(rows).astype({"unknowns": "Int64"})
-    return table("targets", data, shown, "The targets, their sizes and unknowns.")
-
-
 def section(results):
-    """How the page was made: jobs, versions and the whole config."""
-    return Section(
-        id="made",
-        title="How this was made",
-        text=(
-            f"isarflow {version()}, commit {commit()}, Python {platform.python_version()}, {', '.join(_versions())}.",
-        ),
-        tables=(targets_table(results), *jobs_table(results.benchmarks)),
-        code=yaml.safe_dump(results.settings, sort_keys=True, default_flow_style=None, width=100),
-    )
-
-
-def jobs_table(benchmarks):
-    """Wall time and memory of the jobs of each step; nothing where no job kept a record."""
-    if not len(benchmarks):
-        return ()
-    jobs = benchmarks.groupby("step")
-    shown = [
-        {
-            "step": step,
-            "jobs": str(len(rows)),
-            "all jobs": duration(rows["s"].sum()),
-            "longest job": duration(rows["s"].max()),
-            "peak memory [MB]": number(rows["max_rss"].max()),
-        }
-        for step, rows in jobs
-    ]
-    caption = "Wall time and peak memory of the jobs. Jobs run side by side, so the run took less than their sum."
-    return (table("jobs", benchmarks, shown, caption),)
+    """Return the Section of the whole config."""
+    code = yaml.safe_dump(results.settings, sort_keys=True, default_flow_style=None, width=100)
+    return Section(id="made", title="How this was made", code=code)
 
 
 def version():
-    """isarflow's version."""
+    """Return isarflow's version."""
     return tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["version"]
 
 
 def commit():
-    """The commit of the code, with '-dirty' where files were changed since; 'unknown' outside a git checkout."""
+    """Return the commit of the code, with '-dirty' where files were changed since; 'unknown' outside a git checkout."""
+    describe = ["git", "describe", "--always", "--dirty"]
     try:
-        run = subprocess.run(
-            ["git", "describe", "--always", "--dirty"], cwd=ROOT, capture_output=True, text=True, check=True
-        )
+        return subprocess.run(describe, cwd=ROOT, capture_output=True, text=True, check=True).stdout.strip()
     except (OSError, subprocess.CalledProcessError):
         return "unknown"
-    return run.stdout.strip()
 
 
 def _versions():
-    texts = []
+    """Return Python and the packages that there are, with their versions."""
+    texts = [f"Python {platform.python_version()}"]
     for package in PACKAGES:
-        try:
+        with suppress(metadata.PackageNotFoundError):
             texts.append(f"{package} {metadata.version(package)}")
-        except metadata.PackageNotFoundError:
-            continue
     return texts

@@ -4,8 +4,8 @@ import numpy as np
 import pandas as pd
 
 from isarflow.core.sweep import C0
-from isarflow.report.layout import Section, canvas, circle_ticks, figure, number, signed, table
-from isarflow.report.rcs_figures import by_transmitter, cut_figure, polar_figure, rcs_dbsm
+from isarflow.report.layout import Section, canvas, figure, number, signed
+from isarflow.report.rcs_figures import by_transmitter, cut_figure, draw_map
 from isarflow.scattering.solver import build
 
 PLACE, NEEDS = ("fields", 2), "targets"  # on the page, see page.py
@@ -16,7 +16,21 @@ OVERSAMPLING = 8  # of the same
 
 def section(results):
     """Return the Section of the fields: how they were solved or where they come from, RCS and range profiles."""
-    settings, sphere, text, figures, origins = results.settings["scattering"], results.sphere or {}, "", [], []
+    figures, text = [], [_method(results)]
+    for name in results.targets:
+        dataset = results.scattering(name)
+        text.append(_origin(name, dataset.attrs, name in results.meshed))
+        for title, part in by_transmitter(name, dataset, CURVES):
+            drawn = title, part, results.reach(name), CURVES
+            figures.append(cut_figure(*drawn, polar=True) or cut_figure(*drawn))
+        if results.images_are_made:
+            figures.append(profile_figure(name, dataset))
+    return Section(id="scattering", title="Scattering", text=tuple(text), figures=tuple(figures))
+
+
+def _method(results):
+    """Return sentences on the solver, its sphere and what RCS is."""
+    settings, sphere, text = results.settings["scattering"], results.sphere or {}, ""
     if results.meshed:
         solver = getattr(build(settings), "name", f"solver '{settings['solver']}'")
         text = f"The {solver} gives the scattered field for every frequency and direction. "
@@ -26,21 +40,28 @@ def section(results):
             f"settings at {sphere['edges_per_wavelength']:g} edges a wavelength, has a backscatter "
             f"{signed(sphere['error_db'])} dB and {signed(sphere['phase_deg'], 2)}° from the Mie series. "
         )
-    text += (
-        "Radar cross section (RCS) is 4π|f|² of the scattering amplitude f, in decibels over one square metre (dBsm)."
+    return (
+        f"{text}Radar cross section (RCS) is 4π|f|² of the scattering amplitude f, in decibels over one square metre "
+        "(dBsm)."
     )
-    for name in results.targets:
-        dataset = results.scattering(name)
-        for title, part in by_transmitter(name, dataset, CURVES):
-            drawn = title, part, results.reach(name), CURVES
-            figures.append(polar_figure(*drawn, name="rcs") or cut_figure(*drawn))
-        if results.images_are_made:
-            figures.append(profile_figure(name, dataset))
-        if name not in results.meshed:
-            files = ", ".join(f"{path} (SHA-256 {digest[:12]}…)" for path, digest in dataset.attrs["origin"].items())
-            origins.append(f"The field of {name} was not solved here; it comes from {files}.")
-    tables = (solution_table(results),)
-    return Section(id="scattering", title="Scattering", text=(text, *origins), figures=tuple(figures), tables=tables)
+
+
+def _origin(name, attrs, solved):
+    """Return how large a target's linear systems were and how well they were solved, or which files its field is from.
+
+    attrs: of its store.
+    """
+    if not solved:
+        files = ", ".join(f"{path} (SHA-256 {digest[:12]}…)" for path, digest in attrs["origin"].items())
+        return f"The field of {name} was not solved here; it comes from {files}."
+    counts, residuals = ([one for one in attrs[key] or () if one is not None] for key in ("unknowns", "residual"))
+    words = [attrs.get("formulation", attrs.get("solver"))]
+    if counts:
+        ends = dict.fromkeys((min(counts), max(counts)))
+        words = [words[0].upper(), f"{' to '.join(f'{count:,}' for count in ends)} unknowns"]
+    if residuals:
+        words.append(f"largest relative residual {number(max(residuals), 2)}")
+    return f"{name}: {', '.join(words)}."
 
 
 def range_profiles(field, frequency):
@@ -64,11 +85,8 @@ def profile_figure(target, dataset):
     level = 20 * np.log10(np.maximum(np.abs(profile) / np.abs(profile).max(), 1e-10))
     drawing = canvas(5.4, 2.9)
     axes = drawing.add_subplot()
-    look = {"cmap": "viridis", "vmin": -DYNAMIC_RANGE, "vmax": 0, "shading": "nearest", "rasterized": True}
-    picture = axes.pcolormesh(azimuth, distance, level, **look)
-    axes.grid(False)
+    picture = draw_map(axes, azimuth, distance, level, 0, DYNAMIC_RANGE)
     axes.set(xlabel="azimuth [°]", ylabel="range [m]")
-    circle_ticks(axes.xaxis, azimuth)
     drawing.colorbar(picture, label="level [dB]", pad=0.02)
     places = {"range_m": np.repeat(distance, len(azimuth)), "azimuth_deg": np.tile(azimuth, len(distance))}
     data = pd.DataFrame({"target": target, **places, "level_db": level.ravel().round(1)})
@@ -79,37 +97,3 @@ def profile_figure(target, dataset):
         "a sine."
     )
     return figure(f"range_profiles_{target}", drawing, data, alt, caption)
-
-
-def solution_table(results):
-    """Return the Table of how large the systems were, how well they were solved, and the spread of RCS, by target."""
-    rows = []
-    for name in results.targets:
-        dataset = results.scattering(name)
-        level, attrs = rcs_dbsm(dataset.field.values), dataset.attrs
-        counts, residuals = (pd.Series(attrs[key] or (), dtype=float) for key in ("unknowns", "residual"))
-        row = {"target": name, "formulation": attrs.get("formulation", attrs.get("solver"))}
-        row |= {"unknowns_min": counts.min(), "unknowns_max": counts.max(), "residual_max": residuals.max()}
-        row |= {"frequencies": dataset.sizes["frequency"], "directions": dataset.field[0, 0].size}
-        rows.append(row | {"rcs_median_dbsm": np.median(level), "rcs_max_dbsm": level.max()})
-
-    def unknowns(row):
-        ends = dict.fromkeys((row["unknowns_min"], row["unknowns_max"]))
-        return "–" if pd.isna(row["unknowns_min"]) else " to ".join(f"{count:,}" for count in ends)
-
-    shown = {
-        "target": "{target}",
-        "formulation": lambda row: row["formulation"] if pd.isna(row["unknowns_min"]) else row["formulation"].upper(),
-        "unknowns": unknowns,
-        "largest residual": lambda row: number(row["residual_max"], 2),
-        "frequencies": "{frequencies}",
-        "directions": "{directions:,}",
-        "median RCS [dBsm]": "{rcs_median_dbsm:.1f}",
-        "largest RCS [dBsm]": "{rcs_max_dbsm:.1f}",
-    }
-    caption = (
-        "The linear systems, one per frequency: unknowns in the lowest and the highest band, and the largest relative "
-        "residual. RCS over all frequencies, directions and polarizations."
-    )
-    data = pd.DataFrame(rows).astype({"unknowns_min": "Int64", "unknowns_max": "Int64"})
-    return table("scattering", data, shown, caption)

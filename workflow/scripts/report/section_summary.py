@@ -4,12 +4,11 @@ import pandas as pd
 
 from isarflow.core import sweep
 from isarflow.imaging.geometry import planned
-from isarflow.learning.experiments import REFERENCE
 from isarflow.report import section_headline, thesis
 from isarflow.report.layout import number, several, table
 from isarflow.report.section_mesh import missed
 from isarflow.report.selection import nearest
-from isarflow.report.vocabulary import POWERS, PROTOCOLS, SPLITS, at_snrs, select, split_text
+from isarflow.report.vocabulary import POWERS, PROTOCOLS, SPLITS, at_snrs, select
 
 # Within these a run's numbers are taken for right.
 SPHERE_DB = 0.2  # of the exact backscatter; with ten edges a wavelength it is 0.01
@@ -19,8 +18,8 @@ BESIDE = {"sector": "far from all in training", "random": "with near copies in t
 
 
 def sentences(results):
-    """(what was done, how well it works, what bounds it), each a sentence or two."""
-    return [text for text in (_done(results), *_reached(results), _bounds(results)) if text]
+    """Return (what was done, how well it works, what bounds it), each a sentence or two."""
+    return [text for text in (_done(results), _reached(results), _bounds(results)) if text]
 
 
 def _done(results):
@@ -28,11 +27,12 @@ def _done(results):
     frequency = sweep.frequencies(settings["radar"]) / 1e9
     elevation, azimuth = sweep.elevations(settings["aspect"]), sweep.azimuths(settings["aspect"])
     band = f"{frequency[0]:g} GHz" if len(frequency) == 1 else f"{frequency[0]:.3g} to {frequency[-1]:.3g} GHz"
-    parts = [f"The radar echo of {several(len(results.targets), 'target')} at {band}"]
-    parts[0] += f" from {len(elevation)} × {len(azimuth)} directions"
+    solved = ""
     if results.meshed:
-        some = f"the meshes of {len(results.meshed)} of them"
-        parts[0] += f", solved on {some if len(results.meshed) < len(results.targets) else 'their meshes'}"
+        some = len(results.meshed) < len(results.targets)
+        solved = f", solved on {f'the meshes of {len(results.meshed)} of them' if some else 'their meshes'}"
+    directions = f"{len(elevation)} × {len(azimuth)} directions"
+    parts = [f"The radar echo of {several(len(results.targets), 'target')} at {band} from {directions}{solved}"]
     if results.images_are_made:
         images, snrs = planned(settings), several(len(settings["noise"]["snr_db"]), "SNR")
         pixels = f"{images['range_pixels']} × {images['crossrange_pixels']} pixels"
@@ -40,16 +40,18 @@ def _done(results):
     if results.learns:
         known, unknown = (" and ".join(results.of_role(role)) for role in ("known", "unknown"))
         models = several(len({model for run in results.runs.values() for model in run["models"]}), "model")
-        rejected = f" and to reject {unknown}" if results.opened else ""
-        parts.append(f"{models} trained to tell {known} apart{rejected}")
+        parts.append(f"{models} trained to tell {known} apart{f' and to reject {unknown}' if results.opened else ''}")
     return f"{'; '.join(parts)}."
 
 
 def _reached(results):
-    """The weighted F1 of the best method near 12 dB: of the first set and split that were tested, then of others."""
+    """Return the weighted F1 of the best method near 12 dB: of the first set and split that were tested, then others.
+
+    Nothing for a run that learns nothing.
+    """
     if not results.learns:
-        return []
-    drawn = section_headline.lead(results, results.names, "")
+        return ""
+    drawn = section_headline.lead(results, results.names)
     drawn = drawn[~drawn["theirs"] & drawn["threshold"].isin(("", PROTOCOLS[0]))]
     snr = nearest(drawn["test_snr_db"], 12)
     at = select(drawn, test_snr_db=snr)
@@ -58,21 +60,22 @@ def _reached(results):
     first, *others = [split for split in SPLITS if split in set(case["split"])]
     best = select(case, split=first).iloc[0]
     (level,) = (results.rejecting if opened else results.guessing)([best["experiment"]])[-1:]
-    blind, method = ", with blind thresholds" if opened else "", results.names.method(best["model"], best["score"])
+    images, blind, least = "open", ", with blind thresholds", "rejecting everything"
+    if not opened:
+        images, blind, least = "closed", "", "naming one class for all"
     parts = [
-        f"At {snr:g} dB by {POWERS[results.definition]}, {split_text(first)}{blind}, {method}, the best one on the "
-        "validation images, reaches a "
-        f"weighted F1 of {_f1(best)} on the {'open' if opened else 'closed'} set, where "
-        f"{'rejecting everything' if opened else 'naming one class for all'} has {level:.2f}"
+        f"At {snr:g} dB by {POWERS[results.definition]}, {SPLITS[first]}{blind}, "
+        f"{results.names.method(best['model'], best['score'])}, the best one on the validation images, reaches a "
+        f"weighted F1 of {_f1(best)} on the {images} set, where {least} has {level:.2f}"
     ]
     for split in (split for split in others if split in BESIDE):
         value = select(case, split=split).iloc[0]["value"]
-        parts.append(f"{split_text(split)}, {BESIDE[split]}, the same has {value:.2f}")
+        parts.append(f"{SPLITS[split]}, {BESIDE[split]}, the same has {value:.2f}")
     closed = select(at, threshold="", split=first)
     if opened and len(closed):
         method = results.names.method(closed.iloc[0]["model"], closed.iloc[0]["score"])
         parts.append(f"on the known targets alone {method}, chosen likewise, has {closed.iloc[0]['value']:.2f}")
-    return [f"{'; '.join(parts)}."]
+    return f"{'; '.join(parts)}."
 
 
 def _f1(row, to=" to "):
@@ -80,7 +83,7 @@ def _f1(row, to=" to "):
 
 
 def _bounds(results):
-    """What bounds it, as far as the run itself knows."""
+    """Return what bounds it, as far as the run itself knows."""
     parts, settings = [], results.settings
     if results.images_are_made:
         images, window = planned(settings), settings["imaging"].get("window", "boxcar")
@@ -104,7 +107,7 @@ def _bounds(results):
 
 
 def checks(results, warnings):
-    """Rows of 'is it right?': (whether it is, what, finding, where it is shown)."""
+    """Return rows of 'is it right?': (whether it is, what, finding, where it is shown)."""
     rows, found = [], results.sphere
     if found and "refused" in found:
         rows.append((False, "Sphere", f"not solved in this run: {found['refused']}", "scattering"))
@@ -127,32 +130,24 @@ def checks(results, warnings):
 
 
 def full_size_table(results):
-    """Weighted F1 of the best method and of the thesis's, here and in the full-size run that the repository keeps.
+    """Return weighted F1 of the best method and of the thesis's, here and in the kept run of full size.
 
-    Nothing while it keeps none.
+    Nothing while the repository keeps none.
     """
     if not results.learns or results.full_size is None:
         return ()
     runs = {"this run": results, "full size": results.full_size}
-    drawn = []
-    for where, tables in runs.items():
-        rows = section_headline.lead(tables, results.names, thesis.network(REFERENCE[0], results))
-        drawn.append(rows.assign(run=where))
-    data = pd.concat(drawn)
+    data = pd.concat(section_headline.lead(of, results.names).assign(run=run) for run, of in runs.items())
     shown, snrs = [], sorted({nearest(data["test_snr_db"], aim) for aim in SNRS})
     for (name, split, theirs, run), curve in data.groupby(["set", "split", "theirs", "run"], sort=False):
-        best = results.names.method(curve["model"].iloc[0], curve["score"].iloc[0])
-        head = {
-            "images": f"{name}, {split_text(split)}",
-            "run, and its SNR": f"{run}, {runs[run].definition}",
-            "method": f"{'thesis’s: ' if theirs else ''}{best}",
-        }
+        method = results.names.method(curve["model"].iloc[0], curve["score"].iloc[0])
+        head = {"images": f"{name}, {SPLITS[split]}", "run, and its SNR": f"{run}, {runs[run].definition}"}
+        head["method"] = f"{'thesis’s: ' if theirs else ''}{method}"
         shown.append(head | at_snrs(curve, snrs, lambda row: _f1(row, "–")))
     shown.sort(key=lambda row: row["images"])
     caption = (
         "Weighted F1 of the method that is best on the validation images and of the thesis's, in this run and in the "
         "run of full size (config/thesis.yaml), whose scores the repository keeps: docs/results.md; with 95 % "
-        "intervals. The same SNR by "
-        "another power is another one: by peak_3db power the same noise has more dB."
+        "intervals. The same SNR by another power is another one: by peak_3db power the same noise has more dB."
     )
     return (table("full_size", data, shown, caption),)

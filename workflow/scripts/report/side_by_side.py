@@ -3,12 +3,12 @@
 import textwrap
 from pathlib import Path
 
-import jinja2
 import pandas as pd
 
 from isarflow.core.folders import SCORES
 from isarflow.learning.paired import differences
 from isarflow.report import layout, plots
+from isarflow.report.page import Part, write_page
 from isarflow.report.vocabulary import F1, at_snrs, heading, select, snr_axis, split_text, title, with_interval
 
 PROTOCOL = "blind"  # of the thresholds that the page shows; the table beside it has the others, too
@@ -16,7 +16,15 @@ GROUP = ["experiment", "split", "threshold"]  # a section of the page each
 METHOD = ["model", "training", "score"]  # a panel each
 COLUMNS, WIDTH, HEIGHT = 3, 2.7, 3.3  # panels in a row; inches of one
 TITLE = 34  # letters in a line of its title
-TEMPLATE = Path(__file__).parent / "templates/side_by_side.html"
+SUMMARY = (
+    "Each figure has above the weighted F1 of each run on all its own test images, with 95 % intervals as bands, below "
+    "how much more it is than that of {first} on the test images that both have. Both runs are drawn alike in a "
+    "bootstrap over blocks of neighbouring views, so that a difference whose 95 % interval leaves out zero is more "
+    "than the draw of images explains. Of many such intervals one in twenty leaves it out by chance.",
+    "Of an open set's confidence scores the one is shown that is best on the validation images of {first}. All "
+    "differences, of accuracy and of every score and protocol, stand in {table} beside this page. Methods of one run "
+    "alone are left out.",
+)
 
 
 def write_comparison(roots, definition, seed, kept, page, table, over_seeds=None):
@@ -33,18 +41,16 @@ def write_comparison(roots, definition, seed, kept, page, table, over_seeds=None
     rows = pd.concat([_rows(Path(root, SCORES), definition, best).assign(run=name) for name, root in roots.items()])
     having = rows.groupby(GROUP + METHOD)["run"]
     shared = having.transform(lambda runs: first in set(runs) and runs.nunique() > 1).to_numpy(bool)
-    alone = rows[~shared].drop_duplicates([*GROUP, *METHOD, "run"]).groupby("run", sort=False).size()
     with layout.style():
         axis = snr_axis(definition)
         seeds = _rows(over_seeds, definition, best).groupby(GROUP) if over_seeds else ()
         sections = [_over_seeds(key, of, axis) for key, of in seeds]
         sections += [_section(key, of, found, [*roots], axis) for key, of in rows[shared].groupby(GROUP)]
-    template = jinja2.Template(
-        TEMPLATE.read_text(), autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined
-    )
-    shown = {"first": first, "others": others, "sections": sections, "alone": alone, "table": Path(table).name}
-    Path(page).write_text(template.render(shown))
-    print(f"{len(sections)} sections, {len(found)} differences")
+    words = {"first": first, "table": Path(table).name}
+    summary = [text.format(**words) for text in SUMMARY] if sections else ["These runs have no method in common."]
+    shown = {"summary": summary, "parts": (Part("runs", "Runs side by side", tuple(sections)),)}
+    write_page(f"{first} beside {', '.join(others)}", first, shown, page)
+    print(f"{len(found)} differences")
 
 
 def _best(validation):
@@ -63,11 +69,11 @@ def _rows(scores, definition, best):
 
 
 def _section(key, rows, found, runs, axis):
-    """Return what the template shows of a group: its title, figure and table.
+    """Return the section of a group of methods.
 
     key: the values of GROUP; rows: of all runs; found: the differences; axis: what the axis of SNRs is called.
     """
-    methods = rows.groupby(METHOD)
+    methods, found = rows.groupby(METHOD), select(found, **dict(zip(GROUP, key, strict=True)))
     columns = min(COLUMNS, len(methods))
     bands = -(-len(methods) // columns)
     drawing, grid = plots.panels(2 * bands, columns, WIDTH * max(columns, 2), HEIGHT * bands, sharey=False)
@@ -76,7 +82,7 @@ def _section(key, rows, found, runs, axis):
         row, column = divmod(number, columns)
         above, below = grid[2 * row : 2 * row + 2, column]
         above.set_title(textwrap.fill(_name(*method), TITLE))
-        same = select(found, metric=F1, **dict(zip(GROUP + METHOD, key + method, strict=True)))
+        same = select(found, metric=F1, **dict(zip(METHOD, method, strict=True)))
         for run, own in every.groupby("run", sort=False):
             plots.draw_curve(above, own, colors[run], "o", label=run)
             differs = select(same, run=run).sort_values("test_snr_db")
@@ -92,20 +98,28 @@ def _section(key, rows, found, runs, axis):
     plots.finish(drawing, grid, axis)
     for row, axes in enumerate(grid[:, 0]):
         axes.set_ylabel(f"minus {runs[0]}" if row % 2 else "weighted F1")
-    alt = f"Weighted F1 of {', '.join(runs)} against the test SNR, and how they differ from {runs[0]}."
-    return {"title": _title(*key), "figure": layout.figure("runs", drawing, None, alt, ""), "rows": listed}
+    words = f"Weighted F1 of {', '.join(runs)} against the test SNR, and how they differ from {runs[0]}."
+    return _shown("runs", key, _title(*key), drawing, words, rows, found, listed)
 
 
 def _over_seeds(key, rows, axis):
-    """Return the same of the scores over seeds, a mean with its interval for each method."""
+    """Return the section of the scores over seeds, a mean with its interval for each method."""
     drawing, grid = plots.panels(1, 1, WIDTH * 2, HEIGHT)
     snrs, listed = sorted(rows["test_snr_db"].unique()), []
     for color, (method, own) in zip(layout.PALETTE * 9, rows.groupby(METHOD), strict=False):
         plots.draw_curve(grid[0, 0], own, color, "o", label=_name(*method))
         listed.append({"method": _name(*method)} | at_snrs(own, snrs, with_interval))
     plots.finish(drawing, grid, axis, "weighted F1, mean over seeds")
-    figure = layout.figure("seeds", drawing, None, "Weighted F1 against the test SNR, mean over seeds.", "")
-    return {"title": f"Over {rows['n'].max():.0f} seeds: {_title(*key)}", "figure": figure, "rows": listed}
+    words = "Weighted F1 against the test SNR, mean over seeds with its 95 % interval."
+    heading = f"Over {rows['n'].max():.0f} seeds: {_title(*key)}"
+    return _shown("seeds", key, heading, drawing, words, rows, rows, listed)
+
+
+def _shown(kind, key, heading, drawing, words, drawn, data, listed):
+    """Return a section of a figure and a table, whose rows are `listed`, if any. drawn, data: of their CSV files."""
+    name = "_".join(filter(None, (kind, *key)))
+    figures = (layout.figure(name, drawing, drawn, words, words, wide=True),)
+    return layout.Section(name, heading, (), figures, (layout.table(name, data, listed, words),) if listed else ())
 
 
 def _name(model, training, score):

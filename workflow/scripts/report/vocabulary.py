@@ -8,24 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from isarflow.learning.experiments import snrs_in_words, training
-from isarflow.report.layout import (
-    BLACK,
-    BLUE,
-    CRIMSON,
-    GREEN,
-    GREY,
-    INDIGO,
-    OLIVE,
-    ORANGE,
-    PALETTE,
-    PURPLE,
-    SKY,
-    TEAL,
-    VERMILION,
-)
+from isarflow.learning.experiments import snrs_in_words
+from isarflow.report import layout
 
 ACCURACY, F1, GAIN = "accuracy", "f1_weighted", "f1_weighted_gain"  # metrics
+MEASURES = {ACCURACY: "accuracy", F1: "weighted F1"}  # as axes call them
 # First the standard case, a view between those that train; then the limit, aspects far from them; then the thesis's.
 SPLITS = {"elevation": "split by elevation", "sector": "split by sector", "random": "split at random"}
 SPLITS["shuffled"] = "split at random, mirror images apart"
@@ -34,29 +21,26 @@ PROTOCOLS = ("blind", "thesis", "kept")  # of thresholds; the first is the one t
 DRAWN = PROTOCOLS[:2]  # in figures of which each takes much room or ink
 # What tells one thing tried from another.
 METHOD = ["split", "experiment", "model", "training", "score"]
+HEADINGS = {"training": "training SNR", "score": "confidence score", "elevation": "tested at"}  # in tables
 MIDDLE = (-12, 12)  # dB: the SNRs by which methods are ranked
 POWERS = {"mean": "mean power", "peak_3db": "peak_3db power"}  # by definition of SNR
 PROPER = {"fcnn": "FCNN", "openmax": "OpenMax", "svm": "SVM", "knn": "KNN", "lr": "LR", "mse": "MSE", "zncc": "ZNCC"}
 # By the places that models and confidence scores state.
-MODEL_COLORS = (BLUE, INDIGO, VERMILION, GREEN, BLACK, PURPLE, ORANGE, CRIMSON, TEAL, OLIVE, SKY, GREY)
+MODEL_COLORS = (layout.BLUE, layout.INDIGO, layout.VERMILION, layout.GREEN, layout.BLACK, layout.PURPLE)
+MODEL_COLORS += (layout.ORANGE, layout.CRIMSON, layout.TEAL, layout.OLIVE, layout.SKY, layout.GREY)
 MODEL_MARKERS, SCORE_MARKERS = "oosDx^vPXph+", "osD^v<>x+*PXphd8"
 
 
 def select(table, **columns):
-    """The rows of a table whose columns have these values; for a column that may have several, a list or tuple."""
+    """Return the rows whose columns have these values; for a column that may have several, a list or tuple."""
     for column, value in columns.items():
         several = isinstance(value, list | tuple)
         table = table[table[column].isin(value) if several else table[column] == value]
     return table
 
 
-def of_run(table, run, model):
-    """The rows of one run of a model. run: what `experiments.runs` gives."""
-    return select(table, experiment=run["experiment"], training=training(run), model=model)
-
-
 def at_highest(table):
-    """The rows at the highest test SNR."""
+    """Return the rows at the highest test SNR."""
     return table[table["test_snr_db"] == table["test_snr_db"].max()]
 
 
@@ -70,11 +54,16 @@ class Look:
     color: str
     marker: str
 
+    @property
+    def curve(self):
+        """How `plots.draw_curve` draws it."""
+        return {"color": self.color, "marker": self.marker, "label": self.label}
+
 
 class Names:
     """What models and confidence scores are called, how they are drawn, and in what order they come.
 
-    stated: what the files of models say of themselves (see `setup.kinds.page_names`): `models`, a mapping of a model's
+    stated: what the files of models say of themselves (see `core.kinds.page_names`): `models`, a mapping of a model's
     name to its label, words for a sentence and place, and `scores`, of a confidence score's to its label and place.
     Those that state nothing come last, under their own name. models: names of all of the run, so that each has a
     colour of its own, as far as there are enough.
@@ -88,32 +77,38 @@ class Names:
         self.own = {name: free[number % len(free)] for number, name in enumerate(own)}
 
     def model(self, name):
+        """Return a model's `Look`."""
         label, words, *place = self.stated["models"].get(name, (name, title(name)))
-        return self._look(name, label, words, place, MODEL_COLORS, MODEL_MARKERS, self.own.get(name))
+        return self._look(name, label, words, place, MODEL_COLORS, MODEL_MARKERS)
 
     def score(self, name):
+        """Return a confidence score's `Look`."""
         label, *place = self.stated["scores"].get(name, [name.replace("_", " ")])
-        return self._look(name, label, label, place, PALETTE, SCORE_MARKERS)
+        return self._look(name, label, label, place, layout.PALETTE, SCORE_MARKERS)
 
-    @staticmethod
-    def _look(name, label, words, place, colors, markers, index=None):
-        # The same in every figure of the run; of what neither states a place nor was given one, of every run.
-        index = place[0] if place else sum(name.encode()) if index is None else index
-        return Look(
-            (*(place or [np.inf]), name), label, words, colors[index % len(colors)], markers[index % len(markers)]
-        )
+    def _look(self, name, label, words, place, colors, markers):
+        # The same in every figure of the run; of a name that neither states a place nor was given one, of every run.
+        index = place[0] if place else self.own.get(name, sum(name.encode()))
+        key = *(place or [np.inf]), name
+        return Look(key, label, words, colors[index % len(colors)], markers[index % len(markers)])
 
     def method(self, model, score):
-        """A model, and the confidence score with which it rejects, in words."""
+        """Return a model, and the confidence score with which it rejects, in words."""
         return f"{self.model(model).label}{f', {self.score(score).label}' if score else ''}"
 
+    def cells(self, row, *columns):
+        """Return what a row has in these columns as cells of a table: {heading: text}."""
+        words = {"experiment": title, "elevation": lambda key: ELEVATIONS.get(key, key)}
+        words |= {"model": lambda name: self.model(name).label, "score": lambda name: self.score(name).label}
+        return {HEADINGS.get(column, column): words.get(column, str)(row[column]) for column in columns}
+
     def groups(self, table, *columns):
-        """The rows for each combination of values of these columns: (values, rows) in the order of the page."""
+        """Return the rows for each combination of values of these columns: (values, rows) in the order of the page."""
         groups = table.groupby(list(columns))
         return sorted(groups, key=lambda group: [self._place(column, group[1].iloc[0]) for column in columns])
 
     def values(self, table, column):
-        """The values of a column in the order of the page."""
+        """Return the values of a column in the order of the page."""
         return [value for (value,), _ in self.groups(table, column)]
 
     def _place(self, column, row):
@@ -129,64 +124,62 @@ class Names:
 
 
 def title(name):
-    """An experiment's or model's name in words."""
+    """Return an experiment's or model's name in words."""
     return " ".join(PROPER.get(word, word) for word in name.split("_"))
 
 
 def heading(name):
-    """The same at the head of a sentence."""
+    """Return the same at the head of a sentence."""
     return title(name)[0].upper() + title(name)[1:]
 
 
 def split_text(split):
-    """A split in words."""
+    """Return a split in words."""
     return SPLITS[split]
 
 
 def listed(words):
-    """'a, b and c' of words."""
+    """Return 'a, b and c' of words."""
     *most, last = words
     return f"{', '.join(most)} and {last}" if most else last
 
 
 def split_place(split):
-    """A split's place among SPLITS, to sort by."""
+    """Return a split's place among SPLITS, to sort by."""
     return [*SPLITS].index(split)
 
 
 def run_title(run, fold=False):
-    """A run in words, without its fold, or with it where it has one. run: what `experiments.runs` gives."""
+    """Return a run in words, without its fold, or with it where it has one. run: what `experiments.runs` gives."""
     number = run["division"]["fold"]
     words = title(run["name"].removesuffix(f"_fold{number}"))
     return f"{words}, fold {number}" if fold and number else words
 
 
 def snr_axis(definition):
-    """The label of an axis of test SNRs."""
+    """Return the label of an axis of test SNRs."""
     return f"test SNR by {POWERS[definition]} [dB]"
 
 
 def with_interval(row):
-    """A value with its interval, which it may lack. row: its value, low and high, by these names."""
+    """Return a value with its interval, which it may lack. row: its value, low and high, by these names."""
     words = f"{row['value']:.3f}"
     return words if pd.isna(row["low"]) else f"{words} [{row['low']:.3f}, {row['high']:.3f}]"
 
 
 def training_noise(snr_db):
-    """The training SNRs of an experiment's config, in words."""
+    """Return the training SNRs of an experiment's config in words."""
     if isinstance(snr_db, dict):
         kind, values = next(iter(snr_db.items()))
-        several = snrs_in_words(values)
-        if kind == "each":
-            return f"at each of several SNRs, a model for each ({several})"
-        return f"at an SNR drawn for each batch ({several})"
+        how = {"each": "at each of several SNRs, a model for each", "random": "at an SNR drawn for each batch"}[kind]
+        return f"{how} ({snrs_in_words(values)})"
     if isinstance(snr_db, list):
         return f"at several SNRs at once ({snrs_in_words(snr_db)})"
     return "without noise" if snr_db == "clean" else f"at an SNR of {snr_db:g} dB"
 
 
 def at_snrs(curve, snrs, text):
-    """Cells of a table, one for each of the SNRs: {heading: text}; a dash where the curve has no row.
+    """Return cells of a table, one for each of the SNRs: {heading: text}; a dash where the curve has no row.
 
     curve: rows by SNR; text: a function of a row.
     """
@@ -195,25 +188,24 @@ def at_snrs(curve, snrs, text):
 
 
 def middle(snrs):
-    """The SNRs in dB by which methods are ranked: those from -12 to 12 dB; all where there is none of them."""
+    """Return the SNRs in dB by which methods are ranked: those from -12 to 12 dB; all where there is none of them."""
     snrs = sorted(set(snrs))
     return [snr for snr in snrs if MIDDLE[0] <= snr <= MIDDLE[1]] or snrs
 
 
 def middle_text(table):
-    """The same in words."""
+    """Return the same in words."""
     snrs = middle(table["test_snr_db"])
     return f"{snrs[0]:g} to {snrs[-1]:g} dB" if len(snrs) > 1 else f"{snrs[0]:g} dB"
 
 
 def ranked(validation):
-    """The mean weighted F1 of each method over the middle SNRs on the validation images, the best first.
+    """Return the mean weighted F1 of each method over the middle SNRs on the validation images, the best first.
 
     validation: rows of weighted F1 of one set of images and one protocol. Columns METHOD and value; in the order of
     SPLITS. What is best is chosen by this, never by the test images.
     """
-    rows = validation[validation["test_snr_db"].isin(middle(validation["test_snr_db"]))]
+    rows = select(validation, test_snr_db=middle(validation["test_snr_db"]))
     means = rows.groupby(METHOD)["value"].mean().reset_index()
-    order = pd.DataFrame({"split": means["split"].map(split_place), "value": -means["value"]})
-    order = order.join(means[METHOD[1:]])
-    return means.loc[order.sort_values(list(order)).index]
+    order = means.assign(place=means["split"].map(split_place), least=-means["value"])
+    return means.loc[order.sort_values(["place", "least", *METHOD[1:]]).index]

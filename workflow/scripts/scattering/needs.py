@@ -1,15 +1,15 @@
 """Memory and time of a target's solves, from its mesh's figures or its CAD file's area, and what fits."""
 
 import os
+from bisect import bisect_right
 from math import floor
 from pathlib import Path
 
 from isarflow.core.errors import InputError
 from isarflow.core.sweep import sweeps
 from isarflow.mesh.measures import ideal_unknowns
-from isarflow.mesh.read import UNITS, states_unit
+from isarflow.mesh.read import states_unit
 from isarflow.mesh.resolution import COARSEST, wanted_edges
-from isarflow.mesh.symmetry import axes
 from isarflow.scattering.machine import slowness
 from isarflow.scattering.solver import build
 
@@ -54,14 +54,11 @@ def closed(unknowns, box):
 
 def unknowns_that_fit(megabytes, most, box, planes, sweep, scattering):
     """The most unknowns of a closed surface, up to `most`, whose solve fits into this memory (0 if none)."""
-    low, high = 0, int(most)
-    while low < high:
-        middle = (low + high + 1) // 2
-        if need(closed(middle, box), planes, sweep, scattering)["megabytes"] <= megabytes:
-            low = middle
-        else:
-            high = middle - 1
-    return low
+
+    def needed(unknowns):
+        return need(closed(unknowns, box), planes, sweep, scattering)["megabytes"]
+
+    return bisect_right(range(1, int(most) + 1), megabytes, key=needed)
 
 
 def expected(config, name, size):
@@ -94,31 +91,20 @@ def check_fit(config, name, size):
     top = sweep.frequency[-1] / 1e9  # GHz
     density = floor(10 * 0.99 * ratio * config["mesh"]["edges_per_wavelength"]) / 10
     inexact = " (below 8 the field is inexact)" if density < 8 else ""
+    is_sure = states_unit(target["mesh"]) or "length" in target
+    by_unit = "" if is_sure else f", if its numbers are {target.get('unit', 'm')}; see its 'unit'"
     coarser = f", or with 'mesh.edges_per_wavelength: {density:g}'{inexact}"
     raise InputError(
         f"config key 'targets.{name}': {target['mesh']} would need about {unknowns:,.0f} unknowns and "
         f"{solve['megabytes'] / 1000:,.1f} GB at {top:g} GHz, but this machine has {memory / 1000:,.1f} GB. It would "
         f"fit up to {0.99 * ratio * top:.3g} GHz{coarser if density >= COARSEST else ''}; a mirror plane in the "
-        f"target's 'symmetry' halves the need. {_measured(max(box), target, target['mesh'])}"
+        f"target's 'symmetry' halves the need. It is {max(box):.4g} m long{by_unit}."
     )
 
 
 def _planes(config, name):
-    return len(axes(config["targets"][name].get("symmetry", [])))
+    return len(config["targets"][name].get("symmetry", []))
 
 
 def _sweeps(config):
     return sweeps(config["radar"], config["aspect"], config["mesh"]["bands"], config["scattering"])
-
-
-def _measured(length, target, name):
-    """A target's length, and its length in units that make it smaller, unless its unit is certain."""
-    if states_unit(name) or "length" in target:
-        return f"It is {length:.4g} m long."
-    unit = target.get("unit", "m")
-    others = {other: length * metres / UNITS[unit] for other, metres in UNITS.items() if metres < UNITS[unit]}
-    read = f"It is {length:.4g} m long, if its numbers are {unit}"
-    if not others:
-        return f"{read}."
-    sizes = " or ".join(f"'unit: {other}' ({metres:.4g} m)" for other, metres in others.items())
-    return f"{read}; did you mean {sizes}?"

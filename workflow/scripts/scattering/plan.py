@@ -6,10 +6,7 @@ times there, unless another solve runs at the same time; more cores divide them,
 another machine. The memory is right within 1.3 times everywhere.
 """
 
-import ast
-from functools import cache
 from math import cos, log10, radians
-from pathlib import Path
 
 import numpy as np
 
@@ -25,18 +22,16 @@ BASE = 540  # MB of the process
 COLUMNS = 768  # right sides that `solve` takes at a time: bounds their memory, and keeps two threads busy
 CLEARLY = 0.7  # of the time of whole matrices, where they fit easily
 LARGE = 4000  # MB: above it, compressed matrices are also used to save memory
+# Of each operator: matrices, 1 for a symmetric one and 2 for others; time for the matrix's entries and right sides, in
+# units of the EFIE's; bytes of the near pairs for each triangle, about 45 pairs a triangle and image.
+OPERATORS = {"efie": (1, 1, 13_000), "cfie": (2, 3, 26_000)}
 # For compressed matrices: functions of a patch, random columns that a tile's sketch begins with (most have a smaller
-# rank), numbers in samples for each unknown; the share of tiles that are filled whole, over the patches of a
-# parity; a tile's rank, over that share.
-PATCH_FUNCTIONS, SKETCH, SAMPLED = 480, 48, 3 * 384 * 460 / 480
-WHOLE, RANK = (1.82, -0.51), (16, 1.95)
-# Seconds of both cores: to compute a tile, to compress one from samples and whole; to factorize a tile without its
-# products, to invert a diagonal block. Then real operations a second in products.
-TILE_SECONDS, FAR, NEAR, OVERHEAD, INVERSE = 0.0021, 0.0026, 0.0060, 0.0036, 0.037
-PRODUCTS = 1.83e11
-# Numbers in memory for each of a tile's final factors: with the matrix's, and free memory that is not given back.
-KEPT = 1.7
-OPERATORS = Path(__file__).with_name("operators")
+# rank), numbers in samples for each unknown; then numbers in memory for each of a tile's final factors, with the
+# matrix's, and free memory that is not given back.
+PATCH_FUNCTIONS, SKETCH, SAMPLED, KEPT = 480, 48, 1104, 1.7
+# Seconds of both cores: to fill and compress a tile from samples, and how much more to fill it whole; to factorize a
+# tile without its products, to invert a diagonal block.
+TILE, TILE_WHOLE, OVERHEAD, INVERSE = 0.0029, 0.0055, 0.0036, 0.037
 
 
 def planned(measures, planes, sweep, formulation, precision, tolerance):
@@ -54,79 +49,65 @@ def at_one_frequency(measures, planes, sweep, formulation, precision, tolerance)
 
     Memory: the matrices, right sides with the results of a substitution, and the near pairs.
     """
-    unknowns, operator, single = measures["unknowns"], _constants(formulation), precision == "single"
-    parities, both = 2**planes, 1 if operator["SYMMETRIC"] else 2
+    unknowns, parities, single = measures["unknowns"], 2**planes, precision == "single"
+    matrices, filling, near_bytes = OPERATORS[formulation]
     waves = len(set("".join(sweep.polarizations)))
     # For a parity's right side; mirror images among separate transmitters and receivers are not counted.
     apart = sweep.receivers and len(sweep.each[0]) + len(sweep.receivers[0])
     columns = waves * (apart or _sampled(measures["box"], sweep, single) / parities)
     way = _whole if tolerance is None else _compressed
-    kept, sampled, assembly, factorization, substitution = way(unknowns / parities, parities, columns, both, tolerance)
+    kept, sampled, *seconds = way(unknowns / parities, columns, matrices, tolerance)
+    assembly, factorization, substitution = (parities * part for part in seconds)
     # For a part of the right sides: themselves, and the results of a substitution for one parity. Projection and
     # excitation differ if the operator is not symmetric.
-    right = unknowns * min(COLUMNS, columns) * (both + 2 / parities)
-    numbers = (8 if single else 16) * (kept + max(right, sampled))
-    megabytes = BASE + (numbers + operator["NEAR_BYTES"] * measures["triangles"]) / 1e6
+    right = unknowns * min(COLUMNS, columns) * (matrices + 2 / parities)
+    numbers = (8 if single else 16) * (parities * kept + max(right, parities * sampled))
     slower = 1 if single else 2
-    return megabytes, {
-        "assembly": operator["FILLING"] * assembly,
+    return BASE + (numbers + near_bytes * measures["triangles"]) / 1e6, {
+        "assembly": filling * assembly,
         "factorization": slower * factorization,
-        "directions": slower * substitution + operator["FILLING"] * EXCITATION * unknowns * columns,
+        "directions": slower * substitution + filling * EXCITATION * unknowns * columns,
     }
 
 
 def chosen(measures, planes, sweep, formulation, precision, tolerance):
     """The tolerance, or None where whole matrices are nearly as good, or the only choice (CFIE, double precision)."""
-    if precision != "single" or not _constants(formulation)["SYMMETRIC"]:
+    if precision != "single" or OPERATORS[formulation][0] > 1:
         return None
     whole, compressed = (planned(measures, planes, sweep, formulation, precision, of) for of in (None, tolerance))
-    faster, smaller = (
-        compressed[1] < CLEARLY * whole[1],
-        whole[0] > LARGE and compressed[0] < whole[0] and compressed[1] < whole[1],
-    )
-    return tolerance if faster or smaller else None
+    faster, smaller = compressed[1] < whole[1], compressed[0] < whole[0]
+    clearly = compressed[1] < CLEARLY * whole[1]
+    return tolerance if clearly or (whole[0] > LARGE and smaller and faster) else None
 
 
-def _whole(size, parities, columns, both, _):
-    """Numbers kept, those of samples, and seconds of assembly, factorization and substitution; of `size` unknowns.
+def _whole(size, columns, matrices, _):
+    """Of a parity of `size` unknowns: numbers kept and of samples; seconds of assembly, factorization, substitution.
 
-    Factorization: (4/3) N^3 real operations for each parity, and 4 N^2 for each column to substitute (half of a
-    triangular solve serves a monostatic amplitude). A matrix that is not symmetric keeps and works twice as much.
+    Factorization: (4/3) N^3 real operations, and 4 N^2 for each column to substitute (half of a triangular solve serves
+    a monostatic amplitude). A matrix that is not symmetric keeps and works twice as much.
     """
-    kept = parities * (size**2 * both / 2 + 1024 * size)
-    assembly = parities * (ASSEMBLY * size**2 + NEAR_PAIRS * size)
-    factorization = both * parities * 4 / 3 * size**3 / FLOPS
-    return kept, 0, assembly, factorization, both * parities * 4 * size**2 * columns / FLOPS
+    assembly = ASSEMBLY * size**2 + NEAR_PAIRS * size
+    factorization, substitution = 4 / 3 * size**3 / FLOPS, 4 * size**2 * columns / FLOPS
+    return size**2 * matrices / 2 + 1024 * size, 0, assembly, matrices * factorization, matrices * substitution
 
 
-def _compressed(size, parities, columns, _, tolerance):
+def _compressed(size, columns, _, tolerance):
     """As `_whole` for compressed matrices, in patches of about PATCH_FUNCTIONS (see `lowrank` and `sampled`).
 
     The nearer patches are, the higher a tile's rank, and the larger the share of tiles that are filled whole.
     """
     patches = max(size / PATCH_FUNCTIONS, 1)
-    tiles, whole = patches**2 / 2, min(1, WHOLE[0] * patches ** WHOLE[1])
-    rank = RANK[0] * (1 + RANK[1] * whole) * max(1 + 0.2 * log10(1e-5 / tolerance), 0.3)
-    kept = KEPT * parities * size * (patches * rank + PATCH_FUNCTIONS)
-    evaluated = TILE_SECONDS * (tiles * (1 / 7 + 1 / 72 + whole) + patches)
-    compressed = tiles * (FAR * (1 - whole) + NEAR * whole)
+    tiles, whole = patches**2 / 2, min(1, 1.82 * patches**-0.51)
+    rank = 16 * (1 + 1.95 * whole) * max(1 + 0.2 * log10(1e-5 / tolerance), 0.3)
     stacked = rank * patches / 3  # columns of the factors to the left of a tile, on average
-    updates = 8 * PATCH_FUNCTIONS * stacked * (SKETCH + 3.1 * rank) / PRODUCTS
+    updates = 8 * PATCH_FUNCTIONS * stacked * (SKETCH + 3.1 * rank) / FLOPS
     return (
-        kept,
-        parities * size * SAMPLED,
-        parities * (evaluated + compressed + NEAR_PAIRS * size),
-        parities * (tiles * (OVERHEAD + updates) + patches * INVERSE),
-        parities * tiles * 16 * PATCH_FUNCTIONS * rank * columns / PRODUCTS,
+        KEPT * size * (patches * rank + PATCH_FUNCTIONS),
+        SAMPLED * size,
+        tiles * (TILE + TILE_WHOLE * whole) + NEAR_PAIRS * size,
+        tiles * (OVERHEAD + updates) + patches * INVERSE,
+        tiles * 16 * PATCH_FUNCTIONS * rank * columns / FLOPS,
     )
-
-
-@cache
-def _constants(formulation):
-    """The costs that an operator's file states. It is read, not imported: JAX takes longer than all planning."""
-    body = ast.parse((OPERATORS / f"{formulation}.py").read_bytes()).body
-    numbers = [node for node in body if isinstance(node, ast.Assign) and isinstance(node.value, ast.Constant)]
-    return {node.targets[0].id: node.value.value for node in numbers}
 
 
 def _sampled(box, sweep, single):

@@ -6,10 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from isarflow.core.kinds import load_class
+from isarflow.core.kinds import SOLVERS, load_class
 from isarflow.core.sweep import Sweep
-
-FOLDER = "scattering/solvers"  # where the kinds are, below workflow/scripts
 
 
 @dataclasses.dataclass
@@ -74,5 +72,5 @@ def build(scattering: Mapping[str, Any]) -> FieldSolver:
     Raises InputError where its file imports what is not installed, and where its Solver is no FieldSolver.
     """
     own = {key: value for key, value in scattering.items() if key not in ("solver", "bistatic")}
-    solver: FieldSolver = load_class(FOLDER, scattering["solver"], "Solver", FieldSolver)(own)
+    solver: FieldSolver = load_class(SOLVERS, scattering["solver"], FieldSolver)(own)
     return solver

@@ -10,9 +10,11 @@ from pathlib import Path
 import numpy as np
 
 from isarflow.core import sweep
-from isarflow.core.errors import InputError
+from isarflow.core.errors import InputError, refusal
 from isarflow.core.folders import of_fields
+from isarflow.core.kinds import MODELS, SECTIONS, check_kind, of_model, settings_of
 from isarflow.core.sweep import images_are_made
+from isarflow.core.words import near
 from isarflow.imaging.geometry import PURE_NOISE, centres, planned
 from isarflow.learning.classifier import NOT_HYPER, OTHER, choices
 from isarflow.learning.experiments import CLEAN, TOLERANCE, channels_of, runs
@@ -22,12 +24,16 @@ from isarflow.mesh import cad_kernel
 from isarflow.scattering import field_files, needs
 from isarflow.scattering.reference import check_columns, check_frequencies, is_csv, several
 from isarflow.setup import sweeps
-from isarflow.setup.kinds import MODELS, SECTIONS, check_kind, kind, settings_of
-from isarflow.setup.schema import check_schema, near, schema
+from isarflow.setup.schema import check_schema, schema
 
-FIELD_FORMATS = (".ffe", ".zarr")
+# Of the files that a target names; those that are one file, not a list.
+FORMATS = {
+    "mesh": (".stl", ".obj", ".ply", ".off", *cad_kernel.FORMATS),
+    "field": (".ffe", ".zarr"),
+    "reference": (".csv", ".ffe"),
+}
+ALONE = (".zarr", ".csv")
 WHERE = " (paths start at the folder you run snakemake in, or at the repository's)"
-MESH_FORMATS = (".stl", ".obj", ".ply", ".off", *cad_kernel.FORMATS)
 MOST_PIXELS = 4096  # of an image, for a model with covariances: one of 64 x 64 pixels takes 270 MB, of 128 x 128 4.3 GB
 RESERVED = {
     OTHER: f"'{OTHER}' is what images of no known class are called; take another name.",
@@ -39,14 +45,11 @@ def rules(config):
     """The schema with the settings of the config's imager and solver. InputError if there are no such kinds."""
     sections = dict(schema()["properties"])
     for name in SECTIONS:
-        section = sections[name]
         settings = settings_of(name, config.get(name) if isinstance(config, dict) else None)
         if settings is not None:
-            sections[name] = section | {
-                "properties": section["properties"] | settings,
-                "required": [*section["required"], *settings],
-                "additionalProperties": False,
-            }
+            properties, required = sections[name]["properties"] | settings, [*sections[name]["required"], *settings]
+            own = {"properties": properties, "required": required, "additionalProperties": False}
+            sections[name] = sections[name] | own
     return schema() | {"properties": sections}
 
 
@@ -66,7 +69,7 @@ def check_experiments(config, experiments):
 def check_fewest(config):
     """Raise InputError for a model that is set to ask for more training images than a run of its experiments has."""
     models = config["learning"]["models"]
-    asking = {model: model_kind(models, model).stated.get("fewest") for model in models}
+    asking = {model: of_model(models, model).stated.get("fewest") for model in models}
     for run in runs(config).values() if images_are_made(config) else ():
         for model in filter(asking.get, run["models"]):
             key, most = f"learning.models.{model}.{asking[model]}", np.max(models[model][asking[model]])
@@ -77,23 +80,14 @@ def check_fewest(config):
                 )
 
 
-def model_kind(models, name):
-    """The Kind of a model of the config: that of its own name, unless it says another."""
-    return kind(MODELS, models[name].get("kind", name))
-
-
 def _problems(config):
     if config.get("from") == config["name"]:
-        yield (
-            f"'from': '{config['from']}' is this run's own 'name'; give it the name of another run, whose meshes and "
-            "fields it takes, or leave it out."
-        )
+        yield f"'from': '{config['from']}' is this run's own 'name'; give it that of another run, or leave it out."
     if config["name"] in config.get("compare", ()):
         yield f"'compare': '{config['name']}' is this run's own 'name'; give it the names of others."
     yield from sweeps.problems(config)
-    yield from _absent(
-        "imaging.polarizations", config["imaging"]["polarizations"], "radar.polarizations", config["radar"]
-    )
+    channels, waves = (config[section]["polarizations"] for section in ("imaging", "radar"))
+    yield from _absent("imaging.polarizations", channels, "radar.polarizations", waves)
     if images_are_made(config):
         planned(config)
     yield from _of_targets_solver(config)
@@ -101,22 +95,21 @@ def _problems(config):
     for name, target in config["targets"].items():
         if name in RESERVED:
             yield f"'targets.{name}': {RESERVED[name]}"
-            continue
-        yield from _of_reference(f"'targets.{name}.reference'", target.get("reference", []), config)
-        if "field" in target:
-            yield from _of_field(f"'targets.{name}.field'", target["field"], config)
-        else:
-            yield from _of_mesh(f"targets.{name}", target)
-    yield from _of_labels(config["noise"]["snr_db"])
+        yield from _of_files(name, target, config)
+    labels = {}
+    for snr in config["noise"]["snr_db"]:
+        label = sweep.snr_label(snr)
+        if labels.setdefault(label, snr) != snr:
+            yield f"'noise.snr_db': {labels[label]!r} and {snr!r} dB are both {label} in six digits; take one of them."
     yield from _of_models(config["learning"]["models"])
 
 
-def _absent(key, polarizations, source, section):
-    """Find polarizations that a key names but its source, a key of another section, does not."""
-    for name in polarizations:
-        if name not in section["polarizations"]:
-            have = ", ".join(section["polarizations"])
-            yield f"'{key}': {name} is none of '{source}' ({have}); add it there, or leave it out here."
+def _absent(key, names, source, there):
+    """Find names, or SNRs, that a key has but its source, another key, has not. there: those that it has."""
+    for name in names:
+        if name not in there:
+            hint = near(name, there) if isinstance(name, str) else "."
+            yield f"'{key}': {name} is none of '{source}' ({', '.join(map(str, there))}){hint}"
 
 
 def _of_names(key, names):
@@ -128,52 +121,36 @@ def _of_names(key, names):
             yield f"'{key}.{name}' differs from '{other}' in capital letters alone; take another name."
 
 
-def _of_mesh(key, target):
-    mesh = Path(target["mesh"])
-    if mesh.suffix.lower() not in MESH_FORMATS:
-        yield f"'{key}.mesh': {mesh} is not one of {', '.join(MESH_FORMATS)}."
-    if not os.path.isfile(mesh):  # False also for a path that is too long, or in a folder that may not be read
-        yield f"'{key}.mesh': there is no file {mesh}{WHERE}."
-    if mesh.suffix.lower() in cad_kernel.FORMATS:
-        cad_kernel.check_installed(f"config key '{key}.mesh': {mesh}")
+def _of_files(name, target, config):
+    """Check the files that a target names: where they are, their formats, and what they are for."""
+    results = of_fields(Path("results", config["name"]), config)
+    for what in (what for what in FORMATS if what in target):
+        key = f"'targets.{name}.{what}'"
+        for path in map(Path, field_files.paths(target[what])):
+            suffix, kind = path.suffix.lower(), "store" if path.suffix.lower() == ".zarr" else "file"
+            if suffix not in FORMATS[what]:
+                yield f"{key}: {path} is not one of {', '.join(FORMATS[what])}."
+            if suffix in ALONE and not isinstance(target[what], str):
+                yield f"{key}: {path} is named alone; it holds all polarizations."
+            # Neither asks more of a path that is too long, or in a folder that may not be read.
+            if not (os.path.isdir(path) if kind == "store" else os.path.isfile(path)):
+                yield f"{key}: there is no {kind} {path}{WHERE}."
+            if what == "field" and path.resolve().is_relative_to(results.resolve()):
+                yield f"{key}: {path} lies in {results}, where this run writes; copy it elsewhere."
+    mesh, field, reference = (target.get(what, "") for what in FORMATS)
+    if Path(mesh).suffix.lower() in cad_kernel.FORMATS:
+        cad_kernel.check_installed(f"config key 'targets.{name}.mesh': {mesh}")
         if "unit" in target:
-            yield (
-                f"'{key}.unit': {mesh} states its own unit, from which it is converted; leave 'unit' out. If the "
-                "file's is wrong, export it anew."
-            )
-
-
-def _of_field(key, field, config):
-    results, is_store = of_fields(Path("results", config["name"]), config), field_files.is_store(field)
-    for path in map(Path, field_files.paths(field)):
-        if path.suffix.lower() == ".zarr" and not is_store:
-            yield f"{key}: {path} is a store, which is named alone; it holds all polarizations."
-        if path.suffix.lower() not in FIELD_FORMATS:
-            yield f"{key}: {path} is not one of {', '.join(FIELD_FORMATS)}."
-        if not (os.path.isdir(path) if is_store else os.path.isfile(path)):
-            yield f"{key}: there is no {'store' if is_store else 'file'} {path}{WHERE}."
-        if path.resolve().is_relative_to(results.resolve()):
-            yield f"{key}: {path} lies in {results}, where this run writes; copy it elsewhere."
-    if not is_store:
-        try:
-            field_files.by_transmission(field, config["radar"]["polarizations"])
-        except InputError as error:
-            yield f"{key}: {error}"
-
-
-def _of_reference(key, reference, config):
-    for path in map(Path, field_files.paths(reference)):
-        if path.suffix.lower() != ".ffe" and not is_csv(reference):
-            yield f"{key}: {path} is not one CSV file, nor a .ffe file."
-        if not os.path.isfile(path):
-            yield f"{key}: there is no file {path}{WHERE}."
-        elif is_csv(reference):
-            (swept,) = sweep.sweeps(config["radar"], config["aspect"], 1)
-            try:
-                check_columns(path, several(swept.frequency, swept.elevation, swept.azimuth, swept.polarizations))
-                check_frequencies(path, swept.frequency)
-            except InputError as error:
-                yield f"{key}: {error}"
+            why = "states its own unit; leave 'unit' out. If that is wrong, export the file anew"
+            yield f"'targets.{name}.unit': {mesh} {why}."
+    waves = config["radar"]["polarizations"]
+    if field and not field_files.is_store(field) and (why := refusal(field_files.by_transmission, field, waves)):
+        yield f"'targets.{name}.field': {why}"
+    if is_csv(reference):
+        (swept,) = sweep.sweeps(config["radar"], config["aspect"], 1)
+        columns = several(swept.frequency, swept.elevation, swept.azimuth, swept.polarizations)
+        if why := refusal(check_columns, reference, columns) or refusal(check_frequencies, reference, swept.frequency):
+            yield f"'targets.{name}.reference': {why}"
 
 
 def _of_targets_solver(config):
@@ -181,22 +158,11 @@ def _of_targets_solver(config):
     solver, settings = config["scattering"]["solver"], settings_of("scattering", config["scattering"])
     described = schema()["properties"]["targets"]["additionalProperties"]["properties"]
     for name, target in config["targets"].items() if settings is not None else ():
-        for key in (key for key in needs.OWN if key in target):
+        for key in needs.OWN & target.keys():
             if key not in settings:
                 yield f"'targets.{name}.{key}': the solver '{solver}' has no such setting; leave it out."
             rule = settings[key] | {"description": described[key]["description"]}
             check_schema({key: target[key]}, {"properties": {key: rule}}, ("targets", name))
-
-
-def _of_labels(snr_db):
-    labels = {}
-    for snr in snr_db:
-        label = sweep.snr_label(snr)
-        if labels.setdefault(label, snr) != snr:
-            yield (
-                f"'noise.snr_db': {labels[label]!r} and {snr!r} dB would both be called {label}; take values that "
-                "differ in six digits."
-            )
 
 
 # Number of texts that a model's file states for the page for each name; a number may follow, the place on the page.
@@ -207,37 +173,31 @@ def _of_models(models):
     """Check every model's settings against those that its kind states. A list means each of its values in turn."""
     shared = schema()["properties"]["learning"]["properties"]["models"]["additionalProperties"]["properties"]
     for name, settings in models.items():
-        key, hint = f"learning.models.{name}", None
-        if "kind" not in settings:
-            misspelt = next((setting for setting in settings if near(setting, ["kind"]) != "."), None)
-            hint = misspelt and f"; did you mean 'kind' by '{misspelt}'?"
-        file = settings.get("kind", name)
-        check_kind(MODELS, file, f"config key '{key}{'.kind' if 'kind' in settings else ''}'", hint)
+        key, file = f"learning.models.{name}", settings.get("kind", name)
+        check_kind(MODELS, file, f"config key '{key}{'.kind' if 'kind' in settings else ''}'")
+        its = of_model(models, name)
         for setting, value in settings.items():
             if setting not in NOT_HYPER and value == []:
                 yield f"'{key}.{setting}': an empty list leaves nothing to choose from."
-        stated = kind(MODELS, file).settings
-        # A kind with SETTINGS is checked by these.
-        for setting in sorted(kind(MODELS, file).asked - settings.keys()) if stated is None else ():
-            yield f"'{key}': {file}.py asks for the setting '{setting}', which is not there; add it."
-        smallest = kind(MODELS, file).stated.get("smallest", 1)
+        smallest = its.stated.get("smallest", 1)
         if not isinstance(smallest, int):
             yield f"'{key}': {file}.py says smallest = {smallest!r}; it is a whole number of pixels a side."
         for attribute, (texts, entries) in NAMED.items():
-            names = kind(MODELS, file).stated.get(attribute, {})
+            names = its.stated.get(attribute, {})
             if not isinstance(names, dict) or not all(
                 isinstance(words, tuple | list) and [*map(type, words)] in ([str] * texts, [*[str] * texts, int])
                 for words in names.values()
             ):
                 yield f"'{key}': {file}.py says {attribute} = {names!r}; it is a mapping of names to {entries}."
-        for choice in choices(settings) if stated is not None else ():
-            required = [setting for setting, rule in stated.items() if "default" not in rule]
-            allowed = {"additionalProperties": False, "required": required, "properties": shared | stated}
-            check_schema(choice, allowed | {"$defs": schema()["$defs"]}, ("learning", "models", name))
+        if its.settings is not None:
+            required = [setting for setting, rule in its.settings.items() if "default" not in rule]
+            allowed = {"additionalProperties": False, "required": required, "properties": shared | its.settings}
+            for choice in choices(settings):
+                check_schema(choice, allowed | {"$defs": schema()["$defs"]}, ("learning", "models", name))
 
 
 def _of_experiments(config, experiments):
-    learning, noise = config["learning"], config["noise"]["snr_db"]
+    learning, imaging, noise = config["learning"], config["imaging"], config["noise"]["snr_db"]
     known = sum(target["role"] == "known" for target in config["targets"].values())
     elevations = sweep.elevations(config["aspect"])
     yield from _of_names("learning.experiments", experiments)
@@ -254,33 +214,21 @@ def _of_experiments(config, experiments):
                 yield f"'{key}.folds': fold {fold} is none of {count}{of_config}."
         if scheme == "elevation" and trained != "all":
             yield f"'{key}.train.elevation': the split by elevation says at which elevations it trains; write all."
-        imaging = config["imaging"]
-        yield from _absent(f"{key}.channels", experiment.get("channels", ()), "imaging.polarizations", imaging)
+        channels = experiment.get("channels", ())
+        yield from _absent(f"{key}.channels", channels, "imaging.polarizations", imaging["polarizations"])
         if known < 2:
-            yield (
-                f"'{key}' needs at least two targets with role known; there are {known}. Write 'learning: "
-                "{experiments: {}}' to stop after the images."
-            )
-        for model in experiment["models"]:
-            if model not in learning["models"]:
-                yield (
-                    f"'{key}.models': there is no '{model}' in 'learning.models'{near(model, learning['models'])} "
-                    f"There are: {', '.join(learning['models'])}."
-                )
+            stop = "'learning: {experiments: {}}' stops after the images"
+            yield f"'{key}' needs at least two targets with role known; there are {known} ({stop})."
+        yield from _absent(f"{key}.models", experiment["models"], "learning.models", learning["models"])
         for angle in trained if trained != "all" else ():
             if np.abs(elevations - angle).min() >= TOLERANCE:
-                yield (
-                    f"'{key}.train.elevation': {angle} degrees is not one of the sweep's elevations "
-                    f"({', '.join(f'{elevation:g}' for elevation in elevations)})."
-                )
-    images, plan = centres(sweep.azimuths(config["aspect"]), config["imaging"]["aperture"]), planned(config)
+                have = ", ".join(f"{elevation:g}" for elevation in elevations)
+                yield f"'{key}.train.elevation': {angle} degrees is not one of the sweep's elevations ({have})."
+    images, plan = centres(sweep.azimuths(config["aspect"]), imaging["aperture"]), planned(config)
     for run in every.values():
         key = f"learning.experiments.{run['experiment']}"
-        for snr in run["snrs"]:
-            if snr != CLEAN and snr not in noise:
-                have = ", ".join(f"{other:g}" for other in sorted(noise))
-                yield f"'{key}.train.snr_db': {snr} is not in noise.snr_db ({have})."
-        stated = {model: model_kind(learning["models"], model).stated for model in run["models"]}
+        yield from _absent(f"{key}.train.snr_db", sorted(set(run["snrs"]) - {CLEAN}), "noise.snr_db", sorted(noise))
+        stated = {model: of_model(learning["models"], model).stated for model in run["models"]}
         for model in run["models"] if run["random_snr"] else ():
             if not stated[model].get("by_snr", False):
                 yield f"'{key}.train.snr_db': {model} does not keep the SNRs of its images apart."
@@ -288,10 +236,7 @@ def _of_experiments(config, experiments):
         for model in run["models"]:
             denoises = True in np.atleast_1d(learning["models"][model].get("denoise", False))
             if denoises and not (run["random_snr"] and CLEAN in run["snrs"]):
-                yield (
-                    f"'{key}.train.snr_db': {model} with 'denoise' learns what an image is without its noise; give it "
-                    "{random: [clean, ...]}."
-                )
+                yield f"'{key}.train.snr_db': {model} has 'denoise', and learns at {{random: [clean, ...]}} alone."
         division = Division(**run["division"])
         for name, target in config["targets"].items():
             if target["role"] == "known":
@@ -324,7 +269,5 @@ def _of_pixels(key, run, models, plan):
             yield f"{key}: {model} needs {smallest} pixels a side or more, these images have {min(sides)}; 32 is usual."
         pixels = sides[0] * sides[1] * channels_of(run, plan["channels"])
         if stated.get("covariances", False) and pixels > MOST_PIXELS:
-            yield (
-                f"{key}: {model} keeps covariances of all channels' pixels, and these images have {pixels}; "
-                f"{MOST_PIXELS} (64 a side) are the most it takes."
-            )
+            most = f"{MOST_PIXELS} (64 a side) are the most"
+            yield f"{key}: {model} keeps covariances of all channels' pixels, and these images have {pixels}; {most}."

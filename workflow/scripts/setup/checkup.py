@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from isarflow.core import sweep
-from isarflow.core.errors import InputError
+from isarflow.core.errors import InputError, refusal
+from isarflow.core.sweep import bands, frequencies
 from isarflow.core.words import counted
 from isarflow.mesh import symmetry, topology
 from isarflow.mesh.build import load
@@ -24,39 +24,26 @@ def checkup(config, name):
 
     Lines that begin with REFUSED say what would stop a run.
     """
-    target, radar = config["targets"][name], config["radar"]
-    path = target["mesh"]
+    target, mesh, radar, lines = config["targets"][name], config["mesh"], config["radar"], []
+    path, precision = target["mesh"], needs.precision(config)
     try:
-        surface = read_cad(path)
-    except InputError as error:
-        return [f"{REFUSED} {error}"]
-    surface = topology.compact(in_metres(surface[0], target), surface[1])
-    lines = [*_sizes(surface, target), *_symmetry(surface, target, radar)]
-    try:
-        check_size(surface[0], target, config["mesh"], radar, path, needs.precision(config))
-        check_resolution(np.ptp(surface[0], axis=0), config["mesh"], radar, path, needs.precision(config))
-        source = load(path, target, config["mesh"], radar, to_solve=True)
+        vertices, triangles = read_cad(path)
+        vertices, triangles = topology.compact(in_metres(vertices, target), triangles)
+        lines += [*_sizes(vertices, triangles, target), _symmetry(vertices, triangles, target, radar)]
+        check_size(vertices, target, mesh, radar, path, precision)
+        check_resolution(np.ptp(vertices, axis=0), mesh, radar, path, precision)
+        source = load(path, target, mesh, radar, to_solve=True)
     except InputError as error:
         return [*lines, f"{REFUSED} {error}"]
-    try:
-        check_formulation(config, name, source)
-    except InputError as error:
-        lines.append(f"{REFUSED} {error}")
-    lines.append(f"  repairs: {counted(source.repairs) or 'none needed'}")
-    lines.append(_closed(source))
-    size = source.measures
-    lines += _thinnest(source, wanted_edges(config["mesh"], radar, size["box"])[-1])
-    solves = needs.expected(config, name, size)
-    for solve, band in zip(solves, sweep.bands(radar, config["mesh"]["bands"]), strict=True):
+    lines += [f"  repairs: {counted(source.repairs) or 'none needed'}", _closed(source)]
+    lines += _thinnest(source, wanted_edges(mesh, radar, source.measures["box"])[-1])
+    for solve, band in zip(needs.expected(config, name, source.measures), bands(radar, mesh["bands"]), strict=True):
         lines.append(
             f"  up to {band[-1] / 1e9:g} GHz: about {solve['unknowns']:,.0f} unknowns, "
             f"{solve['megabytes'] / GIGA:.1f} GB, {solve['seconds']:,.0f} s on two cores"
         )
-    try:
-        needs.check_fit(config, name, size)
-    except InputError as error:
-        lines.append(f"{REFUSED} {error}")
-    return lines
+    refused = refusal(check_formulation, config, name, source), refusal(needs.check_fit, config, name, source.measures)
+    return lines + [f"{REFUSED} {why}" for why in refused if why]
 
 
 def check_formulation(config, name, source):
@@ -67,15 +54,15 @@ def check_formulation(config, name, source):
 
 def swept(config):
     """Return in a line what a config (or the defaults) asks of all targets: frequencies and edges."""
-    frequency, edges = sweep.frequencies(config["radar"]) / 1e9, config["mesh"]["edges_per_wavelength"]
+    frequency, edges = frequencies(config["radar"]) / 1e9, config["mesh"]["edges_per_wavelength"]
     span = f"{frequency[0]:g} to {frequency[-1]:g} GHz" if len(frequency) > 1 else f"{frequency[0]:g} GHz"
     return f"by 'radar' {span}, by 'mesh' {edges:g} edges a wavelength at each band's top"
 
 
-def _sizes(surface, target):
+def _sizes(vertices, triangles, target):
     """The box of a target in metres, and its size if the file were in other units."""
-    box = np.ptp(surface[0], axis=0)
-    lines = [f"  size {_box(box)} m, {len(surface[1]):,} triangles"]
+    box = np.ptp(vertices, axis=0)
+    lines = [f"  size {_box(box)} m, {len(triangles):,} triangles"]
     if not states_unit(target["mesh"]) and "unit" not in target and "length" not in target:
         others = [f"{_box(box * metres)} m if its numbers are {unit}" for unit, metres in UNITS.items() if unit != "m"]
         lines.append(f"  taken as m; {'; '.join(others)}")
@@ -86,14 +73,15 @@ def _box(lengths):
     return " x ".join(f"{length:.4g}" for length in lengths)
 
 
-def _symmetry(surface, target, radar):
+def _symmetry(vertices, triangles, target, radar):
     """Mirror planes that a target has, as exactly as a run asks for, compared with those that the config names."""
-    limit = symmetry.allowed(radar)
-    spacing = float(np.ptp(surface[0], axis=0).max()) / 100
-    found = [plane for plane, axis in symmetry.AXES.items() if from_mirror_image(*surface, spacing, axis)[0] <= limit]
-    more = [plane for plane in found if plane not in target.get("symmetry", [])]
+    spacing, found = float(np.ptp(vertices, axis=0).max()) / 100, []
+    for plane, axis in symmetry.AXES.items():
+        if from_mirror_image(vertices, triangles, spacing, axis)[0] <= symmetry.allowed(radar):
+            found.append(plane)
+    more = set(found) - set(target.get("symmetry", []))
     advice = f"; 'symmetry: [{', '.join(found)}]' would spare work" if more else ""
-    return [f"  mirror planes: {', '.join(found) or 'none'}{advice}"]
+    return f"  mirror planes: {', '.join(found) or 'none'}{advice}"
 
 
 def _closed(source):

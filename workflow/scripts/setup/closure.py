@@ -6,9 +6,7 @@ import hashlib
 from pathlib import Path
 
 from isarflow.core.errors import InputError
-from isarflow.core.folders import ROOT
-
-SCRIPTS = ROOT / "workflow" / "scripts"
+from isarflow.core.folders import SCRIPTS
 
 
 @functools.cache

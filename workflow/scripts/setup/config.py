@@ -7,7 +7,7 @@ from pathlib import Path
 
 import yaml
 
-from isarflow.core.errors import InputError
+from isarflow.core.errors import InputError, refusal
 from isarflow.core.folders import ROOT
 from isarflow.core.sweep import frequencies, images_are_made
 from isarflow.learning.experiments import CLEAN
@@ -15,7 +15,6 @@ from isarflow.setup import overlay, sweeps
 from isarflow.setup.check import check, check_experiments, check_fewest, rules
 from isarflow.setup.overlay import ALL, EXPERIMENTS
 from isarflow.setup.schema import check_schema
-from isarflow.setup.snrs import write_out
 from isarflow.setup.yaml_file import read_yaml
 
 BASE = ROOT / "config" / "config.yaml"
@@ -34,7 +33,7 @@ def load(*overlays):
     check_schema(config, rules(config))
     config["radar"] = sweeps.with_band(config["radar"])
     config["imaging"].setdefault("polarizations", list(config["radar"]["polarizations"]))
-    write_out(config)
+    sweeps.write_out_snrs(config)
     if isinstance(config["seed"], list):
         config["seed"], *config["further_seeds"] = config["seed"]
     for target in config["targets"].values():
@@ -109,25 +108,22 @@ def _leave_out(config, asked):
     asked: the experiments that the user's config names. One of these is refused instead, and kept as it is.
     """
     experiments, kept, left_out = config["learning"]["experiments"], {}, {}
-    try:
-        check_experiments(config, experiments)
+    refused = refusal(check_experiments, config, experiments)
+    if not refused:
         return
-    except InputError as error:
-        mine = {name: experiment for name, experiment in experiments.items() if name in asked}
-        if len(mine) == len(experiments):
-            raise
-        check_experiments(config, mine)
-        for name, experiment in experiments.items():
-            kept[name] = experiment if name in mine else _at_snrs(experiment, config["noise"]["snr_db"])
-            try:
-                check_experiments(config, {**mine, name: kept[name]})
-            except InputError as reason:
-                left_out[name] = str(reason)
-                del kept[name]
-        if not kept:
-            raise error from None
+    mine = {name: experiment for name, experiment in experiments.items() if name in asked}
+    check_experiments(config, mine)
+    for name, experiment in experiments.items():
+        shortened = experiment if name in mine else _at_snrs(experiment, config["noise"]["snr_db"])
+        why = refusal(check_experiments, config, {**mine, name: shortened})
+        if why:
+            left_out[name] = why
+        else:
+            kept[name] = shortened
+    if not kept:
+        raise InputError(refused)
     check_experiments(config, kept)
-    config["learning"] |= {"experiments": kept, **({"left_out": left_out} if left_out else {})}
+    config["learning"] |= {"experiments": kept} | ({"left_out": left_out} if left_out else {})
 
 
 def _at_snrs(experiment, snr_db):

@@ -16,10 +16,7 @@ def check_writable(*folders):
                 file.write(b"anything")
         except OSError as error:
             logging.raiseExceptions = False  # Snakemake's own log has no space either; once is enough
-            raise InputError(
-                f"{folder} cannot be written to: {error.strerror}. What a run makes goes there: make room, "
-                "or let it be written."
-            ) from None
+            raise InputError(f"{folder} cannot be written to: {error.strerror}. Make room, or allow it.") from None
 
 
 def shortage(folder, most):
@@ -28,10 +25,8 @@ def shortage(folder, most):
     free = shutil.disk_usage(_existing(folder)).free
     if free >= most - taken:
         return []
-    return [
-        f"Warning: {free / 1e9:.3g} GB are free in {folder}, and the stores of images may take "
-        f"{(most - taken) / 1e9:.3g} GB more."
-    ]
+    more = f"the stores of images may take {(most - taken) / 1e9:.3g} GB more"
+    return [f"Warning: {free / 1e9:.3g} GB are free in {folder}, and {more}."]
 
 
 def _existing(folder):

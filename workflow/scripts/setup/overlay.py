@@ -1,8 +1,9 @@
 """Lay a config over another, key by key; things that the user names are merged one by one."""
 
 from isarflow.core.errors import InputError
-from isarflow.setup.kinds import SECTIONS, settings_of
-from isarflow.setup.schema import near, schema
+from isarflow.core.kinds import SECTIONS, settings_of
+from isarflow.core.words import near
+from isarflow.setup.schema import schema
 
 # Maps of things that the user names: an overlay adds, changes and, with null, removes single ones.
 EXPERIMENTS = "learning.experiments"
@@ -27,19 +28,14 @@ def merge(base, overlay, path=""):
         # A list replaces these two.
         base = {key: value for key, value in base.items() if key not in ("center_frequency", "bandwidth")}
     if path in SECTIONS:
-        base = _of_kind(base, overlay, path)
+        key, *_ = SECTIONS[path]
+        if overlay.get(key, base.get(key)) != base.get(key):
+            # Settings of the imager or solver that is replaced do not hold for another.
+            kept = {*schema()["properties"][path]["properties"], *(settings_of(path, overlay) or ())}
+            base = {name: value for name, value in base.items() if name in kept}
     return base | {
         key: merge(base.get(key, {}), value, f"{path}.{key}" if path else str(key)) for key, value in overlay.items()
     }
-
-
-def _of_kind(base, overlay, path):
-    """A section, without the settings that belong to the kind that the overlay replaces by another."""
-    key, *_ = SECTIONS[path]
-    if overlay.get(key, base.get(key)) == base.get(key):
-        return base
-    kept = {*schema()["properties"][path]["properties"], *(settings_of(path, overlay) or ())}
-    return {name: value for name, value in base.items() if name in kept}
 
 
 def named(overlays, path):
@@ -60,9 +56,7 @@ def _named(base, overlay, path):
     for name, value in overlay.items():
         key = f"{path}.{name}"
         if name == ALL and value is not None:
-            raise InputError(
-                f"config key '{key}': '{ALL}' takes null alone, which removes all that this config does not name."
-            )
+            raise InputError(f"config key '{key}': it takes null alone, which removes all not named here.")
         if value is not None:
             merged[name] = _entry(base.get(name, {}), value, path, key)
         elif name != ALL:

@@ -6,12 +6,12 @@ from pathlib import Path
 import igl
 import numpy as np
 
-from isarflow.core.errors import InputError
+from isarflow.core.errors import InputError, refusal
 from isarflow.core.folders import of_fields
 from isarflow.core.sweep import images_are_made, why_no_images
 from isarflow.imaging.geometry import describe, planned
 from isarflow.learning.caveats import LEARNING, warnings
-from isarflow.mesh import cad_kernel, symmetry, topology
+from isarflow.mesh import cad_kernel, measures, symmetry, topology
 from isarflow.mesh.read import check_size, in_metres, read_cad
 from isarflow.mesh.resolution import check_resolution
 from isarflow.scattering import field_files, needs
@@ -48,8 +48,8 @@ def overview(config, results, refuse=False, seeds=1):
     if images_are_made(config):
         lines += _images(config, results, seeds)
         reaches = {name: size and size["reach"] for name, size in sizes.items()}
-        for name in (name for name, reach in reaches.items() if reach is None):
-            lines.append(f"  {name}: whether it fits the unambiguous extent is not known yet.")
+        unknown = [name for name, reach in reaches.items() if reach is None]
+        lines += [f"  {name}: whether it fits the unambiguous extent is not known yet." for name in unknown]
         for name, text in warnings(config, reaches):
             lines.append(f"Warning: {text if name == LEARNING else f'{name}: {text}'}")
         lines += _untrained(config["learning"])
@@ -63,10 +63,8 @@ def _taken(targets, fields):
     there = [name for name in targets if (fields / "scattering" / f"{name}.zarr").exists()]
     missing = [name for name in targets if name not in there]
     made = f" Not there yet, and made there: {', '.join(missing)}." if missing else ""
-    return (
-        f"Meshes and fields are those of {fields}: {', '.join(there) or 'none so far'}.{made} "
-        "One that was made with other settings or files than this config's is made anew there, too."
-    )
+    anew = "One that was made with other settings or files than this config's is made anew there, too."
+    return f"Meshes and fields are those of {fields}: {', '.join(there) or 'none so far'}.{made} {anew}"
 
 
 def _solves(config, sizes, fields, refuse):
@@ -84,16 +82,12 @@ def _solves(config, sizes, fields, refuse):
         lines.append(f"  {name}: up to {unknowns:,.0f} unknowns, {gigabytes:.1f} GB, {_span(time)}")
         if (fields / "scattering" / f"{name}.zarr").exists():
             continue
-        faults, box, label = [], sizes[name]["box"], f"config key 'targets.{name}': {target['mesh']}"
-        resolution = check_resolution, box, config["mesh"], config["radar"], label, needs.precision(config)
-        for check, *asked in ((needs.check_fit, config, name, sizes[name]), resolution):
-            try:
-                check(*asked)
-            except InputError as error:
-                faults.append(str(error))
-        if faults and refuse:
-            raise InputError(" ".join(faults))
-        lines += [f"Warning: {fault}" for fault in faults]
+        label = f"config key 'targets.{name}': {target['mesh']}"
+        sizing = sizes[name]["box"], config["mesh"], config["radar"], label, needs.precision(config)
+        faults = [refusal(needs.check_fit, config, name, sizes[name]), refusal(check_resolution, *sizing)]
+        if any(faults) and refuse:
+            raise InputError(" ".join(filter(None, faults)))
+        lines += [f"Warning: {fault}" for fault in faults if fault]
     head, total = "Solves, by estimate from the CAD files' areas, on two cores:", f"  in all: {_span(seconds)}"
     return [head, *lines, total] if lines else []
 
@@ -112,8 +106,7 @@ def _images(config, results, seeds):
         "Images of every target:",
         *(f"  {line}" for line in describe(plan)),
         f"  stores: {clean / 1e6:.3g} MB without noise, {noisy / 1e6:.3g} MB at each SNR; "
-        f"at most {most / 1e9:.3g} GB in all; "
-        f"exported they take {2 * most / 1e9:.3g} GB more",
+        f"at most {most / 1e9:.3g} GB in all; exported they take {2 * most / 1e9:.3g} GB more",
         *shortage(results, most),
     ]
 
@@ -146,11 +139,7 @@ def _size(config, name, mesh_json):
         from isarflow.setup.checkup import check_formulation
 
         check_formulation(config, name, load(target["mesh"], target, config["mesh"], config["radar"]))
-    return {
-        "area": float(topology.areas(vertices, triangles).sum()),
-        "box": np.ptp(vertices, axis=0).tolist(),
-        "reach": float(np.linalg.norm(vertices, axis=1).max()),
-    }
+    return measures.size(vertices, triangles)
 
 
 def _is_doubtful(config, name, vertices, triangles):
@@ -160,8 +149,10 @@ def _is_doubtful(config, name, vertices, triangles):
     """
     if needs.method(config, name).get("formulation") == "cfie" and not topology.is_watertight(triangles):
         return True
-    planes, tree = symmetry.axes(config["targets"][name].get("symmetry", [])), igl.AABB()
-    tree.init(vertices, triangles.astype(np.int64))
-    images = (symmetry.mirrored(vertices, axis) for axis in planes)
-    apart = [tree.squared_distance(vertices, triangles.astype(np.int64), image)[0] for image in images]
-    return not (np.array(apart) <= symmetry.allowed(config["radar"]) ** 2).all()  # nor where it is NaN
+    faces, tree = triangles.astype(np.int64), igl.AABB()
+    tree.init(vertices, faces)
+    for axis in symmetry.axes(config["targets"][name].get("symmetry", [])):
+        apart = tree.squared_distance(vertices, faces, symmetry.mirrored(vertices, axis))[0]
+        if not (apart <= symmetry.allowed(config["radar"]) ** 2).all():  # nor where it is NaN
+            return True
+    return False

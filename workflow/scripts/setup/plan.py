@@ -3,14 +3,16 @@
 import json
 import os
 from errno import ENOENT
+from pathlib import Path
 
-from isarflow.core import folders, sweep
+from isarflow.core import sweep
+from isarflow.core.errors import InputError
+from isarflow.core.folders import SCORES, of_fields
+from isarflow.core.kinds import IMAGERS, SOLVERS, kind, of_model
 from isarflow.core.sweep import images_are_made
 from isarflow.imaging.geometry import PURE_NOISE, megabytes, planned
 from isarflow.learning import experiments
 from isarflow.scattering import needs
-from isarflow.setup.check import model_kind
-from isarflow.setup.kinds import IMAGERS, SOLVERS, kind
 
 # On a cluster a job's memory also holds the two Snakemakes that start it, 190 MB each; in part they share it.
 STARTING = 400  # MB
@@ -32,9 +34,9 @@ class Plan:
     def __init__(self, config):
         self.results = f"results/{config['name']}"
         further, self.compared = config.pop("further_seeds", []), config.pop("compare", [])
-        self.config, self.fields = config, folders.of_fields(self.results, config).as_posix()
-        self.seeded = {f"{self.results}/seed_{seed}": {**config, "seed": seed} for seed in further}
-        self.seeded = {self.results: config, **self.seeded}
+        self.config, self.fields = config, of_fields(self.results, config).as_posix()
+        self.seeded = {self.results: config}
+        self.seeded |= {f"{self.results}/seed_{seed}": {**config, "seed": seed} for seed in further}
         self.targets = list(config["targets"])
         self.meshed = [target for target in self.targets if "mesh" in config["targets"][target]]
         self.given = [target for target in self.targets if target not in self.meshed]
@@ -63,8 +65,7 @@ class Plan:
 
         Raises FileNotFoundError where it holds no such band, as a mesh that is yet to be made again.
         """
-        with open(measures) as file:
-            bands = json.load(file)["bands"]
+        bands = json.loads(Path(measures).read_text())["bands"]
         if band >= len(bands):
             raise FileNotFoundError(ENOENT, "no such band", measures)
         config = self.config
@@ -77,15 +78,11 @@ class Plan:
 
     def kind(self, model):
         """What the file of a model of the config says of itself."""
-        return model_kind(self.models, model)
+        return of_model(self.models, model)
 
-    def model_files(self, *models):
-        """The files of these models, which jobs load by name."""
-        return [self.kind(model).file for model in models]
-
-    def model_files_of(self, fitted):
-        """The same of names <run>/<model>, each once."""
-        return self.model_files(*sorted({name.split("/")[1] for name in fitted}))
+    def model_files(self, *names):
+        """The files of models, <model> or <run>/<model>, which jobs load by name, each model's once."""
+        return [self.kind(model).file for model in sorted({name.split("/")[-1] for name in names})]
 
     def imager_file(self):
         return kind(IMAGERS, self.config["imaging"]["imager"]).file
@@ -100,16 +97,13 @@ class Plan:
 
     def training_stores(self, root, run, model):
         """The stores of images that a model learns from."""
-        labels = [experiments.label(snr) for snr in self.runs[run]["snrs"]]
-        # Of another seed are only those with noise.
-        roots = {label: self.results if label == experiments.CLEAN else root for label in labels}
-        stores = [
-            f"{roots[label]}/imaging/{target}/{label}.zarr"
-            for target in self.trained_targets(model)
-            for label in labels
-        ]
+        stores, labels = [], [experiments.label(snr) for snr in self.runs[run]["snrs"]]
+        for target in self.trained_targets(model):
+            # Of another seed are only those with noise.
+            roots = [self.results if label == experiments.CLEAN else root for label in labels]
+            stores += [f"{of}/imaging/{target}/{label}.zarr" for of, label in zip(roots, labels, strict=True)]
         noise = self.models[model].get("other", False) or self.kind(model).stated.get("learns_noise", False)
-        return stores + ([f"{root}/imaging/{PURE_NOISE}/clean.zarr"] if noise else [])
+        return [*stores, f"{root}/imaging/{PURE_NOISE}/clean.zarr"] if noise else stores
 
     def tested_targets(self, run):
         """The targets that a run is tested on, or chooses thresholds with."""
@@ -117,9 +111,9 @@ class Plan:
 
     def decoders(self):
         """The models with a decoder, <run>/<model>, in runs that are tested on unknown targets."""
-        opened = [(name, run) for name, run in self.runs.items() if run["open"] and run["first"]]
-        fitted = [(name, model) for name, run in opened for model in run["models"]]
-        return sorted(f"{name}/{model}" for name, model in fitted if "reconstruct" in self.kind(model).methods)
+        pairs = [fitted.split("/") for fitted in self.timed]
+        decoding = [(run, model) for run, model in pairs if "reconstruct" in self.kind(model).methods]
+        return [f"{run}/{model}" for run, model in decoding if self.runs[run]["open"]]
 
     def of_targets(self, targets):
         """Roles and mirror planes of these targets, for params."""
@@ -158,15 +152,34 @@ class Plan:
         return max([self.megabytes(*name.split("/")) for name in fitted], default=least)
 
     def roots(self):
-        """The folders of the runs to compare, by name: this one, its other seeds, and other runs."""
+        """The folders of the runs to compare, by name: this one, its other seeds, and other runs.
+
+        Raises InputError where another run has no scores, and where there would be nothing to compare.
+        """
         roots = {self.config["name"]: self.results}
         roots |= {os.path.basename(root): root for root in self.seeded if root != self.results}
-        return roots | folders.of_others(self.compared, len(roots))
+        roots |= {name: f"results/{name}" for name in self.compared}
+        if len(roots) < 2:
+            raise InputError(
+                "config key 'compare': there is nothing to compare this run with. Name other runs of this folder "
+                "(--config compare='[quick]'), or give 'seed' several values."
+            )
+        for root in roots.values():
+            if root not in self.seeded and not Path(root, SCORES).is_file():
+                have = sorted(path.parents[1].name for path in Path("results").glob(f"*/{SCORES}"))
+                raise InputError(
+                    f"config key 'compare': there is no {root}/{SCORES}; make that run first, with its own config. "
+                    f"There are: {', '.join(have) or 'none'}."
+                )
+        return roots
 
     def judged(self, root):
         """What a run's differences to another come from: its scores, predictions, and what its models are."""
-        if root not in self.seeded:
-            return folders.judged(root)
-        models = [f"{root}/learning/models/{fitted}" for fitted in self.fitted]
-        predictions = [f"{root}/learning/predictions/{fitted}/{snr}.csv" for fitted in self.fitted for snr in self.snrs]
-        return [f"{root}/learning/scores.csv", *models, *predictions]
+        scores, learning = f"{root}/{SCORES}", Path(root, "learning")
+        if root in self.seeded:
+            models = [f"{learning}/models/{fitted}" for fitted in self.fitted]
+            tables = [f"{learning}/predictions/{fitted}/{snr}.csv" for fitted in self.fitted for snr in self.snrs]
+            return [scores, *models, *tables]
+        # Another run has a config of its own: what it has made says what it is.
+        files = [*learning.glob("predictions/*/*/*.csv"), *learning.glob("models/*/*/config.json")]
+        return [scores, *sorted(map(str, files))]

@@ -1,16 +1,14 @@
 """Check a config against config/schema.yaml, with messages that a user can act on."""
 
 import datetime
-import difflib
 import functools
-import math
-import re
 
 import jsonschema
 import yaml
 
 from isarflow.core.errors import InputError
 from isarflow.core.folders import ROOT
+from isarflow.core.words import near
 
 SCHEMA = ROOT / "config" / "schema.yaml"
 LONGEST = 100  # characters of a value that a message shows
@@ -19,7 +17,7 @@ TYPES = {
     "array": "a list",
     "string": "text",
     "integer": "a whole number",
-    "number": "a number",
+    "number": "a finite number",
     "boolean": "true or false",
 }
 BOUNDS = {
@@ -32,21 +30,18 @@ BOUNDS = {
     "minProperties": "has fewer than {} keys",
     "maxProperties": "has more than {} keys",
 }
+# A number with a fraction of zero (2.2e9 is one to YAML) is not a whole one; infinity and NaN are no numbers.
+BASE = jsonschema.Draft202012Validator
+NUMBERS = {
+    "integer": lambda _, value: type(value) is int,
+    "number": lambda _, value: type(value) in (int, float) and value - value == 0,
+}
+VALIDATOR = jsonschema.validators.extend(BASE, type_checker=BASE.TYPE_CHECKER.redefine_many(NUMBERS))
 
 
 @functools.cache
 def schema():
     return yaml.load(SCHEMA.read_text(), yaml.CSafeLoader)
-
-
-def _validator():
-    """jsonschema's, to which a number with a fraction of zero (2.2e9 is one to YAML) is not a whole one."""
-    base = jsonschema.Draft202012Validator
-    whole = base.TYPE_CHECKER.redefine("integer", lambda _, value: type(value) is int)
-    return jsonschema.validators.extend(base, type_checker=whole)
-
-
-VALIDATOR = _validator()
 
 
 def check_schema(value, rules=None, path=()):
@@ -58,22 +53,6 @@ def check_schema(value, rules=None, path=()):
     errors = list(VALIDATOR(rules).iter_errors(value))
     if errors:
         raise InputError(_message(_first(errors), rules, path))
-    _check_finite(value, path)
-
-
-def _check_finite(value, path):
-    if isinstance(value, dict | list):
-        for key, item in value.items() if isinstance(value, dict) else enumerate(value):
-            _check_finite(item, (*path, key))
-    elif isinstance(value, float) and not math.isfinite(value):
-        raise InputError(f"config key '{'.'.join(map(str, path))}': {value} is not a finite number.")
-
-
-def near(name, names):
-    """'; did you mean ...?' with the nearest name, upper or lower case alike, or a full stop."""
-    spelt = {other.lower(): other for other in names}
-    nearest = difflib.get_close_matches(str(name).lower(), spelt, n=1, cutoff=0.65)
-    return f"; did you mean '{spelt[nearest[0]]}'?" if nearest else "."
 
 
 def repeated(values):
@@ -85,8 +64,6 @@ def shown(value):
     """A value about as the user wrote it."""
     if isinstance(value, datetime.date):
         return f"{value} (to YAML a date; in quotes it is text)"
-    if isinstance(value, bytes | set):
-        return f"a value with a tag of YAML's own (!!{'binary' if isinstance(value, bytes) else 'set'})"
     if value is None or isinstance(value, bool):
         return {None: "nothing", True: "true", False: "false"}[value]
     text = repr(value)
@@ -169,8 +146,6 @@ def _unknown_key(error, rules, path):
     outer, _, inner = str(unknown).partition(".")
     if inner and outer in known:
         hint = f"; did you mean '{outer}: {{{inner}: ...}}'?"
-    elif re.fullmatch(r"[\d.]+(e[+-]?\d+)?", str(unknown), re.IGNORECASE):
-        hint = "; did you mean a decimal point by the comma before it?"
     return (
         f"config key '{path}{'.' if path else ''}{unknown}' is unknown{hint} "
         f"Known keys here: {', '.join(known) or 'none'}."

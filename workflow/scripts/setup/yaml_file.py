@@ -1,7 +1,5 @@
 """Read a config file; of one that is not YAML, say where it is wrong and what is wrong, in plain words."""
 
-import itertools
-import json
 import re
 import stat
 from argparse import ArgumentParser
@@ -10,8 +8,6 @@ from pathlib import Path
 import yaml
 
 from isarflow.core.errors import InputError
-
-MOST_VALUES = 100_000  # of a file with all its aliases written out
 
 ESCAPE = "a backslash in double quotes begins an escape; write paths in single quotes or with /"
 # What libyaml says of frequent mistakes, and what the user did; for all others libyaml's words are shown. {opened}:
@@ -27,6 +23,7 @@ SLIPS = {
     " indented too far, or is it text, which needs quotes",
     "could not find expected ':'": "the key that begins in {opened} has no ':' after it",
     "expected key": "no key is expected here; is it indented like the lines of its mapping, which begins in {opened}",
+    "recursive node": "what the anchor '&' names here holds an alias '*' to itself, without end",
     "tab character": "a tab stands where the line is indented; indent with spaces alone",
 }
 
@@ -47,24 +44,13 @@ def check_command_line(arguments, folder):
         for path in given.files:
             read_yaml(path)
         for setting in given.settings:
-            _check_setting(setting)
+            if not re.match(r"[A-Za-z_]\w*=", setting):
+                raise InputError(
+                    f"--config {setting}: write key=value with a key of the config's first level, in quotes if there "
+                    "are spaces in it, as name=mine or 'radar={frequencies: 7}'."
+                )
     except InputError as error:
         raise SystemExit(str(error)) from None
-
-
-def _check_setting(setting):
-    """Raise InputError for an argument of --config that is not key=value with a value that YAML reads."""
-    key, equals, value = setting.partition("=")
-    if not equals or not re.fullmatch(r"[A-Za-z_]\w*", key):
-        outer, *inner = key.split(".")
-        example = f"'{outer}={{{inner[0]}: ...}}'" if inner else "name=mine or 'radar={frequencies: 7}'"
-        raise InputError(f"--config {setting}: write key=value with a key of the config's first level, as {example}.")
-    try:
-        yaml.load(value, yaml.CSafeLoader)
-    except yaml.YAMLError:
-        raise InputError(
-            f"--config {setting}: the value is not YAML; put the whole in quotes, as in 'noise={{snr_db: [0, 6]}}'."
-        ) from None
 
 
 def read_yaml(path):
@@ -75,12 +61,11 @@ def read_yaml(path):
     """
     text = _text(Path(path))
     try:
-        content = _json(text) or _yaml(text)
+        content = _parsed(text)
     except yaml.MarkedYAMLError as error:
         raise InputError(f"{path}, {_place(error.problem_mark)}: {_slip(error)}.") from None
     except RecursionError:
-        problem = "its brackets, or its aliases, stand in one another more than a thousand deep"
-        raise InputError(f"{path}: {problem}.") from None
+        raise InputError(f"{path}: its brackets stand in one another more than a thousand deep.") from None
     except (yaml.YAMLError, ValueError) as error:
         raise InputError(f"{path}: {' '.join(str(error).split())}.") from None
     if not isinstance(content, dict):
@@ -93,65 +78,30 @@ def _text(path):
     try:
         if path.exists() and not (stat.S_ISREG(path.stat().st_mode) or path.is_dir()):
             raise InputError(f"{path}: Snakemake reads a config more than once, and this is no file; write it to one.")
-        data = path.read_bytes()
+        return path.read_text("utf-8-sig")
     except FileNotFoundError:
         hint = "" if path.suffix else f" If '{path}' is what to make, it stands before --configfile."
         raise InputError(f"{path}: there is no such config file (in {Path.cwd()}).{hint}") from None
     except OSError as error:
         raise InputError(f"{path}: not a config file that can be read: {error.strerror}.") from None
-    if b"\0" in data:
-        raise InputError(f"{path}, byte {data.index(0) + 1}: a zero byte, as in UTF-16; save the file as UTF-8.")
-    try:
-        return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        before = data[: error.start].decode("utf-8-sig").split("\n")
+        line = error.object[: error.start].count(b"\n") + 1
         raise InputError(
-            f"{path}, line {len(before)}, column {len(before[-1]) + 1}: a character that is not UTF-8 "
-            f"(byte 0x{data[error.start]:02x}, in Latin-1 {chr(data[error.start])!r}); save the file as UTF-8."
+            f"{path}, line {line}: not text in UTF-8 (byte 0x{error.object[error.start]:02x}); save the file as UTF-8."
         ) from None
 
 
-def _json(text):
-    """The mapping of a JSON file, which tabs may indent; None for YAML, and for bad JSON, which YAML then locates."""
-
-    def unique(pairs):
-        if len(dict(pairs)) < len(pairs):
-            raise ValueError
-        return dict(pairs)
-
-    try:
-        return json.loads(text, object_pairs_hook=unique) if text.lstrip()[:1] == "{" else None
-    except (ValueError, RecursionError):
-        return None
-
-
-def _yaml(text):
+def _parsed(text):
+    """What YAML, or JSON, which is YAML too, says."""
     loader = _UniqueKeys(text)
     try:
         tree = loader.get_single_node()
-        _count(tree, {}, set())
-        if "\t" in text:
-            yaml.compose(text, yaml.SafeLoader)  # Snakemake's reader, which allows tabs in fewer places than libyaml
-        return loader.construct_document(tree) if tree else None
+        # Snakemake's reader of YAML allows tabs in fewer places than libyaml; it reads JSON by another one.
+        if "\t" in text and not text.lstrip().startswith("{"):
+            yaml.compose(text, yaml.SafeLoader)
+        return loader.construct_object(tree, deep=True) if tree else None
     finally:
         loader.dispose()
-
-
-def _count(node, sizes, above):
-    """Number of values of a node, its aliases written out. Raises for a node that holds itself, and for too many."""
-    if node in above:
-        raise yaml.YAMLError(
-            f"{_place(node.start_mark)}: what the anchor '&' names here holds an alias '*' to itself, without end"
-        )
-    if node not in sizes:
-        above.add(node)
-        inner = node.value if isinstance(node, yaml.CollectionNode) else ()
-        inner = itertools.chain(*inner) if isinstance(node, yaml.MappingNode) else inner
-        sizes[node] = 1 + sum(_count(part, sizes, above) for part in inner)
-        above.discard(node)
-    if sizes[node] > MOST_VALUES:
-        raise yaml.YAMLError(f"its aliases stand for more than {MOST_VALUES:,} values")
-    return sizes[node]
 
 
 class _UniqueKeys(yaml.CSafeLoader):

@@ -188,7 +188,11 @@ class Model(Classifier):
             checkpoint = Checkpoint(self.checkpoints, *CODE, settings, self.seed, *shown)
         sizes = settings["width"], settings["capsules"], settings["decoder"]
         weights = capsules.initial_weights(random, x.shape[1:], y.shape[1], *sizes)
-        steps = Settings(rate, settings["epochs"], settings["patience"], checkpoint, self.watch)
+        # A step of Adam moves the input of a class capsule by the rate times as many as there are primary capsules.
+        # At the full rate at once, all lengths of a large network may become 1, where they have no gradient, for
+        # thousands of steps.
+        warm_up = len(weights["votes"]) // 2
+        steps = Settings(rate, settings["epochs"], settings["patience"], checkpoint, self.watch, warm_up)
         learned, self.curve_ = minimize(loss, weights, batches, inputs, steps, validate if held_out else None)
         self._keep(learned)
 

@@ -44,8 +44,6 @@ from isarflow.scattering.quadrature import cross, dot, points_of, static_gradien
 ALPHA = 0.9
 
 SYMMETRIC = False
-FILLING = 3  # two kernels in all tiles, and waves of E and of n x H
-NEAR_BYTES = 26_000
 
 check_mesh = check_closed
 

@@ -18,8 +18,6 @@ from isarflow.scattering.quadrature import dot, points_of, static_potentials, we
 
 ALPHA = 1  # the EFIE alone: see `cfie`
 SYMMETRIC = True
-FILLING = 1  # time for the matrix's entries and right sides, in units of the EFIE's
-NEAR_BYTES = 13_000  # memory of the near pairs for each triangle: about 45 pairs a triangle and image
 
 
 def check_mesh(vertices, triangles):

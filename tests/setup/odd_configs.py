@@ -1,6 +1,6 @@
 """Configs as nobody should write them, each from a seed: overlays of config/config.yaml with a few things made odd.
 
-    python tests/workflow/odd_configs.py 600    plans a run with each of that many, and says which end as they must not
+    python tests/setup/odd_configs.py 600    plans a run with each of that many, and says which end as they must not
 
 A config that is odd must end in one message or in a plan, within LIMIT seconds.
 """
@@ -18,44 +18,9 @@ import yaml
 ROOT = Path(__file__).resolve().parents[2]
 LIMIT = 10  # s
 ODD = (
-    *(
-        None,
-        True,
-        False,
-        "",
-        " ",
-        "none",
-        "clean",
-        "all",
-        "null",
-        "*",
-        "../x",
-        "a/b",
-        "{x}",
-        "ü",
-        "x" * 300,
-        "1e9",
-        "0x10",
-    ),
-    *(
-        0,
-        1,
-        -1,
-        2,
-        3,
-        7,
-        1e-9,
-        0.5,
-        -0.0,
-        1.5,
-        100,
-        10**6,
-        10**30,
-        -(10**30),
-        float("inf"),
-        -float("inf"),
-        float("nan"),
-    ),
+    *(None, True, False, "", " ", "none", "clean", "all", "null", "*", "../x", "a/b", "{x}", "ü", "x" * 300, "1e9"),
+    *("0x10", 0, 1, -1, 2, 3, 7, 1e-9, 0.5, -0.0, 1.5, 100, 10**6, 10**30, -(10**30)),
+    *(float("inf"), -float("inf"), float("nan")),
     *([], [[]], [0], [0, 0], [1, "clean"], ["VV", "VV"], ["HV"], [None], [-90, 90], [1e9, 2e9, 2e9], list(range(300))),
     *({}, {"start": 0}, {"start": 0, "stop": 1, "step": 0}, {"start": 9, "stop": 1, "step": 1}, {"count": 3}),
     *({"start": 0, "stop": 1e9, "step": 1e-3}, {"random": []}, {"random": [0, 3]}, {"mesh": "x.stl"}, {"": 1}, {1: 2}),

@@ -36,22 +36,16 @@ SLIPS = {
     "no colon": (b"name: a\nseed\n", "line 2, column 1 has no ':' after it"),
     "crooked lines": (b"a:\n  b: 1\n c: 2\n", "line 3, column 2: no key is expected here; is it indented"),
     "not an item": (b"a:\n - b\n c: 1\n", "line 3, column 2: "),
-    "Latin-1": (
-        b"seed: 1\nname: caf\xe9\n",
-        "line 2, column 10: a character that is not UTF-8 (byte 0xe9, in Latin-1 '\u00e9')",
-    ),
-    "UTF-16": ("name: a".encode("utf-16"), "byte 4: a zero byte, as in UTF-16"),
+    "Latin-1": (b"seed: 1\nname: caf\xe9\n", "line 2: not text in UTF-8 (byte 0xe9); save the file as UTF-8"),
+    "UTF-16": ("name: a".encode("utf-16"), "line 1: not text in UTF-8 (byte 0xff)"),
     "a list for a key": (b"name: a\n[a, b]: 1\n", "line 2, column 1: a key must be a word"),
     "two of a key": (b"name: a\nname: b\n", "line 2, column 1: the key 'name' stands twice"),
     "two of a key in JSON": (b'{"name": "a",\n"name": "b"}', "line 2, column 1: the key 'name' stands twice"),
     "no such day": (b"seed: 2020-13-45\n", ": month"),
     "two documents": (b"name: a\n---\nname: b\n", "line 2, column 1: a second document begins"),
     "an end in the middle": (b"name: a\n...\nname: b\n", "line 3, column 1: "),
-    "a zero byte": (b"name: a\0\n", "byte 8: a zero byte, as in UTF-16"),
-    "JSON without end": (
-        b'{"a": ' + b"[" * 3000 + b"]" * 3000 + b"}",
-        "more than a thousand deep",
-    ),
+    "a zero byte": (b"name: a\0\n", ": control characters are not allowed"),
+    "JSON without end": (b'{"a": ' + b"[" * 3000 + b"]" * 3000 + b"}", "more than a thousand deep"),
     "a bracket at the end": (b"a: [[1", "the bracket '[' that opens in line 1, column 5 is not closed"),
     "a brace and nothing": (b"name: {", "line 2, column 1: "),
     "an alias to itself": (
@@ -59,10 +53,6 @@ SLIPS = {
         "line 1, column 8: what the anchor '&' names here holds an alias '*' to itself",
     ),
     "an alias to nothing": (b"name: *b\n", "line 1, column 7: "),
-    "aliases that explode": (
-        b"".join(b"a%d: &a%d [%s]\n" % (n, n, b",".join([b"*a%d" % (n - 1)] * 10) if n else b"1") for n in range(9)),
-        "its aliases stand for more than 100,000 values",
-    ),
     "brackets without end": (b"a: " + b"[" * 3000 + b"]" * 3000, "stand in one another more than a thousand deep"),
     "an open quote": (b"name: 'a\nseed: 1\n", "column 1: the quote that opens in line 1, column 7 is never closed"),
     "a Windows path": (b'mesh: "C:\\Users\\x.stl"\n', "line 1, column 12: a backslash in double quotes"),
@@ -114,10 +104,13 @@ def test_pipe_is_refused(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--config", "radar.bandwidth=1e8"], "as 'radar={bandwidth: ...}'."),
+        (["--config", "radar.bandwidth=1e8"], "with a key of the config's first level"),
         (["--config", "seed"], "write key=value"),
         (["--config", "name=a", "=3"], "--config =3: write key=value"),
-        (["-C", "noise={snr_db:", "[1,2]}"], "put the whole in quotes"),
+        (
+            ["-C", "noise={snr_db:", "[1,2]}"],
+            "--config [1,2]}: write key=value",
+        ),
     ],
 )
 def test_settings_of_the_command_line_are_held_to_their_form(arguments, message):
@@ -130,22 +123,3 @@ def test_settings_of_the_command_line_that_are_right():
     check_command_line(["--config", "name=b", "noise={snr_db: [1, 2]}", "--cores", "2"], "/home/me/isarflow")
     with pytest.raises(SystemExit, match="Snakemake takes braces in a path for wildcards"):
         check_command_line([], "/home/me/{isarflow}")
-
-
-def test_numbers_within_mappings_of_the_command_line(project_of):
-    """Snakemake gives what stands within them as text."""
-    project = project_of("settings")
-    settings = ("--config", "name=b", "noise={snr_db: [1, 2.5]}", "learning={experiments: {}}")
-    assert project.planned("results/b/imaging/ufo/snr_2.5dB.zarr", *settings)["noise"] == 1
-
-
-@pytest.mark.parametrize("option", ["--configfile", "--configfiles"])
-def test_snakemake_says_it_before_it_reads_the_files_itself(option, project_of):
-    """Its own words for the same: a traceback, or that the file is 'not valid JSON or YAML', without a place."""
-    project = project_of("slip")
-    project.write("config/good.yaml", "name: good\n")
-    project.write("config/bad.yaml", "name: bad\nradar: &a {b: *a}\n")
-    finished = project.run("--cores", 1, "--dry-run", "report", option, "config/good.yaml", "config/bad.yaml")
-    assert finished.returncode == 1
-    (line,) = [line for line in finished.stdout.splitlines() if not line.startswith("Using workflow specific profile")]
-    assert line.startswith("config/bad.yaml: line 2, column 8: what the anchor")

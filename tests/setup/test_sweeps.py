@@ -69,7 +69,7 @@ def test_a_list_of_elevations_still_makes_images():
             [{"scattering": {"bistatic": {"receivers": [[0, 0]]}}, "targets": {"a": {"reference": "README.md"}}}],
             "'targets.a.reference': it is of backscatter",
         ),
-        ([{"targets": {"a": {"reference": "README.md"}}}], "README.md is not one CSV file"),
+        ([{"targets": {"a": {"reference": "README.md"}}}], "README.md is not one of .csv, .ffe"),
         ([{"targets": {"a": {"scale": 0}}}], "'targets.a.scale': 0 is not more than 0"),
         ([{"targets": {"a": {"translate": [1, 2]}}}], "'targets.a.translate': [1, 2] has fewer than 3 entries"),
     ],

@@ -5,9 +5,9 @@ import copy
 import pytest
 
 from isarflow.core.errors import InputError
+from isarflow.core.kinds import MODELS, available, kind, settings_of
 from isarflow.setup.check import check, rules
 from isarflow.setup.config import ROOT, load
-from isarflow.setup.kinds import MODELS, available, kind, settings_of
 from isarflow.setup.schema import check_schema, schema
 
 # Of mappings of names that the user gives, one that the default config has.
