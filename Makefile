@@ -63,7 +63,7 @@ docs: environment
 
 fields: environment
 	missing=$$(python resources/fields/make.py missing) && \
-		{ [ -z "$$missing" ] || snakemake --cores $(CORES) $$missing --configfile config/thesis.yaml; }
+		{ [ -z "$$missing" ] || snakemake --cores $(CORES) $$missing --configfile config/thesis.yaml config/fields.yaml; }
 	python resources/fields/make.py keep
 	python resources/fields/make.py publish
 	python resources/fields/make.py splits

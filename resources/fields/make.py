@@ -1,4 +1,4 @@
-"""The dataset, from a run of config/thesis.yaml: band by band, so that a run that is cut off loses nothing.
+"""The dataset, from a run of config/fields.yaml: band by band, so that a run that is cut off loses nothing.
 
     make.py missing    the bands of targets without a store that are not kept yet, as targets for snakemake
     make.py keep       keep those that the run has finished, in bands/, with what each solve took
@@ -25,16 +25,16 @@ from isarflow.core import store as stores
 from isarflow.core.sweep import azimuths, elevations, sweeps
 from isarflow.learning import export
 from isarflow.learning.split import SIDES
+from isarflow.learning.timing import cpu
 from isarflow.scattering import needs
 from isarflow.scattering.field_files import digest
-from isarflow.scattering.machine import processor
 from isarflow.scattering.store import join_bands
 from isarflow.setup.config import load
 from isarflow.setup.yaml_file import read_yaml
 
 HERE = Path(__file__).parent
 BANDS = HERE / "bands"
-CONFIG = "config/thesis.yaml"
+CONFIG = "config/thesis.yaml", "config/fields.yaml"
 LINE = re.compile(
     r"([\d.]+) GHz: (\d+) unknowns, residual ([\d.e+-]+), "
     r"assembly ([\d.]+) s, factorization ([\d.]+) s, directions ([\d.]+) s"
@@ -46,7 +46,7 @@ def main():
     steps = {step.__name__: step for step in (missing, keep, publish, splits, card)}
     parser.add_argument("what", choices=steps)
     options = parser.parse_args()
-    config = load(read_yaml(CONFIG))
+    config = load(*map(read_yaml, CONFIG))
     steps[options.what](config, Path("results", config["name"]))
 
 
@@ -83,7 +83,7 @@ def _took(config, results, target, number):
     return {
         "commit": _said("git", "rev-parse", "HEAD"),
         "date": date.today().isoformat(),
-        "processor": processor(),
+        "processor": cpu(),
         "cad_sha256": digest(config["targets"][target]["mesh"]),
         "mesh_sha256": digest(mesh),
         "triangles": figures["triangles"],
