@@ -23,12 +23,10 @@ def differences(roots, seed, kept):
     roots: the runs' folders by name, results/<run>, the first the reference. seed: of the resamples; kept: the share
     of known images that thresholds of this name keep, in all runs.
     Compared are the same experiment, model, split, training, confidence score and protocol at the same test SNR, in the
-    closed set and, of open runs, with thresholds. Both values count only the test images that both runs have (`n`),
-    each judged by its own run; `low` and `high` are the 95 % interval of the difference, by a bootstrap over blocks of
-    these images in which both runs are drawn alike. Two runs with no test image in common give no rows.
+    closed set and, of open runs, with thresholds. Both values count only the test images that both runs have (`n`);
+    `low` and `high` are the 95 % interval of the difference, in whose resamples both runs are drawn alike.
     """
-    sides, rows = {name: _cases(root) for name, root in roots.items()}, []
-    (_, reference), *others = sides.items()
+    rows, ((_, reference), *others) = [], [(name, _cases(root)) for name, root in roots.items()]
     for head, tables in reference.items():
         for snr, paths in sorted(tables.items()):
             there = [(name, cases[head][snr]) for name, cases in others if snr in cases.get(head, {})]
@@ -48,22 +46,14 @@ def difference(decision, reference, seed):
     if not len(common):
         return
     rows = [of.get_indexer(common) for of in images]
-    block = reference.test["block"].to_numpy()[rows[1]]
-    blocks, place = np.unique(block, return_inverse=True)
-    labels = judge.ordered({*decision.labels, *reference.labels})
-    found = []
+    blocks, place = np.unique(reference.test["block"].to_numpy()[rows[1]], return_inverse=True)
+    labels, counts = judge.ordered({*decision.labels, *reference.labels}), []
     for one, row in zip((decision, reference), rows, strict=True):
-        truth, predicted = one.test["truth"].to_numpy(str)[row], one.predicted[row]
-        codes = [pd.Categorical(of, categories=labels).codes.astype(int) for of in (truth, predicted)]
-        counts = metrics.confusion(place, *codes, (len(blocks), len(labels)))
-        found.append((metrics.metrics_of(counts.sum(axis=0), labels, labels), counts))
-    drawn = [metrics.resampled(counts, labels, labels, seed) for _, counts in found]
-    equal = metrics.equal_blocks(np.bincount(place))
-    for name in METRICS:
-        value, of_reference = (values[name] for values, _ in found)
-        ends = metrics.interval(value - of_reference, drawn[0][name] - drawn[1][name], equal, share=False)
+        codes = [pd.Index(labels).get_indexer(of)[row] for of in (one.test["truth"], one.predicted)]
+        counts.append(metrics.confusion(place, *codes, (len(blocks), len(labels))))
+    for *found, low, high in metrics.differences(counts, [labels, labels], seed, METRICS):
         # With few blocks the interval may be wider than a difference of shares can be.
-        yield name, value, of_reference, value - of_reference, *np.clip(ends, -1, 1), len(common)
+        yield *found, *np.clip([low, high], -1, 1), len(common)
 
 
 def _cases(root):

@@ -20,17 +20,13 @@ ROLES = {"thesis": ("known", "unknown"), "blind": ("known", "other"), "kept": ("
 
 
 class Seen(NamedTuple):
-    """The validation rows of a prediction table that a protocol sees.
-
-    truth, predicted: their labels (n,); weight: number of images that each with truth OTHER counts for; by_share: None,
-    or the rows of known targets of which the threshold keeps a share.
-    """
+    """The validation rows of a prediction table that a protocol sees."""
 
     rows: pd.DataFrame
     truth: np.ndarray
     predicted: np.ndarray
-    weight: float
-    by_share: pd.DataFrame | None
+    weight: float  # number of images that each with truth OTHER counts for
+    by_share: pd.DataFrame | None  # the rows of known targets of which the threshold keeps a share
 
 
 def seen(table, protocol):
@@ -52,10 +48,9 @@ def choose(table, score, protocol, kept=KEPT):
 def chosen(among, score, kept=KEPT):
     """The threshold of a confidence score, chosen on the rows that a protocol sees, `Seen`.
 
-    The threshold with the largest weighted F1 over the classes and OTHER; under the protocol `kept`, and if there are
-    only known images, the one that keeps this share of them. Under the blind protocol the images of role other
-    together count as much as the known ones: the number of targets of that role in a config says nothing of the
-    number of unknown ones to come.
+    It has the largest weighted F1 over the classes and OTHER; under the protocol `kept`, and if there are only known
+    images, it keeps this share of them. Under the blind protocol the images of role other together count as much as the
+    known ones, as the number of targets of that role says nothing of the number of unknown ones to come.
     """
     if among.by_share is not None:
         return float(np.quantile(among.by_share[score], 1 - kept))
