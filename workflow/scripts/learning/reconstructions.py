@@ -9,7 +9,8 @@ from isarflow.core.store import write
 from isarflow.core.sweep import snr_of_label
 from isarflow.learning import images
 from isarflow.learning.experiments import CLEAN
-from isarflow.learning.model_folder import config_of, division_of, load
+from isarflow.learning.model_folder import config_of, load
+from isarflow.learning.split import Division
 
 EXAMPLES = 5  # of each target
 
@@ -26,7 +27,7 @@ def reconstruct(stores, planes, folder, output):
     model, run = load(folder), config_of(folder)["run"]
     targets = sorted({images.target_of(store) for store in stores})
     labels = sorted({Path(store).stem for store in stores} - {CLEAN}, key=snr_of_label)
-    divided = images.divide(stores, planes, division_of(folder))
+    divided = images.divide(stores, planes, Division(**run["division"]))
     azimuths = {}  # for each target, of the examples
     decoded = {}  # by target and label: inputs of the network, their reconstructions, predicted classes
     for store in map(Path, stores):
@@ -35,10 +36,7 @@ def reconstruct(stores, planes, folder, output):
         azimuths[target] = azimuth
         pixels, origin = images.read([store], {target: azimuth}, elevation, run["upsample"], channels=run["channels"])
         # All pairs of these angles, and all realizations: the first of each example.
-        rows = [
-            np.flatnonzero(images.among(origin["elevation"], [e]) & images.among(origin["azimuth"], [a]))[0]
-            for e, a in zip(elevation, azimuth, strict=True)
-        ]
+        rows = [images.at(origin, [e], [a]).argmax() for e, a in zip(elevation, azimuth, strict=True)]
         decoded[target, store.stem] = model.reconstruct(pixels[rows])
     noisy = [[decoded[target, label] for target in targets] for label in labels]
     seen, made, predicted = (np.array([[part[i] for part in row] for row in noisy]) for i in range(3))
@@ -56,7 +54,7 @@ def reconstruct(stores, planes, folder, output):
             "elevation": ("example", elevation, {"units": "degrees", "long_name": "elevation"}),
             "azimuth": (
                 ("target", "example"),
-                np.array([azimuths[target] for target in targets]),
+                [azimuths[target] for target in targets],
                 {"units": "degrees", "long_name": "azimuth"},
             ),
         },
