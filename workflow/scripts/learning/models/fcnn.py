@@ -39,11 +39,7 @@ class Model(Classifier):
         "epochs": {"type": "integer", "minimum": 1, "description": "passes over the training images"},
         "batch": {"type": "integer", "minimum": 1, "description": "images a batch"},
         "learning_rate": {"type": "number", "exclusiveMinimum": 0, "description": "Adam's"},
-        "openmax_tail": {
-            "type": "integer",
-            "minimum": 2,
-            "description": "largest distances that a Weibull distribution is fitted to",
-        },
+        "openmax_tail": {"type": "integer", "minimum": 2, "description": "largest distances of the Weibull fit"},
         "openmax_alpha": {"type": "integer", "minimum": 1, "description": "largest logits that OpenMax revises"},
         "features": {"$ref": "#/$defs/features", "default": "parts"},
     }
@@ -52,13 +48,10 @@ class Model(Classifier):
     def fit(self, images, labels, validation=None, snrs=None, views=None):
         x = self.features(images)
         self.classes_, y = np.unique(labels, return_inverse=True)
-        held_out = None
-        if validation is not None:
-            held_out = self.features(validation[0]), np.searchsorted(self.classes_, validation[1])
+        held_out = validation and (self.features(validation[0]), np.searchsorted(self.classes_, validation[1]))
         self._train(x, y, held_out, snrs)
 
-        features = self._hidden(x)
-        known = labels != OTHER
+        features, known = self._hidden(x), labels != OTHER
         self.references_ = unit(features[known])
         classes = self.classes_[self.classes_ != OTHER]
         self._keep(confidence.fit_gaussians(features[known].astype(np.float64), labels[known], classes))
@@ -99,9 +92,6 @@ class Model(Classifier):
 
     def _logits(self, features):
         return (features @ self.output_ + self.output_offset_).astype(np.float64)
-
-    def decision_function(self, images):
-        return self._logits(self._hidden(self.features(images)))
 
     def evaluate(self, images):
         features = self._hidden(self.features(images))

@@ -52,11 +52,7 @@ class Model(Classifier):
     """
 
     LABELS = {"likelihood": ("likelihood", "the likelihood of the library", 12)}
-    SCORES = {
-        "likelihood": ("likelihood", 17),
-        "rice": ("Rician likelihood", 18),
-        "coherence": ("coherence", 16),
-    }
+    SCORES = {"likelihood": ("likelihood", 17), "rice": ("Rician likelihood", 18), "coherence": ("coherence", 16)}
     SETTINGS = {
         "candidates": {
             "type": "integer",
@@ -136,9 +132,8 @@ class Model(Classifier):
             chosen = first + np.argpartition(-near[:, first:end], count - 1, axis=1)[:, :count]
             nearest = first + near[:, first:end].argmax(axis=1)[:, None]  # in place of what is left out
             chosen = np.where(np.take_along_axis(near, chosen, axis=1) < -1.5, nearest, chosen)
-            found.append(
-                _rician(magnitudes, noise, scale, templates[chosen], around[chosen], self.settings["mismatch"])
-            )
+            arrays = magnitudes, noise, scale, templates[chosen], around[chosen]
+            found.append(_rician(*arrays, self.settings["mismatch"]))
         return np.stack(found, axis=1)
 
     @functools.cached_property
