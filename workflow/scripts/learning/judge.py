@@ -80,16 +80,12 @@ def decide(table, is_open, kept=KEPT):
 
     kept: the share of known images that the protocol of this name keeps.
     """
-    return [_closed(table), *(_opened(table, kept) if is_open else ())]
-
-
-def _closed(table):
-    """The known targets alone, as they were predicted."""
     known = table[table["role"] == "known"]
     test, held_out = (known[known["side"] == side] for side in ("test", "validation"))
     reached = metrics.metrics_of_labels(held_out["truth"], held_out["predicted"])
     validation = tuple((name, reached[name], len(held_out)) for name in BY_FOLD)
-    return Decision("", "", test, test["predicted"].to_numpy(), (), validation)
+    closed = Decision("", "", test, test["predicted"].to_numpy(), (), validation)
+    return [closed, *(_opened(table, kept) if is_open else ())]
 
 
 def _opened(table, kept):
@@ -160,11 +156,9 @@ def cells(decision):
     """(target, predicted, number of test images) of a Decision; none for a confidence score without a threshold."""
     if not decision.is_final:
         return
-    targets, numbers = np.unique(decision.test["target"].to_numpy(str), return_inverse=True)
-    for number, target in enumerate(targets):
-        predicted = decision.predicted[numbers == number]
-        for label in decision.labels:
-            yield target, label, int((predicted == label).sum())
+    counts = pd.crosstab(decision.test["target"].to_numpy(str), decision.predicted)
+    for target, row in counts.reindex(columns=decision.labels, fill_value=0).iterrows():
+        yield from ((target, label, int(count)) for label, count in row.items())
 
 
 def by_other_definitions(decided, definition, seed):

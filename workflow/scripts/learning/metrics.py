@@ -120,10 +120,9 @@ def differences(counts, labels, seed, names):
 def separation(scores, known, right, groups, draws):
     """Measure how well a score separates known from unknown images without a threshold: mapping of name to (draws,).
 
-    auroc: probability that a known image scores higher than an unknown one (ties count half).
-    oscr: the same for known images that are also classified correctly: the area under the curve of correct
-    classification against false positive rate (Dhamija et al. 2018).
-    fpr95: share of the unknown images above the threshold that keeps 95 % of the known ones.
+    auroc: probability that a known image scores higher than an unknown one (ties count half). oscr: the same for known
+    images that are also classified correctly (Dhamija et al. 2018). fpr95: share of the unknown images above the
+    threshold that keeps 95 % of the known ones.
     groups: (n,) numbers of blocks; draws: (draws, blocks), how often each block counts. All are NaN unless there are
     images of both kinds.
     """

@@ -27,15 +27,13 @@ def differences(roots, seed, kept):
     `low` and `high` are the 95 % interval of the difference, in whose resamples both runs are drawn alike.
     """
     rows, ((_, reference), *others) = [], [(name, _cases(root)) for name, root in roots.items()]
-    for head, tables in reference.items():
-        for snr, paths in sorted(tables.items()):
-            there = [(name, cases[head][snr]) for name, cases in others if snr in cases.get(head, {})]
-            decided = _decided(paths, kept) if there else {}
-            for name, of_other in there:
-                for kind, decision in _decided(of_other, kept).items():
-                    if kind in decided:
-                        found = difference(decision, decided[kind], seed)
-                        rows += [[*head, snr, *kind, name, *row] for row in found]
+    for case, paths in reference.items():
+        there = [(name, cases[case]) for name, cases in others if case in cases]
+        decided = _decided(paths, kept) if there else {}
+        for name, of_other in there:
+            for kind, decision in _decided(of_other, kept).items():
+                if kind in decided:
+                    rows += [[*case, *kind, name, *row] for row in difference(decision, decided[kind], seed)]
     return pd.DataFrame(rows, columns=COLUMNS)
 
 
@@ -57,7 +55,7 @@ def difference(decision, reference, seed):
 
 
 def _cases(root):
-    """The columns HEAD of every run and model in a folder and, by SNR, its tables in order of folds.
+    """Map the columns HEAD and the SNR of every run and model in a folder to its tables in order of folds.
 
     Only those that its scores.csv names: the folder may still hold tables of runs that the config no longer has.
     """
@@ -66,8 +64,8 @@ def _cases(root):
     tables = sorted(Path(root, "learning/predictions").glob("*/*/*.csv"))
     fitted = sorted(set(map(run_and_model, tables)))
     runs = {run: config_of(Path(root, "learning/models", run, model))["run"] for run, model in fitted}
-    cases = {head: by_snr for head, (_, by_snr) in tables_of_cases(tables, runs).items()}
-    return {head: {snr: of[snr] for snr in of if (*head[:4], snr) in named} for head, of in cases.items()}
+    cases = {(*head, snr): of[snr] for head, (_, of) in tables_of_cases(tables, runs).items() for snr in sorted(of)}
+    return {case: paths for case, paths in cases.items() if (*case[:4], case[-1]) in named}
 
 
 def _decided(paths, kept):

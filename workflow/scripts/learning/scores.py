@@ -35,19 +35,18 @@ def score(predictions, runs, definition, seed, threads, scores, confusions, vali
     f1_weighted_<n>_looks has no interval, as few tracks are independent. validation.csv has of each confidence score
     and protocol the weighted F1 that the threshold reaches on the images it was chosen with.
     """
-    rows, cells, reached, opened = [], [], [], {}
-    cases = tables_of_cases(predictions, runs)
+    tables, opened, cases = ([], [], []), {}, tables_of_cases(predictions, runs)
     work = (delayed(_judged)(head, *case, definition, seed, kept, track) for head, case in cases.items())
     judged = Parallel(n_jobs=threads, return_as="generator")(work)
-    for part in tqdm(judged, total=len(cases), unit="model", desc="scores", leave=False):
-        for every, of_case in zip((rows, cells, reached), part[:3], strict=True):
-            every += of_case
-        opened |= part[3]
-    rows += _gains(opened, definition, seed)
-    pd.DataFrame(rows, columns=COLUMNS).to_csv(scores, index=False)
-    pd.DataFrame(cells, columns=CONFUSION).to_csv(confusions, index=False)
-    pd.DataFrame(reached, columns=VALIDATION).to_csv(validation, index=False)
-    print(f"{len(predictions)} prediction tables, {len(rows)} scores")
+    for *of_case, decisions in tqdm(judged, total=len(cases), unit="model", desc="scores", leave=False):
+        for table, rows in zip(tables, of_case, strict=True):
+            table += rows
+        opened |= decisions
+    tables[0].extend(_gains(opened, definition, seed))
+    written = zip((scores, confusions, validation), tables, (COLUMNS, CONFUSION, VALIDATION), strict=True)
+    for path, rows, columns in written:
+        pd.DataFrame(rows, columns=columns).to_csv(path, index=False)
+    print(f"{len(predictions)} prediction tables, {len(tables[0])} scores")
     for name in sorted({run["experiment"] for run in runs.values() if run["lacks_unknown"]}):
         print(f"Warning: experiment '{name}' is open, but no target has role unknown: scores are of a closed set.")
 
@@ -75,7 +74,7 @@ def _judged(head, run, tables, definition, seed, kept, track):
 
 
 def _looks(table, run, kept, step, aperture):
-    """(score and threshold, (metric, value, low, high, n)) of the weighted F1 of several looks together."""
+    """(score, threshold) and (metric, value, low, high, n) of the weighted F1 of several looks together."""
     table = table[table["side"] != LEFT_OUT]
     for count in LOOKS:
         together = fused(table, count, step, aperture)

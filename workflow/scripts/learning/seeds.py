@@ -37,8 +37,5 @@ def interval(mean, deviation, count, is_share):
     with np.errstate(divide="ignore", invalid="ignore"):
         half = np.where(count > 1, t.ppf((1 + LEVEL) / 2, count - 1) * deviation / np.sqrt(count), np.nan)
         slope = mean * (1 - mean)
-        ends = []
-        for side in (-1, 1):
-            of_share = np.where(half > 0, expit(logit(mean) + side * half / slope), mean + 0 * half)
-            ends.append(np.where(is_share, of_share, mean + side * half))
-    return tuple(ends)
+        shares = [np.where(half > 0, expit(logit(mean) + end / slope), mean + 0 * half) for end in (-half, half)]
+        return tuple(np.where(is_share, *ends) for ends in zip(shares, (mean - half, mean + half), strict=True))

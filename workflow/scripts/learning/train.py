@@ -87,17 +87,10 @@ def train(stores, training, folder, checkpoints=None):
     if len(search) > 1:
         pd.DataFrame(search).to_csv(folder / SEARCH, index=False)
     labels, counts = np.unique(learned.labels, return_counts=True)
-    config = {
-        "run": run,
-        "model": name,
-        "kind": kind,
-        "settings": model.settings,
-        "seed": seed,
-        "classes": model.classes_.tolist(),
-        "observations": dict(zip(labels.tolist(), counts.tolist(), strict=True)),
-        "image_shape": list(learned.images.shape[1:]),
-    }
-    write_json(folder / CONFIG, config)
+    observations = dict(zip(labels.tolist(), counts.tolist(), strict=True))
+    config = {"run": run, "model": name, "kind": kind, "settings": model.settings, "seed": seed}
+    config |= {"classes": model.classes_.tolist(), "observations": observations}
+    write_json(folder / CONFIG, config | {"image_shape": list(learned.images.shape[1:])})
     views = {target: {side: _listed(of, side) for side in of.sides} for target, of in divided.items()}
     write_json(folder / SPLIT, {"division": asdict(division), "targets": views})
     if checkpoints is not None:

@@ -57,12 +57,12 @@ class Model(Classifier):
         "candidates": {
             "type": "integer",
             "minimum": 1,
-            "description": "templates of each class whose likelihood is computed, those with the largest ZNCC",
+            "description": "templates of a class tried, of largest ZNCC",
         },
         "mismatch": {
             "type": "number",
             "minimum": 0,
-            "description": "variance of a view about its template, in units of the template's power around each pixel",
+            "description": "a view's variance, in its template's local power",
         },
     }
     covariances = True
@@ -109,8 +109,7 @@ class Model(Classifier):
             share = np.clip(share, *SHARES).astype(np.float32)
             apart = None if without is None else np.resize(without[start : start + BLOCK], BLOCK)
             coherence = self._coherence(filled, np.maximum(share, LEAST_NOISE), apart)
-            scores = self._rice(magnitudes, share, apart), coherence
-            found.append(np.stack(scores, axis=1)[: len(block)])
+            found.append(np.stack([self._rice(magnitudes, share, apart), coherence], axis=1)[: len(block)])
         return np.concatenate(found)
 
     def _coherence(self, rows, share, without):
