@@ -32,8 +32,8 @@ def predict(stores, tested, folder, outputs):
     """Classify images of views that the model in `folder` was not trained at; write a table for each SNR.
 
     stores: imaging/<target>/<label>.zarr of all SNRs; tested: a `Tested`; outputs: paths <label>.csv. Targets of role
-    other are classified at the validation views only, with which thresholds are chosen. In an open run at random the
-    training views of the known ones are, too, if the model can leave their own aspects out of its library.
+    other are classified at the validation views only. In an open run at random the training views of the known ones
+    are, too, if the model can leave their own aspects out of its library.
     """
     model, config = load(folder), config_of(folder)
     divided = images.divide(stores, tested.planes, Division(**config["run"]["division"]))
@@ -56,7 +56,7 @@ def predict_at(model, stores, tested, divided, config):
     known_<confidence score>... (docs/method.md).
     Raises InputError for a model that gives no proper Outcome, and in an open run for one without a confidence score.
     """
-    run, is_open, tables, parts = config["run"], tested.is_open, [], []
+    run, is_open, parts, tables = config["run"], tested.is_open, [], []
     who = describe(config["model"], run["name"], config["kind"])
     # Only at random does a view left out relate to the rest of the library as a test view does to all of it.
     leaves_out = is_open and model.leaves_out and run["split"] == "random" and run["elevation"] == "all"

@@ -14,9 +14,8 @@ class Model(Classifier):
     Trained by Adam on the cross-entropy for `epochs` passes over the images in batches of `batch`.
     Confidence scores from the logits: `confidence.of_logits`, and OpenMax as published and with shifted logits; from
     the hidden layer's outputs: `neighbour` (confidence.neighbour_score) and `confidence.mahalanobis_scores`. OpenMax's
-    score is the largest revised probability of a known class. Where the unknown's is larger, OpenMax itself rejects
-    at any threshold; this score is then below 1/2.
-    A class OTHER is no known class: then OpenMax is left out, as it would say the same a second time.
+    score is the largest revised probability of a known class, below 1/2 where OpenMax itself rejects. With a class
+    OTHER it is left out, as it would say the same a second time.
     """
 
     LABELS = {
