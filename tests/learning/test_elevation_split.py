@@ -10,8 +10,9 @@ import xarray as xr
 from isarflow.learning import experiments, images, timing
 from isarflow.learning.export import export
 from isarflow.learning.judge import Decision, gain
-from isarflow.learning.model_folder import division_of, load
+from isarflow.learning.model_folder import config_of, load
 from isarflow.learning.scores import score
+from isarflow.learning.split import Division
 
 ELEVATIONS = [-20.0, -10.0, 0.0, 10.0, 20.0]  # the first, third and last train
 FOLDS = (1, 2)
@@ -69,7 +70,7 @@ def test_a_model_has_its_training_elevations_alone(made):
     model = load(folder / "e_fold1" / "knn")
     assert len(model.references_) == 2 * 3 * scenes.AZIMUTHS
     stores = [str(folder / target / "clean.zarr") for target in ("dart", "disc")]
-    divided = images.divide(stores, scenes.PLANES, division_of(folder / "e_fold1" / "knn"))
+    divided = images.divide(stores, scenes.PLANES, Division(**config_of(folder / "e_fold1" / "knn")["run"]["division"]))
     distances = {
         side: -model.decision_function(images.read_side(stores, divided, side)[0]).max(axis=1)
         for side in ("train", "validation", "test")

@@ -9,7 +9,7 @@ from sklearn.svm import SVC
 from isarflow.core.errors import InputError
 from isarflow.learning import openmax
 from isarflow.learning.classifier import build
-from isarflow.learning.conformance import check_fitted
+from isarflow.learning.conformance import of_fitted, refuse
 from isarflow.learning.features import KINDS, of, real_imaginary, squared_distances
 
 FCNN = {"width": 32, "epochs": 20, "batch": 16, "learning_rate": 0.003, "openmax_tail": 5, "openmax_alpha": 1}
@@ -193,7 +193,7 @@ def test_copies_of_training_images_pass_for_any_others():
     both = np.array([[model.evaluate(images[n:][:count]).known["distance"][0] for count in (1, 8)] for n in range(52)])
     assert (abs(np.subtract(*both.T)) > 1e-3 * abs(both).max()).any() and abs(both).max() < 0.02
     for first in range(52):
-        check_fitted(model, labels, images[first:], "knn")
+        refuse("knn", of_fitted(model, labels, images[first:]))
 
 
 @pytest.mark.parametrize("name", SETTINGS)

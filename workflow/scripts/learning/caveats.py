@@ -8,14 +8,12 @@ LEARNING = "learning"  # in place of a target, for a warning about none
 def warnings(config, reaches):
     """(target, or LEARNING, and sentence) for everything that may surprise: images that fold over, unused settings.
 
-    config: its sections. reaches: the largest distance of a point of each target from the origin in m; None where
-    it is not known.
+    reaches: the largest distance of a point of each target from the origin in m; None where it is not known.
     """
     figures = geometry.planned(config)
-    found = []
     for name in config["targets"]:
-        found += [(name, text) for text in geometry.warnings(figures, reaches.get(name) or 0.0)]
-    return found + [(LEARNING, text) for text in _unused(config)]
+        yield from ((name, text) for text in geometry.warnings(figures, reaches.get(name) or 0.0))
+    yield from ((LEARNING, text) for text in _unused(config))
 
 
 def _unused(config):
@@ -23,23 +21,20 @@ def _unused(config):
     learning, experiments = config["learning"], config["learning"]["experiments"]
     for name, reason in learning.get("left_out", {}).items():
         yield f"the default experiment '{name}' is left out. {reason}"
-    with_role = {
-        role: [name for name, target in config["targets"].items() if target["role"] == role]
+    unknown, other = (
+        ", ".join(name for name, target in config["targets"].items() if target["role"] == role)
         for role in ("unknown", "other")
-    }
+    )
     opened = [name for name, experiment in experiments.items() if experiment.get("open", False)]
-    if not with_role["unknown"]:
-        for name in opened:
-            yield f"experiment '{name}' is open, but no target has role unknown: it is a closed one."
+    for name in opened if not unknown else ():
+        yield f"experiment '{name}' is open, but no target has role unknown: it is a closed one."
     if not experiments:
         return
     named = {model for experiment in experiments.values() for model in experiment["models"]}
-    learners = sorted(model for model in named if learning["models"][model].get("other", False))
-    if with_role["unknown"] and not opened:
-        names = ", ".join(with_role["unknown"])
-        yield f"no experiment has 'open: true': nothing is tested on the targets of role unknown ({names})."
-    if with_role["other"] and not learners and not (opened and with_role["unknown"]):
-        names = ", ".join(with_role["other"])
-        yield f"no experiment is open and none of their models has 'other: true': role other ({names}) is not used."
-    if learners and not with_role["other"]:
-        yield f"no target has role other: {', '.join(learners)} learns the class 'other' from pure noise alone."
+    learners = ", ".join(sorted(model for model in named if learning["models"][model].get("other", False)))
+    if unknown and not opened:
+        yield f"no experiment has 'open: true': nothing is tested on the targets of role unknown ({unknown})."
+    if other and not learners and not (opened and unknown):
+        yield f"no experiment is open and none of their models has 'other: true': role other ({other}) is not used."
+    if learners and not other:
+        yield f"no target has role other: {learners} learns the class 'other' from pure noise alone."

@@ -1,5 +1,6 @@
 """The interface of every model: `fit`, `evaluate`, `predict`, `decision_function`, `save` and `load`."""
 
+import contextlib
 import itertools
 from collections.abc import Mapping
 from pathlib import Path
@@ -20,14 +21,12 @@ ANY_SNR = "any"  # in place of the SNR, for images that go with every SNR
 class Outcome(NamedTuple):
     """A model's result for n images.
 
-    labels: (n,), names of classes. scores: (n, classes), larger = likelier.
-    known: confidence scores, a mapping of name to (n,): larger = more like the known classes; an image whose score is
-    below a threshold is rejected. In tables their columns are called known_<name>.
+    An image whose confidence score is below a threshold is rejected. In tables their columns are called known_<name>.
     """
 
-    labels: np.ndarray
-    scores: np.ndarray
-    known: dict[str, np.ndarray]
+    labels: np.ndarray  # (n,), names of classes
+    scores: np.ndarray  # (n, classes), larger = likelier
+    known: dict[str, np.ndarray]  # confidence scores by name, each (n,), larger = more like the known classes
 
 
 class Classifier:
@@ -41,40 +40,27 @@ class Classifier:
 
     settings: the model's hyper-parameters, `learning.models.<name>` in the config.
     seed: an integer; all randomness of `fit` follows from it.
-    classes_: names of the classes, sorted, shape (classes,); OTHER is one of them if such a class was trained.
-    curve_: None, or a mapping of column name to values: the training curve.
-    by_snr: True if `fit` keeps images of several SNRs apart: it draws each batch at one SNR, or learns each separately.
-    smallest: pixels a side that an image must have at least.
-    covariances: True if `fit` keeps a matrix of pixels by pixels for each SNR: it counts in the memory that is planned,
-    and images of more pixels than check.MOST_PIXELS are refused.
-    pairs: True if `fit` keeps a matrix of images by images: it counts in the memory that is planned.
-    fewest: None, or the name of the setting that is the least number of images that `fit` must learn from.
-    additive: True if scores and confidence scores are logarithms of likelihoods or of their ratios, so that those of
-    several looks can be added: scores.csv then has the results of several looks, too.
-    learns_noise: True if `fit` finds images of noise alone, (m, ...), in the attribute `noise`.
-    leaves_out: True if the model keeps training images and can leave some of them out: `fit` finds the aspect of each
-    image, (observations,) as text, in the attribute `aspects` and keeps those of its templates as `aspects_`, and
-    `evaluate(images, without)` judges each image without the templates of the aspect that `without` (n,) names.
-    Thresholds that keep a share of the known images then follow from the training views (see `thresholds`).
-    FEATURES: the kind of `features.of` where the setting `features` names no other.
-    checkpoints: None, or a folder in which `fit` may keep its state, to go on from it if the job was killed.
+    A model that keeps training images may state that it `leaves_out`: `fit` then finds each image's aspect in `aspects`
+    and keeps those of its templates as `aspects_`, and `evaluate(images, without)` judges each image without the
+    templates of the aspect that `without` (n,) names. Thresholds that keep a share of the known images then follow from
+    the training views (see `thresholds`).
     """
 
-    classes_: np.ndarray
-    aspects_: np.ndarray
-    curve_: Mapping[str, list] | None = None
-    by_snr = False
-    smallest = 1
-    covariances = False
-    pairs = False
-    fewest: str | None = None
-    additive = False
-    learns_noise = False
+    classes_: np.ndarray  # names of the classes, sorted; OTHER is one of them if such a class was trained
+    curve_: Mapping[str, list] | None = None  # the training curve, a mapping of column name to values
+    by_snr = False  # True if `fit` keeps SNRs apart: it draws each batch at one SNR, or learns each separately
+    smallest = 1  # pixels a side that an image must have at least
+    covariances = False  # True if `fit` keeps a matrix of pixels by pixels for each SNR: memory and pixels are limited
+    pairs = False  # True if `fit` keeps a matrix of images by images, which counts in the memory that is planned
+    fewest: str | None = None  # the name of the setting that is the least number of images that `fit` must learn from
+    additive = False  # True if all scores are logarithms of likelihoods or of their ratios: those of looks add up
+    learns_noise = False  # True if `fit` finds images of noise alone, (m, ...), in `noise`
     noise: np.ndarray | None = None
     leaves_out = False
-    aspects: np.ndarray | None = None
-    checkpoints: Path | None = None
-    FEATURES = "parts"
+    aspects: np.ndarray | None = None  # of training images, (observations,) as text
+    aspects_: np.ndarray
+    checkpoints: Path | None = None  # a folder in which `fit` may keep its state, to go on if the job was killed
+    FEATURES = "parts"  # the kind of `features.of` where the setting `features` names no other
 
     def __init__(self, settings: Mapping[str, Any], seed: int) -> None:
         self.settings, self.seed = settings, seed
@@ -90,17 +76,13 @@ class Classifier:
         """Learn from images and their class names; return the model.
 
         validation: None, or images, labels, snrs and views of the validation azimuths, for the training curve and for
-        stopping. snrs: None, or the SNR's name of each image, shape (observations,), to be kept apart: 'clean',
-        'snr_6dB', or ANY_SNR.
+        stopping. snrs: None, or the SNR's name of each image, to be kept apart: 'clean', 'snr_6dB', or ANY_SNR.
         views: None, or numbers (observations,), the same for all images of one target from one direction.
         """
         raise NotImplementedError
 
     def evaluate(self, images: np.ndarray) -> Outcome:
-        """The Outcome of images, in one pass over them.
-
-        Each image is judged separately: the other images do not change its result.
-        """
+        """The Outcome of images, each judged separately: the other images do not change its result."""
         raise NotImplementedError
 
     def _aspects(self, order: np.ndarray) -> np.ndarray:
@@ -146,18 +128,16 @@ class Classifier:
 
     def _array(self, name: str) -> np.ndarray:
         value = getattr(self, name)
-        try:
+        with contextlib.suppress(TypeError, ValueError):  # lists of several lengths, objects that become no array
             array = np.asarray(value)
-        except (TypeError, ValueError):  # lists of several lengths, or objects that cannot become an array
-            array = np.asarray(None)
-        if array.dtype.hasobject:
-            file = file_of(MODELS, type(self).__module__.rpartition(".")[2])
-            raise InputError(
-                f"{file}: '{name}' is a {type(value).__name__}, and what a model keeps in attributes whose names end "
-                "with an underscore must be plain arrays of numbers or text. Keep the arrays that it is made of, or "
-                "give it another name and write methods save and load of the model's own (docs/adding-a-model.md)."
-            )
-        return array
+            if not array.dtype.hasobject:
+                return array
+        file = file_of(MODELS, type(self).__module__.rpartition(".")[2])
+        raise InputError(
+            f"{file}: '{name}' is a {type(value).__name__}; what a model keeps under names that end with an underscore "
+            "must be plain arrays of numbers or text. Keep the arrays that it is made of, or give it another name and "
+            "write methods save and load of the model's own (docs/adding-a-model.md)."
+        )
 
     def load(self, folder: Path) -> Self:
         """Read what `save` wrote; return the model."""
@@ -170,25 +150,22 @@ class Classifier:
 def build(kind: str, settings: Mapping[str, Any], seed: int) -> Classifier:
     """An unfitted model: class `Model` of models/<kind>.py.
 
-    Raises InputError where the file imports what is not installed, where its Model is no Classifier, and when the model
-    asks for a setting that is not there.
+    Raises InputError as of `load_class`, and when the model asks for a setting that is not there.
     """
     model: Classifier = load_class(MODELS, kind, Classifier)(_Settings(kind, settings), seed)
     return model
 
 
 class _Settings(dict):
-    """The settings of a model of some kind; one that is missing is named."""
+    """The settings of a model; one that is missing is named."""
 
     def __init__(self, kind: str, settings: Mapping[str, Any]) -> None:
         super().__init__(settings)
         self.kind = kind
 
     def __missing__(self, key: str) -> Any:
-        raise InputError(
-            f"{file_of(MODELS, self.kind)} asks for the setting '{key}', which the model does not have; add it to the "
-            "model's entry in 'learning.models' of the config."
-        )
+        said = f"{file_of(MODELS, self.kind)} asks for the setting '{key}', which the model does not have"
+        raise InputError(f"{said}; add it to the model's entry in 'learning.models' of the config.")
 
 
 def choices(settings: Mapping[str, Any]) -> list[dict[str, Any]]:

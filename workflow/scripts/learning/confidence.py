@@ -43,10 +43,9 @@ def fit_gaussians(features, labels, classes):
     """A Gaussian for each class with a covariance in common, and one for all: a mapping of GAUSSIANS to arrays.
 
     features: (n, d); labels: (n,), each one of `classes`, which are sorted. The covariance within the classes is shrunk
-    (Ledoit and Wolf 2004), as there may be fewer images than dimensions; that of all images is the same plus the
-    scatter of the class means, so that the two differ only where the classes do.
-    means: (classes, d); whitening: (d, d), with |(x - mean) whitening|^2 the squared Mahalanobis distance;
-    background_mean and background_whitening: the same of all images together.
+    (Ledoit and Wolf 2004), as there may be fewer images than dimensions; that of all images, the background, is the
+    same plus the scatter of the class means, so that the two differ only where the classes do.
+    means: (classes, d); whitening: (d, d), with |(x - mean) whitening|^2 the squared Mahalanobis distance.
     """
     from sklearn.covariance import LedoitWolf  # predictions do without scikit-learn
 

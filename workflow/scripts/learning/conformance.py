@@ -1,7 +1,7 @@
 """Check on a few images, right after its training, that a fitted model has the interface of `classifier.py`.
 
 So a faulty model of a user's own is refused there, with one message, and not by a later job that relies on it.
-`who` is the model's name in that message, from `describe`.
+`who` is the model's name in that message, from `describe`. Each generator relies on a stop at its first problem.
 """
 
 import inspect
@@ -14,11 +14,8 @@ from isarflow.core.kinds import MODELS, file_of
 from isarflow.learning.classifier import OTHER, Outcome
 
 FEW = 8  # images that a model is tried on
-ARGUMENTS = ("images", "labels", "validation", "snrs", "views")
-EVALUATED = {  # arguments of `evaluate`, by whether the model leaves some of its images out
-    False: (("images",), "evaluate(self, images)"),
-    True: (("images", "without"), "evaluate(self, images, without=None)"),
-}
+FIT = "images, labels, validation=None, snrs=None, views=None"
+EVALUATE = {False: "images", True: "images, without=None"}  # by whether the model leaves some of its images out
 NEAR, BATCHED = 1e-3, 1e-2  # of the largest score: two answers that differ by less are the same, also in another batch
 CURVE = ("epoch", "loss", "accuracy", "validation_loss", "validation_accuracy")  # what the report draws
 
@@ -28,96 +25,83 @@ def describe(model, run, kind):
     return f"{file_of(MODELS, kind)}, model {model} of {run}"
 
 
-def check_face(model, who):
-    """Raise InputError for a model whose `fit` or `evaluate` does not take its arguments."""
-    for method, arguments, wanted in (
-        (model.fit, ARGUMENTS, "fit(self, images, labels, validation=None, snrs=None, views=None)"),
-        (model.evaluate, *EVALUATED[model.leaves_out]),
-    ):
+def refuse(who, problems):
+    """Raise InputError for the first of some problems with a model, if there is one."""
+    for problem in problems:
+        raise InputError(f"{who}: {problem}")
+
+
+def of_face(model):
+    """Yield problems of a model whose `fit` or `evaluate` does not take its arguments."""
+    for name, arguments in (("fit", FIT), ("evaluate", EVALUATE[model.leaves_out])):
         try:
-            inspect.signature(method).bind(*arguments)
+            inspect.signature(getattr(model, name)).bind(*arguments.split(", "))
         except TypeError as error:
-            raise InputError(f"{who}: its {method.__name__} cannot be called ({error}); write {wanted}.") from None
+            yield f"its {name} cannot be called ({error}); write {name}(self, {arguments})."
 
 
-def check_fitted(model, labels, images, who):
-    """Raise InputError for a fitted model with other classes than its labels, a wrong curve or a wrong Outcome.
+def of_fitted(model, labels, images):
+    """Yield problems of a model with other classes than its labels, a wrong curve or a wrong Outcome.
 
     labels: those that it was trained with; images: some that it was not trained with.
     """
     classes = getattr(model, "classes_", None)
     if not isinstance(classes, np.ndarray) or classes.ndim != 1:
-        raise InputError(
-            f"{who}: after fit its classes_ must be a numpy array of the classes' names, as np.unique(labels) gives "
-            f"it; it is {_shown(classes)}."
-        )
+        wanted = "a numpy array of the classes' names, as np.unique(labels) gives it"
+        yield f"after fit its classes_ must be {wanted}; it is {_shown(classes)}."
     trained, stated = set(np.unique(labels).tolist()), classes.tolist()
     if len(set(stated)) < len(stated) or not trained - {OTHER} <= set(stated) <= trained:
-        raise InputError(
-            f"{who}: after fit its classes_ must be the classes it was trained with, {', '.join(sorted(trained))}, "
-            f"each once; they are {', '.join(map(str, stated)) or 'none'}."
-        )
+        wanted, there = (", ".join(map(str, names)) or "none" for names in (sorted(trained), stated))
+        yield f"after fit its classes_ must be the classes it was trained with, {wanted}, each once; they are {there}."
     if model.curve_ is not None:
         shapes = {np.shape(values) for values in model.curve_.values()} if isinstance(model.curve_, Mapping) else set()
         if {len(shape) for shape in shapes} != {1} or len(shapes) > 1 or not set(CURVE) <= set(model.curve_):
-            raise InputError(
-                f"{who}: its curve_ must be a mapping with columns {', '.join(CURVE)}, each with a value an epoch."
-            )
+            yield f"its curve_ must be a mapping with columns {', '.join(CURVE)}, each with a value an epoch."
     few = model.evaluate(images[:FEW])
-    check_outcome(few, min(FEW, len(images)), classes, who)
+    yield from of_outcome(few, min(FEW, len(images)), classes)
     if not _alike(few, model.evaluate(images[:FEW])):
-        raise InputError(
-            f"{who}: asked twice about the same images, its evaluate gives two answers. All randomness must follow "
-            "from self.seed, anew in each call."
-        )
+        rule = "All randomness must follow from self.seed, anew in each call."
+        yield f"asked twice about the same images, its evaluate gives two answers. {rule}"
     alone = model.evaluate(images[:1])
-    check_outcome(alone, 1, classes, who)
+    yield from of_outcome(alone, 1, classes)
     # Images come target by target: a model that looks at an image's neighbours could read the answer from them.
     first = Outcome(few.labels[:1], few.scores[:1], {name: values[:1] for name, values in few.known.items()})
     if not _near(first, alone, BATCHED):
-        raise InputError(
-            f"{who}: its evaluate says something else of an image alone than among others. It must judge each image by "
-            "itself."
-        )
+        yield "its evaluate says something else of an image alone than among others. It must judge each by itself."
 
 
-def check_outcome(outcome, count, classes, who, where=""):
-    """Raise InputError for a result that is no Outcome of `count` images. where: words after the number."""
+def of_outcome(outcome, count, classes, where=""):
+    """Yield problems of a result that is no Outcome of `count` images. where: words after the number."""
     if not isinstance(outcome, Outcome):
-        raise InputError(f"{who}: its evaluate must return an Outcome(labels, scores, known), not {_shown(outcome)}.")
-    _check_shape("labels", outcome.labels, (count,), who)
-    _check_shape("scores", outcome.scores, (count, len(classes)), who)
+        yield f"its evaluate must return an Outcome(labels, scores, known), not {_shown(outcome)}."
+    yield from _of_shape("labels", outcome.labels, (count,))
+    yield from _of_shape("scores", outcome.scores, (count, len(classes)))
     for label in sorted({str(label) for label in outcome.labels} - set(classes.tolist())):
-        have = ", ".join(classes.tolist())
-        raise InputError(f"{who}: its evaluate gives the label '{label}', and its classes_ are {have}.")
+        yield f"its evaluate gives the label '{label}', and its classes_ are {', '.join(classes.tolist())}."
     if not isinstance(outcome.known, Mapping):
-        raise InputError(
-            f"{who}: known of the Outcome that its evaluate returns must be a mapping of the known scores' names to "
-            f"their values, not {_shown(outcome.known)}; without any it is {{}}."
-        )
+        wanted = "a mapping of the known scores' names to their values, {} without any"
+        yield f"known of the Outcome that its evaluate returns must be {wanted}, not {_shown(outcome.known)}."
+    bad = {"scores are": np.isnan(outcome.scores).any(axis=1)}
     for name, values in outcome.known.items():
         if not isinstance(name, str) or not name:
-            raise InputError(f"{who}: a known score's name must be text, not {name!r}.")
-        _check_shape(f"known score '{name}'", values, (count,), who)
-    bad = {"scores are": np.isnan(outcome.scores).any(axis=1)}
-    bad |= {f"known score '{name}' is": ~np.isfinite(values) for name, values in outcome.known.items()}
+            yield f"a known score's name must be text, not {name!r}."
+        yield from _of_shape(f"known score '{name}'", values, (count,))
+        bad[f"known score '{name}' is"] = ~np.isfinite(values)
     for what, images in bad.items():
         if wrong := np.count_nonzero(images):
-            raise InputError(f"{who}: its {what} not a finite number for {wrong} of {count} images{where}.")
+            yield f"its {what} not a finite number for {wrong} of {count} images{where}."
 
 
-def _check_shape(what, values, shape, who):
+def _of_shape(what, values, shape):
+    kind = "names" if what == "labels" else "real numbers"
     numbers = what == "labels" or getattr(values, "dtype", np.dtype(object)).kind in "fiub"
     if np.shape(values) != shape or not isinstance(values, np.ndarray) or not numbers:
-        kind = "names" if what == "labels" else "real numbers"
-        raise InputError(
-            f"{who}: the {what} that its evaluate gives for {shape[0]} images must be a numpy array of {kind} of shape "
-            f"{shape}; it is {_shown(values)}."
-        )
+        wanted = f"must be a numpy array of {kind} of shape {shape}; it is {_shown(values)}"
+        yield f"the {what} that its evaluate gives for {shape[0]} images {wanted}."
 
 
-def check_restored(model, restored, images, who):
-    """Raise InputError where a model that was loaded gives another result for some images than the one that was saved.
+def of_restored(model, restored, images):
+    """Yield the problem of a model that, when it was loaded, gives another result for some images than when saved.
 
     restored: a function without arguments that loads it.
     """
@@ -125,16 +109,15 @@ def check_restored(model, restored, images, who):
     before = model.evaluate(images)
     try:
         loaded = restored()
-        after = loaded.evaluate(images)
-        if not _alike(before, after):
+        if not _alike(before, loaded.evaluate(images)):
             why = "it says something else of the same images"
     except Exception as error:  # of any kind: it worked before it was saved
         why = f"it ends with {type(error).__name__}: {error}"
     if why:
         names = sorted(vars(model).keys() - vars(loaded).keys() - {"curve_", "checkpoints", "noise"}) if loaded else ()
         lost = f" (not loaded: {', '.join(names)})" if names else ""
-        raise InputError(
-            f"{who}: after it was saved and loaded, {why}. What fit learns must be arrays whose names end with an "
+        yield (
+            f"after it was saved and loaded, {why}. What fit learns must be arrays whose names end with an "
             f"underscore{lost}, or the model needs methods save and load of its own (docs/adding-a-model.md)."
         )
 

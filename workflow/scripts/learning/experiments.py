@@ -1,5 +1,6 @@
 """The experiments of a config, one by one: training and test images of each run."""
 
+import itertools
 from dataclasses import asdict
 
 import numpy as np
@@ -21,21 +22,20 @@ def runs(config):
     """Every run of a config's experiments: a mapping of its name, also its folder's, to its description.
 
     An experiment is one run. Exceptions: `snr_db: {each: [...]}` is a run for each SNR: <experiment>_<label>; a split
-    by sector is a run for each fold: <experiment>_fold<number>.
+    with folds is a run for each: <experiment>_fold<number>.
     A run is a mapping of its name, experiment (that one's name), models, elevation (a list of degrees, or all), snrs
     (those of the training images, numbers or 'clean'), random_snr (whether each batch is drawn from one of them), open
-    (whether unknown targets are tested), lacks_unknown (whether they should be and there are none), split (random or
-    sector), division (the fields of its `Division`), first (whether its fold is the experiment's first), upsample
-    (pixels a side, or none) and channels (the polarizations that its images have, a list, or all).
+    (whether unknown targets are tested), lacks_unknown (whether they should be and there are none), split (a scheme),
+    division (the fields of its `Division`), first (whether its fold is the experiment's first), upsample (pixels a
+    side, or none) and channels (a list of polarizations, or all).
     InputError for two runs of one name.
     """
     every, learning = {}, config["learning"]
     unknown = any(target["role"] == "unknown" for target in config["targets"].values())
     for name, experiment in learning["experiments"].items():
-        snr = experiment["train"]["snr_db"]
+        elevation, snr = (experiment["train"][key] for key in ("elevation", "snr_db"))
         kind, values = next(iter(snr.items())) if isinstance(snr, dict) else ("all", snr)
         values = sorted(values, key=lambda snr: (snr != CLEAN, snr)) if isinstance(values, list) else [values]
-        elevation = experiment["train"]["elevation"]
         shared = {
             "experiment": name,
             "models": experiment["models"],
@@ -47,19 +47,16 @@ def runs(config):
             "upsample": experiment.get("upsample", "none"),
             "channels": sorted(experiment["channels"]) if "channels" in experiment else "all",
         }
-        each = {f"{name}_{label(value)}": [value] for value in values}
+        trainings = {f"{name}_{label(snr)}": [snr] for snr in values} if kind == "each" else {name: values}
         every_fold = divisions(shared["split"], learning["split"], config["seed"], config["imaging"]["aperture"])
         tested = [division for division in every_fold if division.fold in experiment.get("folds", [division.fold])]
-        for trained, snrs in (each if kind == "each" else {name: values}).items():
-            for division in tested:
-                run = f"{trained}_fold{division.fold}" if division.fold else trained
-                if run in every:
-                    raise InputError(
-                        f"config key 'learning.experiments.{name}': its run {run} is also one of "
-                        f"'{every[run]['experiment']}'; give one another name."
-                    )
-                own = {"name": run, "snrs": snrs, "division": asdict(division), "first": division is tested[0]}
-                every[run] = shared | own
+        for (trained, snrs), division in itertools.product(trainings.items(), tested):
+            run = f"{trained}_fold{division.fold}" if division.fold else trained
+            if run in every:
+                also = f"its run {run} is also one of '{every[run]['experiment']}'"
+                raise InputError(f"config key 'learning.experiments.{name}': {also}; give one another name.")
+            own = {"name": run, "snrs": snrs, "division": asdict(division), "first": division is tested[0]}
+            every[run] = shared | own
     return every
 
 
@@ -75,17 +72,14 @@ def label(snr):
 
 def cleanest(labels):
     """The name with the least noise, of names of SNRs as `label` gives them; any other name counts as most noise."""
-
-    def level(name):
-        return snr_of_label(name) if name.startswith("snr_") else -np.inf
-
-    return CLEAN if CLEAN in labels else max(set(labels), key=level)
+    levels = {name: snr_of_label(name) if name.startswith("snr_") else -np.inf for name in set(labels)}
+    return CLEAN if CLEAN in levels else max(levels, key=levels.get)
 
 
 def training(run):
     """The SNRs that a run trains at, in words that tell the runs of an experiment apart.
 
-    'clean' or '6 dB'; of several at once 'all: clean, -24 to 24 dB by 3', or 'random: ...' where each batch has one.
+    '6 dB'; of several at once 'all: clean, -24 to 24 dB by 3', or 'random: ...' where each batch has one.
     """
     words = snrs_in_words(run["snrs"])
     if run["random_snr"]:
@@ -106,12 +100,9 @@ def snrs_in_words(snrs):
         steps = np.diff(rest)
         # Number of equal steps from the first SNR on.
         equal = int(np.argmin(np.append(np.isclose(steps, steps[:1]), False)))
-        if equal > 1:
-            words.append(f"{rest[0]:g} to {rest[equal]:g} dB by {steps[0]:g}")
-            rest = rest[equal + 1 :]
-        else:
-            words.append(f"{rest[0]:g} dB")
-            rest = rest[1:]
+        equal = equal if equal > 1 else 0
+        words.append(f"{rest[0]:g} to {rest[equal]:g} dB by {steps[0]:g}" if equal else f"{rest[0]:g} dB")
+        rest = rest[equal + 1 :]
     return ", ".join(words)
 
 

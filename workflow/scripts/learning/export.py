@@ -14,6 +14,7 @@ from isarflow.learning.experiments import CLEAN
 from isarflow.learning.split import SETTINGS, SIDES, check, divisions, split
 
 GUARD = "guard"  # an image that a split leaves out
+NUMBERED = ", ".join(f"{number} {side}" for number, side in enumerate((*SIDES, GUARD)))
 ROWS = 1024  # images per chunk, at most
 ABOUT = {
     "image": ("1", "ISAR image divided by its peak magnitude, (n, [channel,] range, crossrange)"),
@@ -28,45 +29,43 @@ ABOUT = {
 def export(stores, path, roles, planes, settings, seed, aperture):
     """Write the images of all targets at one SNR to `path`, an HDF5 file (.h5) or a zarr store (.zarr).
 
-    Images of one store follow those of another, with an axis `channel` if there are several polarizations. Row n of
-    `image`, complex64, belongs to row n of `label`, `elevation`, `azimuth`, `realization`, `snr` and of `split_random`,
-    `split_sector_<fold>` and so on, which have the number of its side in the attribute 'sides'. stores:
-    imaging/<target>/<label>.zarr; roles, planes: of the targets, the latter their mirror planes; settings: the config's
-    `learning.split`.
+    docs/exported-images.md says what it holds. stores: imaging/<target>/<label>.zarr; roles, planes: of the targets,
+    the latter their mirror planes; settings: the config's `learning.split`.
     """
-    targets = sorted(roles)
+    targets, label = sorted(roles), Path(stores[0]).stem
     with xr.open_zarr(stores[0]) as first:
         elevation, azimuth, attrs = first.elevation.values, first.azimuth.values, first.attrs
         axes = [name for name in ("channel", "range", "crossrange") if name in first.dims]
         grid = {name: (name, first[name].values, first[name].attrs) for name in axes}
     found, origin = images.read(stores, dict.fromkeys(targets, azimuth))
-    sides = [*SIDES, GUARD]
-    data = {
-        "image": (("n", *axes), found),
-        "label": ("n", origin.target.map(targets.index).to_numpy(np.int8)),
-        **{name: ("n", origin[name].to_numpy(np.float32)) for name in ("elevation", "azimuth")},
-        "realization": ("n", origin.realization.to_numpy(np.int16)),
-        "snr": ("n", np.full(len(origin), _snr(stores[0]), np.float32)),
+    snr = np.inf if label == CLEAN else snr_of_label(label)
+    values = {
+        "image": found,
+        "label": origin.target.map(targets.index).to_numpy(np.int8),
+        **{name: origin[name].to_numpy(np.float32) for name in ("elevation", "azimuth")},
+        "realization": origin.realization.to_numpy(np.int16),
+        "snr": np.full(len(origin), snr, np.float32),
     }
-    place = data["label"][1], np.searchsorted(elevation, origin.elevation), np.searchsorted(azimuth, origin.azimuth)
+    about = {name: dict(zip(("units", "long_name"), of, strict=True)) for name, of in ABOUT.items()}
+    data = {name: (("n", *axes) if name == "image" else "n", of, about[name]) for name, of in values.items()}
+    place = values["label"], np.searchsorted(elevation, origin.elevation), np.searchsorted(azimuth, origin.azimuth)
     for name, table in splits(elevation, azimuth, roles, planes, settings, seed, aperture).items():
-        data[f"split_{name}"] = ("n", table[place])
+        said = {"units": "1", "long_name": f"side under {name.replace('_', ' ')}: {NUMBERED}"}
+        data[f"split_{name}"] = "n", table[place], said
     dataset = xr.Dataset(data, grid)
-    for name in data:
-        dataset[name].attrs |= dict(zip(("units", "long_name"), _about(name, sides), strict=True))
-    dataset.attrs = {"targets": targets, "roles": [roles[name] for name in targets], "sides": sides}
+    dataset.attrs = {"targets": targets, "roles": [roles[name] for name in targets], "sides": [*SIDES, GUARD]}
     dataset.attrs |= {key: attrs[key] for key in ("polarization", "snr_definition") if key in attrs}
     write = {".h5": _write_hdf5, ".zarr": _write_zarr}[Path(path).suffix]
     rows = -(-len(found) // -(-len(found) // ROWS))  # even chunks: a zarr store's last one is as large as the others
-    write(dataset, path, {"image": (rows, *found.shape[1:])})
+    write(dataset, path, (rows, *found.shape[1:]))
     print(f"{len(found)} images of {' x '.join(map(str, found.shape[-2:]))} pixels: {path}")
 
 
 def splits(elevation, azimuth, roles, planes, settings, seed, aperture):
     """The side of every view, as numbers of SIDES and, last, GUARD: tables (targets, elevations, azimuths), int8.
 
-    A mapping of `random`, `shuffled`, `sector_<fold>` and `elevation_<fold>`; targets in order of their names. A
-    division that leaves a known target a side without images is left out.
+    Named `random`, `sector_<fold>` and so on; targets in order of their names. A division that leaves a known target a
+    side without images is left out.
     """
     tables = {}
     for division in (one for scheme in SETTINGS for one in divisions(scheme, settings, seed, aperture)):
@@ -86,21 +85,8 @@ def splits(elevation, azimuth, roles, planes, settings, seed, aperture):
     return tables
 
 
-def _snr(path):
-    label = Path(path).stem
-    return np.inf if label == CLEAN else snr_of_label(label)
-
-
-def _about(name, sides):
-    if name.startswith("split_"):
-        numbered = ", ".join(f"{number} {side}" for number, side in enumerate(sides))
-        return "1", f"side under {name.removeprefix('split_').replace('_', ' ')}: {numbered}"
-    return ABOUT[name]
-
-
 def _write_zarr(dataset, path, chunks):
-    # Noise does not compress.
-    store.write(dataset, path, {name: {"chunks": chunk, "compressors": None} for name, chunk in chunks.items()})
+    store.write(dataset, path, {"image": {"chunks": chunks, "compressors": None}})  # noise does not compress
 
 
 def _write_hdf5(dataset, path, chunks):
@@ -110,7 +96,8 @@ def _write_hdf5(dataset, path, chunks):
     with h5py.File(part, "w") as file:
         for name, variable in dataset.variables.items():
             data = variable.values.astype(text if variable.dtype.kind == "U" else variable.dtype, copy=False)
-            file.create_dataset(name, data=data, chunks=chunks.get(name)).attrs.update(variable.attrs)
+            own = chunks if name == "image" else None
+            file.create_dataset(name, data=data, chunks=own).attrs.update(variable.attrs)
         for name, value in dataset.attrs.items():
             file.attrs[name] = value if isinstance(value, str) else np.array(value, text)
     part.rename(path)

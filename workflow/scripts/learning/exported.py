@@ -14,22 +14,16 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Images:
-    """Images with their labels and origin, arrays of one length n.
+    """Images with their labels and origin, arrays of one length n."""
 
-    x: complex64 (n, range, crossrange), divided by its peak magnitude; of several polarizations (n, channel, range,
-    crossrange); the file has their names as `channel`. y: the target's name; role: the target's, known, unknown or
-    other. side: train, validation, test or guard, which no side uses. snr: dB, infinite without noise. elevation,
-    azimuth: degrees, of the radar. realization: number of the noise sample.
-    """
-
-    x: np.ndarray
-    y: np.ndarray
-    role: np.ndarray
-    side: np.ndarray
-    snr: np.ndarray
-    elevation: np.ndarray
+    x: np.ndarray  # complex64 (n, [channel,] range, crossrange), divided by its peak magnitude
+    y: np.ndarray  # the target's name
+    role: np.ndarray  # the target's: known, unknown or other
+    side: np.ndarray  # train, validation, test or guard, which no side uses
+    snr: np.ndarray  # dB, infinite without noise
+    elevation: np.ndarray  # degrees, of the radar
     azimuth: np.ndarray
-    realization: np.ndarray
+    realization: np.ndarray  # number of the noise sample
 
     def __len__(self) -> int:
         return len(self.y)
@@ -62,10 +56,8 @@ def _load(path: Path, split: str, roles: Sequence[str]) -> Images:
     if path.is_dir():
         raise ValueError(f"{path} is a folder; take the HDF5 file beside it, {path.with_suffix('.h5')}")
     if not path.is_file():
-        raise FileNotFoundError(
-            f"there is no {path}; make it: snakemake --cores 2 {path}, with your --configfile, in whose noise.snr_db "
-            "its SNR stands"
-        )
+        make = f"snakemake --cores 2 {path}, with your --configfile, in whose noise.snr_db its SNR stands"
+        raise FileNotFoundError(f"there is no {path}; make it: {make}")
     if not h5py.is_hdf5(path):
         raise ValueError(f"{path} is no HDF5 file")
     with h5py.File(path) as file:

@@ -16,8 +16,7 @@ def by_channel(images):
 def of(images, kind, dtype=np.float32):
     """Compute a model's features by its setting `features`: rows of real numbers (n, d), all channels in one.
 
-    parts: real parts, then imaginary parts. magnitude: |x|. power: |x|^2. log: 1 + log10(|x| / peak) / 3, floored at
-    -60 dB below the image's peak, so from 0 there to 1 at the peak. InputError for another kind.
+    log: 1 + log10(|x| / peak) / 3, so from 0 at -60 dB to 1 at the image's peak. InputError for an unknown kind.
     """
     if kind not in KINDS:
         raise InputError(f"a model's setting 'features' is {kind!r}; it must be one of {', '.join(KINDS)}.")
@@ -76,9 +75,8 @@ def squared_distances(x, references, squared_norms):
 def upsample(images, down, carrier, pixels):
     """Images on `pixels` a side of the same extent, divided by their new peak magnitude.
 
-    The same as zero padding of the aperture before the Fourier transform (thesis section 4.4.5), but from the
-    image. down: the ranges (range,) in m, uniform; carrier: the wavenumber in rad/m in the middle of the image's
-    spectrum, about which the zeros are added.
+    As zero padding of the aperture before the Fourier transform (thesis section 4.4.5), but from the image. down: the
+    ranges (range,) in m, uniform; carrier: the wavenumber in rad/m in the middle of the image's spectrum.
     """
     shape, axes = images.shape[-2:], (-2, -1)
     step = (down[1] - down[0]) * shape[0] / pixels

@@ -45,10 +45,9 @@ def divide(stores, planes, division):
     divided, one_of_each = {}, {target_of(store): store for store in stores}  # a target's stores have the same views
     for target, store in sorted(one_of_each.items()):
         with open_store(store) as dataset:
-            elevation, azimuth = (dataset[name].values.astype(float) for name in ("elevation", "azimuth"))
+            angles = [dataset[name].values.astype(float) for name in ("elevation", "azimuth")]
         own = planes.get(target, ())
-        sides = split(elevation, azimuth, own, division)
-        divided[target] = Divided(elevation, azimuth, sides, blocks(azimuth, own, division))
+        divided[target] = Divided(*angles, split(*angles, own, division), blocks(angles[1], own, division))
     return divided
 
 
@@ -69,36 +68,31 @@ def read(stores, azimuth, elevation="all", pixels="none", realizations=None, cha
     azimuth: a mapping of each target to its azimuths. pixels: 'none', or the number a side after up-sampling.
     realizations: the most of each view's noise, the first ones; None for all. channels: the polarizations that are
     taken, or 'all'; images of some are divided by the peak of these.
-    Returns the images, complex64 (n, range, crossrange), or of several channels (n, channel, range, crossrange) in the
-    order of the stores, and a DataFrame of n rows with the origin of each:
-    columns label (of its SNR, as 'clean' or 'snr_6dB'), target, elevation, azimuth (degrees) and realization, which is
-    0 in a store without noise; of noisy images also snr_<definition>, each one's own SNR in dB. Rows are in the order
-    of the former columns, each store's angles in the store's order.
+    Returns the images, complex64 (n, [channel,] range, crossrange), with an axis of several channels in the store's
+    order, and a DataFrame with the origin of each: label (of its SNR, as 'clean' or 'snr_6dB'), target, elevation,
+    azimuth (degrees) and realization, 0 in a store without noise; of noisy images also snr_<definition>, each one's own
+    SNR in dB. Rows are in the order of the former columns, each store's angles in the store's order.
     Raises InputError for an angle or a channel that a store does not have, for an image that is not finite, and for
     fewer pixels than the images have.
     """
     stores = sorted(map(Path, stores), key=lambda store: (store.stem, target_of(store)))
-    images, origins = zip(
-        *(_read(store, azimuth[target_of(store)], elevation, pixels, realizations, channels) for store in stores),
-        strict=True,
-    )
+    how = elevation, pixels, realizations, channels
+    images, origins = zip(*(_read(store, azimuth[target_of(store)], *how) for store in stores), strict=True)
     return np.concatenate(images), pd.concat(origins, ignore_index=True)
 
 
 def _read(store, azimuth, elevation, pixels, realizations, channels):
     with open_store(store) as dataset:
-        image, is_part = _of_channels(dataset, channels, store)
-        is_noisy = "realization" in image.dims
-        image = image[:realizations] if is_noisy else image.expand_dims(realization=[0])
+        dataset, is_part = _of_channels(dataset, channels, store)
+        is_noisy = "realization" in dataset.dims
+        if is_noisy:
+            dataset = dataset.isel(realization=slice(realizations))
         if not isinstance(elevation, str):
-            image = _select(image, "elevation", elevation, store)
+            dataset = _select(dataset, "elevation", elevation, store)
         # Loaded before azimuths are chosen: a chunk has all of them, and choosing while reading takes twice as long.
-        image = _select(image.load(), "azimuth", azimuth, store)
-        image = image.transpose(*ORIGIN, "channel", "range", "crossrange", missing_dims="ignore")
-        carrier = dataset.attrs["range_wavenumber"] if pixels != "none" else None
-        own = [dataset[name] for name in dataset if is_noisy and name.startswith("snr_")]
-        rows, columns = (np.isin(dataset[name].values, image[name].values) for name in ("elevation", "azimuth"))
-        own = {snr.name: snr.transpose("elevation", "azimuth").values[np.ix_(rows, columns)] for snr in own}
+        dataset = _select(dataset.load(), "azimuth", azimuth, store)
+    image = dataset["image"] if is_noisy else dataset["image"].expand_dims(realization=[0])
+    image = image.transpose(*ORIGIN, "channel", "range", "crossrange", missing_dims="ignore")
     if not np.isfinite(image.values).all():
         raise InputError(f"{store} holds images that are not finite; delete it and make it again.")
     images = image.values.reshape(-1, *image.shape[len(ORIGIN) :])
@@ -106,32 +100,30 @@ def _read(store, azimuth, elevation, pixels, realizations, channels):
     if pixels != "none":
         rows, columns = images.shape[-2:]
         if pixels < max(rows, columns):
-            raise InputError(
-                f"{store} has images of {rows} x {columns} pixels, more than the {pixels} a side "
-                "that 'upsample' of the experiment asks for."
-            )
-        images = upsample(images, image["range"].values, carrier, pixels)
+            said = f"{store} has images of {rows} x {columns} pixels, more than the {pixels} a side"
+            raise InputError(f"{said} that 'upsample' of the experiment asks for.")
+        images = upsample(images, image["range"].values, dataset.attrs["range_wavenumber"], pixels)
     origin = pd.MultiIndex.from_product([image[name].values for name in ORIGIN], names=ORIGIN).to_frame(index=False)
     origin.insert(0, "label", store.stem)
     origin.insert(1, "target", target_of(store))
-    for name, of_direction in own.items():
-        origin[name] = np.repeat(of_direction, image.sizes["realization"])
+    for name in dataset if is_noisy else ():
+        if name.startswith("snr_"):
+            of_directions = dataset[name].transpose("elevation", "azimuth").values
+            origin[name] = np.repeat(of_directions, image.sizes["realization"])
     return images, origin
 
 
 def _of_channels(dataset, channels, store):
-    """The images of a store in these channels, without an axis for a single one, and whether it has other channels."""
-    image = dataset["image"]
-    several = "channel" in image.dims
-    have = image["channel"].values.tolist() if several else [dataset.attrs.get("polarization")]
+    """A store's dataset in these channels, without an axis for a single one, and whether it has other channels."""
+    several = "channel" in dataset.dims
+    have = dataset["channel"].values.tolist() if several else [dataset.attrs.get("polarization")]
     wanted = have if channels == "all" else channels
-    missing = [name for name in wanted if name not in have]
-    if missing:
+    if missing := [name for name in wanted if name not in have]:
         raise InputError(f"{store} has no channel {missing[0]}; it has {', '.join(map(str, have))}.")
     if several:
         places = [place for place, name in enumerate(have) if name in wanted]
-        image = image.isel(channel=places if len(places) > 1 else places[0], drop=True)
-    return image, len(wanted) < len(have)
+        dataset = dataset.isel(channel=places if len(places) > 1 else places[0], drop=True)
+    return dataset, len(wanted) < len(have)
 
 
 def aspects(origin, planes):
@@ -146,14 +138,19 @@ def aspects(origin, planes):
     return found.astype(str)
 
 
+def at(origin, elevation, azimuth):
+    """True for rows of `origin` at one of these elevations and one of these azimuths of the sweep: booleans (n,)."""
+    return np.isin(origin["elevation"], elevation) & np.isin(origin["azimuth"], azimuth)
+
+
 def among(angles, others):
     """True for angles (n,) that are among the others, within TOLERANCE: booleans (n,)."""
     return (np.abs(np.asarray(angles)[:, None] - np.asarray(others, float)) < TOLERANCE).any(axis=1)
 
 
-def _select(image, name, angles, store):
-    have, angles = image[name].values, np.atleast_1d(np.asarray(angles, float))
+def _select(dataset, name, angles, store):
+    have, angles = dataset[name].values, np.atleast_1d(np.asarray(angles, float))
     missing = angles[~among(angles, have)]
     if len(missing):
         raise InputError(f"{store} has no {name} {missing[0]:g} degrees; it has {', '.join(f'{a:g}' for a in have)}.")
-    return image.isel({name: np.flatnonzero(among(have, angles))})
+    return dataset.isel({name: np.flatnonzero(among(have, angles))})

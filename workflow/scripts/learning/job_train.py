@@ -8,15 +8,9 @@ from isarflow.core.job import job
 from isarflow.learning.train import Training, train
 
 with job(snakemake):
-    settings, model = snakemake.params.settings, snakemake.wildcards.model
-    training = Training(
-        run=settings["run"],
-        model=model,
-        settings=settings[f"learning.models.{model}"],
-        roles=settings["roles"],
-        planes=settings["planes"],
-        seed=settings["seed"],
-    )
+    settings, model = dict(snakemake.params.settings), snakemake.wildcards.model
+    own = settings.pop(f"learning.models.{model}")
+    training = Training(model=model, settings=own, **settings)
     # Not in the output's folder: Snakemake removes it before a job and after a failed one.
-    checkpoints = Path(snakemake.output.model).parents[2] / "checkpoints" / settings["run"]["name"] / model
+    checkpoints = Path(snakemake.output.model).parents[2] / "checkpoints" / training.run["name"] / model
     train(snakemake.input.stores, training, snakemake.output.model, checkpoints)

@@ -12,11 +12,10 @@ TRACK = ["target", "elevation", "realization", "side", "fold"]  # columns in whi
 def fused(table, count, step, aperture):
     """All rows of a prediction table at which a track begins, with the scores of `count` looks added up.
 
-    The looks of a track have the same elevation and side, and azimuths an aperture apart, so that no two share a
-    sample, nor noise, whether drawn for each image or once a sweep. step: degrees between azimuths; aperture: number
-    of azimuths of an image. The columns score_<class> and known_<score> have the sums, which is right for logarithms
-    of likelihoods and of their ratios; `predicted` follows from the former. Other columns are those of the first look.
-    No row is left if a circle has no room for so many looks.
+    The looks of a track have azimuths an aperture apart, so that no two share a sample or noise. step: degrees between
+    azimuths; aperture: number of azimuths of an image. The columns score_<class> and known_<score> have the sums, which
+    is right for logarithms of likelihoods and of their ratios; `predicted` follows from the former. Other columns are
+    those of the first look. No row is left if a circle has no room for so many looks.
     """
     number, circle = ((table["azimuth"] - table["azimuth"].min()) / step).round().astype(int), 360 / step
     places = table[TRACK].round(4).assign(number=number)

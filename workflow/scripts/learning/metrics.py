@@ -19,7 +19,7 @@ KEPT = 0.95  # share of the known images above the threshold of fpr95
 def confusion(groups, truth, predicted, shape, weight=None):
     """Count (groups, labels, labels) from the numbers of each observation's group, truth and predicted label.
 
-    shape: (groups, labels). The three arrays and weight, how often each counts, have shape (observations,).
+    shape: (groups, labels). The arrays, and weight, how often each counts, are (observations,).
     """
     count, labels = shape
     cells = (np.asarray(groups) * labels + truth) * labels + predicted
@@ -29,8 +29,8 @@ def confusion(groups, truth, predicted, shape, weight=None):
 def metrics_of(counts, labels, judged):
     """All metrics of confusion counts (..., labels, labels): a mapping of name to values (...).
 
-    accuracy, f1_weighted (by true counts), f1_macro (plain mean), precision_<label>, recall_<label>; the last three for
-    the labels in `judged` only: a label that is predicted but can never be true has no meaningful value.
+    f1_weighted is weighted by true counts, f1_macro is a plain mean. The latter, precision_<label> and recall_<label>
+    are of the labels in `judged` only: a label that is predicted but can never be true has no meaningful value.
     A ratio with denominator 0 is 0, except the precision of a label that is never predicted, which is NaN.
     """
     counts = np.asarray(counts, float)
@@ -50,20 +50,18 @@ def metrics_of(counts, labels, judged):
     return {name: value[()] for name, value in result.items()}  # numbers, where counts have no leading dimension
 
 
-def metrics_of_labels(truth, predicted, weight=1.0):
-    """The metrics of labels (n,), each image counting `weight` times, (n,) or one number."""
+def metrics_of_labels(truth, predicted, weight=None):
+    """The metrics of labels (n,), each image counting `weight` times, (n,); None: once."""
     labels, codes = np.unique([*truth, *predicted], return_inverse=True)
-    counts = np.zeros((len(labels), len(labels)))
-    np.add.at(counts, tuple(codes.reshape(2, -1)), weight)
+    counts = confusion(0, *codes.reshape(2, -1), (1, len(labels)), weight)[0]
     return metrics_of(counts, labels, labels)
 
 
 @functools.cache
 def weights(blocks, seed):
-    """Number of times that each block is drawn in each bootstrap resample: (resamples, blocks).
+    """Number of times that each block is drawn in each bootstrap resample: (resamples, blocks) (Kuensch 1989).
 
-    Images of one block are not independent, so whole blocks are drawn with replacement (Kuensch 1989). The draws follow
-    from the seed and the number of blocks alone, so models tested on the same blocks are compared on the same draws.
+    It follows from the seed and the number of blocks alone: models tested on the same blocks have the same draws.
     """
     random = np.random.default_rng([seed, *b"bootstrap"])
     return random.multinomial(blocks, np.full(blocks, 1 / blocks), size=RESAMPLES)
@@ -77,14 +75,10 @@ def equal_blocks(sizes):
 def interval(value, resampled, blocks, share=True):
     """The 95 % interval of a value from its values in resamples (resamples,) of `blocks` blocks: (low, high).
 
-    blocks: as `equal_blocks` counts them. Student's t with blocks - 1 degrees of freedom times the standard error: the
-    spread of the resamples, made larger for two reasons that the bootstrap does not know: blocks vary about their own
-    mean (n / (n - 1) in variance), and neighbouring blocks are alike (NEIGHBOURS). For a `share`, between 0 and 1, the
-    interval is computed on the scale of log(value / (1 - value)) and transformed back, so that it stays within 0 and 1;
-    else it is symmetric.
-    NaN for a single block, which shows no spread, and for a value that is NaN; resamples that are NaN are left
-    out. If no image was ever wrong, the interval has no width and only says that the sample shows no error; if all
-    errors are in one or two blocks, it is too narrow.
+    blocks: as `equal_blocks` counts them. Student's t times the standard error: the spread of the resamples, larger
+    as blocks vary about their own mean (n / (n - 1) in variance) and neighbours are alike (NEIGHBOURS). Of a `share`,
+    between 0 and 1, on the scale of log(value / (1 - value)), so that it stays within 0 and 1; else symmetric.
+    NaN for a single block, which shows no spread, and for a value that is NaN; resamples that are NaN are left out.
     """
     if blocks <= 1 or np.isnan(value):
         return np.nan, np.nan
@@ -101,15 +95,36 @@ def resampled(counts, labels, judged, seed):
     return metrics_of(np.tensordot(weights(len(counts), seed), counts, axes=1), labels, judged)
 
 
+def with_intervals(counts, labels, judged, seed, names=None):
+    """(name, value, low, high) of all metrics of counts (blocks, labels, labels), or of those of some names."""
+    values, draws = metrics_of(counts.sum(axis=0), labels, judged), resampled(counts, labels, judged, seed)
+    blocks = equal_blocks(counts.sum(axis=(1, 2)))
+    for name in names or values:
+        yield name, values[name], *interval(values[name], draws[name], blocks)
+
+
+def differences(counts, labels, seed, names):
+    """(name, value, reference's, difference, low, high) of metrics of two methods on the same images, drawn alike.
+
+    counts: (blocks, labels, labels) of the method and of the reference; labels: those of each.
+    """
+    values = [metrics_of(of.sum(axis=0), own, own) for of, own in zip(counts, labels, strict=True)]
+    draws = [resampled(of, own, own, seed) for of, own in zip(counts, labels, strict=True)]
+    blocks = equal_blocks(counts[1].sum(axis=(1, 2)))
+    for name in names:
+        value, reference = (of[name] for of in values)
+        ends = interval(value - reference, draws[0][name] - draws[1][name], blocks, share=False)
+        yield name, value, reference, value - reference, *ends
+
+
 def separation(scores, known, right, groups, draws):
     """Measure how well a score separates known from unknown images without a threshold: mapping of name to (draws,).
 
-    auroc: probability that a known image scores higher than an unknown one (ties count half).
-    oscr: the same for known images that are also classified correctly: the area under the curve of correct
-    classification against false positive rate (Dhamija et al. 2018).
-    fpr95: share of the unknown images above the threshold that keeps 95 % of the known ones.
-    scores: (n,); known, right: (n,) booleans; groups: (n,) numbers of blocks; draws: (draws, blocks), how often
-    each block counts. All are NaN unless there are images of both kinds.
+    auroc: probability that a known image scores higher than an unknown one (ties count half). oscr: the same for known
+    images that are also classified correctly (Dhamija et al. 2018). fpr95: share of the unknown images above the
+    threshold that keeps 95 % of the known ones.
+    groups: (n,) numbers of blocks; draws: (draws, blocks), how often each block counts. All are NaN unless there are
+    images of both kinds.
     """
     draws = np.asarray(draws, float)
     count = draws.shape[1]

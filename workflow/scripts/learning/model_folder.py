@@ -1,10 +1,9 @@
-"""A fitted model's folder, models/<run>/<model>/: its description, the division of its azimuths, its arrays."""
+"""A fitted model's folder, models/<run>/<model>/: its description, the sides of its views, its arrays."""
 
 import json
 from pathlib import Path
 
 from isarflow.learning.classifier import build
-from isarflow.learning.split import Division
 
 CONFIG, SPLIT = "config.json", "split.json"
 
@@ -12,11 +11,6 @@ CONFIG, SPLIT = "config.json", "split.json"
 def config_of(folder):
     """Read config.json: run (as of `experiments.runs`), model (its name in the config), kind, settings ..."""
     return json.loads((Path(folder) / CONFIG).read_text())
-
-
-def division_of(folder):
-    """Read the `Division` of the model's azimuths."""
-    return Division(**json.loads((Path(folder) / SPLIT).read_text())["division"])
 
 
 def load(folder):

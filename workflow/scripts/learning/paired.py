@@ -23,21 +23,17 @@ def differences(roots, seed, kept):
     roots: the runs' folders by name, results/<run>, the first the reference. seed: of the resamples; kept: the share
     of known images that thresholds of this name keep, in all runs.
     Compared are the same experiment, model, split, training, confidence score and protocol at the same test SNR, in the
-    closed set and, of open runs, with thresholds. Both values count only the test images that both runs have (`n`),
-    each judged by its own run; `low` and `high` are the 95 % interval of the difference, by a bootstrap over blocks of
-    these images in which both runs are drawn alike. Two runs with no test image in common give no rows.
+    closed set and, of open runs, with thresholds. Both values count only the test images that both runs have (`n`);
+    `low` and `high` are the 95 % interval of the difference, in whose resamples both runs are drawn alike.
     """
-    sides, rows = {name: _cases(root) for name, root in roots.items()}, []
-    (_, reference), *others = sides.items()
-    for head, tables in reference.items():
-        for snr, paths in sorted(tables.items()):
-            there = [(name, cases[head][snr]) for name, cases in others if snr in cases.get(head, {})]
-            decided = _decided(paths, kept) if there else {}
-            for name, of_other in there:
-                for kind, decision in _decided(of_other, kept).items():
-                    if kind in decided:
-                        found = difference(decision, decided[kind], seed)
-                        rows += [[*head, snr, *kind, name, *row] for row in found]
+    rows, ((_, reference), *others) = [], [(name, _cases(root)) for name, root in roots.items()]
+    for case, paths in reference.items():
+        there = [(name, cases[case]) for name, cases in others if case in cases]
+        decided = _decided(paths, kept) if there else {}
+        for name, of_other in there:
+            for kind, decision in _decided(of_other, kept).items():
+                if kind in decided:
+                    rows += [[*case, *kind, name, *row] for row in difference(decision, decided[kind], seed)]
     return pd.DataFrame(rows, columns=COLUMNS)
 
 
@@ -48,26 +44,18 @@ def difference(decision, reference, seed):
     if not len(common):
         return
     rows = [of.get_indexer(common) for of in images]
-    block = reference.test["block"].to_numpy()[rows[1]]
-    blocks, place = np.unique(block, return_inverse=True)
-    labels = judge.ordered({*decision.labels, *reference.labels})
-    found = []
+    blocks, place = np.unique(reference.test["block"].to_numpy()[rows[1]], return_inverse=True)
+    labels, counts = judge.ordered({*decision.labels, *reference.labels}), []
     for one, row in zip((decision, reference), rows, strict=True):
-        truth, predicted = one.test["truth"].to_numpy(str)[row], one.predicted[row]
-        codes = [pd.Categorical(of, categories=labels).codes.astype(int) for of in (truth, predicted)]
-        counts = metrics.confusion(place, *codes, (len(blocks), len(labels)))
-        found.append((metrics.metrics_of(counts.sum(axis=0), labels, labels), counts))
-    drawn = [metrics.resampled(counts, labels, labels, seed) for _, counts in found]
-    equal = metrics.equal_blocks(np.bincount(place))
-    for name in METRICS:
-        value, of_reference = (values[name] for values, _ in found)
-        ends = metrics.interval(value - of_reference, drawn[0][name] - drawn[1][name], equal, share=False)
+        codes = [pd.Index(labels).get_indexer(of)[row] for of in (one.test["truth"], one.predicted)]
+        counts.append(metrics.confusion(place, *codes, (len(blocks), len(labels))))
+    for *found, low, high in metrics.differences(counts, [labels, labels], seed, METRICS):
         # With few blocks the interval may be wider than a difference of shares can be.
-        yield name, value, of_reference, value - of_reference, *np.clip(ends, -1, 1), len(common)
+        yield *found, *np.clip([low, high], -1, 1), len(common)
 
 
 def _cases(root):
-    """The columns HEAD of every run and model in a folder and, by SNR, its tables in order of folds.
+    """Map the columns HEAD and the SNR of every run and model in a folder to its tables in order of folds.
 
     Only those that its scores.csv names: the folder may still hold tables of runs that the config no longer has.
     """
@@ -76,8 +64,8 @@ def _cases(root):
     tables = sorted(Path(root, "learning/predictions").glob("*/*/*.csv"))
     fitted = sorted(set(map(run_and_model, tables)))
     runs = {run: config_of(Path(root, "learning/models", run, model))["run"] for run, model in fitted}
-    cases = {head: by_snr for head, (_, by_snr) in tables_of_cases(tables, runs).items()}
-    return {head: {snr: of[snr] for snr in of if (*head[:4], snr) in named} for head, of in cases.items()}
+    cases = {(*head, snr): of[snr] for head, (_, of) in tables_of_cases(tables, runs).items() for snr in sorted(of)}
+    return {case: paths for case, paths in cases.items() if (*case[:4], case[-1]) in named}
 
 
 def _decided(paths, kept):

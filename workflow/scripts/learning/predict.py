@@ -10,9 +10,9 @@ from tqdm import tqdm
 from isarflow.core.errors import InputError
 from isarflow.learning import images
 from isarflow.learning.classifier import OTHER, Outcome
-from isarflow.learning.conformance import check_outcome, describe
-from isarflow.learning.model_folder import config_of, division_of, load
-from isarflow.learning.split import LEFT_OUT, Views
+from isarflow.learning.conformance import describe, of_outcome, refuse
+from isarflow.learning.model_folder import config_of, load
+from isarflow.learning.split import LEFT_OUT, Division
 
 BATCH = 1024  # images at a time: bounds the memory; as it is constant, results stay the same bit for bit
 SCORE, KNOWN = "score_", "known_"
@@ -20,28 +20,26 @@ SIDES = {"known": ("validation", "test"), "unknown": ("validation", "test"), "ot
 
 
 class Tested(NamedTuple):
-    """Test data of a model. roles, planes: of the targets by name, the latter their mirror planes.
+    """Test data of a model."""
 
-    is_open: True if tables have confidence scores, too. realizations: of each view's noise, at most.
-    """
-
-    roles: dict
-    planes: dict
-    is_open: bool
-    realizations: int
+    roles: dict  # of the targets, by name
+    planes: dict  # of the targets, by name: their mirror planes
+    is_open: bool  # True if tables have confidence scores, too
+    realizations: int  # of each view's noise, at most
 
 
 def predict(stores, tested, folder, outputs):
     """Classify images of views that the model in `folder` was not trained at; write a table for each SNR.
 
     stores: imaging/<target>/<label>.zarr of all SNRs; tested: a `Tested`; outputs: paths <label>.csv. Targets of role
-    other are classified at the validation views only, with which thresholds are chosen. In an open run at random the
-    training views of the known ones are, too, if the model can leave their own aspects out of its library.
+    other are classified at the validation views only. In an open run at random the training views of the known ones
+    are, too, if the model can leave their own aspects out of its library.
     """
-    model, divided = load(folder), images.divide(stores, tested.planes, division_of(folder))
+    model, config = load(folder), config_of(folder)
+    divided = images.divide(stores, tested.planes, Division(**config["run"]["division"]))
     for output in tqdm(sorted(map(Path, outputs)), unit="SNR", desc="predicting", leave=False):
         at_snr = [store for store in stores if Path(store).stem == output.stem]
-        table = predict_at(model, at_snr, tested, divided, folder)
+        table = predict_at(model, at_snr, tested, divided, config)
         output.parent.mkdir(parents=True, exist_ok=True)
         # Nine digits keep a single-precision number exactly.
         table.to_csv(output, index=False, float_format="%.9g")
@@ -50,51 +48,44 @@ def predict(stores, tested, folder, outputs):
         print(f"{output.stem}: {len(table)} images; of {len(known)} test images of known targets {right:.4f} are right")
 
 
-def predict_at(model, stores, tested, divided, folder):
-    """The predictions at one SNR, a DataFrame. divided: the result of `images.divide`.
+def predict_at(model, stores, tested, divided, config):
+    """The predictions at one SNR, a DataFrame. divided: the result of `images.divide`; config: of the model's folder.
 
-    Columns: target, elevation, azimuth (degrees), realization, truth, predicted, role, side, fold, block
-    (see `split.blocks`), snr_<definition> (the image's own SNR in dB by each definition), score_<class>..., and if it
-    is open known_<confidence score>... . truth is OTHER for a target that is not known.
-    Rows: validation and test views, all realizations, and training views of the side LEFT_OUT; sorted by the first four
-    columns.
+    Columns: target, elevation, azimuth (degrees), realization, by which rows are sorted, truth, predicted, role, side,
+    fold, block (see `split.blocks`), snr_<definition> in dB, score_<class>..., and if it is open
+    known_<confidence score>... (docs/method.md).
     Raises InputError for a model that gives no proper Outcome, and in an open run for one without a confidence score.
     """
-    config, is_open = config_of(folder), tested.is_open
-    run, who = config["run"], describe(config["model"], config["run"]["name"], config["kind"])
-    tables, parts = [], []
+    run, is_open, parts, tables = config["run"], tested.is_open, [], []
+    who = describe(config["model"], run["name"], config["kind"])
+    # Only at random does a view left out relate to the rest of the library as a test view does to all of it.
+    leaves_out = is_open and model.leaves_out and run["split"] == "random" and run["elevation"] == "all"
     for store in sorted(stores, key=images.target_of):
         role = tested.roles[images.target_of(store)]
         # The last bits of a score depend on the rest of its batch. Test images have their own batches in a closed run
         # and are mixed with the validation images in an open one.
         parts += [(store, role, sides) for sides in ([SIDES[role]] if is_open else [[side] for side in SIDES[role]])]
-        # Only at random does a view left out relate to the rest of the library as a test view does to all of it.
-        at_random = run["split"] == "random" and run["elevation"] == "all"
-        if is_open and role == "known" and model.leaves_out and at_random:
+        if leaves_out and role == "known":
             parts.append((store, role, ["train"]))
     for store, role, sides in parts:
-        left_out = sides == ["train"]
-        target = images.target_of(store)
+        left_out, target = sides == ["train"], images.target_of(store)
         of = divided[target]
         how = {"pixels": run["upsample"], "channels": run["channels"]}
         how["realizations"] = 1 if left_out else tested.realizations  # they are many already
         pixels, origin = images.read_side([store], {target: of}, *sides, **how)
-        place = Views(*(np.searchsorted(getattr(of, name), origin[name]) for name in Views._fields))
-        held_out = [np.isin(*pair) for pair in zip(place, of.sides["validation"], strict=True)]
+        held_out = images.at(origin, *of.angles("validation"))
         outcome = classify(model, pixels, images.aspects(origin, tested.planes) if left_out else None)
-        check_outcome(outcome, len(pixels), model.classes_, who, f" of {store}")
+        refuse(who, of_outcome(outcome, len(pixels), model.classes_, f" of {store}"))
         if is_open and not outcome.known:
-            raise InputError(
-                f"{who}: its evaluate gives no known score, and without one nothing can be rejected. Give it one, or "
-                f"take the model out of open experiments ('{run['experiment']}')."
-            )
+            how = f"Give it one, or take the model out of open experiments ('{run['experiment']}')."
+            raise InputError(f"{who}: its evaluate gives no known score, so nothing can be rejected. {how}")
         columns = {
             "truth": origin["target"] if role == "known" else OTHER,
             "predicted": outcome.labels,
             "role": role,
-            "side": LEFT_OUT if left_out else np.where(np.all(held_out, axis=0), "validation", "test"),
+            "side": LEFT_OUT if left_out else np.where(held_out, "validation", "test"),
             "fold": run["division"]["fold"],
-            "block": of.blocks[place.azimuth],
+            "block": of.blocks[np.searchsorted(of.azimuth, origin["azimuth"])],
         }
         columns |= {name: origin.pop(name) for name in list(origin) if name.startswith("snr_")}
         columns |= {SCORE + name: column for name, column in zip(model.classes_, outcome.scores.T, strict=True)}

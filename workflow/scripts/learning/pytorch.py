@@ -23,11 +23,10 @@ WEIGHTS = "weights."  # prefix of the names of a network's saved tensors
 class PyTorch(Classifier):
     """Base of a model that trains a network on images as channels: real and imaginary parts of each polarization.
 
-    A model defines `network`, which takes so many `channels`; Adam trains it on the cross-entropy, in the setting
-    `epochs` passes over the images in batches of `batch` at `learning_rate`. With a setting `patience` it ends after so
-    many epochs without a smaller validation loss, and keeps the weights that had the smallest.
-    Scores are logits; confidence scores `confidence.of_logits`. The network's tensors are saved as plain arrays.
-    All on one core: the same config gives the same weights.
+    A model defines `network`; Adam trains it on the cross-entropy, in the setting `epochs` passes over the images in
+    batches of `batch` at `learning_rate`. With a setting `patience` it ends after so many epochs without a smaller
+    validation loss, and keeps the weights that had the smallest. Scores are logits; confidence scores
+    `confidence.of_logits`. All on one core: the same config gives the same weights.
     """
 
     by_snr = True

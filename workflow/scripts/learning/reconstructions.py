@@ -9,7 +9,8 @@ from isarflow.core.store import write
 from isarflow.core.sweep import snr_of_label
 from isarflow.learning import images
 from isarflow.learning.experiments import CLEAN
-from isarflow.learning.model_folder import config_of, division_of, load
+from isarflow.learning.model_folder import config_of, load
+from isarflow.learning.split import Division
 
 EXAMPLES = 5  # of each target
 
@@ -26,43 +27,33 @@ def reconstruct(stores, planes, folder, output):
     model, run = load(folder), config_of(folder)["run"]
     targets = sorted({images.target_of(store) for store in stores})
     labels = sorted({Path(store).stem for store in stores} - {CLEAN}, key=snr_of_label)
-    divided = images.divide(stores, planes, division_of(folder))
-    azimuths = {}  # for each target, of the examples
-    decoded = {}  # by target and label: inputs of the network, their reconstructions, predicted classes
+    divided = images.divide(stores, planes, Division(**run["division"]))
+    azimuths, decoded = {}, {}  # by target, of the examples; by target and label, what `model.reconstruct` gives
     for store in map(Path, stores):
         target = images.target_of(store)
-        elevation, azimuth = _examples(*divided[target].angles("test"))
-        azimuths[target] = azimuth
+        elevation, azimuths[target] = _examples(*divided[target].angles("test"))
+        azimuth = azimuths[target]
         pixels, origin = images.read([store], {target: azimuth}, elevation, run["upsample"], channels=run["channels"])
         # All pairs of these angles, and all realizations: the first of each example.
-        rows = [
-            np.flatnonzero(images.among(origin["elevation"], [e]) & images.among(origin["azimuth"], [a]))[0]
-            for e, a in zip(elevation, azimuth, strict=True)
-        ]
+        rows = [images.at(origin, [e], [a]).argmax() for e, a in zip(elevation, azimuth, strict=True)]
         decoded[target, store.stem] = model.reconstruct(pixels[rows])
     noisy = [[decoded[target, label] for target in targets] for label in labels]
     seen, made, predicted = (np.array([[part[i] for part in row] for row in noisy]) for i in range(3))
     places, axes = ("snr", "target", "example"), ("range", "crossrange")
-    dataset = xr.Dataset(
-        {
-            "truth": (("target", "example", *axes), np.array([decoded[target, CLEAN][0] for target in targets])),
-            "seen": ((*places, *axes), seen),
-            "made": ((*places, *axes), made),
-            "predicted": (places, predicted.astype(str)),
-        },
-        coords={
-            "snr": ("snr", [snr_of_label(label) for label in labels], {"units": "dB", "long_name": "SNR"}),
-            "target": ("target", targets, {"units": "", "long_name": "target"}),
-            "elevation": ("example", elevation, {"units": "degrees", "long_name": "elevation"}),
-            "azimuth": (
-                ("target", "example"),
-                np.array([azimuths[target] for target in targets]),
-                {"units": "degrees", "long_name": "azimuth"},
-            ),
-        },
-        attrs={"run": run["name"], "model": Path(folder).name},
-    )
-    write(dataset, output)
+    data = {
+        "truth": (("target", "example", *axes), np.array([decoded[target, CLEAN][0] for target in targets])),
+        "seen": ((*places, *axes), seen),
+        "made": ((*places, *axes), made),
+        "predicted": (places, predicted.astype(str)),
+    }
+    every = [azimuths[target] for target in targets]
+    coords = {
+        "snr": ("snr", [snr_of_label(label) for label in labels], {"units": "dB", "long_name": "SNR"}),
+        "target": ("target", targets, {"units": "", "long_name": "target"}),
+        "elevation": ("example", elevation, {"units": "degrees", "long_name": "elevation"}),
+        "azimuth": (("target", "example"), every, {"units": "degrees", "long_name": "azimuth"}),
+    }
+    write(xr.Dataset(data, coords, {"run": run["name"], "model": Path(folder).name}), output)
     print(f"{len(targets)} targets, {EXAMPLES} images of each without noise and at {', '.join(labels)}")
 
 

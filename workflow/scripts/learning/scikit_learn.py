@@ -29,9 +29,8 @@ class ScikitLearn(Classifier):
     def fit(self, images, labels, validation=None, snrs=None, views=None):
         estimator = self.estimator()
         if not is_classifier(estimator):
-            raise InputError(
-                f"{self.__module__}: its estimator, {type(estimator).__name__}, is none of scikit-learn's classifiers."
-            )
+            name = type(estimator).__name__
+            raise InputError(f"{self.__module__}: its estimator, {name}, is none of scikit-learn's classifiers.")
         self.fitted = estimator.fit(self.features(images), labels)
         self.classes_ = np.asarray(self.fitted.classes_)
         return self

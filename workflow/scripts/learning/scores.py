@@ -28,45 +28,27 @@ def score(predictions, runs, definition, seed, threads, scores, confusions, vali
     runs: the result of `experiments.runs`; definition: the config's of SNR; seed: the config's, for the intervals;
     threads: number of models judged at a time; kept: the config's `learning.kept`. track: None, or names of the
     models whose scores add up over looks, and the azimuth's step in degrees and the aperture, as of `looks.fused`.
-    Column `training` has in words the SNRs that a run trained at, which tell an experiment's runs apart; `train_snr_db`
-    is a number, empty for training without noise and at several SNRs.
-    Column `elevation`: 'all' counts every test image; 'trained' only those at elevations the model was trained at (left
-    out if these are all).
-    Columns `score` and `threshold` are empty for the closed set, the known targets alone. An open run has more rows
-    for every confidence score, whose name is the `score`: without a threshold auroc, fpr95 and oscr; with `threshold`,
-    the protocol that chose it, the metrics of the open set, where truth is the class or OTHER, and the threshold.
-    Column `fold`: empty if the test images of all folds count together, each judged by the models of its own fold;
-    else the one fold whose images count, without an interval. The threshold of all folds is their mean.
-    Column `snr_definition`: rows by the other definition than the config's count the same decisions, each image at the
-    SNR that it has by that definition: between two of the config's SNRs it counts with both by linear weights. Only
-    SNRs are listed at which all images have some.
-    f1_weighted_gain is the weighted F1 minus that of REFERENCE trained at the same SNRs, on the same test images, with
-    a threshold of the same protocol and an interval from the same resamples. If REFERENCE was not trained at these
-    SNRs, there is none; of several the first by name counts.
-    f1_weighted_<n>_looks is the weighted F1 of n looks together, with thresholds chosen on as many, without an
-    interval, as few tracks are independent.
-    validation.csv is for comparing methods: of the closed set accuracy and weighted F1 on the validation images, and
-    of each confidence score and protocol the weighted F1 that the threshold reaches on the images it was chosen with,
-    under `kept` on those of the blind protocol.
-    n is the number of images that a value rests on.
+    docs/method.md describes the metrics and columns. Besides: `elevation` is never 'trained' if the model was trained
+    at all elevations. The images of each fold are judged by its own models; the threshold of all folds is their mean.
+    By the other definition than the config's only SNRs are listed at which all images have some. f1_weighted_gain is
+    left out where REFERENCE was not trained at the same SNRs; of several the first by name counts.
+    f1_weighted_<n>_looks has no interval, as few tracks are independent. validation.csv has of each confidence score
+    and protocol the weighted F1 that the threshold reaches on the images it was chosen with.
     """
-    rows, cells, reached, opened = [], [], [], {}
-    cases = tables_of_cases(predictions, runs)
+    tables, opened, cases = ([], [], []), {}, tables_of_cases(predictions, runs)
     work = (delayed(_judged)(head, *case, definition, seed, kept, track) for head, case in cases.items())
     judged = Parallel(n_jobs=threads, return_as="generator")(work)
-    for part in tqdm(judged, total=len(cases), unit="model", desc="scores", leave=False):
-        for every, of_case in zip((rows, cells, reached), part[:3], strict=True):
-            every += of_case
-        opened |= part[3]
-    rows += _gains(opened, definition, seed)
-    pd.DataFrame(rows, columns=COLUMNS).to_csv(scores, index=False)
-    pd.DataFrame(cells, columns=CONFUSION).to_csv(confusions, index=False)
-    pd.DataFrame(reached, columns=VALIDATION).to_csv(validation, index=False)
-    print(f"{len(predictions)} prediction tables, {len(rows)} scores")
+    for *of_case, decisions in tqdm(judged, total=len(cases), unit="model", desc="scores", leave=False):
+        for table, rows in zip(tables, of_case, strict=True):
+            table += rows
+        opened |= decisions
+    tables[0].extend(_gains(opened, definition, seed))
+    written = zip((scores, confusions, validation), tables, (COLUMNS, CONFUSION, VALIDATION), strict=True)
+    for path, rows, columns in written:
+        pd.DataFrame(rows, columns=columns).to_csv(path, index=False)
+    print(f"{len(predictions)} prediction tables, {len(tables[0])} scores")
     for name in sorted({run["experiment"] for run in runs.values() if run["lacks_unknown"]}):
-        print(
-            f"Warning: experiment '{name}' is open, but no target has role unknown: these are scores of a closed set."
-        )
+        print(f"Warning: experiment '{name}' is open, but no target has role unknown: scores are of a closed set.")
 
 
 def _judged(head, run, tables, definition, seed, kept, track):
@@ -84,16 +66,15 @@ def _judged(head, run, tables, definition, seed, kept, track):
                 if decision.threshold and subset == "all":  # runs that trained at other elevations have other images
                     opened[key] = decision
         for snr, part in parts.items() if track and head[1] in track[0] else ():
-            rows += [
-                [*head, snr, subset, *kind, definition, "", *row] for kind, row in _looks(part, run, kept, *track[1:])
-            ]
+            for kind, row in _looks(part, run, kept, *track[1:]):
+                rows.append([*head, snr, subset, *kind, definition, "", *row])
         for other, snr, kind, row in judge.by_other_definitions(decided, definition, seed):
             rows.append([*head, snr, subset, *kind, other, "", *row])
     return rows, cells, reached, opened
 
 
 def _looks(table, run, kept, step, aperture):
-    """(score and threshold, (metric, value, low, high, n)) of the weighted F1 of several looks together."""
+    """(score, threshold) and (metric, value, low, high, n) of the weighted F1 of several looks together."""
     table = table[table["side"] != LEFT_OUT]
     for count in LOOKS:
         together = fused(table, count, step, aperture)
@@ -102,8 +83,7 @@ def _looks(table, run, kept, step, aperture):
             for one in judge.decide(together, run["open"], kept):
                 if one.is_final:
                     f1 = metrics.metrics_of_labels(one.test["truth"], one.predicted)["f1_weighted"]
-                    row = f"f1_weighted_{count}_looks", f1, "", "", len(one.test)
-                    yield (one.score, one.threshold), row
+                    yield (one.score, one.threshold), (f"f1_weighted_{count}_looks", f1, "", "", len(one.test))
 
 
 def tables_of_cases(predictions, runs):
@@ -134,15 +114,13 @@ def _subsets(tables, trained):
 
 def _gains(opened, definition, seed):
     """Rows f1_weighted_gain. opened: a mapping of the values of the columns CASE to the `Decision`."""
-    references = {}
+    rows, references = [], {}
+    where = [CASE.index(name) for name in ("split", "training", "test_snr_db", "elevation", "threshold")]
     for key, decision in opened.items():
-        _, model, split, trained, _, *rest, score, protocol = key
-        if (model, score) == (REFERENCE[0], REFERENCE[2]):
-            references.setdefault((split, trained, *rest, protocol), decision)
-    rows = []
+        if (key[CASE.index("model")], key[CASE.index("score")]) == (REFERENCE[0], REFERENCE[2]):
+            references.setdefault(tuple(key[place] for place in where), decision)
     for key, decision in opened.items():
-        _, _, split, trained, _, *rest, _, protocol = key
-        reference = references.get((split, trained, *rest, protocol))
+        reference = references.get(tuple(key[place] for place in where))
         if reference and (gain := judge.gain(decision, reference, seed)):
             rows.append([*key, definition, "", "f1_weighted_gain", *gain])
     return rows

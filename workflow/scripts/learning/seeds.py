@@ -15,8 +15,8 @@ NO_SHARES = ("threshold", "f1_weighted_gain")  # metrics that may lie outside 0 
 def over_seeds(scores, output):
     """Write the means over several seeds' tables scores.csv: one row for each of their rows.
 
-    Columns: those of scores.csv, with value the mean, low and high its 95 % interval over seeds, and n their number;
-    also lowest and highest of them. A seed without such a row is left out of it.
+    Columns: those of scores.csv, with value the mean, low and high its 95 % interval over seeds, n their number, and
+    lowest and highest of them. A seed without such a row is left out of it.
     """
     tables = [pd.read_csv(path, keep_default_na=False) for path in scores]
     every = pd.concat(tables, ignore_index=True)
@@ -31,15 +31,11 @@ def over_seeds(scores, output):
 def interval(mean, deviation, count, is_share):
     """The 95 % interval of the mean of so many values with a standard deviation: (low, high), arrays like `mean`.
 
-    Student's t with count - 1 degrees of freedom; for a share on the scale of log(p / (1 - p)), where it stays within
-    0 to 1 (as `metrics.interval`). NaN for a single value.
+    Student's t; for a share on the scale of log(p / (1 - p)), as `metrics.interval`. NaN for a single value.
     """
     mean, deviation, count = (np.asarray(of, float) for of in (mean, deviation, count))
     with np.errstate(divide="ignore", invalid="ignore"):
         half = np.where(count > 1, t.ppf((1 + LEVEL) / 2, count - 1) * deviation / np.sqrt(count), np.nan)
         slope = mean * (1 - mean)
-        ends = []
-        for side in (-1, 1):
-            of_share = np.where(half > 0, expit(logit(mean) + side * half / slope), mean + 0 * half)
-            ends.append(np.where(is_share, of_share, mean + side * half))
-    return tuple(ends)
+        shares = [np.where(half > 0, expit(logit(mean) + end / slope), mean + 0 * half) for end in (-half, half)]
+        return tuple(np.where(is_share, *ends) for ends in zip(shares, (mean - half, mean + half), strict=True))

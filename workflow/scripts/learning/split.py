@@ -10,7 +10,6 @@ from isarflow.core.sweep import closes_circle
 
 SIDES = ("train", "validation", "test")
 LEFT_OUT = "left out"  # side in predictions: training views that a model judged without their own aspect
-WORDS = ("to train", "to validate", "to test")
 # Settings of each scheme in the config: shares of the aspects, number of folds, degrees between elevations.
 SETTINGS = {"random": ("train", "validation"), "sector": ("folds", "validation"), "elevation": ("spacing",)}
 SETTINGS["shuffled"] = SETTINGS["random"]
@@ -30,18 +29,13 @@ class Views(NamedTuple):
 
 @dataclass(frozen=True)
 class Division:
-    """A run's division of the views of every target.
+    """A run's division of the views of every target."""
 
-    scheme: one of SETTINGS; fold: number of the scheme's fold, from 1; 0 if it has none.
-    settings: those of `learning.split` in the config that SETTINGS names.
-    seed: the config's; aperture: azimuth samples of an image.
-    """
-
-    scheme: str
-    fold: int
-    settings: dict
-    seed: int
-    aperture: int
+    scheme: str  # one of SETTINGS
+    fold: int  # number of the scheme's fold, from 1; 0 if it has none
+    settings: dict  # those of `learning.split` in the config that SETTINGS names
+    seed: int  # the config's
+    aperture: int  # azimuth samples of an image
 
 
 def divisions(scheme, settings, seed, aperture):
@@ -61,8 +55,8 @@ def split(elevations, azimuths, planes, division):
 
     elevations: (m,) and azimuths: (n,) in degrees, ascending, the latter uniform; planes: the target's mirror planes,
     `xz` and `yz`. A view and its mirror image (of the same elevation) are on the same side, except by `shuffled`,
-    which is `random` without regard to mirror planes; all noise realizations are on one side, too. The sides differ
-    either in elevation or in azimuth, so that two of them together are `Views`, too. Only the arguments decide.
+    which is `random` without regard to mirror planes. The sides differ either in elevation or in azimuth, so that two
+    of them together are `Views`, too.
     """
     if division.scheme == "shuffled":
         planes = ()
@@ -71,7 +65,11 @@ def split(elevations, azimuths, planes, division):
         sides = [Views(index, every) for index in elevation(elevations, division)]
     else:
         aspects, owners = np.unique(_rounded(folded(azimuths, planes)), return_inverse=True)
-        found = OF_ASPECTS[division.scheme](aspects, _least(azimuths, division), _circle(azimuths, planes), division)
+        if division.scheme == "sector":
+            circle = 360.0 if closes_circle(azimuths) and not {"xz", "yz"} & set(planes) else None
+            found = sector(aspects, _least(azimuths, division), circle, division)
+        else:
+            found = random(len(aspects), division)
         every = np.arange(len(elevations))
         sides = [Views(every, np.flatnonzero(np.isin(owners, index))) for index in found]
     return dict(zip(SIDES, sides, strict=True))
@@ -88,13 +86,12 @@ def check(sides, division, target, count):
             f"config key 'aspect.elevation': the split by elevation takes four elevations at least{apart}, of which "
             f"every second trains and the others validate and test by turns; the sweep has {used}."
         )
-    left = ", ".join(f"{len(sides[side].azimuth)} {words}" for side, words in zip(SIDES, WORDS, strict=True))
+    left = "{} to train, {} to validate, {} to test".format(*(len(sides[side].azimuth) for side in SIDES))
     if division.scheme == "sector":
         raise InputError(
             f"config key 'learning.split.folds': fold {division.fold} of {division.settings['folds']} leaves of "
             f"{target}'s {count} azimuths {left}, with {division.aperture - 1} as a guard between two sides; every "
-            "side needs at least one (more folds, a shorter 'imaging.aperture' or a larger 'aspect.azimuth' leave "
-            "more)."
+            "side needs one at least (more folds, a shorter 'imaging.aperture' or a larger 'aspect.azimuth' help)."
         )
     raise InputError(
         f"config key 'learning.split.train': {division.settings['train']} of {target}'s {count} azimuths leaves "
@@ -105,9 +102,8 @@ def check(sides, division, target, count):
 def blocks(azimuths, planes, division):
     """The number of the block of each azimuth's images, (n,): images of two blocks count as independent.
 
-    Blocks are arcs of an aperture of the folded aspects, as nearer images share samples; all elevations of an arc are
-    one block, in both folds of `elevation`, too. For `sector` the fold is the block, as its test images share one
-    fitted model.
+    Blocks are arcs of an aperture of the folded aspects at all elevations, as nearer images share samples. By sector
+    the fold is the block, as its test images share one fitted model.
     """
     if division.scheme == "sector":
         return np.full(len(azimuths), division.fold)
@@ -118,8 +114,7 @@ def blocks(azimuths, planes, division):
 def folded(azimuths, planes):
     """The aspect of each azimuth in degrees, (n,): the same for a view and its images in the target's mirror planes.
 
-    0 to 180 degrees for the plane xz (a and -a are one), -90 to 90 for yz (a and 180 - a), 0 to 90 for both; a line
-    that turns back at its ends. Without planes the azimuths themselves.
+    0 to 180 degrees for the plane xz (a and -a are one), -90 to 90 for yz (a and 180 - a), 0 to 90 for both.
     """
     aspects = np.asarray(azimuths, float)
     if "yz" in planes:
@@ -129,14 +124,13 @@ def folded(azimuths, planes):
     return aspects
 
 
-def random(aspects, least, circle, division):
-    """Draw a share `train` of the aspects at random, and a share `validation` of the others; the rest tests.
+def random(count, division):
+    """Draw a share `train` of so many aspects at random, and a share `validation` of the others; the rest tests.
 
     Neighbouring images share most of their aperture, so test images have near-copies among the training images:
     figures from this split flatter every model.
     """
-    order = np.random.default_rng([division.seed, *b"random split"]).permutation(len(aspects))
-    count, settings = len(order), division.settings
+    order, settings = np.random.default_rng([division.seed, *b"random split"]).permutation(count), division.settings
     train = int(np.floor(settings["train"] * count + 1e-9))  # 0.57 x 100 is 56.99...
     train = min(train, max(count - 2, 1))  # few aspects leave one to validate and one to test
     validation = max(int(np.floor(settings["validation"] * (count - train) + 1e-9)), 1)
@@ -148,7 +142,8 @@ def sector(aspects, least, circle, division):
 
     Over all folds every aspect is tested once. Two sides are `least` degrees, an aperture, apart, so that no image of
     one side shares a sample, or a mirrored one, with an image of another. The validation arc is the share
-    `validation` of itself and the test arc together, and is placed where the most is left to train.
+    `validation` of itself and the test arc together, and is placed where the most is left to train. circle: 360 where
+    the aspects close a circle, else None.
     """
     test = np.array_split(np.arange(len(aspects)), division.settings["folds"])[division.fold - 1]
     if not len(test):
@@ -166,9 +161,6 @@ def sector(aspects, least, circle, division):
     return trained[best], arcs[best], test
 
 
-OF_ASPECTS = {"random": random, "shuffled": random, "sector": sector}
-
-
 def elevation(elevations, division):
     """Train on every second elevation; of those between, validate on every second and test on the others.
 
@@ -184,10 +176,7 @@ def elevation(elevations, division):
 
 
 def _apart(numbers, arc, aspects, least, circle):
-    """Numbers of the aspects that are `least` degrees or more from an arc of them, in order from its end.
-
-    circle: 360 where the aspects close a circle, else None.
-    """
+    """Numbers of the aspects that are `least` degrees or more from an arc of them, in order from its end."""
     after, before = aspects[numbers] - aspects[arc[-1]], aspects[arc[0]] - aspects[numbers]
     if circle is None:
         return numbers[(after >= least) | (before >= least)]
@@ -201,10 +190,6 @@ def _apart(numbers, arc, aspects, least, circle):
 def _least(azimuths, division):
     """Least degrees between the centres of two images that share no sample, less a margin for rounding."""
     return division.aperture * (azimuths[1] - azimuths[0]) - 2 * ROUNDING if len(azimuths) > 1 else 360.0
-
-
-def _circle(azimuths, planes):
-    return 360.0 if closes_circle(azimuths) and not {"xz", "yz"} & set(planes) else None
 
 
 def _rounded(aspects):

@@ -1,9 +1,8 @@
 """The threshold below which an image is rejected as none of the known classes.
 
 It is chosen on validation images, for each SNR separately, as a radar knows the level of its noise. Three protocols:
-`thesis` sees images of the unknown targets among them (of views that are not tested); `blind` sees none, only the known
-targets and those of role other; `kept` chooses by the known ones alone, to keep a share of them. If the model can leave
-training views out of its library in turn, `kept` is chosen on these instead: they are many more.
+`thesis` sees the unknown targets among them; `blind` only the known ones and those of role other; `kept` keeps a share
+of the known ones, or of training views if the model can leave these out of its library in turn: they are many more.
 """
 
 from typing import NamedTuple
@@ -20,17 +19,13 @@ ROLES = {"thesis": ("known", "unknown"), "blind": ("known", "other"), "kept": ("
 
 
 class Seen(NamedTuple):
-    """The validation rows of a prediction table that a protocol sees.
-
-    truth, predicted: their labels (n,); weight: number of images that each with truth OTHER counts for; by_share: None,
-    or the rows of known targets of which the threshold keeps a share.
-    """
+    """The validation rows of a prediction table that a protocol sees."""
 
     rows: pd.DataFrame
     truth: np.ndarray
     predicted: np.ndarray
-    weight: float
-    by_share: pd.DataFrame | None
+    weight: float  # number of images that each with truth OTHER counts for
+    by_share: pd.DataFrame | None  # the rows of known targets of which the threshold keeps a share
 
 
 def seen(table, protocol):
@@ -52,10 +47,9 @@ def choose(table, score, protocol, kept=KEPT):
 def chosen(among, score, kept=KEPT):
     """The threshold of a confidence score, chosen on the rows that a protocol sees, `Seen`.
 
-    The threshold with the largest weighted F1 over the classes and OTHER; under the protocol `kept`, and if there are
-    only known images, the one that keeps this share of them. Under the blind protocol the images of role other
-    together count as much as the known ones: the number of targets of that role in a config says nothing of the
-    number of unknown ones to come.
+    It has the largest weighted F1 over the classes and OTHER; under the protocol `kept`, and if there are only known
+    images, it keeps this share of them. Under the blind protocol the images of role other together count as much as the
+    known ones, as the number of targets of that role says nothing of the number of unknown ones to come.
     """
     if among.by_share is not None:
         return float(np.quantile(among.by_share[score], 1 - kept))
@@ -82,12 +76,11 @@ def best(scores, truth, predicted, weight=1.0):
     # the count of true images.
     total = np.zeros(len(scores) + 1)
     for name in np.unique(truth[truth != OTHER]):
-        claimed = _running(counts * ((predicted == name) & kept))
+        claimed = _running(counts * (predicted == name))
         right = _running((predicted == name) & (truth == name))
         count = (truth == name).sum()
         total += count * 2 * right / (claimed + count)
-    missed = counts[truth == OTHER].sum()
-    if missed:
+    if missed := counts[truth == OTHER].sum():
         rejected = counts.sum() - _running(counts * kept)
         right = missed - _running(counts * ((truth == OTHER) & kept))
         total += missed * 2 * right / (rejected + missed)
@@ -96,10 +89,9 @@ def best(scores, truth, predicted, weight=1.0):
     total[~possible] = -1
     places = np.flatnonzero(total >= total.max() - 1e-9)
     place = places[len(places) // 2]
-    edges = np.concatenate([[np.nextafter(scores[0], np.inf)], scores, [scores[-1]]])
-    if place in (0, len(scores)):
-        return float(edges[place])
-    return float((edges[place] + edges[place + 1]) / 2)
+    if place == 0:
+        return float(np.nextafter(scores[0], np.inf))
+    return float((scores[place - 1] + scores[place]) / 2 if place < len(scores) else scores[-1])
 
 
 def _running(values):

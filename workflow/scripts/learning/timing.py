@@ -10,9 +10,11 @@ import numpy as np
 import threadpoolctl
 
 from isarflow.learning import images
-from isarflow.learning.model_folder import config_of, division_of, load
+from isarflow.learning.model_folder import config_of, load
+from isarflow.learning.split import Division
 
 BATCH = 256
+SIZES = {"single": 1, "batch": BATCH}  # images a call
 WARM_UP = {1: 50, BATCH: 5}  # calls before the timed ones, by number of images
 REPEATS = {1: 200, BATCH: 20}  # timed calls by number of images
 LIMIT = 20.0  # seconds for each number of images; a slow model gets fewer repeats
@@ -21,34 +23,23 @@ LIMIT = 20.0  # seconds for each number of images; a slow model gets fewer repea
 def measure(stores, planes, folders, threads, output):
     """Time the models in `folders` (models/<run>/<model>) on test images; write milliseconds per observation.
 
-    A call goes from complex images to labels, features included; the median over calls counts. stores: the known
-    targets' without noise; planes: each one's mirror planes. `output` is a JSON file: machine, threads, and a list
-    `models` with a record for each.
+    The median over calls counts, each from complex images to labels. stores: the known targets' without noise; planes:
+    each one's mirror planes. `output` is a JSON file: machine, threads, and a list `models` with a record for each.
     """
     records = []
     for folder in folders:
         model, config = load(folder), config_of(folder)
-        run = config["run"]
+        run, name = config["run"], config["model"]
         learned = [store for store in stores if images.target_of(store) in config["classes"]]
-        divided = images.divide(learned, planes, division_of(folder))
+        divided = images.divide(learned, planes, Division(**run["division"]))
         pool, _ = images.read_side(learned, divided, "test", pixels=run["upsample"], channels=run["channels"])
+        record = {"experiment": run["experiment"], "run": run["name"], "model": name}
+        record |= {"training_observations": sum(config["observations"].values()), "image_shape": config["image_shape"]}
         with threadpoolctl.threadpool_limits(threads):
-            single, batch = (time_batches(model.predict, pool, size) for size in (1, BATCH))
-        records.append(
-            {
-                "experiment": run["experiment"],
-                "run": run["name"],
-                "model": config["model"],
-                "training_observations": sum(config["observations"].values()),
-                "image_shape": config["image_shape"],
-                "single": single,
-                "batch": batch,
-            }
-        )
-        print(
-            f"{run['name']}/{config['model']}: {single['milliseconds_per_observation']:.4f} ms per observation alone, "
-            f"{batch['milliseconds_per_observation']:.4f} ms in batches of {BATCH}"
-        )
+            record |= {kind: time_batches(model.predict, pool, size) for kind, size in SIZES.items()}
+        records.append(record)
+        single, batch = (record[kind]["milliseconds_per_observation"] for kind in SIZES)
+        print(f"{run['name']}/{name}: {single:.4f} ms per observation alone, {batch:.4f} ms in batches of {BATCH}")
     result = {"machine": {"cpu": cpu(), "cores": os.cpu_count()}, "threads": threads, "models": records}
     Path(output).write_text(json.dumps(result, indent=1) + "\n")
 
@@ -68,11 +59,8 @@ def time_batches(predict, pool, size):
             seconds.append(end - start)
             if end - begin > LIMIT:
                 break
-    return {
-        "size": size,
-        "repeats": len(seconds),
-        "milliseconds_per_observation": float(np.median(seconds)) / size * 1e3,
-    }
+    milliseconds = float(np.median(seconds)) / size * 1e3
+    return {"size": size, "repeats": len(seconds), "milliseconds_per_observation": milliseconds}
 
 
 def cpu():

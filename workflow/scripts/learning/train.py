@@ -19,23 +19,18 @@ CURVE, SECONDS, SEARCH = "curve.csv", "seconds.csv", "search.csv"
 
 @dataclass(frozen=True)
 class Training:
-    """The inputs of a fitted model other than the images.
+    """The inputs of a fitted model other than the images."""
 
-    run: one of `experiments.runs`. model: its name in the config; settings: its own, a list for choices.
-    roles: of the targets, by name; those that are not known, and pure noise, which has no role, are labelled OTHER.
-    planes: of the targets, by name, their mirror planes. seed: the config's.
-    """
-
-    run: dict
-    model: str
-    settings: dict
-    roles: dict
-    planes: dict
-    seed: int
+    run: dict  # one of `experiments.runs`
+    model: str  # its name in the config
+    settings: dict  # its own, a list for choices
+    roles: dict  # of the targets, by name; those not known, and pure noise, which has no role, are labelled OTHER
+    planes: dict  # of the targets, by name: their mirror planes
+    seed: int  # the config's
 
 
 class Examples(NamedTuple):
-    """Arguments of `Classifier.fit`: images, and labels, SNRs and views, each (n,)."""
+    """Arguments of `Classifier.fit`, each with n observations."""
 
     images: np.ndarray
     labels: np.ndarray
@@ -50,9 +45,8 @@ def train(stores, training, folder, checkpoints=None):
     learns a class OTHER. training: a `Training`; of the combinations of its choices the one that is most accurate on
     the validation images is kept, the first of equals.
     checkpoints: a folder in which a long training keeps its state, to go on if killed; it is removed in the end.
-    Writes model.npz (the learned arrays), config.json, split.json (the `Division`, and of each target elevations and
-    azimuths of each side, in degrees and, `index`, the azimuths' numbers) and, for a model that has one, curve.csv and
-    the seconds until each epoch, seconds.csv; for one with choices search.csv.
+    Writes model.npz (the learned arrays), config.json, split.json (the `Division`, and each target's sides) and, for a
+    model that has one, curve.csv and the seconds until each epoch, seconds.csv; for one with choices search.csv.
     Raises InputError for a known target without images on one of its sides, and for a model that is not what
     `classifier.py` asks for.
     """
@@ -83,7 +77,8 @@ def train(stores, training, folder, checkpoints=None):
 
     folder.mkdir(parents=True, exist_ok=True)
     model.save(folder)
-    conformance.check_restored(model, lambda: build(kind, model.settings, seed).load(folder), held_out.images, who)
+    restored = conformance.of_restored(model, lambda: build(kind, model.settings, seed).load(folder), held_out.images)
+    conformance.refuse(who, restored)
     if model.curve_ is not None:
         curve = pd.DataFrame(model.curve_)
         if "seconds" in curve:  # in a file of its own, as they differ every time
@@ -92,17 +87,10 @@ def train(stores, training, folder, checkpoints=None):
     if len(search) > 1:
         pd.DataFrame(search).to_csv(folder / SEARCH, index=False)
     labels, counts = np.unique(learned.labels, return_counts=True)
-    config = {
-        "run": run,
-        "model": name,
-        "kind": kind,
-        "settings": model.settings,
-        "seed": seed,
-        "classes": model.classes_.tolist(),
-        "observations": dict(zip(labels.tolist(), counts.tolist(), strict=True)),
-        "image_shape": list(learned.images.shape[1:]),
-    }
-    write_json(folder / CONFIG, config)
+    observations = dict(zip(labels.tolist(), counts.tolist(), strict=True))
+    config = {"run": run, "model": name, "kind": kind, "settings": model.settings, "seed": seed}
+    config |= {"classes": model.classes_.tolist(), "observations": observations}
+    write_json(folder / CONFIG, config | {"image_shape": list(learned.images.shape[1:])})
     views = {target: {side: _listed(of, side) for side in of.sides} for target, of in divided.items()}
     write_json(folder / SPLIT, {"division": asdict(division), "targets": views})
     if checkpoints is not None:
@@ -114,25 +102,22 @@ def train(stores, training, folder, checkpoints=None):
 
 
 def _fit(model, learned, held_out, keeps_snrs, who):
-    """Fit a model and check it. Return its accuracy on the validation images.
-
-    Those of a class that the model does not have are left out: a capsule network has no class OTHER.
-    """
-    conformance.check_face(model, who)
+    """Fit a model and check it. Return its accuracy on the validation images of its classes (OTHER may be none)."""
+    conformance.refuse(who, conformance.of_face(model))
     try:
         model.fit(learned.images, learned.labels, held_out, learned.snrs if keeps_snrs else None, learned.views)
     except Exception as error:
         error.add_note(f"That was the fit of {who}, with the settings {dict(model.settings)}.")
         raise
-    conformance.check_fitted(model, learned.labels, held_out.images, who)
+    conformance.refuse(who, conformance.of_fitted(model, learned.labels, held_out.images))
     of_class = np.isin(held_out.labels, model.classes_)
     return float(np.mean(model.predict(held_out.images[of_class]) == held_out.labels[of_class]))
 
 
 def _listed(divided, side):
-    """The entry of split.json for a side of a target's `images.Divided`."""
-    angles = zip(("elevation", "azimuth"), divided.angles(side), strict=True)
-    return {"index": divided.sides[side].azimuth.tolist()} | {name: of.tolist() for name, of in angles}
+    """The entry of split.json for a side of a target's `images.Divided`: angles in degrees, and azimuths' numbers."""
+    elevation, azimuth = (of.tolist() for of in divided.angles(side))
+    return {"index": divided.sides[side].azimuth.tolist(), "elevation": elevation, "azimuth": azimuth}
 
 
 def _read(stores, training, divided, side):

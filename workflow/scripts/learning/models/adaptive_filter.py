@@ -12,12 +12,10 @@ class Model(Classifier):
 
     |t^H S^-1 x|^2 / ((t^H S^-1 t) (x^H S^-1 x)) for a template t and an image x (Kraut, Scharf and McWhorter 2001,
     Adaptive subspace detectors): the matched filter after S has been made white. Here S is the covariance of all
-    training images at one SNR, with `loading` times its mean eigenvalue on the diagonal. It holds what known targets
-    have in common, so that templates are compared by their differences, and the noise as coloured by the window.
-    There is one S for each SNR that was trained at. An image gets the S under which it is likeliest, up to an unknown
-    amplitude (complex angular central Gaussian, Kent 1997).
-    Templates are the training images with the least noise. None is left out for a threshold, as a training image's own
-    noise is in S.
+    training images at one SNR, with `loading` times its mean eigenvalue on the diagonal: what known targets have in
+    common, and the noise. An image gets the S of that SNR under which it is likeliest, up to an unknown amplitude
+    (complex angular central Gaussian, Kent 1997). Templates are the training images with the least noise. None is left
+    out for a threshold, as a training image's own noise is in S.
     Scores are the roots of the largest coherence with each class, 0 to 1. Confidence score: `coherence`, the largest of
     a known class. templates_: (pixels, templates), complex64, conjugate, grouped by class; starts_: (classes,), each
     class's first; inverses_: (SNRs, pixels, pixels), the S^-1, and volumes_ (SNRs,) the log det S; sizes_:
@@ -27,11 +25,7 @@ class Model(Classifier):
     LABELS = {"adaptive_filter": ("adaptive filter", "the adaptive matched filter", 11)}
     SCORES = {"coherence": ("coherence", 16)}
     SETTINGS = {
-        "loading": {
-            "type": "number",
-            "exclusiveMinimum": 0,
-            "description": "diagonal loading of the covariance, in units of its mean eigenvalue",
-        },
+        "loading": {"type": "number", "exclusiveMinimum": 0, "description": "diagonal loading, in mean eigenvalues"},
     }
     by_snr = True
     covariances = True

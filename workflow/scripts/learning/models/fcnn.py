@@ -14,9 +14,8 @@ class Model(Classifier):
     Trained by Adam on the cross-entropy for `epochs` passes over the images in batches of `batch`.
     Confidence scores from the logits: `confidence.of_logits`, and OpenMax as published and with shifted logits; from
     the hidden layer's outputs: `neighbour` (confidence.neighbour_score) and `confidence.mahalanobis_scores`. OpenMax's
-    score is the largest revised probability of a known class. Where the unknown's is larger, OpenMax itself rejects
-    at any threshold; this score is then below 1/2.
-    A class OTHER is no known class: then OpenMax is left out, as it would say the same a second time.
+    score is the largest revised probability of a known class, below 1/2 where OpenMax itself rejects. With a class
+    OTHER it is left out, as it would say the same a second time.
     """
 
     LABELS = {
@@ -39,11 +38,7 @@ class Model(Classifier):
         "epochs": {"type": "integer", "minimum": 1, "description": "passes over the training images"},
         "batch": {"type": "integer", "minimum": 1, "description": "images a batch"},
         "learning_rate": {"type": "number", "exclusiveMinimum": 0, "description": "Adam's"},
-        "openmax_tail": {
-            "type": "integer",
-            "minimum": 2,
-            "description": "largest distances that a Weibull distribution is fitted to",
-        },
+        "openmax_tail": {"type": "integer", "minimum": 2, "description": "largest distances of the Weibull fit"},
         "openmax_alpha": {"type": "integer", "minimum": 1, "description": "largest logits that OpenMax revises"},
         "features": {"$ref": "#/$defs/features", "default": "parts"},
     }
@@ -52,13 +47,10 @@ class Model(Classifier):
     def fit(self, images, labels, validation=None, snrs=None, views=None):
         x = self.features(images)
         self.classes_, y = np.unique(labels, return_inverse=True)
-        held_out = None
-        if validation is not None:
-            held_out = self.features(validation[0]), np.searchsorted(self.classes_, validation[1])
+        held_out = validation and (self.features(validation[0]), np.searchsorted(self.classes_, validation[1]))
         self._train(x, y, held_out, snrs)
 
-        features = self._hidden(x)
-        known = labels != OTHER
+        features, known = self._hidden(x), labels != OTHER
         self.references_ = unit(features[known])
         classes = self.classes_[self.classes_ != OTHER]
         self._keep(confidence.fit_gaussians(features[known].astype(np.float64), labels[known], classes))
@@ -99,9 +91,6 @@ class Model(Classifier):
 
     def _logits(self, features):
         return (features @ self.output_ + self.output_offset_).astype(np.float64)
-
-    def decision_function(self, images):
-        return self._logits(self._hidden(self.features(images)))
 
     def evaluate(self, images):
         features = self._hidden(self.features(images))

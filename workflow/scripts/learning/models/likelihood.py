@@ -28,46 +28,28 @@ FAR_I0 = (0.00392377, -0.01647633, 0.02635537, -0.02057706, 0.00916281, -0.00157
 
 
 class Model(Classifier):
-    """The class of the likeliest view of the library, and its likelihood.
+    """The class of the likeliest view of the library, and its likelihood, as in docs/recognition.md.
 
     An image x of unit energy and N pixels over all channels holds a share n of noise, whose covariance over the pixels
     is n Q, with Q of trace 1 from images of noise alone. n follows from the image's faint pixels: for noise alone
     |x_p|^2 / Q_pp has an exponential distribution, with -log(1 - FAINT) as its quantile FAINT.
-
-    Rice (Rice 1945): a pixel of magnitude r has the density 2 r / v exp(-(r^2 + s^2 a^2) / v) I0(2 r s a / v) under a
-    template of magnitudes a, at the likeliest scale s. Its variance v is that of the noise, n Q_pp, and s^2 times the
-    share `mismatch` of the template's power around the pixel, by which a view between those of the library differs. The
-    score is the log-likelihood less the largest that any magnitudes could have.
-
-    Coherence (Kraut, Scharf and McWhorter 2001): c = |t^H S^-1 x|^2 / ((t^H S^-1 t) (x^H S^-1 x)), with S = (1 - n) R +
-    n Q, R being the covariance of the training images; the log-likelihood ratio of N independent samples of unknown
-    level is -N log(1 - c).
-
-    A class's score is the first plus COHERENCE times the second, each of its best template: not a likelihood of both
-    together, as they share the magnitudes and the pixels are not independent. Confidence scores are the largest of a
-    class: `likelihood`, and of its parts alone `rice` and `coherence`. All grow with the SNR, and so do thresholds.
+    Rice (Rice 1945): a pixel's magnitude under that of a template, at the likeliest scale s. Its variance is that of
+    the noise, n Q_pp, and s^2 times the share `mismatch` of the template's power around the pixel. The score is the
+    log-likelihood less the largest that any magnitudes could have.
+    Coherence c (Kraut, Scharf and McWhorter 2001) with S = (1 - n) R + n Q, R being the covariance of the training
+    images; the log-likelihood ratio of N independent samples of unknown level is -N log(1 - c).
+    A class's score is the first plus COHERENCE times the second, each of its best template. Confidence scores are the
+    largest of a class: `likelihood`, and of its parts alone `rice` and `coherence`.
     templates_: (templates, N), complex64, of unit energy, grouped by class; starts_: (classes + 1,), where each class's
     begin, and their number; basis_: (N, directions) complex64 B with B^H Q B = 1 and B^H R B = diag(powers_); noise_:
     (N,), the diagonal of Q; shape_: (channels, range, crossrange).
     """
 
     LABELS = {"likelihood": ("likelihood", "the likelihood of the library", 12)}
-    SCORES = {
-        "likelihood": ("likelihood", 17),
-        "rice": ("Rician likelihood", 18),
-        "coherence": ("coherence", 16),
-    }
+    SCORES = {"likelihood": ("likelihood", 17), "rice": ("Rician likelihood", 18), "coherence": ("coherence", 16)}
     SETTINGS = {
-        "candidates": {
-            "type": "integer",
-            "minimum": 1,
-            "description": "templates of each class whose likelihood is computed, those with the largest ZNCC",
-        },
-        "mismatch": {
-            "type": "number",
-            "minimum": 0,
-            "description": "variance of a view about its template, in units of the template's power around each pixel",
-        },
+        "candidates": {"type": "integer", "minimum": 1, "description": "templates of a class tried, of largest ZNCC"},
+        "mismatch": {"type": "number", "minimum": 0, "description": "a view's variance, in its template's local power"},
     }
     covariances = True
     learns_noise = True
@@ -113,8 +95,7 @@ class Model(Classifier):
             share = np.clip(share, *SHARES).astype(np.float32)
             apart = None if without is None else np.resize(without[start : start + BLOCK], BLOCK)
             coherence = self._coherence(filled, np.maximum(share, LEAST_NOISE), apart)
-            scores = self._rice(magnitudes, share, apart), coherence
-            found.append(np.stack(scores, axis=1)[: len(block)])
+            found.append(np.stack([self._rice(magnitudes, share, apart), coherence], axis=1)[: len(block)])
         return np.concatenate(found)
 
     def _coherence(self, rows, share, without):
@@ -136,9 +117,8 @@ class Model(Classifier):
             chosen = first + np.argpartition(-near[:, first:end], count - 1, axis=1)[:, :count]
             nearest = first + near[:, first:end].argmax(axis=1)[:, None]  # in place of what is left out
             chosen = np.where(np.take_along_axis(near, chosen, axis=1) < -1.5, nearest, chosen)
-            found.append(
-                _rician(magnitudes, noise, scale, templates[chosen], around[chosen], self.settings["mismatch"])
-            )
+            arrays = magnitudes, noise, scale, templates[chosen], around[chosen]
+            found.append(_rician(*arrays, self.settings["mismatch"]))
         return np.stack(found, axis=1)
 
     @functools.cached_property

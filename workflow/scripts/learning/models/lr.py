@@ -35,9 +35,6 @@ class Model(Classifier):
         self.classes_, self.coef_, self.intercept_ = fitted.classes_, weights.T.copy(), offsets
         return self
 
-    def decision_function(self, images):
-        return self.features(images, np.float64) @ self.coef_ + self.intercept_
-
     def evaluate(self, images):
-        logits = self.decision_function(images)
+        logits = self.features(images, np.float64) @ self.coef_ + self.intercept_
         return Outcome(self.classes_[logits.argmax(axis=1)], logits, confidence.of_logits(logits, self.classes_))

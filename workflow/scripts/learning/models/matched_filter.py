@@ -14,8 +14,7 @@ class Model(Classifier):
     section 7.4). The noise of the aperture is white, but the window colours it in the image, so the filter is not quite
     optimal. For all other features, which have no phase, it is the zero-mean normalised cross-correlation (ZNCC).
     Scores are the largest correlation with each class, 1 at most. Confidence score: `correlation`, the largest of a
-    known class. templates_: (pixels, templates), conjugate, grouped by class, each of length 1; starts_: (classes,),
-    each class's first.
+    known class. templates_: (pixels, templates), conjugate, grouped by class; starts_: (classes,), each one's first.
     """
 
     LABELS = {

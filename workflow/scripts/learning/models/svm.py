@@ -9,9 +9,8 @@ from isarflow.learning.features import squared_distances
 class Model(Classifier):
     """Soft-margin SVM on the image's `features`, kernel exp(-|x - y|^2 / scale^2), one against the rest.
 
-    Scores are signed distances to the separating surface in units of the margin: positive on the class's side,
-    near the intercept far from every support vector. They are no probabilities. Confidence score: `margin`, the largest
-    of a known class.
+    Scores are signed distances to the separating surface in units of the margin, near the intercept far from every
+    support vector. Confidence score: `margin`, the largest of a known class.
     vectors_: all support vectors (vectors, features), squared_norms_: (vectors,), dual_: (vectors, classes),
     intercept_: (classes,).
     """
