@@ -14,7 +14,7 @@ from isarflow.scattering import nearfield
 from isarflow.scattering.assembly import Entries, assemble, blocks_of
 from isarflow.scattering.basis import fundamental_domain, rwg
 from isarflow.scattering.factorization import GeneralMatrix, SymmetricMatrix
-from isarflow.scattering.kernel import green_imag, green_real
+from isarflow.scattering.kernel import green
 from isarflow.scattering.kernels import TILE
 from isarflow.scattering.operators import cfie, efie
 from isarflow.scattering.quadrature import RULES, static_potentials
@@ -86,7 +86,7 @@ def test_static_potentials_agree_with_integration():
         assert np.allclose(vector, [integrate(x) for x in range(3)], rtol=1e-5, atol=1e-6)
 
 
-@pytest.mark.parametrize(("count", "degree"), [(3, 2), (6, 4), (7, 5)])
+@pytest.mark.parametrize(("count", "degree"), [(3, 2), (7, 5)])
 def test_quadrature_is_exact_to_its_degree(count, degree):
     points, weights = RULES[count]
     for a in range(degree + 1):
@@ -175,8 +175,8 @@ def test_matrix_agrees_with_direct_quadrature():
 @pytest.mark.parametrize(
     ("module", "kernel"),
     [
-        (efie, (green_real, green_imag)),
-        (efie, (efie._smooth_real, efie._smooth_imag)),
+        (efie, green),
+        (efie, efie._smooth),
         (cfie, cfie._whole),
         (cfie, cfie._smooth),
     ],
@@ -188,7 +188,9 @@ def test_near_moments_agree_in_both_precisions(count, module, kernel):
     pairs = nearfield._pairs(vertices, vertices)[: nearfield.CHUNK]
     assert len(pairs) == nearfield.CHUNK
     single, double = (
-        nearfield.by_chunks(partial(module._by_rule, count, kernel, real(K)), pairs, vertices, vertices, real)
+        nearfield.by_chunks(
+            partial(nearfield.by_rule, count, kernel, module._over_source, real(K)), pairs, vertices, vertices, real
+        )
         for real in (np.float32, np.float64)
     )
     # Moments of zeroth, first and second order in the distance from the centroids.

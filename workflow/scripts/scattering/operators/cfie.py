@@ -25,8 +25,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from isarflow.scattering.closed import check_closed
-from isarflow.scattering.kernel import cosine, distances, inverse, sine
-from isarflow.scattering.nearfield import FINE, area_of, by_chunks
+from isarflow.scattering.kernel import cosine, inverse, sine
+from isarflow.scattering.nearfield import FINE, area_of, by_chunks, smooth_minus_coarse
 from isarflow.scattering.operators import efie
 from isarflow.scattering.quadrature import cross, dot, points_of, static_gradient, weighted_sum
 
@@ -63,7 +63,7 @@ def corrections(near, surface, wavenumber, real):
     result = []
     z = efie.corrections(near, surface, wavenumber, real)
     for g, (pairs, signs) in enumerate(zip(near.pairs, surface.reflections, strict=True)):
-        change = partial(_smooth_minus_coarse, real(wavenumber))
+        change = partial(smooth_minus_coarse, _over_source, _smooth, _whole, real(wavenumber))
         moments = near.magnetic[g] + by_chunks(change, pairs, surface.vertices, surface.vertices * signs, real)
         m = _from_moments(moments, pairs, surface, signs)
         result.append(ALPHA * z[g] + (1 - ALPHA) * 1j / wavenumber * m)
@@ -105,19 +105,8 @@ def _static_moments(field, source):
     return _moments(FINE, points - field.mean(0)[:, None], _normal(field), gradient)
 
 
-def _smooth_minus_coarse(k, field, source):
-    """Moments of grad (G - 1 / R) by the fine rule, minus those of grad G by the three points of the tiles."""
-    fine, coarse = _by_rule(FINE, _smooth, k, field, source), _by_rule(3, _whole, k, field, source)
-    return tuple(a - b for a, b in zip(fine, coarse, strict=True))
-
-
-def _by_rule(count, kernel, k, field, source):
-    p, q = points_of(count, field), points_of(count, source)
-    return tuple(_over_source(count, p, q, field, part) for part in kernel(k, distances(p, q)))
-
-
 @partial(jax.jit, static_argnums=0)
-def _over_source(count, p, q, field, g):
+def _over_source(count, p, q, field, _, g):
     gradient = jnp.stack([weighted_sum(count, g * (p[x][:, None] - q[x])) for x in range(3)])
     return _moments(count, p - field.mean(0)[:, None], _normal(field), gradient)
 
