@@ -52,6 +52,12 @@ def by_chunks(moments, pairs, field, source, dtype):
     return np.concatenate(parts, 1).T
 
 
+def of_images(moments, surface, pairs):
+    """Moments in double precision of near `pairs` of a Surface, for each reflection of the sources: (P, 8)."""
+    images = zip(pairs, surface.reflections, strict=True)
+    return [by_chunks(moments, of, surface.vertices, surface.vertices * signs, np.float64) for of, signs in images]
+
+
 def smooth_minus_coarse(over_source, smooth, whole, k, field, source):
     """Moments of the smooth part of a kernel by the fine rule, minus those of it whole by the tiles' three points.
 

@@ -26,7 +26,7 @@ import numpy as np
 
 from isarflow.scattering.closed import check_closed
 from isarflow.scattering.kernel import cosine, inverse, sine
-from isarflow.scattering.nearfield import FINE, area_of, by_chunks, smooth_minus_coarse
+from isarflow.scattering.nearfield import FINE, area_of, by_chunks, of_images, smooth_minus_coarse
 from isarflow.scattering.operators import efie
 from isarflow.scattering.quadrature import cross, dot, points_of, static_gradient, weighted_sum
 
@@ -51,11 +51,7 @@ check_mesh = check_closed
 def near_terms(surface):
     """`efie.near_terms`, and moments of the static part of grad G for each reflection, a list of (P, 8)."""
     electric = efie.near_terms(surface)
-    magnetic = [
-        by_chunks(_static_moments, pair, surface.vertices, surface.vertices * signs, np.float64)
-        for pair, signs in zip(electric.pairs, surface.reflections, strict=True)
-    ]
-    return replace(electric, magnetic=magnetic)
+    return replace(electric, magnetic=of_images(_static_moments, surface, electric.pairs))
 
 
 def corrections(near, surface, wavenumber, real):

@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from isarflow.scattering.kernel import cosine, green, inverse, sine
-from isarflow.scattering.nearfield import FINE, area_of, by_chunks, pairs_of, smooth_minus_coarse
+from isarflow.scattering.nearfield import FINE, area_of, by_chunks, of_images, pairs_of, smooth_minus_coarse
 from isarflow.scattering.quadrature import dot, points_of, static_potentials, weighted_sum
 
 ALPHA = 1  # the EFIE alone: see `cfie`
@@ -40,11 +40,7 @@ class Near:
 def near_terms(surface):
     """Terms of the near pairs of a Surface that are computed once for all frequencies."""
     pairs = pairs_of(surface)
-    static = [
-        by_chunks(_static_moments, pair, surface.vertices, surface.vertices * signs, np.float64)
-        for pair, signs in zip(pairs, surface.reflections, strict=True)
-    ]
-    return Near(pairs, static)
+    return Near(pairs, of_images(_static_moments, surface, pairs))
 
 
 def corrections(near, surface, wavenumber, real):
@@ -74,6 +70,7 @@ def _moments(count, rho, scalar, vector):
 
 
 def _static_moments(field, source):
+    # In two pieces of compiled code: in one it rounds otherwise.
     points = points_of(FINE, field)
     return _of_potentials(points, field, source, *_potentials(points, source))
 
