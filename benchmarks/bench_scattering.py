@@ -110,7 +110,7 @@ def measure(count, planes, threads):
     )
     status = Path("/proc/self/status").read_text()
     row["peak_mb"] = int(re.search(r"VmHWM:\s+(\d+)", status).group(1)) * 1024 / 1e6 - held / 1e6
-    row["matrix_mb"] = sum(matrix.nbytes for matrix in system) / 1e6
+    row["matrix_mb"] = sum(block.nbytes for matrix in system for block in matrix.blocks) / 1e6
     row["right_sides_mb"] = sum(wave.nbytes for wave in waves) / 1e6
     row["residual"] = residual(system[0].solve(few[0], threads))
     row["factorization_gflops"] = 4 / 3e9 * sum(len(basis) ** 3 for basis in bases) / row["factorization_s"]

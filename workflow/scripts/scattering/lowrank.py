@@ -15,7 +15,7 @@ import numpy as np
 from scipy.linalg.lapack import zpstrf, ztrtri
 
 from isarflow.scattering.device import give_back
-from isarflow.scattering.factorization import Pool, runs, through_diagonal
+from isarflow.scattering.factorization import Pool, Symmetric, runs
 from isarflow.scattering.plan import SKETCH
 
 FREED = 8  # columns after which free memory is given back
@@ -72,7 +72,7 @@ class Stack:
         return self.room[self.ends[k] : self.ends[k + 1]]
 
 
-class LowRankMatrix:
+class LowRankMatrix(Symmetric):
     """An (N, N) complex-symmetric matrix of single precision in blocks, compressed to a tolerance (absolute, 2-norm).
 
     spans: the slices of its blocks. Filled by `sampled.fill`, then `factorize`d; after that `between` and
@@ -118,29 +118,18 @@ class LowRankMatrix:
         place = i - j - 1
         return self.right[j][self.ends[j][place] : self.ends[j][place + 1]]
 
-    def between(self, left, right, groups, threads=1):
-        """left^T A^-1 right for groups (slices) of their columns, (N, D) each: a list of (K, K) complex128.
+    def _inverses(self):
+        return zip(self.spans, self.diagonal, strict=True)
 
-        One substitution serves both if they are the same array.
-        """
-        y = self._forward(right, threads)
-        x = y if left is right else self._forward(left, threads)
-        return through_diagonal(x, y, zip(self.spans, self.diagonal, strict=True), groups, threads)
-
-    def solve(self, right, threads=1):
-        """A^-1 right, (N, D)."""
-        x = self._forward(right, threads)
-        with Pool(threads):
-            for span, inverse in zip(self.spans, self.diagonal, strict=True):
-                x[span] = inverse @ x[span]
-            above = [[None] * i for i in range(len(self.spans))]
-            for j in reversed(range(len(self.spans))):
-                if j + 1 < len(self.spans):
-                    known = np.concatenate([above[i][j] for i in range(j + 1, len(self.spans))])
-                    x[self.spans[j]] -= self.diagonal[j] @ (self.right[j].T @ known)
-                for k in range(j):
-                    above[j][k] = self.left[j].part(k) @ x[self.spans[j]]
-        return x
+    def _backward(self, x):
+        """L^-T x in place."""
+        above = [[None] * i for i in range(len(self.spans))]
+        for j in reversed(range(len(self.spans))):
+            if j + 1 < len(self.spans):
+                known = np.concatenate([above[i][j] for i in range(j + 1, len(self.spans))])
+                x[self.spans[j]] -= self.diagonal[j] @ (self.right[j].T @ known)
+            for k in range(j):
+                above[j][k] = self.left[j].part(k) @ x[self.spans[j]]
 
     def _forward(self, right, threads):
         """L^-1 right, (N, D)."""
