@@ -58,8 +58,7 @@ class Surface:
     def reflections(self):
         """(G, 3) signs of x, y, z under every element of the symmetry group, identity first."""
         signs = np.ones((2 ** len(self.axes), 3))
-        for g, flips in enumerate(product([1.0, -1.0], repeat=len(self.axes))):
-            signs[g, list(self.axes)] = flips
+        signs[:, list(self.axes)] = list(product([1.0, -1.0], repeat=len(self.axes)))
         return signs
 
     @property
@@ -90,23 +89,21 @@ def fundamental_domain(vertices, triangles, symmetry):
     vertices: (V, 3) m; triangles: (T, 3) vertex numbers; symmetry: names of planes, e.g. ['xz']
     Raises InputError if the mesh does not consist of one side and its mirror image.
     """
-    axes = tuple(sorted(AXES[plane] for plane in symmetry))
     corners = np.asarray(vertices, np.float64)[triangles]
     kept = np.ones(len(triangles), bool)
-    for axis in axes:
-        side = corners[:, :, axis]
-        kept &= (side >= 0).all(1)
+    for plane in symmetry:
+        side = corners[:, :, AXES[plane]]
         upper, lower, inside = (side >= 0).all(1), (side <= 0).all(1), (side == 0).all(1)
+        kept &= upper
         if not (upper | lower).all() or upper.sum() != lower.sum():
-            plane = next(name for name, a in AXES.items() if a == axis)
             raise InputError(
                 f"the mesh is not symmetric about the plane {plane}: {upper.sum() - inside.sum()} triangles on one "
                 f"side, {lower.sum() - inside.sum()} on the other, {(~(upper | lower)).sum()} across it."
             )
     patches = _patches(corners[kept].mean(1), -(-kept.sum() // PATCH))
-    order = np.concatenate(patches)
-    bounds = tuple(np.cumsum([0, *map(len, patches)]).tolist())
-    return Surface(corners[kept][order], np.asarray(triangles, np.int64)[kept][order], axes, bounds)
+    order = np.flatnonzero(kept)[np.concatenate(patches)]
+    axes, bounds = sorted(AXES[plane] for plane in symmetry), np.cumsum([0, *map(len, patches)]).tolist()
+    return Surface(corners[order], np.asarray(triangles, np.int64)[order], tuple(axes), tuple(bounds))
 
 
 def rwg(surface, parity):
@@ -118,19 +115,16 @@ def rwg(surface, parity):
         for g, signs in enumerate(surface.reflections)
         if (signs < 0).sum() == 1 and signs[axis] < 0 and parity[g] < 0
     }
-    # A triangle that lies in a plane of negative parity is its own image and cancels.
-    alive = np.ones(count, bool)
+    of_edges = (np.stack([np.roll(of, -1, 1), np.roll(of, -2, 1)], 2) for of in (surface.corners, surface.vertices))
+    ends, points = (of.reshape(3 * count, 2, -1) for of in of_edges)
+    alive, single = np.ones(count, bool), np.zeros(3 * count, bool)
     for axis in negative:
+        # A triangle that lies in a plane of negative parity is its own image and cancels.
         alive &= ~(surface.vertices[:, :, axis] == 0).all(1)
-
-    ends = np.stack([np.roll(surface.corners, -1, 1), np.roll(surface.corners, -2, 1)], 2).reshape(-1, 2)
-    points = np.stack([np.roll(surface.vertices, -1, 1), np.roll(surface.vertices, -2, 1)], 2).reshape(-1, 2, 3)
-    halves = np.flatnonzero(np.repeat(alive, 3))
-    single = np.zeros(3 * count, bool)
-    for axis in negative:
         single |= (points[:, :, axis] == 0).all(1)
 
-    key = np.sort(ends[halves], 1)
+    halves = np.flatnonzero(np.repeat(alive, 3))
+    key = np.sort(ends[halves, :, 0], 1)
     order = np.lexsort((halves, key[:, 1], key[:, 0]))
     halves, key = halves[order], key[order]
     first = np.ones(len(halves), bool)
@@ -139,12 +133,7 @@ def rwg(surface, parity):
 
     alone = single[halves]
     pair = ~first & ~alone
-    functions = np.concatenate(
-        [
-            np.stack([leader[pair], halves[pair]], 1),
-            np.stack([halves[alone], halves[alone]], 1),
-        ]
-    )
+    functions = np.concatenate([np.stack([leader[pair], halves[pair]], 1), np.stack([halves[alone]] * 2, 1)])
     signs = np.concatenate([np.tile([1.0, -1.0], (pair.sum(), 1)), np.tile([1.0, 0.0], (alone.sum(), 1))])
     order = np.argsort(functions.min(1), kind="stable")
     return Basis(functions[order], signs[order])

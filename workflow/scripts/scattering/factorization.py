@@ -193,19 +193,14 @@ class GeneralMatrix:
     def factorize(self, threads=1, progress=lambda done: None):
         """Replace the matrix by L below the diagonal blocks, U above and U^-1 in them. (8/3) N^3 real flops."""
         with Pool(threads) as pool:
-            # The last task to write each block: the next one there waits for it.
-            written = {}
             for k, ((a, b), column) in enumerate(zip(self.spans, self.columns, strict=True)):
-                pool.wait([task for block, task in written.items() if k in block])
                 inverse = np.linalg.inv(column[a:b].astype(np.complex128)).astype(self.dtype)
                 column[a:b] = inverse
                 panel = column[b:].copy()
                 pool.wait([pool.submit(_multiply, column[b:], panel, inverse.T, r) for r in runs(len(panel))])
-                rest = range(k + 1, len(self.columns))
-                for i, j in product(rest, rest):
-                    other, rows = self.columns[j], slice(*self.spans[i])
-                    after = written.get((i, j))
-                    written[i, j] = pool.submit(_subtract, other, column, other[a:b].T, rows, after)
+                rest = product(self.columns[k + 1 :], self.spans[k + 1 :])
+                tasks = [pool.submit(_subtract, other, column, other[a:b].T, slice(*rows)) for other, rows in rest]
+                pool.wait(tasks)
                 progress(1 - (1 - (k + 1) / len(self.columns)) ** 3)
 
     def between(self, left, right, groups, threads=1):
@@ -217,7 +212,7 @@ class GeneralMatrix:
             for (a, b), column in zip(self.spans, self.columns, strict=True):
                 # x = U^-T left: the rows above this block column have their x already.
                 parts = runs(x.shape[1])
-                pool.wait([pool.submit(_subtract, x[a:b].T, x[:a].T, column[:a].T, r, None) for r in parts])
+                pool.wait([pool.submit(_subtract, x[a:b].T, x[:a].T, column[:a].T, r) for r in parts])
                 value = np.empty_like(x[a:b])
                 pool.wait([pool.submit(_multiply, value.T, x[a:b].T, column[a:b].T, r) for r in parts])
                 x[a:b] = value
@@ -240,7 +235,7 @@ class GeneralMatrix:
         with Pool(threads) as pool:
             for (a, b), column in zip(self.spans, self.columns, strict=True):
                 rest, below, solved = y[b:], column[b:], y[a:b].T
-                pool.wait([pool.submit(_subtract, rest, below, solved, r, None) for r in runs(len(rest))])
+                pool.wait([pool.submit(_subtract, rest, below, solved, r) for r in runs(len(rest))])
         return y
 
 
@@ -288,9 +283,6 @@ def _multiply(c, a, b, rows):
     np.matmul(a[rows], b.T, out=c[rows])
 
 
-def _subtract(c, a, b, rows, after):
-    """Subtract a @ b.T from c on some rows, after other tasks that write them."""
-    product = a[rows] @ b.T
-    if after is not None:
-        after.result()
-    c[rows] -= product
+def _subtract(c, a, b, rows):
+    """Subtract a @ b.T from c on some rows."""
+    c[rows] -= a[rows] @ b.T

@@ -5,6 +5,7 @@ limit of perfect conduction, with exp(+j omega t) and the amplitude E_s = f exp(
 """
 
 import json
+from pathlib import Path
 
 import numpy as np
 from scipy.spatial import ConvexHull
@@ -30,7 +31,7 @@ def check(path, scattering, edges_per_wavelength, threads):
     try:
         solution = build(scattering).solve(vertices, triangles, sweep, [], threads, lambda *progress: None)
     except InputError as error:  # a user's own solver may accept no sphere
-        _write(path, {"refused": str(error)})
+        Path(path).write_text(json.dumps({"refused": str(error)}, indent=1))
         return
     field, mie = complex(solution.field[0, 0, 0, 0]), complex(backscatter(2 * np.pi, RADIUS))
     ratio = field / mie
@@ -45,15 +46,9 @@ def check(path, scattering, edges_per_wavelength, threads):
         "phase_deg": np.degrees(np.angle(ratio)),
         "residual": None if solution.residual is None else float(solution.residual[0]),
     }
-    print(
-        f"sphere of {RADIUS:g} wavelengths: {found['error_db']:+.3f} dB and {found['phase_deg']:+.2f} degrees from Mie"
-    )
-    _write(path, found)
-
-
-def _write(path, found):
-    with open(path, "w") as file:
-        json.dump(found, file, indent=1)
+    apart = f"{found['error_db']:+.3f} dB and {found['phase_deg']:+.2f} degrees"
+    print(f"sphere of {RADIUS:g} wavelengths: {apart} from Mie")
+    Path(path).write_text(json.dumps(found, indent=1))
 
 
 def backscatter(wavenumber, radius):
