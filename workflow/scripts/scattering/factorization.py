@@ -73,25 +73,12 @@ class SymmetricMatrix(Symmetric):
             if top >= bottom or col >= right:
                 continue
             part = block[top - row : bottom - row, : right - col]
-            mine[0, top - a : bottom - a, col:right] = part.real
-            mine[1, top - a : bottom - a, col:right] = part.imag
+            mine[:, top - a : bottom - a, col:right] = part.real, part.imag
             left = max(col, a)
             if row > col and left < right:
                 # In the diagonal block the upper half is the mirror of the lower.
                 mirror = part[:, left - col :].T
-                mine[0, left - a : right - a, top:bottom] = mirror.real
-                mine[1, left - a : right - a, top:bottom] = mirror.imag
-
-    def rows(self, numbers):
-        """Whole rows of the matrix (not of its factors), (len(numbers), N)."""
-        result = np.empty((len(numbers), self.size), self.dtype)
-        for place, number in enumerate(numbers):
-            for (a, b), mine in zip(self.spans, self.blocks, strict=True):
-                if a <= number < b:
-                    result[place, :b] = mine[0, number - a] + 1j * mine[1, number - a]
-                elif number < a:
-                    result[place, a:b] = mine[0, :, number] + 1j * mine[1, :, number]
-        return result
+                mine[:, left - a : right - a, top:bottom] = mirror.real, mirror.imag
 
     def factorize(self, threads=1, progress=lambda done: None):
         """Replace the matrix by its factors: L left of the diagonal blocks, D^-1 in them. N^3 real flops."""
@@ -110,7 +97,7 @@ class SymmetricMatrix(Symmetric):
                 inverse = np.linalg.inv((block + block.T) / 2)
                 pool.wait(tasks)
                 mine[:, :, :a] = lower[:2]
-                mine[0, :, a:], mine[1, :, a:] = inverse.real, inverse.imag
+                mine[:, :, a:] = inverse.real, inverse.imag
                 inverses.append(np.stack([*mine[:, :, a:], mine[0, :, a:] + mine[1, :, a:]]))
                 done = b / self.size
                 progress(done * done * (3 - 2 * done))
@@ -186,10 +173,6 @@ class GeneralMatrix:
             if left < right:
                 column[row : row + block.shape[0], left - a : right - a] = block[:, left - col : right - col]
 
-    def rows(self, numbers):
-        """Whole rows of the matrix (not of its factors), (len(numbers), N)."""
-        return np.concatenate([column[numbers] for column in self.columns], 1)
-
     def factorize(self, threads=1, progress=lambda done: None):
         """Replace the matrix by L below the diagonal blocks, U above and U^-1 in them. (8/3) N^3 real flops."""
         with Pool(threads) as pool:
@@ -256,9 +239,6 @@ class Product:
 
 class Pool(ThreadPoolExecutor):
     """Threads that each call a BLAS of one thread."""
-
-    def __init__(self, threads):
-        super().__init__(threads)
 
     def __enter__(self):
         self.limit = threadpoolctl.threadpool_limits(1, "blas")

@@ -100,12 +100,8 @@ def _edges(point, triangle):
         + dot(offset[1], offset[2]) * r[0]
         + dot(offset[2], offset[0]) * r[1],
     )
-    return SimpleNamespace(
-        normal=normal,
-        height=height,
-        solid_angle=solid_angle,
-        all=[_edge(triangle, offset, r, normal, height, i) for i in range(3)],
-    )
+    edges = [_edge(triangle, offset, r, normal, height, i) for i in range(3)]
+    return SimpleNamespace(normal=normal, height=height, solid_angle=solid_angle, all=edges)
 
 
 def _edge(triangle, offset, r, normal, height, i):

@@ -139,10 +139,7 @@ def _fold(surface, azimuth):
     reflections = surface.reflections
     # The first that fits: a direction in a mirror plane is its own image.
     image = (np.abs(reflections[:, None] * base - points) < 1e-9).all(2).argmax(0)
-    folds = {letter: np.zeros((len(reflections), len(points), len(first))) for letter in "VH"}
-    turned = np.prod(reflections, 1)[image]
-    for parity, character in enumerate(surface.parities):
-        folds["V"][parity, np.arange(len(points)), place.reshape(-1)] = character[image]
-        folds["H"][parity, np.arange(len(points)), place.reshape(-1)] = character[image] * turned
-    base = base[first]
-    return np.rad2deg(np.arctan2(base[:, 1], base[:, 0])), folds
+    of_v = np.zeros((len(reflections), len(points), len(first)))
+    of_v[:, np.arange(len(points)), place.reshape(-1)] = surface.parities[:, image]
+    of_h = of_v * np.prod(reflections, 1)[image, None] + 0.0  # no negative zeros
+    return np.rad2deg(np.arctan2(base[first, 1], base[first, 0])), {"V": of_v, "H": of_h}
