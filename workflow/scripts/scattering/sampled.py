@@ -15,7 +15,7 @@ from itertools import pairwise
 import numpy as np
 from scipy import sparse
 
-from isarflow.scattering.assembly import Block, block_of
+from isarflow.scattering.assembly import Block, Placed, block_of
 from isarflow.scattering.factorization import Pool
 from isarflow.scattering.kernels import TILE
 from isarflow.scattering.lowrank import RANDOM, SKETCH, compress
@@ -28,10 +28,9 @@ DAMPING, ROUNDING = 0.003, 2e-7
 
 
 def fill(entries, matrices, tolerance, threads, progress=lambda done: None):
-    """Fill every parity's LowRankMatrix with the Entries of a symmetric operator.
+    """Fill every parity's LowRankMatrix with the Entries of a symmetric operator. Return the share of whole tiles.
 
-    tolerance: of a tile, relative to the 2-norm of the diagonal blocks; progress(done) is called with the fraction
-    done. Returns the share of tiles that were filled whole.
+    tolerance: of a tile, relative to the 2-norm of the diagonal blocks; progress(done) gets the fraction done
     """
     placed, count = entries.placed, len(entries.placed)
     panels, near = _panels(entries), _near_tiles(entries)
@@ -100,9 +99,9 @@ class _Panel:
         parities, signs = len(entries.bases), np.tile([1.0, 0.0], (len(halves), 1))
         spans = [slice(0, len(halves))] * parities
         block = Block(np.concatenate(sampled), spans, [halves] * parities, [signs] * parities)
-        self.placed = entries.place(block)
+        self.placed = Placed(block, entries.surface, entries.real)
         numbers = [np.concatenate(of_parity) for of_parity in zip(*checks.values(), strict=True)]
-        self.checking = entries.place(block_of(entries.bases, numbers))
+        self.checking = Placed(block_of(entries.bases, numbers), entries.surface, entries.real)
         ends = np.cumsum([0, *(len(own[0]) for own in checks.values())]).tolist()
         self.places = {n: slice(*pair) for n, pair in zip(checks, pairwise(ends), strict=True)}
         self.checks = {
@@ -139,10 +138,7 @@ def _spread(surface, triangles):
 
 
 def _from_samples(columns, rows, crossing, checked, exact, cut):
-    """U and V of a tile from C (M, S), R (S, N) and W (S, S); None if its true entries contradict them.
-
-    exact: the tile's entries between some of its rows and some of its columns, `checked`
-    """
+    """U and V of a tile from C (M, S), R (S, N), W (S, S); None if its `exact` entries at `checked` contradict them."""
     if exact.size == 0:  # no functions to check it with
         return None
     # In double precision: W's pseudo-inverse is large, but its product with C or R is not.
