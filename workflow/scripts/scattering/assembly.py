@@ -28,15 +28,13 @@ from isarflow.scattering.quadrature import RULES
 class Block:
     """The functions that begin on the triangles of a patch, or others on no more than TILE triangles.
 
-    triangles: (U,) those that the functions touch, in any parity; spans: (G,) slices of each parity's functions, or
-    the numbers of chosen functions; halves: (G,) arrays (n, 2) of half functions TILE i + place in `triangles`;
-    signs: (G,) arrays (n, 2)
+    spans, halves and signs have an item for each parity.
     """
 
-    triangles: np.ndarray
-    spans: list
-    halves: list
-    signs: list
+    triangles: np.ndarray  # (U,) those that the functions touch, in any parity
+    spans: list  # the functions, a slice of all; or of the chosen ones
+    halves: list  # (n, 2) half functions, TILE i + place in `triangles`
+    signs: list  # (n, 2)
 
 
 def blocks_of(bases, patches):

@@ -30,18 +30,12 @@ AXES = {"yz": 0, "xz": 1, "xy": 2}  # mirror plane -> the coordinate that change
 
 @dataclass(frozen=True)
 class Surface:
-    """The triangles of the fundamental domain, ordered in compact patches.
+    """The triangles of the fundamental domain, ordered in compact patches."""
 
-    vertices: (T, 3, 3) float64, m: corner positions of every triangle
-    corners: (T, 3) int64: corner numbers, equal where triangles touch
-    axes: coordinates that a reflection of the symmetry group changes, e.g. (1,) for the plane xz
-    patches: where the patches begin, and T
-    """
-
-    vertices: np.ndarray
-    corners: np.ndarray
-    axes: tuple
-    patches: tuple
+    vertices: np.ndarray  # (T, 3, 3) float64, m: corner positions of every triangle
+    corners: np.ndarray  # (T, 3) int64: corner numbers, equal where triangles touch
+    axes: tuple  # coordinates that a reflection of the symmetry group changes, e.g. (1,) for the plane xz
+    patches: tuple  # where the patches begin, and T
 
     @property
     def lengths(self):
@@ -70,24 +64,19 @@ class Surface:
 
 @dataclass(frozen=True)
 class Basis:
-    """RWG functions of one parity, each as the difference of two half functions.
+    """RWG functions of one parity, each as the difference of two half functions, ordered by the smaller triangle."""
 
-    halves: (N, 2) int64: numbers 3 t + i of the half functions; signs: (N, 2): +1, -1, or 0 for no second half
-    Ordered by the smaller triangle number.
-    """
-
-    halves: np.ndarray
-    signs: np.ndarray
+    halves: np.ndarray  # (N, 2) int64: numbers 3 t + i of the half functions
+    signs: np.ndarray  # (N, 2): +1, -1, or 0 for no second half
 
     def __len__(self):
         return len(self.halves)
 
 
 def fundamental_domain(vertices, triangles, symmetry):
-    """The Surface on the non-negative side of each mirror plane in `symmetry`.
+    """The Surface on the non-negative side of each plane in `symmetry`, e.g. ['xz'].
 
-    vertices: (V, 3) m; triangles: (T, 3) vertex numbers; symmetry: names of planes, e.g. ['xz']
-    Raises InputError if the mesh does not consist of one side and its mirror image.
+    vertices: (V, 3) m; triangles: (T, 3). Raises InputError if the mesh is not one side and its mirror image.
     """
     corners = np.asarray(vertices, np.float64)[triangles]
     kept = np.ones(len(triangles), bool)
@@ -162,9 +151,8 @@ def _patches(points, parts):
 def by_half(places, weights, count):
     """Functions in which each of `count` half functions takes part, and the weights.
 
-    places: numbers of the half functions of each parity's functions, (n, 2); weights: also (n, 2), 0 for no part.
-    Returns the places at which each half function's functions begin, (parities, count + 1), the functions, a list of
-    arrays, one for each parity, and all their weights as one array.
+    places: half functions of each parity's functions, (n, 2); weights: also (n, 2), 0 for no part. Returns where each
+    half function's functions begin, (parities, count + 1), each parity's functions, and all their weights as one array.
     """
     starts, functions, parts, before = [], [], [], 0
     for place, weight in zip(places, weights, strict=True):

@@ -174,15 +174,14 @@ def _places(where, name, given, wanted):
     if name == "azimuth":
         apart = np.abs((apart + 180) % 360 - 180)
     near = apart < TOLERANCES[name]
-    if not near.any(axis=1).all():
-        missing = wanted[~near.any(axis=1)]
+    missing, twice = wanted[~near.any(axis=1)], wanted[near.sum(axis=1) > 1]
+    if len(missing):
         raise InputError(
-            f"{where}: no {name} {_text(name, *missing)}, which config key '{KEYS[name]}' asks for; "
-            f"there is {_text(name, *given)}."
+            f"{where}: no {name} {_text(name, *missing)}, which config key '{KEYS[name]}' asks for; there is "
+            f"{_text(name, *given)}."
         )
-    if (near.sum(axis=1) > 1).any():
-        twice = wanted[near.sum(axis=1) > 1][0]
-        raise InputError(f"{where}: {name} {_text(name, twice)} is there more than once.")
+    if len(twice):
+        raise InputError(f"{where}: {name} {_text(name, twice[0])} is there more than once.")
     return near.argmax(axis=1)
 
 

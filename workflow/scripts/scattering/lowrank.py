@@ -75,8 +75,7 @@ class Stack:
 class LowRankMatrix(Symmetric):
     """An (N, N) complex-symmetric matrix of single precision in blocks, compressed to a tolerance (absolute, 2-norm).
 
-    spans: the slices of its blocks. Filled by `sampled.fill`, then `factorize`d; after that `between` and
-    `solve` may be called.
+    spans: the slices of its blocks. Filled by `sampled.fill`, then used like SymmetricMatrix.
     """
 
     dtype = np.dtype(np.complex64)
@@ -112,11 +111,6 @@ class LowRankMatrix(Symmetric):
                     give_back()  # frees the matrix's tiles, which the factors replace
                 done = (j + 1) / count
                 progress(done * done * (3 - 2 * done))
-
-    def part(self, i, j):
-        """V_ij^T, (r, n_j), of a finished column."""
-        place = i - j - 1
-        return self.right[j][self.ends[j][place] : self.ends[j][place + 1]]
 
     def _inverses(self):
         return zip(self.spans, self.diagonal, strict=True)
@@ -164,11 +158,11 @@ class _Column:
 
     def couple(self, k):
         """V_ik^T D_k^-1 V_jk for all i > j, stacked (R, r_jk), and for i = j; and the first times U_jk^T R."""
-        matrix, j = self.matrix, self.j
-        mine = matrix.part(j, k)
-        weighted = mine @ matrix.diagonal[k]  # D^-1 is symmetric
+        right, ends, place = self.matrix.right[k], self.matrix.ends[k], self.j - k
+        mine = right[ends[place - 1] : ends[place]]  # V_jk^T
+        weighted = mine @ self.matrix.diagonal[k]  # D^-1 is symmetric
         self.own[k] = mine @ weighted.T
-        self.coupling[k] = matrix.right[k][matrix.ends[k][j - k] :] @ weighted.T
+        self.coupling[k] = right[ends[place] :] @ weighted.T
         self.coupled[k] = self.coupling[k] @ self.sketch[self.ends[k] : self.ends[k + 1]]
 
     def _rows(self, i, k):

@@ -36,8 +36,7 @@ def _pairs(field, source):
 def by_chunks(moments, pairs, field, source, dtype):
     """Evaluate `moments(field triangles, source triangles)` for all pairs, CHUNK at a time: (P, 8).
 
-    Triangles are given to it as (3, 3, CHUNK), pairs last, which vectorizes; it returns (8, CHUNK), or a tuple of the
-    real and the imaginary part.
+    It gets triangles (3, 3, CHUNK), pairs last, which vectorizes, and returns (8, CHUNK), or both parts as a tuple.
     """
     parts = [np.zeros((8, 0))]
     for begin in range(0, len(pairs), CHUNK):

@@ -128,12 +128,11 @@ def _spread(surface, triangles):
     """Choose SAMPLES of the triangles, each as far as possible from those before it."""
     if len(triangles) == 0:  # of a patch without functions
         return triangles
-    centers = surface.vertices[triangles].mean(1)
-    chosen = [int(np.linalg.norm(centers - centers.mean(0), axis=1).argmax())]
-    apart = np.linalg.norm(centers - centers[chosen[0]], axis=1)
-    while len(chosen) < min(SAMPLES, len(triangles)):
-        chosen.append(int(apart.argmax()))
-        apart = np.minimum(apart, np.linalg.norm(centers - centers[chosen[-1]], axis=1))
+    centers, chosen = surface.vertices[triangles].mean(1), []
+    farthest, apart = np.linalg.norm(centers - centers.mean(0), axis=1), np.inf
+    for _ in range(min(SAMPLES, len(triangles))):
+        chosen.append(int(farthest.argmax()))
+        farthest = apart = np.minimum(apart, np.linalg.norm(centers - centers[chosen[-1]], axis=1))
     return triangles[chosen]
 
 

@@ -22,16 +22,12 @@ TOLERANCE = {np.dtype(np.complex64): 1e-6, np.dtype(np.complex128): 1e-13}  # of
 
 @dataclass(frozen=True)
 class Samples:
-    """The sampled directions, ring by ring, and the weights that interpolate the excitation to all azimuths.
+    """The sampled directions, ring by ring, and the weights that interpolate the excitation to all azimuths."""
 
-    u: (K, 3) directions to the radar; polarizations: V and H, (K, 3) each; rings: for each elevation its slice of K;
-    weights: for each elevation V and H, (G, A, k): for each parity, from the ring's k samples to all azimuths
-    """
-
-    u: np.ndarray
-    polarizations: dict
-    rings: list
-    weights: list
+    u: np.ndarray  # (K, 3) directions to the radar
+    polarizations: dict  # V and H, (K, 3) each
+    rings: list  # for each elevation its slice of K
+    weights: list  # for each elevation V and H, (G, A, k): for each parity, from the ring's k samples to all azimuths
 
     def parts(self, ways, columns=np.inf):
         """The rings in runs of about `columns` directions, each with every polarization of `ways`, V and H.

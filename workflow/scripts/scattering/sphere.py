@@ -22,12 +22,12 @@ DIRECTION = 20.0, 10.0  # azimuth and elevation in degrees, off the mesh's axes 
 def check(path, scattering, edges_per_wavelength, threads):
     """Solve a sphere of RADIUS wavelengths with a config's settings and write the result beside Mie's, as JSON.
 
-    The wavelength is 1 m: only lengths in wavelengths matter. residual and unknowns are None for a solver without a
-    linear system; if a solver refuses the sphere, only the reason, `refused`, is written.
+    residual and unknowns are None for a solver without a linear system; if a solver refuses the sphere, only the
+    reason, `refused`, is written.
     """
     vertices, triangles = icosphere(RADIUS, 1 / edges_per_wavelength)
     azimuth, elevation = (np.array([angle]) for angle in DIRECTION)
-    sweep = Sweep(np.array([C0]), elevation, azimuth, ["VV"])
+    sweep = Sweep(np.array([C0]), elevation, azimuth, ["VV"])  # a wavelength of 1 m
     try:
         solution = build(scattering).solve(vertices, triangles, sweep, [], threads, lambda *progress: None)
     except InputError as error:  # a user's own solver may accept no sphere

@@ -26,15 +26,11 @@ def check_mesh(vertices, triangles):
 
 @dataclass(frozen=True)
 class Near:
-    """Near pairs of a Surface for each reflection of the sources, and the moments that are valid at every frequency.
+    """Near pairs of a Surface and their moments valid at every frequency, lists over the reflections of the sources."""
 
-    pairs: a list over the group's elements of (P, 2) triangle numbers, field and source, in both orders
-    static: a list of (P, 8) moments of 1 / R (see `_moments`); magnetic: of grad (1 / R), where `cfie` needs them
-    """
-
-    pairs: list
-    static: list
-    magnetic: list = ()
+    pairs: list  # (P, 2) triangle numbers, field and source, in both orders
+    static: list  # (P, 8) moments of 1 / R (see `_moments`)
+    magnetic: list = ()  # of grad (1 / R), where `cfie` needs them
 
 
 def near_terms(surface):
