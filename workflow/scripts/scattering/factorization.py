@@ -255,6 +255,7 @@ class Pool(ThreadPoolExecutor):
 
 
 def runs(length, step=RUN):
+    """Slices of `length` items, `step` in each but the last."""
     return [slice(begin, min(begin + step, length)) for begin in range(0, length, step)]
 
 

@@ -192,15 +192,12 @@ class _Column:
 
         def times(run):
             random = RANDOM[: self.width, run]
-            inner = np.empty((len(left), random.shape[1]), matrix.dtype)
-            sketch = None if run.start == 0 else self.left @ random
-            for k, (begin, end) in enumerate(pairwise(matrix.left[i].ends)):
-                if sketch is None:
-                    inner[begin:end] = self.coupled[k][places[k]]
-                else:
-                    part = sketch[self.ends[k] : self.ends[k + 1]]
-                    np.matmul(self.coupling[k][places[k]], part, out=inner[begin:end])
-            return u @ (v.T @ random) - left.T @ inner
+            if run.start == 0:
+                inner = [self.coupled[k][place] for k, place in enumerate(places)]
+            else:
+                parts = np.split(self.left @ random, self.ends[1:-1])
+                inner = [self.coupling[k][place] @ parts[k] for k, place in enumerate(places)]
+            return u @ (v.T @ random) - left.T @ np.concatenate(inner)
 
         def project(basis):
             adjoint = basis.conj().T

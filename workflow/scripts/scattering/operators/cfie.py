@@ -37,10 +37,8 @@ from isarflow.scattering.quadrature import cross, dot, points_of, static_gradien
 #   box 0.8 x 0.4 x 0.02 wavelengths     18, 10, 7, 1.5 % of the peak
 # The condition number does not matter to the direct solver: at a resonance of a sphere it is 21 for 0.8, 38 for 0.9 and
 # 1.8 million for the EFIE. Finer quadrature of near pairs changes these errors by a sixth at most.
-# At the resonances of spheres (ka = 2.744 and 4.493, 10.06 edges a wavelength) the CFIE's backscatter errs by 0.098 and
-# 0.040 dB, the EFIE's by 0.106 and 0.039 dB, as beside them: the cavity's mode does not radiate. But the EFIE's
-# condition number is 800,000 and 450,000 there, and in single precision its residual, else 3e-6, reaches 4e-4 and,
-# before the refinement, more than 1e-3.
+# At the resonances of spheres (ka = 2.744 and 4.493) both err as beside them, 0.1 and 0.04 dB: the cavity's mode does
+# not radiate. But in single precision the EFIE's residual, else 3e-6, reaches 4e-4 there, or 1e-3 before a refinement.
 ALPHA = 0.9
 
 SYMMETRIC = False
