@@ -37,12 +37,6 @@ class _OnDevice:
             ) from None
         progress(1.0)
 
-    def _move(self):
-        whole = jnp.zeros((self.size, self.size), self.dtype)
-        for part, row, col in self._parts():
-            whole = _write(whole, jnp.asarray(part, self.dtype), row, col)
-        return whole
-
     def between(self, left, right, groups, threads=1):
         """left^T A^-1 right for groups (slices) of their columns, (N, D) each: a list of (K, K) complex128."""
         x = self.solve(right)
@@ -56,21 +50,24 @@ class _OnDevice:
 class SymmetricOnDevice(_OnDevice, SymmetricMatrix):
     """A SymmetricMatrix that is factorized on JAX's device."""
 
-    def _parts(self):
+    def _move(self):
+        whole = jnp.zeros((self.size, self.size), self.dtype)
         for (a, _), block in zip(self.spans, self.blocks, strict=True):
             row = jnp.asarray(block[0] + 1j * block[1], self.dtype)
-            yield row, a, 0
-            yield row[:, :a].T, 0, a
+            whole = _write(_write(whole, row, a, 0), row[:, :a].T, 0, a)
         self.blocks.clear()
+        return whole
 
 
 class GeneralOnDevice(_OnDevice, GeneralMatrix):
     """A GeneralMatrix that is factorized on JAX's device."""
 
-    def _parts(self):
+    def _move(self):
+        whole = jnp.zeros((self.size, self.size), self.dtype)
         for (a, _), column in zip(self.spans, self.columns, strict=True):
-            yield column, 0, a
+            whole = _write(whole, jnp.asarray(column), 0, a)
         self.columns.clear()
+        return whole
 
 
 @partial(jax.jit, donate_argnums=0)
