@@ -79,7 +79,7 @@ validate: environment
 	PYTHONPATH=tests/scattering python benchmarks/validate.py --threads $(CORES)
 
 bench-scattering: environment
-	python benchmarks/bench_scattering.py
+	PYTHONPATH=tests/scattering python benchmarks/bench_scattering.py
 
 bench-mesh: environment
 	PYTHONPATH=tests/mesh python benchmarks/bench_mesh.py

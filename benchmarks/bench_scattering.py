@@ -18,6 +18,7 @@ import pandas as pd
 import psutil
 import scipy.linalg
 import threadpoolctl
+from stored import dense
 
 from isarflow.scattering.assembly import Entries, assemble
 from isarflow.scattering.basis import fundamental_domain, rwg
@@ -85,19 +86,23 @@ def measure(count, planes, threads):
     def matrices():
         return [SymmetricMatrix(len(basis), np.complex64) for basis in bases]
 
+    def assembled(matrices):
+        entries = Entries(efie, surface, bases, k, near, np.complex64)
+        assemble(entries, matrices, threads)
+        return entries
+
     # The peak of this row alone, above what the process holds anyway.
     Path("/proc/self/clear_refs").write_text("5")
     held = psutil.Process().memory_info().rss
     row["near_pairs_s"], near = seconds(lambda: efie.near_terms(surface))
     system = matrices()
-    row["assembly_s"], _ = seconds(
-        lambda: assemble(Entries(efie, surface, bases, k, near, np.complex64), system, threads)
-    )
+    row["assembly_s"], entries = seconds(lambda: assembled(system))
     samples = sample(surface, k, ELEVATION, AZIMUTH, np.complex64)
     excitation = Excitation(surface, bases, np.complex64)
     few = excitation(k, samples.u[:4], samples.polarizations["V"][:4])
     probed = np.linspace(0, len(bases[0]) - 1, 128).astype(int)
-    probe = system[0].rows(probed)
+    probe, *_ = entries.rows([probed, *[probed[:0]] * (len(bases) - 1)])
+    del entries
 
     def residual(x):
         return np.linalg.norm(probe @ x - few[0][probed]) / np.linalg.norm(few[0][probed])
@@ -110,15 +115,15 @@ def measure(count, planes, threads):
     )
     status = Path("/proc/self/status").read_text()
     row["peak_mb"] = int(re.search(r"VmHWM:\s+(\d+)", status).group(1)) * 1024 / 1e6 - held / 1e6
-    row["matrix_mb"] = sum(matrix.nbytes for matrix in system) / 1e6
+    row["matrix_mb"] = sum(block.nbytes for matrix in system for block in matrix.blocks) / 1e6
     row["right_sides_mb"] = sum(wave.nbytes for wave in waves) / 1e6
     row["residual"] = residual(system[0].solve(few[0], threads))
     row["factorization_gflops"] = 4 / 3e9 * sum(len(basis) ** 3 for basis in bases) / row["factorization_s"]
     if planes == "none" and row["unknowns"] <= LARGEST_LU:
         del system[:], waves
         refilled = matrices()
-        assemble(Entries(efie, surface, bases, k, near, np.complex64), refilled, threads)
-        full = refilled.pop().rows(np.arange(row["unknowns"]))
+        assembled(refilled)
+        full = dense(refilled.pop())
         with threadpoolctl.threadpool_limits(threads):
             row["scipy_lu_s"], lu = seconds(
                 lambda: scipy.linalg.lu_factor(full.T, overwrite_a=True, check_finite=False)

@@ -17,6 +17,7 @@ import mie
 import numpy as np
 import pandas as pd
 import threadpoolctl
+from stored import dense
 from test_truth import ANGLES, pattern
 
 from isarflow.core.sweep import C0
@@ -83,7 +84,7 @@ def resonance():
         for formulation, operator in OPERATORS.items():
             stored = (SymmetricMatrix if operator.SYMMETRIC else GeneralMatrix)(len(bases[0]), np.complex128)
             assemble(Entries(operator, surface, bases, k, near[formulation], np.complex128), [stored])
-            matrix = stored.rows(np.arange(len(bases[0])))
+            matrix = dense(stored)
             received, excited = (
                 Excitation(surface, bases, np.complex128)(k, u, h, alpha)[0] for alpha in (1, operator.ALPHA)
             )

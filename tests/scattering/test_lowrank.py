@@ -3,6 +3,7 @@
 import mie
 import numpy as np
 import pytest
+from stored import dense
 from test_magnetic import outward
 from test_solve import AZIMUTH, ELEVATION, FREQUENCY, octasphere, sheet, weld
 from threadpoolctl import threadpool_limits
@@ -65,9 +66,9 @@ def filled(entries, tolerance=TOLERANCE, threads=2):
 def parities(body):
     """Entries of the body, and its whole matrix."""
     entries = entries_of(body, [])
-    whole = [SymmetricMatrix(len(basis), np.complex64) for basis in entries.bases]
-    assemble(entries, whole)
-    return entries, [matrix.rows(np.arange(matrix.size)) for matrix in whole]
+    matrices = [SymmetricMatrix(len(basis), np.complex64) for basis in entries.bases]
+    assemble(entries, matrices)
+    return entries, [dense(matrix) for matrix in matrices]
 
 
 def test_every_tile_is_within_the_tolerance_of_the_true_one(parities):

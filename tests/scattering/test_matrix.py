@@ -8,13 +8,14 @@ import mie
 import numpy as np
 import pytest
 from scipy.integrate import dblquad
+from stored import dense
 from test_solve import octasphere
 
 from isarflow.scattering import nearfield
 from isarflow.scattering.assembly import Entries, assemble, blocks_of
 from isarflow.scattering.basis import fundamental_domain, rwg
 from isarflow.scattering.factorization import GeneralMatrix, SymmetricMatrix
-from isarflow.scattering.kernel import green_imag, green_real
+from isarflow.scattering.kernel import green
 from isarflow.scattering.kernels import TILE
 from isarflow.scattering.operators import cfie, efie
 from isarflow.scattering.quadrature import RULES, static_potentials
@@ -45,7 +46,7 @@ def test_factorization_solves(dtype, bound, block):
     right = np.random.default_rng(1).normal(size=(201, 5)).astype(dtype)
     matrix = filled(a, dtype, block)
     numbers = np.array([0, 49, 50, 130, 200])
-    assert np.array_equal(matrix.rows(numbers), a[numbers].astype(dtype))
+    assert np.array_equal(dense(matrix)[numbers], a[numbers].astype(dtype))
     matrix.factorize()
     truth = np.linalg.solve(a, right)
     assert np.abs(matrix.solve(right) - truth).max() < bound * np.abs(truth).max()
@@ -86,7 +87,7 @@ def test_static_potentials_agree_with_integration():
         assert np.allclose(vector, [integrate(x) for x in range(3)], rtol=1e-5, atol=1e-6)
 
 
-@pytest.mark.parametrize(("count", "degree"), [(3, 2), (6, 4), (7, 5)])
+@pytest.mark.parametrize(("count", "degree"), [(3, 2), (7, 5)])
 def test_quadrature_is_exact_to_its_degree(count, degree):
     points, weights = RULES[count]
     for a in range(degree + 1):
@@ -106,7 +107,7 @@ def test_tiles_do_not_depend_on_threads_and_hold_what_rows_do():
         for threads in (1, 3):
             matrices = [kind(len(basis), np.complex64) for basis in bases]
             assemble(entries, matrices, threads)
-            found.append([matrix.rows(np.arange(len(basis))) for matrix, basis in zip(matrices, bases, strict=True)])
+            found.append([dense(matrix) for matrix in matrices])
         numbers = [np.arange(0, len(basis), 7) for basis in bases]
         for one, other, rows, own in zip(*found, entries.rows(numbers), numbers, strict=True):
             assert np.array_equal(one, other)
@@ -144,7 +145,7 @@ def test_matrix_agrees_with_direct_quadrature():
     basis = rwg(surface, surface.parities[0])
     matrix = SymmetricMatrix(len(basis), np.complex128)
     assemble(Entries(efie, surface, [basis], K, efie.near_terms(surface), np.complex128), [matrix])
-    z = matrix.rows(np.arange(len(basis)))
+    z = dense(matrix)
     assert np.abs(z - z.T).max() < 1e-12 * np.abs(z).max()
 
     points, weights = RULES[7]
@@ -175,8 +176,8 @@ def test_matrix_agrees_with_direct_quadrature():
 @pytest.mark.parametrize(
     ("module", "kernel"),
     [
-        (efie, (green_real, green_imag)),
-        (efie, (efie._smooth_real, efie._smooth_imag)),
+        (efie, green),
+        (efie, efie._smooth),
         (cfie, cfie._whole),
         (cfie, cfie._smooth),
     ],
@@ -188,7 +189,9 @@ def test_near_moments_agree_in_both_precisions(count, module, kernel):
     pairs = nearfield._pairs(vertices, vertices)[: nearfield.CHUNK]
     assert len(pairs) == nearfield.CHUNK
     single, double = (
-        nearfield.by_chunks(partial(module._by_rule, count, kernel, real(K)), pairs, vertices, vertices, real)
+        nearfield.by_chunks(
+            partial(nearfield.by_rule, count, kernel, module._over_source, real(K)), pairs, vertices, vertices, real
+        )
         for real in (np.float32, np.float64)
     )
     # Moments of zeroth, first and second order in the distance from the centroids.

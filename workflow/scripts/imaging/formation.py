@@ -80,8 +80,7 @@ class Formation:
 def build(frequency: np.ndarray, angle: np.ndarray, imaging: Mapping[str, Any]) -> Formation:
     """The imager of a config's section `imaging`: class `Imager` of imagers/<imaging.imager>.py.
 
-    InputError where the file imports what is not installed, where its Imager is no Formation, and where this geometry
-    cannot make an image.
+    InputError where it cannot be imported, where its Imager is no Formation, and where this geometry makes no image.
     """
     imager = load_class(IMAGERS, imaging["imager"], Formation)
     built: Formation = imager(frequency, angle, {key: imaging[key] for key in imaging if key not in SHARED})
@@ -105,8 +104,8 @@ def form_images(imager: Formation, samples: np.ndarray) -> tuple[np.ndarray, np.
     """Images of one elevation, complex64 (images, [channel,] range, crossrange), and their peaks (images,).
 
     samples: (images, [channel,] F * A). An image is divided by its one peak over all channels; a zero image (a
-    symmetric target, cross-polarized) stays zero. All are formed in one call: the result of an image then never
-    depends, in its last bit, on how many others the run makes.
+    symmetric target, cross-polarized) stays zero. All are formed in one call, so that no image depends, in its last
+    bit, on how many others the run makes.
     InputError if the imager gives images of another shape than its axes, or values that are not finite.
     """
     image = imager.on_axes(samples.reshape(-1, len(imager.frequency), len(imager.angle)))

@@ -29,10 +29,7 @@ LEAST_COSINE = 0.1  # of an elevation; steeper ones leave no cross-range
 
 
 def project(points, elevation, azimuth):
-    """Project points of the target into an image: (range, crossrange) in m, each of shape points.shape[:-1].
-
-    points: (..., 3) in m, the target's coordinates. elevation, azimuth: the image's, in degrees.
-    """
+    """Project the target's points (..., 3), m, into an image at these degrees: range and crossrange (...), m."""
     el, az = np.radians(elevation), np.radians(azimuth)
     x, y, z = np.moveaxis(np.asarray(points), -1, 0)
     nearer = np.cos(el) * (np.cos(az) * x + np.sin(az) * y) + np.sin(el) * z
@@ -43,10 +40,8 @@ def uniform_step(name, values):
     """The step of an ascending, evenly spaced axis. InputError for any other axis."""
     steps = np.diff(values)
     if len(steps) == 0 or steps[0] <= 0 or not np.allclose(steps, steps[0], rtol=1e-4):
-        raise InputError(
-            f"{name}: an image needs at least two evenly spaced, ascending values; there are {len(values)}"
-            f" from {values[0]:g} to {values[-1]:g}."
-        )
+        there = f"{len(values)} from {values[0]:g} to {values[-1]:g}"
+        raise InputError(f"{name}: an image needs at least two evenly spaced, ascending values; there are {there}.")
     return float((values[-1] - values[0]) / (len(values) - 1))
 
 
@@ -76,10 +71,8 @@ def geometry(frequency, elevation, azimuth, imaging):
     Returns a mapping. Lengths in m, angles in degrees. As each sample covers one step, the bandwidth is frequencies x
     step and the aperture angle aperture x step: extent = samples x resolution (thesis eqs. 3.10, 3.12).
     Cross-range resolution and extent are for the centre frequency. `polar` keeps the inscribed rectangle's part of the
-    sector, so its pixels, and those of `exact`, are somewhat larger than these resolutions and their image spans
-    somewhat more than these extents.
-    bytes: of one target's clean images; every realization of every SNR takes as many again. words, coherent and
-    warnings are the imager's. InputError if no image can be made.
+    sector: its pixels, and those of `exact`, are somewhat larger than these resolutions, and so is what they span.
+    bytes: of one target's clean images; words, coherent and warnings are the imager's. InputError if none can be made.
     """
     step = uniform_step("frequency", frequency)
     turn = np.radians(uniform_step("azimuth", azimuth))

@@ -25,19 +25,13 @@ def signal_power(samples, definition):
 
 
 def definition_offset(samples):
-    """Difference in dB of the SNR of each aperture as peak_3db and as mean: samples (images, S) -> (images,).
-
-    NaN for an aperture without signal.
-    """
+    """SNR in dB as peak_3db less that as mean: samples (images, S) -> (images,); NaN for one without signal."""
     with np.errstate(invalid="ignore"):
         return 10 * np.log10(signal_power(samples, "peak_3db") / signal_power(samples, "mean"))
 
 
 def generator(seed, target, snr_db, realization, channel=None):
-    """The random numbers of one realization. They follow from these names and values alone.
-
-    channel: the name of a channel after the first; the numbers of the first do not depend on its name.
-    """
+    """The random numbers of one realization, which follow from these values; `channel` names one after the first."""
     key = f"{seed}|{target}|{float(snr_db)!r}|{realization}{f'|{channel}' if channel else ''}"
     return np.random.default_rng(int.from_bytes(hashlib.sha256(key.encode()).digest()))
 

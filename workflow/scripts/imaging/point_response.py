@@ -17,12 +17,9 @@ def point_response(imager, down, cross):
     """
     pixels = imager.axes()
     step = np.array([axis[1] - axis[0] for axis in pixels])
-    extent = step * [len(axis) for axis in pixels]
-    fine = [
-        ((np.arange(FINE * len(axis)) + 0.5) / FINE - len(axis) / 2) * size
-        for axis, size in zip(pixels, step, strict=True)
-    ]
-    form, angle = imager.at(*fine), imager.angle
+    counts = [len(axis) for axis in pixels]
+    fine = [((np.arange(FINE * n) + 0.5) / FINE - n / 2) * size for n, size in zip(counts, step, strict=True)]
+    extent, form, angle = step * counts, imager.at(*fine), imager.angle
     k = 2 * np.pi * imager.frequency / C0
     measures = {name: np.empty((len(down), len(cross))) for name in ("loss_db", "ghost_db", "error")}
     for i, j in np.ndindex(len(down), len(cross)):

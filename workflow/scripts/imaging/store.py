@@ -40,11 +40,9 @@ def make_clean(field_path, mesh_path, image_path, imaging):
     """Form the images of a scattering store without noise and write them.
 
     The store has `image` (elevation, azimuth, [channel,] range, crossrange), complex64, divided by its one peak
-    magnitude, and that `peak` (elevation, azimuth) in m; snr_definition_offset, of the same shape, is the difference
-    in dB between the two choices of noise.definition. imaging: the config's section; its polarizations are the
-    channels; a single one has no axis. Every SNR is that of the first.
-    mesh_path: the mesh stage's file on the mesh, whose reach tells if the target fits the unambiguous extent; None
-    without a mesh.
+    magnitude, that `peak` (elevation, azimuth) in m, and snr_definition_offset in dB. imaging: the config's section;
+    its polarizations are the channels; a single one has no axis. Every SNR is that of the first.
+    mesh_path: the mesh stage's file on the mesh, whose reach tells if the target fits the unambiguous extent, or None.
     """
     plan = _Plan(_open(field_path, imaging["polarizations"]), imaging)
     print(*describe(plan.geometry), sep="\n")
@@ -66,9 +64,7 @@ def make_noisy(field_path, image_paths, imaging, target, noise):
     """Form the images of a scattering store at some SNRs and write them, as `make_clean` with a leading realization.
 
     image_paths: a store for each SNR, named by its label, as snr_6dB.zarr. target: its name, part of the seed. noise:
-    mapping with seed, realizations, definition and per.
-    A store also has each image's own SNR, snr_<definition> (elevation, azimuth) in dB by each definition. The noise
-    of all channels has the variance that gives the first one its SNR, as in one receiver.
+    mapping with seed, realizations, definition and per. A store also has each image's SNR in dB by each definition.
     """
     plan = _Plan(_open(field_path, imaging["polarizations"]), imaging)
     for path in tqdm(image_paths, unit="SNR", desc="adding noise", leave=False):
@@ -95,16 +91,9 @@ def _make_at(plan, path, target, snr_db, noise):
 
 
 def make_pure_noise(radar, aspect, image_path, imaging, seed):
-    """Form images of receiver noise alone, one for each direction of the sweep, and write them like `make_clean`'s.
-
-    radar, aspect, imaging: sections of the config.
-    """
-    axes = {
-        "polarization": imaging["polarizations"],
-        "frequency": sweep.frequencies(radar),
-        "elevation": sweep.elevations(aspect),
-        "azimuth": sweep.azimuths(aspect),
-    }
+    """Form images of receiver noise alone, one for each direction of the config's sweep; write them as `make_clean`."""
+    axes = {"polarization": imaging["polarizations"], "frequency": sweep.frequencies(radar)}
+    axes |= {"elevation": sweep.elevations(aspect), "azimuth": sweep.azimuths(aspect)}
     ones = np.ones([len(values) for values in axes.values()], np.complex64)
     plan = _Plan(xr.DataArray(ones, axes, list(axes)), imaging)
     randoms, variance = plan.randoms(seed, PURE_NOISE, 0, 0), np.ones(len(plan.azimuth))
@@ -128,9 +117,8 @@ class _Plan:
         self.shape = (len(self.channels), *map(len, self.imager.axes()))
 
     def samples(self):
-        """The apertures' samples, one elevation after the other: (images, channel, S)."""
-        for elevation in range(len(self.elevation)):
-            yield self._cut(self.field.values[:, :, elevation])
+        """The apertures' samples of each elevation, (images, channel, S)."""
+        return (self._cut(self.field.values[:, :, elevation]) for elevation in range(len(self.elevation)))
 
     def _cut(self, channels):
         """Cut apertures of one elevation, (images, channel, S), out of its samples (channel, frequency, azimuth)."""
@@ -141,10 +129,7 @@ class _Plan:
         return [generator(seed, target, snr_db, number, name) for name in (None, *self.channels[1:])]
 
     def noise(self, variance, per, randoms):
-        """Noise for the apertures' samples of one elevation, (images, channel, S), of these variances (images,).
-
-        All channels have the same variance, as in one receiver.
-        """
+        """Noise for one elevation's samples, (images, channel, S), of variances (images,): one receiver's channels."""
         frequencies = self.field.sizes["frequency"]
         if per == "image":
             samples = frequencies * self.imaging["aperture"]
@@ -153,10 +138,7 @@ class _Plan:
         return self._cut([white_noise(shared, len(self.sweep), random) for random in randoms])
 
     def write(self, path, image, peak, attrs, others=None):
-        """Write a store of images (elevation, azimuth, channel, range, crossrange), or with a leading realization.
-
-        A single channel is left out. others: variables (elevation, azimuth) by name.
-        """
+        """Write images ([realization,] elevation, azimuth, channel, range, crossrange); others (elevation, azimuth)."""
         down, cross = self.imager.axes()
         coords = {"elevation": self.elevation, "azimuth": self.azimuth}
         coords |= {"channel": self.channels, "range": down, "crossrange": cross}

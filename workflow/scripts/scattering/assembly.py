@@ -28,15 +28,13 @@ from isarflow.scattering.quadrature import RULES
 class Block:
     """The functions that begin on the triangles of a patch, or others on no more than TILE triangles.
 
-    triangles: (U,) those that the functions touch, in any parity; spans: (G,) slices of each parity's functions, or
-    the numbers of chosen functions; halves: (G,) arrays (n, 2) of half functions TILE i + place in `triangles`;
-    signs: (G,) arrays (n, 2)
+    spans, halves and signs have an item for each parity.
     """
 
-    triangles: np.ndarray
-    spans: list
-    halves: list
-    signs: list
+    triangles: np.ndarray  # (U,) those that the functions touch, in any parity
+    spans: list  # the functions, a slice of all; or of the chosen ones
+    halves: list  # (n, 2) half functions, TILE i + place in `triangles`
+    signs: list  # (n, 2)
 
 
 def blocks_of(bases, patches):
@@ -84,7 +82,7 @@ class Entries:
 
     @cached_property
     def placed(self):
-        return [self.place(block) for block in self.blocks]
+        return [Placed(block, self.surface, self.real) for block in self.blocks]
 
     @cached_property
     def corrections(self):
@@ -92,20 +90,13 @@ class Entries:
         count = len(self.surface.vertices)
         values = self.operator.corrections(self.near, self.surface, self.wavenumber, self.real)
         values = np.concatenate(values).reshape(-1, 9)
-        begins, sources, before = [], [], 0
+        begins, before = [], 0
         for pairs in self.near.pairs:
             begins.append(before + np.searchsorted(pairs[:, 0], np.arange(count + 1)))
-            sources.append(pairs[:, 1])
             before += len(pairs)
-        return (
-            np.array(begins),
-            np.concatenate(sources),
-            np.concatenate([values.real, values.imag], 1).astype(self.real),
-        )
-
-    def place(self, block):
-        """Arrays of a Block that a tile reads, as its rows and as its columns; and the Block's spans."""
-        return _Placed(block, self.surface, self.real)
+        sources = np.concatenate([pairs[:, 1] for pairs in self.near.pairs])
+        values = np.concatenate([values.real, values.imag], 1).astype(self.real)
+        return np.array(begins), sources, values
 
     def between(self, row, col):
         """The tile between two placed Blocks for each parity, (rows, cols)."""
@@ -119,7 +110,7 @@ class Entries:
 
     def rows(self, numbers):
         """Whole rows of every parity's matrix, (len(numbers), N), of functions on no more than TILE triangles."""
-        row = self.place(block_of(self.bases, numbers))
+        row = Placed(block_of(self.bases, numbers), self.surface, self.real)
         wholes = zip(*(self.between(row, col) for col in self.placed), strict=True)
         return [np.concatenate(whole, axis=1) for whole in wholes]
 
@@ -147,8 +138,8 @@ def assemble(entries, matrices, threads=1, progress=lambda done: None):
             progress(((i + 1) / len(placed)) ** (2 if symmetric else 1))
 
 
-class _Placed:
-    """A Block's arrays for `kernels.tile`: as rows, at the identity, and as columns, at every image."""
+class Placed:
+    """A Block's spans and arrays for `kernels.tile`: as rows, at the identity, and as columns, at every image."""
 
     def __init__(self, block, surface, real):
         self.spans = block.spans

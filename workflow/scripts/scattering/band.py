@@ -43,16 +43,10 @@ def solve_band(mesh_path, store_path, sweep, scattering, symmetry, threads, targ
         parts = [f"{part} {seconds[n]:.1f} s" for part, seconds in solution.seconds.items()]
         system = [] if residual[n] is None else [f"{solution.unknowns} unknowns", f"residual {residual[n]:.1e}"]
         print(f"{f / 1e9:.4f} GHz: {', '.join(system + parts)}")
-    attrs = {
-        **scattering,
-        **solution.used,
-        "unknowns": [solution.unknowns] * len(frequency),
-        "residual": residual,
-        "versions": versions("jax", "numpy", "scipy"),
-    }
-    field = solution.field.astype(np.complex64)
-    where = frequency, sweep.elevation, sweep.azimuth
-    write_field(store_path, field, sweep.polarizations, *where, attrs, sweep.receivers)
+    attrs = {**scattering, **solution.used, "unknowns": [solution.unknowns] * len(frequency), "residual": residual}
+    attrs["versions"] = versions("jax", "numpy", "scipy")
+    where = sweep.polarizations, frequency, sweep.elevation, sweep.azimuth
+    write_field(store_path, solution.field.astype(np.complex64), *where, attrs, sweep.receivers)
 
 
 def _check_memory(vertices, triangles, planes, sweep, scattering, target):

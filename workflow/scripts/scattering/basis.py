@@ -30,18 +30,12 @@ AXES = {"yz": 0, "xz": 1, "xy": 2}  # mirror plane -> the coordinate that change
 
 @dataclass(frozen=True)
 class Surface:
-    """The triangles of the fundamental domain, ordered in compact patches.
+    """The triangles of the fundamental domain, ordered in compact patches."""
 
-    vertices: (T, 3, 3) float64, m: corner positions of every triangle
-    corners: (T, 3) int64: corner numbers, equal where triangles touch
-    axes: coordinates that a reflection of the symmetry group changes, e.g. (1,) for the plane xz
-    patches: where the patches begin, and T
-    """
-
-    vertices: np.ndarray
-    corners: np.ndarray
-    axes: tuple
-    patches: tuple
+    vertices: np.ndarray  # (T, 3, 3) float64, m: corner positions of every triangle
+    corners: np.ndarray  # (T, 3) int64: corner numbers, equal where triangles touch
+    axes: tuple  # coordinates that a reflection of the symmetry group changes, e.g. (1,) for the plane xz
+    patches: tuple  # where the patches begin, and T
 
     @property
     def lengths(self):
@@ -58,8 +52,7 @@ class Surface:
     def reflections(self):
         """(G, 3) signs of x, y, z under every element of the symmetry group, identity first."""
         signs = np.ones((2 ** len(self.axes), 3))
-        for g, flips in enumerate(product([1.0, -1.0], repeat=len(self.axes))):
-            signs[g, list(self.axes)] = flips
+        signs[:, list(self.axes)] = list(product([1.0, -1.0], repeat=len(self.axes)))
         return signs
 
     @property
@@ -71,42 +64,35 @@ class Surface:
 
 @dataclass(frozen=True)
 class Basis:
-    """RWG functions of one parity, each as the difference of two half functions.
+    """RWG functions of one parity, each as the difference of two half functions, ordered by the smaller triangle."""
 
-    halves: (N, 2) int64: numbers 3 t + i of the half functions; signs: (N, 2): +1, -1, or 0 for no second half
-    Ordered by the smaller triangle number.
-    """
-
-    halves: np.ndarray
-    signs: np.ndarray
+    halves: np.ndarray  # (N, 2) int64: numbers 3 t + i of the half functions
+    signs: np.ndarray  # (N, 2): +1, -1, or 0 for no second half
 
     def __len__(self):
         return len(self.halves)
 
 
 def fundamental_domain(vertices, triangles, symmetry):
-    """The Surface on the non-negative side of each mirror plane in `symmetry`.
+    """The Surface on the non-negative side of each plane in `symmetry`, e.g. ['xz'].
 
-    vertices: (V, 3) m; triangles: (T, 3) vertex numbers; symmetry: names of planes, e.g. ['xz']
-    Raises InputError if the mesh does not consist of one side and its mirror image.
+    vertices: (V, 3) m; triangles: (T, 3). Raises InputError if the mesh is not one side and its mirror image.
     """
-    axes = tuple(sorted(AXES[plane] for plane in symmetry))
     corners = np.asarray(vertices, np.float64)[triangles]
     kept = np.ones(len(triangles), bool)
-    for axis in axes:
-        side = corners[:, :, axis]
-        kept &= (side >= 0).all(1)
+    for plane in symmetry:
+        side = corners[:, :, AXES[plane]]
         upper, lower, inside = (side >= 0).all(1), (side <= 0).all(1), (side == 0).all(1)
+        kept &= upper
         if not (upper | lower).all() or upper.sum() != lower.sum():
-            plane = next(name for name, a in AXES.items() if a == axis)
             raise InputError(
                 f"the mesh is not symmetric about the plane {plane}: {upper.sum() - inside.sum()} triangles on one "
                 f"side, {lower.sum() - inside.sum()} on the other, {(~(upper | lower)).sum()} across it."
             )
     patches = _patches(corners[kept].mean(1), -(-kept.sum() // PATCH))
-    order = np.concatenate(patches)
-    bounds = tuple(np.cumsum([0, *map(len, patches)]).tolist())
-    return Surface(corners[kept][order], np.asarray(triangles, np.int64)[kept][order], axes, bounds)
+    order = np.flatnonzero(kept)[np.concatenate(patches)]
+    axes, bounds = sorted(AXES[plane] for plane in symmetry), np.cumsum([0, *map(len, patches)]).tolist()
+    return Surface(corners[order], np.asarray(triangles, np.int64)[order], tuple(axes), tuple(bounds))
 
 
 def rwg(surface, parity):
@@ -118,19 +104,16 @@ def rwg(surface, parity):
         for g, signs in enumerate(surface.reflections)
         if (signs < 0).sum() == 1 and signs[axis] < 0 and parity[g] < 0
     }
-    # A triangle that lies in a plane of negative parity is its own image and cancels.
-    alive = np.ones(count, bool)
+    of_edges = (np.stack([np.roll(of, -1, 1), np.roll(of, -2, 1)], 2) for of in (surface.corners, surface.vertices))
+    ends, points = (of.reshape(3 * count, 2, -1) for of in of_edges)
+    alive, single = np.ones(count, bool), np.zeros(3 * count, bool)
     for axis in negative:
+        # A triangle that lies in a plane of negative parity is its own image and cancels.
         alive &= ~(surface.vertices[:, :, axis] == 0).all(1)
-
-    ends = np.stack([np.roll(surface.corners, -1, 1), np.roll(surface.corners, -2, 1)], 2).reshape(-1, 2)
-    points = np.stack([np.roll(surface.vertices, -1, 1), np.roll(surface.vertices, -2, 1)], 2).reshape(-1, 2, 3)
-    halves = np.flatnonzero(np.repeat(alive, 3))
-    single = np.zeros(3 * count, bool)
-    for axis in negative:
         single |= (points[:, :, axis] == 0).all(1)
 
-    key = np.sort(ends[halves], 1)
+    halves = np.flatnonzero(np.repeat(alive, 3))
+    key = np.sort(ends[halves, :, 0], 1)
     order = np.lexsort((halves, key[:, 1], key[:, 0]))
     halves, key = halves[order], key[order]
     first = np.ones(len(halves), bool)
@@ -139,12 +122,7 @@ def rwg(surface, parity):
 
     alone = single[halves]
     pair = ~first & ~alone
-    functions = np.concatenate(
-        [
-            np.stack([leader[pair], halves[pair]], 1),
-            np.stack([halves[alone], halves[alone]], 1),
-        ]
-    )
+    functions = np.concatenate([np.stack([leader[pair], halves[pair]], 1), np.stack([halves[alone]] * 2, 1)])
     signs = np.concatenate([np.tile([1.0, -1.0], (pair.sum(), 1)), np.tile([1.0, 0.0], (alone.sum(), 1))])
     order = np.argsort(functions.min(1), kind="stable")
     return Basis(functions[order], signs[order])
@@ -173,9 +151,8 @@ def _patches(points, parts):
 def by_half(places, weights, count):
     """Functions in which each of `count` half functions takes part, and the weights.
 
-    places: numbers of the half functions of each parity's functions, (n, 2); weights: also (n, 2), 0 for no part.
-    Returns the places at which each half function's functions begin, (parities, count + 1), the functions, a list of
-    arrays, one for each parity, and all their weights as one array.
+    places: half functions of each parity's functions, (n, 2); weights: also (n, 2), 0 for no part. Returns where each
+    half function's functions begin, (parities, count + 1), each parity's functions, and all their weights as one array.
     """
     starts, functions, parts, before = [], [], [], 0
     for place, weight in zip(places, weights, strict=True):

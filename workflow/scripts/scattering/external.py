@@ -29,36 +29,33 @@ def write_external(field, store_path, radar, aspect, symmetry=()):
     wanted = {"frequency": frequencies(radar), "elevation": elevations(aspect), "azimuth": azimuths(aspect)}
     take = _from_store if field_files.is_store(field) else _from_ffe
     samples = take(field, radar["polarizations"], wanted).astype(np.complex64)
+    named = ", ".join(field_files.paths(field))
     if not np.isfinite(samples).all():
-        raise InputError(f"{', '.join(field_files.paths(field))}: the field holds values that are not finite.")
-    _check_not_zero(samples, field, radar["polarizations"], wanted)
-    for plane in symmetry:
-        _check_mirrored(samples, field, radar["polarizations"], wanted, plane)
-    attrs = {
-        "formulation": "external",
-        "origin": {path: field_files.digest(path) for path in field_files.paths(field)},
-        "unknowns": None,
-        "residual": None,
-        "versions": versions("numpy", "xarray"),
-    }
+        raise InputError(f"{named}: the field holds values that are not finite.")
+    for way, part in zip(radar["polarizations"], samples, strict=True):
+        _check_not_zero(named, way, part, wanted)
+        for plane in symmetry:
+            _check_mirrored(named, way, part, wanted, plane)
+    origin = {path: field_files.digest(path) for path in field_files.paths(field)}
+    attrs = {"formulation": "external", "origin": origin, "unknowns": None, "residual": None}
+    attrs["versions"] = versions("numpy", "xarray")
     write_field(store_path, samples, radar["polarizations"], *wanted.values(), attrs)
-    for path, digest in attrs["origin"].items():
+    for path, digest in origin.items():
         print(f"field from {path}, SHA-256 {digest}")
 
 
-def _check_not_zero(samples, field, polarizations, wanted):
+def _check_not_zero(named, way, samples, wanted):
     """Refuse co-polarized samples that are 0 at all azimuths, as zarr reads a chunk whose file is missing."""
-    for way, part in zip(polarizations, samples, strict=True):
-        empty = np.argwhere((part == 0).all(axis=-1)) if way[0] == way[1] else ()
-        if len(empty):
-            frequency, elevation = wanted["frequency"][empty[0][0]], wanted["elevation"][empty[0][1]]
-            raise InputError(
-                f"{', '.join(field_files.paths(field))}: the {way} field is 0 at all azimuths of {elevation:g} degrees "
-                f"elevation at {frequency / 1e9:g} GHz, and of {len(empty)} such rings in all; are files of it missing?"
-            )
+    empty = np.argwhere((samples == 0).all(axis=-1)) if way[0] == way[1] else ()
+    if len(empty):
+        frequency, elevation = wanted["frequency"][empty[0][0]], wanted["elevation"][empty[0][1]]
+        raise InputError(
+            f"{named}: the {way} field is 0 at all azimuths of {elevation:g} degrees elevation at "
+            f"{frequency / 1e9:g} GHz, and of {len(empty)} such rings in all; are files of it missing?"
+        )
 
 
-def _check_mirrored(samples, field, polarizations, wanted, plane):
+def _check_mirrored(named, way, samples, wanted, plane):
     """Refuse a field that is not symmetric about a mirror plane, at directions whose mirror images are in the sweep."""
     azimuth, elevation = wanted["azimuth"], wanted["elevation"]
     if plane == "xy":
@@ -67,15 +64,14 @@ def _check_mirrored(samples, field, polarizations, wanted, plane):
         mirrored = -azimuth if plane == "xz" else 180 - azimuth
         apart = np.abs((azimuth[:, None] - mirrored + 180) % 360 - 180)
     there, here = np.nonzero(apart < ffe.ANGLE)
-    for way, part in zip(polarizations, samples, strict=True):
-        sign = 1 if way[0] == way[1] else -1  # H or V turns round
-        scale = np.linalg.norm(part)
-        different = np.linalg.norm(part[..., there] - sign * part[..., here]) / scale if scale > 0 else 0
-        if different > MIRRORED:
-            raise InputError(
-                f"{', '.join(field_files.paths(field))}: the {way} field differs from its mirror image in the plane "
-                f"{plane} by {100 * different:.0f} % of itself; take the plane out of the target's 'symmetry'."
-            )
+    sign = 1 if way[0] == way[1] else -1  # H or V turns round
+    scale = np.linalg.norm(samples)
+    different = np.linalg.norm(samples[..., there] - sign * samples[..., here]) / scale if scale > 0 else 0
+    if different > MIRRORED:
+        raise InputError(
+            f"{named}: the {way} field differs from its mirror image in the plane {plane} by {100 * different:.0f} % "
+            "of itself; take the plane out of the target's 'symmetry'."
+        )
 
 
 def check_polarizations(path, polarizations):
@@ -92,9 +88,8 @@ def _opened(path):
         with xr.open_zarr(path) as dataset:
             yield dataset
     except (KeyError, ValueError, OSError, RuntimeError) as error:
-        raise InputError(
-            f"{path}: not a store with a variable 'field' over {', '.join(COORDINATES)} ({error})."
-        ) from None
+        wanted = f"a store with a variable 'field' over {', '.join(COORDINATES)}"
+        raise InputError(f"{path}: not {wanted} ({error}).") from None
 
 
 def _from_store(path, polarizations, wanted):
@@ -132,15 +127,13 @@ def _places_of(path, there, polarizations):
 
 def _from_ffe(field, polarizations, wanted):
     """The wanted samples of FEKO's files, shape (polarization, frequency, elevation, azimuth)."""
-    received = {}
-    for transmitted, paths in field_files.by_transmission(field, polarizations).items():
-        ways = [polarization[0] for polarization in polarizations if polarization[1] == transmitted]
-        received |= {way + transmitted: samples for way, samples in zip(ways, _grid(paths, ways, wanted), strict=True)}
-    return np.stack([received[polarization] for polarization in polarizations])
+    files = field_files.by_transmission(field, polarizations)
+    received = {transmitted: _grid(paths, wanted) for transmitted, paths in files.items()}
+    return np.stack([received[transmitted][way] for way, transmitted in polarizations])
 
 
-def _grid(paths, ways, wanted):
-    """Samples received in each of `ways` (V, H) on the sweep, shape (way, frequency, elevation, azimuth)."""
+def _grid(paths, wanted):
+    """Samples on the sweep, (frequency, elevation, azimuth), of each received polarization."""
     parts = [ffe.read(path) for path in paths]
     named = ", ".join(paths)
     where = [f"{path}, line {line}" for path, part in zip(paths, parts, strict=True) for line in part.line]
@@ -157,8 +150,8 @@ def _grid(paths, ways, wanted):
     first = np.full(np.prod(shape), -1)  # the first wave in the files, for every sample
     first[flat[::-1]] = inside[::-1]
     kept = first[flat]
-    apart = np.hypot(*(np.abs(waves[way][inside] - waves[way][kept]) for way in "VH"))
-    different = np.flatnonzero(apart > SAME * np.hypot(*(np.abs(waves[way][kept]) for way in "VH")))
+    apart = np.hypot(*(np.abs(of_wave[inside] - of_wave[kept]) for of_wave in waves.values()))
+    different = np.flatnonzero(apart > SAME * np.hypot(*(np.abs(of_wave[kept]) for of_wave in waves.values())))
     if len(different):
         one, other = where[kept[different[0]]], where[inside[different[0]]]
         raise InputError(
@@ -167,13 +160,10 @@ def _grid(paths, ways, wanted):
         )
     if (first < 0).any():
         index = np.unravel_index(np.flatnonzero(first < 0)[0], shape)
-        at = ", ".join(
-            f"{name} {_text(name, values[n])}" for (name, values), n in zip(wanted.items(), index, strict=True)
-        )
-        raise InputError(
-            f"{named}: {int((first < 0).sum())} of {first.size} samples are missing; the first is at {at}."
-        )
-    return np.stack([waves[way][first].reshape(shape) for way in ways])
+        places = zip(wanted.items(), index, strict=True)
+        at = ", ".join(f"{name} {_text(name, values[n])}" for (name, values), n in places)
+        raise InputError(f"{named}: {(first < 0).sum()} of {first.size} samples are missing; the first is at {at}.")
+    return {way: of_wave[first].reshape(shape) for way, of_wave in waves.items()}
 
 
 def _places(where, name, given, wanted):
@@ -184,15 +174,14 @@ def _places(where, name, given, wanted):
     if name == "azimuth":
         apart = np.abs((apart + 180) % 360 - 180)
     near = apart < TOLERANCES[name]
-    if not near.any(axis=1).all():
-        missing = wanted[~near.any(axis=1)]
+    missing, twice = wanted[~near.any(axis=1)], wanted[near.sum(axis=1) > 1]
+    if len(missing):
         raise InputError(
-            f"{where}: no {name} {_text(name, *missing)}, which config key '{KEYS[name]}' asks for; "
-            f"there is {_text(name, *given)}."
+            f"{where}: no {name} {_text(name, *missing)}, which config key '{KEYS[name]}' asks for; there is "
+            f"{_text(name, *given)}."
         )
-    if (near.sum(axis=1) > 1).any():
-        twice = wanted[near.sum(axis=1) > 1][0]
-        raise InputError(f"{where}: {name} {_text(name, twice)} is there more than once.")
+    if len(twice):
+        raise InputError(f"{where}: {name} {_text(name, twice[0])} is there more than once.")
     return near.argmax(axis=1)
 
 

@@ -24,7 +24,36 @@ LARGE = 8_000, 384  # from this size on, blocks of this many: products are faste
 RUN = 512  # rows or columns of a task
 
 
-class SymmetricMatrix:
+class Symmetric:
+    """What matrices with factors L D L^T share, in whatever way they store them."""
+
+    def between(self, left, right, groups, threads=1):
+        """left^T A^-1 right for groups (slices) of their columns, (N, D) each: a list of (K, K) complex128.
+
+        One substitution serves both if they are the same array.
+        """
+        y = self._forward(right, threads)
+        x = y if left is right else self._forward(left, threads)
+        result = [np.zeros(2 * (group.stop - group.start,), np.complex128) for group in groups]
+        with Pool(threads) as pool:
+            for span, inverse in self._inverses():
+                middle = np.empty_like(y[span])
+                pool.wait([pool.submit(_multiply, middle.T, y[span].T, inverse, run) for run in runs(y.shape[1])])
+                for group, total in zip(groups, result, strict=True):
+                    total += x[span, group].T @ middle[:, group]
+        return result
+
+    def solve(self, right, threads=1):
+        """A^-1 right, (N, D)."""
+        x = self._forward(right, threads)
+        with Pool(threads):
+            for span, inverse in self._inverses():
+                x[span] = inverse @ x[span]
+            self._backward(x)
+        return x
+
+
+class SymmetricMatrix(Symmetric):
     """An (N, N) complex-symmetric matrix, stored as block rows of its lower triangle, real and imaginary part apart.
 
     Filled by `put`, then `factorize`d in place; after that `between` and `solve` may be called.
@@ -37,10 +66,6 @@ class SymmetricMatrix:
         # Up to and with the diagonal block, which is stored whole.
         self.blocks = [np.zeros((2, b - a, b), self.dtype.type(0).real.dtype) for a, b in self.spans]
 
-    @property
-    def nbytes(self):
-        return sum(block.nbytes for block in self.blocks)
-
     def put(self, row, col, block):
         """Write a dense block whose upper left corner is (row, col); parts above the diagonal blocks are ignored."""
         for (a, b), mine in zip(self.spans, self.blocks, strict=True):
@@ -48,25 +73,12 @@ class SymmetricMatrix:
             if top >= bottom or col >= right:
                 continue
             part = block[top - row : bottom - row, : right - col]
-            mine[0, top - a : bottom - a, col:right] = part.real
-            mine[1, top - a : bottom - a, col:right] = part.imag
+            mine[:, top - a : bottom - a, col:right] = part.real, part.imag
             left = max(col, a)
             if row > col and left < right:
                 # In the diagonal block the upper half is the mirror of the lower.
                 mirror = part[:, left - col :].T
-                mine[0, left - a : right - a, top:bottom] = mirror.real
-                mine[1, left - a : right - a, top:bottom] = mirror.imag
-
-    def rows(self, numbers):
-        """Whole rows of the matrix (not of its factors), (len(numbers), N)."""
-        result = np.empty((len(numbers), self.size), self.dtype)
-        for place, number in enumerate(numbers):
-            for (a, b), mine in zip(self.spans, self.blocks, strict=True):
-                if a <= number < b:
-                    result[place, :b] = mine[0, number - a] + 1j * mine[1, number - a]
-                elif number < a:
-                    result[place, a:b] = mine[0, :, number] + 1j * mine[1, :, number]
-        return result
+                mine[:, left - a : right - a, top:bottom] = mirror.real, mirror.imag
 
     def factorize(self, threads=1, progress=lambda done: None):
         """Replace the matrix by its factors: L left of the diagonal blocks, D^-1 in them. N^3 real flops."""
@@ -85,35 +97,24 @@ class SymmetricMatrix:
                 inverse = np.linalg.inv((block + block.T) / 2)
                 pool.wait(tasks)
                 mine[:, :, :a] = lower[:2]
-                mine[0, :, a:], mine[1, :, a:] = inverse.real, inverse.imag
-                inverses.append(_with_sum(mine[:, :, a:]))
+                mine[:, :, a:] = inverse.real, inverse.imag
+                inverses.append(np.stack([*mine[:, :, a:], mine[0, :, a:] + mine[1, :, a:]]))
                 done = b / self.size
                 progress(done * done * (3 - 2 * done))
 
-    def between(self, left, right, groups, threads=1):
-        """left^T A^-1 right for groups (slices) of their columns, (N, D) each: a list of (K, K) complex128.
+    def _inverses(self):
+        """Of each block of D its slice and its inverse."""
+        for (a, b), mine in zip(self.spans, self.blocks, strict=True):
+            yield slice(a, b), mine[0, :, a:] + 1j * mine[1, :, a:]
 
-        One substitution serves both if they are the same array.
-        """
-        y = self._forward(right, threads)
-        x = y if left is right else self._forward(left, threads)
-        blocks = zip(self.spans, self.blocks, strict=True)
-        inverses = ((slice(a, b), mine[0, :, a:] + 1j * mine[1, :, a:]) for (a, b), mine in blocks)
-        return through_diagonal(x, y, inverses, groups, threads)
-
-    def solve(self, right, threads=1):
-        """A^-1 right, (N, D)."""
-        x = self._forward(right, threads)
-        with Pool(threads):
-            for (a, b), mine in reversed(list(zip(self.spans, self.blocks, strict=True))):
-                x[a:b] = (mine[0, :, a:] + 1j * mine[1, :, a:]) @ x[a:b]
-            for (a, b), mine in reversed(list(zip(self.spans, self.blocks, strict=True))):
-                # Real products with both parts side by side: L stays as it is stored.
-                parts = np.concatenate([x[a:b].real, x[a:b].imag], 1)
-                first, second = mine[0, :, :a].T @ parts, mine[1, :, :a].T @ parts
-                width = x.shape[1]
-                x[:a] -= (first[:, :width] - second[:, width:]) + 1j * (first[:, width:] + second[:, :width])
-        return x
+    def _backward(self, x):
+        """L^-T x in place."""
+        for (a, b), mine in reversed(list(zip(self.spans, self.blocks, strict=True))):
+            # Real products with both parts side by side: L stays as it is stored.
+            parts = np.concatenate([x[a:b].real, x[a:b].imag], 1)
+            first, second = mine[0, :, :a].T @ parts, mine[1, :, :a].T @ parts
+            width = x.shape[1]
+            x[:a] -= (first[:, :width] - second[:, width:]) + 1j * (first[:, width:] + second[:, :width])
 
     def _forward(self, right, threads):
         """L^-1 right, (N, D)."""
@@ -131,26 +132,6 @@ class SymmetricMatrix:
                 y[a:b] -= real + 1j * imag
             parts[0, a:b], parts[1, a:b] = y[a:b].real, y[a:b].imag
             parts[2, a:b] = parts[0, a:b] + parts[1, a:b]
-
-
-def through_diagonal(x, y, inverses, groups, threads):
-    """x^T D^-1 y for groups (slices) of their columns, (N, D) each: a list of (K, K) complex128.
-
-    inverses: of each block of D its slice and its inverse
-    """
-    result = [np.zeros(2 * (group.stop - group.start,), np.complex128) for group in groups]
-    with Pool(threads) as pool:
-        for span, inverse in inverses:
-            middle = np.empty_like(y[span])
-            pool.wait([pool.submit(_multiply, middle.T, y[span].T, inverse, run) for run in runs(y.shape[1])])
-            for group, total in zip(groups, result, strict=True):
-                total += x[span, group].T @ middle[:, group]
-    return result
-
-
-def _with_sum(parts):
-    """Real part, imaginary part and their sum, (3, ...), from a matrix (2, ...)."""
-    return np.stack([parts[0], parts[1], parts[0] + parts[1]])
 
 
 def _product(a, b):
@@ -192,38 +173,29 @@ class GeneralMatrix:
             if left < right:
                 column[row : row + block.shape[0], left - a : right - a] = block[:, left - col : right - col]
 
-    def rows(self, numbers):
-        """Whole rows of the matrix (not of its factors), (len(numbers), N)."""
-        return np.concatenate([column[numbers] for column in self.columns], 1)
-
     def factorize(self, threads=1, progress=lambda done: None):
         """Replace the matrix by L below the diagonal blocks, U above and U^-1 in them. (8/3) N^3 real flops."""
         with Pool(threads) as pool:
-            # The last task to write each block: the next one there waits for it.
-            written = {}
             for k, ((a, b), column) in enumerate(zip(self.spans, self.columns, strict=True)):
-                pool.wait([task for block, task in written.items() if k in block])
                 inverse = np.linalg.inv(column[a:b].astype(np.complex128)).astype(self.dtype)
                 column[a:b] = inverse
                 panel = column[b:].copy()
                 pool.wait([pool.submit(_multiply, column[b:], panel, inverse.T, r) for r in runs(len(panel))])
-                rest = range(k + 1, len(self.columns))
-                for i, j in product(rest, rest):
-                    other, rows = self.columns[j], slice(*self.spans[i])
-                    after = written.get((i, j))
-                    written[i, j] = pool.submit(_subtract, other, column, other[a:b].T, rows, after)
+                rest = product(self.columns[k + 1 :], self.spans[k + 1 :])
+                tasks = [pool.submit(_subtract, other, column, other[a:b].T, slice(*rows)) for other, rows in rest]
+                pool.wait(tasks)
                 progress(1 - (1 - (k + 1) / len(self.columns)) ** 3)
 
     def between(self, left, right, groups, threads=1):
         """left^T A^-1 right for groups (slices) of their columns, (N, D) each: a list of (K, K) complex128."""
-        y = _forward(right, self.spans, self._below(), threads)
+        y = self._forward(right, threads)
         x = np.array(left, self.dtype, order="C")
         result = [np.zeros(2 * (group.stop - group.start,), np.complex128) for group in groups]
         with Pool(threads) as pool:
             for (a, b), column in zip(self.spans, self.columns, strict=True):
                 # x = U^-T left: the rows above this block column have their x already.
                 parts = runs(x.shape[1])
-                pool.wait([pool.submit(_subtract, x[a:b].T, x[:a].T, column[:a].T, r, None) for r in parts])
+                pool.wait([pool.submit(_subtract, x[a:b].T, x[:a].T, column[:a].T, r) for r in parts])
                 value = np.empty_like(x[a:b])
                 pool.wait([pool.submit(_multiply, value.T, x[a:b].T, column[a:b].T, r) for r in parts])
                 x[a:b] = value
@@ -233,16 +205,21 @@ class GeneralMatrix:
 
     def solve(self, right, threads=1):
         """A^-1 right, (N, D)."""
-        x = _forward(right, self.spans, self._below(), threads)
+        x = self._forward(right, threads)
         with Pool(threads):
             for (a, b), column in reversed(list(zip(self.spans, self.columns, strict=True))):
                 x[a:b] = column[a:b] @ x[a:b]
                 x[:a] -= column[:a] @ x[a:b]
         return x
 
-    def _below(self):
-        """L below each diagonal block."""
-        return [column[b:] for (_, b), column in zip(self.spans, self.columns, strict=True)]
+    def _forward(self, right, threads):
+        """L^-1 right, (N, D)."""
+        y = np.array(right, self.dtype, order="C")
+        with Pool(threads) as pool:
+            for (a, b), column in zip(self.spans, self.columns, strict=True):
+                rest, below, solved = y[b:], column[b:], y[a:b].T
+                pool.wait([pool.submit(_subtract, rest, below, solved, r) for r in runs(len(rest))])
+        return y
 
 
 class Product:
@@ -263,9 +240,6 @@ class Product:
 class Pool(ThreadPoolExecutor):
     """Threads that each call a BLAS of one thread."""
 
-    def __init__(self, threads):
-        super().__init__(threads)
-
     def __enter__(self):
         self.limit = threadpoolctl.threadpool_limits(1, "blas")
         return super().__enter__()
@@ -280,17 +254,8 @@ class Pool(ThreadPoolExecutor):
             future.result()
 
 
-def _forward(right, spans, below, threads):
-    """L^-1 right, (N, D), for a unit lower triangle; `below` has the rows under each diagonal block."""
-    y = np.array(right, below[0].dtype if below else None, order="C")
-    with Pool(threads) as pool:
-        for (a, b), part in zip(spans, below, strict=True):
-            rest, solved = y[b:], y[a:b].T
-            pool.wait([pool.submit(_subtract, rest, part, solved, r, None) for r in runs(len(rest))])
-    return y
-
-
 def runs(length, step=RUN):
+    """Slices of `length` items, `step` in each but the last."""
     return [slice(begin, min(begin + step, length)) for begin in range(0, length, step)]
 
 
@@ -299,9 +264,6 @@ def _multiply(c, a, b, rows):
     np.matmul(a[rows], b.T, out=c[rows])
 
 
-def _subtract(c, a, b, rows, after):
-    """Subtract a @ b.T from c on some rows, after other tasks that write them."""
-    product = a[rows] @ b.T
-    if after is not None:
-        after.result()
-    c[rows] -= product
+def _subtract(c, a, b, rows):
+    """Subtract a @ b.T from c on some rows."""
+    c[rows] -= a[rows] @ b.T

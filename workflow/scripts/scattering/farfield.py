@@ -15,17 +15,14 @@ from itertools import pairwise
 import numpy as np
 
 from isarflow.scattering.basis import by_half
-from isarflow.scattering.factorization import Pool
+from isarflow.scattering.factorization import Pool, runs
 from isarflow.scattering.kernels import TILE, excite
 
 CHUNK = TILE // 2  # directions of a task
 
 
 class Excitation:
-    """int F . E dS of E = p exp(+j k u . r), for functions and directions, in m^2.
-
-    surface: Surface; bases: a Basis for each of its parities; F is the sum over the mirror images.
-    """
+    """int F . E dS of E = p exp(+j k u . r), for functions and directions, in m^2; F is the sum over mirror images."""
 
     def __init__(self, surface, bases, dtype):
         self.dtype, self.real = np.dtype(dtype), np.dtype(dtype).type(0).real.dtype
@@ -40,7 +37,6 @@ class Excitation:
 
     def __call__(self, wavenumber, u, polarization, alpha=1.0, threads=1):
         """Compute (N, D) for each parity; wavenumber: rad/m; u, polarization: (D, 3); alpha: an operator's ALPHA."""
-        parts = [slice(begin, min(begin + CHUNK, len(u))) for begin in range(0, len(u), CHUNK)]
         whole = np.zeros((self.ends[-1], len(u)), self.dtype)
         scales = self.characters, wavenumber / (2 * np.pi), float(alpha), self.real.type(1)
 
@@ -50,5 +46,5 @@ class Excitation:
             excite(out, *waves, self.triangles, self.normals, *self.places, *scales)
 
         with Pool(threads) as pool:
-            list(pool.map(work, parts))
+            list(pool.map(work, runs(len(u), CHUNK)))
         return [whole[slice(*ends)] for ends in pairwise(self.ends)]

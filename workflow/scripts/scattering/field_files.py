@@ -30,8 +30,8 @@ def by_transmission(field, polarizations):
         example = ", ".join(f"{polarization}: {polarization.lower()}.ffe" for polarization in needed)
         raise InputError(
             f"'radar.polarizations' {', '.join(polarizations)} need incident waves in {' and '.join(needed)}, and no "
-            f"file is named for {' and '.join(missing)}. A .ffe file does not say how its incident wave is polarized: "
-            f"write {{{example}}}."
+            f"file is named for {' and '.join(missing)}. A .ffe file does not say how its wave is polarized: write "
+            f"{{{example}}}."
         )
     files = {polarization: paths(given[polarization]) for polarization in needed}
     shared = set.intersection(*map(set, files.values())) if len(needed) > 1 else ()
@@ -43,10 +43,8 @@ def by_transmission(field, polarizations):
 def files(field):
     """Every file that a field is read from, for Snakemake to watch: those inside a store, too."""
     if is_store(field):
-        inside = sorted(
-            path for path in Path(field).rglob("*") if path.is_file() and path.name != ".snakemake_timestamp"
-        )
-        return [str(path) for path in inside]
+        inside = (path for path in Path(field).rglob("*") if path.is_file() and path.name != ".snakemake_timestamp")
+        return [str(path) for path in sorted(inside)]
     return paths(field)
 
 

@@ -12,10 +12,8 @@ from isarflow.core.sweep import C0, closes_circle
 from isarflow.scattering.sampling import samples_of_ring
 
 ACCURACY = 1e-5  # of the excitation's largest value: size of the orders beyond M
-QUIET, HIGHEST = (
-    1e-4,
-    0.9,
-)  # of a field's power: the most that its highest harmonics have, if all are resolved; where these begin
+QUIET = 1e-4  # of a field's power: the most that its highest harmonics have, if all are resolved
+HIGHEST = 0.9  # of the highest order: where these begin
 CUT = 1e-6  # relative: singular values below it are rounding alone
 
 

@@ -4,14 +4,7 @@ from isarflow.scattering.band import solve_band
 
 with job(snakemake):
     settings = snakemake.params.settings
-    solve_band(
-        snakemake.input.mesh,
-        snakemake.output[0],
-        sweeps(settings["radar"], settings["aspect"], settings["mesh.bands"], settings["scattering"])[
-            int(snakemake.wildcards.band)
-        ],
-        settings["scattering"],
-        settings["symmetry"],
-        snakemake.threads,
-        snakemake.wildcards.target,
-    )
+    scattering, band, target = settings["scattering"], int(snakemake.wildcards.band), snakemake.wildcards.target
+    sweep = sweeps(settings["radar"], settings["aspect"], settings["mesh.bands"], scattering)[band]
+    how = scattering, settings["symmetry"], snakemake.threads
+    solve_band(snakemake.input.mesh, snakemake.output[0], sweep, *how, target)

@@ -55,12 +55,6 @@ def distances(p, q):
 
 
 @jax.jit
-def green_real(k, r):
-    """Real part of exp(-j k R) / R; 0 where R = 0."""
-    return cosine(k * r) * inverse(r)
-
-
-@jax.jit
-def green_imag(k, r):
-    """Imaginary part of exp(-j k R) / R; 0, not -k, where R = 0: `nearfield` corrects both parts alike."""
-    return -sine(k * r) * inverse(r)
+def green(k, r):
+    """Real and imaginary part of exp(-j k R) / R; 0, not -j k, where R = 0: `nearfield` corrects both parts alike."""
+    return cosine(k * r) * inverse(r), -sine(k * r) * inverse(r)

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.linalg.lapack import zpstrf, ztrtri
 
 from isarflow.scattering.device import give_back
-from isarflow.scattering.factorization import Pool, runs, through_diagonal
+from isarflow.scattering.factorization import Pool, Symmetric, runs
 from isarflow.scattering.plan import SKETCH
 
 FREED = 8  # columns after which free memory is given back
@@ -72,11 +72,10 @@ class Stack:
         return self.room[self.ends[k] : self.ends[k + 1]]
 
 
-class LowRankMatrix:
+class LowRankMatrix(Symmetric):
     """An (N, N) complex-symmetric matrix of single precision in blocks, compressed to a tolerance (absolute, 2-norm).
 
-    spans: the slices of its blocks. Filled by `sampled.fill`, then `factorize`d; after that `between` and
-    `solve` may be called.
+    spans: the slices of its blocks. Filled by `sampled.fill`, then used like SymmetricMatrix.
     """
 
     dtype = np.dtype(np.complex64)
@@ -113,34 +112,18 @@ class LowRankMatrix:
                 done = (j + 1) / count
                 progress(done * done * (3 - 2 * done))
 
-    def part(self, i, j):
-        """V_ij^T, (r, n_j), of a finished column."""
-        place = i - j - 1
-        return self.right[j][self.ends[j][place] : self.ends[j][place + 1]]
+    def _inverses(self):
+        return zip(self.spans, self.diagonal, strict=True)
 
-    def between(self, left, right, groups, threads=1):
-        """left^T A^-1 right for groups (slices) of their columns, (N, D) each: a list of (K, K) complex128.
-
-        One substitution serves both if they are the same array.
-        """
-        y = self._forward(right, threads)
-        x = y if left is right else self._forward(left, threads)
-        return through_diagonal(x, y, zip(self.spans, self.diagonal, strict=True), groups, threads)
-
-    def solve(self, right, threads=1):
-        """A^-1 right, (N, D)."""
-        x = self._forward(right, threads)
-        with Pool(threads):
-            for span, inverse in zip(self.spans, self.diagonal, strict=True):
-                x[span] = inverse @ x[span]
-            above = [[None] * i for i in range(len(self.spans))]
-            for j in reversed(range(len(self.spans))):
-                if j + 1 < len(self.spans):
-                    known = np.concatenate([above[i][j] for i in range(j + 1, len(self.spans))])
-                    x[self.spans[j]] -= self.diagonal[j] @ (self.right[j].T @ known)
-                for k in range(j):
-                    above[j][k] = self.left[j].part(k) @ x[self.spans[j]]
-        return x
+    def _backward(self, x):
+        """L^-T x in place."""
+        above = [[None] * i for i in range(len(self.spans))]
+        for j in reversed(range(len(self.spans))):
+            if j + 1 < len(self.spans):
+                known = np.concatenate([above[i][j] for i in range(j + 1, len(self.spans))])
+                x[self.spans[j]] -= self.diagonal[j] @ (self.right[j].T @ known)
+            for k in range(j):
+                above[j][k] = self.left[j].part(k) @ x[self.spans[j]]
 
     def _forward(self, right, threads):
         """L^-1 right, (N, D)."""
@@ -175,11 +158,11 @@ class _Column:
 
     def couple(self, k):
         """V_ik^T D_k^-1 V_jk for all i > j, stacked (R, r_jk), and for i = j; and the first times U_jk^T R."""
-        matrix, j = self.matrix, self.j
-        mine = matrix.part(j, k)
-        weighted = mine @ matrix.diagonal[k]  # D^-1 is symmetric
+        right, ends, place = self.matrix.right[k], self.matrix.ends[k], self.j - k
+        mine = right[ends[place - 1] : ends[place]]  # V_jk^T
+        weighted = mine @ self.matrix.diagonal[k]  # D^-1 is symmetric
         self.own[k] = mine @ weighted.T
-        self.coupling[k] = matrix.right[k][matrix.ends[k][j - k] :] @ weighted.T
+        self.coupling[k] = right[ends[place] :] @ weighted.T
         self.coupled[k] = self.coupling[k] @ self.sketch[self.ends[k] : self.ends[k + 1]]
 
     def _rows(self, i, k):
@@ -209,15 +192,12 @@ class _Column:
 
         def times(run):
             random = RANDOM[: self.width, run]
-            inner = np.empty((len(left), random.shape[1]), matrix.dtype)
-            sketch = None if run.start == 0 else self.left @ random
-            for k, (begin, end) in enumerate(pairwise(matrix.left[i].ends)):
-                if sketch is None:
-                    inner[begin:end] = self.coupled[k][places[k]]
-                else:
-                    part = sketch[self.ends[k] : self.ends[k + 1]]
-                    np.matmul(self.coupling[k][places[k]], part, out=inner[begin:end])
-            return u @ (v.T @ random) - left.T @ inner
+            if run.start == 0:
+                inner = [self.coupled[k][place] for k, place in enumerate(places)]
+            else:
+                parts = np.split(self.left @ random, self.ends[1:-1])
+                inner = [self.coupling[k][place] @ parts[k] for k, place in enumerate(places)]
+            return u @ (v.T @ random) - left.T @ np.concatenate(inner)
 
         def project(basis):
             adjoint = basis.conj().T

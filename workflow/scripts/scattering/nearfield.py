@@ -8,7 +8,8 @@ import jax.numpy as jnp
 import numpy as np
 from scipy.spatial import cKDTree
 
-from isarflow.scattering.quadrature import cross, dot
+from isarflow.scattering.kernel import distances
+from isarflow.scattering.quadrature import cross, dot, points_of
 
 # A pair is near if the centroids are closer than this many times the sum of the triangles' radii.
 NEAR = 2.0
@@ -35,8 +36,7 @@ def _pairs(field, source):
 def by_chunks(moments, pairs, field, source, dtype):
     """Evaluate `moments(field triangles, source triangles)` for all pairs, CHUNK at a time: (P, 8).
 
-    Triangles are given to it as (3, 3, CHUNK), pairs last, which vectorizes; it returns (8, CHUNK), or a tuple of the
-    real and the imaginary part.
+    It gets triangles (3, 3, CHUNK), pairs last, which vectorizes, and returns (8, CHUNK), or both parts as a tuple.
     """
     parts = [np.zeros((8, 0))]
     for begin in range(0, len(pairs), CHUNK):
@@ -49,6 +49,28 @@ def by_chunks(moments, pairs, field, source, dtype):
         value = np.asarray(found[0]) + 1j * np.asarray(found[1]) if isinstance(found, tuple) else np.asarray(found)
         parts.append(value[:, : len(chunk)])
     return np.concatenate(parts, 1).T
+
+
+def of_images(moments, surface, pairs):
+    """Moments in double precision of near `pairs` of a Surface, for each reflection of the sources: (P, 8)."""
+    images = zip(pairs, surface.reflections, strict=True)
+    return [by_chunks(moments, of, surface.vertices, surface.vertices * signs, np.float64) for of, signs in images]
+
+
+def smooth_minus_coarse(over_source, smooth, whole, k, field, source):
+    """Moments of the smooth part of a kernel by the fine rule, minus those of it whole by the tiles' three points.
+
+    smooth, whole: functions of k and R that give the real and the imaginary part; over_source: moments of a part from
+    the rule, its points on both triangles, and the triangles.
+    """
+    fine, coarse = (by_rule(*rule, over_source, k, field, source) for rule in ((FINE, smooth), (3, whole)))
+    return tuple(a - b for a, b in zip(fine, coarse, strict=True))
+
+
+def by_rule(count, kernel, over_source, k, field, source):
+    """Moments of both parts of a kernel by RULES[count]; arguments as of `smooth_minus_coarse`."""
+    p, q = points_of(count, field), points_of(count, source)
+    return tuple(over_source(count, p, q, field, source, part) for part in kernel(k, distances(p, q)))
 
 
 def area_of(triangles):

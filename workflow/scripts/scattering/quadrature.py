@@ -10,21 +10,17 @@ import numpy as np
 # Near pairs and phases need double precision; the tiles of the matrix use single precision explicitly.
 jax.config.update("jax_enable_x64", True)
 
-# Barycentric points and weights (sum 1). Dunavant, Int. J. Numer. Meth. Eng. 21, 1985: degrees 2, 4 and 5.
-_A6, _B6 = 0.445948490915965, 0.091576213509771
-_A7, _B7 = 0.470142064105115, 0.101286507323456
-
 
 def _orbit(a):
     return [[1 - 2 * a, a, a], [a, 1 - 2 * a, a], [a, a, 1 - 2 * a]]
 
 
+# Barycentric points and weights (sum 1). Dunavant, Int. J. Numer. Meth. Eng. 21, 1985: degrees 2 and 5.
 RULES = {
     3: (np.array(_orbit(1 / 6)), np.full(3, 1 / 3)),
-    6: (np.array(_orbit(_A6) + _orbit(_B6)), np.repeat([0.223381589678011, 0.109951743655322], 3)),
     7: (
-        np.array([[1 / 3] * 3, *_orbit(_A7), *_orbit(_B7)]),
-        np.concatenate([[0.225], np.repeat([0.132394152788506, 0.125939180544827], 3)]),
+        np.array([[1 / 3] * 3, *_orbit(0.470142064105115), *_orbit(0.101286507323456)]),
+        np.array([0.225, *[0.132394152788506] * 3, *[0.125939180544827] * 3]),
     ),
 }
 
@@ -104,12 +100,8 @@ def _edges(point, triangle):
         + dot(offset[1], offset[2]) * r[0]
         + dot(offset[2], offset[0]) * r[1],
     )
-    return SimpleNamespace(
-        normal=normal,
-        height=height,
-        solid_angle=solid_angle,
-        all=[_edge(triangle, offset, r, normal, height, i) for i in range(3)],
-    )
+    edges = [_edge(triangle, offset, r, normal, height, i) for i in range(3)]
+    return SimpleNamespace(normal=normal, height=height, solid_angle=solid_angle, all=edges)
 
 
 def _edge(triangle, offset, r, normal, height, i):

@@ -15,7 +15,7 @@ from itertools import pairwise
 import numpy as np
 from scipy import sparse
 
-from isarflow.scattering.assembly import Block, block_of
+from isarflow.scattering.assembly import Block, Placed, block_of
 from isarflow.scattering.factorization import Pool
 from isarflow.scattering.kernels import TILE
 from isarflow.scattering.lowrank import RANDOM, SKETCH, compress
@@ -28,110 +28,116 @@ DAMPING, ROUNDING = 0.003, 2e-7
 
 
 def fill(entries, matrices, tolerance, threads, progress=lambda done: None):
-    """Fill every parity's LowRankMatrix with the Entries of a symmetric operator.
+    """Fill every parity's LowRankMatrix with the Entries of a symmetric operator. Return the share of whole tiles.
 
-    tolerance: of a tile, relative to the 2-norm of the diagonal blocks; progress(done) is called with the fraction
-    done. Returns the share of tiles that were filled whole.
+    tolerance: of a tile, relative to the 2-norm of the diagonal blocks; progress(done) gets the fraction done
     """
     placed, count = entries.placed, len(entries.placed)
-    panels, checks, near = _panels(entries), _Checks(entries), set(_near_tiles(entries))
-    total, done, wholes = count * (count - 1) // 2, 0, 0
+    panels, near = _panels(entries), _near_tiles(entries)
+    total, done, wholes = max(count * (count - 1) // 2, 1), 0, 0
 
     def whole(i, j, sketch):
-        parities = zip(entries.between(placed[i], placed[j]), matrices, strict=True)
-        return [_from_whole(block, matrix.cut, sketch) for block, matrix in parities]
+        for matrix, block in zip(matrices, entries.between(placed[i], placed[j]), strict=True):
+            matrix.tiles[i, j] = _from_whole(block, matrix.cut, sketch)
+        return 1, 1
 
-    def far(j, number, columns, crossing, exact):
-        """The tiles of a column j whose rows are in a panel, for every parity; and the number filled whole."""
-        rows, found, failed = entries.between(placed[j], panels[number].placed), {}, 0
-        here = panels[j // PATCHES].patches[j]
-        for i, there in panels[number].patches.items():
-            if i <= j or (i, j) in near:
-                continue
-            tiles = []
+    def far(j, here, there, columns, crossing, exact):
+        """Fill the tiles of a column j of panel `here` in the rows of panel `there`: how many, and how many whole."""
+        rows, failed = entries.between(placed[j], there.placed), 0
+        numbers = [i for i in there.patches if i > j and (i, j) not in near]
+        for i in numbers:
+            at, tiles = (there.patches[i], here.patches[j]), []
             for p, matrix in enumerate(matrices):
-                samples = columns[i][p][:, here], rows[p][:, there].T, crossing[p][there, here]
-                true = exact[p][checks.places[i], checks.places[j]]
-                where = checks.numbers[i][p], checks.numbers[j][p]
-                tiles.append(_from_samples(*samples, where, true, matrix.cut))
+                samples = columns[i][p][:, at[1]], rows[p][:, at[0]].T, crossing[p][at]
+                checked, true = (there.checks[i][p], here.checks[j][p]), exact[p][there.places[i], here.places[j]]
+                tiles.append(_from_samples(*samples, checked, true, matrix.cut))
             if any(tile is None for tile in tiles):
-                failed, tiles = failed + 1, whole(i, j, SKETCH)
-            found[i, j] = tiles
-        return found, failed
+                failed += 1
+                whole(i, j, SKETCH)
+            else:
+                for matrix, tile in zip(matrices, tiles, strict=True):
+                    matrix.tiles[i, j] = tile
+        return len(numbers), failed
 
     with Pool(threads) as pool:
-        diagonal = pool.map(lambda block: entries.between(block, block), placed)
-        for i, blocks in enumerate(diagonal):
+        for i, blocks in enumerate(pool.map(lambda block: entries.between(block, block), placed)):
             for matrix, block in zip(matrices, blocks, strict=True):
                 matrix.diagonal[i] = block
         for matrix in matrices:
-            norms = list(pool.map(_norm, matrix.diagonal))
-            matrix.cut = tolerance * float(np.median([norm for norm in norms if norm] or [0.0]))
-        for number, panel in enumerate(panels):
-            first = PATCHES * number
-            columns = dict(
-                zip(
-                    range(first, count),
-                    pool.map(lambda block, panel=panel: entries.between(block, panel.placed), placed[first:]),
-                    strict=True,
-                )
-            )
-            tasks = []
-            for other in range(number, len(panels)):
-                crossing = entries.between(panels[other].placed, panel.placed)
-                exact = entries.between(checks.placed[other], checks.placed[number])
-                tasks += [pool.submit(far, j, other, columns, crossing, exact) for j in panel.patches]
+            norms = [norm for norm in pool.map(_norm, matrix.diagonal) if norm]
+            matrix.cut = tolerance * float(np.median(norms or [0.0]))
+        for number, here in enumerate(panels):
+            below = range(PATCHES * number, count)
+            columns = pool.map(lambda i, here=here: entries.between(placed[i], here.placed), below)
+            columns, tasks = dict(zip(below, columns, strict=True)), []
+            for there in panels[number:]:
+                crossing = entries.between(there.placed, here.placed)
+                exact = entries.between(there.checking, here.checking)
+                tasks += [pool.submit(far, j, here, there, columns, crossing, exact) for j in here.patches]
             # Near tiles have a high rank.
-            of_near = {pair: pool.submit(whole, *pair, 2 * SKETCH) for pair in near if pair[1] in panel.patches}
-            results = (task.result() for task in tasks)
-            for found, failed in (*results, *(({pair: task.result()}, 1) for pair, task in of_near.items())):
-                for pair, tiles in found.items():
-                    for matrix, tile in zip(matrices, tiles, strict=True):
-                        matrix.tiles[pair] = tile
-                done, wholes = done + len(found), wholes + failed
-                progress(done / max(total, 1))
-    return wholes / max(total, 1)
+            tasks += [pool.submit(whole, *pair, 2 * SKETCH) for pair in near if pair[1] in here.patches]
+            for task in tasks:
+                filled, failed = task.result()
+                done, wholes = done + filled, wholes + failed
+                progress(done / total)
+    return wholes / total
 
 
 class _Panel:
-    """The samples of some patches as one placed Block of half functions, and the slice of each patch in it."""
+    """Samples of some patches, and functions that check their tiles, each as a placed Block.
 
-    def __init__(self, entries, numbers):
-        surface, blocks = entries.surface, entries.blocks
-        chosen = [_spread(surface, blocks[number].triangles) for number in numbers]
-        ends = np.cumsum([0, *map(len, chosen)])
-        self.patches = {n: slice(3 * a, 3 * b) for n, (a, b) in zip(numbers, pairwise(ends.tolist()), strict=True)}
+    placed: half functions of the samples, `patches[number]` those of a patch; checking: the functions,
+    `places[number]` those of a patch, which are `checks[number]` of each parity within its span
+    """
+
+    def __init__(self, entries, checks):
+        sampled = [_spread(entries.surface, entries.blocks[number].triangles) for number in checks]
+        ends = np.cumsum([0, *map(len, sampled)]).tolist()
+        self.patches = {n: slice(3 * a, 3 * b) for n, (a, b) in zip(checks, pairwise(ends), strict=True)}
         of_patches = [(TILE * np.arange(3)[:, None] + np.arange(*pair)).reshape(-1) for pair in pairwise(ends)]
         halves = np.repeat(np.concatenate(of_patches)[:, None], 2, 1)
         parities, signs = len(entries.bases), np.tile([1.0, 0.0], (len(halves), 1))
         spans = [slice(0, len(halves))] * parities
-        block = Block(np.concatenate(chosen), spans, [halves] * parities, [signs] * parities)
-        self.placed = entries.place(block)
+        block = Block(np.concatenate(sampled), spans, [halves] * parities, [signs] * parities)
+        self.placed = Placed(block, entries.surface, entries.real)
+        numbers = [np.concatenate(of_parity) for of_parity in zip(*checks.values(), strict=True)]
+        self.checking = Placed(block_of(entries.bases, numbers), entries.surface, entries.real)
+        ends = np.cumsum([0, *(len(own[0]) for own in checks.values())]).tolist()
+        self.places = {n: slice(*pair) for n, pair in zip(checks, pairwise(ends), strict=True)}
+        self.checks = {
+            n: [numbers - span.start for numbers, span in zip(own, entries.blocks[n].spans, strict=True)]
+            for n, own in checks.items()
+        }
 
 
 def _panels(entries):
-    count = len(entries.blocks)
-    return [_Panel(entries, range(n, min(n + PATCHES, count))) for n in range(0, count, PATCHES)]
+    """A _Panel for every PATCHES patches, each checked by evenly chosen functions, the same for all parities."""
+    # A function of two halves exists in every parity that has both its triangles.
+    keys = [basis.halves @ [3 * len(entries.surface.vertices), 1] for basis in entries.bases]
+    shared = np.logical_and.reduce([np.isin(keys[0], key) for key in keys])
+    checks = []
+    for block in entries.blocks:
+        own = keys[0][block.spans[0]][shared[block.spans[0]]]
+        own = own[np.linspace(0, len(own) - 1, min(CHECKS, len(own))).astype(int)]
+        checks.append([np.flatnonzero(np.isin(key, own)) for key in keys])
+    numbered = list(enumerate(checks))
+    return [_Panel(entries, dict(numbered[n : n + PATCHES])) for n in range(0, len(numbered), PATCHES)]
 
 
 def _spread(surface, triangles):
     """Choose SAMPLES of the triangles, each as far as possible from those before it."""
     if len(triangles) == 0:  # of a patch without functions
         return triangles
-    centers = surface.vertices[triangles].mean(1)
-    chosen = [int(np.linalg.norm(centers - centers.mean(0), axis=1).argmax())]
-    apart = np.linalg.norm(centers - centers[chosen[0]], axis=1)
-    while len(chosen) < min(SAMPLES, len(triangles)):
-        chosen.append(int(apart.argmax()))
-        apart = np.minimum(apart, np.linalg.norm(centers - centers[chosen[-1]], axis=1))
+    centers, chosen = surface.vertices[triangles].mean(1), []
+    farthest, apart = np.linalg.norm(centers - centers.mean(0), axis=1), np.inf
+    for _ in range(min(SAMPLES, len(triangles))):
+        chosen.append(int(farthest.argmax()))
+        farthest = apart = np.minimum(apart, np.linalg.norm(centers - centers[chosen[-1]], axis=1))
     return triangles[chosen]
 
 
 def _from_samples(columns, rows, crossing, checked, exact, cut):
-    """U and V of a tile from C (M, S), R (S, N) and W (S, S); None if its true entries contradict them.
-
-    exact: the tile's entries between some of its rows and some of its columns, `checked`
-    """
+    """U and V of a tile from C (M, S), R (S, N), W (S, S); None if its `exact` entries at `checked` contradict them."""
     if exact.size == 0:  # no functions to check it with
         return None
     # In double precision: W's pseudo-inverse is large, but its product with C or R is not.
@@ -162,13 +168,9 @@ def _left_out(columns, rows, crossing, cut):
     count = len(crossing) // 3
     others, out = np.split(np.arange(3 * count).reshape(3, count), [count - count // 4], axis=1)
     others, out = others.reshape(-1), out.reshape(-1)
-    inner, below, beside = (
-        crossing[np.ix_(others, others)],
-        crossing[np.ix_(out, others)],
-        crossing[np.ix_(others, out)],
-    )
-    for_rows = _divided(inner.T, below.T, cut).T
-    for_columns = _divided(inner, beside, cut).astype(np.complex64)
+    inner = crossing[np.ix_(others, others)]
+    for_rows = _divided(inner.T, crossing[np.ix_(out, others)].T, cut).T
+    for_columns = _divided(inner, crossing[np.ix_(others, out)], cut).astype(np.complex64)
     of_rows = rows[out] - for_rows @ rows[others]
     of_columns = columns[:, out] - columns[:, others] @ for_columns
     return max(np.linalg.norm(of_rows), np.linalg.norm(of_columns))
@@ -190,37 +192,11 @@ def _norm(block):
     return float(np.sqrt(np.linalg.norm(x)))
 
 
-class _Checks:
-    """Functions that check tiles: some of every patch, evenly chosen, the same for all parities.
-
-    placed: Blocks of those of PATCHES patches each; numbers: for each patch and parity, within its span, (C,); places:
-    the same within the placed Block, a slice
-    """
-
-    def __init__(self, entries):
-        # A function of two halves exists in every parity that has both its triangles.
-        keys = [basis.halves @ [3 * len(entries.surface.vertices), 1] for basis in entries.bases]
-        shared = np.logical_and.reduce([np.isin(keys[0], key) for key in keys])
-        own = [np.flatnonzero(shared[block.spans[0]]) + block.spans[0].start for block in entries.blocks]
-        own = [keys[0][one[np.linspace(0, len(one) - 1, min(CHECKS, len(one))).astype(int)]] for one in own]
-        chosen = [[np.flatnonzero(np.isin(key, one)) for key in keys] for one in own]
-        self.placed, self.places = [], []
-        for begin in range(0, len(chosen), PATCHES):
-            group = chosen[begin : begin + PATCHES]
-            numbers = [np.concatenate(of_parity) for of_parity in zip(*group, strict=True)]
-            self.placed.append(entries.place(block_of(entries.bases, numbers)))
-            self.places += [slice(*ends) for ends in pairwise(np.cumsum([0, *(len(one[0]) for one in group)]).tolist())]
-        self.numbers = [
-            [numbers - span.start for numbers, span in zip(one, block.spans, strict=True)]
-            for one, block in zip(chosen, entries.blocks, strict=True)
-        ]
-
-
 def _near_tiles(entries):
-    """The tiles (i, j), i > j, with near pairs."""
+    """The tiles (i, j), i > j, with near pairs, a set."""
     triangles, count = [block.triangles for block in entries.blocks], len(entries.surface.vertices)
     rows = np.repeat(np.arange(len(triangles)), [len(of_block) for of_block in triangles])
     holds = sparse.csr_array((np.ones(len(rows)), (rows, np.concatenate(triangles))), (len(triangles), count))
     rows, cols = np.concatenate(entries.near.pairs).T
     touch = (holds @ sparse.csr_array((np.ones(len(rows)), (rows, cols)), 2 * (count,)) @ holds.T).tocoo()
-    return ((i, j) for i, j in zip(*(numbers.tolist() for numbers in touch.coords), strict=True) if i > j)
+    return {(i, j) for i, j in zip(*(numbers.tolist() for numbers in touch.coords), strict=True) if i > j}

@@ -22,17 +22,12 @@ TOLERANCE = {np.dtype(np.complex64): 1e-6, np.dtype(np.complex128): 1e-13}  # of
 
 @dataclass(frozen=True)
 class Samples:
-    """The sampled directions, ring by ring, and the weights that interpolate the excitation to all azimuths.
+    """The sampled directions, ring by ring, and the weights that interpolate the excitation to all azimuths."""
 
-    u: (K, 3) directions to the radar; polarizations: V and H, (K, 3) each; rings: for each elevation its slice of K
-    weights: for each elevation a mapping of V and H to (G, A, k): for each parity, from the ring's k samples to all
-    azimuths
-    """
-
-    u: np.ndarray
-    polarizations: dict
-    rings: list
-    weights: list
+    u: np.ndarray  # (K, 3) directions to the radar
+    polarizations: dict  # V and H, (K, 3) each
+    rings: list  # for each elevation its slice of K
+    weights: list  # for each elevation V and H, (G, A, k): for each parity, from the ring's k samples to all azimuths
 
     def parts(self, ways, columns=np.inf):
         """The rings in runs of about `columns` directions, each with every polarization of `ways`, V and H.
@@ -54,18 +49,15 @@ class Samples:
 
 
 def directions(elevation, azimuth):
-    """Unit vectors towards the radar and its polarizations on a grid of angles in degrees.
-
-    elevation: (E,), azimuth: (A,). Returns u, V, H, each (E, A, 3).
-    """
+    """Unit vectors u towards the radar, V and H, (E, A, 3) each, on a grid of elevations and azimuths in degrees."""
     return unit_vectors(np.asarray(elevation)[:, None], np.asarray(azimuth)[None, :])
 
 
 def rings(elevation, azimuth):
     """Sort directions one by one, (D,) each in degrees, into rings of constant elevation, lowest first.
 
-    Each ring has its elevation, its azimuths (A,), ascending and each once, the places (D,) of its directions in
-    these, and last the numbers (D,) of its directions.
+    A ring is its elevation, its azimuths (A,), ascending and each once, its directions' places in these, and their
+    numbers.
     """
     found = []
     for angle in np.unique(elevation):
@@ -78,9 +70,8 @@ def rings(elevation, azimuth):
 def sample(surface, wavenumber, elevation, azimuth, dtype):
     """The Samples of a sweep: on each ring equally spaced azimuths or the given ones, whichever are fewer.
 
-    surface: Surface, about the z axis (see `middle_of`); wavenumber: rad/m; elevation: (E,) degrees; azimuth: (A,) of
-    all rings, or a list with those of each; dtype: complex64 or complex128, to whose rounding the weights are
-    exact. Directions that are mirror images of each other are sampled once.
+    surface: about the z axis (see `middle_of`); wavenumber: rad/m; elevation: (E,) degrees; azimuth: (A,) of all rings,
+    or a list with those of each; dtype: to its rounding the weights are exact. Mirror images are sampled once.
     """
     radius = np.linalg.norm(surface.vertices[..., :2], axis=-1).max()
     of_rings = azimuth if np.ndim(azimuth[0]) else [azimuth] * len(elevation)
@@ -139,10 +130,7 @@ def _fold(surface, azimuth):
     reflections = surface.reflections
     # The first that fits: a direction in a mirror plane is its own image.
     image = (np.abs(reflections[:, None] * base - points) < 1e-9).all(2).argmax(0)
-    folds = {letter: np.zeros((len(reflections), len(points), len(first))) for letter in "VH"}
-    turned = np.prod(reflections, 1)[image]
-    for parity, character in enumerate(surface.parities):
-        folds["V"][parity, np.arange(len(points)), place.reshape(-1)] = character[image]
-        folds["H"][parity, np.arange(len(points)), place.reshape(-1)] = character[image] * turned
-    base = base[first]
-    return np.rad2deg(np.arctan2(base[:, 1], base[:, 0])), folds
+    of_v = np.zeros((len(reflections), len(points), len(first)))
+    of_v[:, np.arange(len(points)), place.reshape(-1)] = surface.parities[:, image]
+    of_h = of_v * np.prod(reflections, 1)[image, None] + 0.0  # no negative zeros
+    return np.rad2deg(np.arctan2(base[first, 1], base[first, 0])), {"V": of_v, "H": of_h}

@@ -1,9 +1,10 @@
-"""Solve a mesh for its monostatic scattering amplitude over frequencies and directions."""
+"""Solve a mesh for its scattering amplitude over frequencies and directions."""
 
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
+from itertools import product
 
 import jax
 import numpy as np
@@ -13,7 +14,7 @@ from isarflow.core.sweep import C0, Sweep, unit_vectors
 from isarflow.scattering.assembly import Entries, assemble
 from isarflow.scattering.basis import fundamental_domain, rwg
 from isarflow.scattering.device import GeneralOnDevice, SymmetricOnDevice, give_back
-from isarflow.scattering.factorization import GeneralMatrix, Product, SymmetricMatrix
+from isarflow.scattering.factorization import GeneralMatrix, Product, SymmetricMatrix, runs
 from isarflow.scattering.farfield import Excitation
 from isarflow.scattering.lowrank import LowRankMatrix
 from isarflow.scattering.operators import cfie, efie
@@ -60,8 +61,7 @@ def solve(
     vertices: (V, 3) m; triangles: (T, 3); frequencies: (F,) Hz; elevation: (E,), azimuth: (A,) degrees;
     polarizations: receive and transmit, from VV, HH, HV, VH; symmetry: mirror planes of the mesh, e.g. ['xz'];
     precision: single or double; threads: for the linear algebra, without effect on the result;
-    progress(number, part, fraction) is called as the work goes on. Returns a Solution.
-    formulation: efie, or cfie for closed meshes with outward normals;
+    progress(number, part, fraction) is called as the work goes on; formulation: efie, or cfie for closed meshes;
     tolerance: None for whole matrices, or for compressed ones their largest error, relative to the diagonal's norm
     (efie and single precision; see `sampled` and `lowrank`);
     paired: elevation and azimuth, (D,) each, are directions one by one, and the field is (P, F, D);
@@ -72,7 +72,7 @@ def solve(
     if tolerance is not None and (formulation, precision) != ("efie", "single"):
         raise ValueError("compressed matrices are those of the EFIE, in single precision")
     operator, dtype = OPERATORS[formulation], DTYPES[precision]
-    sweep = Sweep(frequencies, np.asarray(elevation), np.asarray(azimuth), polarizations, paired)
+    sweep = Sweep(frequencies, np.asarray(elevation), np.asarray(azimuth), polarizations, paired, receivers)
     operator.check_mesh(vertices, triangles)
     surface = fundamental_domain(vertices, triangles, symmetry)
     bases = [rwg(surface, parity) for parity in surface.parities]
@@ -82,63 +82,23 @@ def solve(
     # About its middle a target needs the fewest directions, and single precision has the most digits of coordinates.
     middle = middle_of(surface)
     surface = replace(surface, vertices=surface.vertices - middle)
-    path = 2 * unit_vectors(*sweep.each)[0] @ middle
-    elevations, azimuths = sweep.each
-    # The mirror image of a direction in the plane xy has the same field, except for the sign of V.
-    mirrored = ("xy" in symmetry) & (elevations < 0)
-    of_rings = rings(np.where(mirrored, -elevations, elevations), azimuths)
-    near = operator.near_terms(surface)
-    excitation = Excitation(surface, bases, dtype)
+    near, excitation = operator.near_terms(surface), Excitation(surface, bases, dtype)
+    directions = (_Bistatic if receivers else _Monostatic)(surface, middle, sweep, operator)
 
-    ways = sorted(set("".join(polarizations)))
-    shape = (len(polarizations), len(frequencies), len(path))
-    field = np.empty(shape + ((len(receivers[0]),) if receivers else ()), np.complex128)
-    residual = np.zeros(len(frequencies))
-    seconds = {part: np.zeros(len(frequencies)) for part in PARTS}
-
+    field = np.empty((len(polarizations), len(frequencies), *directions.shape), np.complex128)
+    residual, seconds = np.zeros(len(frequencies)), np.zeros((len(PARTS), len(frequencies)))
     for n, frequency in enumerate(frequencies):
         k = 2 * np.pi * frequency / C0
-        clock = _Clock(seconds, n)
+        times = [time.perf_counter()]
         system = _System(partial(Entries, operator, surface, bases, k, near), dtype, tolerance, threads)
-        system.assemble(partial(progress, n, "assembly"))
-        clock.lap("assembly")
-        give_back()
-        system.factorize(partial(progress, n, "factorization"))
-        clock.lap("factorization")
-        give_back()
-        samples = sample(surface, k, [ring[0] for ring in of_rings], [ring[1] for ring in of_rings], dtype)
-        of_waves = partial(excitation, k, threads=threads)
-        # A few directions show whether the solution is good enough without refinement.
-        some = slice(None, None, -(-len(samples.u) // PROBED_DIRECTIONS))
-        few = (
-            np.concatenate([samples.u[some]] * len(ways)),
-            np.concatenate([samples.polarizations[w][some] for w in ways]),
-        )
-        residual[n] = system.residual(of_waves(*few, alpha=operator.ALPHA))
-        refined = residual[n] > system.promise
-        if receivers:
-            waves = unit_vectors(*sweep.each), unit_vectors(*receivers)
-            say = partial(progress, n, "directions")
-            field[:, n], worst = _bistatic(system, of_waves, operator, *waves, polarizations, refined, say)
-            residual[n] = max(worst) if refined else residual[n]
-            field[:, n] *= np.exp(1j * k * ((waves[0][0] @ middle)[:, None] + waves[1][0] @ middle))
-        # The refinement assembles the matrix once more, and therefore takes all directions at once.
-        parts = () if receivers else samples.parts(ways, np.inf if refined else COLUMNS)
-        for numbers, u, polarization, groups in parts:
-            progress(n, "directions", numbers[0] / len(samples.rings))
-            received = of_waves(u, polarization)
-            excited = received if operator.SYMMETRIC else of_waves(u, polarization, alpha=operator.ALPHA)
-            if refined:
-                between, residual[n] = system.refined(received, excited, groups)
-            else:
-                between = system.between(received, excited, groups)
-            for place, ring in enumerate(numbers):
-                of_ring = [of_parity[place] for of_parity in between]
-                *_, azimuths, there = of_rings[ring]
-                field[:, n, there] = _amplitudes(of_ring, samples.weights[ring], polarizations, ways)[:, azimuths]
-        for row, ways_of in () if receivers else zip(field[:, n], polarizations, strict=True):
-            row *= np.where(mirrored & (ways_of[0] != ways_of[1]), -1, 1) * np.exp(1j * k * path)
-        clock.lap("directions")
+        for part, work in zip(PARTS, (system.assemble, system.factorize), strict=False):
+            work(partial(progress, n, part))
+            times.append(time.perf_counter())
+            give_back()
+        of_waves, say = partial(excitation, k, threads=threads), partial(progress, n, PARTS[-1])
+        field[:, n] = directions.amplitudes(system, k, of_waves, say)
+        residual[n] = system.residual
+        seconds[:, n] = np.diff([*times, time.perf_counter()])
         # Written so that a NaN fails, too.
         if not residual[n] <= MAX_RESIDUAL:
             raise InputError(
@@ -147,50 +107,94 @@ def solve(
                 "'scattering.precision: double' may help."
             )
         progress(n, "done", 1.0)
-
-    shape = *field.shape[:2], *sweep.shape, *field.shape[3:]
-    return Solution(field.reshape(shape), residual, seconds, unknowns)
-
-
-def _amplitudes(between, weights, polarizations, ways):
-    """f = -V_p^T z^-1 V_q, (P, A), on a ring, from its values between samples by all `ways`, (K, K) per parity."""
-    result = []
-    for receive, transmit in polarizations:
-        total = 0
-        for parity, ring in enumerate(between):
-            count = len(ring) // len(ways)
-            left, right = (slice(w * count, (w + 1) * count) for w in map(ways.index, (receive, transmit)))
-            of_left, of_right = weights[receive][parity], weights[transmit][parity]
-            total += np.einsum("ai,ij,aj->a", of_left, ring[left, right], of_right, optimize=True)
-        # F = sum over the group of chi(g) g h makes a parity's matrix |G| times the one that is stored.
-        result.append(-total / len(between))
-    return np.stack(result)
+    field = field.reshape(*field.shape[:2], *sweep.shape, *field.shape[3:])
+    return Solution(field, residual, dict(zip(PARTS, seconds, strict=True)), unknowns)
 
 
-def _bistatic(system, of_waves, operator, transmitters, receivers, polarizations, refined, progress):
-    """f = -V_p(u_r)^T z^-1 V_q(u_t), (P, D, R), phase about the middle, and the residuals if `refined`.
+class _Monostatic:
+    """Directions of a radar that also receives, (D,), about the `middle` of a target."""
 
-    transmitters, receivers: u, V and H, (D, 3) and (R, 3) each.
-    """
-    letters = dict(zip("VH", (1, 2), strict=True))
-    field = np.zeros((len(polarizations), len(transmitters[0]), len(receivers[0])), np.complex128)
-    parts, residuals = [], []
-    for waves in (transmitters, receivers):
-        count = len(waves[0])
-        parts.append([slice(begin, min(begin + COLUMNS, count)) for begin in range(0, count, COLUMNS)])
-    transmitted = sorted({way[1] for way in polarizations})
-    for number, (letter, sent) in enumerate((letter, sent) for letter in transmitted for sent in parts[0]):
-        progress(number / (len(transmitted) * len(parts[0])))
-        waves = transmitters[0][sent], transmitters[letters[letter]][sent]
-        currents, residual = system.currents(of_waves(*waves, alpha=operator.ALPHA), refined)
-        residuals.append(residual)
-        for row, way in enumerate(polarizations):
-            for there in parts[1] if way[1] == letter else ():
-                received = of_waves(receivers[0][there], receivers[letters[way[0]]][there])
+    def __init__(self, surface, middle, sweep, operator):
+        self.surface, self.operator, self.polarizations = surface, operator, sweep.polarizations
+        self.ways = sorted(set("".join(sweep.polarizations)))
+        elevations, azimuths = sweep.each
+        self.path = 2 * unit_vectors(elevations, azimuths)[0] @ middle
+        self.shape = self.path.shape
+        # The mirror image of a direction in the plane xy has the same field, except for the sign of V.
+        self.mirrored = (2 in surface.axes) & (elevations < 0)
+        self.rings = rings(np.where(self.mirrored, -elevations, elevations), azimuths)
+
+    def amplitudes(self, system, wavenumber, of_waves, progress):
+        """f (P, D) at one wavenumber; of_waves: the `Excitation` there."""
+        samples = self.probe(system, wavenumber, of_waves)
+        field = np.empty((len(self.polarizations), *self.shape), np.complex128)
+        # The refinement assembles the matrix once more, and therefore takes all directions at once.
+        for numbers, u, polarization, groups in samples.parts(self.ways, np.inf if system.refines else COLUMNS):
+            progress(numbers[0] / len(samples.rings))
+            received = of_waves(u, polarization)
+            alpha = self.operator.ALPHA
+            excited = received if self.operator.SYMMETRIC else of_waves(u, polarization, alpha=alpha)
+            between = system.between(received, excited, groups)
+            for place, ring in enumerate(numbers):
+                of_ring = [of_parity[place] for of_parity in between]
+                *_, azimuths, there = self.rings[ring]
+                field[:, there] = self._of_ring(of_ring, samples.weights[ring])[:, azimuths]
+        for row, (receive, transmit) in zip(field, self.polarizations, strict=True):
+            sign = np.where(self.mirrored & (receive != transmit), -1, 1)
+            row *= sign * np.exp(1j * wavenumber * self.path)
+        return field
+
+    def probe(self, system, wavenumber, of_waves):
+        """The samples of all directions; a few of them show whether the solution is good without refinement."""
+        elevations, azimuths = zip(*(ring[:2] for ring in self.rings), strict=True)
+        samples = sample(self.surface, wavenumber, elevations, azimuths, system.dtype)
+        some = slice(None, None, -(-len(samples.u) // PROBED_DIRECTIONS))
+        u = np.concatenate([samples.u[some]] * len(self.ways))
+        polarization = np.concatenate([samples.polarizations[way][some] for way in self.ways])
+        system.probe(of_waves(u, polarization, alpha=self.operator.ALPHA))
+        return samples
+
+    def _of_ring(self, between, weights):
+        """f = -V_p^T z^-1 V_q, (P, A), on a ring, from its values between samples by all `ways`, (K, K) per parity."""
+        result = []
+        for receive, transmit in self.polarizations:
+            total = 0
+            for parity, ring in enumerate(between):
+                count = len(ring) // len(self.ways)
+                left, right = (slice(w * count, (w + 1) * count) for w in map(self.ways.index, (receive, transmit)))
+                of_left, of_right = weights[receive][parity], weights[transmit][parity]
+                total += np.einsum("ai,ij,aj->a", of_left, ring[left, right], of_right, optimize=True)
+            # F = sum over the group of chi(g) g h makes a parity's matrix |G| times the one that is stored.
+            result.append(-total / len(between))
+        return np.stack(result)
+
+
+class _Bistatic(_Monostatic):
+    """Directions of a radar that transmits, (D,), and of receivers, (R,)."""
+
+    def __init__(self, surface, middle, sweep, operator):
+        super().__init__(surface, middle, sweep, operator)
+        ends = unit_vectors(*sweep.each), unit_vectors(*sweep.receivers)
+        self.transmitters, self.receivers = (dict(zip("uVH", end, strict=True)) for end in ends)
+        self.path = (ends[0][0] @ middle)[:, None] + ends[1][0] @ middle
+        self.shape = self.path.shape
+
+    def amplitudes(self, system, wavenumber, of_waves, progress):
+        """f = -V_p(u_r)^T z^-1 V_q(u_t), (P, D, R); arguments as of `_Monostatic`."""
+        self.probe(system, wavenumber, of_waves)
+        field = np.empty((len(self.polarizations), *self.shape), np.complex128)
+        here, there = (runs(count, COLUMNS) for count in self.shape)
+        transmitted = sorted({way[1] for way in self.polarizations})
+        for number, (letter, sent) in enumerate(product(transmitted, here)):
+            progress(number / (len(transmitted) * len(here)))
+            waves = self.transmitters["u"][sent], self.transmitters[letter][sent]
+            currents = system.currents(of_waves(*waves, alpha=self.operator.ALPHA))
+            rows = [row for row, way in enumerate(self.polarizations) if way[1] == letter]
+            for row, part in product(rows, there):
+                received = of_waves(self.receivers["u"][part], self.receivers[self.polarizations[row][0]][part])
                 total = sum(x.T @ y for x, y in zip(currents, received, strict=True))
-                # As in `_amplitudes`.
-                field[row, sent, there] = -total / len(currents)
-    return field, residuals
+                field[row, sent, part] = -total / len(currents)  # as in `_of_ring`
+        return field * np.exp(1j * wavenumber * self.path)
 
 
 class _System:
@@ -220,34 +224,32 @@ class _System:
         for p, matrix in enumerate(self.matrices):
             matrix.factorize(self.threads, lambda done, p=p: progress((p + done) / len(self.matrices)))
 
+    def probe(self, excited):
+        """Measure `residual`, |A x - b| / |b|, of some right sides: if it is too large, all solutions are refined."""
+        self.residual = self._residual(excited, self._solve(excited))
+        self.refines = self.residual > self.promise
+        if self.refines:
+            self.residual = 0.0  # from now on the largest of a refined solution
+
     def between(self, received, excited, groups):
         """V_p^T z^-1 V_q for each parity between the columns of each group: of received and excited, (N, K)."""
-        return [
-            matrix.between(left, right, groups, self.threads)
-            for matrix, left, right in zip(self.matrices, received, excited, strict=True)
-        ]
+        if self.refines:
+            sides = zip(received, self.currents(excited), strict=True)
+            return [[left[:, group].T @ right[:, group] for group in groups] for left, right in sides]
+        sides = zip(self.matrices, received, excited, strict=True)
+        return [matrix.between(left, right, groups, self.threads) for matrix, left, right in sides]
 
-    def refined(self, received, excited, groups):
-        """As `between`, after a step of refinement, or two if one does not keep the promise; and the residual."""
-        currents, residual = self.currents(excited, refined=True)
-        return [
-            [left[:, group].T @ right[:, group] for group in groups]
-            for left, right in zip(received, currents, strict=True)
-        ], residual
-
-    def currents(self, excited, refined):
-        """Currents (N, D) of each parity, and their residual, 0 if they are not refined."""
-        currents, residual = self._solve(excited), 0.0
-        for _ in range(2 if refined else 0):
-            currents = self._refined(excited, currents)
-            residual = self._residual(excited, currents)
-            if residual <= self.promise:
-                break
-        return currents, residual
-
-    def residual(self, excited):
-        """|A x - b| / |b| of the present solution."""
-        return self._residual(excited, self._solve(excited))
+    def currents(self, excited):
+        """Currents (N, D) of each parity, after up to two steps of refinement if one does not keep the promise."""
+        currents = self._solve(excited)
+        if self.refines:
+            for _ in range(2):
+                currents = self._refined(excited, currents)
+                residual = self._residual(excited, currents)
+                if residual <= self.promise:
+                    break
+            self.residual = float(np.maximum(self.residual, residual))  # NaN stays
+        return currents
 
     def _solve(self, right):
         return [matrix.solve(b, self.threads) for matrix, b in zip(self.matrices, right, strict=True)]
@@ -275,15 +277,3 @@ def _residual(rows, numbers, right, solution):
     # A parity that a direction does not excite has no right side to compare with.
     excited = scale > 1e-6 * scale.max(initial=0)
     return float((np.linalg.norm(difference, axis=0)[excited] / scale[excited]).max(initial=0.0))
-
-
-class _Clock:
-    """A clock that writes the seconds between laps."""
-
-    def __init__(self, seconds, n):
-        self.seconds, self.n, self.start = seconds, n, time.perf_counter()
-
-    def lap(self, part):
-        now = time.perf_counter()
-        self.seconds[part][self.n] = now - self.start
-        self.start = now

@@ -5,6 +5,7 @@ limit of perfect conduction, with exp(+j omega t) and the amplitude E_s = f exp(
 """
 
 import json
+from pathlib import Path
 
 import numpy as np
 from scipy.spatial import ConvexHull
@@ -21,16 +22,16 @@ DIRECTION = 20.0, 10.0  # azimuth and elevation in degrees, off the mesh's axes 
 def check(path, scattering, edges_per_wavelength, threads):
     """Solve a sphere of RADIUS wavelengths with a config's settings and write the result beside Mie's, as JSON.
 
-    The wavelength is 1 m: only lengths in wavelengths matter. residual and unknowns are None for a solver without a
-    linear system; if a solver refuses the sphere, only the reason, `refused`, is written.
+    residual and unknowns are None for a solver without a linear system; if a solver refuses the sphere, only the
+    reason, `refused`, is written.
     """
     vertices, triangles = icosphere(RADIUS, 1 / edges_per_wavelength)
     azimuth, elevation = (np.array([angle]) for angle in DIRECTION)
-    sweep = Sweep(np.array([C0]), elevation, azimuth, ["VV"])
+    sweep = Sweep(np.array([C0]), elevation, azimuth, ["VV"])  # a wavelength of 1 m
     try:
         solution = build(scattering).solve(vertices, triangles, sweep, [], threads, lambda *progress: None)
     except InputError as error:  # a user's own solver may accept no sphere
-        _write(path, {"refused": str(error)})
+        Path(path).write_text(json.dumps({"refused": str(error)}, indent=1))
         return
     field, mie = complex(solution.field[0, 0, 0, 0]), complex(backscatter(2 * np.pi, RADIUS))
     ratio = field / mie
@@ -45,15 +46,9 @@ def check(path, scattering, edges_per_wavelength, threads):
         "phase_deg": np.degrees(np.angle(ratio)),
         "residual": None if solution.residual is None else float(solution.residual[0]),
     }
-    print(
-        f"sphere of {RADIUS:g} wavelengths: {found['error_db']:+.3f} dB and {found['phase_deg']:+.2f} degrees from Mie"
-    )
-    _write(path, found)
-
-
-def _write(path, found):
-    with open(path, "w") as file:
-        json.dump(found, file, indent=1)
+    apart = f"{found['error_db']:+.3f} dB and {found['phase_deg']:+.2f} degrees"
+    print(f"sphere of {RADIUS:g} wavelengths: {apart} from Mie")
+    Path(path).write_text(json.dumps(found, indent=1))
 
 
 def backscatter(wavenumber, radius):

@@ -34,11 +34,8 @@ def write_field(store_path, field, polarizations, frequency, elevation, azimuth,
     if receivers:
         dims, name = [*dims, "receiver"], "bistatic amplitude"
         for angle, of in zip(("elevation", "azimuth"), receivers, strict=True):
-            coordinates[f"receiver_{angle}"] = (
-                "receiver",
-                of,
-                {"units": "degrees", "long_name": f"{angle} of the receiver"},
-            )
+            attributes = {"units": "degrees", "long_name": f"{angle} of the receiver"}
+            coordinates[f"receiver_{angle}"] = ("receiver", of, attributes)
     dataset = xr.Dataset(
         {"field": (dims, field, {"units": "m", "long_name": name})},
         coords=coordinates,

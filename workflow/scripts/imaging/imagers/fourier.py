@@ -51,6 +51,7 @@ class Imager(Formation):
 
     def __init__(self, frequency, angle, settings):
         super().__init__(frequency, angle, settings)
+        self.reformat = settings["reformat"]
         self.windows = [window(settings["window"], len(samples)) for samples in (frequency, angle)]
 
     def axes(self):
@@ -59,7 +60,7 @@ class Imager(Formation):
         As many as there are samples, or `upsample` a side: more pixels over the same extent, pi / step.
         """
         axes, wanted = [], self.settings["upsample"]
-        for k in wavenumber_grid(self.frequency, self.angle, self.settings["reformat"]):
+        for k in wavenumber_grid(self.frequency, self.angle, self.reformat):
             count = len(k) if wanted == "none" else wanted
             if count < len(k):
                 raise InputError(
@@ -76,45 +77,40 @@ class Imager(Formation):
     def matrix(self, down, cross):
         """The map from an aperture's samples to the image at ranges `down` (D,) and crossranges `cross` (C,), in m.
 
-        Returns complex64 (D * C, F * A), both in C order of (range, crossrange) and (frequency, angle).
-        `exact` also weights its samples with k, as they are less dense in the plane (kx, ky) where k is large
-        (d kx d ky = k dk dphi).
+        Returns complex64 (D * C, F * A), both in C order of (range, crossrange) and (frequency, angle). `exact` also
+        weights its samples with k, as they are less dense where k is large (d kx d ky = k dk dphi).
         """
         frequency, angle, (over_range, over_cross) = self.frequency, self.angle, self.windows
-        if self.settings["reformat"] == "exact":
+        if self.reformat == "exact":
             k = 2 * np.pi * frequency / C0
             weight = np.outer(over_range * k, over_cross)
             to_range = np.exp(2j * np.multiply.outer(down, np.outer(k, np.cos(angle)))) * (weight / weight.sum())
             to_cross = np.exp(-2j * np.multiply.outer(cross, np.outer(k, np.sin(angle))))
-            matrix = to_range[:, None] * to_cross
-            return matrix.reshape(len(down) * len(cross), -1).astype(np.complex64)
-        kx, ky = wavenumber_grid(frequency, angle, self.settings["reformat"])
+            return (to_range[:, None] * to_cross).reshape(len(down) * len(cross), -1).astype(np.complex64)
+        kx, ky = wavenumber_grid(frequency, angle, self.reformat)
         to_range = np.exp(2j * np.outer(down, kx)) * over_range
         to_cross = np.exp(-2j * np.outer(cross, ky)) * over_cross
         matrix = np.kron(to_range, to_cross)
-        if self.settings["reformat"] == "polar":
+        if self.reformat == "polar":
             matrix = matrix @ bilinear_weights(frequency, angle, kx, ky)
         return matrix.astype(np.complex64)
 
     def carrier(self):
-        return float(
-            wavenumber_grid(self.frequency, self.angle, self.settings["reformat"])[0][len(self.frequency) // 2]
-        )
+        return float(wavenumber_grid(self.frequency, self.angle, self.reformat)[0][len(self.frequency) // 2])
 
     def words(self):
-        way = self.settings["reformat"]
-        reformatting = "plain FFT" if way == "none" else f"{way} reformatting"
+        reformatting = "plain FFT" if self.reformat == "none" else f"{self.reformat} reformatting"
         return f"{self.settings['window']} window, {reformatting}"
 
     def warnings(self, geometry):
         # Over the aperture a scatterer at cross-range c moves c x angle in range; the plain FFT ignores this.
         walk = np.radians(geometry["aperture_angle"]) * geometry["crossrange_extent"] / 2
-        if self.settings["reformat"] != "none" or walk <= geometry["range_resolution"]:
+        if self.reformat != "none" or walk <= geometry["range_resolution"]:
             return []
         return [
-            f"'imaging.reformat: none' blurs: a scatterer at the edge walks {walk:.2f} m in range over the aperture of"
-            f" {geometry['aperture_angle']:.1f} degrees, and the resolution is {geometry['range_resolution']:.2f} m."
-            " Use 'polar' or 'exact'."
+            f"'imaging.reformat: none' blurs: a scatterer at the edge walks {walk:.2f} m in range over the aperture of "
+            f"{geometry['aperture_angle']:.1f} degrees, and the resolution is {geometry['range_resolution']:.2f} m. "
+            "Use 'polar' or 'exact'."
         ]
 
 
@@ -122,9 +118,8 @@ def wavenumber_grid(frequency, angle, reformat):
     """The uniform grid (kx, ky) in rad/m on which the DFT works, as many values as frequencies and angles.
 
     frequency: Hz. angle: relative azimuth in rad, symmetric about 0.
-    `polar`: the rectangle inscribed in the sampled sector (k cos, k sin), its near side at the lowest k.
-    `exact`: the same, as it has the pixels of `polar`.
-    `none`: k, and the centre k times the angle, as if the sector were a rectangle.
+    `none`: k, and the centre k times the angle, as if the sector were a rectangle. `polar`, and `exact`, which has its
+    pixels: the rectangle inscribed in the sampled sector (k cos, k sin), its near side at the lowest k.
     InputError if the sector is too wide for its depth to hold a rectangle with half its bandwidth.
     """
     k = 2 * np.pi * frequency / C0
@@ -144,10 +139,7 @@ def wavenumber_grid(frequency, angle, reformat):
 
 
 def bilinear_weights(frequency, angle, kx, ky):
-    """Bilinear interpolation from the uniform (frequency, angle) samples to the (kx, ky) grid, as a matrix.
-
-    Shape (len(kx) * len(ky), len(frequency) * len(angle)); every row sums to 1.
-    """
+    """Bilinear interpolation from the uniform (frequency, angle) samples, F * A, to the (kx, ky) grid, as a matrix."""
     kx, ky = (axis.ravel() for axis in np.meshgrid(kx, ky, indexing="ij"))
     low_f, part_f = _cells(np.hypot(kx, ky) * C0 / (2 * np.pi), frequency)
     low_a, part_a = _cells(np.arctan2(ky, kx), angle)

@@ -25,8 +25,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from isarflow.scattering.closed import check_closed
-from isarflow.scattering.kernel import cosine, distances, inverse, sine
-from isarflow.scattering.nearfield import FINE, area_of, by_chunks
+from isarflow.scattering.kernel import cosine, inverse, sine
+from isarflow.scattering.nearfield import FINE, area_of, by_chunks, of_images, smooth_minus_coarse
 from isarflow.scattering.operators import efie
 from isarflow.scattering.quadrature import cross, dot, points_of, static_gradient, weighted_sum
 
@@ -37,10 +37,8 @@ from isarflow.scattering.quadrature import cross, dot, points_of, static_gradien
 #   box 0.8 x 0.4 x 0.02 wavelengths     18, 10, 7, 1.5 % of the peak
 # The condition number does not matter to the direct solver: at a resonance of a sphere it is 21 for 0.8, 38 for 0.9 and
 # 1.8 million for the EFIE. Finer quadrature of near pairs changes these errors by a sixth at most.
-# At the resonances of spheres (ka = 2.744 and 4.493, 10.06 edges a wavelength) the CFIE's backscatter errs by 0.098 and
-# 0.040 dB, the EFIE's by 0.106 and 0.039 dB, as beside them: the cavity's mode does not radiate. But the EFIE's
-# condition number is 800,000 and 450,000 there, and in single precision its residual, else 3e-6, reaches 4e-4 and,
-# before the refinement, more than 1e-3.
+# At the resonances of spheres (ka = 2.744 and 4.493) both err as beside them, 0.1 and 0.04 dB: the cavity's mode does
+# not radiate. But in single precision the EFIE's residual, else 3e-6, reaches 4e-4 there, or 1e-3 before a refinement.
 ALPHA = 0.9
 
 SYMMETRIC = False
@@ -51,11 +49,7 @@ check_mesh = check_closed
 def near_terms(surface):
     """`efie.near_terms`, and moments of the static part of grad G for each reflection, a list of (P, 8)."""
     electric = efie.near_terms(surface)
-    magnetic = [
-        by_chunks(_static_moments, pair, surface.vertices, surface.vertices * signs, np.float64)
-        for pair, signs in zip(electric.pairs, surface.reflections, strict=True)
-    ]
-    return replace(electric, magnetic=magnetic)
+    return replace(electric, magnetic=of_images(_static_moments, surface, electric.pairs))
 
 
 def corrections(near, surface, wavenumber, real):
@@ -63,7 +57,7 @@ def corrections(near, surface, wavenumber, real):
     result = []
     z = efie.corrections(near, surface, wavenumber, real)
     for g, (pairs, signs) in enumerate(zip(near.pairs, surface.reflections, strict=True)):
-        change = partial(_smooth_minus_coarse, real(wavenumber))
+        change = partial(smooth_minus_coarse, _over_source, _smooth, _whole, real(wavenumber))
         moments = near.magnetic[g] + by_chunks(change, pairs, surface.vertices, surface.vertices * signs, real)
         m = _from_moments(moments, pairs, surface, signs)
         result.append(ALPHA * z[g] + (1 - ALPHA) * 1j / wavenumber * m)
@@ -105,19 +99,8 @@ def _static_moments(field, source):
     return _moments(FINE, points - field.mean(0)[:, None], _normal(field), gradient)
 
 
-def _smooth_minus_coarse(k, field, source):
-    """Moments of grad (G - 1 / R) by the fine rule, minus those of grad G by the three points of the tiles."""
-    fine, coarse = _by_rule(FINE, _smooth, k, field, source), _by_rule(3, _whole, k, field, source)
-    return tuple(a - b for a, b in zip(fine, coarse, strict=True))
-
-
-def _by_rule(count, kernel, k, field, source):
-    p, q = points_of(count, field), points_of(count, source)
-    return tuple(_over_source(count, p, q, field, part) for part in kernel(k, distances(p, q)))
-
-
 @partial(jax.jit, static_argnums=0)
-def _over_source(count, p, q, field, g):
+def _over_source(count, p, q, field, _, g):
     gradient = jnp.stack([weighted_sum(count, g * (p[x][:, None] - q[x])) for x in range(3)])
     return _moments(count, p - field.mean(0)[:, None], _normal(field), gradient)
 

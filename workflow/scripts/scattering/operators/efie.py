@@ -12,8 +12,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from isarflow.scattering.kernel import cosine, distances, green_imag, green_real, inverse, sine
-from isarflow.scattering.nearfield import FINE, area_of, by_chunks, pairs_of
+from isarflow.scattering.kernel import cosine, green, inverse, sine
+from isarflow.scattering.nearfield import FINE, area_of, by_chunks, of_images, pairs_of, smooth_minus_coarse
 from isarflow.scattering.quadrature import dot, points_of, static_potentials, weighted_sum
 
 ALPHA = 1  # the EFIE alone: see `cfie`
@@ -26,25 +26,17 @@ def check_mesh(vertices, triangles):
 
 @dataclass(frozen=True)
 class Near:
-    """Near pairs of a Surface for each reflection of the sources, and the moments that are valid at every frequency.
+    """Near pairs of a Surface and their moments valid at every frequency, lists over the reflections of the sources."""
 
-    pairs: a list over the group's elements of (P, 2) triangle numbers, field and source, in both orders
-    static: a list of (P, 8) moments of 1 / R (see `_moments`); magnetic: of grad (1 / R), where `cfie` needs them
-    """
-
-    pairs: list
-    static: list
-    magnetic: list = ()
+    pairs: list  # (P, 2) triangle numbers, field and source, in both orders
+    static: list  # (P, 8) moments of 1 / R (see `_moments`)
+    magnetic: list = ()  # of grad (1 / R), where `cfie` needs them
 
 
 def near_terms(surface):
     """Terms of the near pairs of a Surface that are computed once for all frequencies."""
     pairs = pairs_of(surface)
-    static = [
-        by_chunks(_static_moments, pair, surface.vertices, surface.vertices * signs, np.float64)
-        for pair, signs in zip(pairs, surface.reflections, strict=True)
-    ]
-    return Near(pairs, static)
+    return Near(pairs, of_images(_static_moments, surface, pairs))
 
 
 def corrections(near, surface, wavenumber, real):
@@ -53,7 +45,7 @@ def corrections(near, surface, wavenumber, real):
     for pairs, static, signs in zip(near.pairs, near.static, surface.reflections, strict=True):
         # Terms integrated in the same way over both triangles are the same for both orders of a pair.
         once = pairs[:, 0] <= pairs[:, 1]
-        change = partial(_smooth_minus_coarse, real(wavenumber))
+        change = partial(smooth_minus_coarse, _over_source, _smooth, green, real(wavenumber))
         smooth = by_chunks(change, pairs[once], surface.vertices, surface.vertices * signs, real)
         moments = static.astype(np.complex128)
         moments[once] += np.where(pairs[once, 0] < pairs[once, 1], 2, 1)[:, None] * smooth
@@ -74,6 +66,7 @@ def _moments(count, rho, scalar, vector):
 
 
 def _static_moments(field, source):
+    # In two pieces of compiled code: in one it rounds otherwise.
     points = points_of(FINE, field)
     return _of_potentials(points, field, source, *_potentials(points, source))
 
@@ -91,31 +84,12 @@ def _of_potentials(points, field, source, scalar, vector):
     return _moments(FINE, points - field.mean(0)[:, None], scalar, vector)
 
 
-def _smooth_minus_coarse(k, field, source):
-    """Moments of (exp(-j k R) - 1) / R by the fine rule, minus those by the three points of `assembly`."""
-    fine = _by_rule(FINE, (_smooth_real, _smooth_imag), k, field, source)
-    coarse = _by_rule(3, (green_real, green_imag), k, field, source)
-    return tuple(a - b for a, b in zip(fine, coarse, strict=True))
-
-
-# (exp(-j k R) - 1) / R = -j k exp(-j k R / 2) sinc(k R / 2): no cancellation at R = 0
-
-
 @jax.jit
-def _smooth_real(k, distance):
-    return -2 * sine(k * distance / 2) ** 2 * inverse(distance)
-
-
-@jax.jit
-def _smooth_imag(k, distance):
+def _smooth(k, distance):
+    """(exp(-j k R) - 1) / R = -j k exp(-j k R / 2) sinc(k R / 2), both parts: no cancellation at R = 0."""
     half = k * distance / 2
-    return jnp.where(half > 0, -2 * sine(half) * cosine(half) * inverse(distance), -k)
-
-
-def _by_rule(count, parts, k, field, source):
-    p, q = points_of(count, field), points_of(count, source)
-    r = distances(p, q)
-    return tuple(_over_source(count, p, q, field, source, part(k, r)) for part in parts)
+    real = -2 * sine(half) ** 2 * inverse(distance)
+    return real, jnp.where(half > 0, -2 * sine(half) * cosine(half) * inverse(distance), -k)
 
 
 @partial(jax.jit, static_argnums=0)

@@ -34,14 +34,12 @@ class Solver(FieldSolver):
         from isarflow.core.compiled import keep_compiled
         from isarflow.scattering.solve import solve
 
-        measures = {"unknowns": topology.unknowns(triangles), "triangles": len(triangles)}
-        measures["box"] = np.ptp(vertices, axis=0)
+        box = np.ptp(vertices, axis=0)
+        measures = {"unknowns": topology.unknowns(triangles), "triangles": len(triangles), "box": box}
         settings = self._settings(measures, len(symmetry), sweep)
         kind = "whole" if settings["tolerance"] is None else f"compressed to {settings['tolerance']:g}"
         print(f"on {keep_compiled()}, with {kind} matrices")
-        asked = sweep.frequency, sweep.elevation, sweep.azimuth, sweep.polarizations
         _, seconds = at_one_frequency(measures, len(symmetry), sweep, **settings)
-
         parts = dict(zip(seconds, np.cumsum([0.0, *seconds.values()]), strict=False))  # when each begins
 
         def say(n, part, done):
@@ -49,8 +47,9 @@ class Solver(FieldSolver):
             so_far = parts[part] + done * seconds[part] if part in parts else sum(seconds.values())
             progress(n, part, done, so_far / sum(seconds.values()))
 
-        how = settings | {"paired": sweep.paired, "receivers": sweep.receivers}
-        solution = solve(vertices, triangles, *asked, symmetry, threads=threads, progress=say, **how)
+        asked = sweep.frequency, sweep.elevation, sweep.azimuth, sweep.polarizations, symmetry
+        how = settings | {"paired": sweep.paired, "receivers": sweep.receivers, "threads": threads}
+        solution = solve(vertices, triangles, *asked, progress=say, **how)
         return replace(solution, used={"tolerance": settings["tolerance"]})
 
     def _settings(self, measures, planes, sweep):
