@@ -45,6 +45,7 @@ def test_an_experiment_is_a_run():
         "first": True,
         "upsample": "none",
         "channels": "all",
+        "without": [],
     }
     for fold in (1, 2, 3):
         run = found[f"b_fold{fold}"]

@@ -2,6 +2,7 @@
 
 import copy
 import datetime
+import re
 
 import pytest
 
@@ -640,3 +641,23 @@ def test_what_learning_does_not_use_is_said_once(case):
     )
     lines = [line for line in overview(config, "results/none") if "Warning" in line and "extent" not in line]
     assert len(lines) == len(said) and all(text in line for text, line in zip(said, lines, strict=True)), lines
+
+
+def of_classes(**experiment):
+    """A config of four known targets in two classes, and one experiment."""
+    drones, missiles = ({**KNOWN, "class": name} for name in ("drone", "missile"))
+    targets = {"*": None, "a": drones, "b": drones, "c": missiles, "d": missiles}
+    return {"targets": targets, **one_experiment(**experiment)}
+
+
+def test_targets_may_share_a_class_and_stay_out_of_training():
+    assert runs(load(of_classes(without=["d", "b"])))["e"]["without"] == ["b", "d"]
+    for overlay, text in (
+        (of_classes(without=["a", "b"]), "'learning.experiments.e.without' leaves no target of the class drone"),
+        (of_classes(without=["e"]), "'learning.experiments.e.without': e is none of 'targets of role known'"),
+        ({"targets": {"*": None, "a": {**KNOWN, "class": "c"}, "c": KNOWN}, **one_experiment()}, "of one class, c"),
+        ({"targets": {"ufo": {"class": "drone"}}}, "'targets.ufo.class': only a target of role known has a class"),
+        ({"targets": {"drone": {"class": "other"}}}, "'targets.drone.class': 'other' is what images of no known"),
+    ):
+        with pytest.raises(InputError, match=re.escape(text)):
+            load(overlay)

@@ -12,7 +12,18 @@ from isarflow.learning.split import divisions
 CLEAN = "clean"
 TOLERANCE = 1e-4  # degrees: two angles nearer than this are the same one
 # The parts of a run that its models depend on. The rest (its models, whether it is open) may change without a new fit.
-LEARNED = ("channels", "division", "elevation", "experiment", "name", "random_snr", "snrs", "split", "upsample")
+LEARNED = (
+    "channels",
+    "division",
+    "elevation",
+    "experiment",
+    "name",
+    "random_snr",
+    "snrs",
+    "split",
+    "upsample",
+    "without",
+)
 
 # The reference thesis's method of the open set: model, training SNR, confidence score. Others are compared with it.
 REFERENCE = ("capsule", "clean", "zncc")
@@ -27,7 +38,7 @@ def runs(config):
     (those of the training images, numbers or 'clean'), random_snr (whether each batch is drawn from one of them), open
     (whether unknown targets are tested), lacks_unknown (whether they should be and there are none), split (a scheme),
     division (the fields of its `Division`), first (whether its fold is the experiment's first), upsample (pixels a
-    side, or none) and channels (a list of polarizations, or all).
+    side, or none), channels (a list of polarizations, or all) and without (the known targets that do not train).
     InputError for two runs of one name.
     """
     every, learning = {}, config["learning"]
@@ -46,6 +57,7 @@ def runs(config):
             "split": experiment.get("split", learning["split"]["scheme"]),
             "upsample": experiment.get("upsample", "none"),
             "channels": sorted(experiment["channels"]) if "channels" in experiment else "all",
+            "without": sorted(experiment.get("without", [])),
         }
         trainings = {f"{name}_{label(snr)}": [snr] for snr in values} if kind == "each" else {name: values}
         every_fold = divisions(shared["split"], learning["split"], config["seed"], config["imaging"]["aperture"])
@@ -58,6 +70,11 @@ def runs(config):
             own = {"name": run, "snrs": snrs, "division": asdict(division), "first": division is tested[0]}
             every[run] = shared | own
     return every
+
+
+def class_of(targets, name):
+    """The class that models learn of a known target, of the config's `targets`: that which it states, or its name."""
+    return targets[name].get("class", name)
 
 
 def channels_of(run, every):

@@ -1,6 +1,8 @@
 """Predictions of one fitted model at every SNR."""
 
+from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -26,6 +28,7 @@ class Tested(NamedTuple):
     planes: dict  # of the targets, by name: their mirror planes
     is_open: bool  # True if tables have confidence scores, too
     realizations: int  # of each view's noise, at most
+    classes: Mapping = MappingProxyType({})  # of known targets, by name; one that is not there is its own class
 
 
 def predict(stores, tested, folder, outputs):
@@ -60,12 +63,18 @@ def predict_at(model, stores, tested, divided, config):
     who = describe(config["model"], run["name"], config["kind"])
     # Only at random does a view left out relate to the rest of the library as a test view does to all of it.
     leaves_out = is_open and model.leaves_out and run["split"] == "random" and run["elevation"] == "all"
+    without = run.get("without", [])
     for store in sorted(stores, key=images.target_of):
-        role = tested.roles[images.target_of(store)]
+        target = images.target_of(store)
+        role = tested.roles[target]
+        sides = SIDES[role]
+        if role == "known" and without:
+            # Of known targets those that did not train are tested, and those that did validate.
+            sides = ("test",) if target in without else ("validation",)
         # The last bits of a score depend on the rest of its batch. Test images have their own batches in a closed run
         # and are mixed with the validation images in an open one.
-        parts += [(store, role, sides) for sides in ([SIDES[role]] if is_open else [[side] for side in SIDES[role]])]
-        if leaves_out and role == "known":
+        parts += [(store, role, of) for of in ([sides] if is_open else [[side] for side in sides])]
+        if leaves_out and role == "known" and target not in without:
             parts.append((store, role, ["train"]))
     for store, role, sides in parts:
         left_out, target = sides == ["train"], images.target_of(store)
@@ -80,7 +89,7 @@ def predict_at(model, stores, tested, divided, config):
             how = f"Give it one, or take the model out of open experiments ('{run['experiment']}')."
             raise InputError(f"{who}: its evaluate gives no known score, so nothing can be rejected. {how}")
         columns = {
-            "truth": origin["target"] if role == "known" else OTHER,
+            "truth": tested.classes.get(target, target) if role == "known" else OTHER,
             "predicted": outcome.labels,
             "role": role,
             "side": LEFT_OUT if left_out else np.where(held_out, "validation", "test"),

@@ -2,7 +2,7 @@
 
 import contextlib
 import shutil
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
@@ -27,6 +27,7 @@ class Training:
     roles: dict  # of the targets, by name; those not known, and pure noise, which has no role, are labelled OTHER
     planes: dict  # of the targets, by name: their mirror planes
     seed: int  # the config's
+    classes: dict = field(default_factory=dict)  # of known targets, by name; one that is not there is its own class
 
 
 class Examples(NamedTuple):
@@ -129,7 +130,7 @@ def _read(stores, training, divided, side):
     how = {"elevation": run["elevation"], "pixels": run["upsample"], "channels": run["channels"]}
     pixels, origin = images.read_side(stores, divided, side, **how)
     role = origin["target"].map(training.roles)
-    labels = np.where(role == "known", origin["target"], OTHER).astype(str)
+    labels = np.where(role == "known", origin["target"].replace(training.classes), OTHER).astype(str)
     # Pure noise, which has no role, is the same at every SNR.
     snrs = np.where(role.isna(), ANY_SNR, origin["label"]).astype(str)
     views = origin.round(4).groupby(["target", "elevation", "azimuth"]).ngroup().to_numpy()

@@ -11,7 +11,7 @@ from isarflow.core.folders import ROOT, of_fields
 from isarflow.core.store import open_store
 from isarflow.core.sweep import images_are_made, snr_label
 from isarflow.imaging.geometry import PURE_NOISE
-from isarflow.learning.experiments import runs
+from isarflow.learning.experiments import class_of, runs
 from isarflow.mesh.io import read_ply
 from isarflow.report.selection import target_order
 from isarflow.report.thesis import DEFINITION
@@ -70,6 +70,15 @@ class Results:
     def of_role(self, role):
         """Return the names of the targets of a role."""
         return [name for name in self.targets if self.settings["targets"][name]["role"] == role]
+
+    def class_of(self, target):
+        """Return the class of a known target; the target's own name of another one."""
+        return class_of(self.settings["targets"], target)
+
+    @cached_property
+    def classes(self):
+        """The classes of the known targets, in the order of the page."""
+        return list(dict.fromkeys(map(self.class_of, self.of_role("known"))))
 
     @cached_property
     def runs(self):
@@ -146,7 +155,7 @@ class Results:
 
     def rejecting(self, experiments):
         """Return the weighted F1 of rejecting all images of the open set, ascending; of alike values one."""
-        known = self.of_role("known")
+        known = self.classes
         return self._of_one_answer(experiments, PROTOCOLS, lambda images: images.drop(known, errors="ignore").sum())
 
     def guessing(self, experiments):
@@ -154,14 +163,17 @@ class Results:
         return self._of_one_answer(experiments, [""], lambda images: images.max())
 
     def _of_one_answer(self, experiments, thresholds, right):
-        """Return the weighted F1 of one answer for all images; right: of how many, from those of each target, (T,)."""
+        """Return the weighted F1 of one answer for all images.
+
+        right: of how many it is right, from the number of images of each class, or target of none.
+        """
         counts = select(self.confusion, experiment=list(experiments), threshold=thresholds, elevation="all")
         # All models, SNRs and confidence scores of an experiment are judged on the same images.
         case = ["experiment", "model", "training", "test_snr_db", "score", "threshold"]
         rows = counts.merge(counts.drop_duplicates("experiment")[case], on=case)
         found = {}
         for _, images in rows.groupby("experiment"):
-            images = images.groupby("target")["count"].sum()
+            images = images.groupby(images["target"].map(self.class_of))["count"].sum()
             share = float(right(images) / images.sum())
             value = share * 2 * share / (1 + share)  # the answer's precision is its share, and its recall is 1
             found[round(value, 2)] = value

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pandas as pd
+import xarray as xr
 
 from isarflow.core import sweep
 from isarflow.learning import features, thresholds
@@ -22,7 +23,7 @@ FARTHEST = 45  # degrees that views are apart; or an aperture, if that is more
 
 def section(results):
     """Return the section; nothing where no known target is told from another."""
-    if len(results.of_role("known")) < 2:
+    if len(results.classes) < 2:
         return ()
     text = (
         "How much an image is like another is their zero-mean normalised cross-correlation (ZNCC) of magnitudes. "
@@ -94,11 +95,13 @@ def mistakes_figure(results):
     run, model = mistaken(results.runs)
     snr = mistaken_snr(results.settings["noise"]["snr_db"])
     table, score = _judged(results, run, model, snr)
-    wrong = table[(table["taken_for"] != table["target"]) & (table["taken_for"] != OTHER)]
+    wrong = table[(table["taken_for"] != table["truth"]) & (table["taken_for"] != OTHER)]
     counts = wrong.groupby(["target", "taken_for"]).size().sort_values(ascending=False, kind="stable").head(PAIRS)
     images = {}
     for target, taken in counts.index:
-        training = _stacked(results, run, taken, "train")
+        of_class = [name for name in results.of_role("known") if results.class_of(name) == taken]
+        of_class = [name for name in of_class if name not in results.runs[run]["without"]]
+        training = xr.concat([_stacked(results, run, name, "train").drop_vars("view") for name in of_class], "view")
         rows = standardized(training.values)
         cases = select(wrong, target=target, taken_for=taken)
         cases = cases.sort_values(f"score_{taken}", ascending=False, kind="stable")

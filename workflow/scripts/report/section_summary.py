@@ -8,7 +8,7 @@ from isarflow.report import section_headline, thesis
 from isarflow.report.layout import number, several, table
 from isarflow.report.section_mesh import missed
 from isarflow.report.selection import nearest
-from isarflow.report.vocabulary import POWERS, PROTOCOLS, SPLITS, at_snrs, select
+from isarflow.report.vocabulary import POWERS, PROTOCOLS, SPLITS, at_snrs, listed, select
 
 # Within these a run's numbers are taken for right.
 SPHERE_DB = 0.2  # of the exact backscatter; with ten edges a wavelength it is 0.01
@@ -38,7 +38,7 @@ def _done(results):
         pixels = f"{images['range_pixels']} × {images['crossrange_pixels']} pixels"
         parts.append(f"ISAR images of {pixels} made of it, without noise and at {snrs}")
     if results.learns:
-        known, unknown = (" and ".join(results.of_role(role)) for role in ("known", "unknown"))
+        known, unknown = listed(results.classes), listed(results.of_role("unknown") or [""])
         models = several(len({model for run in results.runs.values() for model in run["models"]}), "model")
         parts.append(f"{models} trained to tell {known} apart{f' and to reject {unknown}' if results.opened else ''}")
     return f"{'; '.join(parts)}."
@@ -98,8 +98,10 @@ def _bounds(results):
             reaches = "reaches" if len(folded) == 1 else "reach"
             parts.append(f"{' and '.join(folded)} {reaches} beyond that, so that parts fold over")
     if results.learns:
-        known = several(len(results.of_role("known")), "class", "classes")
-        parts.append(f"{known}, each of one model of its kind, without clutter")
+        known = several(len(results.classes), "class", "classes")
+        several_each = len(results.of_role("known")) > len(results.classes)
+        kinds = f"of {len(results.of_role('known'))} models in all" if several_each else "each of one model of its kind"
+        parts.append(f"{known}, {kinds}, without clutter")
         models = {model for run in results.runs.values() for model in run["models"]}
         if not all(thesis.full_size(model, settings) for model in models):
             parts.append("the capsule network is smaller than the thesis's")

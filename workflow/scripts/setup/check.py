@@ -17,7 +17,7 @@ from isarflow.core.sweep import images_are_made
 from isarflow.core.words import near
 from isarflow.imaging.geometry import PURE_NOISE, centres, planned
 from isarflow.learning.classifier import NOT_HYPER, OTHER, choices
-from isarflow.learning.experiments import CLEAN, TOLERANCE, channels_of, runs
+from isarflow.learning.experiments import CLEAN, TOLERANCE, channels_of, class_of, runs
 from isarflow.learning.split import Division, folds, split
 from isarflow.learning.split import check as check_sides
 from isarflow.mesh import cad_kernel
@@ -93,8 +93,11 @@ def _problems(config):
     yield from _of_targets_solver(config)
     yield from _of_names("targets", config["targets"])
     for name, target in config["targets"].items():
-        if name in RESERVED:
-            yield f"'targets.{name}': {RESERVED[name]}"
+        for key, own in (("", name), (".class", target.get("class"))):
+            if own in RESERVED:
+                yield f"'targets.{name}{key}': {RESERVED[own]}"
+        if "class" in target and target["role"] != "known":
+            yield f"'targets.{name}.class': only a target of role known has a class that models learn; leave it out."
         yield from _of_files(name, target, config)
     labels = {}
     for snr in config["noise"]["snr_db"]:
@@ -198,7 +201,7 @@ def _of_models(models):
 
 def _of_experiments(config, experiments):
     learning, imaging, noise = config["learning"], config["imaging"], config["noise"]["snr_db"]
-    known = sum(target["role"] == "known" for target in config["targets"].values())
+    targets = {name: target for name, target in config["targets"].items() if target["role"] == "known"}
     elevations = sweep.elevations(config["aspect"])
     yield from _of_names("learning.experiments", experiments)
     every = runs({**config, "learning": {**learning, "experiments": experiments}})
@@ -216,9 +219,15 @@ def _of_experiments(config, experiments):
             yield f"'{key}.train.elevation': the split by elevation says at which elevations it trains; write all."
         channels = experiment.get("channels", ())
         yield from _absent(f"{key}.channels", channels, "imaging.polarizations", imaging["polarizations"])
-        if known < 2:
+        known = {class_of(targets, target) for target in targets}
+        if len(known) < 2:
             stop = "'learning: {experiments: {}}' stops after the images"
-            yield f"'{key}' needs at least two targets with role known; there are {known} ({stop})."
+            several = f" of one class, {', '.join(known)}" if len(targets) > 1 else ""
+            yield f"'{key}' needs at least two targets with role known; there are {len(targets)}{several} ({stop})."
+        without = experiment.get("without", ())
+        yield from _absent(f"{key}.without", without, "targets of role known", targets)
+        for name_of_class in sorted(known - {class_of(targets, target) for target in targets if target not in without}):
+            yield f"'{key}.without' leaves no target of the class {name_of_class} to train on; name fewer of them."
         yield from _absent(f"{key}.models", experiment["models"], "learning.models", learning["models"])
         for angle in trained if trained != "all" else ():
             if np.abs(elevations - angle).min() >= TOLERANCE:
@@ -249,7 +258,8 @@ def training_images(config, run, settings):
     azimuths = centres(sweep.azimuths(config["aspect"]), config["imaging"]["aperture"])
     elevations = sweep.elevations(config["aspect"]) if run["elevation"] == "all" else np.sort(run["elevation"])
     roles = ("known", OTHER) if settings.get("other", False) else ("known",)
-    planes = [target.get("symmetry", ()) for target in config["targets"].values() if target["role"] in roles]
+    targets = {name: target for name, target in config["targets"].items() if name not in run["without"]}
+    planes = [target.get("symmetry", ()) for target in targets.values() if target["role"] in roles]
     copies = sum(1 if snr == CLEAN else config["noise"]["realizations"] for snr in run["snrs"])
     sets = [*planes * copies, *([()] if OTHER in roles else [])]  # and pure noise, once
     division = Division(**run["division"])

@@ -90,15 +90,16 @@ class Plan:
     def solver_file(self):
         return kind(SOLVERS, self.config["scattering"]["solver"]).file
 
-    def trained_targets(self, model):
+    def trained_targets(self, run, model):
         """The targets that a model learns: the known ones, and those of role other for one with such a class."""
         roles = {"known", "other"} if self.models[model].get("other", False) else {"known"}
-        return [name for name in self.targets if self.config["targets"][name]["role"] in roles]
+        there = [name for name in self.targets if self.config["targets"][name]["role"] in roles]
+        return [name for name in there if name not in self.runs[run]["without"]]
 
     def training_stores(self, root, run, model):
         """The stores of images that a model learns from."""
         stores, labels = [], [experiments.label(snr) for snr in self.runs[run]["snrs"]]
-        for target in self.trained_targets(model):
+        for target in self.trained_targets(run, model):
             # Of another seed are only those with noise.
             roots = [self.results if label == experiments.CLEAN else root for label in labels]
             stores += [f"{of}/imaging/{target}/{label}.zarr" for of, label in zip(roots, labels, strict=True)]
@@ -114,6 +115,10 @@ class Plan:
         pairs = [fitted.split("/") for fitted in self.timed]
         decoding = [(run, model) for run, model in pairs if "reconstruct" in self.kind(model).methods]
         return [f"{run}/{model}" for run, model in decoding if self.runs[run]["open"]]
+
+    def classes(self, targets):
+        """The class of each of these targets, for params."""
+        return {"classes": {name: experiments.class_of(self.config["targets"], name) for name in sorted(targets)}}
 
     def of_targets(self, targets):
         """Roles and mirror planes of these targets, for params."""
@@ -137,13 +142,14 @@ class Plan:
 
     def megabytes(self, run, model):
         """The memory of a job of a model, in MB."""
+        trained = len(self.trained_targets(run, model))
         run, images, copies = self.runs[run], planned(self.config), self.config["noise"]["realizations"]
         sampled = images["range_pixels"] * images["crossrange_pixels"]
         pixels = sampled if run["upsample"] == "none" else run["upsample"] ** 2
         pixels *= experiments.channels_of(run, images["channels"])
         sets = sum(1 if snr == experiments.CLEAN else copies for snr in run["snrs"])
         # A prediction reads the noisy images of a target at a time.
-        sets, stated = max(len(self.trained_targets(model)) * sets, copies), self.kind(model).stated
+        sets, stated = max(trained * sets, copies), self.kind(model).stated
         covariances = len(run["snrs"]) if stated.get("covariances", False) else 0
         return int(experiments.megabytes(images["images"] * sets, pixels, covariances, stated.get("pairs", False)))
 
