@@ -2,7 +2,7 @@
 
 from isarflow.learning.split import folds
 from isarflow.report import thesis
-from isarflow.report.vocabulary import POWERS, PROTOCOLS, SPLITS, listed, split_text, title
+from isarflow.report.vocabulary import POWERS, PROTOCOLS, SPLITS, listed, title
 
 MEANING = {
     "elevation": "Split by elevation, every second elevation trains and test images are of those between.",
@@ -15,8 +15,7 @@ MEANING = {
 def conditions(results, rows, *definitions):
     """Return sizes of networks, thresholds, splits with their folds, and the definition of SNR, in sentences.
 
-    rows: what is drawn, with columns model, experiment, split and threshold; definitions: of its SNR, the config's
-    where none is given.
+    rows: what is drawn, as of scores.csv; definitions: of its SNR, the config's where none is given.
     """
     splits = [_split(results, split, rows) for split in SPLITS if split in set(rows["split"])]
     protocols = [protocol for protocol in PROTOCOLS if protocol in set(rows["threshold"])]
@@ -57,9 +56,9 @@ def _split(results, split, rows):
     """Return a split in words, with its folds, and those of the experiments that leave some out."""
     count = len(folds(split, results.settings["learning"]["split"]))
     if count == 1:
-        return split_text(split)
+        return SPLITS[split]
     words = [f"{count} folds"]
     for name in sorted(rows[rows["split"] == split]["experiment"].unique()):
         if len(results.folds[name]) < count:
             words.append(f"of {title(name)} only no. {listed(map(str, results.folds[name]))}")
-    return f"{split_text(split)} ({'; '.join(words)})"
+    return f"{SPLITS[split]} ({'; '.join(words)})"

@@ -5,7 +5,6 @@ import io
 import re
 from dataclasses import dataclass
 from functools import cached_property
-from urllib.parse import quote
 
 import matplotlib
 import matplotlib.ticker
@@ -13,8 +12,7 @@ import pandas as pd
 from matplotlib.figure import Figure as Canvas
 from PIL import Image
 
-# Okabe and Ito's palette without its yellow: told apart by colour-blind readers, and dark enough on white. The last
-# five are for what these are too few: as dark, but less far apart.
+# Okabe and Ito's palette without its yellow, for colour-blind readers; then five as dark, but less far apart.
 PALETTE = ("#0072B2", "#D55E00", "#009E73", "#B0578D", "#C98500", "#3A93C9", "#222222")
 PALETTE += ("#A6193C", "#00707A", "#7A6A00", "#5B4BB5", "#767676")
 BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK, CRIMSON, TEAL, OLIVE, INDIGO, GREY = PALETTE
@@ -22,8 +20,6 @@ BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK, CRIMSON, TEAL, OLIVE, INDIGO
 # What stands on a coloured cell. The page turns pure black and white over for its dark look; these it leaves.
 ON_LIGHT, ON_DARK = "#010101", "#fefefe"
 RASTER_COLORS = 96  # of pictures within an SVG: meshes and images have few, and are a fifth as large with a palette
-UNQUOTED = " /:;=,+()'!*@$?[]{}|^`~"  # what of an SVG file may stand in a URI between quotes as it is
-PNG_DPI = 120
 SCALE = 1.55  # CSS pixels per point; true size would be 4/3
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
@@ -64,15 +60,10 @@ class Figure:
         width, height = re.search(rb'<svg [^>]*?width="([\d.]+)pt" height="([\d.]+)pt"', self.svg).groups()
         return round(float(width) * SCALE), round(float(height) * SCALE)
 
-    @property
-    def uri(self):
-        """The picture within a page: as base64 it would be a quarter larger."""
-        return "data:image/svg+xml," + quote(self.svg, safe=UNQUOTED)
-
 
 @dataclass(frozen=True)
 class Table:
-    """A table of the page. `shown` holds the cells as text, `data` the same in full precision for the CSV file."""
+    """A table of the page: `shown`, its cells as text, and `data`, the same in full precision for the CSV file."""
 
     name: str
     shown: pd.DataFrame
@@ -99,10 +90,10 @@ class Section:
 
 
 def table(name, data, shown, caption):
-    """Build a table. data: of the CSV file.
+    """Build a table of `data`, which is the CSV file.
 
-    shown: how each row of `data` is written, by heading a format string with the row's columns in braces or a function
-    of the row, a mapping; or the rows themselves, mappings of heading to text.
+    shown: rows, mappings of heading to text; or how each row of `data` is written: by heading a format string with the
+    row's columns in braces, or a function of the row, a mapping.
     """
     if isinstance(shown, dict):
         shown = [
@@ -143,13 +134,6 @@ def _with_palette(uri):
     few = picture.quantize(RASTER_COLORS, method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
     few.save(buffer, "PNG", optimize=True)
     return b"data:image/png;base64," + base64.b64encode(min(buffer.getvalue(), png, key=len))
-
-
-def to_png(drawing):
-    """What was drawn on a canvas as PNG bytes, the same bytes every time."""
-    buffer = io.BytesIO()
-    drawing.savefig(buffer, format="png", dpi=PNG_DPI, metadata={"Software": None})
-    return buffer.getvalue()
 
 
 def circle_ticks(axis, values):

@@ -26,15 +26,13 @@ def write_rcs(folder, settings, page, tables, parts):
         as_table(results.scattering(name)).to_csv(path, index=False, float_format="%.9g")
         print(f"{path}: RCS of {name}")
     with style():
-        thumbnails = {name: section_run.thumbnail(name, surface) for name, surface in results.surfaces.items()}
-        sections = tuple(_section(results, name) for name in results.targets)
-    made = Part("run", "The run", sections=(section_run.section(results),))
+        targets, sections = section_run.cards(results), [_section(results, name) for name in results.targets]
+    made = Part("run", "The run", (section_run.section(results),))
     shown = {
         "facts": [pair for pair in section_run.facts(results) if pair[0] in FACTS],
         "warnings": section_run.warned(results),
-        "thumbnails": thumbnails,
-        "targets": section_run.cards(results, thumbnails),
-        "parts": (Part("rcs", "Radar cross-section", sections=sections), made),
+        "targets": targets,
+        "parts": (Part("rcs", "Radar cross-section", tuple(sections)), made),
     }
     write_page(f"Radar cross-section: {settings['name']}", settings["name"], shown, page, *parts)
 

@@ -19,6 +19,10 @@ from isarflow.report.vocabulary import PROTOCOLS, Names, select
 
 REFERENCE = ROOT / "resources" / "reference"  # published values
 FULL_SIZE = REFERENCE.parent / "results"  # of the run of config/thesis.yaml, once it is made
+# What of a model's prediction times is read, and what its column is called.
+TIMES = {name: name for name in ("experiment", "run", "model", "training_observations")}
+TIMES |= {f"{how}.milliseconds_per_observation": f"{how}_ms" for how in ("single", "batch")}
+TIMES |= {"batch.size": "batch_size"}
 
 
 def _learned(table):
@@ -48,7 +52,7 @@ class Results:
 
     polarizations = property(lambda self: self.settings["imaging"]["polarizations"])  # the channels of an image
     definition = property(lambda self: self.settings["noise"]["definition"])  # the config's, of SNR
-    _every_score = _learned("scores")
+    every_score = _learned("scores")  # by both definitions of SNR; of a fold alone, too, whose low and high are NaN
     confusion = _learned("confusion")  # counts of predicted classes by target, after columns as of `scores`
     validation = _learned("validation")  # rows as in `scores`, without intervals: the best is chosen by them
     # Columns as the files have them; what was printed stays text, because its decimals say how exactly it was.
@@ -112,32 +116,18 @@ class Results:
         """Return the same in the first channel alone, which stands for all where one image is shown or compared."""
         return self.every_channel(target, store).isel(channel=0, drop=True, missing_dims="ignore")
 
-    def _scores_by(self, definition):
-        return select(self._every_score, snr_definition=definition, fold="")
-
     @cached_property
     def scores(self):
         """Scores of the test images of all folds together, by the config's definition of SNR.
 
         score and threshold are empty text in the rows of the closed set; low and high are NaN for a single fold.
         """
-        return self._scores_by(self.definition)
+        return select(self.every_score, snr_definition=self.definition, fold="")
 
     @cached_property
     def mean_scores(self):
         """Rows as in `scores` by the thesis's definition of SNR; where the config's is another one, few or none."""
-        return self._scores_by(DEFINITION)
-
-    @cached_property
-    def by_definition(self):
-        """Rows as in `scores` by each definition of SNR, the config's first: a mapping; the other's may be few."""
-        names = sorted(self._every_score["snr_definition"].unique(), key=lambda name: (name != self.definition, name))
-        return {name: self._scores_by(name) for name in names}
-
-    @cached_property
-    def fold_scores(self):
-        """Accuracy and weighted F1 of each fold's test images alone; `fold` is its number as text, low and high NaN."""
-        return self._every_score[self._every_score["fold"] != ""]
+        return select(self.every_score, snr_definition=DEFINITION, fold="")
 
     @cached_property
     def opened(self):
@@ -216,17 +206,8 @@ class Results:
     def times(self):
         """Prediction times: a row per run and model."""
         times = json.loads((self.folder / "learning" / "times.json").read_text())
-        return pd.DataFrame(
-            {
-                **{key: record[key] for key in ("experiment", "run", "model", "training_observations")},
-                "single_ms": record["single"]["milliseconds_per_observation"],
-                "batch_ms": record["batch"]["milliseconds_per_observation"],
-                "batch_size": record["batch"]["size"],
-                "machine": times["machine"]["cpu"],
-                "threads": times["threads"],
-            }
-            for record in times["models"]
-        )
+        same = {"machine": times["machine"]["cpu"], "threads": times["threads"]}
+        return pd.json_normalize(times["models"])[[*TIMES]].rename(columns=TIMES).assign(**same)
 
     @cached_property
     def full_size(self):
@@ -250,6 +231,5 @@ class Results:
             # Solves stand in a folder of their own, <target>-<band>: a target's name may hold hyphens, too.
             whose = job[1].rpartition("-")[0] if job[:1] == ["bands"] else "".join(job[:1])
             if not job or whose in named:
-                seconds = pd.read_csv(path, sep="\t", na_values="-").iloc[-1]["s"]
-                rows.append({"stage": stage, "step": step, "job": "/".join(job), "s": seconds})
+                rows.append((stage, step, "/".join(job), pd.read_csv(path, sep="\t", na_values="-").iloc[-1]["s"]))
         return pd.DataFrame(rows, columns=["stage", "step", "job", "s"])

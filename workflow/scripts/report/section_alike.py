@@ -12,7 +12,7 @@ from isarflow.report.draw_images import gallery
 from isarflow.report.layout import GREY, PALETTE, Section, figure
 from isarflow.report.plots import finish, panels
 from isarflow.report.selection import mistaken, mistaken_snr
-from isarflow.report.vocabulary import F1, ranked, run_title, select, split_text
+from isarflow.report.vocabulary import F1, SPLITS, ranked, run_title, select
 
 PLACE, NEEDS = ("recognition", 5), "learns"  # on the page, see page.py
 PAIRS = 4  # kinds of mistake that are shown, the most frequent first
@@ -116,7 +116,7 @@ def mistakes_figure(results):
     what = f"{results.names.model(model).words} in {run_title(results.runs[run], fold=True)}"
     rejected = f" and not rejected by {results.names.score(score).label} with the blind threshold" if score else ""
     caption = (
-        f"What {what}, {split_text(results.runs[run]['split'])}, took for another target at {snr:g} dB{rejected}, each "
+        f"What {what}, {SPLITS[results.runs[run]['split']]}, took for another target at {snr:g} dB{rejected}, each "
         "beside the training image of that target that is most like it, with their ZNCC: of the most frequent mistakes "
         "the most certain. At elevation and azimuth."
     )

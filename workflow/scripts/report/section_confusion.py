@@ -1,10 +1,9 @@
 """What scripts draw of the scores: the curves of all experiments, and confusion matrices with a slider over the SNR."""
 
-from isarflow.learning.experiments import CLEAN
 from isarflow.report.layout import Section
 from isarflow.report.plots import matrix
-from isarflow.report.section_headline import SETS, comparison, sets_of
-from isarflow.report.vocabulary import METHOD, ranked, select, split_text, title
+from isarflow.report.section_headline import SETS, comparison, in_words, sets_of
+from isarflow.report.vocabulary import METHOD, ranked, select
 
 PLACE, NEEDS = ("recognition", 0), "learns"  # on the page, see page.py
 
@@ -16,28 +15,18 @@ def section(results):
 
 
 def matrices(results):
-    """Return what the page's script reads, a mapping for JSON: `entries`, one per experiment, model and set of images.
+    """Return for JSON `entries`, one per method and set of images: its SNRs in dB and counts (SNR, target, class).
 
-    An entry has the set's name, words, the SNRs in dB, the targets and classes, and counts (SNR, target, class). Of
-    each model in an open set that confidence score is there which is best on the validation images.
+    Of each model in an open set that confidence score is there which is best on the validation images.
     """
     entries = []
     for name, _, validation in sets_of(results):
         best = ranked(validation).drop_duplicates(METHOD[:-1])[METHOD]
         cells = select(results.confusion, elevation="all", threshold=SETS[name]).merge(best, on=METHOD)
-        for (split, experiment, model, training, score), rows in results.names.groups(cells, *METHOD):
+        for method, rows in results.names.groups(cells, *METHOD):
             by_snr = rows.groupby("test_snr_db")
             counts = [matrix(part).reindex(results.targets).dropna().astype(int) for _, part in by_snr]
-            trained = "trained without noise" if training == CLEAN else f"training SNR: {training}"
-            words = f"{results.names.method(model, score)}: {title(experiment)}, {split_text(split)}, {trained}"
-            entries.append(
-                {
-                    "set": name,
-                    "words": words,
-                    "snrs": list(by_snr.groups),
-                    "targets": list(counts[0].index),
-                    "classes": list(counts[0].columns),
-                    "counts": [table.to_numpy().tolist() for table in counts],
-                }
-            )
+            entry = {"set": name, "words": in_words(results.names, *method), "snrs": list(by_snr.groups)}
+            entry |= {"targets": list(counts[0].index), "classes": list(counts[0].columns)}
+            entries.append(entry | {"counts": [table.to_numpy().tolist() for table in counts]})
     return {"entries": entries}

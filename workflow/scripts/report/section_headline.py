@@ -26,19 +26,12 @@ SETS = {**{f"open set, {protocol} thresholds": protocol for protocol in PROTOCOL
 # The set of what the reference thesis states of its own method: by model and metric of the published table.
 PUBLISHED = {"capsule f1": "closed set", "capsule_zncc weighted_f1": "open set, thesis thresholds"}
 THESIS_PROTOCOL = {"ls": (0, (4, 2)), "lw": 1}
-DASHES = {
-    "solid": "",
-    "dashed": "6 4",
-    "dash-dotted": "8 3 2 3",
-    "dotted": "2 3",
-}  # of curves by split, as SVG has them
+# Of the live curves by split, as SVG has them.
+DASHES = {"solid": "", "dashed": "6 4", "dash-dotted": "8 3 2 3", "dotted": "2 3"}
 
 
 def sets_of(tables):
-    """Yield (name, rows of weighted F1 with it as `set`, the same on validation images) of each set that was tested.
-
-    tables: whatever has `scores` and `validation`, as `Results`.
-    """
+    """Yield (name, rows of weighted F1 with it as `set`, the same on validation images) of each set that was tested."""
     for name, threshold in SETS.items():
         case = {"metric": F1, "elevation": "all", "threshold": threshold}
         scores = select(tables.scores, **case).assign(set=name)
@@ -53,11 +46,10 @@ def lead(tables, names):
 
 
 def curves(part, validation, names):
-    """Return the rows of the best method and of the thesis's in one set, by split and SNR.
+    """Return the rows of the best method and of the thesis's in one set: `part` with the columns curve, words, and theirs.
 
-    Besides the columns of `part`: curve, what it is in words, and theirs, whether it is the thesis's. part: rows of
-    weighted F1 on the test images; validation: on the validation images, by whose mean over the middle SNRs the best
-    one is chosen under the first split; names: of the page.
+    part, validation: rows of weighted F1 on the test and validation images; the best one under the first split is
+    chosen by the latter.
     """
     means, found = ranked(validation), []
     model, trained, score = REFERENCE
@@ -108,8 +100,14 @@ def headline(results):
     return figure("headline", drawing, drawn, alt, caption, wide=True)
 
 
+def in_words(names, split, experiment, model, training, score):
+    """Return a method, by the columns METHOD, in words."""
+    trained = "trained without noise" if training == CLEAN else f"training SNR: {training}"
+    return f"{names.method(model, score)}: {title(experiment)} ({split}), {trained}"
+
+
 def comparison(results):
-    """Return all curves of weighted F1 for the page's own plot: a mapping that is written into it as JSON.
+    """Return all curves of weighted F1 for the page's live plot, a mapping for JSON.
 
     shown: whether a curve stands in the headline; best: whether its confidence score is its model's best on the
     validation images; points: [SNR, value, low, high]; rejecting: the weighted F1 of rejecting all, by open set.
@@ -124,13 +122,11 @@ def comparison(results):
         if SETS[name]:
             levels[name] = [round(value, 4) for value in results.rejecting(part["experiment"].unique())]
         for method, curve in names.groups(part, *METHOD):
-            split, experiment, model, snrs, score = method
-            trained = "trained without noise" if snrs == CLEAN else f"training SNR: {snrs}"
+            split, experiment, model, *_ = method
             points = curve.sort_values("test_snr_db")[["test_snr_db", "value", "low", "high"]].round(4).astype(object)
             points = points.where(points.notna(), None).to_numpy().tolist()  # JSON knows no NaN
-            words = f"{names.method(model, score)}: {title(experiment)} ({split}), {trained}"
-            entry = {"set": name, "experiment": title(experiment), "model": names.model(model).label, "words": words}
-            entry |= {"color": names.model(model).color, "dashes": dashes[split][1]}
+            entry = {"set": name, "experiment": title(experiment), "model": names.model(model).label}
+            entry |= {"words": in_words(names, *method), "color": names.model(model).color, "dashes": dashes[split][1]}
             listed.append(entry | {"shown": method in shown, "best": method in best, "points": points})
     return {
         "curves": listed,

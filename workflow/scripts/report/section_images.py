@@ -14,7 +14,6 @@ from isarflow.report.conditions import noise_words
 from isarflow.report.draw_images import FLOOR_DB, edges, gallery, pixel_table
 from isarflow.report.layout import Section, figure
 from isarflow.report.plots import draw_pixels, finish, panels
-from isarflow.report.section_alike import standardized
 from isarflow.report.selection import GALLERY_AZIMUTHS, GALLERY_ELEVATIONS, around, evenly, noise_snrs, noise_target
 
 PLACE, NEEDS = ("imaging", 1), "images_are_made"  # on the page, see page.py
@@ -32,8 +31,8 @@ def section(results):
     target = noise_target(results.settings["targets"])
     figures = [azimuth_gallery(results, name) for name in results.targets]
     figures += [elevation_gallery(results, target), *channel_gallery(results, target), noise_gallery(results, target)]
-    figures += [*alike_figure(results), response_figure(results, target)]
-    return Section(id="images", title="Images", text=images_text(results), figures=tuple(figures))
+    figures += [response_figure(results, target)]
+    return Section("images", "Images", images_text(results), tuple(figures))
 
 
 def images_text(results):
@@ -61,8 +60,7 @@ def images_text(results):
     text = (
         f"Every image is divided by its own peak and shown from 0 to {FLOOR_DB} dB of it. Range is measured from the "
         "target's origin along the line of sight, negative towards the radar, which looks from the bottom of each "
-        "image. Cross-range is at right angles to it, in the plane of the turn. A white line is the outline of the "
-        "target's mesh, where it has one, as it lies in the image plane."
+        "image. A white line is the outline of the target's mesh, where it has one, as it lies in the image plane."
     )
     if not plan["coherent"]:
         text += " Only magnitudes are kept; there is no phase."
@@ -128,35 +126,6 @@ def noise_gallery(results, target):
     shown = f"{target} {at}, with ever more noise, one realization."
     caption = f"{shown} Noise is added before the image is formed; SNR by {noise_words(noise, noise['definition'])}."
     return gallery("gallery_snr", target, images, None, shown, caption)
-
-
-def alike_figure(results):
-    """Draw of each unknown target the noise-free image most like one of a known target, beside that one.
-
-    Likeness is the zero-mean normalised cross-correlation of magnitudes, over all azimuths at the elevation nearest 0.
-    Nothing without targets of both roles.
-    """
-    known, unknown = results.of_role("known"), results.of_role("unknown")
-    if not (known and unknown):
-        return ()
-    images = {name: results.images(name, "clean").image.sel(elevation=0, method="nearest") for name in known + unknown}
-    rows, shown, said = {name: standardized(image.values) for name, image in images.items()}, {}, []
-    for number, name in enumerate(unknown, start=1):
-        likeness = np.stack([rows[name] @ rows[other].T for other in known])
-        other, there, here = np.unravel_index(likeness.argmax(), likeness.shape)
-        pair = []
-        for of, place in ((name, there), (known[other], here)):
-            image = images[of][place].load()
-            pair.append(f"{of} {float(image.azimuth):.4g}°")
-            shown[f"{number}: {pair[-1]}"] = image
-        said.append(f"{' and '.join(pair)}, {likeness.max():.2f}")
-    alt = "Pairs of ISAR images of unknown and known targets that look alike."
-    caption = (
-        "Of each unknown target the noise-free image that looks most like one of a known target, and that one, over "
-        f"all azimuths at elevation {float(image.elevation):g}°; with the zero-mean normalised cross-correlation of "
-        f"their magnitudes: {'; '.join(said)}. Whoever has only seen the known targets may take one for the other."
-    )
-    return (gallery("images_alike", "", shown, None, alt, caption),)
 
 
 def response_figure(results, target):

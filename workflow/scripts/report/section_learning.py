@@ -39,27 +39,23 @@ def section(results):
     scores, names = select(results.scores, score="", metric=ACCURACY), results.names
     figures = [learning_figure(results, *of) for of in names.groups(scores, "experiment")]
     text = (
-        "Each model learns the known targets from its experiment's training images and is tested at every SNR on "
-        "aspects that it was not trained at: here on the known targets alone (the closed set). A view and its mirror "
-        f"image in a target's mirror planes are one, and fall on the same side. {meaning(scores['split'])} Scores are "
-        "of the test images of all folds together, each judged by the model of its fold. Bands and brackets are 95 % "
-        "intervals, from resampling blocks of test images: by sector the folds, else arcs as long as an aperture. They "
-        "are widened where blocks are few; one fold alone has none by sector."
+        "Each model learns the known targets from its experiment's training images and is tested at every SNR on other "
+        "aspects: here on the known targets alone (the closed set). A view and its mirror image in a target's mirror "
+        f"planes fall on the same side. {meaning(scores['split'])} Scores are of the test images of all folds "
+        "together. Bands and brackets are 95 % intervals, which are widened where blocks of test images are few; one "
+        "fold alone has none by sector."
     )
     snrs, columns = evenly(scores["test_snr_db"].unique(), TABLE_SNRS), [*METHOD[:-1], "elevation"]
     curves = [curve for _, curve in names.groups(scores, *columns)]
     shown = [names.cells(curve.iloc[0], *columns) | at_snrs(curve, snrs, with_interval) for curve in curves]
     caption = "Accuracy at some test SNRs with its 95 % interval. The CSV file holds all SNRs."
-    tables = table("accuracy", scores, shown, caption), *statements_table(results, "published", CLOSED)
+    tables = [table("accuracy", scores, shown, caption), *statements_table(results, "published", CLOSED)]
     figures += folds_figure(results) + curves_figure(results)
     return Section("learning", "Learning", (text,), tuple(figures), (*tables, *search_tables(results)))
 
 
 def learning_figure(results, name, rows):
-    """Draw an experiment's accuracy against the test SNR: a panel per set of test elevations, a line per model.
-
-    Of one that trains at each of several SNRs a panel per model, at all elevations, a line per training SNR.
-    """
+    """Draw an experiment's accuracy: a panel per set of test elevations, or per model if training SNRs are several."""
     (name,), names, trained = name, results.names, results.names.values(rows, "training")
     case = {"experiment": name, "metric": "accuracy", "model": names.values(rows, "model")}
     statements = select(results.published_scores, **case, elevation=[*ELEVATIONS])
@@ -124,14 +120,14 @@ def folds_figure(results):
 
 
 def fold_values(results):
-    """Return rows of scores at the highest SNR, of each fold and, with fold empty, of all folds together.
+    """Return rows of scores at the highest SNR, of each fold and, with fold empty, of all together, where it has folds.
 
-    Of an open set with the confidence score that is best on the validation images; without experiments of one fold.
+    Of an open set with the confidence score that is best on the validation images.
     """
-    parts = []
+    parts, every = [], results.every_score
     for threshold, (metric, _) in PANELS.items():
         case = {"elevation": "all", "threshold": threshold, "metric": metric}
-        tables = results.fold_scores, results.scores, results.validation
+        tables = every[every["fold"] != ""], results.scores, results.validation
         alone, together, held_out = (at_highest(select(table, **case)) for table in tables)
         best = held_out.sort_values("value", ascending=False, kind="stable").drop_duplicates(METHOD[:-1])[METHOD]
         folded = alone[METHOD].drop_duplicates().merge(best, on=METHOD)

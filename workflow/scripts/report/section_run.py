@@ -15,7 +15,7 @@ from isarflow.core.folders import ROOT
 from isarflow.imaging.geometry import planned
 from isarflow.learning.caveats import warnings
 from isarflow.mesh import measures
-from isarflow.report import draw_mesh, thesis
+from isarflow.report import draw_mesh
 from isarflow.report.conditions import noise_words
 from isarflow.report.layout import Section, canvas, duration, figure, several, span
 
@@ -44,16 +44,15 @@ def facts(results):
         )
     else:
         pairs["Images"] = f"none: {sweep.why_no_images(settings)}"
-    if results.learns:
-        pairs["Splits"] = _splits(results)
-        if networks(results):
-            pairs["Capsule network"] = "; ".join(networks(results))
     if len(results.benchmarks):
         seconds = results.benchmarks.groupby("stage")["s"].sum()
         parts = ", ".join(f"{stage} {duration(seconds[stage])}" for stage in STAGES if stage in seconds)
         pairs["Computed in"] = f"{duration(seconds.sum())} of jobs ({parts})"
-    pairs["Made with"] = f"isarflow {version()}, commit {commit()}, {', '.join(_versions())}"
-    return list(pairs.items())
+    made = [f"isarflow {version()}", f"commit {commit()}", f"Python {platform.python_version()}"]
+    for package in PACKAGES:
+        with suppress(metadata.PackageNotFoundError):
+            made.append(f"{package} {metadata.version(package)}")
+    return list((pairs | {"Made with": ", ".join(made)}).items())
 
 
 def _directions(aspect):
@@ -69,27 +68,6 @@ def _directions(aspect):
     return "; ".join(span(name, values, "°") for name, values in every)
 
 
-def _splits(results):
-    """Return the splits that experiments use, in words."""
-    split = results.settings["learning"]["split"]
-    guard = f", {split['spacing']:g}° away or more" if split["spacing"] else ""
-    words = {
-        "elevation": f"by elevation: every second elevation trains, those between are tested{guard}",
-        "sector": f"by sector: {split['folds']} arcs of the aspects take turns to be tested",
-        "random": f"at random: {100 * split['train']:.3g} % of the aspects train",
-        "shuffled": f"at random, a view and its mirror image apart: {100 * split['train']:.3g} % of the azimuths train",
-    }
-    used = {run["split"] for run in results.runs.values()}
-    return "; ".join(text for name, text in words.items() if name in used)
-
-
-def networks(results):
-    """Return how the run's capsule networks differ from the thesis's, each difference once."""
-    settings, models = results.settings, dict.fromkeys(name for run in results.runs.values() for name in run["models"])
-    texts = [thesis.difference(model, settings) for model in models if thesis.kind(model, settings) == "capsule"]
-    return [text for text in dict.fromkeys(texts) if text]
-
-
 def warned(results):
     """Return the warnings of the run, (what it is about, sentence), each once: of its meshes, then of its images."""
     found = [(name, text) for name, measured in results.meshes.items() for text in measures.warnings(measured)]
@@ -101,29 +79,22 @@ def warned(results):
     return [(", ".join(names), text) for text, names in about.items()]
 
 
-def thumbnail(target, surface):
-    """Draw a small picture of a target's shape for the head of the page. surface: vertices in m and triangles."""
-    drawing = canvas(2.2, 1.5)
-    axes = drawing.add_subplot()
-    draw_mesh.draw(axes, *surface, draw_mesh.OBLIQUE, edges=False)
-    axes.set_axis_off()
-    sizes = dict(zip(("x_m", "y_m", "z_m"), np.ptp(surface[0], axis=0).tolist(), strict=True))
-    data = pd.DataFrame({"target": [target], **sizes})
-    return figure(f"target_{target}", drawing, data, f"The target {target}, seen obliquely from above.", target)
-
-
-def cards(results, thumbnails):
-    """Return (name, its picture or None, lines of text) of every target: role, size and unknowns.
-
-    thumbnails: by target.
-    """
+def cards(results):
+    """Return (name, a small picture or None, lines of text) of every target: role, size and unknowns."""
     listed = []
     for name in results.targets:
-        lines = ["given by its field"]
+        drawn, lines = None, ["given by its field"]
         if name in results.meshed:
-            size = " × ".join(f"{length:.2f}" for length in np.ptp(results.surfaces[name][0], axis=0))
-            lines = [f"{size} m", f"{results.meshes[name]['bands'][-1]['unknowns']:,} unknowns"]
-        listed.append((name, thumbnails.get(name), [results.settings["targets"][name]["role"], *lines]))
+            size = np.ptp(results.surfaces[name][0], axis=0).tolist()
+            drawing = canvas(2.2, 1.5)
+            axes = drawing.add_subplot()
+            draw_mesh.draw(axes, *results.surfaces[name], draw_mesh.OBLIQUE, edges=False)
+            axes.set_axis_off()
+            data = pd.DataFrame([[name, *size]], columns=["target", "x_m", "y_m", "z_m"])
+            drawn = figure(f"target_{name}", drawing, data, f"The target {name}, seen obliquely from above.", name)
+            lines = [" × ".join(f"{length:.2f}" for length in size) + " m"]
+            lines.append(f"{results.meshes[name]['bands'][-1]['unknowns']:,} unknowns")
+        listed.append((name, drawn, [results.settings["targets"][name]["role"], *lines]))
     return listed
 
 
@@ -145,12 +116,3 @@ def commit():
         return subprocess.run(describe, cwd=ROOT, capture_output=True, text=True, check=True).stdout.strip()
     except (OSError, subprocess.CalledProcessError):
         return "unknown"
-
-
-def _versions():
-    """Return Python and the packages that there are, with their versions."""
-    texts = [f"Python {platform.python_version()}"]
-    for package in PACKAGES:
-        with suppress(metadata.PackageNotFoundError):
-            texts.append(f"{package} {metadata.version(package)}")
-    return texts

@@ -9,7 +9,7 @@ from isarflow.core.folders import SCORES
 from isarflow.learning.paired import differences
 from isarflow.report import layout, plots
 from isarflow.report.page import Part, write_page
-from isarflow.report.vocabulary import F1, at_snrs, heading, select, snr_axis, split_text, title, with_interval
+from isarflow.report.vocabulary import F1, SPLITS, at_snrs, heading, select, snr_axis, title, with_interval
 
 PROTOCOL = "blind"  # of the thresholds that the page shows; the table beside it has the others, too
 GROUP = ["experiment", "split", "threshold"]  # a section of the page each
@@ -129,4 +129,4 @@ def _name(model, training, score):
 
 def _title(experiment, split, threshold):
     judged = f"open set, {threshold} thresholds" if threshold else "closed set"
-    return f"{heading(experiment)}, {split_text(split)}: {judged}"
+    return f"{heading(experiment)}, {SPLITS[split]}: {judged}"

@@ -133,11 +133,6 @@ def heading(name):
     return title(name)[0].upper() + title(name)[1:]
 
 
-def split_text(split):
-    """Return a split in words."""
-    return SPLITS[split]
-
-
 def listed(words):
     """Return 'a, b and c' of words."""
     *most, last = words
