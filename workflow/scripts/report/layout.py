@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import matplotlib
-import matplotlib.ticker
 import pandas as pd
 from matplotlib.figure import Figure as Canvas
 from PIL import Image
@@ -134,12 +133,6 @@ def _with_palette(uri):
     few = picture.quantize(RASTER_COLORS, method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
     few.save(buffer, "PNG", optimize=True)
     return b"data:image/png;base64," + base64.b64encode(min(buffer.getvalue(), png, key=len))
-
-
-def circle_ticks(axis, values):
-    """Ticks at parts of a circle, where the angles (degrees) span most of one."""
-    if max(values) - min(values) > 180:
-        axis.set_major_locator(matplotlib.ticker.MultipleLocator(45))
 
 
 def number(value, digits=3):

@@ -1,10 +1,9 @@
 """The radar cross-section (RCS) of a run's targets: a CSV file of each, and one page for all."""
 
 import numpy as np
-import pandas as pd
 
 from isarflow.report import rcs_compare, rcs_figures, section_run
-from isarflow.report.layout import Section, style, table
+from isarflow.report.layout import Section, style
 from isarflow.report.page import Part, write_page
 from isarflow.report.results import Results
 
@@ -59,26 +58,20 @@ def _section(results, name):
     for title, part in rcs_figures.by_transmitter(name, dataset, CURVES):
         figures.append(rcs_figures.cut_figure(title, part, reach, CURVES))
         figures.append(rcs_figures.cut_figure(title, part, reach, CURVES, polar=True, name="rcs_polar"))
-        figures.append(rcs_figures.map_figure(title, part))
-        figures.append(rcs_figures.frequency_figure(title, part, CURVES))
+        figures += [rcs_figures.map_figure(title, part), rcs_figures.frequency_figure(title, part, CURVES)]
     text.append(f"Every sample with its phase: {name}.csv beside this page.")
     return Section(f"rcs-{name}", name, tuple(text), tuple(filter(None, figures)), tuple(tables))
 
 
 def _percentiles(name, dataset):
     """Return percentiles and mean of RCS over all directions, for each polarization and frequency."""
-    rows = []
-    for (polarization, frequency), part in as_table(dataset).groupby(["polarization", "frequency_hz"], sort=False):
+
+    def measures(part):
         level = part["rcs_dbsm"].to_numpy()
-        row = {"target": name, "polarization": polarization, "frequency_hz": frequency}
-        row |= zip([f"p{p}_dbsm" for p in PERCENTS], np.percentile(level, PERCENTS), strict=True)
-        rows.append(row | {"mean_dbsm": 10 * np.log10(np.mean(10 ** (level / 10))), "max_dbsm": level.max()})
-    shown = {
-        "polarization": "{polarization}",
-        "frequency": lambda row: rcs_figures.in_words("frequency", row["frequency_hz"]),
-        **{f"{p} %": f"{{p{p}_dbsm:.1f}}" for p in PERCENTS},
-        "mean": "{mean_dbsm:.1f}",
-        "largest": "{max_dbsm:.1f}",
-    }
+        found = dict(zip([f"p{p}_dbsm" for p in PERCENTS], np.percentile(level, PERCENTS), strict=True))
+        return found | {"mean_dbsm": 10 * np.log10(np.mean(10 ** (level / 10))), "max_dbsm": level.max()}
+
+    heads = {f"{p} %": f"{{p{p}_dbsm:.1f}}" for p in PERCENTS}
+    heads |= {"mean": "{mean_dbsm:.1f}", "largest": "{max_dbsm:.1f}"}
     caption = f"{name}: percentiles of RCS over all directions, its mean (of m²) and the largest, in dBsm."
-    return table(f"rcs_percentiles_{name}", pd.DataFrame(rows), shown, caption)
+    return rcs_figures.measures_table("rcs_percentiles", name, as_table(dataset), measures, heads, caption)

@@ -5,10 +5,10 @@ from collections import namedtuple
 
 import numpy as np
 import pandas as pd
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import MaxNLocator, MultipleLocator
 
 from isarflow.core.sweep import closes_circle, unit_vectors
-from isarflow.report.layout import PALETTE, canvas, circle_ticks, figure
+from isarflow.report.layout import PALETTE, canvas, figure, table
 from isarflow.report.plots import draw_legend, panels
 from isarflow.report.selection import evenly
 from isarflow.scattering.interpolation import between, is_dense, order, order_told
@@ -19,20 +19,16 @@ NAMED = 16  # single directions that an axis names
 POINTS = 4  # drawn for each of the samples that a curve's bandwidth asks for
 LABELS = {"azimuth": "azimuth [°]", "elevation": "elevation [°]", "frequency": "frequency [GHz]"}
 ALONG, SINGLE = "angle along the directions [°]", "elevation, azimuth [°]"
+# How a cut is read, by the label of its axis; else by LINES.
 LINES = "Points are the samples, joined by straight lines."
-SERIES = (
+HOW = {ALONG: f"{LINES} 0° is the first direction."}
+HOW[SINGLE] = f"Points at the lower edge are {FLOOR} dB or more below the largest."
+HOW[LABELS["azimuth"]] = (
     "Curves without points are the field's own band-limited series. Points are samples too far apart "
     "to hold the field between them, joined by straight lines."
 )
-# How a cut is read, by the label of its axis; else by LINES.
-HOW = {
-    LABELS["azimuth"]: SERIES,
-    ALONG: f"{LINES} 0° is the first direction.",
-    SINGLE: f"Points at the lower edge are {FLOOR} dB or more below the largest.",
-}
 
-# A cut of one polarization: its samples with their levels in dBsm and, over x, the levels y that are drawn; `smooth` if
-# these are of the interpolated field, not lines between samples.
+# Of one polarization: samples with their levels in dBsm and, over x, the levels y drawn; smooth: of the field between.
 Curve = namedtuple("Curve", "polarization label samples levels x y smooth")
 
 
@@ -75,9 +71,9 @@ def by_transmitter(target, dataset, most):
 def cut(dataset, reach, most):
     """Return what a store's cut is drawn against, that axis's label, the field at the samples and the curves.
 
-    Against azimuth, else against elevation or along single directions: at the middle frequency at up to `most` values
-    of the other angle; at up to `most` frequencies where that has one. Against frequency where there is one direction.
-    reach: the target's from the origin in m, by which curves over azimuth are interpolated; None if it is not known.
+    Against azimuth, else elevation or single directions, else frequency: for up to `most` values of the other angle at
+    the middle frequency, else of the frequency. reach: the target's in m, by which curves over azimuth are
+    interpolated; None if it is not known.
     """
     field, sizes = dataset.field, dataset.sizes
     angles = ["direction"] if "direction" in sizes else ["azimuth", "elevation"]
@@ -137,10 +133,7 @@ def _axis(dataset, across):
 
 
 def draw_curves(curves, label, polar=False):
-    """Return a canvas with a panel for each label of the curves, and in it a line for each polarization.
-
-    label: of the axis, over which SINGLE has points alone. polar: over an angle in degrees, round a circle.
-    """
+    """Return a canvas: a panel for each label of the curves, a line for each polarization. label: of the axis."""
     titles = list(dict.fromkeys(curve.label for curve in curves))
     columns = min(len(titles), ACROSS) if polar else 1
     rows = -(-len(titles) // columns)
@@ -168,9 +161,15 @@ def draw_curves(curves, label, polar=False):
         else:
             axes.set(xlabel=label, ylabel="RCS [dBsm]")
             if label == LABELS["azimuth"]:
-                circle_ticks(axes.xaxis, curves[0].samples)
+                _circle_ticks(axes.xaxis, curves[0].samples)
     draw_legend(drawing, drawing.axes)
     return drawing
+
+
+def _circle_ticks(axis, values):
+    """Set ticks at parts of a circle, where the angles (degrees) span most of one."""
+    if np.ptp(values) > 180:
+        axis.set_major_locator(MultipleLocator(45))
 
 
 def cut_figure(target, dataset, reach, most, polar=False, name="rcs"):
@@ -196,7 +195,7 @@ def draw_map(axes, azimuth, values, level, top, depth):
     look = {"cmap": "viridis", "vmin": top - depth, "vmax": top, "shading": "nearest", "rasterized": True}
     picture = axes.pcolormesh(azimuth, values, level, **look)
     axes.grid(False)
-    circle_ticks(axes.xaxis, azimuth)
+    _circle_ticks(axes.xaxis, azimuth)
     return picture
 
 
@@ -212,9 +211,9 @@ def map_figure(target, dataset):
         axes.set(ylabel="elevation [°]", title=polarization)
     grid[-1, 0].set_xlabel("azimuth [°]")
     drawing.colorbar(picture, ax=grid, label="RCS [dBsm]", pad=0.02)
-    words = f"over elevation and azimuth at {in_words('frequency', center_frequency(dataset))}."
-    name, data = f"rcs_map_{target}", _table(target, field)
-    return figure(name, drawing, data, f"RCS of {target} {words}", f"{target}: RCS {words}")
+    words = f"over elevation and azimuth at {in_words('frequency', field.frequency.item())}."
+    data = _table(target, field)
+    return figure(f"rcs_map_{target}", drawing, data, f"RCS of {target} {words}", f"{target}: RCS {words}")
 
 
 def frequency_figure(target, dataset, most):
@@ -234,6 +233,18 @@ def frequency_figure(target, dataset, most):
     caption = f"{target}: RCS against frequency at directions (elevation, azimuth); samples, joined by lines."
     drawing = draw_curves(curves, LABELS["frequency"])
     return figure(f"rcs_frequency_{target}", drawing, frame, f"RCS of {target} against frequency.", caption)
+
+
+def measures_table(name, target, frame, measures, heads, caption):
+    """Return a table of measures of a target's RCS at each polarization and frequency.
+
+    measures: a function of the rows of `frame` at one, gives values by column; heads: how these are shown, by heading.
+    """
+    keys = ["polarization", "frequency_hz"]
+    groups = frame.groupby(keys, sort=False)
+    rows = [{"target": target} | dict(zip(keys, key, strict=True)) | measures(part) for key, part in groups]
+    shown = {"polarization": "{polarization}", "frequency": lambda row: in_words("frequency", row["frequency_hz"])}
+    return table(f"{name}_{target}", pd.DataFrame(rows), shown | heads, caption)
 
 
 def _names(part, form):

@@ -46,7 +46,7 @@ def lead(tables, names):
 
 
 def curves(part, validation, names):
-    """Return the rows of the best method and of the thesis's in one set: `part` with the columns curve, words, and theirs.
+    """Return the rows of the best method and of the thesis's in one set, with the columns curve (words) and theirs.
 
     part, validation: rows of weighted F1 on the test and validation images; the best one under the first split is
     chosen by the latter.

@@ -14,7 +14,7 @@ from isarflow.report.conditions import noise_words
 from isarflow.report.draw_images import FLOOR_DB, edges, gallery, pixel_table
 from isarflow.report.layout import Section, figure
 from isarflow.report.plots import draw_pixels, finish, panels
-from isarflow.report.selection import GALLERY_AZIMUTHS, GALLERY_ELEVATIONS, around, evenly, noise_snrs, noise_target
+from isarflow.report.selection import GALLERY_AZIMUTHS, GALLERY_ELEVATIONS, around, evenly, noise_snrs
 
 PLACE, NEEDS = ("imaging", 1), "images_are_made"  # on the page, see page.py
 PLACES = 13  # of scatterers, along each axis of the extent
@@ -28,7 +28,7 @@ RESPONSE = {
 
 def section(results):
     """Return the Section of the images."""
-    target = noise_target(results.settings["targets"])
+    target = results.targets[0]
     figures = [azimuth_gallery(results, name) for name in results.targets]
     figures += [elevation_gallery(results, target), *channel_gallery(results, target), noise_gallery(results, target)]
     figures += [response_figure(results, target)]

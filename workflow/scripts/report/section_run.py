@@ -16,7 +16,6 @@ from isarflow.imaging.geometry import planned
 from isarflow.learning.caveats import warnings
 from isarflow.mesh import measures
 from isarflow.report import draw_mesh
-from isarflow.report.conditions import noise_words
 from isarflow.report.layout import Section, canvas, duration, figure, several, span
 
 PLACE, NEEDS = ("run", 2), "targets"  # on the page, see page.py
@@ -27,21 +26,18 @@ PACKAGES = ("snakemake", "numpy", "scipy", "jax", "pymeshlab", "scikit-learn", "
 def facts(results):
     """Return the run in pairs of what and how much, as the page lists them."""
     settings = results.settings
-    radar, aspect, noise = settings["radar"], settings["aspect"], settings["noise"]
-    frequency = sweep.frequencies(radar) / 1e9
+    frequency = sweep.frequencies(settings["radar"]) / 1e9
+    polarizations = ", ".join(settings["radar"]["polarizations"])
     pairs = {
         "Run": f"{settings['name']}, seed {settings['seed']}; its whole config is at the end of the page",
-        "Radar": f"{span('frequency', frequency, ' GHz', 'frequencies')}, {', '.join(radar['polarizations'])}",
-        "Aspect": _directions(aspect),
+        "Radar": f"{span('frequency', frequency, ' GHz', 'frequencies')}, {polarizations}",
+        "Aspect": _directions(settings["aspect"]),
     }
     if results.images_are_made:
-        images, tested = planned(settings), settings["learning"]["realizations"]
-        some = "" if tested == "all" or tested >= noise["realizations"] else f", of which {tested} tested"
+        images, noise = planned(settings), settings["noise"]
         pairs["Images"] = f"{images['range_pixels']} × {images['crossrange_pixels']} pixels, {images['words']}"
-        pairs["Noise"] = (
-            f"{span('SNR', sorted(noise['snr_db']), ' dB')}, by {noise_words(noise, noise['definition'])}; "
-            f"{several(noise['realizations'], 'realization')} of each {noise['per']}{some}"
-        )
+        copies = several(noise["realizations"], "realization")
+        pairs["Noise"] = f"{span('SNR', sorted(noise['snr_db']), ' dB')}, {copies} of each {noise['per']}"
     else:
         pairs["Images"] = f"none: {sweep.why_no_images(settings)}"
     if len(results.benchmarks):
@@ -58,10 +54,7 @@ def facts(results):
 def _directions(aspect):
     """Return where the radar is, in words."""
     if "great_circle" in aspect:
-        circle = aspect["great_circle"]
-        through = " through ".join("({:g}°, {:g}°)".format(*circle[key]) for key in ("from", "through"))
-        count = several(len(sweep.angles(circle["angle"])), "direction")
-        return f"{count} on the great circle from {through}, (elevation, azimuth)"
+        return f"{several(len(sweep.angles(aspect['great_circle']['angle'])), 'direction')} on a great circle"
     if not sweep.is_grid(aspect):
         return several(len(aspect["directions"]), "direction")
     every = ("elevation", sweep.elevations(aspect)), ("azimuth", sweep.azimuths(aspect))

@@ -1,25 +1,25 @@
 """Prediction times beside the published ones."""
 
 from isarflow.report import thesis
-from isarflow.report.layout import Section, number, table
+from isarflow.report.layout import Section, number, several, table
 from isarflow.report.vocabulary import run_title
 
 PLACE, NEEDS = ("run", 1), "learns"  # on the page, see page.py
-PUBLISHED = {
-    "milliseconds_per_observation": "published_ms",
-    "training_observations": "published_training_observations",
-}
+# What of the published table is shown, and what its column is called.
+PUBLISHED = {"training_observations": "published_training_observations", "milliseconds_per_observation": "published_ms"}
 
 
 def section(results):
-    """Return the Section of the table of times."""
-    data = times(results)
+    """Return the Section of the table of times, ours beside the published ones of networks of the same size."""
+    published = results.published_times.drop(columns=["source", "condition"]).rename(columns=PUBLISHED)
+    published = published[[thesis.full_size(model, results.settings) for model in published["model"]]]
+    data = results.times.merge(published, how="left", on=["model", "experiment"])
     machine, threads = data["machine"].iloc[0], data["threads"].iloc[0]
     text = (
-        "Milliseconds per image, from the complex image to its class, without its confidence scores. Here: "
-        f"{machine}, {'one thread' if threads == 1 else f'{threads} threads'}, in batches of "
-        f"{data['batch_size'].max()}. The reference thesis: Intel i7-7700HQ, with other training sets. Only ratios "
-        "between models compare. Networks of another size than the thesis's have no published time."
+        f"From the complex image to its class, without its confidence scores. Here: {machine}, "
+        f"{several(threads, 'thread')}, in batches of {data['batch_size'].max()}. The reference thesis: Intel "
+        "i7-7700HQ, with other training sets. Only ratios between models compare. Networks of another size than the "
+        "thesis's have no published time."
     )
     shown = {
         "run": lambda row: run_title(results.runs[row["run"]]),
@@ -32,10 +32,3 @@ def section(results):
     }
     caption = "Prediction time per image: one at a time, in batches (per image), and as published."
     return Section("times", "Prediction times", (text,), tables=(table("prediction_times", data, shown, caption),))
-
-
-def times(results):
-    """Return a row per experiment and model: our milliseconds, and the published ones of a network of the same size."""
-    published = results.published_times.drop(columns=["source", "condition"]).rename(columns=PUBLISHED)
-    published = published[[thesis.full_size(model, results.settings) for model in published["model"]]]
-    return results.times.merge(published, how="left", on=["model", "experiment"])
