@@ -43,15 +43,13 @@ def _published(table, types=None):
     return cached_property(lambda _: pd.read_csv(path, dtype=types, keep_default_na=False))
 
 
+def _json(path):
+    return json.loads(path.read_text())
+
+
 class Results:
-    """The results of one run, read when they are asked for.
+    """The results of one run, results/<name>, read when asked for. stated: as of `vocabulary.Names`."""
 
-    folder: results/<name>. settings: the config's sections. stated: what the models' files say of themselves (see
-    `vocabulary.Names`). The latter two are the rule's params.
-    """
-
-    polarizations = property(lambda self: self.settings["imaging"]["polarizations"])  # the channels of an image
-    definition = property(lambda self: self.settings["noise"]["definition"])  # the config's, of SNR
     every_score = _learned("scores")  # by both definitions of SNR; of a fold alone, too, whose low and high are NaN
     confusion = _learned("confusion")  # counts of predicted classes by target, after columns as of `scores`
     validation = _learned("validation")  # rows as in `scores`, without intervals: the best is chosen by them
@@ -66,6 +64,8 @@ class Results:
         models = {name for one in settings["learning"]["experiments"].values() for name in one["models"]}
         self.folder, self.settings, self.names = Path(folder), settings, Names(stated, models)
         self.fields = of_fields(folder, settings)
+        self.polarizations = settings["imaging"]["polarizations"]  # the channels of an image
+        self.definition = settings["noise"]["definition"]  # the config's, of SNR
         self.targets = target_order(settings["targets"])
         self.meshed = [name for name in self.targets if "mesh" in settings["targets"][name]]
         self.images_are_made = images_are_made(settings)
@@ -83,7 +83,7 @@ class Results:
     @cached_property
     def meshes(self):
         """Measures of the meshes, by target that has some."""
-        return {name: json.loads((self.fields / "mesh" / f"{name}.json").read_text()) for name in self.meshed}
+        return {name: _json(self.fields / "mesh" / f"{name}.json") for name in self.meshed}
 
     def mesh(self, target, part):
         """Return vertices in m and triangles of a target's mesh in a band, or of its 'source'."""
@@ -97,8 +97,7 @@ class Results:
     @cached_property
     def sphere(self):
         """What the run's solver made of a sphere (see scattering/sphere.py); None where nothing is solved."""
-        path = self.fields / "scattering" / "check" / "sphere.json"
-        return json.loads(path.read_text()) if self.meshed else None
+        return _json(self.fields / "scattering" / "check" / "sphere.json") if self.meshed else None
 
     def scattering(self, target):
         """Return the scattering store of a target, opened lazily."""
@@ -118,10 +117,7 @@ class Results:
 
     @cached_property
     def scores(self):
-        """Scores of the test images of all folds together, by the config's definition of SNR.
-
-        score and threshold are empty text in the rows of the closed set; low and high are NaN for a single fold.
-        """
+        """Of all folds together, by the config's definition of SNR; of the closed set score and threshold are empty."""
         return select(self.every_score, snr_definition=self.definition, fold="")
 
     @cached_property
@@ -166,25 +162,23 @@ class Results:
         return {experiment: sorted(numbers) for experiment, numbers in folds.items()}
 
     def _fitted(self, file):
-        """Return {(run, model): path} of every fitted model that has such a file."""
+        """Return a table of every fitted model that has it, by (run, model)."""
         folder = self.folder / "learning" / "models"
         fitted = [(run, model) for run, settings in self.runs.items() for model in settings["models"]]
         paths = {case: folder.joinpath(*case, file) for case in fitted}
-        return {case: path for case, path in paths.items() if path.exists()}
+        return {case: pd.read_csv(path) for case, path in paths.items() if path.exists()}
 
     @cached_property
     def curves(self):
         """Training curves by (run, model), with the seconds until each epoch; of several folds the first one's."""
-        paths, times = self._fitted("curve.csv"), self._fitted("seconds.csv")
-        curves = {case: pd.read_csv(path) for case, path in paths.items() if self.runs[case[0]]["first"]}
-        for case in times.keys() & curves:
-            curves[case] = curves[case].merge(pd.read_csv(times[case]), on="epoch")
-        return curves
+        times = self._fitted("seconds.csv")
+        curves = {case: of for case, of in self._fitted("curve.csv").items() if self.runs[case[0]]["first"]}
+        return {case: of.merge(times[case], on="epoch") if case in times else of for case, of in curves.items()}
 
     @cached_property
     def searches(self):
         """Settings tried and the validation accuracy of each, by (run, model), of the models that had a choice."""
-        return {case: pd.read_csv(path) for case, path in self._fitted("search.csv").items()}
+        return self._fitted("search.csv")
 
     @cached_property
     def decoders(self):
@@ -205,7 +199,7 @@ class Results:
     @cached_property
     def times(self):
         """Prediction times: a row per run and model."""
-        times = json.loads((self.folder / "learning" / "times.json").read_text())
+        times = _json(self.folder / "learning" / "times.json")
         same = {"machine": times["machine"]["cpu"], "threads": times["threads"]}
         return pd.json_normalize(times["models"])[[*TIMES]].rename(columns=TIMES).assign(**same)
 

@@ -1,12 +1,12 @@
-"""The headline, weighted F1 of the open and the closed set against SNR, and what the page compares all curves with."""
+"""The headline, weighted F1 of the open and the closed set against SNR, and the live curves and matrices of all."""
 
 import pandas as pd
 from matplotlib.lines import Line2D
 
 from isarflow.learning.experiments import CLEAN, REFERENCE
 from isarflow.report.conditions import conditions, meaning
-from isarflow.report.layout import BLACK, figure
-from isarflow.report.plots import draw_scores
+from isarflow.report.layout import BLACK, Section, figure
+from isarflow.report.plots import draw_scores, matrix
 from isarflow.report.published import FULL_SIZE, beside
 from isarflow.report.vocabulary import (
     DRAWN,
@@ -21,6 +21,7 @@ from isarflow.report.vocabulary import (
     title,
 )
 
+PLACE, NEEDS = ("recognition", 0), "learns"  # on the page, see page.py
 # The sets of test images, as the page calls them, and the threshold in scores.csv.
 SETS = {**{f"open set, {protocol} thresholds": protocol for protocol in PROTOCOLS}, "closed set": ""}
 # The set of what the reference thesis states of its own method: by model and metric of the published table.
@@ -28,6 +29,12 @@ PUBLISHED = {"capsule f1": "closed set", "capsule_zncc weighted_f1": "open set, 
 THESIS_PROTOCOL = {"ls": (0, (4, 2)), "lw": 1}
 # Of the live curves by split, as SVG has them.
 DASHES = {"solid": "", "dashed": "6 4", "dash-dotted": "8 3 2 3", "dotted": "2 3"}
+
+
+def section(results):
+    """Return the sections that scripts draw: the curves of all experiments, and matrices with a slider over the SNR."""
+    live = Section("compare", "Compare experiments", live=comparison(results))
+    return live, Section("matrices", "Who is taken for whom", live=matrices(results))
 
 
 def sets_of(tables):
@@ -94,13 +101,13 @@ def headline(results):
     caption = (
         f"Weighted F1 on the test images, with 95 % intervals, of the method that is best on the validation images "
         f"by its mean over {middle_text(results.validation)}{whose}. {broken}{meaning(drawn['split'])}{words}"
-        f"{conditions(results, drawn, drawn['snr_definition'].iloc[0])}"
+        f"{conditions(results, drawn)}"
     )
     alt = f"Weighted F1 against test SNR of the best method{' and of the thesis’s' if red else ''}, by set and split."
     return figure("headline", drawing, drawn, alt, caption, wide=True)
 
 
-def in_words(names, split, experiment, model, training, score):
+def _in_words(names, split, experiment, model, training, score):
     """Return a method, by the columns METHOD, in words."""
     trained = "trained without noise" if training == CLEAN else f"training SNR: {training}"
     return f"{names.method(model, score)}: {title(experiment)} ({split}), {trained}"
@@ -126,7 +133,7 @@ def comparison(results):
             points = curve.sort_values("test_snr_db")[["test_snr_db", "value", "low", "high"]].round(4).astype(object)
             points = points.where(points.notna(), None).to_numpy().tolist()  # JSON knows no NaN
             entry = {"set": name, "experiment": title(experiment), "model": names.model(model).label}
-            entry |= {"words": in_words(names, *method), "color": names.model(model).color, "dashes": dashes[split][1]}
+            entry |= {"words": _in_words(names, *method), "color": names.model(model).color, "dashes": dashes[split][1]}
             listed.append(entry | {"shown": method in shown, "best": method in best, "points": points})
     return {
         "curves": listed,
@@ -135,3 +142,21 @@ def comparison(results):
         "lines": "; ".join(f"{look} lines: {SPLITS[split]}" for split, (look, _) in dashes.items()),
         "caption": conditions(results, pd.concat(part for _, part, _ in parts)).strip(),
     }
+
+
+def matrices(results):
+    """Return for JSON `entries`, one per method and set of images: its SNRs in dB and counts (SNR, target, class).
+
+    Of each model in an open set that confidence score is there which is best on the validation images.
+    """
+    entries = []
+    for name, _, validation in sets_of(results):
+        best = ranked(validation).drop_duplicates(METHOD[:-1])[METHOD]
+        cells = select(results.confusion, elevation="all", threshold=SETS[name]).merge(best, on=METHOD)
+        for method, rows in results.names.groups(cells, *METHOD):
+            by_snr = rows.groupby("test_snr_db")
+            counts = [matrix(part).reindex(results.targets).dropna().astype(int) for _, part in by_snr]
+            entry = {"set": name, "words": _in_words(results.names, *method), "snrs": list(by_snr.groups)}
+            entry |= {"targets": list(counts[0].index), "classes": list(counts[0].columns)}
+            entries.append(entry | {"counts": [table.to_numpy().tolist() for table in counts]})
+    return {"entries": entries}

@@ -6,8 +6,9 @@ import numpy as np
 import pandas as pd
 from matplotlib.ticker import MaxNLocator
 
+from isarflow.report import thesis
 from isarflow.report.conditions import conditions, meaning
-from isarflow.report.layout import BLACK, GREY, Section, figure, table
+from isarflow.report.layout import BLACK, GREY, Section, figure, number, several, table
 from isarflow.report.plots import draw_rejecting, draw_scores, finish, panels, training_look
 from isarflow.report.published import CLOSED, beside, statements_table
 from isarflow.report.selection import TABLE_SNRS, evenly
@@ -24,7 +25,6 @@ from isarflow.report.vocabulary import (
     select,
     title,
     training_noise,
-    with_interval,
 )
 
 PLACE, NEEDS = ("recognition", 1), "learns"  # on the page, see page.py
@@ -32,6 +32,8 @@ DASHES = "-", "--", ":", "-."  # of a model's training curves
 # The panels of the folds by threshold: metric, and what is drawn.
 PANELS = {"": (ACCURACY, "closed set: accuracy")}
 PANELS |= {protocol: (F1, f"open set, {protocol} thresholds:\nweighted F1") for protocol in DRAWN}
+# Columns of the published prediction times beside ours.
+PUBLISHED = {"training_observations": "published_training_observations", "milliseconds_per_observation": "published_ms"}
 
 
 def section(results):
@@ -47,11 +49,12 @@ def section(results):
     )
     snrs, columns = evenly(scores["test_snr_db"].unique(), TABLE_SNRS), [*METHOD[:-1], "elevation"]
     curves = [curve for _, curve in names.groups(scores, *columns)]
-    shown = [names.cells(curve.iloc[0], *columns) | at_snrs(curve, snrs, with_interval) for curve in curves]
+    shown = [names.cells(curve.iloc[0], *columns) | at_snrs(curve, snrs) for curve in curves]
     caption = "Accuracy at some test SNRs with its 95 % interval. The CSV file holds all SNRs."
     tables = [table("accuracy", scores, shown, caption), *statements_table(results, "published", CLOSED)]
+    tables += [*search_tables(results), times_table(results)]
     figures += folds_figure(results) + curves_figure(results)
-    return Section("learning", "Learning", (text,), tuple(figures), (*tables, *search_tables(results)))
+    return Section("learning", "Learning", (text,), tuple(figures), tuple(tables))
 
 
 def learning_figure(results, name, rows):
@@ -78,7 +81,7 @@ def learning_figure(results, name, rows):
     where = "all elevations" if angles == "all" else f"elevation {', '.join(f'{angle:g}' for angle in angles)}°"
     caption = (
         f"{heading(name)}: trained {training_noise(train['snr_db'])}{only}, at {where}; accuracy.{words}"
-        f"{conditions(results, rows, rows['snr_definition'].iloc[0])}"
+        f"{conditions(results, rows)}"
     )
     alt = f"Experiment {title(name)}: accuracy against test SNR of each model."
     return figure(f"learning_{name}", drawing, rows, alt, caption, wide=len(shown) > 1)
@@ -188,3 +191,26 @@ def search_tables(results):
         )
         tables.append(table(f"search_{model}", data, [*shown.values()], caption))
     return tables
+
+
+def times_table(results):
+    """Return prediction times per image beside the published ones of networks of the same size."""
+    published = results.published_times.drop(columns=["source", "condition"]).rename(columns=PUBLISHED)
+    published = published[[thesis.full_size(model, results.settings) for model in published["model"]]]
+    data = results.times.merge(published, how="left", on=["model", "experiment"])
+    shown = {
+        "run": lambda row: run_title(results.runs[row["run"]]),
+        "model": lambda row: results.names.model(row["model"]).label,
+        "training images": "{training_observations:,}",
+        "one at a time [ms]": lambda row: number(row["single_ms"]),
+        "in batches [ms]": lambda row: number(row["batch_ms"]),
+        "reference thesis [ms]": lambda row: number(row["published_ms"]),
+        "its training images": lambda row: number(row["published_training_observations"], 6),
+    }
+    caption = (
+        "Prediction time per image, from the complex image to its class, without its confidence scores. Here: "
+        f"{data['machine'].iloc[0]}, {several(data['threads'].iloc[0], 'thread')}, in batches of "
+        f"{data['batch_size'].max()}. The reference thesis: Intel i7-7700HQ, with other training sets, so only ratios "
+        "between models compare; networks of another size than its have no published time."
+    )
+    return table("prediction_times", data, shown, caption)

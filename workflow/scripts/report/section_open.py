@@ -20,7 +20,6 @@ from isarflow.report.vocabulary import (
     ranked,
     select,
     title,
-    with_interval,
 )
 
 PLACE, NEEDS = ("recognition", 2), "opened"  # on the page, see page.py
@@ -40,12 +39,11 @@ def section(results):
     text = (
         f"The test images are those of {known} and of {unknown}, which no model has seen. An image whose confidence "
         "score is below a threshold is rejected as 'other'. Thresholds are chosen on the validation images, for each "
-        "SNR by itself: for the largest weighted F1, under the thesis protocol with the unknown targets among these, "
+        "SNR and fold: for the largest weighted F1, under the thesis protocol with the unknown targets among these, "
         f"under the blind protocol with the known ones and those of role other{f' ({other})' if other else ''} alone; "
-        f"under the kept protocol so that {kept:g} % of the known ones are kept, whatever else there is. Every fold "
-        "has thresholds of its own. Scores that put the images in the same order, as softmax, maximum logit and energy "
-        "of a linear model of two classes do, lie on each other. OpenMax's score is its largest probability of a known "
-        f"class. Rejecting everything gives a weighted F1 of {rejecting}: the dotted line."
+        f"under the kept protocol so that {kept:g} % of the known ones are kept. Scores that put the images in the "
+        "same order, as softmax and energy of a linear model of two classes do, lie on each other. Rejecting "
+        f"everything gives a weighted F1 of {rejecting}: the dotted line."
     )
     figures = *(open_figure(results, name) for name in results.opened), *looks_figure(results, scores)
     ranks = summary(scores, select(results.validation, elevation="all"))
@@ -54,10 +52,7 @@ def section(results):
 
 
 def open_figure(results, name):
-    """Draw an experiment's weighted F1: a row per model, a column per protocol, a line per confidence score.
-
-    Beside them the closed set, and what the thesis states.
-    """
+    """Draw an experiment's weighted F1: a row per model, a column per protocol, a line per confidence score."""
     names, shown = results.names, {}
     rows = select(results.scores, experiment=name, metric=F1, elevation="all")
     statements = select(results.published_scores, experiment=name, metric=["f1", "weighted_f1"], elevation="all")
@@ -80,17 +75,16 @@ def open_figure(results, name):
     caption = (
         f"{heading(name)}: weighted F1 over the classes and 'other', unknown targets among the test images, a line for "
         f"each confidence score; dashed: on the known targets alone.{words}"
-        f"{conditions(results, rows, rows['snr_definition'].iloc[0])}"
+        f"{conditions(results, rows)}"
     )
     alt = f"Open-set weighted F1 of {title(name)} against test SNR, for each model, confidence score and threshold."
     return figure(f"open_{name}", drawing, rows, alt, caption, wide=True)
 
 
 def looks_figure(results, scores):
-    """Draw weighted F1 against the number of looks that are added up: a panel per method, a line per SNR.
+    """Draw weighted F1 against the number of looks that are added up, where a model has scores that add up.
 
-    scores: rows of the open set. Nothing where no model has scores that add up. Of several confidence scores that which
-    is best on the validation images of single looks.
+    scores: rows of the open set; of several confidence scores that is drawn which is best for single looks.
     """
     rows = select(scores, threshold=LEAD)
     rows = rows.assign(looks=rows["metric"].str.extract(rf"^{F1}_(\d+)_looks$")[0])
@@ -120,9 +114,8 @@ def looks_figure(results, scores):
 def summary(scores, validation):
     """Return one row per method, the best first within each split: columns METHOD, validation, mean_<p>, gain_<p>.
 
-    Means over the middle SNRs of weighted F1 and of its gain on the test images under each protocol <p>; validation is
-    that of weighted F1 on the validation images under the first of them, which decides what is best. gain_<p> is NaN
-    where no network of the thesis is trained at the same SNRs, and left out where none is at all.
+    Means over the middle SNRs: of weighted F1 on the validation images, which decides what is best, and, under each
+    protocol <p>, on the test images; gain_<p> is NaN, or left out, where no network of the thesis compares.
     """
     ranks = ranked(select(validation, metric=F1, threshold=LEAD)).rename(columns={"value": "validation"})
     rows = select(scores, test_snr_db=middle(scores["test_snr_db"]), metric=[F1, GAIN])
@@ -138,7 +131,7 @@ def tried_table(results, scores, ranks):
     for row in ranks.to_dict("records"):
         own = select(scores, **{column: row[column] for column in METHOD})
         line = names.cells(row, *METHOD) | {"validation mean": f"{row['validation']:.3f}"}
-        line |= at_snrs(select(own, metric=F1, threshold=LEAD), snrs, with_interval)
+        line |= at_snrs(select(own, metric=F1, threshold=LEAD), snrs)
         line |= {f"mean{words}": f"{row[f'mean_{protocol}']:.3f}" for protocol, words in heads.items()}
         if f"gain_{LEAD}" in row:
             line |= {f"gain{words}": signed(row[f"gain_{protocol}"]) for protocol, words in heads.items()}

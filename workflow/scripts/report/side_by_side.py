@@ -9,7 +9,7 @@ from isarflow.core.folders import SCORES
 from isarflow.learning.paired import differences
 from isarflow.report import layout, plots
 from isarflow.report.page import Part, write_page
-from isarflow.report.vocabulary import F1, SPLITS, at_snrs, heading, select, snr_axis, title, with_interval
+from isarflow.report.vocabulary import F1, SPLITS, at_snrs, heading, select, snr_axis, title
 
 PROTOCOL = "blind"  # of the thresholds that the page shows; the table beside it has the others, too
 GROUP = ["experiment", "split", "threshold"]  # a section of the page each
@@ -108,7 +108,7 @@ def _over_seeds(key, rows, axis):
     snrs, listed = sorted(rows["test_snr_db"].unique()), []
     for color, (method, own) in zip(layout.PALETTE * 9, rows.groupby(METHOD), strict=False):
         plots.draw_curve(grid[0, 0], own, color, "o", label=_name(*method))
-        listed.append({"method": _name(*method)} | at_snrs(own, snrs, with_interval))
+        listed.append({"method": _name(*method)} | at_snrs(own, snrs))
     plots.finish(drawing, grid, axis, "weighted F1, mean over seeds")
     words = "Weighted F1 against the test SNR, mean over seeds with its 95 % interval."
     heading = f"Over {rows['n'].max():.0f} seeds: {_title(*key)}"
