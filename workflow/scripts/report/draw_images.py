@@ -36,8 +36,8 @@ def pixel_table(distance, cross, values, **columns):
 def outline(vertices, triangles, elevation, azimuth):
     """Return the target's shadow in an image: crossrange (C,) and range (R,) in m, and how much is covered, (R, C).
 
-    vertices in m, the image's elevation and azimuth in degrees. Covered is 0 to 1, smoothed: the outline is at OUTLINE,
-    which a sheet seen edge-on, one cell wide, reaches too.
+    vertices in m, elevation and azimuth in degrees. Covered is 0 to 1, smoothed: at OUTLINE, which a sheet seen
+    edge-on reaches too, is the outline.
     """
     distance, cross = project(vertices, elevation, azimuth)
     points = np.stack([cross, distance], axis=1)
@@ -52,10 +52,7 @@ def outline(vertices, triangles, elevation, azimuth):
 
 
 def gallery(name, target, images, surface, alt, caption):
-    """Return the Figure of a target's images (range, crossrange), a mapping by their titles, side by side.
-
-    surface: the target's vertices and triangles, for the outline of what it shows the radar; None for no outline.
-    """
+    """Return the Figure of images (range, crossrange) by title, side by side. surface: for its outline, or None."""
     first = next(iter(images.values()))
     distance, cross = first.range.values, first.crossrange.values
     down, across = edges(distance), edges(cross)

@@ -71,10 +71,10 @@ def draw_published(axes, rows, color, whose=""):
         axes.plot(row.snr_db, float(row.value), marker, **look)
 
 
-def draw_rejecting(axes, values, upright=False, **look):
-    """The weighted F1 of rejecting every image of the open set: a line for each of the values, level or upright."""
+def draw_rejecting(axes, values, **look):
+    """The weighted F1 of rejecting every image of the open set: a line for each of the values."""
     for value in values:
-        (axes.axvline if upright else axes.axhline)(value, **REJECTING | look)
+        axes.axhline(value, **REJECTING | look)
 
 
 def training_look(training, trained):

@@ -46,16 +46,15 @@ def images_text(results):
         f"{plan['range_extent']:.2f} × {plan['crossrange_extent']:.2f} m. Their store has {plan['bytes'] / 1e6:.3g} "
         f"MB, the store of each SNR {copies * plan['bytes'] / 1e6:.3g} MB."
     )
-    offsets = {name: results.images(name, "clean").snr_definition_offset.values for name in results.targets}
-    apart = [
-        f"{np.nanmean(of):.1f} dB for {name} ({np.nanmin(of):.1f} to {np.nanmax(of):.1f} dB)"
-        for name, of in offsets.items()
-        if np.isfinite(of).any()  # it is NaN of an image without a signal
-    ]
+    apart = []
+    for name in results.targets:
+        offset = results.images(name, "clean").snr_definition_offset.values
+        if np.isfinite(offset).any():  # it is NaN of an image without a signal
+            between = f"{np.nanmin(offset):.1f} to {np.nanmax(offset):.1f} dB"
+            apart.append(f"{np.nanmean(offset):.1f} dB for {name} ({between})")
     snr = (
         "The same noise reads higher as SNR by peak_3db power than by mean power, on average (and image by image) by "
-        f"{'; '.join(apart)}. One number does not turn SNRs of one definition into the other's; scores by the other "
-        "definition count each image at its own."
+        f"{'; '.join(apart)}. Scores by the other definition count each image at its own."
     )
     text = (
         f"Every image is divided by its own peak and shown from 0 to {FLOOR_DB} dB of it. Range is measured from the "
@@ -64,11 +63,10 @@ def images_text(results):
     )
     if not plan["coherent"]:
         text += " Only magnitudes are kept; there is no phase."
-    first, *others = results.polarizations
-    if others:
+    if len(results.polarizations) > 1:
         text += (
-            f" An image has a channel for each of {', '.join([first, *others])} and one peak over all of them. Where "
-            f"no polarization is named, {first} is shown; the SNR is that of {first}, and all channels have its noise."
+            f" An image has a channel for each of {', '.join(results.polarizations)} and one peak over all of them; "
+            "the first is shown where none is named. The SNR is its, and all channels have its noise."
         )
     return (made, snr, text) if apart else (made, text)
 

@@ -2,23 +2,19 @@
 
 import itertools
 
-import numpy as np
 import pandas as pd
 from matplotlib.ticker import MaxNLocator
 
 from isarflow.report import thesis
 from isarflow.report.conditions import conditions, meaning
-from isarflow.report.layout import BLACK, GREY, Section, figure, number, several, table
-from isarflow.report.plots import draw_rejecting, draw_scores, finish, panels, training_look
+from isarflow.report.layout import Section, figure, number, several, table
+from isarflow.report.plots import draw_scores, finish, panels, training_look
 from isarflow.report.published import CLOSED, beside, statements_table
 from isarflow.report.selection import TABLE_SNRS, evenly
 from isarflow.report.vocabulary import (
     ACCURACY,
-    DRAWN,
     ELEVATIONS,
-    F1,
     METHOD,
-    at_highest,
     at_snrs,
     heading,
     run_title,
@@ -29,15 +25,12 @@ from isarflow.report.vocabulary import (
 
 PLACE, NEEDS = ("recognition", 1), "learns"  # on the page, see page.py
 DASHES = "-", "--", ":", "-."  # of a model's training curves
-# The panels of the folds by threshold: metric, and what is drawn.
-PANELS = {"": (ACCURACY, "closed set: accuracy")}
-PANELS |= {protocol: (F1, f"open set, {protocol} thresholds:\nweighted F1") for protocol in DRAWN}
 # Columns of the published prediction times beside ours.
 PUBLISHED = {"training_observations": "published_training_observations", "milliseconds_per_observation": "published_ms"}
 
 
 def section(results):
-    """Return the section: accuracy of each experiment in the closed set, folds, training curves, settings tried."""
+    """Return the section: accuracy of each experiment in the closed set, training curves, settings tried."""
     scores, names = select(results.scores, score="", metric=ACCURACY), results.names
     figures = [learning_figure(results, *of) for of in names.groups(scores, "experiment")]
     text = (
@@ -53,7 +46,7 @@ def section(results):
     caption = "Accuracy at some test SNRs with its 95 % interval. The CSV file holds all SNRs."
     tables = [table("accuracy", scores, shown, caption), *statements_table(results, "published", CLOSED)]
     tables += [*search_tables(results), times_table(results)]
-    figures += folds_figure(results) + curves_figure(results)
+    figures += curves_figure(results)
     return Section("learning", "Learning", (text,), tuple(figures), tuple(tables))
 
 
@@ -85,57 +78,6 @@ def learning_figure(results, name, rows):
     )
     alt = f"Experiment {title(name)}: accuracy against test SNR of each model."
     return figure(f"learning_{name}", drawing, rows, alt, caption, wide=len(shown) > 1)
-
-
-def folds_figure(results):
-    """Draw each fold's score at the highest SNR beside that of all folds: a row for each model that has several."""
-    drawn = fold_values(results)
-    if drawn.empty:
-        return ()
-    rows = results.names.groups(drawn, "experiment", "model", "training")
-    shown = [threshold for threshold in PANELS if threshold in set(drawn["threshold"])]
-    drawing, grid = panels(1, len(shown), 3 + 2.8 * len(shown), 1.2 + 0.36 * len(rows), sharex=False)
-    for axes, threshold in zip(grid.flat, shown, strict=True):
-        axes.set_title(PANELS[threshold][1])
-        for place, ((_, model, _), row) in enumerate(rows):
-            values = select(row, threshold=threshold)
-            alone, together = values[values["fold"] != ""], values[values["fold"] == ""]
-            # Side by side, the first fold uppermost.
-            beside = place + np.linspace(-0.3, 0.3, len(alone))
-            axes.plot(alone["value"], beside, "o", color=GREY, ms=3.5, zorder=3, label="one fold")
-            reach = [together["value"] - together["low"], together["high"] - together["value"]]
-            look = {"fmt": "D", "color": results.names.model(model).color, "ms": 4.5, "lw": 1.4, "capsize": 3}
-            axes.errorbar(together["value"], [place] * len(together), xerr=reach, **look)
-        if threshold:
-            draw_rejecting(axes, results.rejecting(select(drawn, threshold=threshold)["experiment"]), upright=True)
-    labels = [f"{results.names.model(model).label}, {title(experiment)}" for (experiment, model, _), _ in rows]
-    grid[0, 0].set_yticks(range(len(rows)), labels)
-    grid[0, 0].set_ylim(len(rows) - 0.5, -0.5)
-    grid[0, -1].plot([], [], "D", color=BLACK, ms=4.5, label="all folds, with the 95 % interval")
-    finish(drawing, grid, "")
-    caption = (
-        f"How far the folds differ at {drawn['test_snr_db'].max():g} dB: each fold's test images alone, and all "
-        "together, of an open set with each model's confidence score that is best on the validation images."
-        f"{conditions(results, drawn)}"
-    )
-    alt = "Accuracy and open-set weighted F1 of each fold and of all folds together, for each model that has folds."
-    return (figure("folds", drawing, drawn, alt, caption, wide=True),)
-
-
-def fold_values(results):
-    """Return rows of scores at the highest SNR, of each fold and, with fold empty, of all together, where it has folds.
-
-    Of an open set with the confidence score that is best on the validation images.
-    """
-    parts, every = [], results.every_score
-    for threshold, (metric, _) in PANELS.items():
-        case = {"elevation": "all", "threshold": threshold, "metric": metric}
-        tables = every[every["fold"] != ""], results.scores, results.validation
-        alone, together, held_out = (at_highest(select(table, **case)) for table in tables)
-        best = held_out.sort_values("value", ascending=False, kind="stable").drop_duplicates(METHOD[:-1])[METHOD]
-        folded = alone[METHOD].drop_duplicates().merge(best, on=METHOD)
-        parts += [table.merge(folded, on=METHOD) for table in (together, alone)]
-    return pd.concat(parts)
 
 
 def curves_figure(results):

@@ -43,10 +43,7 @@ def _method(results):
 
 
 def _origin(name, attrs, solved):
-    """Return how large a target's systems were and how well they were solved, or which files it is from.
-
-    attrs: of its store.
-    """
+    """Return how large a target's systems were and how well solved, or which files its store, of `attrs`, is from."""
     if not solved:
         files = ", ".join(f"{path} (SHA-256 {digest[:12]}…)" for path, digest in attrs["origin"].items())
         return f"The field of {name} was not solved here; it comes from {files}."

@@ -27,10 +27,9 @@ def _done(results):
     frequency = sweep.frequencies(settings["radar"]) / 1e9
     elevation, azimuth = sweep.elevations(settings["aspect"]), sweep.azimuths(settings["aspect"])
     band = f"{frequency[0]:g} GHz" if len(frequency) == 1 else f"{frequency[0]:.3g} to {frequency[-1]:.3g} GHz"
-    solved = ""
-    if results.meshed:
-        some = len(results.meshed) < len(results.targets)
-        solved = f", solved on {f'the meshes of {len(results.meshed)} of them' if some else 'their meshes'}"
+    every = len(results.meshed) == len(results.targets)
+    meshes = "their meshes" if every else f"the meshes of {len(results.meshed)} of them"
+    solved = f", solved on {meshes}" if results.meshed else ""
     directions = f"{len(elevation)} × {len(azimuth)} directions"
     parts = [f"The radar echo of {several(len(results.targets), 'target')} at {band} from {directions}{solved}"]
     if results.images_are_made:
@@ -45,10 +44,7 @@ def _done(results):
 
 
 def _reached(results):
-    """Return the weighted F1 of the best method near 12 dB: of the first set and split that were tested, then others.
-
-    Nothing for a run that learns nothing.
-    """
+    """Return the weighted F1 of the best method near 12 dB: of the first set and split tested, then of others."""
     if not results.learns:
         return ""
     drawn = section_headline.lead(results, results.names)
@@ -58,11 +54,10 @@ def _reached(results):
     opened = PROTOCOLS[0] in set(at["threshold"])
     case = select(at, threshold=PROTOCOLS[0] if opened else "")
     first, *others = [split for split in SPLITS if split in set(case["split"])]
-    best = select(case, split=first).iloc[0]
-    (level,) = (results.rejecting if opened else results.guessing)([best["experiment"]])[-1:]
-    images, blind, least = "open", ", with blind thresholds", "rejecting everything"
-    if not opened:
-        images, blind, least = "closed", "", "naming one class for all"
+    best, images, blind, least = select(case, split=first).iloc[0], "closed", "", "naming one class for all"
+    if opened:
+        images, blind, least = "open", ", with blind thresholds", "rejecting everything"
+    level = (results.rejecting if opened else results.guessing)([best["experiment"]])[-1]
     parts = [
         f"At {snr:g} dB by {POWERS[results.definition]}, {SPLITS[first]}{blind}, "
         f"{results.names.method(best['model'], best['score'])}, the best one on the validation images, reaches a "
@@ -100,8 +95,7 @@ def _bounds(results):
     if results.learns:
         known = several(len(results.of_role("known")), "class", "classes")
         parts.append(f"{known}, each of one model of its kind, without clutter")
-        models = {model for run in results.runs.values() for model in run["models"]}
-        if not all(thesis.full_size(model, settings) for model in models):
+        if not all(thesis.full_size(model, settings) for run in results.runs.values() for model in run["models"]):
             parts.append("the capsule network is smaller than the thesis's")
     return f"What bounds it: {'; '.join(parts)}." if parts else ""
 
@@ -130,10 +124,7 @@ def checks(results, warnings):
 
 
 def full_size_table(results):
-    """Return weighted F1 of the best method and of the thesis's, here and in the kept run of full size.
-
-    Nothing while the repository keeps none.
-    """
+    """Return weighted F1 of the best method and of the thesis's, here and in the full-size run that is kept, if any."""
     if not results.learns or results.full_size is None:
         return ()
     runs = {"this run": results, "full size": results.full_size}
@@ -146,8 +137,8 @@ def full_size_table(results):
         shown.append(head | at_snrs(curve, snrs, lambda row: _f1(row, "–")))
     shown.sort(key=lambda row: row["images"])
     caption = (
-        "Weighted F1 of the method that is best on the validation images and of the thesis's, in this run and in the "
-        "run of full size (config/thesis.yaml), whose scores the repository keeps: docs/results.md; with 95 % "
-        "intervals. The same SNR by another power is another one: by peak_3db power the same noise has more dB."
+        "Weighted F1 of the method that is best on the validation images and of the thesis's, with 95 % intervals, "
+        "here and in the run of full size (config/thesis.yaml, docs/results.md). By peak_3db power the same noise has "
+        "more dB."
     )
     return (table("full_size", data, shown, caption),)

@@ -18,21 +18,19 @@ COLUMNS, WIDTH, HEIGHT = 3, 2.7, 3.3  # panels in a row; inches of one
 TITLE = 34  # letters in a line of its title
 SUMMARY = (
     "Each figure has above the weighted F1 of each run on all its own test images, with 95 % intervals as bands, below "
-    "how much more it is than that of {first} on the test images that both have. Both runs are drawn alike in a "
-    "bootstrap over blocks of neighbouring views, so that a difference whose 95 % interval leaves out zero is more "
-    "than the draw of images explains. Of many such intervals one in twenty leaves it out by chance.",
+    "how much more it is than that of {first} on the test images that both have. Where the 95 % interval of a "
+    "difference, from a bootstrap over blocks of neighbouring views, leaves out zero, it is more than the draw of "
+    "images explains; of many such intervals one in twenty does by chance.",
     "Of an open set's confidence scores the one is shown that is best on the validation images of {first}. All "
-    "differences, of accuracy and of every score and protocol, stand in {table} beside this page. Methods of one run "
-    "alone are left out.",
+    "differences, of accuracy and of every score and protocol, stand in {table} beside this page.",
 )
 
 
 def write_comparison(roots, definition, seed, kept, page, table, over_seeds=None):
-    """Write the page of runs side by side, one self-contained HTML file, and all differences as a table, a CSV file.
+    """Write the page of runs side by side, one self-contained HTML file, and all differences as a CSV file, `table`.
 
-    roots: the runs' folders by name, the first the one that the others are compared with. definition: the SNR's, of
-    the first one's config, by which scores are shown. seed: of the resamples. kept: as of `differences`.
-    over_seeds: None, or the first run's learning/seeds.csv.
+    roots: the runs' folders by name, the first the one that the others are compared with; definition: of the SNR;
+    seed, kept: as of `differences`; over_seeds: None, or the first run's learning/seeds.csv.
     """
     first, *others = roots
     found = differences(roots, seed, kept)
@@ -69,10 +67,7 @@ def _rows(scores, definition, best):
 
 
 def _section(key, rows, found, runs, axis):
-    """Return the section of a group of methods.
-
-    key: the values of GROUP; rows: of all runs; found: the differences; axis: what the axis of SNRs is called.
-    """
+    """Return the section of methods with these values of GROUP. found: the differences; axis: its label."""
     methods, found = rows.groupby(METHOD), select(found, **dict(zip(GROUP, key, strict=True)))
     columns = min(COLUMNS, len(methods))
     bands = -(-len(methods) // columns)
@@ -88,11 +83,11 @@ def _section(key, rows, found, runs, axis):
             differs = select(same, run=run).sort_values("test_snr_db")
             if len(differs):
                 values, low, high = (differs[name] for name in ("difference", "low", "high"))
-                ends, look = (values - low, high - values), {"color": colors[run], "marker": "o", "capsize": 2}
-                below.errorbar(differs["test_snr_db"], values, ends, **look)
+                look = {"color": colors[run], "marker": "o", "capsize": 2}
+                below.errorbar(differs["test_snr_db"], values, (values - low, high - values), **look)
                 words = {"method": _name(*method), "run": run, "mean difference": layout.signed(values.mean())}
-                words |= {"better at": f"{(low > 0).sum()} of {len(low)} SNRs"}
-                words |= {"worse at": f"{(high < 0).sum()} of {len(low)} SNRs"}
+                counts = {"better at": (low > 0).sum(), "worse at": (high < 0).sum()}
+                words |= {head: f"{count} of {len(low)} SNRs" for head, count in counts.items()}
                 listed.append(words | {"images in common": f"{differs['n'].min():,}"})
         below.axhline(0, color=colors[runs[0]], lw=0.8)
     plots.finish(drawing, grid, axis)
