@@ -8,7 +8,6 @@ import pandas as pd
 import xarray as xr
 
 from isarflow.core import store as stores
-from isarflow.core import sweep
 from isarflow.learning.experiments import runs, train_snr_db, training
 from isarflow.learning.judge import SHORT
 from isarflow.learning.scores import COLUMNS, CONFUSION, VALIDATION

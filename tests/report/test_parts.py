@@ -3,7 +3,6 @@
 import copy
 import re
 from types import SimpleNamespace
-from urllib.parse import unquote
 
 import fake
 import matplotlib.colors
@@ -11,6 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
+from study import sentences
 
 from isarflow.core.kinds import page_names
 from isarflow.core.sweep import C0
@@ -50,11 +50,10 @@ def test_what_is_shown_does_not_depend_on_the_file():
     assert selection.decoded_snrs([-3, 0, 4, 21, 30]) == [4, 21] and selection.decoded_snrs([10]) == [10]
     targets = {"z": {"role": "other"}, "b": {"role": "known"}, "u": {"role": "unknown"}, "a": {"role": "known"}}
     for order in (targets, dict(reversed(targets.items()))):
-        assert selection.target_order(order) == ["a", "b", "u", "z"] and selection.noise_target(order) == "a"
-    # Noisy images are of what is tested.
-    closed, opened = {"closed": {"open": False}}, {"open": {"open": True}}
-    shown = [selection.noisy_targets(targets, runs) for runs in ({}, closed, closed | opened)]
-    assert shown == [["a"], ["a", "b"], ["a", "b", "u", "z"]]
+        assert selection.target_order(order) == ["a", "b", "u", "z"]
+    settings = {"targets": targets, "noise": {"snr_db": [12, 0]}}
+    noisy = [("a", "snr_0dB"), ("a", "snr_12dB")]
+    assert selection.images_shown(settings) == [(name, "clean") for name in "zbua"] + noisy
 
 
 @pytest.mark.parametrize(
@@ -199,9 +198,9 @@ def test_a_capsule_network_is_the_thesis_s_only_at_its_size():
     # of 2 capsules with 8 x 32 votes; of 256 and 32 the same with 256 and 32.
     large = 81 * 256 + 256 + 81 * 256 * 256 + 256 + 64 * 32 * 8 * 32
     tiny = 82 + 81 * 16 + 16 + 64 * 2 * 8 * 32
-    assert thesis.ratio("capsule", _networks(width=1)) == pytest.approx(large / tiny)
-    assert "the thesis's has 256 and 32, 107 times the weights" in thesis.difference("capsule", small)
-    assert thesis.difference("capsule", full) == ""
+    assert sentences.weight_ratio("capsule", _networks(width=1)) == pytest.approx(large / tiny)
+    assert "the thesis's has 256 and 32, 107 times the weights" in sentences.difference("capsule", small)
+    assert sentences.difference("capsule", full) == ""
 
 
 def _curves(model, snrs, definition):
@@ -267,5 +266,3 @@ def test_a_path_keeps_its_place_to_a_hundredth_of_a_point():
         svg = layout.to_svg(figure)
     numbers = re.findall(rb"\d+\.\d+", b" ".join(re.findall(rb' d="([^"]*)"', svg)))
     assert numbers and max(len(number.partition(b".")[2]) for number in numbers) == 2
-    uri = layout.Figure("x", svg, pd.DataFrame(), "", "").uri
-    assert unquote(uri.partition(",")[2]).encode() == svg and not set(uri) & set('"<>#\n')
