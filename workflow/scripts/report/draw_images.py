@@ -51,7 +51,7 @@ def outline(vertices, triangles, elevation, azimuth):
     return *axes, gaussian_filter(np.asarray(raster, float), 1.0)
 
 
-def gallery(name, target, images, surface, alt, caption):
+def gallery(name, target, images, surface, caption):
     """Return the Figure of images (range, crossrange) by title, side by side. surface: for its outline, or None."""
     first = next(iter(images.values()))
     distance, cross = first.range.values, first.crossrange.values
@@ -74,4 +74,4 @@ def gallery(name, target, images, surface, alt, caption):
         tables.append(pixel_table(distance, cross, {"level_db": level.round(2)}, **columns))
     finish(drawing, grid, "cross-range [m]", "range [m]", legend=False)
     drawing.colorbar(picture, ax=grid, label="|image| [dB]", shrink=0.8, aspect=30, pad=0.02)
-    return figure(name, drawing, pd.concat(tables), alt, caption)
+    return figure(name, drawing, pd.concat(tables), caption)

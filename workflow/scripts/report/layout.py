@@ -102,9 +102,9 @@ def table(name, data, shown, caption):
     return Table(name, pd.DataFrame(shown), data, caption)
 
 
-def figure(name, drawing, data, alt, caption, wide=False):
-    """The Figure of what was drawn on a canvas. data: the numbers in it."""
-    return Figure(name, to_svg(drawing), data, alt, caption, wide)
+def figure(name, drawing, data, caption, wide=False, alt=""):
+    """The Figure of what was drawn on a canvas. alt: what it says, the caption's first sentence where none is given."""
+    return Figure(name, to_svg(drawing), data, alt or caption.partition(". ")[0], caption, wide)
 
 
 def style():
@@ -160,10 +160,3 @@ def duration(seconds):
 def several(count, singular, plural=None):
     """A count with its noun as text."""
     return f"{count:,} {singular if count == 1 else plural or f'{singular}s'}"
-
-
-def span(name, values, unit, plural=None):
-    """Sorted values as text: the only one, or how many there are and from where to where."""
-    if len(values) == 1:
-        return f"{name} {values[0]:g}{unit}"
-    return f"{several(len(values), name, plural)} from {values[0]:g}{unit} to {values[-1]:.4g}{unit}"

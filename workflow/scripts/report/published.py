@@ -121,8 +121,7 @@ def confusion_figure(results):
         f"their number. The thesis's, where there are any, are at {snr:g} dB by mean power, to which ours are the "
         f"nearest. {IN_KIND}{conditions(results, ours)}"
     )
-    alt = "Confusion matrices of the open set, with those that were published."
-    return (figure("published_confusion", drawing, ours, alt, caption, wide=columns > 2),)
+    return (figure("published_confusion", drawing, ours, caption, wide=columns > 2),)
 
 
 def _offset(results):

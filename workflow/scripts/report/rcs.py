@@ -12,7 +12,6 @@ COLUMNS = ("frequency_hz", "elevation_deg", "azimuth_deg", "polarization", "rcs_
 CURVES = 5  # cuts in one plot at most
 PERCENTS = (5, 25, 50, 75, 95)
 BISTATIC = "Bistatic: each figure is over the receivers, its name has the transmitter's elevation and azimuth."
-FACTS = ("Run", "Radar", "Aspect", "Made with")  # of the run, which the page shows
 
 
 def write_rcs(folder, settings, page, tables, parts):
@@ -28,7 +27,7 @@ def write_rcs(folder, settings, page, tables, parts):
         targets, sections = section_run.cards(results), [_section(results, name) for name in results.targets]
     made = Part("run", "The run", (section_run.section(results),))
     shown = {
-        "facts": [pair for pair in section_run.facts(results) if pair[0] in FACTS],
+        "facts": section_run.facts(results),
         "warnings": section_run.warned(results),
         "targets": targets,
         "parts": (Part("rcs", "Radar cross-section", tuple(sections)), made),

@@ -149,6 +149,5 @@ def compare_figure(target, compared):
         f"they differ most. The CSV holds all samples compared; {compared.attrs['left_out']} more have no level, or no "
         "frequency, direction or polarization of this run."
     )
-    alt = f"RCS of {target}, computed and by the reference, against {WANTED[across]}."
     drawing = draw_curves(curves, LABELS[WANTED[across]])
-    return figure(f"rcs_compared_{target}", drawing, compared.assign(target=target), alt, caption)
+    return figure(f"rcs_compared_{target}", drawing, compared.assign(target=target), caption)

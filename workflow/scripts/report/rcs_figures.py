@@ -103,7 +103,7 @@ def cut(dataset, reach, most):
 def resolved(field, reach):
     """Return the highest order of a field over azimuth that its samples (A,) hold; None where they hold not all of it.
 
-    reach: of the target from the origin in m; of None it is told from the samples, if they go round the circle.
+    reach: the target's in m; if None, the order is told from samples round the circle.
     """
     azimuth = field.azimuth.values
     if reach is None:
@@ -144,11 +144,11 @@ def draw_curves(curves, label, polar=False):
     for place, title in enumerate(titles):
         axes = drawing.add_subplot(rows, columns, place + 1, projection="polar" if polar else None)
         for curve, color in zip((curve for curve in curves if curve.label == title), PALETTE, strict=False):
-            name, few = f"{curve.polarization}{' [dBsm]' if polar else ''}", len(curve.samples) < 3
+            few, look = len(curve.samples) < 3, {"color": color, "label": curve.polarization + " [dBsm]" * polar}
             if label == SINGLE:
-                axes.plot(curve.x, np.maximum(curve.y, bottom), "o", color=color, label=name, clip_on=False)
+                axes.plot(curve.x, np.maximum(curve.y, bottom), "o", clip_on=False, **look)
                 continue
-            axes.plot(turn(curve.x), curve.y, color=color, label=name, **({"marker": "o", "ls": "-"} if few else {}))
+            axes.plot(turn(curve.x), curve.y, marker="o" if few else "", **look)
             if not (curve.smooth or few):
                 axes.plot(turn(curve.samples), curve.levels, ".", color=color, ms=2.5)
         axes.set_title(title.replace("-", "\N{MINUS SIGN}"))
@@ -187,7 +187,7 @@ def cut_figure(target, dataset, reach, most, polar=False, name="rcs"):
     at = f" at {', '.join(in_words(axis, field[axis].item()) for axis in single)}" if single else ""
     caption = f"{target}: {dataset.attrs.get('kind', 'backscatter')} RCS{at}. {HOW.get(label, LINES)}"
     alt, wide = f"RCS of {target} against {across}{at}.", polar and len({curve.label for curve in curves}) > 2
-    return figure(f"{name}_{target}", drawing, _table(target, field), alt, caption, wide)
+    return figure(f"{name}_{target}", drawing, _table(target, field), caption, wide, alt)
 
 
 def draw_map(axes, azimuth, values, level, top, depth):
@@ -212,8 +212,7 @@ def map_figure(target, dataset):
     grid[-1, 0].set_xlabel("azimuth [°]")
     drawing.colorbar(picture, ax=grid, label="RCS [dBsm]", pad=0.02)
     words = f"over elevation and azimuth at {in_words('frequency', field.frequency.item())}."
-    data = _table(target, field)
-    return figure(f"rcs_map_{target}", drawing, data, f"RCS of {target} {words}", f"{target}: RCS {words}")
+    return figure(f"rcs_map_{target}", drawing, _table(target, field), f"{target}: RCS {words}")
 
 
 def frequency_figure(target, dataset, most):
@@ -223,16 +222,16 @@ def frequency_figure(target, dataset, most):
     field, polarizations = by_direction(dataset), dataset.polarization.values
     picked = field.isel(direction=evenly(range(field.sizes["direction"]), most))
     names, frequency, level = _names(picked, "({:g}°, {:g}°)"), dataset.frequency.values, rcs_dbsm(picked.values)
-    curves = []
+    curves, x = [], frequency / 1e9
     for number, name in enumerate(names):
         for polarization, levels in zip(polarizations, level[:, :, number], strict=True):
-            curves.append(Curve(polarization, name, frequency / 1e9, levels, frequency / 1e9, levels, False))
+            curves.append(Curve(polarization, name, x, levels, x, levels, False))
     columns = {"target": [target], "polarization": polarizations, "frequency": frequency, "direction": names}
     frame = pd.MultiIndex.from_product(columns.values(), names=columns).to_frame(index=False)
     frame["rcs_dbsm"] = level.ravel()
     caption = f"{target}: RCS against frequency at directions (elevation, azimuth); samples, joined by lines."
     drawing = draw_curves(curves, LABELS["frequency"])
-    return figure(f"rcs_frequency_{target}", drawing, frame, f"RCS of {target} against frequency.", caption)
+    return figure(f"rcs_frequency_{target}", drawing, frame, caption)
 
 
 def measures_table(name, target, frame, measures, heads, caption):

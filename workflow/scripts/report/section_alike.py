@@ -49,8 +49,7 @@ def angle_figure(results):
         "nearest training image is a step of azimuth away, by elevation the step between elevations, by sector an "
         f"aperture of azimuth (dashed, {aperture:.3g}°) or more."
     )
-    alt = "ZNCC of images of one target against the angle between their views, along azimuth and along elevation."
-    return figure("likeness_by_angle", drawing, data, alt, caption, wide=True)
+    return figure("likeness_by_angle", drawing, data, caption, wide=True)
 
 
 def likeness_by_angle(results, target, farthest):
@@ -87,10 +86,9 @@ def alike_figure(results):
             pair.append(f"{of} {float(image.azimuth):.4g}°")
             shown[f"{number}: {pair[-1]}"] = image
         said.append(f"{' and '.join(pair)}, {likeness.max():.2f}")
-    alt = "Pairs of ISAR images of unknown and known targets that look alike."
     caption = (
         "Of each unknown target the noise-free image that looks most like one of a known target, and that one, over "
         f"all azimuths at elevation {float(image.elevation):g}°; with their ZNCC: {'; '.join(said)}. Whoever has only "
         "seen the known targets may take one for the other."
     )
-    return (gallery("images_alike", "", shown, None, alt, caption),)
+    return (gallery("images_alike", "", shown, None, caption),)

@@ -71,6 +71,5 @@ def reconstruction_figure(results, run, model, suffix):
         "without noise; with noise, as the network sees it; and its reconstruction, headed by the class that it is "
         "taken for. At the side elevation and azimuth; range goes up, cross-range to the right."
     )
-    alt = f"Test images of {', '.join(order)} without noise, as seen with noise, and as reconstructed."
     data = dataset.to_dataframe(dim_order=["target", "example", "snr", "range", "crossrange"]).reset_index().round(4)
-    return figure(f"capsule_reconstructions{suffix}", drawing, data, alt, caption, wide=True)
+    return figure(f"capsule_reconstructions{suffix}", drawing, data, caption, wide=True)

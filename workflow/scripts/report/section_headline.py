@@ -104,7 +104,7 @@ def headline(results):
         f"{conditions(results, drawn)}"
     )
     alt = f"Weighted F1 against test SNR of the best method{' and of the thesis’s' if red else ''}, by set and split."
-    return figure("headline", drawing, drawn, alt, caption, wide=True)
+    return figure("headline", drawing, drawn, caption, True, alt)
 
 
 def _in_words(names, split, experiment, model, training, score):

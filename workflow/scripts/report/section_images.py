@@ -15,6 +15,7 @@ from isarflow.report.draw_images import FLOOR_DB, edges, gallery, pixel_table
 from isarflow.report.layout import Section, figure
 from isarflow.report.plots import draw_pixels, finish, panels
 from isarflow.report.selection import GALLERY_AZIMUTHS, GALLERY_ELEVATIONS, around, evenly, noise_snrs
+from isarflow.report.vocabulary import select
 
 PLACE, NEEDS = ("imaging", 1), "images_are_made"  # on the page, see page.py
 PLACES = 13  # of scatterers, along each axis of the extent
@@ -76,7 +77,7 @@ def azimuth_gallery(results, target):
     image = results.images(target, "clean").image.sel(elevation=0, method="nearest")
     image = image.isel(azimuth=around(image.sizes["azimuth"], GALLERY_AZIMUTHS))
     note = "At azimuth 0° the radar is on the x axis, before the nose of what has one."
-    for line in results.published_galleries.query("target == @target").to_dict("records"):
+    for line in select(results.published_galleries, target=target).to_dict("records"):
         note += f" The thesis's figure {line['figure']} is of a target of this kind: {line['shows']}."
     return _over(results, f"images_{target}", target, image, "azimuth", "elevation", note)
 
@@ -94,7 +95,7 @@ def _over(results, name, target, image, axis, other, note):
     """Draw a target's noise-free images over one angle, the other being the same, by its name."""
     images = {f"{axis} {one[axis]:.4g}°": one for one in image.transpose(axis, ...).load()}
     shown = f"{target}: noise-free images over {axis} at {other} {float(image[other]):.4g}°."
-    return gallery(name, target, images, results.surfaces.get(target), shown, f"{shown} {note}")
+    return gallery(name, target, images, results.surfaces.get(target), f"{shown} {note}")
 
 
 def _aspect(dataset):
@@ -110,9 +111,10 @@ def channel_gallery(results, target):
         return ()
     image, at = _aspect(results.every_channel(target, "clean"))
     images = {name: image.sel(channel=name) for name in results.polarizations}
-    shown = f"{target} {at}, noise-free, in {', '.join(images)}."
-    caption = f"{shown} Levels are relative to the one peak over all of them."
-    return (gallery("gallery_polarization", target, images, results.surfaces.get(target), shown, caption),)
+    caption = (
+        f"{target} {at}, noise-free, in {', '.join(images)}. Levels are relative to the one peak over all of them."
+    )
+    return (gallery("gallery_polarization", target, images, results.surfaces.get(target), caption),)
 
 
 def noise_gallery(results, target):
@@ -121,9 +123,9 @@ def noise_gallery(results, target):
     stores = {"no noise": "clean"} | {f"SNR {snr:g} dB": snr_label(snr) for snr in noise_snrs(noise["snr_db"])[::-1]}
     for title, store in stores.items():
         images[title], at = _aspect(results.images(target, store))
-    shown = f"{target} {at}, with ever more noise, one realization."
-    caption = f"{shown} Noise is added before the image is formed; SNR by {noise_words(noise, noise['definition'])}."
-    return gallery("gallery_snr", target, images, None, shown, caption)
+    power = noise_words(noise, noise["definition"])
+    caption = f"{target} {at}, with ever more noise, which is added before the image is formed. SNR by {power}."
+    return gallery("gallery_snr", target, images, None, caption)
 
 
 def response_figure(results, target):
@@ -150,10 +152,9 @@ def response_figure(results, target):
             top.set_title(label)
         row[0].set_ylabel(f"{way}\nrange [m]")
     finish(drawing, grid, "cross-range [m]", legend=False)
-    alt = "Peak loss, strongest ghost and position error of a point scatterer over the image."
     caption = (
         "What becomes of a single scatterer, wherever it stands in the unambiguous extent, for this sweep: by how much "
         "its peak is too low, the strongest echo outside its main lobe relative to that peak, and how far the peak is "
         f"off, read between the pixels. This run's images: {imager.words()}. {imager.compared_note}".rstrip()
     )
-    return figure("point_response", drawing, pd.concat(tables).round(4), alt, caption)
+    return figure("point_response", drawing, pd.concat(tables).round(4), caption)

@@ -19,7 +19,6 @@ from isarflow.report.vocabulary import (
     heading,
     run_title,
     select,
-    title,
     training_noise,
 )
 
@@ -76,8 +75,7 @@ def learning_figure(results, name, rows):
         f"{heading(name)}: trained {training_noise(train['snr_db'])}{only}, at {where}; accuracy.{words}"
         f"{conditions(results, rows)}"
     )
-    alt = f"Experiment {title(name)}: accuracy against test SNR of each model."
-    return figure(f"learning_{name}", drawing, rows, alt, caption, wide=len(shown) > 1)
+    return figure(f"learning_{name}", drawing, rows, caption, wide=len(shown) > 1)
 
 
 def curves_figure(results):
@@ -107,8 +105,7 @@ def curves_figure(results):
         "validation images. The loss is what each descends: cross-entropy, or of a capsule network the margin loss and "
         "the error of the reconstruction. Of an experiment with several folds they are those of its first."
     )
-    alt = "Loss, accuracy and learning rate of the networks over the epochs of their training."
-    return (figure("training_curves", drawing, pd.concat(tables), alt, caption, wide=True),)
+    return (figure("training_curves", drawing, pd.concat(tables), caption, wide=True),)
 
 
 def search_tables(results):

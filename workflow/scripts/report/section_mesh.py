@@ -54,7 +54,7 @@ def picture(results, target):
         draw_mesh.draw(panels[name], vertices, triangles, view)
         panels[name].set(xlabel="x [m]", ylabel=f"{up} [m]")
     caption = f"{target}: the finest mesh, seen obliquely, from above (x to the nose) and from the side."
-    return figure(f"mesh_{target}", drawing, quality(target, results.meshes[target]), f"Mesh of {caption}", caption)
+    return figure(f"mesh_{target}", drawing, quality(target, results.meshes[target]), caption)
 
 
 def comparison(results, target):
@@ -85,12 +85,11 @@ def comparison(results, target):
     edges.legend(loc="upper left")
     angles.set(xlabel="smallest angle of a triangle [°]", ylabel="triangles [%]")
     drawing.colorbar(QUALITY, ax=angles, label="colour above", pad=0.02)
-    alt = f"The CAD surface of {target} beside the meshes of its bands, and histograms of edges and angles."
     caption = (
         f"{target}: the CAD surface and the mesh of each band, coloured by the smallest angle of each triangle. Below: "
         "edges in wavelengths at the band's highest frequency, the wanted length dotted, and smallest angles."
     )
-    return figure(f"bands_{target}", drawing, pd.concat(spreads), alt, caption, wide=True)
+    return figure(f"bands_{target}", drawing, pd.concat(spreads), caption, wide=True)
 
 
 def quality(target, measures):

@@ -77,8 +77,7 @@ def open_figure(results, name):
         f"each confidence score; dashed: on the known targets alone.{words}"
         f"{conditions(results, rows)}"
     )
-    alt = f"Open-set weighted F1 of {title(name)} against test SNR, for each model, confidence score and threshold."
-    return figure(f"open_{name}", drawing, rows, alt, caption, wide=True)
+    return figure(f"open_{name}", drawing, rows, caption, wide=True)
 
 
 def looks_figure(results, scores):
@@ -107,8 +106,7 @@ def looks_figure(results, scores):
         "azimuth from the one before, are judged as one by the sum of their scores, which are logarithms of "
         f"likelihoods. Thresholds are chosen on as many looks.{conditions(results, drawn)}"
     )
-    alt = "Weighted F1 of the open set against the number of looks, at some SNRs."
-    return (figure("looks", drawing, drawn, alt, caption, wide=len(methods) > 1),)
+    return (figure("looks", drawing, drawn, caption, wide=len(methods) > 1),)
 
 
 def summary(scores, validation):

@@ -12,11 +12,10 @@ import yaml
 
 from isarflow.core import sweep
 from isarflow.core.folders import ROOT
-from isarflow.imaging.geometry import planned
 from isarflow.learning.caveats import warnings
 from isarflow.mesh import measures
 from isarflow.report import draw_mesh
-from isarflow.report.layout import Section, canvas, duration, figure, several, span
+from isarflow.report.layout import Section, canvas, duration, figure
 
 PLACE, NEEDS = ("run", 2), "targets"  # on the page, see page.py
 STAGES = ("mesh", "scattering", "imaging", "learning")
@@ -26,19 +25,8 @@ PACKAGES = ("snakemake", "numpy", "scipy", "jax", "pymeshlab", "scikit-learn", "
 def facts(results):
     """Return the run in pairs of what and how much, as the page lists them."""
     settings = results.settings
-    frequency = sweep.frequencies(settings["radar"]) / 1e9
-    polarizations = ", ".join(settings["radar"]["polarizations"])
-    pairs = {
-        "Run": f"{settings['name']}, seed {settings['seed']}; its whole config is at the end of the page",
-        "Radar": f"{span('frequency', frequency, ' GHz', 'frequencies')}, {polarizations}",
-        "Aspect": _directions(settings["aspect"]),
-    }
-    if results.images_are_made:
-        images, noise = planned(settings), settings["noise"]
-        pairs["Images"] = f"{images['range_pixels']} × {images['crossrange_pixels']} pixels, {images['words']}"
-        copies = several(noise["realizations"], "realization")
-        pairs["Noise"] = f"{span('SNR', sorted(noise['snr_db']), ' dB')}, {copies} of each {noise['per']}"
-    else:
+    pairs = {"Run": f"{settings['name']}, seed {settings['seed']}; its whole config is at the end of the page"}
+    if not results.images_are_made:
         pairs["Images"] = f"none: {sweep.why_no_images(settings)}"
     if len(results.benchmarks):
         seconds = results.benchmarks.groupby("stage")["s"].sum()
@@ -49,16 +37,6 @@ def facts(results):
         with suppress(metadata.PackageNotFoundError):
             made.append(f"{package} {metadata.version(package)}")
     return list((pairs | {"Made with": ", ".join(made)}).items())
-
-
-def _directions(aspect):
-    """Return where the radar is, in words."""
-    if "great_circle" in aspect:
-        return f"{several(len(sweep.angles(aspect['great_circle']['angle'])), 'direction')} on a great circle"
-    if not sweep.is_grid(aspect):
-        return several(len(aspect["directions"]), "direction")
-    every = ("elevation", sweep.elevations(aspect)), ("azimuth", sweep.azimuths(aspect))
-    return "; ".join(span(name, values, "°") for name, values in every)
 
 
 def warned(results):
@@ -84,7 +62,7 @@ def cards(results):
             draw_mesh.draw(axes, *results.surfaces[name], draw_mesh.OBLIQUE, edges=False)
             axes.set_axis_off()
             data = pd.DataFrame([[name, *size]], columns=["target", "x_m", "y_m", "z_m"])
-            drawn = figure(f"target_{name}", drawing, data, f"The target {name}, seen obliquely from above.", name)
+            drawn = figure(f"target_{name}", drawing, data, f"The target {name}, seen obliquely from above.")
             lines = [" × ".join(f"{length:.2f}" for length in size) + " m"]
             lines.append(f"{results.meshes[name]['bands'][-1]['unknowns']:,} unknowns")
         listed.append((name, drawn, [results.settings["targets"][name]["role"], *lines]))

@@ -82,10 +82,9 @@ def profile_figure(target, dataset):
     drawing.colorbar(picture, label="level [dB]", pad=0.02)
     places = {"range_m": np.repeat(distance, len(azimuth)), "azimuth_deg": np.tile(azimuth, len(distance))}
     data = pd.DataFrame({"target": target, **places, "level_db": level.ravel().round(1)})
-    alt = f"Range profiles of {target} over azimuth: bright lines are scattering centres that move with the angle."
     caption = (
         f"{target}: range profiles over azimuth at elevation {float(cut.elevation):g}°, {cut.polarization.item()}, "
         "relative to the strongest. Negative range is towards the radar; a scattering centre seen from all round draws "
         "a sine."
     )
-    return figure(f"range_profiles_{target}", drawing, data, alt, caption)
+    return figure(f"range_profiles_{target}", drawing, data, caption)
