@@ -1,7 +1,7 @@
 """Put the page together: one self-contained HTML file, and its figures (SVG) and tables (CSV) beside it."""
 
 import re
-from dataclasses import dataclass
+from collections import namedtuple
 from importlib import import_module
 from pathlib import Path
 from pkgutil import iter_modules
@@ -26,17 +26,9 @@ PARTS = {
     "recognition": "Recognition",
     "run": "The run",
 }
+Part = namedtuple("Part", "id title sections")  # foldable
 # What a page may show besides its parts.
 BARE = dict.fromkeys(("summary", "checks", "warnings", "targets", "headline", "full_size", "facts"), ())
-
-
-@dataclass(frozen=True)
-class Part:
-    """One of the page's foldable parts."""
-
-    id: str
-    title: str
-    sections: tuple
 
 
 def write_report(folder, settings, stated, page, figures, tables, threads=1):

@@ -27,10 +27,10 @@ TIMES |= {"batch.size": "batch_size"}
 
 def _learned(table):
     """Return a property of Results: a table of the learning stage."""
-    return cached_property(lambda self: _read_learned(self.folder / "learning" / f"{table}.csv"))
+    return cached_property(lambda self: read_learned(self.folder / "learning" / f"{table}.csv"))
 
 
-def _read_learned(path):
+def read_learned(path):
     """Return a table of the learning stage, whose columns of text stay text where they are empty."""
     text = dict.fromkeys(("elevation", "training", "score", "threshold", "fold"), str)
     numbers = {column: [""] for column in ("train_snr_db", "test_snr_db", "value", "low", "high")}
@@ -209,7 +209,7 @@ class Results:
         paths = [FULL_SIZE / f"{name}.csv.xz" for name in ("scores", "validation")]
         if self.settings["name"] == "thesis" or not all(path.exists() for path in paths):
             return None
-        scores, validation = map(_read_learned, paths)
+        scores, validation = map(read_learned, paths)
         scores = select(scores, snr_definition=DEFINITION, fold="")
         return SimpleNamespace(scores=scores, validation=validation, definition=DEFINITION)
 

@@ -8,18 +8,7 @@ from isarflow.report.conditions import conditions, meaning
 from isarflow.report.layout import BLACK, Section, figure
 from isarflow.report.plots import draw_scores, matrix
 from isarflow.report.published import FULL_SIZE, beside
-from isarflow.report.vocabulary import (
-    DRAWN,
-    F1,
-    METHOD,
-    PROTOCOLS,
-    SPLITS,
-    middle_text,
-    ranked,
-    select,
-    snr_axis,
-    title,
-)
+from isarflow.report.vocabulary import F1, METHOD, PROTOCOLS, SPLITS, middle_text, ranked, select, snr_axis, title
 
 PLACE, NEEDS = ("recognition", 0), "learns"  # on the page, see page.py
 # The sets of test images, as the page calls them, and the threshold in scores.csv.
@@ -48,7 +37,7 @@ def sets_of(tables):
 
 def lead(tables, names):
     """Return the `curves` of the best method and of the thesis's in all sets that are drawn."""
-    drawn = [of for of in sets_of(tables) if SETS[of[0]] in ("", *DRAWN)]
+    drawn = [of for of in sets_of(tables) if SETS[of[0]] != "kept"]
     return pd.concat(curves(part, validation, names) for _, part, validation in drawn)
 
 

@@ -11,16 +11,7 @@ from isarflow.report.layout import Section, figure, number, several, table
 from isarflow.report.plots import draw_scores, finish, panels, training_look
 from isarflow.report.published import CLOSED, beside, statements_table
 from isarflow.report.selection import TABLE_SNRS, evenly
-from isarflow.report.vocabulary import (
-    ACCURACY,
-    ELEVATIONS,
-    METHOD,
-    at_snrs,
-    heading,
-    run_title,
-    select,
-    training_noise,
-)
+from isarflow.report.vocabulary import ACCURACY, ELEVATIONS, METHOD, at_snrs, heading, run_title, select, training_noise
 
 PLACE, NEEDS = ("recognition", 1), "learns"  # on the page, see page.py
 DASHES = "-", "--", ":", "-."  # of a model's training curves

@@ -9,6 +9,7 @@ from isarflow.core.folders import SCORES
 from isarflow.learning.paired import differences
 from isarflow.report import layout, plots
 from isarflow.report.page import Part, write_page
+from isarflow.report.results import read_learned
 from isarflow.report.vocabulary import F1, SPLITS, at_snrs, heading, select, snr_axis, title
 
 PROTOCOL = "blind"  # of the thresholds that the page shows; the table beside it has the others, too
@@ -53,15 +54,15 @@ def write_comparison(roots, definition, seed, kept, page, table, over_seeds=None
 
 def _best(validation):
     """Return the confidence score of each method that is best on the validation images, by GROUP, model, training."""
-    rows = select(pd.read_csv(validation, keep_default_na=False), metric=F1, threshold=PROTOCOL)
+    rows = select(read_learned(validation), metric=F1, threshold=PROTOCOL)
     means = rows.groupby([*GROUP, *METHOD])["value"].mean().reset_index("score").sort_values("value")
     return means["score"].to_dict()
 
 
 def _rows(scores, definition, best):
     """Return the rows shown of a table like scores.csv: weighted F1, of open runs by the best score alone."""
-    rows = pd.read_csv(scores, keep_default_na=False, na_values={name: "" for name in ("value", "low", "high")})
-    rows = select(rows, metric=F1, elevation="all", fold="", snr_definition=definition, threshold=["", PROTOCOL])
+    case = {"metric": F1, "elevation": "all", "fold": "", "snr_definition": definition, "threshold": ["", PROTOCOL]}
+    rows = select(read_learned(scores), **case)
     methods = rows[[*GROUP, *METHOD[:-1]]].itertuples(index=False, name=None)
     return rows[rows["score"] == [best.get(method, "") for method in methods]]
 

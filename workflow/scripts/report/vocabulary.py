@@ -15,7 +15,6 @@ SPLITS = {"elevation": "split by elevation", "sector": "split by sector", "rando
 SPLITS["shuffled"] = "split at random, mirror images apart"
 ELEVATIONS = {"all": "all elevations", "trained": "trained elevations"}  # that are tested
 PROTOCOLS = ("blind", "thesis", "kept")  # of thresholds; the first is the one that methods are chosen by
-DRAWN = PROTOCOLS[:2]  # in figures of which each takes much room or ink
 # What tells one thing tried from another.
 METHOD = ["split", "experiment", "model", "training", "score"]
 HEADINGS = {"training": "training SNR", "score": "confidence score", "elevation": "tested at"}  # in tables
