@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from isarflow.report import section_alike, section_headline, section_open, section_summary
+from isarflow.report import section_alike, section_headline, section_open, section_run
 from isarflow.report.results import Results
 
 ALL = {"train": {"elevation": "all", "snr_db": "clean"}, "open": True}
@@ -29,7 +29,7 @@ def results(tmp_path_factory):
 
 
 def test_all_splits_stand_beside_each_other_the_one_by_elevation_first(results):
-    _, reached, _ = section_summary.sentences(results)
+    _, reached, _ = section_run.sentences(results)
     assert reached.startswith("At 12 dB by peak_3db power, split by elevation, with blind thresholds, ")
     assert "split by sector, far from all in training, the same has" in reached
     assert "split at random, with near copies in training, the same has" in reached

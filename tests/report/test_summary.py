@@ -11,25 +11,25 @@ from pages import Page
 
 import isarflow.report.results
 from isarflow.core.kinds import page_names
-from isarflow.report import section_headline, section_summary, vocabulary
+from isarflow.report import section_headline, section_run, vocabulary
 from isarflow.report.results import Results
 
 
 def test_is_it_right_says_what_is_not(results):
     results.sphere["error_db"] = -0.21
-    rows = {what: (right, finding) for right, what, finding, _ in section_summary.checks(results, [])}
+    rows = {what: (right, finding) for right, what, finding, _ in section_run.checks(results, [])}
     assert rows["Sphere, solved in this run"] == (False, "0.210 dB and 0.30° from the Mie series, 570 unknowns")
     assert rows["Residuals"] == (True, "at most 5.0×10⁻⁶, over 15 systems")
     # Ellipsoids of rings have narrow triangles at their poles.
     assert rows["Meshes"] == (False, "0 of 6 meet all their goals; some missed by drone, missile, ufo")
     assert rows["Warnings"] == (True, "none on this run")
     results.sphere["error_db"] = -0.19
-    right, *_ = section_summary.checks(results, [("ufo", "folds")])[0]
-    assert right and not section_summary.checks(results, [("ufo", "folds")])[-1][0]
+    right, *_ = section_run.checks(results, [("ufo", "folds")])[0]
+    assert right and not section_run.checks(results, [("ufo", "folds")])[-1][0]
 
 
 def test_the_sentences_say_what_the_scores_say(results, whole):
-    done, reached, bounds = section_summary.sentences(results)
+    done, reached, bounds = section_run.sentences(results)
     assert (
         "3 targets at 0.8 to 1.2 GHz from 3 × 24 directions, solved on their meshes; ISAR" in done
         and "to reject ufo" in done
@@ -47,13 +47,13 @@ def test_the_sentences_say_what_the_scores_say(results, whole):
 
 def test_the_full_size_run_stands_beside_once_it_is_there(results, whole, tmp_path, monkeypatch):
     monkeypatch.setattr(isarflow.report.results, "FULL_SIZE", tmp_path)
-    assert section_summary.full_size_table(results) == ()
+    assert section_run.full_size_table(results) == ()
     for name in ("scores", "validation"):
         table = pd.read_csv(whole.parent / "learning" / f"{name}.csv", keep_default_na=False)
         table["snr_definition"] = "mean"
         table.to_csv(tmp_path / f"{name}.csv.xz", index=False)
     again = Results(whole.parent, fake.SETTINGS, fake.names(fake.SETTINGS))
-    (table,) = section_summary.full_size_table(again)
+    (table,) = section_run.full_size_table(again)
     assert set(table.shown["run, and its SNR"]) == {"this run, peak_3db", "full size, mean"}
     assert re.fullmatch(r"0\.\d\d \(0\.\d\d–[01]\.\d\d\)", table.shown["12 dB"].iloc[0])
     assert {"0 dB", "12 dB", "24 dB"} <= set(table.shown.columns)

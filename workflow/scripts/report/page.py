@@ -11,7 +11,7 @@ from joblib import Parallel, delayed, parallel_config
 from tqdm import tqdm
 
 from isarflow import report
-from isarflow.report import section_headline, section_run, section_summary
+from isarflow.report import section_headline, section_run
 from isarflow.report.embed import embedded
 from isarflow.report.glossary import GLOSSARY
 from isarflow.report.layout import Section, style
@@ -42,12 +42,12 @@ def write_report(folder, settings, stated, page, figures, tables, threads=1):
     warnings = section_run.warned(results)
     with style():
         shown = {
-            "summary": section_summary.sentences(results),
-            "checks": section_summary.checks(results, warnings),
+            "summary": section_run.sentences(results),
+            "checks": section_run.checks(results, warnings),
             "warnings": warnings,
             "targets": section_run.cards(results),
             "headline": section_headline.headline(results) if results.learns else None,
-            "full_size": section_summary.full_size_table(results),
+            "full_size": section_run.full_size_table(results),
             "facts": section_run.facts(results),
         }
     shown["parts"] = _parts(results, threads)
