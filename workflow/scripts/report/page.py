@@ -19,13 +19,8 @@ from isarflow.report.results import Results
 
 # The parts of the page. A section is a file section_<name>.py here: `section`, a function of the Results, gives a
 # Section or several; PLACE is the part that it is in and its place there; NEEDS is what the Results must have.
-PARTS = {
-    "look": "Look around",
-    "fields": "Meshes and fields",
-    "imaging": "ISAR images",
-    "recognition": "Recognition",
-    "run": "The run",
-}
+PARTS = {"look": "Look around", "fields": "Meshes and fields", "imaging": "ISAR images"}
+PARTS |= {"recognition": "Recognition", "run": "The run"}
 Part = namedtuple("Part", "id title sections")  # foldable
 # What a page may show besides its parts.
 BARE = dict.fromkeys(("summary", "checks", "warnings", "targets", "headline", "full_size", "facts"), ())

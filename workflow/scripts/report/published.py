@@ -22,13 +22,9 @@ CLASSES = ["drone", "missile", "other"]  # of its confusion matrices
 CLOSED = {"accuracy": (ACCURACY, "accuracy"), "f1": (F1, "weighted F1")}
 OPEN = {"weighted_f1": (F1, "weighted F1")}
 # The thesis's adaptations of its networks to the open set: the model and confidence score here that are the same.
-ADAPTATIONS = {
-    "softmax_threshold": ("fcnn", "softmax"),
-    "openmax": ("fcnn", "openmax"),
-    "other_class": ("fcnn_other", "softmax"),
-    "capsule_mse": ("capsule", "mse"),
-    "capsule_zncc": ("capsule", "zncc"),
-}
+ADAPTATIONS = {"softmax_threshold": ("fcnn", "softmax"), "openmax": ("fcnn", "openmax")}
+ADAPTATIONS |= {"other_class": ("fcnn_other", "softmax")}
+ADAPTATIONS |= {f"capsule_{score}": ("capsule", score) for score in ("mse", "zncc")}
 OPENED = ["fcnn_open", "capsule_open"]  # experiments with them
 POINT = ["test_snr_db", "value", "low", "high", "n", "snr_definition"]  # the other columns of scores tell curves apart
 

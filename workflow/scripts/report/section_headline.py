@@ -8,7 +8,7 @@ from isarflow.report.conditions import conditions, meaning
 from isarflow.report.layout import BLACK, Section, figure
 from isarflow.report.plots import draw_scores, matrix
 from isarflow.report.published import FULL_SIZE, beside
-from isarflow.report.vocabulary import F1, METHOD, PROTOCOLS, SPLITS, middle_text, ranked, select, snr_axis, title
+from isarflow.report.vocabulary import F1, METHOD, PROTOCOLS, SPLITS, ranked, select, snr_axis, span_text, title
 
 PLACE, NEEDS = ("recognition", 0), "learns"  # on the page, see page.py
 # The sets of test images, as the page calls them, and the threshold in scores.csv.
@@ -89,9 +89,9 @@ def headline(results):
     broken = "Broken lines: thresholds chosen with images of unknown targets, as in the thesis. " if more else ""
     caption = (
         f"Weighted F1 on the test images, with 95 % intervals, of the method that is best on the validation images "
-        f"by its mean over {middle_text(results.validation)}{whose}. {broken}{meaning(drawn['split'])}{words}"
-        f"{conditions(results, drawn)}"
+        f"by its mean over {span_text(results.validation)}{whose}. {broken}{meaning(drawn['split'])}{words}"
     )
+    caption += conditions(results, drawn)
     alt = f"Weighted F1 against test SNR of the best method{' and of the thesis’s' if red else ''}, by set and split."
     return figure("headline", drawing, drawn, caption, True, alt)
 

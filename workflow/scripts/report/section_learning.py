@@ -62,11 +62,8 @@ def learning_figure(results, name, rows):
     train, channels = (results.settings["learning"]["experiments"][name].get(key) for key in ("train", "channels"))
     only, angles = f" on {', '.join(channels)} alone" if channels else "", train["elevation"]
     where = "all elevations" if angles == "all" else f"elevation {', '.join(f'{angle:g}' for angle in angles)}°"
-    caption = (
-        f"{heading(name)}: trained {training_noise(train['snr_db'])}{only}, at {where}; accuracy.{words}"
-        f"{conditions(results, rows)}"
-    )
-    return figure(f"learning_{name}", drawing, rows, caption, wide=len(shown) > 1)
+    caption = f"{heading(name)}: trained {training_noise(train['snr_db'])}{only}, at {where}; accuracy.{words}"
+    return figure(f"learning_{name}", drawing, rows, caption + conditions(results, rows), wide=len(shown) > 1)
 
 
 def curves_figure(results):
@@ -92,9 +89,9 @@ def curves_figure(results):
     grid[0, 2].set_ylim(bottom=0)
     finish(drawing, grid, "epoch")
     caption = (
-        "Training curves of the networks: thick lines are on the training images, thin lines with markers on the "
-        "validation images. The loss is what each descends: cross-entropy, or of a capsule network the margin loss and "
-        "the error of the reconstruction. Of an experiment with several folds they are those of its first."
+        "Training curves of the networks, of several folds the first one's: thick lines are on the training images, "
+        "thin lines with markers on the validation images. The loss is what each descends: cross-entropy, or of a "
+        "capsule network the margin loss and the error of the reconstruction."
     )
     return (figure("training_curves", drawing, pd.concat(tables), caption, wide=True),)
 

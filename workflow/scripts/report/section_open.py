@@ -8,24 +8,12 @@ from isarflow.report.layout import BLACK, PALETTE, Section, figure, signed, tabl
 from isarflow.report.plots import draw_scores, finish, panels
 from isarflow.report.published import ADAPTATIONS, FULL_SIZE, OPEN, beside, confusion_figure, statements_table
 from isarflow.report.selection import evenly, nearest
-from isarflow.report.vocabulary import (
-    F1,
-    GAIN,
-    METHOD,
-    PROTOCOLS,
-    at_snrs,
-    heading,
-    middle,
-    middle_text,
-    ranked,
-    select,
-    title,
-)
+from isarflow.report.vocabulary import F1, METHOD, PROTOCOLS, at_snrs, heading, middle, ranked, select, span_text, title
 
 PLACE, NEEDS = ("recognition", 2), "opened"  # on the page, see page.py
 LOOKS_SNRS = 5  # lines of the figure of several looks
 SHOWN_SNRS = (-12, -6, 0, 6, 12, 24)  # dB, of the table
-LEAD = PROTOCOLS[0]
+LEAD, GAIN = PROTOCOLS[0], f"{F1}_gain"  # the protocol by which methods are chosen; a metric
 # Metrics of the open set without a threshold, as in scores.csv, and the headings of their columns.
 SEPARATION = {"auroc": "AUROC", "fpr95": "FPR at 95 % TPR", "oscr": "OSCR"}
 
@@ -69,13 +57,12 @@ def open_figure(results, name):
 
     published = statements.assign(panel=[f"{names.model(same[of][0]).label}, thesis" for of in statements["model"]])
     colors = {model: names.score(score).color if score else BLACK for model, (_, score) in same.items()}
-    columns = len(PROTOCOLS)
+    columns, line = len(PROTOCOLS), ("score", "training")
     size = 9, 1 + 2.2 * len(shown) / columns
-    drawing = draw_scores(results, shown, columns, size, ("score", "training"), look, published, colors)
+    drawing = draw_scores(results, shown, columns, size, line, look, published, colors)
     caption = (
         f"{heading(name)}: weighted F1 over the classes and 'other', unknown targets among the test images, a line for "
-        f"each confidence score; dashed: on the known targets alone.{words}"
-        f"{conditions(results, rows)}"
+        f"each confidence score; dashed: on the known targets alone.{words}{conditions(results, rows)}"
     )
     return figure(f"open_{name}", drawing, rows, caption, wide=True)
 
@@ -137,7 +124,7 @@ def tried_table(results, scores, ranks):
         shown.append(line | {text: f"{top[metric]:.3f}" for metric, text in SEPARATION.items()})
     caption = (
         f"Everything tried: weighted F1 with {LEAD} thresholds at some SNRs with its 95 % interval, and its mean over "
-        f"{middle_text(scores)}; validation mean: the same mean on the validation images, by which the rows are in "
+        f"{span_text(scores)}; validation mean: the same mean on the validation images, by which the rows are in "
         f"order, split by split. Gains are over {names.method(REFERENCE[0], REFERENCE[2])}, trained at the same SNRs. "
         f"The last columns are of {snrs[-1]:g} dB: how well a score tells known from unknown targets. The CSV file "
         f"holds all SNRs, protocols and intervals.{conditions(results, scores)}"

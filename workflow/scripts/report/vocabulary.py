@@ -8,7 +8,7 @@ import pandas as pd
 from isarflow.learning.experiments import snrs_in_words
 from isarflow.report import layout
 
-ACCURACY, F1, GAIN = "accuracy", "f1_weighted", "f1_weighted_gain"  # metrics
+ACCURACY, F1 = "accuracy", "f1_weighted"  # metrics
 MEASURES = {ACCURACY: "accuracy", F1: "weighted F1"}  # as axes call them
 # First the standard case, a view between those that train; then the limit, aspects far from them; then the thesis's.
 SPLITS = {"elevation": "split by elevation", "sector": "split by sector", "random": "split at random"}
@@ -177,7 +177,7 @@ def middle(snrs):
     return [snr for snr in snrs if MIDDLE[0] <= snr <= MIDDLE[1]] or snrs
 
 
-def middle_text(table):
+def span_text(table):
     """Return those of a table in words."""
     snrs = middle(table["test_snr_db"])
     return f"{snrs[0]:g} to {snrs[-1]:g} dB" if len(snrs) > 1 else f"{snrs[0]:g} dB"
