@@ -114,7 +114,7 @@ def _over_seeds(key, rows, axis):
 def _shown(kind, key, heading, drawing, words, drawn, data, listed):
     """Return a section of a figure and a table, whose rows are `listed`, if any. drawn, data: of their CSV files."""
     name = "_".join(filter(None, (kind, *key)))
-    figures = (layout.figure(name, drawing, drawn, words, words, wide=True),)
+    figures = (layout.figure(name, drawing, drawn, words, wide=True),)
     return layout.Section(name, heading, (), figures, (layout.table(name, data, listed, words),) if listed else ())
 
 
