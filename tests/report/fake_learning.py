@@ -8,11 +8,10 @@ import pandas as pd
 import xarray as xr
 
 from isarflow.core import store as stores
-from isarflow.core import sweep
 from isarflow.learning.experiments import runs, train_snr_db, training
 from isarflow.learning.judge import SHORT
 from isarflow.learning.scores import COLUMNS, CONFUSION, VALIDATION
-from isarflow.report.selection import decoded_snrs, mistaken, mistaken_snr
+from isarflow.report.selection import decoded_snrs
 
 # Else softmax.
 SCORES = {"capsule": ("mse", "zncc"), "capsule_denoise": ("mse", "zncc", "noise_zncc"), "own": ("my_error", "fit")}
@@ -22,7 +21,6 @@ IMAGES = 200  # test images of each target that are counted
 OFFSET = 2.1  # dB, of all images on average: peak_3db over mean
 APART = 0.01  # what one fold's accuracy is over that of the fold before
 NETWORKS = ("fcnn", "capsule")  # have training curves
-TESTED = 40  # test images of each target in the predictions
 
 
 def coordinate(name, values, units):
@@ -44,7 +42,6 @@ def learn(folder, settings):
                 times.append(_time(run, place, model))
                 if run["open"] and model in DECODERS:
                     _decoded(folder, run, model, roles, settings)
-    _mistaken(folder, *mistaken(every), settings)
     machine = {"cpu": "A processor", "cores": 2}
     (folder / "times.json").write_text(json.dumps({"machine": machine, "threads": 1, "models": times}))
     scores = pd.DataFrame(rows, columns=COLUMNS)
@@ -155,28 +152,6 @@ def _gains(scores, settings):
     gain, width = both["value"] - both["value_reference"], 0.02 + 0 * (both["low"] + both["low_reference"])
     both = both.assign(metric="f1_weighted_gain", value=gain, low=gain - width, high=gain + width)
     return both[COLUMNS]
-
-
-def _mistaken(folder, run, model, settings):
-    """The predictions whose mistakes the page shows: one view in ten of each known target is taken for the first."""
-    roles = {name: target["role"] for name, target in settings["targets"].items()}
-    elevations, azimuths = sweep.elevations(settings["aspect"]), sweep.azimuths(settings["aspect"])
-    targets, known = sorted(roles), sorted(name for name, role in roles.items() if role == "known")
-    views = list(itertools.islice(itertools.cycle(itertools.product(elevations, azimuths)), 2 * TESTED))
-    frame = pd.DataFrame({"target": np.repeat(targets, 2 * TESTED), "realization": 0})
-    frame[["elevation", "azimuth"]] = views * len(targets)
-    frame["role"] = frame["target"].map(roles)
-    frame["truth"] = frame["target"].where(frame["role"] == "known", "other")
-    wrong = np.arange(len(frame)) % 10 == 3
-    frame["predicted"] = frame["target"].where((frame["role"] == "known") & ~wrong, known[0])
-    frame["side"] = np.tile(np.repeat(["test", "validation"], TESTED), len(targets))
-    for name in known:
-        frame[f"score_{name}"] = (frame["predicted"] == name) - 0.001 * frame["azimuth"] / 360
-    for score in SCORES.get(model, ("softmax",)):
-        frame[f"known_{score}"] = 1.0 - (frame["role"] != "known")
-    folder = folder / "predictions" / run / model
-    folder.mkdir(parents=True)
-    frame.to_csv(folder / f"{sweep.snr_label(mistaken_snr(settings['noise']['snr_db']))}.csv", index=False)
 
 
 def _decoded(folder, run, model, roles, settings):

@@ -69,10 +69,7 @@ def settings():
 
 def make(folder, config):
     """Fill `folder` (results/<name>) with results of the config, as far as the page of the thesis reads them."""
-    with (
-        mock.patch.dict(fake_learning.SCORES, SCORES),
-        mock.patch.object(fake_learning, "DECODERS", CAPSULES),
-    ):
+    with mock.patch.dict(fake_learning.SCORES, SCORES), mock.patch.object(fake_learning, "DECODERS", CAPSULES):
         fake.make(folder, config)
     _tell_apart(folder / "learning" / "scores.csv")
     for name, run in runs(config).items():

@@ -16,7 +16,7 @@ import xarray as xr
 from pages import Page, table_rows, unpacked
 from study.sentences import training_end
 
-from isarflow.report import section_headline, section_images, section_learning, section_open
+from isarflow.report import section_alike, section_headline, section_learning, section_open
 from isarflow.report.layout import style
 from isarflow.report.plots import REJECTING
 from isarflow.report.results import Results
@@ -36,10 +36,6 @@ def test_the_open_set_stands_beside_what_was_published(whole):
     one = one.query("experiment == 'fcnn_open' and snr_definition == 'peak_3db' and test_snr_db == 24").iloc[0]
     assert f"{one['value']:.3f} [{one['low']:.3f}, {one['high']:.3f}]" in page.words
     assert "0.7981" in page.words  # the published weighted F1 of the same adaptation
-    # Of the statements of both networks, in the figures of their experiments by mean power.
-    for name, marks in (("fcnn_open", {"softmax", "openmax"}), ("capsule_open", {"mse", "zncc"})):
-        data = pd.read_csv(whole / "tables" / f"figure_open_{name}.csv", keep_default_na=False)
-        assert set(data["snr_definition"]) == {"mean"} and len(marks & set(data["score"]))
 
 
 def test_gains_stand_with_their_intervals_in_the_table_of_all_that_was_tried(whole):
@@ -96,7 +92,6 @@ def test_figures_with_published_values_are_drawn_by_mean_power(whole):
         ("learning_sector", {"peak_3db"}),
         ("open_fcnn_open", {"mean"}),
         ("open_sector", {"peak_3db"}),
-        ("folds", {"peak_3db"}),
     ):
         data, caption = pd.read_csv(whole / "tables" / f"figure_{name}.csv"), caption_of(whole, name)
         assert set(data["snr_definition"]) == definitions, name
@@ -145,7 +140,6 @@ def test_every_comparison_names_networks_thresholds_split_and_snr(whole):
     for name, parts in {
         "headline": [f"capsule {capsule}", "Thresholds: blind and thesis", "split by sector (3 folds; of capsule"],
         "open_noisy_capsule": [f"capsule and capsule, denoising {capsule}", every, "Images split at random."],
-        "folds": [fcnn, "Thresholds: blind and thesis", "split by sector (3 folds; of sector FCNN only no. 1 and 3)"],
         "open_capsule_sector": [capsule, every, "split by sector (3 folds; of capsule sector only no. 2)"],
         "open_fcnn_open": [fcnn, every, "Images split at random."],
         "published_confusion": [fcnn, "Thresholds: thesis", "Images split at random."],
@@ -157,21 +151,6 @@ def test_every_comparison_names_networks_thresholds_split_and_snr(whole):
     plot = words[words.index("Weighted F1 of every experiment") :]
     assert f"{fcnn}; capsule and capsule, denoising {capsule}. {every}." in plot
     assert f"Images {sector} and split at random. SNR by peak_3db power." in plot
-
-
-def test_each_fold_stands_beside_all_of_them(whole):
-    data = pd.read_csv(whole / "tables" / "figure_folds.csv", keep_default_na=False, na_values={"low": "", "high": ""})
-    # An experiment of one fold has nothing to compare, one at random no folds.
-    assert set(data["experiment"]) == {"sector", "sector_fcnn"} and set(data["test_snr_db"]) == {24}
-    values = data.query("model == 'lr' and threshold == ''").set_index("fold")["value"]
-    whole_value = fake_learning.right(24, 0)
-    apart = {"": 0, "1": -fake_learning.APART, "2": 0, "3": fake_learning.APART}
-    assert values.to_dict() == pytest.approx({fold: min(whole_value + by, 1) for fold, by in apart.items()})
-    assert set(data.query("model == 'fcnn'")["fold"]) == {"", "1", "3"}
-    alone = data["fold"] != ""
-    assert data.loc[alone, "low"].isna().all() and data.loc[~alone, "low"].notna().all()
-    assert set(data["threshold"]) == {"", "blind", "thesis"}
-    assert f"{values['1']:.3f} {values['3']:.3f}" == "0.980 1.000"
 
 
 def test_the_page_never_says_nan(whole):
@@ -239,16 +218,25 @@ class _Random:
 
 def test_the_images_that_look_alike_are_those_with_the_largest_correlation():
     with style():
-        (figure,) = section_images.alike_figure(_Random())
+        (figure,) = section_alike.alike_figure(_Random())
     assert "v 225° and b 90°, 1.00." in figure.caption
     shown = figure.data["image"].unique().tolist()
     assert shown[2:] == ["2: v 225°", "2: b 90°"] and shown[0].startswith("1: u ")
     assert "elevation 2°" in figure.caption and "u 0° and a 0°" not in figure.caption
 
 
+def test_likeness_is_one_for_the_same_image_and_none_without_contrast():
+    images = np.random.default_rng(3).normal(size=(4, 5, 6, 2)) @ [1, 1j]
+    rows = section_alike.standardized(images)
+    same = section_alike.standardized((3 * np.abs(images) + 2).astype(complex))
+    np.testing.assert_allclose(np.diag(rows @ same.T), 1)
+    assert np.abs(rows @ rows.T - np.eye(4)).max() <= 1
+    assert not section_alike.standardized(np.ones((1, 5, 6))).any()
+
+
 def test_every_plot_of_the_open_set_has_the_line_of_rejecting_everything(whole):
     opened = [name for name, one in fake.SETTINGS["learning"]["experiments"].items() if one.get("open")]
-    for name in ("headline", "folds", *(f"open_{name}" for name in opened)):
+    for name in ("headline", *(f"open_{name}" for name in opened)):
         svg = (whole / "figures" / f"{name}.svg").read_text()
         assert re.search(f'stroke-dasharray: [^"]*stroke: {REJECTING["color"]}', svg), name
     # One of three targets is unknown: F1 1/2 for a third of the images.

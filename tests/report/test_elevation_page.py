@@ -7,14 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from isarflow.report import (
-    section_alike,
-    section_headline,
-    section_learning,
-    section_open,
-    section_run,
-    section_summary,
-)
+from isarflow.report import section_alike, section_headline, section_open, section_run
 from isarflow.report.results import Results
 
 ALL = {"train": {"elevation": "all", "snr_db": "clean"}, "open": True}
@@ -36,7 +29,7 @@ def results(tmp_path_factory):
 
 
 def test_all_splits_stand_beside_each_other_the_one_by_elevation_first(results):
-    _, reached, _ = section_summary.sentences(results)
+    _, reached, _ = section_run.sentences(results)
     assert reached.startswith("At 12 dB by peak_3db power, split by elevation, with blind thresholds, ")
     assert "split by sector, far from all in training, the same has" in reached
     assert "split at random, with near copies in training, the same has" in reached
@@ -50,19 +43,6 @@ def test_all_splits_stand_beside_each_other_the_one_by_elevation_first(results):
     assert len(set(dashes.values())) == 3 and dashes["elevation"] == ""
     assert found["lines"].startswith("solid lines: split by elevation; dashed lines: split by sector; ")
     assert {one["set"] for one in found["curves"]} >= {f"open set, {name} thresholds" for name in ("blind", "kept")}
-    (folds,) = section_learning.folds_figure(results)
-    assert set(folds.data["split"]) == {"elevation", "sector"}
-    assert set(folds.data[folds.data["split"] == "elevation"]["fold"]) == {"", "1", "2"}
-
-
-def test_the_facts_say_how_far_tested_elevations_are(results):
-    words = section_run._splits(results)
-    assert "by elevation: every second elevation trains, those between are tested;" in words
-    assert "3 arcs of the aspects take turns" in words
-    settings = copy.deepcopy(results.settings)
-    settings["learning"]["split"]["spacing"] = 10
-    words = section_run._splits(Results(results.folder, settings, results.names.stated))
-    assert "those between are tested, 10° away or more;" in words
 
 
 def test_every_protocol_and_split_is_in_the_table_of_all_that_was_tried(results):
@@ -85,11 +65,7 @@ def test_several_looks_have_a_figure_where_scores_add_up(results):
     assert (drawn.data.query("looks == 5")["value"] == 0.8).all()
 
 
-def test_likeness_is_measured_by_the_angle_between_views_of_the_elevations_that_train(results):
-    for fold, tested in ((1, -15), (2, 15)):
-        for side, elevations in (("train", [-30, 0, 30]), ("test", [tested])):
-            found = section_alike._stacked(results, f"between_fold{fold}", "drone", side)
-            assert np.unique(found.elevation).tolist() == elevations
+def test_likeness_is_measured_by_the_angle_between_views(results):
     data = section_alike.likeness_by_angle(results, "drone", 45).set_index(["along", "degrees"])
     image = np.abs(results.images("drone", "clean").image.transpose("elevation", "azimuth", ...).values)
     flat = image.reshape(5, 24, -1)

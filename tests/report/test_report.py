@@ -32,7 +32,7 @@ def figures_of(page):
 def test_page_shows_all_stages(whole):
     page = check_whole(whole)
     expected = "checks headline look explore fields meshes scattering imaging images recognition compare matrices"
-    expected += " learning open capsule alike run facts times made glossary"
+    expected += " learning open capsule alike run facts made glossary"
     assert headings(page) == expected.split()
     assert len([attrs for attrs in page.attributes("details") if attrs.get("class") == "part"]) == 5
     figures = figures_of(page)
@@ -40,7 +40,7 @@ def test_page_shows_all_stages(whole):
         assert {f"{kind}_{target}" for kind in ("mesh", "bands", "rcs", "range_profiles", "images")} <= figures
     for experiment in fake.SETTINGS["learning"]["experiments"]:
         assert f"learning_{experiment}" in figures
-    expected = "headline gallery_snr training_curves open_fcnn_open published_confusion mistaken folds"
+    expected = "headline gallery_snr training_curves open_fcnn_open published_confusion images_alike"
     assert set(expected.split()) <= figures
     assert {f"capsule_reconstructions{of}" for of in ("", "_capsule_denoise")} <= figures
 
@@ -87,10 +87,6 @@ def test_reconstructions_are_those_of_the_store(whole):
     expected = [float(one.truth), float(one.sel(snr=2.5).seen), float(one.sel(snr=2.5).made)]
     np.testing.assert_allclose(cell[["truth", "seen", "made"]].astype(float), expected, atol=1e-4)
     assert (cell["elevation"], cell["azimuth"]) == (0, 100)  # every target's examples stand at azimuths of its own
-    shown = store.sel(target="drone", snr=24).isel(example=slice(data["example"].nunique()))
-    drawn = data.query("target == 'drone' and snr == 24")
-    error = float(((shown.made - shown.truth) ** 2).mean())
-    assert f"{((drawn['made'] - drawn['truth']) ** 2).mean():.2g}" == f"{error:.2g}"
 
 
 def test_everything_tried_is_listed_the_best_first(whole):
@@ -116,7 +112,7 @@ def test_a_network_of_ones_own_has_the_capsules_section(tmp_path, few_pictures):
     report = fake.write(tmp_path / "fake", settings)
     page = check_whole(report)
     expected = "imaging images recognition compare matrices learning open capsule alike"
-    assert headings(page)[7:-5] == expected.split()
+    assert headings(page)[7:-4] == expected.split()
     figures = {path.stem for path in (report / "figures").iterdir()}
     assert {"capsule_reconstructions", "open_mine"} <= figures and "published_confusion" not in figures
     assert set(pd.read_csv(report / "tables" / "figure_open_mine.csv")["score"].dropna()) == {"fit", "my_error"}
@@ -155,19 +151,8 @@ def test_a_reduced_network_is_called_so_and_no_published_time_stands_beside_it(w
     # 16 filters here, 256 there; the experiment is one that the thesis timed.
     assert np.isnan(times["capsule_open", "capsule"])
     words = Page(whole / "index.html").words
-    assert "reduced: 16 filters, 2 capsule channels; the thesis's has 256 and 32, 107 times the weights" in words
     assert "with squares, of the capsule network, trained without noise" in words
     assert "(16 filters, 2 capsule channels; the thesis's 256 and 32)" in words
-
-
-def test_the_best_is_chosen_on_validation_images(whole):
-    """The made-up nearest neighbour beats logistic regression on the test images, and not on the validation images."""
-    scores = pd.read_csv(whole / "tables" / "accuracy.csv").query("experiment == 'multi_elevation'")
-    scores = scores.query("elevation == 'all'").pivot_table(index="test_snr_db", columns="model", values="value")
-    assert (scores["knn"] > scores["lr"]).any() and scores.loc[24, "lr"] == pytest.approx(0.99, abs=5e-4)
-    best = pd.read_csv(whole / "tables" / "figure_headline.csv").query("set == 'closed set'")
-    best = best[best["curve"].str.startswith("best")]
-    assert set(best["model"]) == {"lr"} and set(best["split"]) == {"sector", "random"}
 
 
 def test_one_frequency_shows_meshes_and_rcs_only(tmp_path):

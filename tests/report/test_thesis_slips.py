@@ -50,11 +50,7 @@ def test_all_azimuths_are_counted_as_one_image_at_a_time_would_be(thesis_page, r
 def _slow_threshold(scores, known):
     """The lowest threshold with the fewest errors, by trying all."""
     levels = sorted(set(scores))
-    tried = [
-        levels[0],
-        *((a + b) / 2 for a, b in itertools.pairwise(levels)),
-        np.nextafter(levels[-1], np.inf),
-    ]
+    tried = [levels[0], *((a + b) / 2 for a, b in itertools.pairwise(levels)), np.nextafter(levels[-1], np.inf)]
     errors = []
     for threshold in tried:
         below = sum(1 for score, is_known in zip(scores, known, strict=True) if is_known and score < threshold)

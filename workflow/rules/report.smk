@@ -14,16 +14,12 @@ rule report:
         sphere=f"{FIELDS}/scattering/check/sphere.json" if plan.meshed else [],
         images=[
             f"{RESULTS}/imaging/{target}/{images}.zarr"
-            for target, images in (selection.images_shown(config, plan.runs) if images_are_made(config) else ())
+            for target, images in (selection.images_shown(config) if images_are_made(config) else ())
         ],
         scores=[f"{RESULTS}/learning/{table}.csv" for table in ("scores", "confusion", "validation") if plan.fitted],
         times=f"{RESULTS}/learning/times.json" if plan.fitted else [],
         curves=[f"{RESULTS}/learning/models/{fitted}" for fitted in plan.fitted],
         reconstructions=[f"{RESULTS}/learning/reconstructions/{fitted}.zarr" for fitted in plan.decoders()],
-        predictions=[
-            f"{RESULTS}/learning/predictions/{fitted}/{snr}.csv"
-            for fitted, snr in selection.predictions_shown(config, plan.runs)
-        ],
         published=published("results", "prediction_times", "confusion", "galleries"),
         full_size=full_size_scores(),
         page_files=files_of_page("*.html", "*.css", "*.js"),

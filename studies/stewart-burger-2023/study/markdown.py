@@ -1,11 +1,12 @@
 """What the page is made of, as Markdown: sentences of page.yaml, tables, lists, and pictures beside it."""
 
+import io
 import re
 from typing import NamedTuple
 
-from isarflow.report.layout import to_png
 from study.selection import PAGE
 
+DPI = 120  # of pictures
 NONE = "–"  # of a table's cell
 
 
@@ -26,8 +27,10 @@ def say(name, /, **values):
 
 
 def picture(name, drawing, alt):
-    """Return the Picture of what was drawn on a canvas. name: the figure's, as "Fig. 4.7"."""
-    return Picture(re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-"), to_png(drawing), alt)
+    """Return the Picture of what was drawn on a canvas, the same bytes every time. name: as "Fig. 4.7"."""
+    buffer = io.BytesIO()
+    drawing.savefig(buffer, format="png", dpi=DPI, metadata={"Software": None})
+    return Picture(re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-"), buffer.getvalue(), alt)
 
 
 def table(rows):

@@ -10,7 +10,7 @@ from isarflow.core.sweep import frequencies, images_are_made
 from isarflow.report.conditions import noise_words
 from isarflow.report.layout import duration, style
 from isarflow.report.results import Results
-from isarflow.report.section_run import commit, networks, version
+from isarflow.report.section_run import commit, version
 from isarflow.report.vocabulary import select
 from study import figures, sentences
 from study import networks as of_networks
@@ -164,7 +164,7 @@ def facts(results):
         own |= {"count": count, "noise": noise_words(noise, noise["definition"]), "first": first, "last": last}
         yield "images", said["images"].format(**own, **sizes)
     if results.runs:
-        yield "capsule network", "; ".join(networks(results)) or "of the document's size"
+        yield "capsule network", "; ".join(sentences.capsule_networks(results)) or "of the document's size"
         jobs, text = select(results.benchmarks, step=LEARNING), "no times were recorded"
         if len(jobs):
             seconds, longest = jobs.groupby("step")["s"].sum(), jobs.loc[jobs["s"].idxmax()]

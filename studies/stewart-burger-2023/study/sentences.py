@@ -9,6 +9,7 @@ from functools import cache, reduce
 from sklearn.metrics import roc_auc_score
 
 from isarflow.core.sweep import elevations
+from isarflow.learning import capsules
 from isarflow.learning.experiments import training
 from isarflow.report import thesis
 from isarflow.report.layout import duration, number
@@ -78,8 +79,43 @@ def parameters(results, figure):
 def network(results, figure):
     """Say how the sizes of the figure's networks differ from the thesis's."""
     for model in figure.models:
-        if model in results.settings["learning"]["models"] and (words := thesis.difference(model, results.settings)):
+        if model in results.settings["learning"]["models"] and (words := difference(model, results.settings)):
             yield {"model": results.names.model(model).label, "words": words}
+
+
+def difference(model, settings):
+    """Return in words how a network differs from the thesis's; empty where it does not."""
+    if thesis.full_size(model, settings):
+        return ""
+    own, kind = thesis.size(model, settings), thesis.kind(model, settings)
+    theirs = thesis.SIZES[kind]
+    if kind != "capsule":
+        return f"{own}; the thesis's {', '.join(f'{theirs[name]} {unit}' for name, unit in thesis.UNITS[kind].items())}"
+    times = weight_ratio(model, settings)
+    same = settings["radar"]["center_frequency"] == thesis.CENTER_FREQUENCY
+    frequency = "" if same else f", and saw images at {thesis.CENTER_FREQUENCY / 1e9:g} GHz"
+    return (
+        f"{'reduced' if times > 1 else 'resized'}: {own}; the thesis's has {' and '.join(map(str, theirs.values()))}, "
+        f"{f'{times:.0f}' if times >= 10 else f'{times:.2g}'} times the weights before the decoder{frequency}"
+    )
+
+
+def weight_ratio(model, settings):
+    """Return how many times the weights of a capsule network the thesis's has, both before their decoders."""
+
+    def weights(of):
+        # Two classes, images of 32 x 32 pixels; the decoder's 512 units do not count.
+        layers = capsules.layers((32, 32, 1), 2, of["width"], of["capsules"], 512)
+        return sum(layer.count for name, layer in layers.items() if not name.startswith("decoder"))
+
+    return weights(thesis.SIZES["capsule"]) / weights(settings["learning"]["models"][model])
+
+
+def capsule_networks(results):
+    """Return how the run's capsule networks differ from the thesis's, each difference once."""
+    settings, models = results.settings, dict.fromkeys(name for run in results.runs.values() for name in run["models"])
+    texts = [difference(model, settings) for model in models if thesis.kind(model, settings) == "capsule"]
+    return [text for text in dict.fromkeys(texts) if text]
 
 
 def epochs(results, figure):

@@ -2,7 +2,7 @@
 
 from isarflow.learning.split import folds
 from isarflow.report import thesis
-from isarflow.report.vocabulary import POWERS, PROTOCOLS, SPLITS, listed, split_text, title
+from isarflow.report.vocabulary import POWERS, PROTOCOLS, SPLITS, listed, title
 
 MEANING = {
     "elevation": "Split by elevation, every second elevation trains and test images are of those between.",
@@ -12,23 +12,18 @@ MEANING = {
 }
 
 
-def conditions(results, rows, *definitions):
+def conditions(results, rows):
     """Return sizes of networks, thresholds, splits with their folds, and the definition of SNR, in sentences.
 
-    rows: what is drawn, with columns model, experiment, split and threshold; definitions: of its SNR, the config's
-    where none is given.
+    rows: what is drawn, of scores.csv or confusion.csv.
     """
     splits = [_split(results, split, rows) for split in SPLITS if split in set(rows["split"])]
     protocols = [protocol for protocol in PROTOCOLS if protocol in set(rows["threshold"])]
     noise = results.settings["noise"]
-    powers = [noise_words(noise, one) for one in dict.fromkeys(definitions or [noise["definition"]])]
-    parts = [
-        _networks(results, rows),
-        f"Thresholds: {listed(protocols)}." if protocols else "",
-        f"Images {listed(splits)}.",
-        f"SNR by {' or '.join(powers)}{', as its axis says' if len(powers) > 1 else ''}.",
-    ]
-    return " " + " ".join(filter(None, parts))
+    definition = rows["snr_definition"].iloc[0] if "snr_definition" in rows else noise["definition"]
+    thresholds = f" Thresholds: {listed(protocols)}." if protocols else ""
+    power = noise_words(noise, definition)
+    return f"{_networks(results, rows)}{thresholds} Images {listed(splits)}. SNR by {power}."
 
 
 def meaning(splits):
@@ -43,6 +38,7 @@ def noise_words(noise, definition):
 
 
 def _networks(results, rows):
+    """Return the sizes of the networks, and the thesis's where they are others."""
     labels = {}  # of the networks of each size
     for model in results.names.values(rows, "model"):
         if size := thesis.size(model, results.settings):
@@ -50,16 +46,16 @@ def _networks(results, rows):
             there = "" if own else f"; the thesis's {' and '.join(map(str, thesis.SIZES[kind].values()))}"
             labels.setdefault(f"{size}{there}", []).append(results.names.model(model).label)
     sizes = "; ".join(f"{' and '.join(named)} ({words})" for words, named in labels.items())
-    return f"Networks: {sizes}." if sizes else ""
+    return f" Networks: {sizes}." if sizes else ""
 
 
 def _split(results, split, rows):
     """Return a split in words, with its folds, and those of the experiments that leave some out."""
     count = len(folds(split, results.settings["learning"]["split"]))
     if count == 1:
-        return split_text(split)
+        return SPLITS[split]
     words = [f"{count} folds"]
     for name in sorted(rows[rows["split"] == split]["experiment"].unique()):
         if len(results.folds[name]) < count:
             words.append(f"of {title(name)} only no. {listed(map(str, results.folds[name]))}")
-    return f"{split_text(split)} ({'; '.join(words)})"
+    return f"{SPLITS[split]} ({'; '.join(words)})"

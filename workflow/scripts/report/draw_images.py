@@ -36,8 +36,8 @@ def pixel_table(distance, cross, values, **columns):
 def outline(vertices, triangles, elevation, azimuth):
     """Return the target's shadow in an image: crossrange (C,) and range (R,) in m, and how much is covered, (R, C).
 
-    vertices in m, the image's elevation and azimuth in degrees. Covered is 0 to 1, smoothed: the outline is at OUTLINE,
-    which a sheet seen edge-on, one cell wide, reaches too.
+    vertices in m, elevation and azimuth in degrees. Covered is 0 to 1, smoothed: at OUTLINE, which a sheet seen
+    edge-on reaches too, is the outline.
     """
     distance, cross = project(vertices, elevation, azimuth)
     points = np.stack([cross, distance], axis=1)
@@ -51,11 +51,8 @@ def outline(vertices, triangles, elevation, azimuth):
     return *axes, gaussian_filter(np.asarray(raster, float), 1.0)
 
 
-def gallery(name, target, images, surface, alt, caption):
-    """Return the Figure of a target's images (range, crossrange), a mapping by their titles, side by side.
-
-    surface: the target's vertices and triangles, for the outline of what it shows the radar; None for no outline.
-    """
+def gallery(name, target, images, surface, caption):
+    """Return the Figure of images (range, crossrange) by title, side by side. surface: for its outline, or None."""
     first = next(iter(images.values()))
     distance, cross = first.range.values, first.crossrange.values
     down, across = edges(distance), edges(cross)
@@ -77,4 +74,4 @@ def gallery(name, target, images, surface, alt, caption):
         tables.append(pixel_table(distance, cross, {"level_db": level.round(2)}, **columns))
     finish(drawing, grid, "cross-range [m]", "range [m]", legend=False)
     drawing.colorbar(picture, ax=grid, label="|image| [dB]", shrink=0.8, aspect=30, pad=0.02)
-    return figure(name, drawing, pd.concat(tables), alt, caption)
+    return figure(name, drawing, pd.concat(tables), caption)

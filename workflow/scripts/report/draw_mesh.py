@@ -15,10 +15,7 @@ LIGHT = np.array([-0.35, 0.6, 0.72])  # from the eye's upper left: right, up, to
 
 
 def project(points, azimuth, elevation):
-    """Return right, up and depth towards the eye, (...,) each, of points (..., 3) seen from afar.
-
-    Azimuth and elevation in degrees are the direction of the eye, as for the radar.
-    """
+    """Return right, up and depth, (...,) each, of points (..., 3) seen from afar. azimuth, elevation: degrees."""
     az, el = np.radians([azimuth, elevation])
     right = np.array([-np.sin(az), np.cos(az), 0.0])
     towards = np.array([np.cos(el) * np.cos(az), np.cos(el) * np.sin(az), np.sin(el)])
@@ -27,10 +24,7 @@ def project(points, azimuth, elevation):
 
 
 def draw(axes, vertices, triangles, view, edges=True, colors=SURFACE):
-    """Draw a mesh into axes with equal scales. Vertices (vertices, 3) in m, triangles (triangles, 3) indices.
-
-    colors: red, green and blue before shading, of all triangles or of each, (triangles, 3)
-    """
+    """Draw a mesh into axes with equal scales. colors: before shading, red, green and blue, or (triangles, 3)."""
     right, up, depth = project(vertices, *view)
     corners = np.stack([right, up], axis=-1)[triangles]
     order = np.argsort(depth[triangles].mean(axis=1), kind="stable")

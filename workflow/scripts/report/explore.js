@@ -1,8 +1,7 @@
 // The viewer of meshes, images and range profiles. Its data are the run's fields (see section_explore.py).
 page.live.explore = (data) => {
-  const [form, mesh, image, sinogram, profile, caption, cursor, meshless] = [
-    "form", "mesh", "image", "sinogram", "profile", "caption", "cursor", "meshless",
-  ].map((name) => page.byId(`explore-${name}`));
+  const names = ["form", "mesh", "image", "sinogram", "profile", "caption", "cursor", "meshless"];
+  const [form, mesh, image, sinogram, profile, caption, cursor, meshless] = names.map((name) => page.byId(`explore-${name}`));
   const { target, polarization, snr, way, pad, azimuth, elevation, floor, play, back } = form.elements;
   const MARGIN = { left: 62, right: 70, top: 20, bottom: 46 }, SURFACE = [158, 189, 219], FINER = 4, LEVELS = 64;
   const { azimuths, elevations } = data, half = data.angle.length >> 1;
@@ -141,12 +140,10 @@ page.live.explore = (data) => {
 
   // The image of a view by the chosen imager: pixels' centres, and levels in dB.
   function formed({ p, e, centre, shown }) {
-    let samples = imaging.aperture(data, shown.samples, p, e, centre);
-    if (+snr.value) {
-      const first = imaging.aperture(data, shown.samples, 0, e, centre); // a receiver's noise is the same in all
-      samples = imaging.withNoise(samples, data.snrs[snr.value - 1], data.definition, first);
-    }
-    return imaging.image(data, samples, way.value, ...sizes[pad.value]);
+    const seen = (channel) => imaging.aperture(data, shown.samples, channel, e, centre);
+    // A receiver's noise is the same in all channels.
+    const noisy = () => imaging.withNoise(seen(p), data.snrs[snr.value - 1], data.definition, seen(0));
+    return imaging.image(data, +snr.value ? noisy() : seen(p), way.value, ...sizes[pad.value]);
   }
 
   function say({ az, el, shown }) {

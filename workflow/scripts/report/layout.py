@@ -5,16 +5,13 @@ import io
 import re
 from dataclasses import dataclass
 from functools import cached_property
-from urllib.parse import quote
 
 import matplotlib
-import matplotlib.ticker
 import pandas as pd
 from matplotlib.figure import Figure as Canvas
 from PIL import Image
 
-# Okabe and Ito's palette without its yellow: told apart by colour-blind readers, and dark enough on white. The last
-# five are for what these are too few: as dark, but less far apart.
+# Okabe and Ito's palette without its yellow, for colour-blind readers; then five as dark, but less far apart.
 PALETTE = ("#0072B2", "#D55E00", "#009E73", "#B0578D", "#C98500", "#3A93C9", "#222222")
 PALETTE += ("#A6193C", "#00707A", "#7A6A00", "#5B4BB5", "#767676")
 BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK, CRIMSON, TEAL, OLIVE, INDIGO, GREY = PALETTE
@@ -22,8 +19,6 @@ BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK, CRIMSON, TEAL, OLIVE, INDIGO
 # What stands on a coloured cell. The page turns pure black and white over for its dark look; these it leaves.
 ON_LIGHT, ON_DARK = "#010101", "#fefefe"
 RASTER_COLORS = 96  # of pictures within an SVG: meshes and images have few, and are a fifth as large with a palette
-UNQUOTED = " /:;=,+()'!*@$?[]{}|^`~"  # what of an SVG file may stand in a URI between quotes as it is
-PNG_DPI = 120
 SCALE = 1.55  # CSS pixels per point; true size would be 4/3
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
@@ -64,15 +59,10 @@ class Figure:
         width, height = re.search(rb'<svg [^>]*?width="([\d.]+)pt" height="([\d.]+)pt"', self.svg).groups()
         return round(float(width) * SCALE), round(float(height) * SCALE)
 
-    @property
-    def uri(self):
-        """The picture within a page: as base64 it would be a quarter larger."""
-        return "data:image/svg+xml," + quote(self.svg, safe=UNQUOTED)
-
 
 @dataclass(frozen=True)
 class Table:
-    """A table of the page. `shown` holds the cells as text, `data` the same in full precision for the CSV file."""
+    """A table of the page: `shown`, its cells as text, and `data`, the same in full precision for the CSV file."""
 
     name: str
     shown: pd.DataFrame
@@ -99,10 +89,10 @@ class Section:
 
 
 def table(name, data, shown, caption):
-    """Build a table. data: of the CSV file.
+    """Build a table of `data`, which is the CSV file.
 
-    shown: how each row of `data` is written, by heading a format string with the row's columns in braces or a function
-    of the row, a mapping; or the rows themselves, mappings of heading to text.
+    shown: rows, mappings of heading to text; or how each row of `data` is written: by heading a format string with the
+    row's columns in braces, or a function of the row, a mapping.
     """
     if isinstance(shown, dict):
         shown = [
@@ -112,9 +102,9 @@ def table(name, data, shown, caption):
     return Table(name, pd.DataFrame(shown), data, caption)
 
 
-def figure(name, drawing, data, alt, caption, wide=False):
-    """The Figure of what was drawn on a canvas. data: the numbers in it."""
-    return Figure(name, to_svg(drawing), data, alt, caption, wide)
+def figure(name, drawing, data, caption, wide=False, alt=""):
+    """The Figure of what was drawn on a canvas. alt: what it says, the caption's first sentence where none is given."""
+    return Figure(name, to_svg(drawing), data, alt or caption.partition(". ")[0], caption, wide)
 
 
 def style():
@@ -145,19 +135,6 @@ def _with_palette(uri):
     return b"data:image/png;base64," + base64.b64encode(min(buffer.getvalue(), png, key=len))
 
 
-def to_png(drawing):
-    """What was drawn on a canvas as PNG bytes, the same bytes every time."""
-    buffer = io.BytesIO()
-    drawing.savefig(buffer, format="png", dpi=PNG_DPI, metadata={"Software": None})
-    return buffer.getvalue()
-
-
-def circle_ticks(axis, values):
-    """Ticks at parts of a circle, where the angles (degrees) span most of one."""
-    if max(values) - min(values) > 180:
-        axis.set_major_locator(matplotlib.ticker.MultipleLocator(45))
-
-
 def number(value, digits=3):
     """A number as text with so many significant digits, without an exponent where it can be read without one."""
     if value is None or pd.isna(value):
@@ -183,10 +160,3 @@ def duration(seconds):
 def several(count, singular, plural=None):
     """A count with its noun as text."""
     return f"{count:,} {singular if count == 1 else plural or f'{singular}s'}"
-
-
-def span(name, values, unit, plural=None):
-    """Sorted values as text: the only one, or how many there are and from where to where."""
-    if len(values) == 1:
-        return f"{name} {values[0]:g}{unit}"
-    return f"{several(len(values), name, plural)} from {values[0]:g}{unit} to {values[-1]:.4g}{unit}"

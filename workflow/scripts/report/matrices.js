@@ -1,4 +1,4 @@
-// Confusion matrices with a slider over the SNR (see section_confusion.py).
+// Confusion matrices with a slider over the SNR (see section_headline.py).
 page.live.matrices = ({ entries }) => {
   const [form, table, caption] = ["form", "table", "caption"].map((name) => page.byId(`matrices-${name}`));
   const { set, entry, snr } = form.elements, sets = [...new Set(entries.map((one) => one.set))];

@@ -89,7 +89,7 @@ const page = (() => {
     }
   }, { rootMargin: "500px" });
 
-  // Folding. A link into a folded part unfolds what it lies in.
+  // Folding. The browser itself unfolds what a link leads into.
   const parts = [...document.querySelectorAll("details.part, details.sub")], fold = byId("fold");
   const areOpen = () => parts.every((part) => part.open), unfold = (open) => parts.forEach((part) => (part.open = open));
   parts.forEach((part) => part.addEventListener("toggle", () => {
@@ -97,12 +97,6 @@ const page = (() => {
     fold.textContent = areOpen() ? "Fold all" : "Unfold all";
   }));
   fold.addEventListener("click", () => unfold(!areOpen()));
-  function arrive() {
-    const sought = byId(decodeURIComponent(location.hash.slice(1)));
-    for (let box = sought?.closest("details"); box; box = box.parentElement.closest("details")) box.open = true;
-    sought?.scrollIntoView();
-  }
-  addEventListener("hashchange", arrive);
 
   // A link to a file gives the copy that the page holds: it works where the page came alone.
   addEventListener("click", async (event) => {
@@ -148,7 +142,6 @@ const page = (() => {
     follow();
     const seen = document.querySelectorAll("img[data-file], [data-live], p, figcaption, th, .checks li, #facts + dl dd");
     seen.forEach((one) => eye.observe(one));
-    arrive();
   });
   return { byId, live, ink, text, showAll };
 })();

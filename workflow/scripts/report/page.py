@@ -1,7 +1,7 @@
 """Put the page together: one self-contained HTML file, and its figures (SVG) and tables (CSV) beside it."""
 
 import re
-from dataclasses import dataclass
+from collections import namedtuple
 from importlib import import_module
 from pathlib import Path
 from pkgutil import iter_modules
@@ -11,53 +11,38 @@ from joblib import Parallel, delayed, parallel_config
 from tqdm import tqdm
 
 from isarflow import report
-from isarflow.report import section_headline, section_run, section_summary
+from isarflow.report import section_headline, section_run
 from isarflow.report.embed import embedded
 from isarflow.report.glossary import GLOSSARY
 from isarflow.report.layout import Section, style
 from isarflow.report.results import Results
 
-# The parts of the page. A section is a file section_<name>.py here with a function `section` of the Results, which
-# gives a Section or several; PLACE, the part that it is in and its place there; NEEDS, what the Results must have.
-PARTS = {
-    "look": "Look around",
-    "fields": "Meshes and fields",
-    "imaging": "ISAR images",
-    "recognition": "Recognition",
-    "run": "The run",
-}
-# What a page shows besides its parts, where it has nothing of it.
-BARE = {"summary": (), "checks": (), "warnings": (), "targets": (), "headline": None, "full_size": (), "facts": ()}
-
-
-@dataclass(frozen=True)
-class Part:
-    """One of the page's foldable parts."""
-
-    id: str
-    title: str
-    sections: tuple
+# The parts of the page. A section is a file section_<name>.py here: `section`, a function of the Results, gives a
+# Section or several; PLACE is the part that it is in and its place there; NEEDS is what the Results must have.
+PARTS = {"look": "Look around", "fields": "Meshes and fields", "imaging": "ISAR images"}
+PARTS |= {"recognition": "Recognition", "run": "The run"}
+Part = namedtuple("Part", "id title sections")  # foldable
+# What a page may show besides its parts.
+BARE = dict.fromkeys(("summary", "checks", "warnings", "targets", "headline", "full_size", "facts"), ())
 
 
 def write_report(folder, settings, stated, page, figures, tables, threads=1):
     """Write the report of the results in `folder` (results/<name>).
 
-    settings: the config's sections. stated: what the models' files say of themselves (see `vocabulary.Names`). page:
-    the HTML file; figures, tables: the folders for one SVG per figure and one CSV per figure or table. All three have
-    the same content for the same inputs, but for the code's commit and package versions that the page names. threads:
-    how many sections are drawn at a time.
+    settings: the config's sections. stated: of `vocabulary.Names`. page: the HTML file; figures, tables: the folders
+    for an SVG file of each figure and a CSV file of each figure or table. The same inputs give the same bytes, but for
+    the commit and versions that the page names. threads: how many sections are drawn at a time.
     """
     results = Results(folder, settings, stated)
     warnings = section_run.warned(results)
     with style():
-        thumbnails = {name: section_run.thumbnail(name, surface) for name, surface in results.surfaces.items()}
         shown = {
-            "summary": section_summary.sentences(results),
-            "checks": section_summary.checks(results, warnings),
+            "summary": section_run.sentences(results),
+            "checks": section_run.checks(results, warnings),
             "warnings": warnings,
-            "targets": section_run.cards(results, thumbnails),
+            "targets": section_run.cards(results),
             "headline": section_headline.headline(results) if results.learns else None,
-            "full_size": section_summary.full_size_table(results),
+            "full_size": section_run.full_size_table(results),
             "facts": section_run.facts(results),
         }
     shown["parts"] = _parts(results, threads)
@@ -81,8 +66,15 @@ def write_page(title, name, shown, page, figures=None, tables=None):
     files |= {f"tables/{table.name}.csv": _csv(table) for table in listed}
     assert len(files) == 2 * len(drawn) + len(listed), "two of one name"
     if figures is not None:
-        _write_files(files, {"figures": Path(figures), "tables": Path(tables)})
-    template = _template()
+        folders = {"figures": Path(figures), "tables": Path(tables)}
+        for folder in folders.values():
+            folder.mkdir(parents=True, exist_ok=True)
+        for path, text in files.items():
+            folder, name = path.split("/")
+            (folders[folder] / name).write_text(text)
+    loader = jinja2.FileSystemLoader(Path(__file__).parent)
+    kept = {"autoescape": True, "trim_blocks": True, "lstrip_blocks": True, "undefined": jinja2.StrictUndefined}
+    template = jinja2.Environment(loader=loader, **kept).get_template("template.html")
     words = _spoken(template.render(shown, glossary={}, data={}))
     data = embedded(files, {section.id: section.live for section in sections if section.live})
     # Last: whoever finds the page finds its files too.
@@ -121,17 +113,6 @@ def _drawn(maker, results):
     return (made,) if isinstance(made, Section) else made
 
 
-def _template():
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(Path(__file__).parent),
-        autoescape=True,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        undefined=jinja2.StrictUndefined,
-    )
-    return environment.get_template("template.html")
-
-
 def _spoken(html):
     """Return the words of the glossary that a page has, with their meaning; those of code and of the config aside."""
     text = re.sub(r"<(style|script|pre)\b.*?</\1>", "", html, flags=re.DOTALL)
@@ -141,12 +122,3 @@ def _spoken(html):
 def _csv(part):
     """Return the numbers of a figure or table; scores with six decimals, as all of theirs are half of the page."""
     return part.data.round(dict.fromkeys(("value", "low", "high"), 6)).to_csv(index=False)
-
-
-def _write_files(files, folders):
-    """Write texts by their path from the page. folders: by their name there."""
-    for folder in folders.values():
-        folder.mkdir(parents=True, exist_ok=True)
-    for path, text in files.items():
-        folder, name = path.split("/")
-        (folders[folder] / name).write_text(text)

@@ -62,10 +62,7 @@ def draw_curve(axes, rows, color, marker="", band=True, **look):
 
 
 def draw_published(axes, rows, color, whose=""):
-    """Published statements as open markers. color: a mapping of their models to a colour, or one for all.
-
-    whose: what the legend calls them; nothing leaves them out of it.
-    """
+    """Published statements as open markers. color: by their models, or one for all; whose: in the legend, if any."""
     for row in rows.itertuples():
         edge = color[row.model] if isinstance(color, dict) else color
         look = {"ms": 8, "mfc": "white", "mec": edge, "mew": 1.5, "zorder": 3, "clip_on": False}
@@ -74,10 +71,10 @@ def draw_published(axes, rows, color, whose=""):
         axes.plot(row.snr_db, float(row.value), marker, **look)
 
 
-def draw_rejecting(axes, values, upright=False, **look):
-    """The weighted F1 of rejecting every image of the open set: a line for each of the values, level or upright."""
+def draw_rejecting(axes, values, **look):
+    """The weighted F1 of rejecting every image of the open set: a line for each of the values."""
     for value in values:
-        (axes.axvline if upright else axes.axhline)(value, **REJECTING | look)
+        axes.axhline(value, **REJECTING | look)
 
 
 def training_look(training, trained):
@@ -91,11 +88,10 @@ def training_look(training, trained):
 def draw_scores(results, shown, columns, size, line, look, published=(), color=None, whose="", more=()):
     """Draw scores over the test SNR, and return the canvas: panels, `columns` in a row, of so many inches in all.
 
-    A panel of weighted F1 has a dotted line where rejecting every image is, or naming one class for all where no
-    unknown target is tested.
-    shown: rows of scores.csv of one metric, by the panel's title; line: columns, of whose values each combination is a
-    curve; look: how `draw_curve` draws it, a function of its first row; published: statements, in the panel that their
-    column `panel` names; color, whose: as of `draw_published`; more: as of `finish`.
+    A panel of weighted F1 has a dotted line where rejecting every image is; else where naming one class for all is.
+    shown: rows of scores.csv of one metric, by the panel's title; line: columns whose values tell curves apart; look:
+    how `draw_curve` draws one, a function of its first row; published: statements, whose column `panel` names theirs;
+    color, whose: as of `draw_published`; more: as of `finish`.
     """
     drawing, grid = panels(len(shown) // columns, columns, *size)
     for axes, (title, rows) in zip(grid.flat, shown.items(), strict=True):
@@ -140,15 +136,7 @@ def matrix(cells):
 
 
 def holds(ours, relation, value, low=np.nan, high=np.nan):
-    """Whether our value fulfils a printed statement, to the decimals it was printed with.
-
-    An equality holds if the printed value lies in our interval, too.
-    """
+    """Whether our value fulfils a printed statement to its decimals; an equality also if it lies in our interval."""
     rounded, printed = round(ours, len(value.partition(".")[2])), float(value)
-    return {
-        ">=": rounded >= printed,
-        "<=": rounded <= printed,
-        "=": rounded == printed or bool(low <= printed <= high),
-        ">": ours > printed,
-        "<": ours < printed,
-    }[relation]
+    kept = {">=": rounded >= printed, "<=": rounded <= printed, ">": ours > printed, "<": ours < printed}
+    return (kept | {"=": rounded == printed or bool(low <= printed <= high)})[relation]

@@ -13,18 +13,18 @@ from isarflow.report.vocabulary import ACCURACY, ELEVATIONS, F1, heading, select
 MARKERS = ", ".join(f"{sign} {words}" for sign, words in zip("▲▼●", MEANT.values(), strict=True))
 FREQUENCY = f"{thesis.CENTER_FREQUENCY / 1e9:g} GHz"
 FULL_SIZE = f"thesis, full-size network, {FREQUENCY}"
+IN_KIND = (
+    f"Its networks are full-size ones at {FREQUENCY}, its targets other models of the same kinds: agreement is "
+    "expected in kind only."
+)
 CLASSES = ["drone", "missile", "other"]  # of its confusion matrices
 # What a published metric is called in scores.csv, and on the page: of the closed set and of the open one.
 CLOSED = {"accuracy": (ACCURACY, "accuracy"), "f1": (F1, "weighted F1")}
 OPEN = {"weighted_f1": (F1, "weighted F1")}
 # The thesis's adaptations of its networks to the open set: the model and confidence score here that are the same.
-ADAPTATIONS = {
-    "softmax_threshold": ("fcnn", "softmax"),
-    "openmax": ("fcnn", "openmax"),
-    "other_class": ("fcnn_other", "softmax"),
-    "capsule_mse": ("capsule", "mse"),
-    "capsule_zncc": ("capsule", "zncc"),
-}
+ADAPTATIONS = {"softmax_threshold": ("fcnn", "softmax"), "openmax": ("fcnn", "openmax")}
+ADAPTATIONS |= {"other_class": ("fcnn_other", "softmax")}
+ADAPTATIONS |= {f"capsule_{score}": ("capsule", score) for score in ("mse", "zncc")}
 OPENED = ["fcnn_open", "capsule_open"]  # experiments with them
 POINT = ["test_snr_db", "value", "low", "high", "n", "snr_definition"]  # the other columns of scores tell curves apart
 
@@ -32,9 +32,8 @@ POINT = ["test_snr_db", "value", "low", "high", "n", "snr_definition"]  # the ot
 def beside(results, rows, statements, whose=f"thesis, {FREQUENCY}"):
     """Return curves and published statements by one definition of SNR, and a sentence for the figure's caption.
 
-    rows: the curves, of `Results.scores`, further columns are kept; statements: of `Results.published_scores`; whose:
-    who published them. Where this run lacks a curve by the statements' definition of SNR, all stay by its own, and no
-    statement is left.
+    rows: of `Results.scores`; statements: of `Results.published_scores`; whose: who published them. Where this run
+    lacks a curve by the statements' definition of SNR, all stay by its own, and no statement is left.
     """
     if statements.empty:
         return rows, statements, ""
@@ -47,10 +46,10 @@ def beside(results, rows, statements, whose=f"thesis, {FREQUENCY}"):
 
 
 def value_at(results, curve, snr):
-    """Return a curve's value at an SNR in dB: a mapping of ours, low, high and here_at_snr_db.
+    """Return a curve's value at an SNR in dB, interpolated: a mapping of ours, low, high and here_at_snr_db.
 
-    curve: rows of `Results.mean_scores`. Between two test SNRs it is interpolated; beyond the last at which all images
-    have one it is that one. None for an SNR that this run does not reach, and where a curve is none or several.
+    Beyond the last SNR at which all images have a value it is that one. None for an SNR that this run does not reach,
+    and where a curve is none or several. curve: rows of `Results.mean_scores`.
     """
     curve = curve.sort_values("test_snr_db")
     snrs, highest = curve["test_snr_db"], max(results.settings["noise"]["snr_db"])
@@ -82,10 +81,9 @@ def statements_table(results, name, metrics):
         shown.append(row | {"as published": "yes" if here["holds"] else "no", "source": line["source"]})
     caption = (
         "What the reference thesis states, split at random, and the same here, the open set with thesis thresholds. "
-        "Its networks are full-size ones, its targets other models of the same kinds, and its frequency may be another "
-        "than here, so agreement is expected in kind only. All SNRs are by mean power, each image's own; values here "
-        "are interpolated between test SNRs, or those at the highest at which all images have one. “As published” "
-        "rounds to the printed decimals; an equality holds if the published value lies in the interval, too."
+        f"{IN_KIND} All SNRs are by mean power, each image's own; values here are interpolated between test SNRs, or "
+        "those at the highest at which all images have one. “As published” rounds to the printed decimals; an equality "
+        "holds if the published value lies in the interval, too."
     )
     data = pd.DataFrame(data).drop(columns=["elevation", "figure", "reading"], errors="ignore")
     return (table(name, data, shown, caption),) if shown else ()
@@ -116,12 +114,10 @@ def confusion_figure(results):
     finish(drawing, grid, "predicted class", "target", legend=False)
     caption = (
         f"Confusion matrices of the open set at {ours['test_snr_db'].iloc[0]:g} dB: share of each target's images and "
-        f"their number. The thesis's, where there are any, are of a full-size network at {FREQUENCY} and {snr:g} dB by "
-        "mean power, to which ours are the nearest; its targets are other models of the same kinds, so agreement is "
-        f"expected in kind only.{conditions(results, ours)}"
+        f"their number. The thesis's, where there are any, are at {snr:g} dB by mean power, to which ours are the "
+        f"nearest. {IN_KIND}{conditions(results, ours)}"
     )
-    alt = "Confusion matrices of the open set, with those that were published."
-    return (figure("published_confusion", drawing, ours, alt, caption, wide=columns > 2),)
+    return (figure("published_confusion", drawing, ours, caption, wide=columns > 2),)
 
 
 def _offset(results):

@@ -1,10 +1,9 @@
 """The radar cross-section (RCS) of a run's targets: a CSV file of each, and one page for all."""
 
 import numpy as np
-import pandas as pd
 
 from isarflow.report import rcs_compare, rcs_figures, section_run
-from isarflow.report.layout import Section, style, table
+from isarflow.report.layout import Section, style
 from isarflow.report.page import Part, write_page
 from isarflow.report.results import Results
 
@@ -13,7 +12,6 @@ COLUMNS = ("frequency_hz", "elevation_deg", "azimuth_deg", "polarization", "rcs_
 CURVES = 5  # cuts in one plot at most
 PERCENTS = (5, 25, 50, 75, 95)
 BISTATIC = "Bistatic: each figure is over the receivers, its name has the transmitter's elevation and azimuth."
-FACTS = ("Run", "Radar", "Aspect", "Made with")  # of the run, which the page shows
 
 
 def write_rcs(folder, settings, page, tables, parts):
@@ -26,15 +24,13 @@ def write_rcs(folder, settings, page, tables, parts):
         as_table(results.scattering(name)).to_csv(path, index=False, float_format="%.9g")
         print(f"{path}: RCS of {name}")
     with style():
-        thumbnails = {name: section_run.thumbnail(name, surface) for name, surface in results.surfaces.items()}
-        sections = tuple(_section(results, name) for name in results.targets)
-    made = Part("run", "The run", sections=(section_run.section(results),))
+        targets, sections = section_run.cards(results), [_section(results, name) for name in results.targets]
+    made = Part("run", "The run", (section_run.section(results),))
     shown = {
-        "facts": [pair for pair in section_run.facts(results) if pair[0] in FACTS],
+        "facts": section_run.facts(results),
         "warnings": section_run.warned(results),
-        "thumbnails": thumbnails,
-        "targets": section_run.cards(results, thumbnails),
-        "parts": (Part("rcs", "Radar cross-section", sections=sections), made),
+        "targets": targets,
+        "parts": (Part("rcs", "Radar cross-section", tuple(sections)), made),
     }
     write_page(f"Radar cross-section: {settings['name']}", settings["name"], shown, page, *parts)
 
@@ -61,26 +57,20 @@ def _section(results, name):
     for title, part in rcs_figures.by_transmitter(name, dataset, CURVES):
         figures.append(rcs_figures.cut_figure(title, part, reach, CURVES))
         figures.append(rcs_figures.cut_figure(title, part, reach, CURVES, polar=True, name="rcs_polar"))
-        figures.append(rcs_figures.map_figure(title, part))
-        figures.append(rcs_figures.frequency_figure(title, part, CURVES))
+        figures += [rcs_figures.map_figure(title, part), rcs_figures.frequency_figure(title, part, CURVES)]
     text.append(f"Every sample with its phase: {name}.csv beside this page.")
     return Section(f"rcs-{name}", name, tuple(text), tuple(filter(None, figures)), tuple(tables))
 
 
 def _percentiles(name, dataset):
     """Return percentiles and mean of RCS over all directions, for each polarization and frequency."""
-    rows = []
-    for (polarization, frequency), part in as_table(dataset).groupby(["polarization", "frequency_hz"], sort=False):
+
+    def measures(part):
         level = part["rcs_dbsm"].to_numpy()
-        row = {"target": name, "polarization": polarization, "frequency_hz": frequency}
-        row |= zip([f"p{p}_dbsm" for p in PERCENTS], np.percentile(level, PERCENTS), strict=True)
-        rows.append(row | {"mean_dbsm": 10 * np.log10(np.mean(10 ** (level / 10))), "max_dbsm": level.max()})
-    shown = {
-        "polarization": "{polarization}",
-        "frequency": lambda row: rcs_figures.in_words("frequency", row["frequency_hz"]),
-        **{f"{p} %": f"{{p{p}_dbsm:.1f}}" for p in PERCENTS},
-        "mean": "{mean_dbsm:.1f}",
-        "largest": "{max_dbsm:.1f}",
-    }
+        found = dict(zip([f"p{p}_dbsm" for p in PERCENTS], np.percentile(level, PERCENTS), strict=True))
+        return found | {"mean_dbsm": 10 * np.log10(np.mean(10 ** (level / 10))), "max_dbsm": level.max()}
+
+    heads = {f"{p} %": f"{{p{p}_dbsm:.1f}}" for p in PERCENTS}
+    heads |= {"mean": "{mean_dbsm:.1f}", "largest": "{max_dbsm:.1f}"}
     caption = f"{name}: percentiles of RCS over all directions, its mean (of m²) and the largest, in dBsm."
-    return table(f"rcs_percentiles_{name}", pd.DataFrame(rows), shown, caption)
+    return rcs_figures.measures_table("rcs_percentiles", name, as_table(dataset), measures, heads, caption)

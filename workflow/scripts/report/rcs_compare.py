@@ -4,8 +4,8 @@ import numpy as np
 import pandas as pd
 
 from isarflow.core.errors import InputError
-from isarflow.report.layout import figure, table
-from isarflow.report.rcs_figures import LABELS, Curve, draw_curves, in_words, rcs_dbsm, resolved
+from isarflow.report.layout import figure
+from isarflow.report.rcs_figures import LABELS, Curve, draw_curves, in_words, measures_table, rcs_dbsm, resolved
 from isarflow.scattering import ffe, field_files
 from isarflow.scattering.interpolation import between
 from isarflow.scattering.reference import WANTED, check_columns, is_csv, several
@@ -16,7 +16,7 @@ SAME_FREQUENCY, SAME_ANGLE = 1e-6, 1e-3  # relative; degrees
 def read_reference(reference, polarizations, needed):
     """Return the user's samples as a table: frequency_hz, elevation_deg, azimuth_deg, polarization, rcs_dbsm.
 
-    A CSV needs rcs_dbsm and the columns `needed`. reference: a path, or {V: ..., H: ...} of .ffe files. Raises
+    reference: a path of a CSV, with rcs_dbsm and the columns `needed`, or {V: ..., H: ...} of .ffe files. Raises
     InputError for what cannot be read.
     """
     if is_csv(reference):
@@ -116,21 +116,16 @@ def _computed(dataset, reach, polarization, frequency, elevation, azimuth):
 
 def compare_table(target, compared):
     """Return a table of the mean and the worst difference for each polarization and frequency."""
-    rows = []
-    for (polarization, frequency), part in compared.groupby(["polarization", "frequency_hz"]):
-        apart = part["difference_db"]
-        row = {"target": target, "polarization": polarization, "frequency_hz": frequency, "samples": len(part)}
-        rows.append(row | {"mean_db": apart.abs().mean(), "bias_db": apart.mean(), "worst_db": apart.abs().max()})
-    shown = {
-        "polarization": "{polarization}",
-        "frequency": lambda row: in_words("frequency", row["frequency_hz"]),
-        "samples": "{samples}",
-        "mean difference [dB]": "{mean_db:.2f}",
-        "worst [dB]": "{worst_db:.2f}",
-        "computed less reference [dB]": "{bias_db:+.2f}",
-    }
+
+    def measures(part):
+        apart, size = part["difference_db"], part["difference_db"].abs()
+        return {"samples": len(part), "mean_db": size.mean(), "bias_db": apart.mean(), "worst_db": size.max()}
+
+    heads = {"samples": "{samples}", "mean difference [dB]": "{mean_db:.2f}", "worst [dB]": "{worst_db:.2f}"}
+    heads["computed less reference [dB]"] = "{bias_db:+.2f}"
     caption = f"{target}: by how much the computed RCS differs from the reference, without its sign."
-    return table(f"rcs_compared_{target}", pd.DataFrame(rows), shown, caption)
+    rows = compared.sort_values(["polarization", "frequency_hz"], kind="stable")
+    return measures_table("rcs_compared", target, rows, measures, heads, caption)
 
 
 def compare_figure(target, compared):
@@ -154,6 +149,5 @@ def compare_figure(target, compared):
         f"they differ most. The CSV holds all samples compared; {compared.attrs['left_out']} more have no level, or no "
         "frequency, direction or polarization of this run."
     )
-    alt = f"RCS of {target}, computed and by the reference, against {WANTED[across]}."
     drawing = draw_curves(curves, LABELS[WANTED[across]])
-    return figure(f"rcs_compared_{target}", drawing, compared.assign(target=target), alt, caption)
+    return figure(f"rcs_compared_{target}", drawing, compared.assign(target=target), caption)

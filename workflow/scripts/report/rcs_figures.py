@@ -5,10 +5,10 @@ from collections import namedtuple
 
 import numpy as np
 import pandas as pd
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import MaxNLocator, MultipleLocator
 
 from isarflow.core.sweep import closes_circle, unit_vectors
-from isarflow.report.layout import PALETTE, canvas, circle_ticks, figure
+from isarflow.report.layout import PALETTE, canvas, figure, table
 from isarflow.report.plots import draw_legend, panels
 from isarflow.report.selection import evenly
 from isarflow.scattering.interpolation import between, is_dense, order, order_told
@@ -19,20 +19,16 @@ NAMED = 16  # single directions that an axis names
 POINTS = 4  # drawn for each of the samples that a curve's bandwidth asks for
 LABELS = {"azimuth": "azimuth [°]", "elevation": "elevation [°]", "frequency": "frequency [GHz]"}
 ALONG, SINGLE = "angle along the directions [°]", "elevation, azimuth [°]"
+# How a cut is read, by the label of its axis; else by LINES.
 LINES = "Points are the samples, joined by straight lines."
-SERIES = (
+HOW = {ALONG: f"{LINES} 0° is the first direction."}
+HOW[SINGLE] = f"Points at the lower edge are {FLOOR} dB or more below the largest."
+HOW[LABELS["azimuth"]] = (
     "Curves without points are the field's own band-limited series. Points are samples too far apart "
     "to hold the field between them, joined by straight lines."
 )
-# How a cut is read, by the label of its axis; else by LINES.
-HOW = {
-    LABELS["azimuth"]: SERIES,
-    ALONG: f"{LINES} 0° is the first direction.",
-    SINGLE: f"Points at the lower edge are {FLOOR} dB or more below the largest.",
-}
 
-# A cut of one polarization: its samples with their levels in dBsm and, over x, the levels y that are drawn; `smooth` if
-# these are of the interpolated field, not lines between samples.
+# Of one polarization: samples with their levels in dBsm and, over x, the levels y drawn; smooth: of the field between.
 Curve = namedtuple("Curve", "polarization label samples levels x y smooth")
 
 
@@ -75,9 +71,9 @@ def by_transmitter(target, dataset, most):
 def cut(dataset, reach, most):
     """Return what a store's cut is drawn against, that axis's label, the field at the samples and the curves.
 
-    Against azimuth, else against elevation or along single directions: at the middle frequency at up to `most` values
-    of the other angle; at up to `most` frequencies where that has one. Against frequency where there is one direction.
-    reach: the target's from the origin in m, by which curves over azimuth are interpolated; None if it is not known.
+    Against azimuth, else elevation or single directions, else frequency: for up to `most` values of the other angle at
+    the middle frequency, else of the frequency. reach: the target's in m, by which curves over azimuth are
+    interpolated; None if it is not known.
     """
     field, sizes = dataset.field, dataset.sizes
     angles = ["direction"] if "direction" in sizes else ["azimuth", "elevation"]
@@ -107,7 +103,7 @@ def cut(dataset, reach, most):
 def resolved(field, reach):
     """Return the highest order of a field over azimuth that its samples (A,) hold; None where they hold not all of it.
 
-    reach: of the target from the origin in m; of None it is told from the samples, if they go round the circle.
+    reach: the target's in m; if None, the order is told from samples round the circle.
     """
     azimuth = field.azimuth.values
     if reach is None:
@@ -137,10 +133,7 @@ def _axis(dataset, across):
 
 
 def draw_curves(curves, label, polar=False):
-    """Return a canvas with a panel for each label of the curves, and in it a line for each polarization.
-
-    label: of the axis, over which SINGLE has points alone. polar: over an angle in degrees, round a circle.
-    """
+    """Return a canvas: a panel for each label of the curves, a line for each polarization. label: of the axis."""
     titles = list(dict.fromkeys(curve.label for curve in curves))
     columns = min(len(titles), ACROSS) if polar else 1
     rows = -(-len(titles) // columns)
@@ -151,11 +144,11 @@ def draw_curves(curves, label, polar=False):
     for place, title in enumerate(titles):
         axes = drawing.add_subplot(rows, columns, place + 1, projection="polar" if polar else None)
         for curve, color in zip((curve for curve in curves if curve.label == title), PALETTE, strict=False):
-            name, few = f"{curve.polarization}{' [dBsm]' if polar else ''}", len(curve.samples) < 3
+            few, look = len(curve.samples) < 3, {"color": color, "label": curve.polarization + " [dBsm]" * polar}
             if label == SINGLE:
-                axes.plot(curve.x, np.maximum(curve.y, bottom), "o", color=color, label=name, clip_on=False)
+                axes.plot(curve.x, np.maximum(curve.y, bottom), "o", clip_on=False, **look)
                 continue
-            axes.plot(turn(curve.x), curve.y, color=color, label=name, **({"marker": "o", "ls": "-"} if few else {}))
+            axes.plot(turn(curve.x), curve.y, marker="o" if few else "", **look)
             if not (curve.smooth or few):
                 axes.plot(turn(curve.samples), curve.levels, ".", color=color, ms=2.5)
         axes.set_title(title.replace("-", "\N{MINUS SIGN}"))
@@ -168,9 +161,15 @@ def draw_curves(curves, label, polar=False):
         else:
             axes.set(xlabel=label, ylabel="RCS [dBsm]")
             if label == LABELS["azimuth"]:
-                circle_ticks(axes.xaxis, curves[0].samples)
+                _circle_ticks(axes.xaxis, curves[0].samples)
     draw_legend(drawing, drawing.axes)
     return drawing
+
+
+def _circle_ticks(axis, values):
+    """Set ticks at parts of a circle, where the angles (degrees) span most of one."""
+    if np.ptp(values) > 180:
+        axis.set_major_locator(MultipleLocator(45))
 
 
 def cut_figure(target, dataset, reach, most, polar=False, name="rcs"):
@@ -188,7 +187,7 @@ def cut_figure(target, dataset, reach, most, polar=False, name="rcs"):
     at = f" at {', '.join(in_words(axis, field[axis].item()) for axis in single)}" if single else ""
     caption = f"{target}: {dataset.attrs.get('kind', 'backscatter')} RCS{at}. {HOW.get(label, LINES)}"
     alt, wide = f"RCS of {target} against {across}{at}.", polar and len({curve.label for curve in curves}) > 2
-    return figure(f"{name}_{target}", drawing, _table(target, field), alt, caption, wide)
+    return figure(f"{name}_{target}", drawing, _table(target, field), caption, wide, alt)
 
 
 def draw_map(axes, azimuth, values, level, top, depth):
@@ -196,7 +195,7 @@ def draw_map(axes, azimuth, values, level, top, depth):
     look = {"cmap": "viridis", "vmin": top - depth, "vmax": top, "shading": "nearest", "rasterized": True}
     picture = axes.pcolormesh(azimuth, values, level, **look)
     axes.grid(False)
-    circle_ticks(axes.xaxis, azimuth)
+    _circle_ticks(axes.xaxis, azimuth)
     return picture
 
 
@@ -212,9 +211,8 @@ def map_figure(target, dataset):
         axes.set(ylabel="elevation [°]", title=polarization)
     grid[-1, 0].set_xlabel("azimuth [°]")
     drawing.colorbar(picture, ax=grid, label="RCS [dBsm]", pad=0.02)
-    words = f"over elevation and azimuth at {in_words('frequency', center_frequency(dataset))}."
-    name, data = f"rcs_map_{target}", _table(target, field)
-    return figure(name, drawing, data, f"RCS of {target} {words}", f"{target}: RCS {words}")
+    words = f"over elevation and azimuth at {in_words('frequency', field.frequency.item())}."
+    return figure(f"rcs_map_{target}", drawing, _table(target, field), f"{target}: RCS {words}")
 
 
 def frequency_figure(target, dataset, most):
@@ -224,16 +222,28 @@ def frequency_figure(target, dataset, most):
     field, polarizations = by_direction(dataset), dataset.polarization.values
     picked = field.isel(direction=evenly(range(field.sizes["direction"]), most))
     names, frequency, level = _names(picked, "({:g}°, {:g}°)"), dataset.frequency.values, rcs_dbsm(picked.values)
-    curves = []
+    curves, x = [], frequency / 1e9
     for number, name in enumerate(names):
         for polarization, levels in zip(polarizations, level[:, :, number], strict=True):
-            curves.append(Curve(polarization, name, frequency / 1e9, levels, frequency / 1e9, levels, False))
+            curves.append(Curve(polarization, name, x, levels, x, levels, False))
     columns = {"target": [target], "polarization": polarizations, "frequency": frequency, "direction": names}
     frame = pd.MultiIndex.from_product(columns.values(), names=columns).to_frame(index=False)
     frame["rcs_dbsm"] = level.ravel()
     caption = f"{target}: RCS against frequency at directions (elevation, azimuth); samples, joined by lines."
     drawing = draw_curves(curves, LABELS["frequency"])
-    return figure(f"rcs_frequency_{target}", drawing, frame, f"RCS of {target} against frequency.", caption)
+    return figure(f"rcs_frequency_{target}", drawing, frame, caption)
+
+
+def measures_table(name, target, frame, measures, heads, caption):
+    """Return a table of measures of a target's RCS at each polarization and frequency.
+
+    measures: a function of the rows of `frame` at one, gives values by column; heads: how these are shown, by heading.
+    """
+    keys = ["polarization", "frequency_hz"]
+    groups = frame.groupby(keys, sort=False)
+    rows = [{"target": target} | dict(zip(keys, key, strict=True)) | measures(part) for key, part in groups]
+    shown = {"polarization": "{polarization}", "frequency": lambda row: in_words("frequency", row["frequency_hz"])}
+    return table(f"{name}_{target}", pd.DataFrame(rows), shown | heads, caption)
 
 
 def _names(part, form):

@@ -19,14 +19,18 @@ from isarflow.report.vocabulary import PROTOCOLS, Names, select
 
 REFERENCE = ROOT / "resources" / "reference"  # published values
 FULL_SIZE = REFERENCE.parent / "results"  # of the run of config/thesis.yaml, once it is made
+# What of a model's prediction times is read, and what its column is called.
+TIMES = {name: name for name in ("experiment", "run", "model", "training_observations")}
+TIMES |= {f"{how}.milliseconds_per_observation": f"{how}_ms" for how in ("single", "batch")}
+TIMES |= {"batch.size": "batch_size"}
 
 
 def _learned(table):
     """Return a property of Results: a table of the learning stage."""
-    return cached_property(lambda self: _read_learned(self.folder / "learning" / f"{table}.csv"))
+    return cached_property(lambda self: read_learned(self.folder / "learning" / f"{table}.csv"))
 
 
-def _read_learned(path):
+def read_learned(path):
     """Return a table of the learning stage, whose columns of text stay text where they are empty."""
     text = dict.fromkeys(("elevation", "training", "score", "threshold", "fold"), str)
     numbers = {column: [""] for column in ("train_snr_db", "test_snr_db", "value", "low", "high")}
@@ -39,16 +43,14 @@ def _published(table, types=None):
     return cached_property(lambda _: pd.read_csv(path, dtype=types, keep_default_na=False))
 
 
+def _json(path):
+    return json.loads(path.read_text())
+
+
 class Results:
-    """The results of one run, read when they are asked for.
+    """The results of one run, results/<name>, read when asked for. stated: as of `vocabulary.Names`."""
 
-    folder: results/<name>. settings: the config's sections. stated: what the models' files say of themselves (see
-    `vocabulary.Names`). The latter two are the rule's params.
-    """
-
-    polarizations = property(lambda self: self.settings["imaging"]["polarizations"])  # the channels of an image
-    definition = property(lambda self: self.settings["noise"]["definition"])  # the config's, of SNR
-    _every_score = _learned("scores")
+    every_score = _learned("scores")  # by both definitions of SNR; of a fold alone, too, whose low and high are NaN
     confusion = _learned("confusion")  # counts of predicted classes by target, after columns as of `scores`
     validation = _learned("validation")  # rows as in `scores`, without intervals: the best is chosen by them
     # Columns as the files have them; what was printed stays text, because its decimals say how exactly it was.
@@ -62,6 +64,8 @@ class Results:
         models = {name for one in settings["learning"]["experiments"].values() for name in one["models"]}
         self.folder, self.settings, self.names = Path(folder), settings, Names(stated, models)
         self.fields = of_fields(folder, settings)
+        self.polarizations = settings["imaging"]["polarizations"]  # the channels of an image
+        self.definition = settings["noise"]["definition"]  # the config's, of SNR
         self.targets = target_order(settings["targets"])
         self.meshed = [name for name in self.targets if "mesh" in settings["targets"][name]]
         self.images_are_made = images_are_made(settings)
@@ -88,7 +92,7 @@ class Results:
     @cached_property
     def meshes(self):
         """Measures of the meshes, by target that has some."""
-        return {name: json.loads((self.fields / "mesh" / f"{name}.json").read_text()) for name in self.meshed}
+        return {name: _json(self.fields / "mesh" / f"{name}.json") for name in self.meshed}
 
     def mesh(self, target, part):
         """Return vertices in m and triangles of a target's mesh in a band, or of its 'source'."""
@@ -102,8 +106,7 @@ class Results:
     @cached_property
     def sphere(self):
         """What the run's solver made of a sphere (see scattering/sphere.py); None where nothing is solved."""
-        path = self.fields / "scattering" / "check" / "sphere.json"
-        return json.loads(path.read_text()) if self.meshed else None
+        return _json(self.fields / "scattering" / "check" / "sphere.json") if self.meshed else None
 
     def scattering(self, target):
         """Return the scattering store of a target, opened lazily."""
@@ -121,32 +124,15 @@ class Results:
         """Return the same in the first channel alone, which stands for all where one image is shown or compared."""
         return self.every_channel(target, store).isel(channel=0, drop=True, missing_dims="ignore")
 
-    def _scores_by(self, definition):
-        return select(self._every_score, snr_definition=definition, fold="")
-
     @cached_property
     def scores(self):
-        """Scores of the test images of all folds together, by the config's definition of SNR.
-
-        score and threshold are empty text in the rows of the closed set; low and high are NaN for a single fold.
-        """
-        return self._scores_by(self.definition)
+        """Of all folds together, by the config's definition of SNR; of the closed set score and threshold are empty."""
+        return select(self.every_score, snr_definition=self.definition, fold="")
 
     @cached_property
     def mean_scores(self):
         """Rows as in `scores` by the thesis's definition of SNR; where the config's is another one, few or none."""
-        return self._scores_by(DEFINITION)
-
-    @cached_property
-    def by_definition(self):
-        """Rows as in `scores` by each definition of SNR, the config's first: a mapping; the other's may be few."""
-        names = sorted(self._every_score["snr_definition"].unique(), key=lambda name: (name != self.definition, name))
-        return {name: self._scores_by(name) for name in names}
-
-    @cached_property
-    def fold_scores(self):
-        """Accuracy and weighted F1 of each fold's test images alone; `fold` is its number as text, low and high NaN."""
-        return self._every_score[self._every_score["fold"] != ""]
+        return select(self.every_score, snr_definition=DEFINITION, fold="")
 
     @cached_property
     def opened(self):
@@ -188,25 +174,23 @@ class Results:
         return {experiment: sorted(numbers) for experiment, numbers in folds.items()}
 
     def _fitted(self, file):
-        """Return {(run, model): path} of every fitted model that has such a file."""
+        """Return a table of every fitted model that has it, by (run, model)."""
         folder = self.folder / "learning" / "models"
         fitted = [(run, model) for run, settings in self.runs.items() for model in settings["models"]]
         paths = {case: folder.joinpath(*case, file) for case in fitted}
-        return {case: path for case, path in paths.items() if path.exists()}
+        return {case: pd.read_csv(path) for case, path in paths.items() if path.exists()}
 
     @cached_property
     def curves(self):
         """Training curves by (run, model), with the seconds until each epoch; of several folds the first one's."""
-        paths, times = self._fitted("curve.csv"), self._fitted("seconds.csv")
-        curves = {case: pd.read_csv(path) for case, path in paths.items() if self.runs[case[0]]["first"]}
-        for case in times.keys() & curves:
-            curves[case] = curves[case].merge(pd.read_csv(times[case]), on="epoch")
-        return curves
+        times = self._fitted("seconds.csv")
+        curves = {case: of for case, of in self._fitted("curve.csv").items() if self.runs[case[0]]["first"]}
+        return {case: of.merge(times[case], on="epoch") if case in times else of for case, of in curves.items()}
 
     @cached_property
     def searches(self):
         """Settings tried and the validation accuracy of each, by (run, model), of the models that had a choice."""
-        return {case: pd.read_csv(path) for case, path in self._fitted("search.csv").items()}
+        return self._fitted("search.csv")
 
     @cached_property
     def decoders(self):
@@ -227,18 +211,9 @@ class Results:
     @cached_property
     def times(self):
         """Prediction times: a row per run and model."""
-        times = json.loads((self.folder / "learning" / "times.json").read_text())
-        return pd.DataFrame(
-            {
-                **{key: record[key] for key in ("experiment", "run", "model", "training_observations")},
-                "single_ms": record["single"]["milliseconds_per_observation"],
-                "batch_ms": record["batch"]["milliseconds_per_observation"],
-                "batch_size": record["batch"]["size"],
-                "machine": times["machine"]["cpu"],
-                "threads": times["threads"],
-            }
-            for record in times["models"]
-        )
+        times = _json(self.folder / "learning" / "times.json")
+        same = {"machine": times["machine"]["cpu"], "threads": times["threads"]}
+        return pd.json_normalize(times["models"])[[*TIMES]].rename(columns=TIMES).assign(**same)
 
     @cached_property
     def full_size(self):
@@ -246,7 +221,7 @@ class Results:
         paths = [FULL_SIZE / f"{name}.csv.xz" for name in ("scores", "validation")]
         if self.settings["name"] == "thesis" or not all(path.exists() for path in paths):
             return None
-        scores, validation = map(_read_learned, paths)
+        scores, validation = map(read_learned, paths)
         scores = select(scores, snr_definition=DEFINITION, fold="")
         return SimpleNamespace(scores=scores, validation=validation, definition=DEFINITION)
 
@@ -262,6 +237,5 @@ class Results:
             # Solves stand in a folder of their own, <target>-<band>: a target's name may hold hyphens, too.
             whose = job[1].rpartition("-")[0] if job[:1] == ["bands"] else "".join(job[:1])
             if not job or whose in named:
-                seconds = pd.read_csv(path, sep="\t", na_values="-").iloc[-1]["s"]
-                rows.append({"stage": stage, "step": step, "job": "/".join(job), "s": seconds})
+                rows.append((stage, step, "/".join(job), pd.read_csv(path, sep="\t", na_values="-").iloc[-1]["s"]))
         return pd.DataFrame(rows, columns=["stage", "step", "job", "s"])

@@ -1,23 +1,16 @@
-"""What looks alike: images by the angle between them, and those taken for another target beside what they resemble."""
+"""What looks alike: images of a target by the angle between them, and unknown targets beside known ones."""
 
 import numpy as np
 import pandas as pd
-import xarray as xr
 
 from isarflow.core import sweep
-from isarflow.learning import features, thresholds
-from isarflow.learning.classifier import OTHER
-from isarflow.learning.experiments import training
-from isarflow.learning.split import Division, Views, split
+from isarflow.learning import features
 from isarflow.report.draw_images import gallery
 from isarflow.report.layout import GREY, PALETTE, Section, figure
 from isarflow.report.plots import finish, panels
-from isarflow.report.selection import mistaken, mistaken_snr
-from isarflow.report.vocabulary import F1, ranked, run_title, select, split_text
+from isarflow.report.vocabulary import select
 
 PLACE, NEEDS = ("recognition", 5), "learns"  # on the page, see page.py
-PAIRS = 4  # kinds of mistake that are shown, the most frequent first
-EXAMPLES = 2  # of each
 FARTHEST = 45  # degrees that views are apart; or an aperture, if that is more
 
 
@@ -25,11 +18,8 @@ def section(results):
     """Return the section; nothing where no known target is told from another."""
     if len(results.classes) < 2:
         return ()
-    text = (
-        "How much an image is like another is their zero-mean normalised cross-correlation (ZNCC) of magnitudes. "
-        "Training images are those without noise of the views that the run trains on."
-    )
-    return (Section("alike", "What looks alike", (text,), (angle_figure(results), *mistakes_figure(results))),)
+    text = "How much an image is like another is their zero-mean normalised cross-correlation (ZNCC) of magnitudes."
+    return (Section("alike", "What looks alike", (text,), (angle_figure(results), *alike_figure(results))),)
 
 
 def standardized(images):
@@ -59,8 +49,7 @@ def angle_figure(results):
         "nearest training image is a step of azimuth away, by elevation the step between elevations, by sector an "
         f"aperture of azimuth (dashed, {aperture:.3g}°) or more."
     )
-    alt = "ZNCC of images of one target against the angle between their views, along azimuth and along elevation."
-    return figure("likeness_by_angle", drawing, data, alt, caption, wide=True)
+    return figure("likeness_by_angle", drawing, data, caption, wide=True)
 
 
 def likeness_by_angle(results, target, farthest):
@@ -81,63 +70,25 @@ def likeness_by_angle(results, target, farthest):
     return pd.DataFrame(table, columns=["target", "along", "degrees", "mean", "low", "high"])
 
 
-def _stacked(results, run, target, side):
-    """Return a target's clean images of one side of a run's division: (view, ...)."""
-    image = results.images(target, "clean").image
-    planes = results.settings["targets"][target].get("symmetry", [])
-    angles = (image[name].values.astype(float) for name in Views._fields)
-    views = split(*angles, planes, Division(**results.runs[run]["division"]))[side]
-    return image.isel(views._asdict()).stack(view=Views._fields).transpose("view", ...).load()
-
-
-def mistakes_figure(results):
-    """Draw images that were taken for another target, each beside that target's training image that is most like it."""
-    run, model = mistaken(results.runs)
-    snr = mistaken_snr(results.settings["noise"]["snr_db"])
-    table, score = _judged(results, run, model, snr)
-    wrong = table[(table["taken_for"] != table["truth"]) & (table["taken_for"] != OTHER)]
-    counts = wrong.groupby(["target", "taken_for"]).size().sort_values(ascending=False, kind="stable").head(PAIRS)
-    images = {}
-    for target, taken in counts.index:
-        of_class = [name for name in results.of_role("known") if results.class_of(name) == taken]
-        of_class = [name for name in of_class if name not in results.runs[run]["without"]]
-        training = xr.concat([_stacked(results, run, name, "train").drop_vars("view") for name in of_class], "view")
-        rows = standardized(training.values)
-        cases = select(wrong, target=target, taken_for=taken)
-        cases = cases.sort_values(f"score_{taken}", ascending=False, kind="stable")
-        for case in cases.drop_duplicates(["elevation", "azimuth"]).head(EXAMPLES).itertuples():
-            seen = results.images(target, sweep.snr_label(snr)).image.isel(realization=case.realization)
-            seen = seen.sel(elevation=case.elevation, azimuth=case.azimuth, method="nearest").load()
-            likeness = rows @ standardized(seen.values[None])[0]
-            near = training.isel(view=int(likeness.argmax()))
-            number = len(images) // 2 + 1
-            images[f"{number}: {target}\n{case.elevation:g}°, {case.azimuth:.4g}°"] = seen
-            where = f"{float(near.elevation):g}°, {float(near.azimuth):.4g}°"
-            images[f"{number}: {taken}, {likeness.max():.2f}\n{where}"] = near
-    if not images:
+def alike_figure(results):
+    """Draw of each unknown target, at the elevation nearest 0, the image most like one of a known target, and that."""
+    known, unknown = results.of_role("known"), results.of_role("unknown")
+    if not unknown:
         return ()
-    what = f"{results.names.model(model).words} in {run_title(results.runs[run], fold=True)}"
-    rejected = f" and not rejected by {results.names.score(score).label} with the blind threshold" if score else ""
+    images = {name: results.images(name, "clean").image.sel(elevation=0, method="nearest") for name in known + unknown}
+    rows, shown, said = {name: standardized(image.values) for name, image in images.items()}, {}, []
+    for number, name in enumerate(unknown, start=1):
+        likeness = np.stack([rows[name] @ rows[other].T for other in known])
+        other, there, here = np.unravel_index(likeness.argmax(), likeness.shape)
+        pair = []
+        for of, place in ((name, there), (known[other], here)):
+            image = images[of][place].load()
+            pair.append(f"{of} {float(image.azimuth):.4g}°")
+            shown[f"{number}: {pair[-1]}"] = image
+        said.append(f"{' and '.join(pair)}, {likeness.max():.2f}")
     caption = (
-        f"What {what}, {split_text(results.runs[run]['split'])}, took for another target at {snr:g} dB{rejected}, each "
-        "beside the training image of that target that is most like it, with their ZNCC: of the most frequent mistakes "
-        "the most certain. At elevation and azimuth."
+        "Of each unknown target the noise-free image that looks most like one of a known target, and that one, over "
+        f"all azimuths at elevation {float(image.elevation):g}°; with their ZNCC: {'; '.join(said)}. Whoever has only "
+        "seen the known targets may take one for the other."
     )
-    alt = "Pairs of images: one that was taken for another target, and the training image that is most like it."
-    return (gallery("mistaken", "", images, None, alt, caption),)
-
-
-def _judged(results, run, model, snr):
-    """Return the test rows of a model's predictions, with a column taken_for, and the score by which it rejects.
-
-    Of several scores that which is best on the validation images; empty for a run without unknown targets.
-    """
-    table, score = results.predictions(run, model, snr), ""
-    table["taken_for"] = table["predicted"]
-    if results.runs[run]["open"]:
-        own = {"experiment": results.runs[run]["experiment"], "training": training(results.runs[run]), "model": model}
-        validation = select(results.validation, **own, metric=F1, threshold="blind", elevation="all")
-        score = ranked(validation).iloc[0]["score"]
-        least = thresholds.choose(table, f"known_{score}", "blind", results.settings["learning"]["kept"])
-        table["taken_for"] = thresholds.apply(table[f"known_{score}"], table["predicted"], least)
-    return select(table, side="test", role=["known", "unknown"]), score
+    return (gallery("images_alike", "", shown, None, caption),)

@@ -29,24 +29,24 @@ def section(results):
     text = (
         "A network with a decoder reconstructs each image from the class that it takes it for. What it cannot "
         "reconstruct is none of the known classes: the confidence score compares the image with its reconstruction, by "
-        "minus the mean squared error (MSE) or by the zero-mean normalised cross-correlation (ZNCC). What these scores "
-        "make of the test images stands with the open set."
+        "minus the MSE or by the ZNCC. What these scores make of the test images stands with the open set."
     )
-    first, *others = run_of
-    figures = [reconstruction_figure(results, run_of[first], first, "", EXAMPLES)]
-    figures += [reconstruction_figure(results, run_of[of], of, f"_{of}", OTHERS_EXAMPLES) for of in others]
-    title = "Capsule network" if thesis.kind(first, results.settings) == "capsule" else "Networks with a decoder"
+    figures = []
+    for model, run in run_of.items():
+        figures.append(reconstruction_figure(results, run, model, f"_{model}" if figures else ""))
+    capsules = thesis.kind(next(iter(run_of)), results.settings) == "capsule"
+    title = "Capsule network" if capsules else "Networks with a decoder"
     return (Section("capsule", title, (text,), tuple(figures)),)
 
 
-def reconstruction_figure(results, run, model, suffix, count):
+def reconstruction_figure(results, run, model, suffix):
     """Draw test images and what a model makes of them: truth, then seen and made at each SNR; two examples in a row.
 
-    suffix: of the figure's name; count: images of each target.
+    suffix: of the figure's name, empty of the first model.
     """
     dataset = results.reconstructions(run["name"], model)
     order = [target for target in results.targets if target in dataset.target.values]
-    dataset = dataset.sel(target=order).isel(example=slice(count)).load()
+    dataset = dataset.sel(target=order).isel(example=slice(OTHERS_EXAMPLES if suffix else EXAMPLES)).load()
     snrs = sorted(dataset.snr.values.tolist(), reverse=True)
     width, rows = 1 + 2 * len(snrs), -(-dataset.sizes["example"] // 2) * len(order)
     size = 0.9 + 2 * (SIDE * width + 0.3), 0.25 + (SIDE + 0.13) * rows
@@ -71,6 +71,5 @@ def reconstruction_figure(results, run, model, suffix, count):
         "without noise; with noise, as the network sees it; and its reconstruction, headed by the class that it is "
         "taken for. At the side elevation and azimuth; range goes up, cross-range to the right."
     )
-    alt = f"Test images of {', '.join(order)} without noise, as seen with noise, and as reconstructed."
     data = dataset.to_dataframe(dim_order=["target", "example", "snr", "range", "crossrange"]).reset_index().round(4)
-    return figure(f"capsule_reconstructions{suffix}", drawing, data, alt, caption, wide=True)
+    return figure(f"capsule_reconstructions{suffix}", drawing, data, caption, wide=True)

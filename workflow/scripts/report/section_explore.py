@@ -1,7 +1,4 @@
-"""What the page's viewer shows: fields and meshes of all targets, of which the reader's browser forms the images.
-
-The fields are small beside images of all aspects, SNRs and imagers that follow from them.
-"""
+"""What the page's viewer shows: fields and meshes of all targets, of which the reader's browser forms the images."""
 
 import base64
 from contextlib import suppress
@@ -23,8 +20,7 @@ from isarflow.report.selection import evenly, noise_snrs
 PLACE, NEEDS = ("look", 1), "images_are_made"  # on the page, see page.py
 MOST_TRIANGLES = 12_000  # of the mesh that is shown: it stays quick to turn, and two bytes tell its vertices apart
 MOST_BYTES = 600_000  # of all fields
-SAMPLE = 4  # bytes: two numbers of two
-FULL = 32_767  # the largest of two bytes
+SAMPLE, FULL = 4, 32_767  # bytes: two numbers of two; the largest of two bytes
 COLORS = 256
 WAYS = ("polar", "none")  # to images, that imaging.js knows (see imaging/imagers/fourier.py)
 
@@ -35,11 +31,9 @@ def section(results):
 
 
 def explorer(results):
-    """Return a mapping that is written into the page as JSON.
+    """Return what the script reads, a mapping for JSON.
 
-    Fields are whole numbers, `scale` metres each, in the order (polarization, frequency, elevation, azimuth, real and
-    imaginary part). Vertices are whole numbers, too. Both are base64, as are the triangles' corners, each less the one
-    before. At most MOST_BYTES of fields: where not even three elevations fit, of the images' first polarization alone.
+    Of at most MOST_BYTES of fields: where not even three elevations fit, of the images' first polarization alone.
     """
     settings, first = results.settings, results.scattering(results.targets[0])
     imaging, plan, noise = settings["imaging"], planned(settings), settings["noise"]
@@ -82,17 +76,15 @@ def _ways(frequency, angle, first):
 
 
 def _field(results, target, polarizations, elevations):
-    """Return a target's field at these polarizations and elevations: `scale` in m, and whole numbers as base64."""
+    """Return a field in m, `_packed`: (polarization, frequency, elevation, azimuth, real and imaginary part)."""
     field = results.scattering(target).field.sel(polarization=polarizations, elevation=elevations)
     field = field.transpose("polarization", "frequency", "elevation", "azimuth").values
     return _packed(np.stack([field.real, field.imag], axis=-1))
 
 
 def _mesh(results, target):
-    """Return the finest mesh of a target that is not too fine; None where all are, or the target has none.
-
-    It is numbered such that neighbours have near numbers: so its triangles take a third of the room.
-    """
+    """Return the finest mesh of a target that is not too fine, if any: vertices in m; triangles' corners, each less
+    the one before. Neighbours have near numbers: so triangles take a third of the room."""
     bands = range(results.settings["mesh"]["bands"])[::-1] if target in results.meshed else ()
     meshes = (results.mesh(target, band) for band in bands)
     vertices, triangles = next((mesh for mesh in meshes if len(mesh[1]) <= MOST_TRIANGLES), (None, None))

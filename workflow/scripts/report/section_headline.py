@@ -1,44 +1,33 @@
-"""The headline, weighted F1 of the open and the closed set against SNR, and what the page compares all curves with."""
+"""The headline, weighted F1 of the open and the closed set against SNR, and the live curves and matrices of all."""
 
 import pandas as pd
 from matplotlib.lines import Line2D
 
 from isarflow.learning.experiments import CLEAN, REFERENCE
 from isarflow.report.conditions import conditions, meaning
-from isarflow.report.layout import BLACK, figure
-from isarflow.report.plots import draw_scores
+from isarflow.report.layout import BLACK, Section, figure
+from isarflow.report.plots import draw_scores, matrix
 from isarflow.report.published import FULL_SIZE, beside
-from isarflow.report.vocabulary import (
-    DRAWN,
-    F1,
-    METHOD,
-    PROTOCOLS,
-    SPLITS,
-    middle_text,
-    ranked,
-    select,
-    snr_axis,
-    title,
-)
+from isarflow.report.vocabulary import F1, METHOD, PROTOCOLS, SPLITS, ranked, select, snr_axis, span_text, title
 
+PLACE, NEEDS = ("recognition", 0), "learns"  # on the page, see page.py
 # The sets of test images, as the page calls them, and the threshold in scores.csv.
 SETS = {**{f"open set, {protocol} thresholds": protocol for protocol in PROTOCOLS}, "closed set": ""}
 # The set of what the reference thesis states of its own method: by model and metric of the published table.
 PUBLISHED = {"capsule f1": "closed set", "capsule_zncc weighted_f1": "open set, thesis thresholds"}
 THESIS_PROTOCOL = {"ls": (0, (4, 2)), "lw": 1}
-DASHES = {
-    "solid": "",
-    "dashed": "6 4",
-    "dash-dotted": "8 3 2 3",
-    "dotted": "2 3",
-}  # of curves by split, as SVG has them
+# Of the live curves by split, as SVG has them.
+DASHES = {"solid": "", "dashed": "6 4", "dash-dotted": "8 3 2 3", "dotted": "2 3"}
+
+
+def section(results):
+    """Return the sections that scripts draw: the curves of all experiments, and matrices with a slider over the SNR."""
+    live = Section("compare", "Compare experiments", live=comparison(results))
+    return live, Section("matrices", "Who is taken for whom", live=matrices(results))
 
 
 def sets_of(tables):
-    """Yield (name, rows of weighted F1 with it as `set`, the same on validation images) of each set that was tested.
-
-    tables: whatever has `scores` and `validation`, as `Results`.
-    """
+    """Yield (name, rows of weighted F1 with it as `set`, the same on validation images) of each set that was tested."""
     for name, threshold in SETS.items():
         case = {"metric": F1, "elevation": "all", "threshold": threshold}
         scores = select(tables.scores, **case).assign(set=name)
@@ -48,16 +37,15 @@ def sets_of(tables):
 
 def lead(tables, names):
     """Return the `curves` of the best method and of the thesis's in all sets that are drawn."""
-    drawn = [of for of in sets_of(tables) if SETS[of[0]] in ("", *DRAWN)]
+    drawn = [of for of in sets_of(tables) if SETS[of[0]] != "kept"]
     return pd.concat(curves(part, validation, names) for _, part, validation in drawn)
 
 
 def curves(part, validation, names):
-    """Return the rows of the best method and of the thesis's in one set, by split and SNR.
+    """Return the rows of the best method and of the thesis's in one set, with the columns curve (words) and theirs.
 
-    Besides the columns of `part`: curve, what it is in words, and theirs, whether it is the thesis's. part: rows of
-    weighted F1 on the test images; validation: on the validation images, by whose mean over the middle SNRs the best
-    one is chosen under the first split; names: of the page.
+    part, validation: rows of weighted F1 on the test and validation images; the best one under the first split is
+    chosen by the latter.
     """
     means, found = ranked(validation), []
     model, trained, score = REFERENCE
@@ -101,15 +89,21 @@ def headline(results):
     broken = "Broken lines: thresholds chosen with images of unknown targets, as in the thesis. " if more else ""
     caption = (
         f"Weighted F1 on the test images, with 95 % intervals, of the method that is best on the validation images "
-        f"by its mean over {middle_text(results.validation)}{whose}. {broken}{meaning(drawn['split'])}{words}"
-        f"{conditions(results, drawn, drawn['snr_definition'].iloc[0])}"
+        f"by its mean over {span_text(results.validation)}{whose}. {broken}{meaning(drawn['split'])}{words}"
     )
+    caption += conditions(results, drawn)
     alt = f"Weighted F1 against test SNR of the best method{' and of the thesis’s' if red else ''}, by set and split."
-    return figure("headline", drawing, drawn, alt, caption, wide=True)
+    return figure("headline", drawing, drawn, caption, True, alt)
+
+
+def _in_words(names, split, experiment, model, training, score):
+    """Return a method, by the columns METHOD, in words."""
+    trained = "trained without noise" if training == CLEAN else f"training SNR: {training}"
+    return f"{names.method(model, score)}: {title(experiment)} ({split}), {trained}"
 
 
 def comparison(results):
-    """Return all curves of weighted F1 for the page's own plot: a mapping that is written into it as JSON.
+    """Return all curves of weighted F1 for the page's live plot, a mapping for JSON.
 
     shown: whether a curve stands in the headline; best: whether its confidence score is its model's best on the
     validation images; points: [SNR, value, low, high]; rejecting: the weighted F1 of rejecting all, by open set.
@@ -124,13 +118,11 @@ def comparison(results):
         if SETS[name]:
             levels[name] = [round(value, 4) for value in results.rejecting(part["experiment"].unique())]
         for method, curve in names.groups(part, *METHOD):
-            split, experiment, model, snrs, score = method
-            trained = "trained without noise" if snrs == CLEAN else f"training SNR: {snrs}"
+            split, experiment, model, *_ = method
             points = curve.sort_values("test_snr_db")[["test_snr_db", "value", "low", "high"]].round(4).astype(object)
             points = points.where(points.notna(), None).to_numpy().tolist()  # JSON knows no NaN
-            words = f"{names.method(model, score)}: {title(experiment)} ({split}), {trained}"
-            entry = {"set": name, "experiment": title(experiment), "model": names.model(model).label, "words": words}
-            entry |= {"color": names.model(model).color, "dashes": dashes[split][1]}
+            entry = {"set": name, "experiment": title(experiment), "model": names.model(model).label}
+            entry |= {"words": _in_words(names, *method), "color": names.model(model).color, "dashes": dashes[split][1]}
             listed.append(entry | {"shown": method in shown, "best": method in best, "points": points})
     return {
         "curves": listed,
@@ -139,3 +131,21 @@ def comparison(results):
         "lines": "; ".join(f"{look} lines: {SPLITS[split]}" for split, (look, _) in dashes.items()),
         "caption": conditions(results, pd.concat(part for _, part, _ in parts)).strip(),
     }
+
+
+def matrices(results):
+    """Return for JSON `entries`, one per method and set of images: its SNRs in dB and counts (SNR, target, class).
+
+    Of each model in an open set that confidence score is there which is best on the validation images.
+    """
+    entries = []
+    for name, _, validation in sets_of(results):
+        best = ranked(validation).drop_duplicates(METHOD[:-1])[METHOD]
+        cells = select(results.confusion, elevation="all", threshold=SETS[name]).merge(best, on=METHOD)
+        for method, rows in results.names.groups(cells, *METHOD):
+            by_snr = rows.groupby("test_snr_db")
+            counts = [matrix(part).reindex(results.targets).dropna().astype(int) for _, part in by_snr]
+            entry = {"set": name, "words": _in_words(results.names, *method), "snrs": list(by_snr.groups)}
+            entry |= {"targets": list(counts[0].index), "classes": list(counts[0].columns)}
+            entries.append(entry | {"counts": [table.to_numpy().tolist() for table in counts]})
+    return {"entries": entries}

@@ -14,8 +14,8 @@ from isarflow.report.conditions import noise_words
 from isarflow.report.draw_images import FLOOR_DB, edges, gallery, pixel_table
 from isarflow.report.layout import Section, figure
 from isarflow.report.plots import draw_pixels, finish, panels
-from isarflow.report.section_alike import standardized
-from isarflow.report.selection import GALLERY_AZIMUTHS, GALLERY_ELEVATIONS, around, evenly, noise_snrs, noise_target
+from isarflow.report.selection import GALLERY_AZIMUTHS, GALLERY_ELEVATIONS, around, evenly, noise_snrs
+from isarflow.report.vocabulary import select
 
 PLACE, NEEDS = ("imaging", 1), "images_are_made"  # on the page, see page.py
 PLACES = 13  # of scatterers, along each axis of the extent
@@ -29,11 +29,11 @@ RESPONSE = {
 
 def section(results):
     """Return the Section of the images."""
-    target = noise_target(results.settings["targets"])
+    target = results.targets[0]
     figures = [azimuth_gallery(results, name) for name in results.targets]
     figures += [elevation_gallery(results, target), *channel_gallery(results, target), noise_gallery(results, target)]
-    figures += [*alike_figure(results), response_figure(results, target)]
-    return Section(id="images", title="Images", text=images_text(results), figures=tuple(figures))
+    figures += [response_figure(results, target)]
+    return Section("images", "Images", images_text(results), tuple(figures))
 
 
 def images_text(results):
@@ -47,30 +47,27 @@ def images_text(results):
         f"{plan['range_extent']:.2f} × {plan['crossrange_extent']:.2f} m. Their store has {plan['bytes'] / 1e6:.3g} "
         f"MB, the store of each SNR {copies * plan['bytes'] / 1e6:.3g} MB."
     )
-    offsets = {name: results.images(name, "clean").snr_definition_offset.values for name in results.targets}
-    apart = [
-        f"{np.nanmean(of):.1f} dB for {name} ({np.nanmin(of):.1f} to {np.nanmax(of):.1f} dB)"
-        for name, of in offsets.items()
-        if np.isfinite(of).any()  # it is NaN of an image without a signal
-    ]
+    apart = []
+    for name in results.targets:
+        offset = results.images(name, "clean").snr_definition_offset.values
+        if np.isfinite(offset).any():  # it is NaN of an image without a signal
+            between = f"{np.nanmin(offset):.1f} to {np.nanmax(offset):.1f} dB"
+            apart.append(f"{np.nanmean(offset):.1f} dB for {name} ({between})")
     snr = (
         "The same noise reads higher as SNR by peak_3db power than by mean power, on average (and image by image) by "
-        f"{'; '.join(apart)}. One number does not turn SNRs of one definition into the other's; scores by the other "
-        "definition count each image at its own."
+        f"{'; '.join(apart)}. Scores by the other definition count each image at its own."
     )
     text = (
         f"Every image is divided by its own peak and shown from 0 to {FLOOR_DB} dB of it. Range is measured from the "
         "target's origin along the line of sight, negative towards the radar, which looks from the bottom of each "
-        "image. Cross-range is at right angles to it, in the plane of the turn. A white line is the outline of the "
-        "target's mesh, where it has one, as it lies in the image plane."
+        "image. A white line is the outline of the target's mesh, where it has one, as it lies in the image plane."
     )
     if not plan["coherent"]:
         text += " Only magnitudes are kept; there is no phase."
-    first, *others = results.polarizations
-    if others:
+    if len(results.polarizations) > 1:
         text += (
-            f" An image has a channel for each of {', '.join([first, *others])} and one peak over all of them. Where "
-            f"no polarization is named, {first} is shown; the SNR is that of {first}, and all channels have its noise."
+            f" An image has a channel for each of {', '.join(results.polarizations)} and one peak over all of them; "
+            "the first is shown where none is named. The SNR is its, and all channels have its noise."
         )
     return (made, snr, text) if apart else (made, text)
 
@@ -80,7 +77,7 @@ def azimuth_gallery(results, target):
     image = results.images(target, "clean").image.sel(elevation=0, method="nearest")
     image = image.isel(azimuth=around(image.sizes["azimuth"], GALLERY_AZIMUTHS))
     note = "At azimuth 0° the radar is on the x axis, before the nose of what has one."
-    for line in results.published_galleries.query("target == @target").to_dict("records"):
+    for line in select(results.published_galleries, target=target).to_dict("records"):
         note += f" The thesis's figure {line['figure']} is of a target of this kind: {line['shows']}."
     return _over(results, f"images_{target}", target, image, "azimuth", "elevation", note)
 
@@ -98,7 +95,7 @@ def _over(results, name, target, image, axis, other, note):
     """Draw a target's noise-free images over one angle, the other being the same, by its name."""
     images = {f"{axis} {one[axis]:.4g}°": one for one in image.transpose(axis, ...).load()}
     shown = f"{target}: noise-free images over {axis} at {other} {float(image[other]):.4g}°."
-    return gallery(name, target, images, results.surfaces.get(target), shown, f"{shown} {note}")
+    return gallery(name, target, images, results.surfaces.get(target), f"{shown} {note}")
 
 
 def _aspect(dataset):
@@ -114,9 +111,10 @@ def channel_gallery(results, target):
         return ()
     image, at = _aspect(results.every_channel(target, "clean"))
     images = {name: image.sel(channel=name) for name in results.polarizations}
-    shown = f"{target} {at}, noise-free, in {', '.join(images)}."
-    caption = f"{shown} Levels are relative to the one peak over all of them."
-    return (gallery("gallery_polarization", target, images, results.surfaces.get(target), shown, caption),)
+    caption = (
+        f"{target} {at}, noise-free, in {', '.join(images)}. Levels are relative to the one peak over all of them."
+    )
+    return (gallery("gallery_polarization", target, images, results.surfaces.get(target), caption),)
 
 
 def noise_gallery(results, target):
@@ -125,38 +123,9 @@ def noise_gallery(results, target):
     stores = {"no noise": "clean"} | {f"SNR {snr:g} dB": snr_label(snr) for snr in noise_snrs(noise["snr_db"])[::-1]}
     for title, store in stores.items():
         images[title], at = _aspect(results.images(target, store))
-    shown = f"{target} {at}, with ever more noise, one realization."
-    caption = f"{shown} Noise is added before the image is formed; SNR by {noise_words(noise, noise['definition'])}."
-    return gallery("gallery_snr", target, images, None, shown, caption)
-
-
-def alike_figure(results):
-    """Draw of each unknown target the noise-free image most like one of a known target, beside that one.
-
-    Likeness is the zero-mean normalised cross-correlation of magnitudes, over all azimuths at the elevation nearest 0.
-    Nothing without targets of both roles.
-    """
-    known, unknown = results.of_role("known"), results.of_role("unknown")
-    if not (known and unknown):
-        return ()
-    images = {name: results.images(name, "clean").image.sel(elevation=0, method="nearest") for name in known + unknown}
-    rows, shown, said = {name: standardized(image.values) for name, image in images.items()}, {}, []
-    for number, name in enumerate(unknown, start=1):
-        likeness = np.stack([rows[name] @ rows[other].T for other in known])
-        other, there, here = np.unravel_index(likeness.argmax(), likeness.shape)
-        pair = []
-        for of, place in ((name, there), (known[other], here)):
-            image = images[of][place].load()
-            pair.append(f"{of} {float(image.azimuth):.4g}°")
-            shown[f"{number}: {pair[-1]}"] = image
-        said.append(f"{' and '.join(pair)}, {likeness.max():.2f}")
-    alt = "Pairs of ISAR images of unknown and known targets that look alike."
-    caption = (
-        "Of each unknown target the noise-free image that looks most like one of a known target, and that one, over "
-        f"all azimuths at elevation {float(image.elevation):g}°; with the zero-mean normalised cross-correlation of "
-        f"their magnitudes: {'; '.join(said)}. Whoever has only seen the known targets may take one for the other."
-    )
-    return (gallery("images_alike", "", shown, None, alt, caption),)
+    power = noise_words(noise, noise["definition"])
+    caption = f"{target} {at}, with ever more noise, which is added before the image is formed. SNR by {power}."
+    return gallery("gallery_snr", target, images, None, caption)
 
 
 def response_figure(results, target):
@@ -183,10 +152,9 @@ def response_figure(results, target):
             top.set_title(label)
         row[0].set_ylabel(f"{way}\nrange [m]")
     finish(drawing, grid, "cross-range [m]", legend=False)
-    alt = "Peak loss, strongest ghost and position error of a point scatterer over the image."
     caption = (
         "What becomes of a single scatterer, wherever it stands in the unambiguous extent, for this sweep: by how much "
         "its peak is too low, the strongest echo outside its main lobe relative to that peak, and how far the peak is "
         f"off, read between the pixels. This run's images: {imager.words()}. {imager.compared_note}".rstrip()
     )
-    return figure("point_response", drawing, pd.concat(tables).round(4), alt, caption)
+    return figure("point_response", drawing, pd.concat(tables).round(4), caption)

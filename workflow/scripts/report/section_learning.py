@@ -2,64 +2,46 @@
 
 import itertools
 
-import numpy as np
 import pandas as pd
 from matplotlib.ticker import MaxNLocator
 
+from isarflow.report import thesis
 from isarflow.report.conditions import conditions, meaning
-from isarflow.report.layout import BLACK, GREY, Section, figure, table
-from isarflow.report.plots import draw_rejecting, draw_scores, finish, panels, training_look
+from isarflow.report.layout import Section, figure, number, several, table
+from isarflow.report.plots import draw_scores, finish, panels, training_look
 from isarflow.report.published import CLOSED, beside, statements_table
 from isarflow.report.selection import TABLE_SNRS, evenly
-from isarflow.report.vocabulary import (
-    ACCURACY,
-    DRAWN,
-    ELEVATIONS,
-    F1,
-    METHOD,
-    at_highest,
-    at_snrs,
-    heading,
-    run_title,
-    select,
-    title,
-    training_noise,
-    with_interval,
-)
+from isarflow.report.vocabulary import ACCURACY, ELEVATIONS, METHOD, at_snrs, heading, run_title, select, training_noise
 
 PLACE, NEEDS = ("recognition", 1), "learns"  # on the page, see page.py
 DASHES = "-", "--", ":", "-."  # of a model's training curves
-# The panels of the folds by threshold: metric, and what is drawn.
-PANELS = {"": (ACCURACY, "closed set: accuracy")}
-PANELS |= {protocol: (F1, f"open set, {protocol} thresholds:\nweighted F1") for protocol in DRAWN}
+# Columns of the published prediction times beside ours.
+PUBLISHED = {"training_observations": "published_training_observations", "milliseconds_per_observation": "published_ms"}
 
 
 def section(results):
-    """Return the section: accuracy of each experiment in the closed set, folds, training curves, settings tried."""
+    """Return the section: accuracy of each experiment in the closed set, training curves, settings tried."""
     scores, names = select(results.scores, score="", metric=ACCURACY), results.names
     figures = [learning_figure(results, *of) for of in names.groups(scores, "experiment")]
     text = (
-        "Each model learns the known targets from its experiment's training images and is tested at every SNR on "
-        "aspects that it was not trained at: here on the known targets alone (the closed set). A view and its mirror "
-        f"image in a target's mirror planes are one, and fall on the same side. {meaning(scores['split'])} Scores are "
-        "of the test images of all folds together, each judged by the model of its fold. Bands and brackets are 95 % "
-        "intervals, from resampling blocks of test images: by sector the folds, else arcs as long as an aperture. They "
-        "are widened where blocks are few; one fold alone has none by sector."
+        "Each model learns the known targets from its experiment's training images and is tested at every SNR on other "
+        "aspects: here on the known targets alone (the closed set). A view and its mirror image in a target's mirror "
+        f"planes fall on the same side. {meaning(scores['split'])} Scores are of the test images of all folds "
+        "together. Bands and brackets are 95 % intervals, which are widened where blocks of test images are few; one "
+        "fold alone has none by sector."
     )
     snrs, columns = evenly(scores["test_snr_db"].unique(), TABLE_SNRS), [*METHOD[:-1], "elevation"]
     curves = [curve for _, curve in names.groups(scores, *columns)]
-    shown = [names.cells(curve.iloc[0], *columns) | at_snrs(curve, snrs, with_interval) for curve in curves]
+    shown = [names.cells(curve.iloc[0], *columns) | at_snrs(curve, snrs) for curve in curves]
     caption = "Accuracy at some test SNRs with its 95 % interval. The CSV file holds all SNRs."
-    tables = table("accuracy", scores, shown, caption), *statements_table(results, "published", CLOSED)
-    figures += folds_figure(results) + curves_figure(results)
-    return Section("learning", "Learning", (text,), tuple(figures), (*tables, *search_tables(results)))
+    tables = [table("accuracy", scores, shown, caption), *statements_table(results, "published", CLOSED)]
+    tables += [*search_tables(results), times_table(results)]
+    figures += curves_figure(results)
+    return Section("learning", "Learning", (text,), tuple(figures), tuple(tables))
 
 
 def learning_figure(results, name, rows):
-    """Draw an experiment's accuracy against the test SNR: a panel per set of test elevations, a line per model.
-
-    Of one that trains at each of several SNRs a panel per model, at all elevations, a line per training SNR.
-    """
+    """Draw an experiment's accuracy: a panel per set of test elevations, or per model if training SNRs are several."""
     (name,), names, trained = name, results.names, results.names.values(rows, "training")
     case = {"experiment": name, "metric": "accuracy", "model": names.values(rows, "model")}
     statements = select(results.published_scores, **case, elevation=[*ELEVATIONS])
@@ -80,63 +62,8 @@ def learning_figure(results, name, rows):
     train, channels = (results.settings["learning"]["experiments"][name].get(key) for key in ("train", "channels"))
     only, angles = f" on {', '.join(channels)} alone" if channels else "", train["elevation"]
     where = "all elevations" if angles == "all" else f"elevation {', '.join(f'{angle:g}' for angle in angles)}°"
-    caption = (
-        f"{heading(name)}: trained {training_noise(train['snr_db'])}{only}, at {where}; accuracy.{words}"
-        f"{conditions(results, rows, rows['snr_definition'].iloc[0])}"
-    )
-    alt = f"Experiment {title(name)}: accuracy against test SNR of each model."
-    return figure(f"learning_{name}", drawing, rows, alt, caption, wide=len(shown) > 1)
-
-
-def folds_figure(results):
-    """Draw each fold's score at the highest SNR beside that of all folds: a row for each model that has several."""
-    drawn = fold_values(results)
-    if drawn.empty:
-        return ()
-    rows = results.names.groups(drawn, "experiment", "model", "training")
-    shown = [threshold for threshold in PANELS if threshold in set(drawn["threshold"])]
-    drawing, grid = panels(1, len(shown), 3 + 2.8 * len(shown), 1.2 + 0.36 * len(rows), sharex=False)
-    for axes, threshold in zip(grid.flat, shown, strict=True):
-        axes.set_title(PANELS[threshold][1])
-        for place, ((_, model, _), row) in enumerate(rows):
-            values = select(row, threshold=threshold)
-            alone, together = values[values["fold"] != ""], values[values["fold"] == ""]
-            # Side by side, the first fold uppermost.
-            beside = place + np.linspace(-0.3, 0.3, len(alone))
-            axes.plot(alone["value"], beside, "o", color=GREY, ms=3.5, zorder=3, label="one fold")
-            reach = [together["value"] - together["low"], together["high"] - together["value"]]
-            look = {"fmt": "D", "color": results.names.model(model).color, "ms": 4.5, "lw": 1.4, "capsize": 3}
-            axes.errorbar(together["value"], [place] * len(together), xerr=reach, **look)
-        if threshold:
-            draw_rejecting(axes, results.rejecting(select(drawn, threshold=threshold)["experiment"]), upright=True)
-    labels = [f"{results.names.model(model).label}, {title(experiment)}" for (experiment, model, _), _ in rows]
-    grid[0, 0].set_yticks(range(len(rows)), labels)
-    grid[0, 0].set_ylim(len(rows) - 0.5, -0.5)
-    grid[0, -1].plot([], [], "D", color=BLACK, ms=4.5, label="all folds, with the 95 % interval")
-    finish(drawing, grid, "")
-    caption = (
-        f"How far the folds differ at {drawn['test_snr_db'].max():g} dB: each fold's test images alone, and all "
-        "together, of an open set with each model's confidence score that is best on the validation images."
-        f"{conditions(results, drawn)}"
-    )
-    alt = "Accuracy and open-set weighted F1 of each fold and of all folds together, for each model that has folds."
-    return (figure("folds", drawing, drawn, alt, caption, wide=True),)
-
-
-def fold_values(results):
-    """Return rows of scores at the highest SNR, of each fold and, with fold empty, of all folds together.
-
-    Of an open set with the confidence score that is best on the validation images; without experiments of one fold.
-    """
-    parts = []
-    for threshold, (metric, _) in PANELS.items():
-        case = {"elevation": "all", "threshold": threshold, "metric": metric}
-        tables = results.fold_scores, results.scores, results.validation
-        alone, together, held_out = (at_highest(select(table, **case)) for table in tables)
-        best = held_out.sort_values("value", ascending=False, kind="stable").drop_duplicates(METHOD[:-1])[METHOD]
-        folded = alone[METHOD].drop_duplicates().merge(best, on=METHOD)
-        parts += [table.merge(folded, on=METHOD) for table in (together, alone)]
-    return pd.concat(parts)
+    caption = f"{heading(name)}: trained {training_noise(train['snr_db'])}{only}, at {where}; accuracy.{words}"
+    return figure(f"learning_{name}", drawing, rows, caption + conditions(results, rows), wide=len(shown) > 1)
 
 
 def curves_figure(results):
@@ -162,12 +89,11 @@ def curves_figure(results):
     grid[0, 2].set_ylim(bottom=0)
     finish(drawing, grid, "epoch")
     caption = (
-        "Training curves of the networks: thick lines are on the training images, thin lines with markers on the "
-        "validation images. The loss is what each descends: cross-entropy, or of a capsule network the margin loss and "
-        "the error of the reconstruction. Of an experiment with several folds they are those of its first."
+        "Training curves of the networks, of several folds the first one's: thick lines are on the training images, "
+        "thin lines with markers on the validation images. The loss is what each descends: cross-entropy, or of a "
+        "capsule network the margin loss and the error of the reconstruction."
     )
-    alt = "Loss, accuracy and learning rate of the networks over the epochs of their training."
-    return (figure("training_curves", drawing, pd.concat(tables), alt, caption, wide=True),)
+    return (figure("training_curves", drawing, pd.concat(tables), caption, wide=True),)
 
 
 def search_tables(results):
@@ -192,3 +118,26 @@ def search_tables(results):
         )
         tables.append(table(f"search_{model}", data, [*shown.values()], caption))
     return tables
+
+
+def times_table(results):
+    """Return prediction times per image beside the published ones of networks of the same size."""
+    published = results.published_times.drop(columns=["source", "condition"]).rename(columns=PUBLISHED)
+    published = published[[thesis.full_size(model, results.settings) for model in published["model"]]]
+    data = results.times.merge(published, how="left", on=["model", "experiment"])
+    shown = {
+        "run": lambda row: run_title(results.runs[row["run"]]),
+        "model": lambda row: results.names.model(row["model"]).label,
+        "training images": "{training_observations:,}",
+        "one at a time [ms]": lambda row: number(row["single_ms"]),
+        "in batches [ms]": lambda row: number(row["batch_ms"]),
+        "reference thesis [ms]": lambda row: number(row["published_ms"]),
+        "its training images": lambda row: number(row["published_training_observations"], 6),
+    }
+    caption = (
+        "Prediction time per image, from the complex image to its class, without its confidence scores. Here: "
+        f"{data['machine'].iloc[0]}, {several(data['threads'].iloc[0], 'thread')}, in batches of "
+        f"{data['batch_size'].max()}. The reference thesis: Intel i7-7700HQ, with other training sets, so only ratios "
+        "between models compare; networks of another size than its have no published time."
+    )
+    return table("prediction_times", data, shown, caption)

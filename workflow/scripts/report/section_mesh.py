@@ -34,15 +34,12 @@ def section(results):
     figures, tables, text = [draw(results, name) for draw in (picture, comparison) for name in results.meshed], (), []
     if results.meshed:
         tables = (quality_table(results),)
-        text += [
-            "Each target has one mesh per frequency band, with edges sized to the shortest wavelength of the band. "
-            "The pictures show the finest, and the CAD surface beside the bands."
-        ]
+        text.append("Each target has one mesh per frequency band, with edges sized to its shortest wavelength.")
         repairs = [f"{name} ({counted(mesh['repairs']) or 'none'})" for name, mesh in results.meshes.items()]
-        text += [f"Repairs in the CAD files: {'; '.join(repairs)}."]
+        text.append(f"Repairs in the CAD files: {'; '.join(repairs)}.")
     if without := [name for name in results.targets if name not in results.meshed]:
-        text += [f"No mesh: {', '.join(without)}, given by the field alone."]
-    return Section(id="meshes", title="Meshes", text=tuple(text), figures=tuple(figures), tables=tables)
+        text.append(f"No mesh: {', '.join(without)}, given by the field alone.")
+    return Section("meshes", "Meshes", tuple(text), tuple(figures), tables)
 
 
 def picture(results, target):
@@ -56,9 +53,8 @@ def picture(results, target):
     for name, view, up in (("top", draw_mesh.TOP, "y"), ("side", draw_mesh.SIDE, "z")):
         draw_mesh.draw(panels[name], vertices, triangles, view)
         panels[name].set(xlabel="x [m]", ylabel=f"{up} [m]")
-    alt = f"Triangle mesh of {target}, seen obliquely, from above and from the side."
     caption = f"{target}: the finest mesh, seen obliquely, from above (x to the nose) and from the side."
-    return figure(f"mesh_{target}", drawing, quality(target, results.meshes[target]), alt, caption)
+    return figure(f"mesh_{target}", drawing, quality(target, results.meshes[target]), caption)
 
 
 def comparison(results, target):
@@ -89,13 +85,11 @@ def comparison(results, target):
     edges.legend(loc="upper left")
     angles.set(xlabel="smallest angle of a triangle [°]", ylabel="triangles [%]")
     drawing.colorbar(QUALITY, ax=angles, label="colour above", pad=0.02)
-    alt = f"The CAD surface of {target} beside the meshes of its bands, and histograms of edges and angles."
     caption = (
-        f"{target}: the source and the mesh of each band, coloured by the smallest angle of each triangle (blue is "
-        "near 60°, red is a sliver). Below: edges in wavelengths at the band's highest frequency, the wanted length "
-        "dotted, and smallest angles."
+        f"{target}: the CAD surface and the mesh of each band, coloured by the smallest angle of each triangle. Below: "
+        "edges in wavelengths at the band's highest frequency, the wanted length dotted, and smallest angles."
     )
-    return figure(f"bands_{target}", drawing, pd.concat(spreads), alt, caption, wide=True)
+    return figure(f"bands_{target}", drawing, pd.concat(spreads), caption, wide=True)
 
 
 def quality(target, measures):
@@ -136,10 +130,10 @@ def quality_table(results):
     caption = (
         "Mesh quality per target and band, with what is asked in parentheses; ✗ marks what misses it. Edges are in "
         "the wanted length; ideal are equilateral triangles of that edge. Angles are the smallest of each triangle but "
-        "the thin ones, which creases force to be narrow, as on the rim of a plate. Off CAD is the largest distance "
-        "from the mesh to the CAD surface, then the other way round, in wavelengths at the band's highest frequency. "
-        "Area and volume are changes from the repaired CAD surface, without the area that rods thinner than an edge "
-        "gain, as few sides keep their volume. Rims are edges with one triangle, junctions with more than two."
+        "the thin ones, which creases force to be narrow. Off CAD is the largest distance from the mesh to the CAD "
+        "surface, then the other way round, in wavelengths at the band's highest frequency. Area and volume are "
+        "changes from the repaired CAD surface, without the area that rods thinner than an edge gain. Rims are edges "
+        "with one triangle, junctions with more than two."
     )
     return table("meshes", data, shown, caption)
 

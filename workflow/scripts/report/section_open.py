@@ -8,25 +8,12 @@ from isarflow.report.layout import BLACK, PALETTE, Section, figure, signed, tabl
 from isarflow.report.plots import draw_scores, finish, panels
 from isarflow.report.published import ADAPTATIONS, FULL_SIZE, OPEN, beside, confusion_figure, statements_table
 from isarflow.report.selection import evenly, nearest
-from isarflow.report.vocabulary import (
-    F1,
-    GAIN,
-    METHOD,
-    PROTOCOLS,
-    at_snrs,
-    heading,
-    middle,
-    middle_text,
-    ranked,
-    select,
-    title,
-    with_interval,
-)
+from isarflow.report.vocabulary import F1, METHOD, PROTOCOLS, at_snrs, heading, middle, ranked, select, span_text, title
 
 PLACE, NEEDS = ("recognition", 2), "opened"  # on the page, see page.py
 LOOKS_SNRS = 5  # lines of the figure of several looks
 SHOWN_SNRS = (-12, -6, 0, 6, 12, 24)  # dB, of the table
-LEAD = PROTOCOLS[0]
+LEAD, GAIN = PROTOCOLS[0], f"{F1}_gain"  # the protocol by which methods are chosen; a metric
 # Metrics of the open set without a threshold, as in scores.csv, and the headings of their columns.
 SEPARATION = {"auroc": "AUROC", "fpr95": "FPR at 95 % TPR", "oscr": "OSCR"}
 
@@ -40,12 +27,11 @@ def section(results):
     text = (
         f"The test images are those of {known} and of {unknown}, which no model has seen. An image whose confidence "
         "score is below a threshold is rejected as 'other'. Thresholds are chosen on the validation images, for each "
-        "SNR by itself: for the largest weighted F1, under the thesis protocol with the unknown targets among these, "
+        "SNR and fold: for the largest weighted F1, under the thesis protocol with the unknown targets among these, "
         f"under the blind protocol with the known ones and those of role other{f' ({other})' if other else ''} alone; "
-        f"under the kept protocol so that {kept:g} % of the known ones are kept, whatever else there is. Every fold "
-        "has thresholds of its own. Scores that put the images in the same order, as softmax, maximum logit and energy "
-        "of a linear model of two classes do, lie on each other. OpenMax's score is its largest probability of a known "
-        f"class. Rejecting everything gives a weighted F1 of {rejecting}: the dotted line."
+        f"under the kept protocol so that {kept:g} % of the known ones are kept. Scores that put the images in the "
+        "same order, as softmax and energy of a linear model of two classes do, lie on each other. Rejecting "
+        f"everything gives a weighted F1 of {rejecting}: the dotted line."
     )
     figures = *(open_figure(results, name) for name in results.opened), *looks_figure(results, scores)
     ranks = summary(scores, select(results.validation, elevation="all"))
@@ -54,10 +40,7 @@ def section(results):
 
 
 def open_figure(results, name):
-    """Draw an experiment's weighted F1: a row per model, a column per protocol, a line per confidence score.
-
-    Beside them the closed set, and what the thesis states.
-    """
+    """Draw an experiment's weighted F1: a row per model, a column per protocol, a line per confidence score."""
     names, shown = results.names, {}
     rows = select(results.scores, experiment=name, metric=F1, elevation="all")
     statements = select(results.published_scores, experiment=name, metric=["f1", "weighted_f1"], elevation="all")
@@ -74,23 +57,20 @@ def open_figure(results, name):
 
     published = statements.assign(panel=[f"{names.model(same[of][0]).label}, thesis" for of in statements["model"]])
     colors = {model: names.score(score).color if score else BLACK for model, (_, score) in same.items()}
-    columns = len(PROTOCOLS)
+    columns, line = len(PROTOCOLS), ("score", "training")
     size = 9, 1 + 2.2 * len(shown) / columns
-    drawing = draw_scores(results, shown, columns, size, ("score", "training"), look, published, colors)
+    drawing = draw_scores(results, shown, columns, size, line, look, published, colors)
     caption = (
         f"{heading(name)}: weighted F1 over the classes and 'other', unknown targets among the test images, a line for "
-        f"each confidence score; dashed: on the known targets alone.{words}"
-        f"{conditions(results, rows, rows['snr_definition'].iloc[0])}"
+        f"each confidence score; dashed: on the known targets alone.{words}{conditions(results, rows)}"
     )
-    alt = f"Open-set weighted F1 of {title(name)} against test SNR, for each model, confidence score and threshold."
-    return figure(f"open_{name}", drawing, rows, alt, caption, wide=True)
+    return figure(f"open_{name}", drawing, rows, caption, wide=True)
 
 
 def looks_figure(results, scores):
-    """Draw weighted F1 against the number of looks that are added up: a panel per method, a line per SNR.
+    """Draw weighted F1 against the number of looks that are added up, where a model has scores that add up.
 
-    scores: rows of the open set. Nothing where no model has scores that add up. Of several confidence scores that which
-    is best on the validation images of single looks.
+    scores: rows of the open set; of several confidence scores that is drawn which is best for single looks.
     """
     rows = select(scores, threshold=LEAD)
     rows = rows.assign(looks=rows["metric"].str.extract(rf"^{F1}_(\d+)_looks$")[0])
@@ -113,16 +93,14 @@ def looks_figure(results, scores):
         "azimuth from the one before, are judged as one by the sum of their scores, which are logarithms of "
         f"likelihoods. Thresholds are chosen on as many looks.{conditions(results, drawn)}"
     )
-    alt = "Weighted F1 of the open set against the number of looks, at some SNRs."
-    return (figure("looks", drawing, drawn, alt, caption, wide=len(methods) > 1),)
+    return (figure("looks", drawing, drawn, caption, wide=len(methods) > 1),)
 
 
 def summary(scores, validation):
     """Return one row per method, the best first within each split: columns METHOD, validation, mean_<p>, gain_<p>.
 
-    Means over the middle SNRs of weighted F1 and of its gain on the test images under each protocol <p>; validation is
-    that of weighted F1 on the validation images under the first of them, which decides what is best. gain_<p> is NaN
-    where no network of the thesis is trained at the same SNRs, and left out where none is at all.
+    Means over the middle SNRs: of weighted F1 on the validation images, which decides what is best, and, under each
+    protocol <p>, on the test images; gain_<p> is NaN, or left out, where no network of the thesis compares.
     """
     ranks = ranked(select(validation, metric=F1, threshold=LEAD)).rename(columns={"value": "validation"})
     rows = select(scores, test_snr_db=middle(scores["test_snr_db"]), metric=[F1, GAIN])
@@ -138,7 +116,7 @@ def tried_table(results, scores, ranks):
     for row in ranks.to_dict("records"):
         own = select(scores, **{column: row[column] for column in METHOD})
         line = names.cells(row, *METHOD) | {"validation mean": f"{row['validation']:.3f}"}
-        line |= at_snrs(select(own, metric=F1, threshold=LEAD), snrs, with_interval)
+        line |= at_snrs(select(own, metric=F1, threshold=LEAD), snrs)
         line |= {f"mean{words}": f"{row[f'mean_{protocol}']:.3f}" for protocol, words in heads.items()}
         if f"gain_{LEAD}" in row:
             line |= {f"gain{words}": signed(row[f"gain_{protocol}"]) for protocol, words in heads.items()}
@@ -146,7 +124,7 @@ def tried_table(results, scores, ranks):
         shown.append(line | {text: f"{top[metric]:.3f}" for metric, text in SEPARATION.items()})
     caption = (
         f"Everything tried: weighted F1 with {LEAD} thresholds at some SNRs with its 95 % interval, and its mean over "
-        f"{middle_text(scores)}; validation mean: the same mean on the validation images, by which the rows are in "
+        f"{span_text(scores)}; validation mean: the same mean on the validation images, by which the rows are in "
         f"order, split by split. Gains are over {names.method(REFERENCE[0], REFERENCE[2])}, trained at the same SNRs. "
         f"The last columns are of {snrs[-1]:g} dB: how well a score tells known from unknown targets. The CSV file "
         f"holds all SNRs, protocols and intervals.{conditions(results, scores)}"

@@ -16,7 +16,7 @@ OVERSAMPLING = 8  # of the same
 
 def section(results):
     """Return the Section of the fields: how they were solved or where they come from, RCS and range profiles."""
-    figures, text = [], [_method(results)]
+    figures, text = [], [_method(results)] if results.meshed else []
     for name in results.targets:
         dataset = results.scattering(name)
         text.append(_origin(name, dataset.attrs, name in results.meshed))
@@ -29,28 +29,21 @@ def section(results):
 
 
 def _method(results):
-    """Return sentences on the solver, its sphere and what RCS is."""
-    settings, sphere, text = results.settings["scattering"], results.sphere or {}, ""
-    if results.meshed:
-        solver = getattr(build(settings), "name", f"solver '{settings['solver']}'")
-        text = f"The {solver} gives the scattered field for every frequency and direction. "
+    """Return sentences on the solver and its sphere."""
+    settings, sphere = results.settings["scattering"], results.sphere
+    solver = getattr(build(settings), "name", f"solver '{settings['solver']}'")
+    text = f"The {solver} gives the scattered field for every frequency and direction."
     if "error_db" in sphere:
         text += (
-            f"A sphere of {sphere['radius_wavelengths']:g} wavelengths' radius, solved in this run with the same "
+            f" A sphere of {sphere['radius_wavelengths']:g} wavelengths' radius, solved in this run with the same "
             f"settings at {sphere['edges_per_wavelength']:g} edges a wavelength, has a backscatter "
-            f"{signed(sphere['error_db'])} dB and {signed(sphere['phase_deg'], 2)}° from the Mie series. "
+            f"{signed(sphere['error_db'])} dB and {signed(sphere['phase_deg'], 2)}° from the Mie series."
         )
-    return (
-        f"{text}Radar cross section (RCS) is 4π|f|² of the scattering amplitude f, in decibels over one square metre "
-        "(dBsm)."
-    )
+    return text
 
 
 def _origin(name, attrs, solved):
-    """Return how large a target's linear systems were and how well they were solved, or which files its field is from.
-
-    attrs: of its store.
-    """
+    """Return how large a target's systems were and how well solved, or which files its store, of `attrs`, is from."""
     if not solved:
         files = ", ".join(f"{path} (SHA-256 {digest[:12]}…)" for path, digest in attrs["origin"].items())
         return f"The field of {name} was not solved here; it comes from {files}."
@@ -65,10 +58,9 @@ def _origin(name, attrs, solved):
 
 
 def range_profiles(field, frequency):
-    """Return the range profiles of a stepped-frequency sweep: Hamming window, then the sum over frequencies.
+    """Return range (ranges,) in m, one unambiguous length, negative towards the radar, and profiles (ranges, azimuth).
 
-    field: (frequency, azimuth) in m, frequency in Hz. Returns range in m, shape (ranges,), negative towards the
-    radar and one unambiguous length long, and the complex profile (ranges, azimuth).
+    field: (frequency, azimuth) in m; frequency: Hz. A Hamming window, then the sum over frequencies.
     """
     count = OVERSAMPLING * len(frequency)
     distance = (np.arange(count) - count // 2) * (C0 / (2 * (frequency[1] - frequency[0]))) / count
@@ -90,10 +82,9 @@ def profile_figure(target, dataset):
     drawing.colorbar(picture, label="level [dB]", pad=0.02)
     places = {"range_m": np.repeat(distance, len(azimuth)), "azimuth_deg": np.tile(azimuth, len(distance))}
     data = pd.DataFrame({"target": target, **places, "level_db": level.ravel().round(1)})
-    alt = f"Range profiles of {target} over azimuth: bright lines are scattering centres that move with the angle."
     caption = (
         f"{target}: range profiles over azimuth at elevation {float(cut.elevation):g}°, {cut.polarization.item()}, "
         "relative to the strongest. Negative range is towards the radar; a scattering centre seen from all round draws "
         "a sine."
     )
-    return figure(f"range_profiles_{target}", drawing, data, alt, caption)
+    return figure(f"range_profiles_{target}", drawing, data, caption)

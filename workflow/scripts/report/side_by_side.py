@@ -9,7 +9,8 @@ from isarflow.core.folders import SCORES
 from isarflow.learning.paired import differences
 from isarflow.report import layout, plots
 from isarflow.report.page import Part, write_page
-from isarflow.report.vocabulary import F1, at_snrs, heading, select, snr_axis, split_text, title, with_interval
+from isarflow.report.results import read_learned
+from isarflow.report.vocabulary import F1, SPLITS, at_snrs, heading, select, snr_axis, title
 
 PROTOCOL = "blind"  # of the thresholds that the page shows; the table beside it has the others, too
 GROUP = ["experiment", "split", "threshold"]  # a section of the page each
@@ -18,21 +19,19 @@ COLUMNS, WIDTH, HEIGHT = 3, 2.7, 3.3  # panels in a row; inches of one
 TITLE = 34  # letters in a line of its title
 SUMMARY = (
     "Each figure has above the weighted F1 of each run on all its own test images, with 95 % intervals as bands, below "
-    "how much more it is than that of {first} on the test images that both have. Both runs are drawn alike in a "
-    "bootstrap over blocks of neighbouring views, so that a difference whose 95 % interval leaves out zero is more "
-    "than the draw of images explains. Of many such intervals one in twenty leaves it out by chance.",
+    "how much more it is than that of {first} on the test images that both have. Where the 95 % interval of a "
+    "difference, from a bootstrap over blocks of neighbouring views, leaves out zero, it is more than the draw of "
+    "images explains; of many such intervals one in twenty does by chance.",
     "Of an open set's confidence scores the one is shown that is best on the validation images of {first}. All "
-    "differences, of accuracy and of every score and protocol, stand in {table} beside this page. Methods of one run "
-    "alone are left out.",
+    "differences, of accuracy and of every score and protocol, stand in {table} beside this page.",
 )
 
 
 def write_comparison(roots, definition, seed, kept, page, table, over_seeds=None):
-    """Write the page of runs side by side, one self-contained HTML file, and all differences as a table, a CSV file.
+    """Write the page of runs side by side, one self-contained HTML file, and all differences as a CSV file, `table`.
 
-    roots: the runs' folders by name, the first the one that the others are compared with. definition: the SNR's, of
-    the first one's config, by which scores are shown. seed: of the resamples. kept: as of `differences`.
-    over_seeds: None, or the first run's learning/seeds.csv.
+    roots: the runs' folders by name, the first the one that the others are compared with; definition: of the SNR;
+    seed, kept: as of `differences`; over_seeds: None, or the first run's learning/seeds.csv.
     """
     first, *others = roots
     found = differences(roots, seed, kept)
@@ -55,24 +54,21 @@ def write_comparison(roots, definition, seed, kept, page, table, over_seeds=None
 
 def _best(validation):
     """Return the confidence score of each method that is best on the validation images, by GROUP, model, training."""
-    rows = select(pd.read_csv(validation, keep_default_na=False), metric=F1, threshold=PROTOCOL)
+    rows = select(read_learned(validation), metric=F1, threshold=PROTOCOL)
     means = rows.groupby([*GROUP, *METHOD])["value"].mean().reset_index("score").sort_values("value")
     return means["score"].to_dict()
 
 
 def _rows(scores, definition, best):
     """Return the rows shown of a table like scores.csv: weighted F1, of open runs by the best score alone."""
-    rows = pd.read_csv(scores, keep_default_na=False, na_values={name: "" for name in ("value", "low", "high")})
-    rows = select(rows, metric=F1, elevation="all", fold="", snr_definition=definition, threshold=["", PROTOCOL])
+    case = {"metric": F1, "elevation": "all", "fold": "", "snr_definition": definition, "threshold": ["", PROTOCOL]}
+    rows = select(read_learned(scores), **case)
     methods = rows[[*GROUP, *METHOD[:-1]]].itertuples(index=False, name=None)
     return rows[rows["score"] == [best.get(method, "") for method in methods]]
 
 
 def _section(key, rows, found, runs, axis):
-    """Return the section of a group of methods.
-
-    key: the values of GROUP; rows: of all runs; found: the differences; axis: what the axis of SNRs is called.
-    """
+    """Return the section of methods with these values of GROUP. found: the differences; axis: its label."""
     methods, found = rows.groupby(METHOD), select(found, **dict(zip(GROUP, key, strict=True)))
     columns = min(COLUMNS, len(methods))
     bands = -(-len(methods) // columns)
@@ -88,11 +84,11 @@ def _section(key, rows, found, runs, axis):
             differs = select(same, run=run).sort_values("test_snr_db")
             if len(differs):
                 values, low, high = (differs[name] for name in ("difference", "low", "high"))
-                ends, look = (values - low, high - values), {"color": colors[run], "marker": "o", "capsize": 2}
-                below.errorbar(differs["test_snr_db"], values, ends, **look)
+                look = {"color": colors[run], "marker": "o", "capsize": 2}
+                below.errorbar(differs["test_snr_db"], values, (values - low, high - values), **look)
                 words = {"method": _name(*method), "run": run, "mean difference": layout.signed(values.mean())}
-                words |= {"better at": f"{(low > 0).sum()} of {len(low)} SNRs"}
-                words |= {"worse at": f"{(high < 0).sum()} of {len(low)} SNRs"}
+                counts = {"better at": (low > 0).sum(), "worse at": (high < 0).sum()}
+                words |= {head: f"{count} of {len(low)} SNRs" for head, count in counts.items()}
                 listed.append(words | {"images in common": f"{differs['n'].min():,}"})
         below.axhline(0, color=colors[runs[0]], lw=0.8)
     plots.finish(drawing, grid, axis)
@@ -108,7 +104,7 @@ def _over_seeds(key, rows, axis):
     snrs, listed = sorted(rows["test_snr_db"].unique()), []
     for color, (method, own) in zip(layout.PALETTE * 9, rows.groupby(METHOD), strict=False):
         plots.draw_curve(grid[0, 0], own, color, "o", label=_name(*method))
-        listed.append({"method": _name(*method)} | at_snrs(own, snrs, with_interval))
+        listed.append({"method": _name(*method)} | at_snrs(own, snrs))
     plots.finish(drawing, grid, axis, "weighted F1, mean over seeds")
     words = "Weighted F1 against the test SNR, mean over seeds with its 95 % interval."
     heading = f"Over {rows['n'].max():.0f} seeds: {_title(*key)}"
@@ -118,7 +114,7 @@ def _over_seeds(key, rows, axis):
 def _shown(kind, key, heading, drawing, words, drawn, data, listed):
     """Return a section of a figure and a table, whose rows are `listed`, if any. drawn, data: of their CSV files."""
     name = "_".join(filter(None, (kind, *key)))
-    figures = (layout.figure(name, drawing, drawn, words, words, wide=True),)
+    figures = (layout.figure(name, drawing, drawn, words, wide=True),)
     return layout.Section(name, heading, (), figures, (layout.table(name, data, listed, words),) if listed else ())
 
 
@@ -129,4 +125,4 @@ def _name(model, training, score):
 
 def _title(experiment, split, threshold):
     judged = f"open set, {threshold} thresholds" if threshold else "closed set"
-    return f"{heading(experiment)}, {split_text(split)}: {judged}"
+    return f"{heading(experiment)}, {SPLITS[split]}: {judged}"

@@ -1,7 +1,4 @@
-"""The page's one vocabulary of scores: which rows are meant, what they are called, in what order, which are best.
-
-Tables are those of the learning stage (see learning/scores.py): scores, validation and confusion.
-"""
+"""The page's one vocabulary of the learning stage's tables: which rows are meant, called what, in what order, best."""
 
 from dataclasses import dataclass
 
@@ -11,14 +8,13 @@ import pandas as pd
 from isarflow.learning.experiments import snrs_in_words
 from isarflow.report import layout
 
-ACCURACY, F1, GAIN = "accuracy", "f1_weighted", "f1_weighted_gain"  # metrics
+ACCURACY, F1 = "accuracy", "f1_weighted"  # metrics
 MEASURES = {ACCURACY: "accuracy", F1: "weighted F1"}  # as axes call them
 # First the standard case, a view between those that train; then the limit, aspects far from them; then the thesis's.
 SPLITS = {"elevation": "split by elevation", "sector": "split by sector", "random": "split at random"}
 SPLITS["shuffled"] = "split at random, mirror images apart"
 ELEVATIONS = {"all": "all elevations", "trained": "trained elevations"}  # that are tested
 PROTOCOLS = ("blind", "thesis", "kept")  # of thresholds; the first is the one that methods are chosen by
-DRAWN = PROTOCOLS[:2]  # in figures of which each takes much room or ink
 # What tells one thing tried from another.
 METHOD = ["split", "experiment", "model", "training", "score"]
 HEADINGS = {"training": "training SNR", "score": "confidence score", "elevation": "tested at"}  # in tables
@@ -63,10 +59,8 @@ class Look:
 class Names:
     """What models and confidence scores are called, how they are drawn, and in what order they come.
 
-    stated: what the files of models say of themselves (see `core.kinds.page_names`): `models`, a mapping of a model's
-    name to its label, words for a sentence and place, and `scores`, of a confidence score's to its label and place.
-    Those that state nothing come last, under their own name. models: names of all of the run, so that each has a
-    colour of its own, as far as there are enough.
+    stated: what the files of models say of themselves (see `core.kinds.page_names`); those that state nothing come
+    last, under their own name. models: names of all of the run, so that each has a colour of its own.
     """
 
     def __init__(self, stated, models=()):
@@ -87,7 +81,7 @@ class Names:
         return self._look(name, label, label, place, layout.PALETTE, SCORE_MARKERS)
 
     def _look(self, name, label, words, place, colors, markers):
-        # The same in every figure of the run; of a name that neither states a place nor was given one, of every run.
+        # The same in every figure; of a name that neither states a place nor was given one, in every run.
         index = place[0] if place else self.own.get(name, sum(name.encode()))
         key = *(place or [np.inf]), name
         return Look(key, label, words, colors[index % len(colors)], markers[index % len(markers)])
@@ -103,7 +97,7 @@ class Names:
         return {HEADINGS.get(column, column): words.get(column, str)(row[column]) for column in columns}
 
     def groups(self, table, *columns):
-        """Return the rows for each combination of values of these columns: (values, rows) in the order of the page."""
+        """Return (values, rows) for each combination of values of these columns, in the order of the page."""
         groups = table.groupby(list(columns))
         return sorted(groups, key=lambda group: [self._place(column, group[1].iloc[0]) for column in columns])
 
@@ -133,20 +127,13 @@ def heading(name):
     return title(name)[0].upper() + title(name)[1:]
 
 
-def split_text(split):
-    """Return a split in words."""
-    return SPLITS[split]
-
-
 def listed(words):
     """Return 'a, b and c' of words."""
     *most, last = words
     return f"{', '.join(most)} and {last}" if most else last
 
 
-def split_place(split):
-    """Return a split's place among SPLITS, to sort by."""
-    return [*SPLITS].index(split)
+split_place = [*SPLITS].index  # to sort by
 
 
 def run_title(run, fold=False):
@@ -178,11 +165,8 @@ def training_noise(snr_db):
     return "without noise" if snr_db == "clean" else f"at an SNR of {snr_db:g} dB"
 
 
-def at_snrs(curve, snrs, text):
-    """Return cells of a table, one for each of the SNRs: {heading: text}; a dash where the curve has no row.
-
-    curve: rows by SNR; text: a function of a row.
-    """
+def at_snrs(curve, snrs, text=with_interval):
+    """Return a curve's cells at these SNRs, {heading: text}, by a function of a row; a dash where it has none."""
     rows = {row["test_snr_db"]: row for row in curve.to_dict("records")}
     return {f"{snr:g} dB": text(rows[snr]) if snr in rows else "–" for snr in snrs}
 
@@ -193,17 +177,16 @@ def middle(snrs):
     return [snr for snr in snrs if MIDDLE[0] <= snr <= MIDDLE[1]] or snrs
 
 
-def middle_text(table):
-    """Return the same in words."""
+def span_text(table):
+    """Return those of a table in words."""
     snrs = middle(table["test_snr_db"])
     return f"{snrs[0]:g} to {snrs[-1]:g} dB" if len(snrs) > 1 else f"{snrs[0]:g} dB"
 
 
 def ranked(validation):
-    """Return the mean weighted F1 of each method over the middle SNRs on the validation images, the best first.
+    """Return the mean weighted F1 of each METHOD over the middle SNRs, split by split, the best first.
 
-    validation: rows of weighted F1 of one set of images and one protocol. Columns METHOD and value; in the order of
-    SPLITS. What is best is chosen by this, never by the test images.
+    validation: rows of one set of images and protocol. What is best is chosen by them, never by the test images.
     """
     rows = select(validation, test_snr_db=middle(validation["test_snr_db"]))
     means = rows.groupby(METHOD)["value"].mean().reset_index()
