@@ -143,7 +143,7 @@ REFUSED = {
     "missing.ply": (ply([[0, 1, 9]], ">"), "vertex 9, but there are 8"),
     "comma.obj": (b"v 0,1 0 0\n", "line 1: 'v 0,1 0 0' does not give three numbers"),
     "zero.obj": (b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 0 1 2\n", "uses vertex 0 in line 4"),
-    "face.off": (off([["a", 1, 2]]), "line 11: '3 a 1 2' does not give a face"),
+    "face.off": (off([["a", 1, 2]]), "line 11: '3 a 1 2': 'a' is not a number"),
     "cut.off": (off(T)[:-40], "."),
     "binary.off": (b"OFF BINARY\n" + bytes(100), "binary"),
     "huge_number.obj": (b"v 0 0 0\nf 1 1 99999999999999999999999\n", "in line 2"),

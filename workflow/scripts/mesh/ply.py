@@ -48,10 +48,7 @@ def read_ply(data):
 
 
 def _header(lines):
-    """The format, and the elements [(name, count, [(property, type)])], of the words of a header's lines.
-
-    The type of a list is two: of its length, and of its entries.
-    """
+    """The format, and elements [(name, count, [(property, type)])] of a header's words; lists have two types."""
     form, elements = None, []
     for words in lines:
         try:
@@ -86,11 +83,7 @@ def _binary(body, elements, order):
 
 
 def _element(body, start, count, properties, order):
-    """An element's values by property, read from `start` in the bytes after the header, and the place of its end.
-
-    The values of a list are a pair: the lengths, and the entries one after the other. Raises ValueError or struct.error
-    if the bytes do not suffice.
-    """
+    """An element's values by property, of lists (lengths, entries), from `start` in the body, and where it ends."""
     values = {name: ([], []) if len(kind) == 2 else [] for name, kind in properties}
     if count == 0 or not properties:
         return values, start
