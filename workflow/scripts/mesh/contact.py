@@ -1,7 +1,6 @@
-"""Give surfaces that coincide or touch up to rounding common vertices and edges.
+"""Give surfaces that coincide or touch up to rounding, 1e-9 m, common vertices and edges.
 
-Exact arithmetic sees two sheets 1e-9 m apart as two; a part that was rotated, or placed in single precision, is that
-far from the one that it lies on. In all functions `birth` is the source triangle that each triangle is a part of, (T,).
+In all functions `birth` is the source triangle that each triangle is a part of, (T,).
 """
 
 import itertools
@@ -52,10 +51,7 @@ def land(vertices, triangles, tolerance, close, name):
 
 
 def tie(vertices, triangles, birth, close, name):
-    """Cut edges at the vertices within `close` metres of them: triangles, and their birth.
-
-    Triangles that are almost a line vanish.
-    """
+    """Cut edges at the vertices within `close` metres of them: triangles, without those that are a line, and birth."""
     size, free = len(vertices), np.zeros(0, dtype=np.int64)
     for _ in range(20):
         going(f"tie the edges of {len(triangles)} triangles to vertices that they pass")
@@ -66,13 +62,11 @@ def tie(vertices, triangles, birth, close, name):
         pairs = near_boxes(around(ends, close), around(vertices[used][:, None]), name)
         edge, vertex = pairs[:, 0], used[pairs[:, 1]]
         start, along = ends[edge, 0], ends[edge, 1] - ends[edge, 0]
-        length = np.linalg.norm(along, axis=1)
-        along /= np.maximum(length, np.finfo(float).tiny)[:, None]
+        length, along = np.linalg.norm(along, axis=1), topology.unit(along)
         reach = ((vertices[vertex] - start) * along).sum(axis=1)
         off = np.linalg.norm(vertices[vertex] - start - reach[:, None] * along, axis=1)
-        good = (
-            (off <= close) & (reach > close) & (reach < length - close) & (edges[edge] != vertex[:, None]).all(axis=1)
-        )
+        good = (off <= close) & (reach > close) & (reach < length - close)
+        good &= (edges[edge] != vertex[:, None]).all(axis=1)
         if not good.any():
             break
         edge, vertex, reach = edge[good], vertex[good], reach[good]
@@ -116,9 +110,8 @@ def overlay(vertices, triangles, birth, close, name):
     """Cut parts that lie on each other, within `close` metres of one plane, along each other's outlines.
 
     An edge that lies in a triangle, the foot of a sheet, cuts it, too. Of triangles that lie on each other the larger
-    keeps its edges, and edges of the smaller ones inside their outlines are made again: two fine parts would cut each
-    other into as many pieces as the product of their numbers. Returns vertices, triangles, birth, and whether anything
-    was cut; parts that lie on each other are then duplicates.
+    keeps its edges: two fine parts would cut each other into too many. Returns vertices, triangles, birth, and whether
+    anything was cut; parts that lie on each other are then duplicates.
     """
     boxes, edges = around(vertices[triangles], close), topology.edges(triangles)
     lying = _in_chunks(_lying, near_boxes(boxes, boxes, name), vertices, triangles, close)
@@ -173,7 +166,7 @@ def _lying(pairs, vertices, triangles, close):
     normal = topology.shape(corners)[0]
     pairs = pairs[pairs[:, 0] < pairs[:, 1]]
     pairs = pairs[_cosine(normal, pairs) > STEEP]
-    size = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    size = np.linalg.norm(topology.normals(corners), axis=1)
     pairs = np.where((size[pairs[:, 0]] >= size[pairs[:, 1]])[:, None], pairs, pairs[:, ::-1])
     large, small = pairs.T
     height = np.einsum("pkx,px->pk", corners[small] - corners[large, 0][:, None], normal[large])
@@ -212,17 +205,13 @@ def _feet(pairs, vertices, triangles, close):
 
 
 class Layout(NamedTuple):
-    """Triangles of one plane laid out flat, and the cells between the lines that are to cut them.
-
-    Lines are the outlines of patches and the edges that lie in triangles. A patch is a triangle, or connected triangles
-    beneath others that share edges with no other triangles.
-    """
+    """Triangles of one plane laid out flat, and the cells between lines: outlines of patches, edges in triangles."""
 
     names: np.ndarray  # (N,) the vertices that the triangles and lines use
     plan: np.ndarray  # (N, 2) where these are in the plane, in metres
     faces: np.ndarray  # (F, 3) the triangles, by their place in `names`
     turned: np.ndarray  # (F,) True for those that are clockwise in the plane
-    patch: np.ndarray  # (F,) the patch of each
+    patch: np.ndarray  # (F,) the patch of each: itself, or connected triangles beneath others
     lines: np.ndarray  # (M, 2) the ends of lines, by their place in `names`
     points: np.ndarray  # (Q, 2) of the arrangement
     on_line: np.ndarray  # (L, 2) pairs of a line and a point on it
@@ -230,10 +219,7 @@ class Layout(NamedTuple):
 
 
 def _laid_out(vertices, triangles, edges, flat, beneath, feet):
-    """The Layout of the triangles `flat` (F,) and edges `feet` in the plane of the largest of these triangles.
-
-    `edges` are the topology.Edges of all triangles; triangles that are `beneath` (F,) may lose edges.
-    """
+    """The Layout of the triangles `flat` (F,), some `beneath` others, and edges `feet`, in the plane of the largest."""
     mine = triangles[flat]
     corners = vertices[mine[topology.areas(vertices, mine).argmax()]]
     along = corners[1] - corners[0]
@@ -261,11 +247,8 @@ def _laid_out(vertices, triangles, edges, flat, beneath, feet):
 
 
 def _arrangement(plan, lines):
-    """Points (Q, 2), pairs (L, 2) of a line and a point on it, and cells (P, 3): triangles between lines in a plane.
-
-    `lines` (M, 2) join points of `plan` (N, 2). The exact arithmetic of surfaces gets each as the foot of a triangle
-    that ends on one triangle beneath them all.
-    """
+    """Points (Q, 2), pairs (L, 2) of a line and a point on it, and cells (P, 3) between lines (M, 2) of plan (N, 2)."""
+    # The exact arithmetic of surfaces gets each line as the foot of a triangle that ends on one beneath them all.
     start, stop = plan[lines].transpose(1, 0, 2)
     middle, length = (start + stop) / 2, np.linalg.norm(stop - start, axis=1)
     apexes = np.column_stack([middle, length])
@@ -284,10 +267,9 @@ def _arrangement(plan, lines):
 
 
 def _numbers(layout, vertices, chains, first):
-    """The vertex of each point (Q,) of a layout, and the places in space (N, 3) of new ones, numbered from `first`.
+    """The vertex of each point (Q,) of a layout (-1: on no line), and places (N, 3) of new ones, numbered from `first`.
 
-    Adds to `chains` the vertices on each line: {edge (low, high): {vertex: share of the edge}}. Points that are on no
-    line have no vertex: -1.
+    Adds to `chains` the vertices on each line: {edge (low, high): {vertex: share of the edge}}.
     """
     names, plan, points = layout.names, layout.plan, layout.points
     known = {point.tobytes(): name for point, name in zip(plan + 0.0, names.tolist(), strict=True)}

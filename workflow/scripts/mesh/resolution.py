@@ -10,16 +10,8 @@ SINGLE = 300  # edges in a wavelength; with 500 a plate was not solved in single
 FINEST = 10_000  # edges in a wavelength: beyond, double precision too loses the current's loops
 
 
-def wanted_edge(mesh, radar):
-    """The mean edge in metres that the highest band's mesh has for its wavelength, for targets of any size."""
-    return sweep.C0 / sweep.frequencies(radar)[-1] / mesh["edges_per_wavelength"]
-
-
 def wanted_edges(mesh, radar, box):
-    """The mean edge in metres that each band's mesh of a target is to have, lowest band first.
-
-    The target's lengths along x, y and z are `box` (metres).
-    """
+    """The mean edge in metres of each band's mesh, lowest band first, of a target of lengths `box` along x, y and z."""
     most = float(max(box)) / ACROSS
     bands = sweep.bands(radar, mesh["bands"])
     return [min(most, sweep.C0 / band[-1] / mesh["edges_per_wavelength"]) for band in bands]

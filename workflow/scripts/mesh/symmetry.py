@@ -30,10 +30,7 @@ def mirrored(points, axis):
 
 
 def positive_half(vertices, triangles, tolerance, axis):
-    """The part on the plane's positive side, open along the plane, with vertices exactly on the plane there.
-
-    Vertices within `tolerance` metres of the plane are put on it. Faces in the plane, their own image, belong to it.
-    """
+    """The part on the plane's positive side, with faces in it; vertices within `tolerance` metres are put onto it."""
     vertices = vertices.copy()
     vertices[np.abs(vertices[:, axis]) <= tolerance, axis] = 0.0
     y = vertices[triangles][:, :, axis]
