@@ -29,10 +29,10 @@ def arrange(vertices, triangles, close, name):
     triangles, birth = _without_fins(vertices, triangles, birth, thick, 2 * close)
     try:
         triangles = topology.orient(vertices, triangles, name)[0]
-    except topology.OneSided as fault:  # it had two sides before surfaces were joined in places
+    except InputError as fault:  # it had two sides before surfaces were joined in places
         raise InputError(
-            f"{name}: near {topology.place(fault.point)} surfaces part so slowly that, about {2 * close * 1000:.2g} mm "
-            "from each other, they can be told neither apart nor together. Separate them, or draw them as one."
+            f"{fault} Surfaces part there so slowly that, about {2 * close * 1000:.2g} mm from each other, they can be "
+            "told neither apart nor together. Separate them, or draw them as one."
         ) from None
     say(f"drop what no wave reaches of {len(triangles)} triangles")
     shut = hidden(vertices, triangles)

@@ -67,7 +67,5 @@ def check_hubs(vertices, triangles, name):
 
 
 def _refuse(point, name):
-    raise InputError(
-        f"{name}: too many triangles lie side by side near {topology.place(point)} to look for those that cross. "
-        "Export the part there with fewer and rounder ones: not as thousands of needles, nor finer than its mesh."
-    )
+    where = f"too many triangles lie side by side near {topology.place(point)} to look for those that cross"
+    raise InputError(f"{name}: {where}. Export fewer and rounder ones, not needles, nor finer than the mesh.")

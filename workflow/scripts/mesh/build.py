@@ -41,10 +41,10 @@ class Source(NamedTuple):
     measures: dict  # its size, the file's size as `raw`, and the tolerances of the repairs
 
 
-def load(path, target, mesh, radar, to_solve=False):
+def load(path, target, mesh, radar):
     """The Source of a target. `target`, `mesh` and `radar` are those parts of the config.
 
-    Raises InputError for an unusable file, an implausible size, a lack of symmetry, or if it cannot be solved so small.
+    Raises InputError for an unusable file, an implausible size, a lack of symmetry, or one too small to be solved.
     """
     edge = sweep.C0 / sweep.frequencies(radar)[-1] / mesh["edges_per_wavelength"]  # of a target of any size
     vertices, triangles = read_cad(path, CHORD * edge / target.get("scale", 1.0))
@@ -52,8 +52,7 @@ def load(path, target, mesh, radar, to_solve=False):
     used = vertices[topology.used(triangles)]
     edge = wanted_edges(mesh, radar, np.ptp(used, axis=0))[-1]
     check_size(used, target, mesh, radar, path)
-    if to_solve:
-        check_resolution(np.ptp(used, axis=0), mesh, radar, path)
+    check_resolution(np.ptp(used, axis=0), mesh, radar, path)
     raw = {"triangles": len(triangles)} | size(*topology.compact(vertices, triangles))
     vertices, triangles, repairs, tolerances = repair(vertices, triangles, edge, path)
     for axis in symmetry.axes(target.get("symmetry", [])):
@@ -90,9 +89,9 @@ def _whole(half, source, edge, axes):
     return vertices, triangles
 
 
-def build(path, target, mesh, radar, to_solve=False):
+def build(path, target, mesh, radar):
     """Meshes [(vertices, triangles), ...], lowest band first, and their measures; arguments and errors as of `load`."""
-    return build_bands(load(path, target, mesh, radar, to_solve), path, target, mesh, radar)
+    return build_bands(load(path, target, mesh, radar), path, target, mesh, radar)
 
 
 def build_bands(source, path, target, mesh, radar):
@@ -117,11 +116,9 @@ def _followed(source, edge, wavelength, axes, name):
         return made, measures
     fault = f"{name}: edges of {edge * 1000:.3g} mm {fault[1]}{_diagnosis(fault[0], source, edge)}"
     for factor in FINER:
-        finer = _shortened(source, edge / factor, wavelength, axes)
-        if _fault(*finer) is None:
-            raise InputError(
-                f"{fault} 'mesh.edges_per_wavelength: {ceil(factor * wavelength / edge)}' was tried and does."
-            )
+        if _fault(*_shortened(source, edge / factor, wavelength, axes)) is None:
+            density = ceil(factor * wavelength / edge)
+            raise InputError(f"{fault} 'mesh.edges_per_wavelength: {density}' was tried and does.")
     finest = f"{edge / FINER[-1] * 1000:.2g} mm"
     raise InputError(f"{fault} Edges of {finest} do not either: change the part there in the CAD program.")
 
@@ -229,7 +226,7 @@ def write(path, settings, measures_path, source_path, mesh_paths):
     """Write the meshes of the target in a CAD file, their measures, and the source. settings: arguments of `load`."""
     begin(path)
     say("read and repair the CAD file")
-    source = load(path, **settings, to_solve=True)
+    source = load(path, **settings)
     write_ply(source_path, source.vertices, source.triangles)
     meshes, measures = build_bands(source, path, **settings)
     print(f"repairs: {counted(measures['repairs']) or 'none'}")

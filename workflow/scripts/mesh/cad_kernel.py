@@ -19,10 +19,7 @@ DEFLECTION, TURN = (1e-4, 6e-4), 0.3
 def check_installed(key):
     """Raise InputError, naming `key`, if the kernel is not installed."""
     if importlib.util.find_spec("OCP") is None:
-        raise InputError(
-            f"{key}: STEP and IGES files are read by Open CASCADE, which is not installed. "
-            f"Install it with '{INSTALL}', or export the target as STL, OBJ, PLY or OFF."
-        )
+        raise InputError(f"{key}: install Open CASCADE with '{INSTALL}', or export it as STL, OBJ, PLY or OFF.")
 
 
 def read_surfaces(path, chord):

@@ -206,9 +206,9 @@ def _bend(vertices, seen, gone, step):
 
 
 def flip(vertices, triangles, wanted, deviation, axes=()):
-    """Exchange diagonals of two triangles where this widens their smallest angle, and moves the surface little.
+    """Exchange diagonals where this widens the smallest angle and moves the surface by at most `deviation` edges.
 
-    deviation: wanted edges that it may move; wanted: metres at the vertices, (V,).
+    wanted: the length of edges in metres at the vertices, (V,).
     """
     triangles, refused, size = triangles.copy(), np.zeros(0, dtype=np.int64), len(vertices)
     for _ in range(ROUNDS):

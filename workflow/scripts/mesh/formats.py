@@ -1,7 +1,6 @@
 """Read STL, OBJ and OFF files unchanged: vertices, and faces with any number of corners. PLY files are in `mesh.ply`.
 
-Readers take a file's bytes and return a `Surface`; nothing is dropped, merged or repaired except the corners that STL
-files repeat. They raise InputError without the file's name, which `mesh.read` adds.
+Readers take a file's bytes; they repair nothing, and raise InputError without the file's name, which `mesh.read` adds.
 """
 
 import io
@@ -78,10 +77,7 @@ def _stl_text(data):
             points.extend(point(words[1:], place, line))
         elif word in (b"facet", b"endfacet"):
             if inside != (word == b"endfacet") or len(points) != begun + 9 * inside:
-                raise InputError(
-                    f"{quoted(place, line)}: a facet must have three vertices, between facet, endfacet, on lines of "
-                    "their own."
-                )
+                raise InputError(f"{quoted(place, line)}: a facet must have three vertices, all on lines of their own.")
             begun, inside, ended = len(points), not inside, False
         elif word in (b"solid", b"endsolid"):
             ended = word == b"endsolid"
@@ -141,10 +137,9 @@ def read_off(data):
     header = re.fullmatch(rb"(?:ST|C|N)*(4?n?)OFF", words[0])
     if header and (header[1] or words[1:] == [b"BINARY"]):
         raise InputError(f"{quoted(place, line)}: OFF files in binary or of other than three dimensions are not read.")
-    if header:
-        words = words[1:]
-        if not words:
-            place, line, words = next(filled, (place, b"", []))
+    words = words[1:] if header else words
+    if not words:
+        place, line, words = next(filled, (place, b"", []))
     try:
         vertices, faces, *_ = counts = [int(word) for word in words]
         if min(counts) < 0 or len(counts) > 3:

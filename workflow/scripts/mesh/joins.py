@@ -35,9 +35,8 @@ def join(vertices, triangles, reach, close, name, small=np.inf, barred=None):
     """Join rims that face each other within `reach` metres, each vertex to the nearest rim, the nearest first nearby.
 
     A vertex meets the near end of the edge that it faces in their middle, or else the edge is tied to it, and bends.
-    Distances that differ by `close` metres are alike; with `small` only openings with rims of at most so many metres
-    are closed; `barred` vertices, a mask (V,), are left out. Returns vertices, triangles, the vertex that each became,
-    (V,), the number of vertices that edges were tied to, and the width in metres of the widest gap that was closed.
+    Distances that differ by `close` metres are alike. `small`, `barred`: see `facing`. Returns vertices, triangles, the
+    vertex that each became, (V,), the number of those that edges were tied to, and the widest gap's width in metres.
     """
     source, size = vertices, len(vertices)
     label, tied, widest, barred = np.arange(size), 0, 0.0, np.zeros(size, dtype=bool) if barred is None else barred
@@ -63,10 +62,7 @@ def join(vertices, triangles, reach, close, name, small=np.inf, barred=None):
 
 
 def join_exactly(vertices, triangles, tolerance, close, name):
-    """Join rims that lie on each other within `close` metres: vertices, triangles, number of vertices tied in.
-
-    A vertex within `tolerance` metres of another rim but not on it waits, with its edges.
-    """
+    """Join rims within `close` metres, but no vertex also within `tolerance`: vertices, triangles, number tied in."""
     faced = facing(vertices, triangles, tolerance, name, np.zeros(len(vertices), dtype=bool))
     least = _least(faced, len(vertices))
     made = join(vertices, triangles, close, close, name, barred=np.isfinite(least) & (least > close))
@@ -92,8 +88,7 @@ def facing(vertices, triangles, reach, name, barred, small=np.inf):
     """The Facing of a surface's rims within `reach` metres, without `barred` vertices (a mask, (V,)).
 
     Points near along the rim, or through the surface, do not face each other. An opening at most `reach` metres wide
-    closes on its own, or parts that touch there would grow together. With `small` each closes on its own, if its rim is
-    at most so many metres long.
+    closes on its own, or with `small` those alone that have rims of at most so many metres.
     """
     rims, owner, side = topology.rims(triangles)
     if len(rims) == 0:
@@ -140,10 +135,7 @@ def _foot(points, along):
 
 
 def _part(chosen, vertices, triangles, start, vertex, reach):
-    """Unset the mask `chosen` (P,) where a way leads from a triangle to a vertex across edges near the vertex.
-
-    start: (P,) triangles; vertex: (P,); reach: (P,), metres from the vertex at most.
-    """
+    """Unset `chosen` (P,) where a way leads from triangles (P,) to vertices (P,) across edges within reach (P,)."""
     few = np.flatnonzero(chosen)
     start, vertex, reach = start[few], vertex[few], reach[few]
     mesh_edges, size = topology.edges(triangles), len(triangles)
@@ -165,10 +157,7 @@ def _part(chosen, vertices, triangles, start, vertex, reach):
 
 
 def _welded(triangles, pairs, barred):
-    """Merge the vertices of pairs (P, 2), the first first, each vertex once: triangles, and what each vertex became.
-
-    Pairs that would make two triangles one belong to two sheets, one on the other: they stay apart, and are barred.
-    """
+    """Merge the vertices of pairs (P, 2), the first first, each vertex once: triangles, and what each vertex became."""
     size, busy, kept = len(barred), set(), []
     for pair in pairs.tolist():
         if busy.isdisjoint(pair):
@@ -182,7 +171,7 @@ def _welded(triangles, pairs, barred):
         twice = np.isin(topology.triple(joined, size), topology.triple(joined, size)[~topology.first_of_each(joined)])
         if not twice.any():
             return joined.astype(triangles.dtype), became
-        torn = [pair for pair in kept if np.isin(pair, triangles[twice]).any()]
+        torn = [pair for pair in kept if np.isin(pair, triangles[twice]).any()]  # two sheets, one on the other
         barred[np.array(torn).ravel()] = True
         kept = [pair for pair in kept if pair not in torn]
 
@@ -205,10 +194,7 @@ def _tied(triangles, faced):
 
 
 def close_gaps(vertices, triangles, edge, tolerance, close, name):
-    """Close cracks of at most `tolerance` metres and small holes of a surface for meshes of `edge` metres.
-
-    Returns vertices, triangles, the number of each repair, and the width in metres of the widest gap that was joined.
-    """
+    """Close cracks up to `tolerance` metres and small holes: vertices, triangles, numbers of repairs, widest gap."""
     before = topology.rims(triangles)[0]
     counts = dict.fromkeys(("welded_vertices", "split_t_junctions", "closed_cracks", "closed_holes"), 0)
     if len(before) == 0:

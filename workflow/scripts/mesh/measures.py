@@ -33,10 +33,7 @@ def ideal_unknowns(area, edge):
 
 
 def in_thin_features(vertices, triangles, edge):
-    """True for triangles narrower than edges of `edge` metres allow, with all corners on creases or boundaries, (T,).
-
-    These are the rims of plates, steps and blunt trailing edges.
-    """
+    """True for triangles, (T,), with all corners on creases or boundaries, too narrow for edges of `edge` metres."""
     on_line = np.zeros(len(vertices), dtype=bool)
     on_line[topology.edges(triangles).ends[topology.features(vertices, triangles)]] = True
     return on_line[triangles].all(axis=1) & (topology.shape(vertices[triangles])[1] < NARROW * edge)
@@ -53,9 +50,8 @@ def describe(mesh, source, apart, wavelength, edge, axes=(), of_rods=0.0):
     """The measures of one band's mesh (vertices, triangles) beside its source's as a mapping; lengths in metres.
 
     `source` has the CAD surface's `area` and `volume`, as from `size`, and `thinned_by`, its shift by thinning. `apart`
-    is the Hausdorff distance to the thinned surface as two pairs of metres and a point, to the source and from it; the
-    result includes the thinning. `axes` are the mirror planes that the mesh is to have. `of_rods`: m^2 of its area that
-    thin rods gain, which does no harm.
+    is the Hausdorff distance to the thinned surface as two pairs of metres and a point, to the source and from it.
+    `axes` are the mesh's mirror planes. `of_rods`: m^2 of its area that thin rods gain, which does no harm.
     """
     vertices, triangles = mesh
     length, angle = topology.edge_lengths(*mesh), topology.shape(vertices[triangles])[2]

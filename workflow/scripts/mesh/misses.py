@@ -29,8 +29,7 @@ class Followed:
         """Distances between a mesh (vertices, triangles) and the source: points (P, 3) and metres (P,) of each.
 
         First the mesh's corners and middles, from the source, then the source's samples, from the mesh; then the mesh's
-        triangle nearest to each of these, and last the area in m^2 that rods thinner than an edge gain: if they keep
-        their volume they keep their field, with however few sides.
+        triangle nearest to each of these, and the area in m^2 that thin rods gain: they scatter by their volume.
         """
         vertices, triangles = mesh
         ends = topology.edges(triangles).ends

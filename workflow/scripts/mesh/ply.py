@@ -35,8 +35,6 @@ def read_ply(data):
     faces = values.get("face", {})
     listed = (faces[key] for key in ("vertex_indices", "vertex_index") if isinstance(faces.get(key), tuple))
     sizes, corners = next(listed, ([], []))
-    if not np.isfinite(np.asarray(corners, float)).all():
-        raise InputError("its faces use vertices whose numbers are NaN or infinite.")
     strips = [strip for lengths, ends in values.get("tristrips", {}).values() for strip in _strips(lengths, ends)]
     return Surface(
         np.stack([np.asarray(points[axis], float) for axis in "xyz"], axis=1),

@@ -88,10 +88,7 @@ def states_unit(path):
 
 
 def in_metres(vertices, target):
-    """Vertices scaled by the target's `unit` and `scale`, turned by its `rotate` and moved by its `translate`.
-
-    rotate: degrees about x, then y, then z; translate: m.
-    """
+    """Vertices scaled by a target's `unit` and `scale`, turned by `rotate` (degrees), and moved by `translate` (m)."""
     vertices = vertices * UNITS[target.get("unit", "m")] * target.get("scale", 1.0)
     for axis, angle in enumerate(np.radians(target.get("rotate", [0, 0, 0]))):
         j, k = (axis + 1) % 3, (axis + 2) % 3
@@ -104,20 +101,16 @@ def in_metres(vertices, target):
 def check_size(vertices, target, mesh, radar, name, precision="double"):
     """Refuse a target (vertices in metres) whose size shows that its unit is wrong.
 
-    A `length` must be right, and confirms the size. Without one the size must be plausible at the centre
-    frequency, or not far too small if there is a `unit`. The message also says what else a target of that size needs,
-    solved in this `precision`.
+    A `length` must be right, and confirms the size. Without one the size must be plausible at the centre frequency, or
+    not far too small if there is a `unit`. The message also says what such a target needs, solved in this `precision`.
     """
     size, far = float(np.ptp(vertices, axis=0).max()), float(np.abs(vertices).max())
     if far > FARTHEST * size > 0:
-        raise InputError(
-            f"{name} is {size:.4g} m long but {far:.4g} m from the origin, which is too far for its numbers to "
-            "describe it. Move it to the origin, which the radar's angles and phase refer to."
-        )
-    wavelength, stated, length = C0 / radar["center_frequency"], states_unit(name), target.get("length")
-    waves = size / wavelength
-    gigahertz = radar["center_frequency"] / 1e9
-    text = f"{size:.4g} m ({waves:.4g} wavelengths at the centre frequency, {gigahertz:.4g} GHz)"
+        where = f"{far:.4g} m from the origin, which its phase refers to and its numbers are too short for"
+        raise InputError(f"{name} is {size:.4g} m long but {where}. Move it there.")
+    hertz, stated, length = radar["center_frequency"], states_unit(name), target.get("length")
+    wavelength = C0 / hertz
+    text = f"{size:.4g} m ({size / wavelength:.4g} wavelengths at the centre frequency, {hertz / 1e9:.4g} GHz)"
     box = np.ptp(vertices, axis=0) * (1 if length is None else length / size)
     remedy, reason = too_fine(box, mesh, radar, precision)
     also = f" For that length, {remedy}: {reason}." if remedy else ""
@@ -128,7 +121,7 @@ def check_size(vertices, target, mesh, radar, name, precision="double"):
             f"{'stated in the file.' if stated else unit}{also}"
         )
     least, most = (SMALLEST / 3, np.inf) if "unit" in target else (SMALLEST, LARGEST)
-    if length is None and not least <= waves <= most:
+    if length is None and not least <= size / wavelength <= most:
         likely = "" if stated else _likely_unit(size, target, USUAL * wavelength, AROUND)
         raise InputError(
             f"{name} would be {text} long, which is too {'long' if size > wavelength else 'short'} to be meant"

@@ -75,10 +75,7 @@ class Size(NamedTuple):
 
 
 def remesh(vertices, triangles, size, solid, axes=()):
-    """Remesh a surface, part of the whole `solid` (vertices, triangles), with edges of the Size, or shorter on average.
-
-    A boundary in one of the mirror planes `axes` stays in it exactly. Nothing is lost for being thinner than an edge.
-    """
+    """Remesh a surface, part of a whole `solid`, with edges of the Size, or shorter on average; rims in `axes` stay."""
     ground, whole = Ground(vertices, triangles, axes), Ground(*solid)
     source, aim = (vertices, triangles), AIM
     vertices, triangles = halved(vertices, triangles, size.scaled(aim), axes)
@@ -175,7 +172,7 @@ def _vertex_normals(vertices, triangles):
 
 
 def relax(vertices, triangles, wanted, ground, way=RELAX, longest=np.inf):
-    """Move vertices a part, `way`, to the middle of their triangles, on the surface; those on features along these.
+    """Move vertices part of the way to the middle of their triangles, on the surface; those on features along these.
 
     wanted: metres of edges at the vertices, (V,). No edge grows beyond `longest` metres, (E,).
     """
@@ -207,10 +204,7 @@ def relax(vertices, triangles, wanted, ground, way=RELAX, longest=np.inf):
 
 
 def narrowed(vertices, triangles, size, ground, axes):
-    """Move vertices so that triangles along open borders are narrow, and as long along these as before.
-
-    There the current grows without limit: what wide triangles miss is most of the error of a plate without thickness.
-    """
+    """Move vertices so that triangles along open borders, where the current has no limit, are narrow, not shorter."""
     borders = _borders(vertices, triangles, axes)[0]
     for _ in range(SETTLE if len(borders) else 0):
         tree, wanted, ends = igl.AABB(), size(vertices), topology.edges(triangles).ends
@@ -233,10 +227,7 @@ def _borders(vertices, triangles, axes):
 
 
 def lift_chords(vertices, triangles, source, axis):
-    """Mend edges inside a half that lie in its mirror plane `axis`, where the mirror image would touch it.
-
-    Their middle is put where the half `source` (vertices, triangles) passes over it.
-    """
+    """Put middles of inner edges that lie in the mirror plane `axis` where the half `source` passes over them."""
     while True:
         ends, sides, count = topology.edges(triangles)
         chord = (vertices[ends][:, :, axis] == 0).all(axis=1) & (count > 1)
@@ -253,9 +244,8 @@ def lift_chords(vertices, triangles, source, axis):
 def restore_volume(vertices, triangles, source, volume, edge, axes):
     """Move vertices outwards so that the mesh has `volume` m^3: chords of a convex surface lie inside it.
 
-    Each vertex moves as the distances of its faces' centres from the closed `source` (vertices, triangles) ask for:
-    flat parts stay, and noses go ahead as far as the mesh's area, other walls and the length of its edges (`edge`
-    metres are wanted) allow. Vertices in the mirror planes `axes`, which cut the source, stay there.
+    Each vertex moves as the distances of its faces' centres from the closed `source` (vertices, triangles) ask for, and
+    noses as far ahead as area, walls and edges (`edge` metres are wanted) allow. Vertices in the planes `axes` stay.
     """
     now = topology.tetrahedra(vertices, triangles).sum()
     if abs(now - volume) < NO_LOSS * abs(volume):
@@ -272,10 +262,9 @@ def restore_volume(vertices, triangles, source, volume, edge, axes):
 
 
 def restore_chords(vertices, triangles, source, edge, axes):
-    """Move vertices of an open mesh so that chords are equally inside and outside the `source` (vertices, triangles).
+    """Move vertices of an open mesh so that chords are equally inside and outside: see `restore_volume`.
 
-    Arguments as of `restore_volume`. Faces ask for steps by their distance along their normals, edges of open borders
-    by theirs in the planes of their faces. Steps go as far as the goal for the area, edges and other walls allow.
+    Faces ask for steps by their distance along their normals, edges of open borders by theirs in their faces' planes.
     """
     corners, ground = vertices[triangles], Ground(*source)
     of_faces = _about(vertices, triangles, _own_depth(corners, ground), topology.normals(corners), axes)
@@ -309,8 +298,6 @@ def _restored(vertices, triangles, abouts, volume, blunt):
     """The vertices of `restore_volume` with this `blunt`: see `_push`.
 
     abouts: the About by the distance of each face's centre from its own side of a wall, and by that from the nearest.
-    For a thin tube, which gains outside what it loses inside, the volume does not tell how far to go: each side moves
-    by the mean distance of curved faces from their own side of the wall.
     """
     now = topology.tetrahedra(vertices, triangles).sum()
     push, lost = _push(abouts[0], blunt)
@@ -319,6 +306,7 @@ def _restored(vertices, triangles, abouts, volume, blunt):
         return topology.tetrahedra(vertices + np.where(lost, losing, gaining)[:, None] * push, triangles).sum()
 
     slopes = np.array([volume_at(1, 0), volume_at(0, 1)]) - now
+    # A thin tube gains outside what it loses inside: its sides move by their mean distance from their own walls.
     if lost.any() and abs(slopes.sum()) < CANCELLED * abs(slopes).sum():
         scales, slope = np.full(2, SAG), 2 * slopes  # both sides take half of what is missing
     else:  # a blade would grow for volume missing elsewhere, if its sides moved by more than its thickness
@@ -341,10 +329,7 @@ class About(NamedTuple):
 
 
 def _about(vertices, triangles, depth, normal, axes):
-    """The About of faces of twice the area `normal` (T, 3) that are to go `depth` (T,) metres outwards.
-
-    Faces that lie on the source keep noses in their plane; a vertex in one of the mirror planes `axes` stays in it.
-    """
+    """The About of faces of twice the area `normal` (T, 3) to go `depth` (T,) m outwards; planes `axes` hold theirs."""
     size = np.maximum(np.linalg.norm(normal, axis=1), topology.TINY)[:, None]
     square = ((normal / size)[:, :, None] * normal[:, None]).reshape(-1, 9)
     stiff = np.where(np.abs(depth)[:, None] < ON * np.sqrt(size), STIFF, 1.0)
@@ -362,18 +347,15 @@ def _about(vertices, triangles, depth, normal, axes):
 def _push(about, blunt):
     """Steps (V, 3) of the vertices, and which of them lose volume, (V,).
 
-    Each is the mean of the steps that its faces ask for, plus the rest of these by least squares: a nose, whose sides
-    ask for opposite steps, goes ahead; the larger `blunt`, the less.
+    Each is the mean of what its faces ask for, plus the rest by least squares, less of it for a larger `blunt`: so a
+    nose, whose sides ask for opposite steps, goes ahead.
     """
     push = about.mean + np.linalg.solve(about.matrix + blunt * np.eye(3), about.missing[:, :, None])[:, :, 0]
     return push, (push * about.area).sum(axis=1) < 0
 
 
 def _own_depth(corners, ground, depth=None):
-    """Depths of the centres of triangles (corners (T, 3, 3)) beneath the wall of their side of a surface, (T,).
-
-    depth: those beneath the nearest wall, (T,), if known: they are kept where this is of their side.
-    """
+    """Depths of triangles' centres beneath the wall of their side, (T,): `depth`, of the nearest, if that is theirs."""
     points, normal = corners.mean(axis=1), topology.shape(corners)[0]
     apart, face = ground.distance(points)
     other = np.arange(len(points))

@@ -21,9 +21,7 @@ def check_resolution(box, mesh, radar, name, precision="double"):
     """Refuse a target of lengths `box` along x, y and z (metres) that its solve's precision cannot do at its size."""
     remedy, reason = too_fine(box, mesh, radar, precision)
     if remedy:
-        raise InputError(
-            f"{name} is too small for its solve: {reason}; {remedy}. If it should be larger, see its 'unit'."
-        )
+        raise InputError(f"{name} is too small for its solve: {reason}; {remedy}, or its 'unit' if that is mistaken.")
 
 
 def too_fine(box, mesh, radar, precision):

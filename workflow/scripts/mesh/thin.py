@@ -17,8 +17,7 @@ OFF, LOST = 1 / 40, 2e-3  # wanted edges, and share of the area, by which a thin
 def thin(vertices, triangles, edge):
     """Thin a surface to about as many triangles as edges of a share of `edge` metres need; also metres it moved by.
 
-    A surface that would be too far off, lose area, or have more walls of single pieces cross, which would open solids
-    when they are united, keeps more triangles, and in the end all of them.
+    One that would be too far off, lose area, or cross itself, and so open when united, keeps more of them, or all.
     """
     whole, area = (vertices, triangles), topology.areas(vertices, triangles).sum()
     for share in SHARES:
@@ -40,15 +39,8 @@ def thin(vertices, triangles, edge):
 def _decimated(vertices, triangles, count):
     """The surface with `count` triangles, or more where its topology asks for them."""
     meshes = loaded(vertices, triangles)
-    meshes.meshing_decimation_quadric_edge_collapse(
-        targetfacenum=count,
-        preserveboundary=True,
-        preservenormal=True,
-        preservetopology=True,
-        planarquadric=True,
-        planarweight=FLAT,
-        autoclean=False,
-    )
+    kept = dict.fromkeys(("preserveboundary", "preservenormal", "preservetopology", "planarquadric"), True)
+    meshes.meshing_decimation_quadric_edge_collapse(targetfacenum=count, planarweight=FLAT, autoclean=False, **kept)
     mesh = meshes.current_mesh()
     return topology.compact(mesh.vertex_matrix(), mesh.face_matrix())
 

@@ -12,14 +12,6 @@ FEATURE_ANGLE = 40.0  # degrees between face normals; sharper edges are features
 TINY = np.finfo(float).tiny  # keeps divisions by a length of zero finite
 
 
-class OneSided(InputError):
-    """A surface that has only one side near `point`, (3,) in metres."""
-
-    def __init__(self, point, message):
-        super().__init__(message)
-        self.point = point
-
-
 class Edges(NamedTuple):
     """The edges of a mesh. Side k of a triangle runs from its corner k to its corner k + 1."""
 
@@ -111,8 +103,7 @@ def orient(vertices, triangles, name):
     """Turn triangles so that neighbours agree and closed surfaces point outward; also the number turned.
 
     Orientation passes through ordinary edges, not through junctions. Open surfaces keep the side that most of
-    their triangles had. Raises OneSided (naming `name`): RWG functions could live on a surface of one side, but such a
-    target is always a mistake.
+    their triangles had. Raises InputError for a surface of one side: RWG functions could live there, but it is a slip.
     """
     mesh_edges, size = edges(triangles), len(triangles)
     ordinary = mesh_edges.count == 2
@@ -125,9 +116,8 @@ def orient(vertices, triangles, name):
     side = groups(nodes, 2 * size)[1].reshape(2, size)
     wrong = side[0] == side[1]
     if wrong.any():
-        point = vertices[triangles[wrong.argmax()]].mean(axis=0)
-        what = "a one-sided surface (like a Moebius strip or a doubled face)"
-        raise OneSided(point, f"{name} has {what} near {place(point)}; it must have two sides.")
+        point = place(vertices[triangles[wrong.argmax()]].mean(axis=0))
+        raise InputError(f"{name} has a one-sided surface near {point} (like a Moebius strip or a doubled face).")
     pieces, piece = groups(pairs, size)
     start = np.unique(piece, return_index=True)[1]
     turned = side[1] == side[0, start][piece]
@@ -163,8 +153,7 @@ def unit(vectors):
 def _sides(corners):
     """Return sides (T, 3, 3) of triangles, from corner k to k + 1, their `normals`, and the length of these, (T,).
 
-    Called very often: `take`, `einsum` and the cross product written out are several times faster than np.roll, sums
-    along the axis of coordinates, and np.cross.
+    Called very often: `take`, `einsum` and this cross product are several times faster than np.roll, sums and np.cross.
     """
     ahead = corners.take((1, 2, 0), axis=1) - corners
     first, second = ahead[:, 0], -ahead[:, 2]
