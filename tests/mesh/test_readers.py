@@ -140,7 +140,7 @@ FILES = {
     ),
     # Binary PLY.
     "newline_after.ply": (LITTLE + b"\r\n", CUBE),
-    "more_after.ply": (LITTLE + b"\3\1", "goes on for 2 bytes after the last element that its header announces"),
+    "more_after.ply": (LITTLE + b"\3\1", "goes on for 2 bytes after all that its header announces"),
     "binary_faces_fewer.ply": (LITTLE.replace(b"face 12", b"face 11"), "goes on for 13 bytes"),
     "binary_vertices_more.ply": (LITTLE.replace(b"vertex 8", b"vertex 90"), "do not go with its header"),
     "binary_one_vertex_more.ply": (  # takes the first 12 of the 13 bytes of a face, and its last one for a face of none

@@ -101,10 +101,9 @@ def collapse(vertices, triangles, limits):
         rank = np.full(len(ends), np.inf)
         rank[short] = _mixed(ratio[short])
         first = np.full(size, np.inf)
-        np.minimum.at(first, ends.ravel(), np.repeat(rank, 2))
+        np.minimum.at(first, ends, rank[:, None])
         around = first.copy()  # also of the neighbours
-        np.minimum.at(around, ends[:, 0], first[ends[:, 1]])
-        np.minimum.at(around, ends[:, 1], first[ends[:, 0]])
+        np.minimum.at(around, ends, first[ends[:, ::-1]])
         tried = short[(around[ends[short]] == rank[short, None]).all(axis=1)]
         gone, kept = np.concatenate([ends[tried], ends[tried][:, ::-1]]).T
         cost = _cost(vertices, triangles, seen, gone, kept, np.tile(tried, 2), wanted, limits).reshape(2, -1)
@@ -233,7 +232,9 @@ def flip(vertices, triangles, wanted, deviation, axes=()):
         good = opposed & (c != d) & (gain > GAIN) & (gap <= deviation * wanted[a])
         for (normal, height, _), apex in zip(before, (c, d), strict=True):
             # The normal of a triangle whose apex is almost on the edge to be flipped is meaningless.
-            cap = (height < SLIVER * wanted[a]) & (_cosine(*vertices[[apex, a, b]]) < CAP)
+            start, stop = vertices[a] - vertices[apex], vertices[b] - vertices[apex]
+            length = np.maximum(np.linalg.norm(start, axis=1) * np.linalg.norm(stop, axis=1), topology.TINY)
+            cap = (height < SLIVER * wanted[a]) & ((start * stop).sum(axis=1) / length < CAP)
             good &= cap | np.all([(new[0] * normal).sum(axis=1) > TURN for new in after], axis=0)
         # An edge from c to d must not exist already.
         good &= ~np.isin(np.minimum(c, d).astype(np.int64) * size + np.maximum(c, d), keys)
@@ -252,10 +253,3 @@ def flip(vertices, triangles, wanted, deviation, axes=()):
             break
         triangles[triangle[go, 0]], triangles[triangle[go, 1]] = first[go], second[go]
     return triangles
-
-
-def _cosine(apex, start, stop):
-    """Cosine of the angle at `apex` (N, 3) between the directions to start and stop, (N,)."""
-    first, second = start - apex, stop - apex
-    length = np.linalg.norm(first, axis=1) * np.linalg.norm(second, axis=1)
-    return (first * second).sum(axis=1) / np.maximum(length, topology.TINY)

@@ -28,7 +28,14 @@ def read_ply(data):
     if form == "ascii":
         values, lines = elements_of(rows(unix(data), len(header)), elements)
     else:
-        values, lines = _binary(data[end.end() :], elements, ORDERS[form]), {}
+        values, lines, body, start = {}, {}, data[end.end() :], 0
+        try:
+            for name, count, properties in elements:
+                values[name], start = _element(body, start, count, properties, ORDERS[form])
+        except (ValueError, OverflowError, struct.error):
+            raise InputError("its numbers do not go with its header; it may have been cut short.") from None
+        if body[start:].strip(b" \t\r\n\0"):
+            raise InputError(f"it goes on for {len(body) - start} bytes after all that its header announces.")
     points = values.get("vertex", {})
     if not {"x", "y", "z"} <= set(points) or any(isinstance(points[axis], tuple) for axis in "xyz"):
         raise InputError("it has no vertices with x, y and z.")
@@ -65,19 +72,6 @@ def _header(lines):
     if form not in ORDERS:
         raise InputError(f"its header says 'format {form}'; it must be one of {', '.join(ORDERS)}.")
     return form, elements
-
-
-def _binary(body, elements, order):
-    """The values of each element's properties in the bytes after the header, which must all be used."""
-    values, start = {}, 0
-    try:
-        for name, count, properties in elements:
-            values[name], start = _element(body, start, count, properties, order)
-    except (ValueError, OverflowError, struct.error):
-        raise InputError("its numbers do not go with its header; it may have been cut short.") from None
-    if body[start:].strip(b" \t\r\n\0"):
-        raise InputError(f"it goes on for {len(body) - start} bytes after the last element that its header announces.")
-    return values
 
 
 def _element(body, start, count, properties, order):

@@ -23,9 +23,8 @@ def repair(vertices, triangles, edge, name):
     """Merge, weld, close, thin, orient and unite a surface for meshes of `edge` metres.
 
     Returns vertices, triangles, the number of each repair, and a mapping of `tolerance` (metres within which rims were
-    joined), `joined_by` (metres, the widest gap that was closed between rims), `thinned_by` (metres, the largest
-    distance between the CAD surface and the thinned one), `thinned_area` in m^2 and `thinned_volume` in m^3 (the CAD
-    surface's minus the thinned one's), `warnings` (sentences about openings). Raises InputError, naming `name`.
+    joined), `joined_by` (metres, the widest gap that was), `thinned_by` (metres between the CAD surface and the thinned
+    one), `thinned_area` in m^2 and `thinned_volume` in m^3 (its minus the thinned one's), `warnings` about openings.
     """
     vertices, triangles, counts = _clean(vertices, triangles, name)
     check_hubs(vertices, triangles, name)
