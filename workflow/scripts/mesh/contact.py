@@ -1,7 +1,4 @@
-"""Give surfaces that coincide or touch up to rounding, 1e-9 m, common vertices and edges.
-
-In all functions `birth` is the source triangle that each triangle is a part of, (T,).
-"""
+"""Give surfaces that touch up to rounding common vertices and edges; `birth` is the source of each triangle, (T,)."""
 
 import itertools
 from typing import NamedTuple
@@ -267,10 +264,7 @@ def _arrangement(plan, lines):
 
 
 def _numbers(layout, vertices, chains, first):
-    """The vertex of each point (Q,) of a layout (-1: on no line), and places (N, 3) of new ones, numbered from `first`.
-
-    Adds to `chains` the vertices on each line: {edge (low, high): {vertex: share of the edge}}.
-    """
+    """The vertex of each point (Q,) of a layout, or -1 on no line, and places (N, 3) of new ones, numbered from `first`."""
     names, plan, points = layout.names, layout.plan, layout.points
     known = {point.tobytes(): name for point, name in zip(plan + 0.0, names.tolist(), strict=True)}
     number = np.array([known.get(point.tobytes(), -1) for point in points + 0.0])
@@ -283,7 +277,7 @@ def _numbers(layout, vertices, chains, first):
     at = np.flatnonzero(number[point] < 0)[first_line]
     number[new] = first + np.arange(len(new))
     inside = (share > 0) & (share < 1) & (number[point] != low) & (number[point] != high)
-    for k in np.flatnonzero(inside).tolist():
+    for k in np.flatnonzero(inside).tolist():  # {edge (low, high): {vertex: share of the edge}}
         chains.setdefault((int(low[k]), int(high[k])), {})[int(number[point[k]])] = share[k]
     return number, vertices[low[at]] + share[at, None] * (vertices[high[at]] - vertices[low[at]])
 

@@ -205,10 +205,7 @@ def _bend(vertices, seen, gone, step):
 
 
 def flip(vertices, triangles, wanted, deviation, axes=()):
-    """Exchange diagonals where this widens the smallest angle and moves the surface by at most `deviation` edges.
-
-    wanted: the length of edges in metres at the vertices, (V,).
-    """
+    """Exchange diagonals where angles widen and the surface moves by at most `deviation` of the `wanted` edges (V,)."""
     triangles, refused, size = triangles.copy(), np.zeros(0, dtype=np.int64), len(vertices)
     for _ in range(ROUNDS):
         edges = topology.edges(triangles)

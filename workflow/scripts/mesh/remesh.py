@@ -172,9 +172,9 @@ def _vertex_normals(vertices, triangles):
 
 
 def relax(vertices, triangles, wanted, ground, way=RELAX, longest=np.inf):
-    """Move vertices part of the way to the middle of their triangles, on the surface; those on features along these.
+    """Move vertices, with edges of `wanted` (V,) metres, part of the way to the middle of their triangles or features.
 
-    wanted: metres of edges at the vertices, (V,). No edge grows beyond `longest` metres, (E,).
+    They stay on the ground, and no edge grows beyond `longest` metres, (E,).
     """
     seen = lines(vertices, triangles)
     normal, _, angle = topology.shape(vertices[triangles])
@@ -295,10 +295,7 @@ def _is_sound(vertices, mesh, source, gain, edge, axes):
 
 
 def _restored(vertices, triangles, abouts, volume, blunt):
-    """The vertices of `restore_volume` with this `blunt`: see `_push`.
-
-    abouts: the About by the distance of each face's centre from its own side of a wall, and by that from the nearest.
-    """
+    """The vertices of `restore_volume`, by the About from faces' own sides of walls and that from the nearest sides."""
     now = topology.tetrahedra(vertices, triangles).sum()
     push, lost = _push(abouts[0], blunt)
 
@@ -347,8 +344,7 @@ def _about(vertices, triangles, depth, normal, axes):
 def _push(about, blunt):
     """Steps (V, 3) of the vertices, and which of them lose volume, (V,).
 
-    Each is the mean of what its faces ask for, plus the rest by least squares, less of it for a larger `blunt`: so a
-    nose, whose sides ask for opposite steps, goes ahead.
+    A nose, whose sides ask for opposite steps, goes ahead by least squares, the less the larger `blunt`.
     """
     push = about.mean + np.linalg.solve(about.matrix + blunt * np.eye(3), about.missing[:, :, None])[:, :, 0]
     return push, (push * about.area).sum(axis=1) < 0

@@ -15,10 +15,7 @@ OFF, LOST = 1 / 40, 2e-3  # wanted edges, and share of the area, by which a thin
 
 
 def thin(vertices, triangles, edge):
-    """Thin a surface to about as many triangles as edges of a share of `edge` metres need; also metres it moved by.
-
-    One that would be too far off, lose area, or cross itself, and so open when united, keeps more of them, or all.
-    """
+    """Thin a surface to the triangles that edges of a share of `edge` metres need, or more; also metres it moved by."""
     whole, area = (vertices, triangles), topology.areas(vertices, triangles).sum()
     for share in SHARES:
         enough = max(int(area / (np.sqrt(3) / 4 * (share * edge) ** 2)), FEW)
@@ -30,7 +27,7 @@ def thin(vertices, triangles, edge):
         off = max(float(Ground(*to).distance(samples(*of, edge / 2)[0])[0].max()) for of, to in pairs)
         if off > OFF * edge or abs(topology.areas(*made).sum() - area) > LOST * area:
             continue
-        crossed = _crosses_itself(*made)
+        crossed = _crosses_itself(*made)  # solids would open when they are united
         if crossed == 0 or crossed <= _crosses_itself(*whole):
             return *made, off
     return vertices, triangles, 0.0
