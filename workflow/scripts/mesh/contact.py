@@ -230,11 +230,10 @@ def _laid_out(vertices, triangles, edges, flat, beneath, feet):
     u, v = plan[faces[:, 1]] - plan[faces[:, 0]], plan[faces[:, 2]] - plan[faces[:, 0]]
     turned = u[:, 0] * v[:, 1] < u[:, 1] * v[:, 0]
     forward = (faces < np.roll(faces, -1, axis=1)) ^ turned[:, None]
-    face = np.broadcast_to(np.arange(len(flat))[:, None], side.shape)
-    inner = (edges.count[numbers] == 2) & (np.bincount(side.ravel(), weights=beneath[face].ravel()) == 2)
+    inner = (edges.count[numbers] == 2) & (np.bincount(side.ravel(), weights=np.repeat(beneath, 3)) == 2)
     inner &= np.bincount(side.ravel(), weights=forward.ravel()) == 1  # not where two are folded onto each other
     joined = inner[side]
-    pairs = np.stack([face[joined], len(flat) + side[joined]], axis=1)
+    pairs = np.stack([np.nonzero(joined)[0], len(flat) + side[joined]], axis=1)
     patch = topology.groups(pairs, len(flat) + len(numbers))[1][: len(flat)]
     lines = np.union1d(numbers[~inner], np.setdiff1d(feet, numbers[inner]))
     lines = np.searchsorted(names, edges.ends[lines])
@@ -247,8 +246,7 @@ def _arrangement(plan, lines):
     """Points (Q, 2), pairs (L, 2) of a line and a point on it, and cells (P, 3) between lines (M, 2) of plan (N, 2)."""
     # The exact arithmetic of surfaces gets each line as the foot of a triangle that ends on one beneath them all.
     start, stop = plan[lines].transpose(1, 0, 2)
-    middle, length = (start + stop) / 2, np.linalg.norm(stop - start, axis=1)
-    apexes = np.column_stack([middle, length])
+    apexes = np.column_stack([(start + stop) / 2, np.linalg.norm(stop - start, axis=1)])
     centre, far = plan.mean(axis=0), 10 * np.ptp(plan, axis=0).max()
     floor = np.column_stack([centre + far * np.array([[0, 1], [-1, -1], [1, -1]]), np.zeros(3)])
     size = len(plan)
@@ -264,7 +262,7 @@ def _arrangement(plan, lines):
 
 
 def _numbers(layout, vertices, chains, first):
-    """The vertex of each point (Q,) of a layout, or -1 on no line, and places (N, 3) of new ones, numbered from `first`."""
+    """The vertex of each point (Q,) of a layout (-1 on no line), and new ones' places (N, 3), numbered from `first`."""
     names, plan, points = layout.names, layout.plan, layout.points
     known = {point.tobytes(): name for point, name in zip(plan + 0.0, names.tolist(), strict=True)}
     number = np.array([known.get(point.tobytes(), -1) for point in points + 0.0])

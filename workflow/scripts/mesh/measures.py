@@ -32,13 +32,6 @@ def ideal_unknowns(area, edge):
     return float(1.5 * area / (np.sqrt(3) / 4 * edge**2))
 
 
-def in_thin_features(vertices, triangles, edge):
-    """True for triangles, (T,), with all corners on creases or boundaries, too narrow for edges of `edge` metres."""
-    on_line = np.zeros(len(vertices), dtype=bool)
-    on_line[topology.edges(triangles).ends[topology.features(vertices, triangles)]] = True
-    return on_line[triangles].all(axis=1) & (topology.shape(vertices[triangles])[1] < NARROW * edge)
-
-
 def _spread(angle):
     """Least, first percentile and median of angles (N,) in degrees; None if there is none."""
     if len(angle) == 0:
@@ -54,10 +47,13 @@ def describe(mesh, source, apart, wavelength, edge, axes=(), of_rods=0.0):
     `axes` are the mesh's mirror planes. `of_rods`: m^2 of its area that thin rods gain, which does no harm.
     """
     vertices, triangles = mesh
-    length, angle = topology.edge_lengths(*mesh), topology.shape(vertices[triangles])[2]
-    after, thinned_by, tree = size(*mesh), source["thinned_by"], cKDTree(vertices)
+    edges, (_, height, angle) = topology.edges(triangles), topology.shape(vertices[triangles])
+    length = topology.lengths(vertices, edges.ends)
     lengths = {"mean": length.mean(), "max": length.max(), "p99": np.percentile(length, 99)}
-    at_edges, thin = topology.edges(triangles).count, in_thin_features(vertices, triangles, edge)
+    on_line = np.zeros(len(vertices), dtype=bool)
+    on_line[edges.ends[topology.features(vertices, triangles)]] = True
+    thin = on_line[triangles].all(axis=1) & (height < NARROW * edge)
+    after, thinned_by, tree = size(*mesh), source["thinned_by"], cKDTree(vertices)
     mirror_errors = [float(tree.query(symmetry.mirrored(vertices, axis))[0].max()) for axis in axes]
     return {
         "wavelength": wavelength,
@@ -73,8 +69,8 @@ def describe(mesh, source, apart, wavelength, edge, axes=(), of_rods=0.0):
         "smallest_angle_elsewhere": _spread(angle[~thin]),
         "watertight": topology.is_watertight(triangles),
         "components": topology.components(triangles)[0],
-        "boundary_edges": int((at_edges == 1).sum()),
-        "junction_edges": int((at_edges > 2).sum()),
+        "boundary_edges": int((edges.count == 1).sum()),
+        "junction_edges": int((edges.count > 2).sum()),
         "area": {"before": source["area"], "after": after["area"], "of_rods": of_rods},
         "volume": {"before": source["volume"], "after": after["volume"]},
         "box": after["box"],

@@ -112,8 +112,8 @@ def check_size(vertices, target, mesh, radar, name, precision="double"):
     wavelength = C0 / hertz
     text = f"{size:.4g} m ({size / wavelength:.4g} wavelengths at the centre frequency, {hertz / 1e9:.4g} GHz)"
     box = np.ptp(vertices, axis=0) * (1 if length is None else length / size)
-    remedy, reason = too_fine(box, mesh, radar, precision)
-    also = f" For that length, {remedy}: {reason}." if remedy else ""
+    reason = too_fine(box, mesh, radar, precision)
+    also = f" For that length, {reason}." if reason else ""
     if length is not None and abs(size - length) > LENGTH_TOLERANCE * length:
         unit = target.get("unit", "m") + (_likely_unit(size, target, length, 1 + LENGTH_TOLERANCE) or ".")
         raise InputError(

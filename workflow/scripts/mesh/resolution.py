@@ -19,21 +19,21 @@ def wanted_edges(mesh, radar, box):
 
 def check_resolution(box, mesh, radar, name, precision="double"):
     """Refuse a target of lengths `box` along x, y and z (metres) that its solve's precision cannot do at its size."""
-    remedy, reason = too_fine(box, mesh, radar, precision)
-    if remedy:
-        raise InputError(f"{name} is too small for its solve: {reason}; {remedy}, or its 'unit' if that is mistaken.")
+    reason = too_fine(box, mesh, radar, precision)
+    if reason:
+        raise InputError(f"{name} is too small for its solve: {reason}, or mend its 'unit'.")
 
 
 def too_fine(box, mesh, radar, precision):
-    """Say what would make a target (see `check_resolution`) solvable, and why it is not; both empty if it is."""
+    """Say why a target (see `check_resolution`) is not solvable, and what would make it so; '' if it is."""
     frequency, edge = sweep.bands(radar, mesh["bands"])[0][-1], wanted_edges(mesh, radar, box)[0]
     density, length = sweep.C0 / frequency / edge, float(max(box))
     most = SINGLE if precision == "single" else FINEST
     if density <= most:
-        return "", ""
+        return ""
     remedy = "raise the frequency" if density > FINEST else "set 'scattering.precision: double'"
-    return remedy, (
+    return (
         f"{length:.4g} m are {length * frequency / sweep.C0:.3g} wavelengths at {frequency / 1e9:g} GHz, so that with "
         f"{length / edge:.0f} edges across it there are {density:.0f} in a wavelength, and {most} are the most for "
-        f"{precision} precision"
+        f"{precision} precision: {remedy}"
     )
