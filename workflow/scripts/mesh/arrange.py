@@ -68,9 +68,8 @@ def _cut(vertices, triangles, close, name):
             if len(pairs) > most:  # each cut makes more of them
                 break
             most = len(pairs)
-            vertices, triangles, _, parent, _ = cgal.remesh_self_intersections(
-                vertices, triangles.astype(np.int64), stitch_all=True
-            )
+            cut = cgal.remesh_self_intersections(vertices, triangles.astype(np.int64), stitch_all=True)
+            vertices, triangles, _, parent, _ = cut
             birth = birth[parent]
         elif not flat and len(triangles) == before:
             return vertices, triangles, birth, overlapping

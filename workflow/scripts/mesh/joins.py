@@ -45,8 +45,10 @@ def join(vertices, triangles, reach, close, name, small=np.inf, barred=None):
         if len(faced.vertex) == 0:
             break
         going(f"join rims at {len(faced.vertex)} places")
-        least = _least(faced, size)
-        now = (faced.width <= least[faced.vertex] + close) & (faced.width <= np.maximum(close, 2 * _least_near(faced)))
+        members, least = np.column_stack([faced.vertex, faced.ends]), np.full(size, np.inf)
+        np.minimum.at(least, members, faced.width[:, None])
+        now = faced.width <= _least(faced, size)[faced.vertex] + close
+        now &= faced.width <= np.maximum(close, 2 * least[members].min(axis=1))
         faced = Facing(*(field[now] for field in faced))
         alike = faced.alike
         if alike.any():
@@ -74,14 +76,6 @@ def _least(faced, size):
     least = np.full(size, np.inf)
     np.minimum.at(least, faced.vertex, faced.width)
     return least
-
-
-def _least_near(faced):
-    """The least width in metres across which a vertex of each pair that faces faces any other, (F,)."""
-    members = np.column_stack([faced.vertex, faced.ends])
-    least = np.full(members.max() + 1, np.inf)
-    np.minimum.at(least, members, faced.width[:, None])
-    return least[members].min(axis=1)
 
 
 def facing(vertices, triangles, reach, name, barred, small=np.inf):
