@@ -14,10 +14,9 @@ FINER = 0.1  # after a cut, contacts are closed within this fraction: the whole 
 
 
 def arrange(vertices, triangles, close, name):
-    """Make a surface whose triangles meet at common edges and corners only, without duplicates or enclosed ones.
+    """Make a surface whose triangles meet at common edges and corners only; closed solids become their union.
 
-    Surfaces within `close` metres touch. Closed solids become their union. Returns vertices, triangles and the number
-    of each repair: crossings are triangles that were cut, overlapping and hidden triangles are pieces.
+    Surfaces within `close` metres touch. Returns vertices, triangles and the number of each repair.
     """
     whole, source = vertices, triangles
     piece, closed = topology.closed_pieces(triangles)

@@ -106,9 +106,8 @@ def _cut_sides(triangles, birth, chains):
 def overlay(vertices, triangles, birth, close, name):
     """Cut parts that lie on each other, within `close` metres of one plane, along each other's outlines.
 
-    An edge that lies in a triangle, the foot of a sheet, cuts it, too. Of triangles that lie on each other the larger
-    keeps its edges: two fine parts would cut each other into too many. Returns vertices, triangles, birth, and whether
-    anything was cut; parts that lie on each other are then duplicates.
+    So do the feet of sheets. Of triangles on each other the larger keeps its edges, or there would be too many. Returns
+    vertices, triangles, birth, and whether anything was cut; parts that lie on each other are then duplicates.
     """
     boxes, edges = around(vertices[triangles], close), topology.edges(triangles)
     lying = _in_chunks(_lying, near_boxes(boxes, boxes, name), vertices, triangles, close)

@@ -15,10 +15,7 @@ def loaded(vertices, triangles):
 
 
 def samples(vertices, triangles, spacing):
-    """Points on a mesh at most `spacing` metres apart, (P, 3): corners and centres of triangles halved until small.
-
-    Also the area in m^2 of the small triangles that they are the centres of, or 0, (P,), and each one's triangle, (P,).
-    """
+    """Corners and centres, (P, 3), of triangles halved until `spacing` metres; also areas (0 of corners) and owners."""
     corners, owner = vertices[triangles], np.arange(len(triangles))
     used, first = np.unique(triangles, return_index=True)
     points, area, owners = [vertices[used]], [np.zeros(len(used))], [first // 3]

@@ -83,10 +83,7 @@ def across(vertices, rims):
 
 
 def pinched(vertices, triangles, narrow, longest):
-    """Merge the ends of short edges of openings at most `narrow` metres wide between two long edges.
-
-    Rims are at most `longest` metres long. Returns vertices, triangles, what each vertex became, and the widest width.
-    """
+    """Merge ends of openings up to `narrow` metres wide, with two long edges, rims up to `longest`: as `joins.join`."""
     opened, size = openings(vertices, triangles), len(vertices)
     short = topology.lengths(vertices, opened.rims) <= narrow
     width = 2 * opened.area / opened.length

@@ -172,10 +172,7 @@ def _vertex_normals(vertices, triangles):
 
 
 def relax(vertices, triangles, wanted, ground, way=RELAX, longest=np.inf):
-    """Move vertices, with edges of `wanted` (V,) metres, part of the way to the middle of their triangles or features.
-
-    They stay on the ground, and no edge grows beyond `longest` metres, (E,).
-    """
+    """Move vertices of `wanted` (V,) edges on the ground, part of the way to the middle of triangles or features."""
     seen = lines(vertices, triangles)
     normal, _, angle = topology.shape(vertices[triangles])
     weight = topology.areas(vertices, triangles) / wanted[triangles].mean(axis=1) ** 2
@@ -262,10 +259,7 @@ def restore_volume(vertices, triangles, source, volume, edge, axes):
 
 
 def restore_chords(vertices, triangles, source, edge, axes):
-    """Move vertices of an open mesh so that chords are equally inside and outside: see `restore_volume`.
-
-    Faces ask for steps by their distance along their normals, edges of open borders by theirs in their faces' planes.
-    """
+    """Move vertices of an open mesh so that chords are equally inside and outside: see `restore_volume`."""
     corners, ground = vertices[triangles], Ground(*source)
     of_faces = _about(vertices, triangles, _own_depth(corners, ground), topology.normals(corners), axes)
     borders, owner = _borders(vertices, triangles, axes)
@@ -342,10 +336,7 @@ def _about(vertices, triangles, depth, normal, axes):
 
 
 def _push(about, blunt):
-    """Steps (V, 3) of the vertices, and which of them lose volume, (V,).
-
-    A nose, whose sides ask for opposite steps, goes ahead by least squares, the less the larger `blunt`.
-    """
+    """Steps (V, 3) of vertices, at noses by least squares, less for larger `blunt`; also which lose volume, (V,)."""
     push = about.mean + np.linalg.solve(about.matrix + blunt * np.eye(3), about.missing[:, :, None])[:, :, 0]
     return push, (push * about.area).sum(axis=1) < 0
 

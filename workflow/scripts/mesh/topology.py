@@ -102,8 +102,7 @@ def place(point):
 def orient(vertices, triangles, name):
     """Turn triangles so that neighbours agree and closed surfaces point outward; also the number turned.
 
-    Orientation passes through ordinary edges, not through junctions. Open surfaces keep the side that most of
-    their triangles had. Raises InputError for a surface of one side: RWG functions could live there, but it is a slip.
+    This passes through ordinary edges, not junctions. Open surfaces keep the side that most of their triangles had.
     """
     mesh_edges, size = edges(triangles), len(triangles)
     ordinary = mesh_edges.count == 2
@@ -151,10 +150,8 @@ def unit(vectors):
 
 
 def _sides(corners):
-    """Return sides (T, 3, 3) of triangles, from corner k to k + 1, their `normals`, and the length of these, (T,).
-
-    Called very often: `take`, `einsum` and this cross product are several times faster than np.roll, sums and np.cross.
-    """
+    """Return sides (T, 3, 3) of triangles, from corner k to k + 1, their `normals`, and the length of these, (T,)."""
+    # Called very often: `take`, `einsum` and this cross product are much faster than np.roll, sums and np.cross.
     ahead = corners.take((1, 2, 0), axis=1) - corners
     first, second = ahead[:, 0], -ahead[:, 2]
     cross = first.take((1, 2, 0), axis=1) * second.take((2, 0, 1), axis=1)
