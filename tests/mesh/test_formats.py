@@ -143,13 +143,16 @@ REFUSED = {
     "missing.ply": (ply([[0, 1, 9]], ">"), "vertex 9, but there are 8"),
     "comma.obj": (b"v 0,1 0 0\n", "line 1: 'v 0,1 0 0' does not give three numbers"),
     "zero.obj": (b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 0 1 2\n", "uses vertex 0 in line 4"),
-    "face.off": (off([["a", 1, 2]]), "line 11: '3 a 1 2' does not give a face"),
+    "face.off": (off([["a", 1, 2]]), "line 11: '3 a 1 2': 'a' is not a number"),
     "cut.off": (off(T)[:-40], "."),
     "binary.off": (b"OFF BINARY\n" + bytes(100), "binary"),
     "huge_number.obj": (b"v 0 0 0\nf 1 1 99999999999999999999999\n", "in line 2"),
     "list_of_x.ply": (ply(T, "<").replace(b"float x", b"list uchar float x"), "."),
-    "nan_corner.ply": (ply([[0, 1, 2]], "", lists=("int", "float")).replace(b"3 0 1 2", b"3 0 1 nan"), "NaN"),
-    "endless_face.ply": (ply([[0, 1, 2]], "", lists=("float", "int")).replace(b"3 0 1 2", b"inf 0 1 2"), "cut short"),
+    "nan_corner.ply": (ply([[0, 1, 2]], "", lists=("int", "float")).replace(b"3 0 1 2", b"3 0 1 nan"), "vertex nan"),
+    "endless_face.ply": (
+        ply([[0, 1, 2]], "", lists=("float", "int")).replace(b"3 0 1 2", b"inf 0 1 2"),
+        "it announces inf numbers",
+    ),
     "two_corners.stl": (TEXT.replace(b"   vertex", b"   vortex", 1), "line 8: 'endfacet': a facet must have three"),
 }
 

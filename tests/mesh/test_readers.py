@@ -76,7 +76,7 @@ FILES = {
     "two_corners.obj": (line(OBJ, 9, b"f 1 3"), "line 9: a face has three corners or more, this one 2"),
     "beyond.obj": (line(OBJ, 9, b"f 1 3 9"), "line 9: a face uses vertex 9, but there are 8"),
     "fraction.obj": (line(OBJ, 9, b"f 1 3 4.5"), "line 9: 'f 1 3 4.5' does not name"),
-    "f_before_v.obj": (b"f -1 -2 -3\n" + OBJ, "vertex -1 in line 1.*there are 0"),
+    "f_before_v.obj": (b"f -1 -2 -3\n" + OBJ, "vertex -1 in line 1.*of 0 vertices"),
     "goes_on.obj": (OBJ + b"f 1 2 \\\n", "line 21: .* goes on, but it is the last"),
     # OFF.
     "colour_on_some.off": (more(OFF, 11, b" 255 0 0", 4), CUBE),
@@ -84,7 +84,7 @@ FILES = {
     "wrapped.off": (words_of(OFF, 2, 8), CUBE),
     "two_lines.off": (b"OFF 8 12 0\n" + b" ".join(OFF.split()[4:28]) + b"\n" + b" ".join(OFF.split()[28:]), CUBE),
     "fortran.off": (OFF.replace(b"0.1", b"1.0d-1"), CUBE),
-    "comma.off": (OFF.replace(b".", b","), "line 3: .* a vertex: '-0,1' is not a number; decimals are .* a point"),
+    "comma.off": (OFF.replace(b".", b","), "line 3: .*: '-0,1' is not a number; decimals are .* a point"),
     "more_on_one.off": (line(OFF, 12, b"3 0 5 3 1"), "line 12: '3 0 5 3 1' does not give a face: .* .1. as on"),
     "more_on_vertex.off": (line(OFF, 5, b"0 -0.1 0.1 -0.1"), "line 5: .* does not give a vertex: .* .1. as on"),
     "too_few.off": (line(OFF, 5, b"0 -0.1"), "line 5: '0 -0.1' does not give a vertex: it has too few.* x, y, z"),
@@ -116,10 +116,10 @@ FILES = {
     "face_among_vertices.off": (line(OFF, 10, b"3 1 3 7\n1 1 1"), "8 of 'vertex' and 12 of 'face', but 21 lines"),
     "fortran.ply": (PLY.replace(b"0.1", b"1.D-1"), CUBE),
     "whole_floats.ply": (line(ply(T, "", lists=("float", "float")), 19, b"3.0 0 2.0 3"), CUBE),
-    "comma.ply": (line(PLY, 13, b"0 0,5 1"), "line 13: '0 0,5 1' does not give a vertex: '0,5' is not a number"),
-    "word.ply": (line(PLY, 20, b"3 0 x 1"), "line 20: '3 0 x 1' does not give a face: 'x' is not a number"),
+    "comma.ply": (line(PLY, 13, b"0 0,5 1"), "line 13: '0 0,5 1': '0,5' is not a number"),
+    "word.ply": (line(PLY, 20, b"3 0 x 1"), "line 20: '3 0 x 1': 'x' is not a number"),
     "crlf_word.ply": (
-        line(PLY, 20, b"3 0 x 1").replace(b"\n", b"\r\n"), "line 20: '3 0 x 1' does not give a face: 'x'"),
+        line(PLY, 20, b"3 0 x 1").replace(b"\n", b"\r\n"), "line 20: '3 0 x 1': 'x'"),
     "more_on_one.ply": (line(PLY, 20, b"3 0 5 3 1"), "line 20: .* does not give a face: .* .1. as on"),
     "more_on_vertex.ply": (line(PLY, 13, b"0 0 1 1"), "line 13: .* does not give a vertex: .* .1. as on"),
     "too_few.ply": (line(PLY, 13, b"0 1"), "line 13: '0 1' does not give a vertex: it has too few.* x, y, z"),
@@ -140,12 +140,12 @@ FILES = {
     ),
     # Binary PLY.
     "newline_after.ply": (LITTLE + b"\r\n", CUBE),
-    "more_after.ply": (LITTLE + b"\3\1", "goes on for 2 bytes after the last element that its header announces"),
+    "more_after.ply": (LITTLE + b"\3\1", "goes on for 2 bytes after all that its header announces"),
     "binary_faces_fewer.ply": (LITTLE.replace(b"face 12", b"face 11"), "goes on for 13 bytes"),
     "binary_vertices_more.ply": (LITTLE.replace(b"vertex 8", b"vertex 90"), "do not go with its header"),
     "binary_one_vertex_more.ply": (  # takes the first 12 of the 13 bytes of a face, and its last one for a face of none
         LITTLE.replace(b"vertex 8", b"vertex 9"),
-        "face 0 has 0 corners, .* the file does not hold what its header announces .9 vertices and 12 faces.",
+        "face 0: a face has three corners or more, this one 0 .12 faces and 9 vertices are announced",
     ),
     "binary_fraction.ply": (
         ply([[0, 1, 2]], "<", lists=("uchar", "float"))[:-4] + struct.pack("<f", 1.5),

@@ -31,7 +31,7 @@ def plate(path, side):
 
 def meshed(path, density, radar=RADAR, bands=1):
     mesh = {"edges_per_wavelength": density, "bands": bands}
-    return build(path, {"unit": "m"}, mesh, radar, to_solve=True)
+    return build(path, {"unit": "m"}, mesh, radar)
 
 
 def test_every_band_has_twenty_edges_across_the_target(tmp_path):
@@ -55,7 +55,7 @@ def test_a_sphere_far_smaller_than_the_wavelength_scatters_as_rayleigh_says(tmp_
     radius = 0.01 / (2 * np.pi)
     target = {"unit": "m", "length": 2 * radius, "symmetry": ["xz", "yz"]}
     path, mesh = save(tmp_path / "sphere.ply", *sphere(radius, 3)), {"edges_per_wavelength": 10, "bands": 1}
-    ((made,), _) = build(path, target, mesh, RADAR, to_solve=True)
+    ((made,), _) = build(path, target, mesh, RADAR)
     here = [C0], [0.0], [0.0, 45.0], ("VV",), ("xz", "yz")
     field = solve(*made, *map(np.array, here[:3]), *here[3:], precision="double").field
     section = 4 * np.pi * np.abs(field) ** 2 / (np.pi * radius**2)
@@ -69,7 +69,7 @@ def test_what_single_precision_cannot_do_is_said_before_any_work(tmp_path):
     with pytest.raises(InputError, match=r"1000 in a wavelength, and 300 .*'scattering.precision: double'"):
         check_resolution([1 / 50] * 3, mesh, settings, "plate", "single")
     with pytest.raises(InputError, match="raise the frequency"):
-        build(plate(tmp_path / "plate.ply", 1e-3), {"unit": "m", "length": 1e-3}, mesh, RADAR, to_solve=True)
+        build(plate(tmp_path / "plate.ply", 1e-3), {"unit": "m", "length": 1e-3}, mesh, RADAR)
 
 
 def test_a_small_plate_has_the_field_of_a_finer_mesh(tmp_path):

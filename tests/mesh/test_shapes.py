@@ -11,7 +11,7 @@ from isarflow.mesh import read, symmetry, topology
 from isarflow.mesh.build import build, write
 from isarflow.mesh.distance import samples
 from isarflow.mesh.io import read_ply, write_ply
-from isarflow.mesh.misses import hausdorff
+from isarflow.mesh.misses import Followed
 from isarflow.mesh.repair import repair
 from isarflow.scattering.basis import fundamental_domain, unknowns
 
@@ -104,9 +104,9 @@ def test_hausdorff_is_the_largest_distance_and_its_place():
     triangles = np.array([[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]])
     raised = corners.copy()
     raised[4, 2] = 0.02
-    (there, place), (back, _) = hausdorff((raised, triangles), (corners, triangles), 0.1)
-    assert there == pytest.approx(0.02) and place == pytest.approx(raised[4])
-    assert back == pytest.approx(0.02, rel=1e-3)  # from the flat one's middle, straight up to the slopes
+    (probes, there), (_, back), *_ = Followed(corners, triangles, 0.2).apart((raised, triangles))
+    assert there.max() == pytest.approx(0.02) and probes[there.argmax()] == pytest.approx(raised[4])
+    assert back.max() == pytest.approx(0.02, rel=1e-3)  # from the flat one's middle, straight up to the slopes
 
 
 def test_unknowns_of_an_open_sheet_leave_out_its_rim():

@@ -14,12 +14,9 @@ FINER = 0.1  # after a cut, contacts are closed within this fraction: the whole 
 
 
 def arrange(vertices, triangles, close, name):
-    """Make a surface whose triangles meet at common edges and corners only, without duplicates or enclosed ones.
+    """Make a surface whose triangles meet at common edges and corners only; closed solids become their union.
 
-    Surfaces within `close` metres touch. Closed solids become their union. Returns vertices, triangles and numbers of
-    repairs: `connected_crossings` (triangles that were cut to share edges), `overlapping_triangles`
-    (duplicate pieces), `hidden_triangles` (pieces that no wave from outside reaches) and `united_solids`.
-    Raises InputError, naming `name`.
+    Surfaces within `close` metres touch. Returns vertices, triangles and the number of each repair.
     """
     whole, source = vertices, triangles
     piece, closed = topology.closed_pieces(triangles)
@@ -31,10 +28,10 @@ def arrange(vertices, triangles, close, name):
     triangles, birth = _without_fins(vertices, triangles, birth, thick, 2 * close)
     try:
         triangles = topology.orient(vertices, triangles, name)[0]
-    except topology.OneSided as fault:  # it had two sides before surfaces were joined in places
+    except InputError as fault:  # it had two sides before surfaces were joined in places
         raise InputError(
-            f"{name}: near {topology.place(fault.point)} surfaces part so slowly that, about {2 * close * 1000:.2g} mm "
-            "from each other, they can be told neither apart nor together. Separate them, or draw them as one."
+            f"{fault} Surfaces part there so slowly that, about {2 * close * 1000:.2g} mm from each other, they can be "
+            "told neither apart nor together. Separate them, or draw them as one."
         ) from None
     say(f"drop what no wave reaches of {len(triangles)} triangles")
     shut = hidden(vertices, triangles)
@@ -56,10 +53,7 @@ def arrange(vertices, triangles, close, name):
 
 
 def _cut(vertices, triangles, close, name):
-    """Cut surfaces along each other until none cross: vertices, triangles, their birth, number of duplicates.
-
-    `birth`: (T,) the source triangle that each triangle is a part of.
-    """
+    """Cut surfaces along each other until none cross: vertices, triangles, their birth, number of duplicates."""
     birth, overlapping, near, most, crossed = np.arange(len(triangles)), 0, close, np.inf, "an unknown place"
     for k in range(ROUNDS):
         before, flat = len(triangles), False
@@ -69,13 +63,12 @@ def _cut(vertices, triangles, close, name):
             vertices, triangles, birth, flat = contact.overlay(vertices, triangles, birth, close, name)
         pairs = crossings(vertices, triangles) if not flat else []
         if len(pairs):
-            crossed = topology.place(_point(vertices, triangles, pairs))
+            crossed = topology.place(vertices[triangles[pairs[:, 0].min()]].mean(axis=0))
             if len(pairs) > most:  # each cut makes more of them
                 break
             most = len(pairs)
-            vertices, triangles, _, parent, _ = cgal.remesh_self_intersections(
-                vertices, triangles.astype(np.int64), stitch_all=True
-            )
+            cut = cgal.remesh_self_intersections(vertices, triangles.astype(np.int64), stitch_all=True)
+            vertices, triangles, _, parent, _ = cut
             birth = birth[parent]
         elif not flat and len(triangles) == before:
             return vertices, triangles, birth, overlapping
@@ -86,10 +79,7 @@ def _cut(vertices, triangles, close, name):
 
 
 def _without_fins(vertices, triangles, birth, thick, close):
-    """Drop needles that rounding left sticking out of a solid, with a rim that it had not: triangles, their birth.
-
-    thick: (S,) True for source triangles of a solid that may not open; close: a needle's width in metres, at most.
-    """
+    """Drop needles at most `close` metres wide that rounding left sticking out of `thick` solids, (S,): see `_cut`."""
     while True:
         at_rim = topology.rims(triangles)[1]
         width = topology.shape(vertices[triangles[at_rim]])[1]
@@ -107,18 +97,11 @@ def crossings(vertices, triangles):
 def first_crossing(vertices, triangles):
     """A point (3,) in metres near which triangles meet elsewhere than at common corners and edges; None if none do."""
     pairs = crossings(vertices, triangles)
-    return _point(vertices, triangles, pairs) if len(pairs) else None
-
-
-def _point(vertices, triangles, pairs):
-    return vertices[triangles[pairs[:, 0].min()]].mean(axis=0)
+    return vertices[triangles[pairs[:, 0].min()]].mean(axis=0) if len(pairs) else None
 
 
 def _refuse(place, name):
-    raise InputError(
-        f"{name}: surfaces cross near {place} in a way that cannot be resolved. Unite or separate the parts in the CAD "
-        "program."
-    )
+    raise InputError(f"{name}: surfaces cross near {place} in a way that cannot be resolved. Unite or separate them.")
 
 
 def _tidy(vertices, triangles, birth, close):
@@ -136,10 +119,7 @@ def _tidy(vertices, triangles, birth, close):
 
 
 def hidden(vertices, triangles):
-    """True for triangles that are enclosed on both sides, so that no wave from outside reaches them, (T,).
-
-    The surface must meet itself at common edges only, and its neighbours agree on their sides.
-    """
+    """True for triangles of an arranged and oriented surface that no wave from outside reaches, (T,)."""
     triangles = triangles.astype(np.int64)
     shell = np.arange(len(triangles))
     while len(shell):  # a part with a rim encloses nothing

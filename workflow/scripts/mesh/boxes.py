@@ -17,11 +17,7 @@ def around(points, margin=0.0):
 
 
 def near_boxes(these, those, name):
-    """Pairs (P, 2) of a box of `these` and one of `those` that overlap; both are as `around` gives them.
-
-    Raises InputError, naming `name`, where more than PAIRS overlap: time and memory would grow with the square of the
-    boxes, here and in the exact arrangement.
-    """
+    """Pairs (P, 2) of a box of `these` and one of `those` (from `around`) that overlap; InputError for too many."""
     (low, high), (other_low, other_high) = these, those
     everywhere = np.full(3, -np.inf), np.full(3, np.inf)
     cells, pairs = [(np.arange(len(low)), np.arange(len(other_low)), *everywhere)], [np.zeros((0, 2), int)]
@@ -71,8 +67,5 @@ def check_hubs(vertices, triangles, name):
 
 
 def _refuse(point, name):
-    raise InputError(
-        f"{name}: too many triangles lie side by side near {topology.place(point)} to look for those that cross. "
-        "Export the part there with fewer and rounder triangles: not as thousands of needles around one point, nor "
-        "much finer than the edges of its mesh are to be."
-    )
+    where = f"too many triangles lie side by side near {topology.place(point)} to look for those that cross"
+    raise InputError(f"{name}: {where}. Export fewer and rounder ones, not needles, nor finer than the mesh.")

@@ -16,12 +16,12 @@ from isarflow.mesh.distance import from_mirror_image, samples
 from isarflow.mesh.ground import Ground
 from isarflow.mesh.io import write_ply
 from isarflow.mesh.measures import describe, size, warnings
-from isarflow.mesh.misses import GOAL, Followed, farthest
+from isarflow.mesh.misses import GOAL, Followed
 from isarflow.mesh.progress import begin, say
 from isarflow.mesh.read import check_size, in_metres, read_cad
 from isarflow.mesh.remesh import P99, P99_LIMIT, Size, fitting, remesh, restore_chords, restore_volume
 from isarflow.mesh.repair import CLOSE, repair
-from isarflow.mesh.resolution import OF_PIECE, check_resolution, wanted_edge, wanted_edges
+from isarflow.mesh.resolution import OF_PIECE, check_resolution, wanted_edges
 
 WRONG = 1 / 20  # wavelengths between mesh and source: more is another target
 CHANGED = 0.05  # of its area or volume: more is another target
@@ -41,19 +41,18 @@ class Source(NamedTuple):
     measures: dict  # its size, the file's size as `raw`, and the tolerances of the repairs
 
 
-def load(path, target, mesh, radar, to_solve=False):
+def load(path, target, mesh, radar):
     """The Source of a target. `target`, `mesh` and `radar` are those parts of the config.
 
-    Raises InputError if the file is unusable, its size implausible, or less symmetric than the config says; for a
-    target that is `to_solve` also if it has too few edges across it.
+    Raises InputError for an unusable file, an implausible size, a lack of symmetry, or one too small to be solved.
     """
-    vertices, triangles = read_cad(path, CHORD * wanted_edge(mesh, radar) / target.get("scale", 1.0))
+    edge = sweep.C0 / sweep.frequencies(radar)[-1] / mesh["edges_per_wavelength"]  # of a target of any size
+    vertices, triangles = read_cad(path, CHORD * edge / target.get("scale", 1.0))
     vertices = in_metres(vertices, target)
     used = vertices[topology.used(triangles)]
     edge = wanted_edges(mesh, radar, np.ptp(used, axis=0))[-1]
     check_size(used, target, mesh, radar, path)
-    if to_solve:
-        check_resolution(np.ptp(used, axis=0), mesh, radar, path)
+    check_resolution(np.ptp(used, axis=0), mesh, radar, path)
     raw = {"triangles": len(triangles)} | size(*topology.compact(vertices, triangles))
     vertices, triangles, repairs, tolerances = repair(vertices, triangles, edge, path)
     for axis in symmetry.axes(target.get("symmetry", [])):
@@ -62,23 +61,13 @@ def load(path, target, mesh, radar, to_solve=False):
         if apart - 2 * tolerances["thinned_by"] > limit:  # the file itself is off by this much
             raise InputError(
                 f"{path} is not symmetric about {'xyz'[axis]} = 0: near {topology.place(place)} it differs from its "
-                f"mirror image by {apart * 1000:.3g} mm (at most {limit * 1000:.3g} mm is allowed). Mend it, or leave "
-                "this plane out of the target's 'symmetry'."
+                f"mirror image by {apart * 1000:.3g} mm (at most {limit * 1000:.3g} mm): mend it, or leave this plane out."
             )
     measures = size(vertices, triangles) | {"vertices": len(vertices), "triangles": len(triangles)} | tolerances
     for kind in ("area", "volume"):  # meshes are held to the CAD surface
         if measures[kind] is not None:
             measures[kind] += tolerances[f"thinned_{kind}"]
     return Source(vertices, triangles, repairs, measures | {"raw": raw})
-
-
-def _half(surface, axes):
-    """The part of a surface that a band's mesh is made from: (vertices, triangles) on one side of its mirror planes."""
-    vertices, triangles = surface
-    close = CLOSE * np.linalg.norm(np.ptp(vertices, axis=0))
-    for axis in axes:
-        vertices, triangles = symmetry.positive_half(vertices, triangles, close, axis)
-    return vertices, triangles
 
 
 def _whole(half, source, edge, axes):
@@ -99,54 +88,47 @@ def _whole(half, source, edge, axes):
     return vertices, triangles
 
 
-def build(path, target, mesh, radar, to_solve=False):
-    """Meshes [(vertices, triangles), ...], lowest band first, and their measures as a mapping.
-
-    The arguments and errors are those of `load`; a mesh that is not the target raises InputError, too.
-    """
-    return build_bands(load(path, target, mesh, radar, to_solve), path, target, mesh, radar)
+def build(path, target, mesh, radar):
+    """Meshes [(vertices, triangles), ...], lowest band first, and their measures; arguments and errors as of `load`."""
+    return build_bands(load(path, target, mesh, radar), path, target, mesh, radar)
 
 
 def build_bands(source, path, target, mesh, radar):
     """`build` from a target's Source."""
-    axes = symmetry.axes(target.get("symmetry", []))
+    symmetric = list(target.get("symmetry", []))
     meshes, measures, edges = [], [], wanted_edges(mesh, radar, source.measures["box"])
     for band, edge in zip(sweep.bands(radar, mesh["bands"]), edges, strict=True):
         frequencies = {"first": float(band[0]), "last": float(band[-1]), "count": len(band)}
-        made, measured = _followed(source, edge, sweep.C0 / band[-1], axes, path)
+        made, measured = _followed(source, edge, sweep.C0 / band[-1], symmetry.axes(symmetric), path)
         meshes.append(made)
         measures.append({"frequencies": frequencies} | measured | {"missed": missed(measured)})
-    symmetric = list(target.get("symmetry", []))
     return meshes, {"source": source.measures, "symmetry": symmetric, "repairs": source.repairs, "bands": measures}
 
 
 def _followed(source, edge, wavelength, axes, name):
-    """A band's mesh and its measures; InputError if no mesh is the target.
-
-    A refusal names a density that was tried and works, if one of FINER does.
-    """
+    """A band's mesh and its measures; else InputError, with a density that was tried and works, if one does."""
     made, measures = _shortened(source, edge, wavelength, axes)
     fault = _fault(made, measures)
+    if fault is None and measures["unknowns"] == 0:
+        raise InputError(f"{name}: its mesh has no inner edge, so it can carry no current; it is too small.")
     if fault is None:
-        if measures["unknowns"] == 0:
-            raise InputError(f"{name}: its mesh has no inner edge, so it can carry no current; it is too small.")
         return made, measures
     fault = f"{name}: edges of {edge * 1000:.3g} mm {fault[1]}{_diagnosis(fault[0], source, edge)}"
     for factor in FINER:
-        finer = _shortened(source, edge / factor, wavelength, axes)
-        if _fault(*finer) is None:
-            raise InputError(
-                f"{fault} 'mesh.edges_per_wavelength: {ceil(factor * wavelength / edge)}' was tried and does."
-            )
-    most = f"Edges of {edge / FINER[-1] * 1000:.2g} mm do not either"
-    raise InputError(f"{fault} {most}: change the part there in the CAD program.")
+        if _fault(*_shortened(source, edge / factor, wavelength, axes)) is None:
+            density = ceil(factor * wavelength / edge)
+            raise InputError(f"{fault} 'mesh.edges_per_wavelength: {density}' was tried and does.")
+    finest = f"{edge / FINER[-1] * 1000:.2g} mm"
+    raise InputError(f"{fault} Edges of {finest} do not either: change the part there in the CAD program.")
 
 
 def _shortened(source, edge, wavelength, axes):
     """A band's mesh and its measures: edges are shortened where it is off the source, until it is off nowhere."""
     surface, reach = source[:2], min(wavelength, max(source.measures["box"]))  # a small target is held to its own size
-    size = _by_piece(surface, Size(edge))
-    followed, half = Followed(*surface, edge), _half(surface, axes)
+    size, followed = _by_piece(surface, Size(edge)), Followed(*surface, edge)
+    half, close = surface, CLOSE * np.linalg.norm(np.ptp(source.vertices, axis=0))
+    for axis in axes:
+        half = symmetry.positive_half(*half, close, axis)
     best = fewest = None
     least = np.inf  # of the best, the error of its area
     for number in range(TRIES):
@@ -165,8 +147,8 @@ def _shortened(source, edge, wavelength, axes):
             break
         size = size.shortened(*places)
     made, apart = best or (made, apart)
-    apart, gained = [farthest(pair) for pair in apart[:2]], apart[-1]
-    return made, describe(made, source.measures, apart, wavelength, edge, axes, gained)
+    farthest = [(float(metres.max()), points[metres.argmax()]) for points, metres in apart[:2]]
+    return made, describe(made, source.measures, farthest, wavelength, edge, axes, apart[-1])
 
 
 def _by_piece(surface, size):
@@ -192,10 +174,7 @@ def _changes(band):
 
 
 def missed(band):
-    """Say in a sentence which of its goals a mesh with the measures `band` misses, or None.
-
-    A chord's distance from a surface, and its change of area, grow with its length squared: this gives what would do.
-    """
+    """Say which of its goals a mesh with the measures `band` misses, or None, and what would do."""
     apart = max(band["hausdorff"].values()) / band["wavelength"]
     found = [(apart / GOAL[0], f"is {apart:.3f} wavelengths from its source (goal {GOAL[0]:g})")]
     for kind, change in _changes(band).items():
@@ -230,30 +209,23 @@ def _fault(mesh, band):
 
 def _diagnosis(place, source, edge):
     """Name the place where a mesh fails, or the source's thinnest if `place` is None, and how near the walls are."""
-    ground = Ground(*source[:2])
     points = samples(*source[:2], edge / 2)[0]
     if place is not None:
         apart = np.linalg.norm(points - place, axis=1)
         points = points[apart <= apart.min() + edge / 2]
-    metal, air = ground.clearance(points)
+    metal, air = Ground(*source[:2]).clearance(points)
     thin = np.minimum(metal, air)
     at = thin.argmin()
-    where = f" near {topology.place(points[at] if place is None else place)}"
-    if thin[at] >= edge:
-        return f"{where}."
-    if metal[at] <= air[at]:
-        return f"{where}, where the metal is about {thin[at] * 1000:.2g} mm thick."
-    return f"{where}, where two walls face each other across a gap of about {thin[at] * 1000:.2g} mm of air."
+    where, width = topology.place(points[at] if place is None else place), f"about {thin[at] * 1000:.2g} mm"
+    what = f"the metal is {width} thick" if metal[at] <= air[at] else f"two walls are {width} of air apart"
+    return f" near {where}, where {what}." if thin[at] < edge else f" near {where}."
 
 
 def write(path, settings, measures_path, source_path, mesh_paths):
-    """Build the meshes of the target in a CAD file and write them with their measures and the repaired source.
-
-    `settings` has the arguments of `build`: `target`, `mesh` and `radar`.
-    """
+    """Write the meshes of the target in a CAD file, their measures, and the source. settings: arguments of `load`."""
     begin(path)
     say("read and repair the CAD file")
-    source = load(path, **settings, to_solve=True)
+    source = load(path, **settings)
     write_ply(source_path, source.vertices, source.triangles)
     meshes, measures = build_bands(source, path, **settings)
     print(f"repairs: {counted(measures['repairs']) or 'none'}")

@@ -19,17 +19,13 @@ DEFLECTION, TURN = (1e-4, 6e-4), 0.3
 def check_installed(key):
     """Raise InputError, naming `key`, if the kernel is not installed."""
     if importlib.util.find_spec("OCP") is None:
-        raise InputError(
-            f"{key}: STEP and IGES files are read by Open CASCADE, which is not installed. "
-            f"Install it with '{INSTALL}', or export the target as STL, OBJ, PLY or OFF."
-        )
+        raise InputError(f"{key}: install Open CASCADE with '{INSTALL}', or export it as STL, OBJ, PLY or OFF.")
 
 
 def read_surfaces(path, chord):
     """Vertices (V, 3) float64 in metres and triangles (T, 3) of all faces in a STEP or IGES file.
 
-    Chords are at most about `chord` metres from the surfaces, within the bounds of DEFLECTION.
-    Lengths are converted from the unit that the file states. Every face has vertices of its own; those of neighbours
+    Chords are at most about `chord` metres from the surfaces, within the bounds of DEFLECTION. Vertices of neighbours
     coincide along their common edge. Raises InputError for a file that cannot be read, or only in part.
     """
     check_installed(path)
@@ -73,10 +69,7 @@ def _shape(path):
 
 
 def _faces(shape, chord):
-    """Points (P, 3) in millimetres and triangles (N, 3) of every face, or None if it cannot be triangulated.
-
-    The triangles of a solid face outwards; `chord` is in millimetres.
-    """
+    """Points (P, 3) and triangles (N, 3), outwards, of every face, or None if it has none; all is in millimetres."""
     from OCP.Bnd import Bnd_Box
     from OCP.BRep import BRep_Tool
     from OCP.BRepBndLib import BRepBndLib

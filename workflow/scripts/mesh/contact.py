@@ -1,8 +1,4 @@
-"""Give surfaces that coincide or touch up to rounding common vertices and edges.
-
-Exact arithmetic sees two sheets 1e-9 m apart as two; a part that was rotated, or placed in single precision, is that
-far from the one that it lies on. In all functions `birth` is the source triangle that each triangle is a part of, (T,).
-"""
+"""Give surfaces that touch up to rounding common vertices and edges; `birth` is the source of each triangle, (T,)."""
 
 import itertools
 from typing import NamedTuple
@@ -52,10 +48,7 @@ def land(vertices, triangles, tolerance, close, name):
 
 
 def tie(vertices, triangles, birth, close, name):
-    """Cut edges at the vertices within `close` metres of them: triangles, and their birth.
-
-    Triangles that are almost a line vanish.
-    """
+    """Cut edges at the vertices within `close` metres of them: triangles, without those that are a line, and birth."""
     size, free = len(vertices), np.zeros(0, dtype=np.int64)
     for _ in range(20):
         going(f"tie the edges of {len(triangles)} triangles to vertices that they pass")
@@ -66,13 +59,11 @@ def tie(vertices, triangles, birth, close, name):
         pairs = near_boxes(around(ends, close), around(vertices[used][:, None]), name)
         edge, vertex = pairs[:, 0], used[pairs[:, 1]]
         start, along = ends[edge, 0], ends[edge, 1] - ends[edge, 0]
-        length = np.linalg.norm(along, axis=1)
-        along /= np.maximum(length, np.finfo(float).tiny)[:, None]
+        length, along = np.linalg.norm(along, axis=1), topology.unit(along)
         reach = ((vertices[vertex] - start) * along).sum(axis=1)
         off = np.linalg.norm(vertices[vertex] - start - reach[:, None] * along, axis=1)
-        good = (
-            (off <= close) & (reach > close) & (reach < length - close) & (edges[edge] != vertex[:, None]).all(axis=1)
-        )
+        good = (off <= close) & (reach > close) & (reach < length - close)
+        good &= (edges[edge] != vertex[:, None]).all(axis=1)
         if not good.any():
             break
         edge, vertex, reach = edge[good], vertex[good], reach[good]
@@ -115,10 +106,8 @@ def _cut_sides(triangles, birth, chains):
 def overlay(vertices, triangles, birth, close, name):
     """Cut parts that lie on each other, within `close` metres of one plane, along each other's outlines.
 
-    An edge that lies in a triangle, the foot of a sheet, cuts it, too. Of triangles that lie on each other the larger
-    keeps its edges, and edges of the smaller ones inside their outlines are made again: two fine parts would cut each
-    other into as many pieces as the product of their numbers. Returns vertices, triangles, birth, and whether anything
-    was cut; parts that lie on each other are then duplicates.
+    So do the feet of sheets. Of triangles on each other the larger keeps its edges, or there would be too many. Returns
+    vertices, triangles, birth, and whether anything was cut; parts that lie on each other are then duplicates.
     """
     boxes, edges = around(vertices[triangles], close), topology.edges(triangles)
     lying = _in_chunks(_lying, near_boxes(boxes, boxes, name), vertices, triangles, close)
@@ -173,7 +162,7 @@ def _lying(pairs, vertices, triangles, close):
     normal = topology.shape(corners)[0]
     pairs = pairs[pairs[:, 0] < pairs[:, 1]]
     pairs = pairs[_cosine(normal, pairs) > STEEP]
-    size = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    size = np.linalg.norm(topology.normals(corners), axis=1)
     pairs = np.where((size[pairs[:, 0]] >= size[pairs[:, 1]])[:, None], pairs, pairs[:, ::-1])
     large, small = pairs.T
     height = np.einsum("pkx,px->pk", corners[small] - corners[large, 0][:, None], normal[large])
@@ -212,17 +201,13 @@ def _feet(pairs, vertices, triangles, close):
 
 
 class Layout(NamedTuple):
-    """Triangles of one plane laid out flat, and the cells between the lines that are to cut them.
-
-    Lines are the outlines of patches and the edges that lie in triangles. A patch is a triangle, or connected triangles
-    beneath others that share edges with no other triangles.
-    """
+    """Triangles of one plane laid out flat, and the cells between lines: outlines of patches, edges in triangles."""
 
     names: np.ndarray  # (N,) the vertices that the triangles and lines use
     plan: np.ndarray  # (N, 2) where these are in the plane, in metres
     faces: np.ndarray  # (F, 3) the triangles, by their place in `names`
     turned: np.ndarray  # (F,) True for those that are clockwise in the plane
-    patch: np.ndarray  # (F,) the patch of each
+    patch: np.ndarray  # (F,) the patch of each: itself, or connected triangles beneath others
     lines: np.ndarray  # (M, 2) the ends of lines, by their place in `names`
     points: np.ndarray  # (Q, 2) of the arrangement
     on_line: np.ndarray  # (L, 2) pairs of a line and a point on it
@@ -230,10 +215,7 @@ class Layout(NamedTuple):
 
 
 def _laid_out(vertices, triangles, edges, flat, beneath, feet):
-    """The Layout of the triangles `flat` (F,) and edges `feet` in the plane of the largest of these triangles.
-
-    `edges` are the topology.Edges of all triangles; triangles that are `beneath` (F,) may lose edges.
-    """
+    """The Layout of the triangles `flat` (F,), some `beneath` others, and edges `feet`, in the plane of the largest."""
     mine = triangles[flat]
     corners = vertices[mine[topology.areas(vertices, mine).argmax()]]
     along = corners[1] - corners[0]
@@ -247,11 +229,10 @@ def _laid_out(vertices, triangles, edges, flat, beneath, feet):
     u, v = plan[faces[:, 1]] - plan[faces[:, 0]], plan[faces[:, 2]] - plan[faces[:, 0]]
     turned = u[:, 0] * v[:, 1] < u[:, 1] * v[:, 0]
     forward = (faces < np.roll(faces, -1, axis=1)) ^ turned[:, None]
-    face = np.broadcast_to(np.arange(len(flat))[:, None], side.shape)
-    inner = (edges.count[numbers] == 2) & (np.bincount(side.ravel(), weights=beneath[face].ravel()) == 2)
+    inner = (edges.count[numbers] == 2) & (np.bincount(side.ravel(), weights=np.repeat(beneath, 3)) == 2)
     inner &= np.bincount(side.ravel(), weights=forward.ravel()) == 1  # not where two are folded onto each other
     joined = inner[side]
-    pairs = np.stack([face[joined], len(flat) + side[joined]], axis=1)
+    pairs = np.stack([np.nonzero(joined)[0], len(flat) + side[joined]], axis=1)
     patch = topology.groups(pairs, len(flat) + len(numbers))[1][: len(flat)]
     lines = np.union1d(numbers[~inner], np.setdiff1d(feet, numbers[inner]))
     lines = np.searchsorted(names, edges.ends[lines])
@@ -261,14 +242,10 @@ def _laid_out(vertices, triangles, edges, flat, beneath, feet):
 
 
 def _arrangement(plan, lines):
-    """Points (Q, 2), pairs (L, 2) of a line and a point on it, and cells (P, 3): triangles between lines in a plane.
-
-    `lines` (M, 2) join points of `plan` (N, 2). The exact arithmetic of surfaces gets each as the foot of a triangle
-    that ends on one triangle beneath them all.
-    """
+    """Points (Q, 2), pairs (L, 2) of a line and a point on it, and cells (P, 3) between lines (M, 2) of plan (N, 2)."""
+    # The exact arithmetic of surfaces gets each line as the foot of a triangle that ends on one beneath them all.
     start, stop = plan[lines].transpose(1, 0, 2)
-    middle, length = (start + stop) / 2, np.linalg.norm(stop - start, axis=1)
-    apexes = np.column_stack([middle, length])
+    apexes = np.column_stack([(start + stop) / 2, np.linalg.norm(stop - start, axis=1)])
     centre, far = plan.mean(axis=0), 10 * np.ptp(plan, axis=0).max()
     floor = np.column_stack([centre + far * np.array([[0, 1], [-1, -1], [1, -1]]), np.zeros(3)])
     size = len(plan)
@@ -284,11 +261,7 @@ def _arrangement(plan, lines):
 
 
 def _numbers(layout, vertices, chains, first):
-    """The vertex of each point (Q,) of a layout, and the places in space (N, 3) of new ones, numbered from `first`.
-
-    Adds to `chains` the vertices on each line: {edge (low, high): {vertex: share of the edge}}. Points that are on no
-    line have no vertex: -1.
-    """
+    """The vertex of each point (Q,) of a layout (-1 on no line), and new ones' places (N, 3), numbered from `first`."""
     names, plan, points = layout.names, layout.plan, layout.points
     known = {point.tobytes(): name for point, name in zip(plan + 0.0, names.tolist(), strict=True)}
     number = np.array([known.get(point.tobytes(), -1) for point in points + 0.0])
@@ -301,7 +274,7 @@ def _numbers(layout, vertices, chains, first):
     at = np.flatnonzero(number[point] < 0)[first_line]
     number[new] = first + np.arange(len(new))
     inside = (share > 0) & (share < 1) & (number[point] != low) & (number[point] != high)
-    for k in np.flatnonzero(inside).tolist():
+    for k in np.flatnonzero(inside).tolist():  # {edge (low, high): {vertex: share of the edge}}
         chains.setdefault((int(low[k]), int(high[k])), {})[int(number[point[k]])] = share[k]
     return number, vertices[low[at]] + share[at, None] * (vertices[high[at]] - vertices[low[at]])
 

@@ -1,18 +1,21 @@
-"""Distances between surfaces, on samples that are the same in every run."""
+"""Distances between surfaces, by MeshLab's library on samples that are the same in every run."""
 
 import numpy as np
 import pymeshlab
 
-from isarflow.mesh.meshlab import loaded
+from isarflow.mesh import topology
 from isarflow.mesh.symmetry import mirrored
 
 
-def samples(vertices, triangles, spacing):
-    """Points on a mesh at most `spacing` metres apart, (P, 3): corners and centres of triangles halved until small.
+def loaded(vertices, triangles):
+    """A MeshSet of MeshLab's library that holds one surface."""
+    meshes = pymeshlab.MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(np.ascontiguousarray(vertices), np.ascontiguousarray(triangles, np.int32)))
+    return meshes
 
-    Also the area in m^2 that each represents, (P,), that of their small triangle for centres and 0 for corners,
-    and the triangle that each is in, (P,).
-    """
+
+def samples(vertices, triangles, spacing):
+    """Corners and centres, (P, 3), of triangles halved until `spacing` metres; also areas (0 of corners) and owners."""
     corners, owner = vertices[triangles], np.arange(len(triangles))
     used, first = np.unique(triangles, return_index=True)
     points, area, owners = [vertices[used]], [np.zeros(len(used))], [first // 3]
@@ -20,8 +23,7 @@ def samples(vertices, triangles, spacing):
         side = np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2)
         small = side.max(axis=1) <= spacing
         points.append(corners[small].mean(axis=1))
-        a, b, c = corners[small].transpose(1, 0, 2)
-        area.append(np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2)
+        area.append(np.linalg.norm(topology.normals(corners[small]), axis=1) / 2)
         owners.append(owner[small])
         # The others are cut across their longest side, which runs from corner k to k + 1.
         corners, owner, k = corners[~small], owner[~small], side[~small].argmax(axis=1)

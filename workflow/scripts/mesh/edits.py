@@ -1,7 +1,4 @@
-"""Local edits of a triangle mesh: edges cut, collapsed and flipped, vertices moved. Each works on many places at once.
-
-An edit chooses the first places of their neighbourhoods, changes all of them, and searches again.
-"""
+"""Cut, collapse and flip edges of a triangle mesh: the first of their neighbourhoods at once, then search again."""
 
 from typing import NamedTuple
 
@@ -45,8 +42,7 @@ def lines(vertices, triangles):
     count = np.bincount(ends.ravel(), minlength=size)
     rim = np.zeros(size, dtype=bool)
     rim[edges.ends[edges.count != 2]] = True
-    along = vertices[ends[:, 1]] - vertices[ends[:, 0]]
-    along /= np.maximum(np.linalg.norm(along, axis=1), np.finfo(float).tiny)[:, None]
+    along = topology.unit(vertices[ends[:, 1]] - vertices[ends[:, 0]])
     away = np.zeros_like(vertices)  # the two directions of a straight line cancel
     np.add.at(away, ends[:, 0], along)
     np.add.at(away, ends[:, 1], -along)
@@ -58,15 +54,12 @@ def lines(vertices, triangles):
 
 def _mixed(length):
     """Ranks (N,) by length (N,); mixed where lengths are alike, or one edge would wait for the other."""
-    octave = np.floor(np.log2(np.maximum(length, np.finfo(float).tiny)) / ALIKE)
+    octave = np.floor(np.log2(np.maximum(length, topology.TINY)) / ALIKE)
     return octave + np.arange(len(length)) * GOLDEN % 1.0
 
 
 def cut_edges(vertices, triangles, sides, weight, points):
-    """Cut the edges with a positive weight (E,) at their points (E, 3), the heaviest of each neighbourhood only.
-
-    `sides` (T, 3) and the order of the edges are those of topology.edges.
-    """
+    """Cut edges, with `sides` (T, 3), of positive weight (E,) at points (E, 3), the heaviest of each neighbourhood."""
     # An edge is cut if no side of its triangles is heavier: then each triangle has one cut at most.
     rank = np.argsort(np.argsort(_mixed(weight), kind="stable"))
     side = rank[sides].argmax(axis=1)
@@ -87,23 +80,19 @@ class Limits(NamedTuple):
     shortest: float  # wanted edges: shorter ones are collapsed
     longest: float  # wanted edges: none longer is made
     deviation: float  # wanted edges: how far a triangle may move
-    axes: tuple = ()  # mirror planes: no edge beside them may come to lie in them
-    thickness: object = None  # metres of metal beneath points (P, 3), (P,)
+    axes: tuple  # mirror planes: no edge beside them may come to lie in them
+    thickness: object  # metres of metal beneath points (P, 3), (P,)
 
 
 def collapse(vertices, triangles, limits):
-    """Merge the ends of edges that are too short, shortest first, where the surface allows it.
-
-    One end moves onto the other where the Limits allow it. Features shrink only along themselves, so vertices in mirror
-    planes stay there.
-    """
+    """Move an end of edges that are too short onto the other, shortest first, where features and Limits allow it."""
     size = len(vertices)
     wanted, refused = limits.size(vertices), np.zeros(0, dtype=np.int64)
     for _ in range(ROUNDS):
         going(f"collapse short edges of {len(triangles)} triangles")
         seen = lines(vertices, triangles)
         ends = seen.edges.ends
-        ratio = np.linalg.norm(vertices[ends[:, 1]] - vertices[ends[:, 0]], axis=1) / wanted[ends].mean(axis=1)
+        ratio = topology.lengths(vertices, ends) / wanted[ends].mean(axis=1)
         key = ends @ [size, 1]
         short = np.flatnonzero((ratio < limits.shortest) & ~np.isin(key, refused))
         if len(short) == 0:
@@ -112,20 +101,17 @@ def collapse(vertices, triangles, limits):
         rank = np.full(len(ends), np.inf)
         rank[short] = _mixed(ratio[short])
         first = np.full(size, np.inf)
-        np.minimum.at(first, ends.ravel(), np.repeat(rank, 2))
+        np.minimum.at(first, ends, rank[:, None])
         around = first.copy()  # also of the neighbours
-        np.minimum.at(around, ends[:, 0], first[ends[:, 1]])
-        np.minimum.at(around, ends[:, 1], first[ends[:, 0]])
+        np.minimum.at(around, ends, first[ends[:, ::-1]])
         tried = short[(around[ends[short]] == rank[short, None]).all(axis=1)]
         gone, kept = np.concatenate([ends[tried], ends[tried][:, ::-1]]).T
         cost = _cost(vertices, triangles, seen, gone, kept, np.tile(tried, 2), wanted, limits).reshape(2, -1)
-        better = cost.argmin(axis=0)
         good = np.isfinite(cost.min(axis=0))
         refused = np.concatenate([refused, key[tried[~good]]])
-        gone, kept = gone.reshape(2, -1), kept.reshape(2, -1)
-        pick = better[good], np.flatnonzero(good)
+        pick = cost.argmin(axis=0)[good], np.flatnonzero(good)
         target = np.arange(size)
-        target[gone[pick]] = kept[pick]
+        target[gone.reshape(2, -1)[pick]] = kept.reshape(2, -1)[pick]
         triangles = target[triangles].astype(np.int32)
         triangles = triangles[topology.have_three_corners(triangles)]
         if len(tried) < FEW * len(ends):
@@ -166,24 +152,22 @@ def _cost(vertices, triangles, seen, gone, kept, edge, wanted, limits):
     # Features keep their course, unless the step is so small that they may leave it.
     feature = seen.feature[edge]
     tiny = (step**2).sum(axis=1) <= (TINY * wanted[gone]) ** 2
-    if limits.thickness is not None:
-        # Only from line to line: through the area between them a plate would shrink little by little.
-        tiny &= (seen.count[gone] > 0) & (seen.count[kept] > 0) & ~feature
-        _keep_thin(tiny, which, points, normal, step, limits)
+    # Only from line to line: through the area between them a plate would shrink little by little.
+    tiny &= (seen.count[gone] > 0) & (seen.count[kept] > 0) & ~feature
+    _keep_thin(tiny, which, points, normal, step, limits)
     bad |= seen.rim[gone] & (seen.edges.count[edge] == 2)
     bad |= (seen.count[gone] > 0) & ~feature & ~(tiny & (seen.count[gone] <= 2))
     bad |= seen.fixed[gone] & ~tiny
     bent = _bend(vertices, seen, gone, step)
     cost = np.maximum(cost, bent)
     bad |= bent > deviation
-    star_of = which
-    new = np.where(corners[moves] == gone[which[moves], None], kept[which[moves], None], corners[moves])
+    least = np.full(count, 2 * FAIR)
+    np.minimum.at(least, which, angle)
     which = which[moves]
+    new = np.where(corners[moves] == gone[which, None], kept[which, None], corners[moves])
     fresh, fresh_height, fresh_angle = topology.shape(vertices[new])
     turn = (fresh * normal[moves]).sum(axis=1)
     wrong = turn < np.where(height[moves] > SLIVER * wanted[gone[which]], TURN, -TURN)
-    least = np.full(count, 2 * FAIR)
-    np.minimum.at(least, star_of, angle)
     wrong |= (fresh_height == 0) | (fresh_angle < least[which] / 2)
     span = np.linalg.norm(vertices[new] - vertices[kept[which]][:, None], axis=2)
     wrong |= (span > limits.longest * (wanted[new] + wanted[kept[which], None]) / 2).any(axis=1)
@@ -201,7 +185,7 @@ def _keep_thin(tiny, which, points, normal, step, limits):
     height, length = np.abs((normal * step[which]).sum(axis=1)), np.linalg.norm(step, axis=1)[which]
     mine = tiny[which] & (height > ALONG * length)  # a step sweeps no volume at triangles that it runs along
     which, height, length, points = which[mine], height[mine], length[mine], points[mine]
-    area = np.linalg.norm(np.cross(points[:, 1] - points[:, 0], points[:, 2] - points[:, 0]), axis=1)
+    area = np.linalg.norm(topology.normals(points), axis=1)
     deep = np.minimum(limits.thickness(points.mean(axis=1)), DEEP * length)
     swept, beneath = (np.bincount(which, area * each, minlength=len(tiny)) for each in (height / 3, deep))
     tiny &= swept <= SWEPT * beneath
@@ -215,24 +199,21 @@ def _bend(vertices, seen, gone, step):
     for here, there in (ends.T, ends.T[::-1]):
         mine = place[here] >= 0
         at, along = place[here[mine]], vertices[there[mine]] - vertices[here[mine]]
-        length = np.maximum(np.linalg.norm(along, axis=1), np.finfo(float).tiny)
+        length = np.maximum(np.linalg.norm(along, axis=1), topology.TINY)
         np.maximum.at(bend, at, np.linalg.norm(np.cross(along, step[at]), axis=1) / length)
     return bend
 
 
 def flip(vertices, triangles, wanted, deviation, axes=()):
-    """Exchange the diagonal of two triangles where that widens their smallest angle.
-
-    Only where the surface moves by less than `deviation` wanted edges (`wanted`: (V,) in metres at the vertices), and
-    no triangle turns much.
-    """
-    triangles, refused = triangles.copy(), np.zeros(0, dtype=np.int64)
+    """Exchange diagonals where angles widen and the surface moves by at most `deviation` of the `wanted` edges (V,)."""
+    triangles, refused, size = triangles.copy(), np.zeros(0, dtype=np.int64), len(vertices)
     for _ in range(ROUNDS):
         edges = topology.edges(triangles)
+        keys = edges.ends @ [size, 1]
         pairs = topology.side_pairs(edges, edges.count == 2)
         opposite = np.roll(topology.angles(vertices[triangles]), 1, axis=1).ravel()  # of corner k + 2, opposite side k
         pairs = pairs[opposite[pairs].sum(axis=1) > 180]  # not Delaunay
-        pairs = pairs[~np.isin(edges.ends[edges.sides.ravel()[pairs[:, 0]]] @ [len(vertices), 1], refused)]
+        pairs = pairs[~np.isin(keys[edges.sides.ravel()[pairs[:, 0]]], refused)]
         triangle, side = pairs // 3, pairs % 3
         # From the diagonal a-b of triangles a-b-c and b-a-d to c-d.
         a, b, c = (triangles[triangle[:, 0], (side[:, 0] + k) % 3] for k in range(3))
@@ -244,23 +225,24 @@ def flip(vertices, triangles, wanted, deviation, axes=()):
         gain = np.minimum(after[0][2], after[1][2]) - np.minimum(before[0][2], before[1][2])
         across = np.cross(vertices[b] - vertices[a], vertices[d] - vertices[c])
         gap = np.abs((across * (vertices[c] - vertices[a])).sum(axis=1))
-        gap /= np.maximum(np.linalg.norm(across, axis=1), np.finfo(float).tiny)
-        most = deviation * wanted[a]
-        good = opposed & (c != d) & (gain > GAIN) & (gap <= most)
+        gap /= np.maximum(np.linalg.norm(across, axis=1), topology.TINY)
+        good = opposed & (c != d) & (gain > GAIN) & (gap <= deviation * wanted[a])
         for (normal, height, _), apex in zip(before, (c, d), strict=True):
             # The normal of a triangle whose apex is almost on the edge to be flipped is meaningless.
-            cap = (height < SLIVER * wanted[a]) & (_cosine(*vertices[[apex, a, b]]) < CAP)
+            start, stop = vertices[a] - vertices[apex], vertices[b] - vertices[apex]
+            length = np.maximum(np.linalg.norm(start, axis=1) * np.linalg.norm(stop, axis=1), topology.TINY)
+            cap = (height < SLIVER * wanted[a]) & ((start * stop).sum(axis=1) / length < CAP)
             good &= cap | np.all([(new[0] * normal).sum(axis=1) > TURN for new in after], axis=0)
-        size = len(vertices)  # an edge from c to d must not exist already
-        good &= ~np.isin(np.minimum(c, d).astype(np.int64) * size + np.maximum(c, d), edges.ends @ [size, 1])
+        # An edge from c to d must not exist already.
+        good &= ~np.isin(np.minimum(c, d).astype(np.int64) * size + np.maximum(c, d), keys)
         for axis in axes:  # no edge inside a half may lie in the mirror plane
             beside = (vertices[a, axis] != 0) | (vertices[b, axis] != 0)
             good &= ~beside | (vertices[c, axis] != 0) | (vertices[d, axis] != 0)
-        refused = np.concatenate([refused, edges.ends[edges.sides.ravel()[pairs[~good, 0]]] @ [size, 1]])
+        refused = np.concatenate([refused, keys[edges.sides.ravel()[pairs[~good, 0]]]])
         # The best flip of each triangle's neighbourhood goes first; the others are looked at again.
         rank = np.full(len(pairs), -1)
         rank[good] = np.argsort(np.argsort(gain[good], kind="stable"), kind="stable")
-        best = np.full(len(vertices), -1)
+        best = np.full(size, -1)
         quad = np.stack([a, b, c, d], axis=1)
         np.maximum.at(best, quad.ravel(), np.repeat(rank, 4))
         go = good & (best[quad] == rank[:, None]).all(axis=1)
@@ -268,10 +250,3 @@ def flip(vertices, triangles, wanted, deviation, axes=()):
             break
         triangles[triangle[go, 0]], triangles[triangle[go, 1]] = first[go], second[go]
     return triangles
-
-
-def _cosine(apex, start, stop):
-    """Cosine of the angle at `apex` (N, 3) between the directions to start and stop, (N,)."""
-    first, second = start - apex, stop - apex
-    length = np.linalg.norm(first, axis=1) * np.linalg.norm(second, axis=1)
-    return (first * second).sum(axis=1) / np.maximum(length, np.finfo(float).tiny)

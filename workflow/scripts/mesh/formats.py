@@ -1,7 +1,6 @@
 """Read STL, OBJ and OFF files unchanged: vertices, and faces with any number of corners. PLY files are in `mesh.ply`.
 
-Every reader takes a file's bytes and returns a `Surface`; none drops, merges or repairs anything except the corners
-that STL files repeat. Readers raise InputError without the file's name, which `mesh.read` adds.
+Readers take a file's bytes; they repair nothing, and raise InputError without the file's name, which `mesh.read` adds.
 """
 
 import io
@@ -16,16 +15,14 @@ from isarflow.mesh.text import BOM, elements_of, numbered, point, quoted, rows, 
 
 STL_RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 # Other formats saved under the name of an STL file, by their first bytes.
-OTHERS = (
-    (b"<!doctype", "a web page"),
-    (b"<html", "a web page"),
-    (b"version https://git-lfs", "a pointer of Git LFS; fetch the file itself (git lfs pull)"),
-    (b"pk\x03\x04", "a zip archive; unpack it"),
-    (b"v ", "an OBJ file; name it so"),
-    (b"ply", "a PLY file; name it so"),
-    (b"off", "an OFF file; name it so"),
-    (b"iso-10303", "a STEP file; name it so"),
-)
+OTHERS = {
+    b"<!doctype": "a web page",
+    b"<html": "a web page",
+    b"version https://git-lfs": "a pointer of Git LFS; fetch the file itself (git lfs pull)",
+    b"pk\x03\x04": "a zip archive; unpack it",
+    b"v ": "an OBJ file; name it so",
+    b"ply": "a PLY file; name it so",
+}
 TEXT_STL = re.compile(rb"[\r\n]\s*(facet|end\s*solid)", re.IGNORECASE)
 OBJ_VERTEX = 3, 4, 6, 7  # numbers: x, y, z, perhaps a weight, perhaps a colour
 XYZ, CORNERS = [("x", "d"), ("y", "d"), ("z", "d")], [("vertex_indices", "dd")]
@@ -43,23 +40,29 @@ class Surface(NamedTuple):
 
 def read_stl(data):
     """Read a binary STL, with any header, or a text STL of one or more solids."""
-    announced = 84 + 50 * int.from_bytes(data[80:84], "little") if len(data) >= 84 else None
-    text = data.removeprefix(BOM).lstrip()[:5].lower() == b"solid"
+    count = int.from_bytes(data[80:84], "little")
+    announced = 84 + 50 * count
     if len(data) == announced:
         points = np.frombuffer(data, STL_RECORD, offset=84)["corners"].astype(float).reshape(-1, 3)
-    elif text and (TEXT_STL.search(data[:4096]) or b"\0" not in data[:4096]):
+    elif data.removeprefix(BOM).lstrip()[:5].lower() == b"solid" and (
+        TEXT_STL.search(data[:4096]) or b"\0" not in data[:4096]
+    ):
         points = _stl_text(data)
     else:
-        other = next((name for start, name in OTHERS if data.lstrip()[: len(start)].lower() == start), None)
+        begin = data.lstrip()[:30].lower()
+        other = next((name for start, name in OTHERS.items() if begin.startswith(start)), None)
         if other:
             raise InputError(f"it is not an STL file, but {other}.")
-        binary = f"{len(data)} bytes"
-        if announced:
-            short = "; it may have been cut short" if len(data) < announced else ""
-            binary += f", not the {announced} of the {(announced - 84) // 50} triangles that its header says{short}"
-        raise InputError(f"it is not an STL file: it is no text that begins with 'solid', and has {binary}.")
-    vertices, index = _merged(points)
-    return Surface(vertices, np.full(len(index) // 3, 3), index)
+        short = "; it may have been cut short" if len(data) < announced else ""
+        raise InputError(
+            f"it is not an STL file: it is no text that begins with 'solid', and has {len(data)} bytes, not the "
+            f"{announced} of the {count} triangles that its header says{short}."
+        )
+    # Each point once, in the order in which they first occur, without a minus before a zero.
+    points = np.ascontiguousarray(points + 0.0)
+    _, first, index = np.unique(points.view("V24").ravel(), return_index=True, return_inverse=True)
+    order = np.argsort(first)
+    return Surface(points[first[order]], np.full(len(index) // 3, 3), np.argsort(order)[index])
 
 
 def _stl_text(data):
@@ -74,33 +77,15 @@ def _stl_text(data):
             points.extend(point(words[1:], place, line))
         elif word in (b"facet", b"endfacet"):
             if inside != (word == b"endfacet") or len(points) != begun + 9 * inside:
-                raise InputError(
-                    f"{quoted(place, line)}: a facet must have three vertices, between facet, endfacet, on lines of "
-                    "their own."
-                )
+                raise InputError(f"{quoted(place, line)}: a facet must have three vertices, all on lines of their own.")
             begun, inside, ended = len(points), not inside, False
         elif word in (b"solid", b"endsolid"):
             ended = word == b"endsolid"
     if inside or len(points) != begun:
         raise InputError(f"its last facet does not end before {quoted(place, line)}; it may have been cut short.")
     if not ended:
-        raise InputError(
-            f"it does not end with a line 'endsolid', as a text STL does, but with {quoted(place, line)}; it may have "
-            "been cut short."
-        )
+        raise InputError(f"it does not end with a line 'endsolid', but with {quoted(place, line)}; is it cut short?")
     return np.frombuffer(points, float).reshape(-1, 3)
-
-
-def _merged(points):
-    """Points (N, 3) without repeats, in the order in which they first occur, and each point's place in these, (N,)."""
-    points = points + 0.0  # no minus before a zero
-    number = np.zeros(len(points), dtype=np.int64)
-    for coordinates in points.T:
-        number = number * len(points) + np.unique(coordinates, return_inverse=True)[1]
-        number = np.unique(number, return_inverse=True)[1]
-    _, first, index = np.unique(number, return_index=True, return_inverse=True)
-    order = np.argsort(first)
-    return points[first[order]], np.argsort(order)[index]
 
 
 def read_obj(data):
@@ -118,11 +103,10 @@ def read_obj(data):
         if words[0] == b"v":
             points.extend(point(words[1:4], at, line))
             lines.append(at)
-            if len(words) != width:  # within an object
-                if width or len(words) - 1 not in OBJ_VERTEX:
-                    others = f", but the vertex before it {width - 1}" if width else "; it has 3, 4, 6 or 7"
-                    raise InputError(f"{quoted(at, line)} gives {len(words) - 1} numbers of a vertex{others}.")
-                width = len(words)
+            if len(words) - 1 not in OBJ_VERTEX or width not in (0, len(words)):  # within an object
+                others = f"but the vertex before it {width - 1}" if width else "not 3, 4, 6 or 7"
+                raise InputError(f"{quoted(at, line)} gives {len(words) - 1} numbers of a vertex, {others}.")
+            width = len(words)
         elif words[0] in (b"f", b"fo"):
             try:
                 face = [int(word.split(b"/", 1)[0]) for word in words[1:]]
@@ -131,9 +115,7 @@ def read_obj(data):
             count, width = len(points) // 3, 0
             wrong = [corner for corner in face if corner == 0 or not -count <= corner < 2**31]
             if wrong:
-                raise InputError(
-                    f"a face uses vertex {wrong[0]} in {quoted(at, line)}, but there are {count} vertices."
-                )
+                raise InputError(f"a face uses vertex {wrong[0]} in {quoted(at, line)}, of {count} vertices.")
             sizes.append(len(face))
             face_lines.append(at)
             corners.extend(corner - 1 if corner > 0 else count + corner for corner in face)
@@ -154,13 +136,10 @@ def read_off(data):
     place, line, words = next(filled, (1, b"", [b""]))
     header = re.fullmatch(rb"(?:ST|C|N)*(4?n?)OFF", words[0])
     if header and (header[1] or words[1:] == [b"BINARY"]):
-        raise InputError(
-            f"{quoted(place, line)}: OFF files in binary or with other than three dimensions are not read."
-        )
-    if header:
-        words = words[1:]
-        if not words:
-            place, line, words = next(filled, (place, b"", []))
+        raise InputError(f"{quoted(place, line)}: OFF files in binary or of other than three dimensions are not read.")
+    words = words[1:] if header else words
+    if not words:
+        place, line, words = next(filled, (place, b"", []))
     try:
         vertices, faces, *_ = counts = [int(word) for word in words]
         if min(counts) < 0 or len(counts) > 3:
@@ -199,12 +178,12 @@ def _ears(vertices, face, normal):
     """Triangles of a polygon (N,): each time the least needle-like of three neighbours with no other corner between."""
     left, made = list(face), []
     while len(left) > 3:
-        best = None
         points = vertices[left]
         before, after = np.roll(points, 1, axis=0), np.roll(points, -1, axis=0)
         cross = np.cross(points - before, after - points) @ normal
         span = ((after - before) ** 2).sum(axis=1) + np.finfo(float).tiny
-        for k in np.argsort(-cross / span, kind="stable"):
+        best = int(np.argmax(cross))  # if a polygon crosses itself and has no ear left
+        for k in np.argsort(-cross / span, kind="stable").tolist():
             a, b, c = before[k], points[k], after[k]
             inside = np.ones(len(left), dtype=bool)
             for start, stop in ((a, b), (b, c), (c, a)):
@@ -212,9 +191,8 @@ def _ears(vertices, face, normal):
             # A face with a hole goes along a bridge to it and back: its corners there occur twice.
             inside &= ~(points[:, None] == np.stack([a, b, c])).all(axis=2).any(axis=1)
             if cross[k] > 0 and not inside.any():
-                best = int(k)
+                best = k
                 break
-        best = int(np.argmax(cross)) if best is None else best  # a polygon that crosses itself has no ear left
         made.append((left[best - 1], left[best], left[(best + 1) % len(left)]))
         del left[best]
     return np.array([*made, left])

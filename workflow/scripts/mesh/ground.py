@@ -12,11 +12,7 @@ OFF = 1e-9  # of the surface's size: distance of the rays' start from it
 
 
 class Ground:
-    """A surface (vertices, triangles) with the trees of its boxes and of its features.
-
-    axes: its mirror planes. Features in a plane and those beside it are separate: on a fin that a plane cuts
-    lengthwise they may be nearer to each other than an edit moves a vertex.
-    """
+    """A surface (vertices, triangles) with the trees of its boxes and of its features; axes: its mirror planes."""
 
     def __init__(self, vertices, triangles, axes=()):
         self.vertices, self.triangles = np.ascontiguousarray(vertices, float), triangles.astype(np.int64)
@@ -26,7 +22,8 @@ class Ground:
         self.axes = list(axes)
         lines = topology.edges(triangles).ends[topology.features(vertices, triangles)]
         planes = self._planes(self.vertices[lines[:, 0]]) & self._planes(self.vertices[lines[:, 1]])
-        self.lines = {}  # for each set of planes, the features that lie in these: their tree and ends
+        # For each set of planes the tree and ends of features in these: a thin fin's other features may be very near.
+        self.lines = {}
         for which in np.unique(planes):
             ends, tree = np.ascontiguousarray(lines[planes == which]), igl.AABB()
             tree.init(self.vertices, ends)
@@ -38,12 +35,9 @@ class Ground:
         return np.sqrt(square), face
 
     def nearest(self, points, normal, most):
-        """The nearest places (P, 3) that face as the unit normals (P, 3) do, at most (P,) metres away; else NaN.
-
-        If the nearest wall faces away, the one behind or before it is searched.
-        """
+        """The nearest places (P, 3) that face as the unit normals (P, 3) do, at most (P,) metres away; else NaN."""
         place = self._facing(points, normal, ON * most)
-        lost = np.flatnonzero(np.isnan(place[:, 0]))
+        lost = np.flatnonzero(np.isnan(place[:, 0]))  # the nearest wall faces away
         best = np.full(len(lost), np.inf)
         for share in (*LOOK, *(-share for share in LOOK)):
             other = self._facing(points[lost] + (share * most[lost])[:, None] * normal[lost], normal[lost], 0.0)
@@ -73,10 +67,7 @@ class Ground:
         return (points[:, self.axes] == 0) @ (1 << np.arange(len(self.axes)))
 
     def clearance(self, points):
-        """Metres of metal beneath points (P, 3) on a closed surface and of air above them, (P,) each, to the next wall.
-
-        Infinite where there is no other wall. Measured along the normal, from the middle of the nearest triangle.
-        """
+        """Metres of metal beneath points (P, 3) on a closed surface, and of air above them, to the next wall or inf."""
         face = self.distance(points)[1]
         normal, middle = self.normal[face], self.vertices[self.triangles[face]].mean(axis=1)
         far = np.linalg.norm(np.ptp(self.vertices, axis=0))

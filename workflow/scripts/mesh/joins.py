@@ -1,7 +1,4 @@
-"""Join rims that face each other across a crack; close the rest of cracks and small holes.
-
-Vertices that are joined meet in their middle; an edge bends to the vertex that it is tied to.
-"""
+"""Join rims that face each other across a crack; close the rest of cracks and small holes."""
 
 import itertools
 from typing import NamedTuple
@@ -37,11 +34,9 @@ class Facing(NamedTuple):
 def join(vertices, triangles, reach, close, name, small=np.inf, barred=None):
     """Join rims that face each other within `reach` metres, each vertex to the nearest rim, the nearest first nearby.
 
-    A vertex is joined with the near end of the edge that it faces, or else the edge is tied to it. A rim that has met
-    its partner is no rim any more, and is left alone. Distances that differ by `close` metres are alike; with `small`
-    only openings with rims of at most so many metres are closed; `barred` vertices, a mask (V,), are left out.
-    Returns vertices, triangles, label (V,), the vertex that each vertex became, the number of vertices that edges were
-    tied to, and the width in metres of the widest gap that was closed.
+    A vertex meets the near end of the edge that it faces in their middle, or else the edge is tied to it, and bends.
+    Distances that differ by `close` metres are alike. `small`, `barred`: see `facing`. Returns vertices, triangles, the
+    vertex that each became, (V,), the number of those that edges were tied to, and the widest gap's width in metres.
     """
     source, size = vertices, len(vertices)
     label, tied, widest, barred = np.arange(size), 0, 0.0, np.zeros(size, dtype=bool) if barred is None else barred
@@ -50,8 +45,10 @@ def join(vertices, triangles, reach, close, name, small=np.inf, barred=None):
         if len(faced.vertex) == 0:
             break
         going(f"join rims at {len(faced.vertex)} places")
-        least = _least(faced, size)
-        now = (faced.width <= least[faced.vertex] + close) & (faced.width <= np.maximum(close, 2 * _least_near(faced)))
+        members, least = np.column_stack([faced.vertex, faced.ends]), np.full(size, np.inf)
+        np.minimum.at(least, members, faced.width[:, None])
+        now = faced.width <= _least(faced, size)[faced.vertex] + close
+        now &= faced.width <= np.maximum(close, 2 * least[members].min(axis=1))
         faced = Facing(*(field[now] for field in faced))
         alike = faced.alike
         if alike.any():
@@ -67,10 +64,7 @@ def join(vertices, triangles, reach, close, name, small=np.inf, barred=None):
 
 
 def join_exactly(vertices, triangles, tolerance, close, name):
-    """Join rims that lie on each other within `close` metres: vertices, triangles, number of vertices tied in.
-
-    A vertex within `tolerance` metres of another rim but not on it waits, with its edges, as these will also move.
-    """
+    """Join rims within `close` metres, but no vertex also within `tolerance`: vertices, triangles, number tied in."""
     faced = facing(vertices, triangles, tolerance, name, np.zeros(len(vertices), dtype=bool))
     least = _least(faced, len(vertices))
     made = join(vertices, triangles, close, close, name, barred=np.isfinite(least) & (least > close))
@@ -84,20 +78,11 @@ def _least(faced, size):
     return least
 
 
-def _least_near(faced):
-    """The least width in metres across which a vertex of each pair that faces faces any other, (F,)."""
-    members = np.column_stack([faced.vertex, faced.ends])
-    least = np.full(members.max() + 1, np.inf)
-    np.minimum.at(least, members, faced.width[:, None])
-    return least[members].min(axis=1)
-
-
 def facing(vertices, triangles, reach, name, barred, small=np.inf):
     """The Facing of a surface's rims within `reach` metres, without `barred` vertices (a mask, (V,)).
 
     Points near along the rim, or through the surface, do not face each other. An opening at most `reach` metres wide
-    closes on its own: rims of two such openings do not face each other, or parts that touch there would grow together.
-    With `small`, only rims of one opening face each other, if they are at most so many metres long.
+    closes on its own, or with `small` those alone that have rims of at most so many metres.
     """
     rims, owner, side = topology.rims(triangles)
     if len(rims) == 0:
@@ -117,8 +102,7 @@ def facing(vertices, triangles, reach, name, barred, small=np.inf):
     together |= ~alone[number[edge]] | np.isin(vertex, loose)
     edge, vertex = edge[together], vertex[together]
     start, along = vertices[rims[edge, 0]], vertices[rims[edge, 1]] - vertices[rims[edge, 0]]
-    square = np.maximum((along**2).sum(axis=1), np.finfo(float).tiny)
-    share = np.clip(((vertices[vertex] - start) * along).sum(axis=1) / square, 0, 1)
+    share = _foot(vertices[vertex] - start, along)
     width = np.linalg.norm(vertices[vertex] - start - share[:, None] * along, axis=1)
     ends = np.where((share > 0.5)[:, None], rims[edge, ::-1], rims[edge])
     share = np.minimum(share, 1 - share)
@@ -132,24 +116,22 @@ def facing(vertices, triangles, reach, name, barred, small=np.inf):
     names, inner = mesh_edges.ends @ [size, 1], mesh_edges.count > 1
     to_near, to_far = (np.minimum(vertex, end) * size + np.maximum(vertex, end) for end in ends.T)
     alike &= (width <= reach) & ~np.isin(to_near, names)
-    chosen = np.flatnonzero(alike)
-    alike[
-        chosen[_hang_together(vertices, triangles, owner[edge[chosen]], vertex[chosen], apart[chosen] / APART / 2)]
-    ] = False
+    _part(alike, vertices, triangles, owner[edge], vertex, apart / APART / 2)
     good = (width <= reach) & (alike | (share > 0))
     good &= ~np.isin(to_near, names[inner]) & ~np.isin(to_far, names[inner])
-    chosen = np.flatnonzero(good)
-    good[
-        chosen[_hang_together(vertices, triangles, owner[edge[chosen]], vertex[chosen], width[chosen] / APART / 2)]
-    ] = False
+    _part(good, vertices, triangles, owner[edge], vertex, width / APART / 2)
     return Facing(*(field[good] for field in (vertex, ends, 3 * owner[edge] + side[edge], share, width, apart, alike)))
 
 
-def _hang_together(vertices, triangles, start, vertex, reach):
-    """True where a way leads from a triangle to a vertex across edges at most `reach` metres from the vertex, (P,).
+def _foot(points, along):
+    """Shares of segments `along` (P, 3) up to what is nearest to points (P, 3), both seen from their starts, (P,)."""
+    return np.clip((points * along).sum(axis=1) / np.maximum((along**2).sum(axis=1), topology.TINY), 0, 1)
 
-    start: (P,) triangles; vertex: (P,); reach: (P,).
-    """
+
+def _part(chosen, vertices, triangles, start, vertex, reach):
+    """Unset `chosen` (P,) where a way leads from triangles (P,) to vertices (P,) across edges within reach (P,)."""
+    few = np.flatnonzero(chosen)
+    start, vertex, reach = start[few], vertex[few], reach[few]
     mesh_edges, size = topology.edges(triangles), len(triangles)
     at_edge, first = np.argsort(mesh_edges.sides, axis=None, kind="stable") // 3, np.cumsum(mesh_edges.count)
     met, new, last = np.zeros(len(start), dtype=bool), np.arange(len(start)) * size + start, np.zeros(0, dtype=np.int64)
@@ -160,21 +142,16 @@ def _hang_together(vertices, triangles, start, vertex, reach):
         pair, edge = np.repeat(pair, 3), mesh_edges.sides[triangle].ravel()
         begin, end = vertices[mesh_edges.ends[edge]].transpose(1, 0, 2)
         along, off = end - begin, vertices[vertex[pair]] - begin
-        share = np.clip((off * along).sum(axis=1) / np.maximum((along**2).sum(axis=1), np.finfo(float).tiny), 0, 1)
-        near = np.linalg.norm(off - share[:, None] * along, axis=1) <= reach[pair]
+        near = np.linalg.norm(off - _foot(off, along)[:, None] * along, axis=1) <= reach[pair]
         pair, edge = pair[near], edge[near]
         count = mesh_edges.count[edge]
         beyond = at_edge[np.arange(count.sum()) + np.repeat(first[edge] - np.cumsum(count), count)]
         last, new = new, np.setdiff1d(np.repeat(pair, count) * size + beyond, np.concatenate([last, new]))
-    return met
+    chosen[few[met]] = False
 
 
 def _welded(triangles, pairs, barred):
-    """Merge the vertices of pairs (P, 2), the first pairs first: triangles, and the vertex that each vertex became.
-
-    A vertex is in one pair at a time. Pairs that would make two triangles one belong to two sheets, one on the other:
-    they stay apart, and their vertices are barred from now on.
-    """
+    """Merge the vertices of pairs (P, 2), the first first, each vertex once: triangles, and what each vertex became."""
     size, busy, kept = len(barred), set(), []
     for pair in pairs.tolist():
         if busy.isdisjoint(pair):
@@ -188,16 +165,13 @@ def _welded(triangles, pairs, barred):
         twice = np.isin(topology.triple(joined, size), topology.triple(joined, size)[~topology.first_of_each(joined)])
         if not twice.any():
             return joined.astype(triangles.dtype), became
-        torn = [pair for pair in kept if np.isin(pair, triangles[twice]).any()]
+        torn = [pair for pair in kept if np.isin(pair, triangles[twice]).any()]  # two sheets, one on the other
         barred[np.array(torn).ravel()] = True
         kept = [pair for pair in kept if pair not in torn]
 
 
 def _tied(triangles, faced):
-    """Cut sides of triangles at the vertices that face them: triangles, and the number of these vertices.
-
-    A triangle is cut along one of its sides at a time. Two that come to lie on each other vanish if they close nothing.
-    """
+    """Cut triangles, each along one side, at the vertices that face it: triangles, and the number of these vertices."""
     owner, side = np.divmod(faced.side, 3)
     nearest = np.argsort(faced.width, kind="stable")
     first = faced.side[nearest[np.unique(owner[nearest], return_index=True)[1]]]
@@ -214,11 +188,7 @@ def _tied(triangles, faced):
 
 
 def close_gaps(vertices, triangles, edge, tolerance, close, name):
-    """Close cracks of at most `tolerance` metres and small holes of a surface for meshes of `edge` metres.
-
-    Returns vertices, triangles, the number of each repair, and the width in metres of the widest gap that was
-    joined. Distances up to `close` metres count as 0. Raises InputError, naming `name`.
-    """
+    """Close cracks up to `tolerance` metres and small holes: vertices, triangles, numbers of repairs, widest gap."""
     before = topology.rims(triangles)[0]
     counts = dict.fromkeys(("welded_vertices", "split_t_junctions", "closed_cracks", "closed_holes"), 0)
     if len(before) == 0:
@@ -242,11 +212,7 @@ def close_gaps(vertices, triangles, edge, tolerance, close, name):
 
 
 def left_open(vertices, triangles, edge, tolerance, name):
-    """Sentences that name the openings of a surface that may be meant to be closed; none for a closed one.
-
-    It may be if many rims face each other at most WARNED wanted edges apart, or its openings are less than SHUT of its
-    area.
-    """
+    """Sentences that name the openings of a surface that may be meant to be closed: narrow or small ones."""
     border = np.unique(topology.rims(triangles)[0])
     if len(border) == 0:
         return []

@@ -32,16 +32,6 @@ def ideal_unknowns(area, edge):
     return float(1.5 * area / (np.sqrt(3) / 4 * edge**2))
 
 
-def in_thin_features(vertices, triangles, edge):
-    """True for triangles that creases or boundaries force to be narrower than edges of `edge` metres allow, (T,).
-
-    These are the rims of plates, steps and blunt trailing edges: all three corners lie on such lines.
-    """
-    on_line = np.zeros(len(vertices), dtype=bool)
-    on_line[topology.edges(triangles).ends[topology.features(vertices, triangles)]] = True
-    return on_line[triangles].all(axis=1) & (topology.shape(vertices[triangles])[1] < NARROW * edge)
-
-
 def _spread(angle):
     """Least, first percentile and median of angles (N,) in degrees; None if there is none."""
     if len(angle) == 0:
@@ -49,33 +39,29 @@ def _spread(angle):
     return {"min": float(angle.min()), "p1": float(np.percentile(angle, 1)), "median": float(np.median(angle))}
 
 
-def mirror_error(vertices, axes):
-    """Largest distance in metres from a vertex's image in the mirror planes `axes` to a vertex; None without planes."""
-    tree = cKDTree(vertices)
-    return max((float(tree.query(symmetry.mirrored(vertices, axis))[0].max()) for axis in axes), default=None)
-
-
 def describe(mesh, source, apart, wavelength, edge, axes=(), of_rods=0.0):
     """The measures of one band's mesh (vertices, triangles) beside its source's as a mapping; lengths in metres.
 
     `source` has the CAD surface's `area` and `volume`, as from `size`, and `thinned_by`, its shift by thinning. `apart`
-    is the Hausdorff distance to the thinned surface as two pairs of metres and a point, to the source and from it; the
-    result includes the thinning. `axes` are the mirror planes that the mesh is to have. `of_rods`: m^2 of its area that
-    thin rods gain, which does no harm.
+    is the Hausdorff distance to the thinned surface as two pairs of metres and a point, to the source and from it.
+    `axes` are the mesh's mirror planes. `of_rods`: m^2 of its area that thin rods gain, which does no harm.
     """
     vertices, triangles = mesh
-    length, angle = topology.edge_lengths(*mesh), topology.shape(vertices[triangles])[2]
-    before, after, thinned_by = source, size(*mesh), source["thinned_by"]
+    edges, (_, height, angle) = topology.edges(triangles), topology.shape(vertices[triangles])
+    length = topology.lengths(vertices, edges.ends)
     lengths = {"mean": length.mean(), "max": length.max(), "p99": np.percentile(length, 99)}
-    (to_source, _), (from_source, _) = apart
-    at_edges, thin = topology.edges(triangles).count, in_thin_features(vertices, triangles, edge)
+    on_line = np.zeros(len(vertices), dtype=bool)
+    on_line[edges.ends[topology.features(vertices, triangles)]] = True
+    thin = on_line[triangles].all(axis=1) & (height < NARROW * edge)
+    after, thinned_by, tree = size(*mesh), source["thinned_by"], cKDTree(vertices)
+    mirror_errors = [float(tree.query(symmetry.mirrored(vertices, axis))[0].max()) for axis in axes]
     return {
         "wavelength": wavelength,
         "wanted_edge": edge,
         "vertices": len(vertices),
         "triangles": len(triangles),
         "unknowns": topology.unknowns(triangles),
-        "ideal_unknowns": ideal_unknowns(before["area"], edge),
+        "ideal_unknowns": ideal_unknowns(source["area"], edge),
         "edge": {key: float(value) for key, value in lengths.items()},
         "edge_wavelengths": {key: float(value / wavelength) for key, value in lengths.items()},
         "smallest_angle": _spread(angle),
@@ -83,12 +69,12 @@ def describe(mesh, source, apart, wavelength, edge, axes=(), of_rods=0.0):
         "smallest_angle_elsewhere": _spread(angle[~thin]),
         "watertight": topology.is_watertight(triangles),
         "components": topology.components(triangles)[0],
-        "boundary_edges": int((at_edges == 1).sum()),
-        "junction_edges": int((at_edges > 2).sum()),
-        "area": {"before": before["area"], "after": after["area"], "of_rods": of_rods},
-        "volume": {"before": before["volume"], "after": after["volume"]},
+        "boundary_edges": int((edges.count == 1).sum()),
+        "junction_edges": int((edges.count > 2).sum()),
+        "area": {"before": source["area"], "after": after["area"], "of_rods": of_rods},
+        "volume": {"before": source["volume"], "after": after["volume"]},
         "box": after["box"],
-        "mirror_error": mirror_error(vertices, axes),
-        "hausdorff": {"to_source": to_source + thinned_by, "from_source": from_source + thinned_by},
+        "mirror_error": max(mirror_errors, default=None),
+        "hausdorff": {"to_source": apart[0][0] + thinned_by, "from_source": apart[1][0] + thinned_by},
         "hausdorff_place": max(apart, key=lambda pair: pair[0])[1].tolist(),
     }

@@ -29,8 +29,7 @@ class Followed:
         """Distances between a mesh (vertices, triangles) and the source: points (P, 3) and metres (P,) of each.
 
         First the mesh's corners and middles, from the source, then the source's samples, from the mesh; then the mesh's
-        triangle nearest to each of these, and last the area in m^2 that rods thinner than an edge gain: if they keep
-        their volume they keep their field, with however few sides.
+        triangle nearest to each of these, and the area in m^2 that thin rods gain: they scatter by their volume.
         """
         vertices, triangles = mesh
         ends = topology.edges(triangles).ends
@@ -41,16 +40,13 @@ class Followed:
         return (probes, self.ground.distance(probes)[0]), (self.points, from_source), nearest, gained
 
     def strays(self, mesh, apart, wavelength):
-        """Places (P, 3) where a mesh strays or crosses itself, and the share of their length for edges there, (P,).
-
-        `apart` is the mesh's own. Chords are as deep as the square of their length.
-        """
+        """Places (P, 3) where a mesh strays or crosses itself, and the share of their length for edges there, (P,)."""
         vertices, triangles = mesh
         limit, places, shares = WELL[0] * GOAL[0] * wavelength, [], []
         for points, distance in apart[:2]:
             far = distance > limit
             places.append(points[far])
-            shares.append(np.clip(np.sqrt(limit / distance[far] / 2), *SHARE))
+            shares.append(np.clip(np.sqrt(limit / distance[far] / 2), *SHARE))  # chords are as deep as length^2
         crossed = np.unique(crossings(vertices, triangles))
         places.append(vertices[triangles[crossed]].mean(axis=1))
         shares.append(np.full(len(crossed), CROSSED))
@@ -73,8 +69,8 @@ class Followed:
 def rods(vertices, triangles, edge):
     """True for triangles of rods thinner than `edge` metres, (T,): normals within that distance point to all sides."""
     corners = vertices[triangles]
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    area = np.maximum(np.linalg.norm(normal, axis=1), np.finfo(float).tiny)[:, None]
+    normal = topology.normals(corners)
+    area = np.maximum(np.linalg.norm(normal, axis=1), topology.TINY)[:, None]
     square = (normal[:, :, None] * (normal / area)[:, None]).reshape(-1, 9)
     middle = corners.mean(axis=1)
     near = cKDTree(middle).query(middle, NEAR, distance_upper_bound=edge)[1]  # the number of triangles is no triangle
@@ -82,18 +78,3 @@ def rods(vertices, triangles, edge):
     total = np.stack([column[near].sum(axis=1) for column in of_face.T], axis=1)
     normal, square = total[:, 1:4] / total[:, :1], (total[:, 4:] / total[:, :1]).reshape(-1, 3, 3)
     return (np.linalg.norm(normal, axis=1) < AROUND[0]) & (np.linalg.eigvalsh(square)[:, 1] > AROUND[1])
-
-
-def farthest(pair):
-    """The largest of distances (P,), and its point of (P, 3)."""
-    points, distance = pair
-    return float(distance.max()), points[distance.argmax()]
-
-
-def hausdorff(mesh, source, spacing):
-    """Largest distance from mesh to source and from source to mesh, each (vertices, triangles), and its place.
-
-    Returns ((metres, point), (metres, point)), the point on the surface that the distance is measured from. The source
-    is sampled every `spacing` metres.
-    """
-    return tuple(farthest(pair) for pair in Followed(*source, 2 * spacing).apart(mesh)[:2])

@@ -55,10 +55,7 @@ def openings(vertices, triangles):
 
 
 def across(vertices, rims):
-    """Width in metres of an opening with these rims (R, 2): the median along them, to the rim that they face.
-
-    A point faces the nearest one to which the way along the rims is much longer than the straight one.
-    """
+    """Median width in metres of an opening with these rims (R, 2), to the nearest places that are LONGER along them."""
     start, stop = vertices[rims].transpose(1, 0, 2)
     length = np.maximum(np.linalg.norm(stop - start, axis=1), TINY)
     parts = np.maximum(np.ceil(length / length.sum() * PARTS), 1).astype(int)
@@ -86,14 +83,9 @@ def across(vertices, rims):
 
 
 def pinched(vertices, triangles, narrow, longest):
-    """Close openings at most `narrow` metres wide between two long edges: the ends of their short edges are merged.
-
-    Their rims are at most `longest` metres long. Returns vertices, triangles, the vertex that each became, (V,), and
-    the width of the widest in metres.
-    """
+    """Merge ends of openings up to `narrow` metres wide, with two long edges, rims up to `longest`: as `joins.join`."""
     opened, size = openings(vertices, triangles), len(vertices)
-    ends = vertices[opened.rims]
-    short = np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1) <= narrow
+    short = topology.lengths(vertices, opened.rims) <= narrow
     width = 2 * opened.area / opened.length
     slim = (width <= narrow) & (opened.length <= longest) & (np.bincount(opened.number, ~short, len(width)) == 2)
     mesh_edges = topology.edges(triangles)
@@ -115,10 +107,7 @@ def pinched(vertices, triangles, narrow, longest):
 
 
 def close_holes(vertices, triangles, longest, narrow):
-    """Close openings whose rim is at most `longest` metres long, in pieces that are much larger.
-
-    Also the number of these wider than `narrow` metres; the others are the ends of cracks.
-    """
+    """Close openings with a rim of at most `longest` metres in much larger pieces; count those wider than `narrow`."""
     opened = openings(vertices, triangles)
     piece = topology.components(triangles)[1]
     piece_of = np.zeros(len(vertices), dtype=int)

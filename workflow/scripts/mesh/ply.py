@@ -28,15 +28,20 @@ def read_ply(data):
     if form == "ascii":
         values, lines = elements_of(rows(unix(data), len(header)), elements)
     else:
-        values, lines = _binary(data[end.end() :], elements, ORDERS[form]), {}
+        values, lines, body, start = {}, {}, data[end.end() :], 0
+        try:
+            for name, count, properties in elements:
+                values[name], start = _element(body, start, count, properties, ORDERS[form])
+        except (ValueError, OverflowError, struct.error):
+            raise InputError("its numbers do not go with its header; it may have been cut short.") from None
+        if body[start:].strip(b" \t\r\n\0"):
+            raise InputError(f"it goes on for {len(body) - start} bytes after all that its header announces.")
     points = values.get("vertex", {})
     if not {"x", "y", "z"} <= set(points) or any(isinstance(points[axis], tuple) for axis in "xyz"):
         raise InputError("it has no vertices with x, y and z.")
     faces = values.get("face", {})
     listed = (faces[key] for key in ("vertex_indices", "vertex_index") if isinstance(faces.get(key), tuple))
     sizes, corners = next(listed, ([], []))
-    if not np.isfinite(np.asarray(corners, float)).all():
-        raise InputError("its faces use vertices whose numbers are NaN or infinite.")
     strips = [strip for lengths, ends in values.get("tristrips", {}).values() for strip in _strips(lengths, ends)]
     return Surface(
         np.stack([np.asarray(points[axis], float) for axis in "xyz"], axis=1),
@@ -48,10 +53,7 @@ def read_ply(data):
 
 
 def _header(lines):
-    """The format, and the elements [(name, count, [(property, type)])], of the words of a header's lines.
-
-    The type of a list is two: of its length, and of its entries.
-    """
+    """The format, and elements [(name, count, [(property, type)])] of a header's words; lists have two types."""
     form, elements = None, []
     for words in lines:
         try:
@@ -72,25 +74,8 @@ def _header(lines):
     return form, elements
 
 
-def _binary(body, elements, order):
-    """The values of each element's properties in the bytes after the header, which must all be used."""
-    values, start = {}, 0
-    try:
-        for name, count, properties in elements:
-            values[name], start = _element(body, start, count, properties, order)
-    except (ValueError, OverflowError, struct.error):
-        raise InputError("its numbers do not go with its header; it may have been cut short.") from None
-    if body[start:].strip(b" \t\r\n\0"):
-        raise InputError(f"it goes on for {len(body) - start} bytes after the last element that its header announces.")
-    return values
-
-
 def _element(body, start, count, properties, order):
-    """An element's values by property, read from `start` in the bytes after the header, and the place of its end.
-
-    The values of a list are a pair: the lengths, and the entries one after the other. Raises ValueError or struct.error
-    if the bytes do not suffice.
-    """
+    """An element's values by property, of lists (lengths, entries), from `start` in the body, and where it ends."""
     values = {name: ([], []) if len(kind) == 2 else [] for name, kind in properties}
     if count == 0 or not properties:
         return values, start

@@ -28,9 +28,7 @@ def going(text):
     if _job is None:
         return
     if time.process_time() - _job[2] > MOST:
-        raise InputError(
-            f"{_job[0]}: its meshes took more than {MOST / 60:.0f} minutes, the last of them to {text}. Export it with "
-            "fewer triangles, or without what is much smaller than an edge."
-        )
+        took = f"its meshes took more than {MOST / 60:.0f} minutes, the last of them to {text}"
+        raise InputError(f"{_job[0]}: {took}. Export it with fewer triangles, or without what is very small.")
     if time.monotonic() - _job[3] > EVERY:
         say(f"... {text}")

@@ -23,11 +23,10 @@ READERS = {".stl": read_stl, ".obj": read_obj, ".ply": read_ply, ".off": read_of
 
 
 def read_cad(path, chord=0.0):
-    """Read vertices (V, 3) float64 and triangles (T, 3) of an STL, OBJ, PLY or OFF file, unchanged.
+    """Read vertices (V, 3) float64, unchanged, and triangles (T, 3) that faces are cut into, of a CAD file.
 
-    Faces with more corners are cut into triangles. For a STEP or IGES file triangles are computed, in metres, at most
-    `chord` metres from its surfaces, or as little as is useful. Raises InputError for a file that holds no usable
-    triangles.
+    For a STEP or IGES file triangles are computed, in metres, at most `chord` metres from its surfaces, or as little as
+    is useful. Raises InputError for a file that holds no usable triangles.
     """
     path = Path(path)
     if path.stat().st_size == 0:
@@ -37,7 +36,8 @@ def read_cad(path, chord=0.0):
     try:
         surface = READERS[path.suffix.lower()](path.read_bytes())
     except InputError as error:
-        raise InputError(f"{path} {_joined(str(error))}") from None
+        text = str(error)
+        raise InputError(f"{path} {text[3:] if text.startswith('it ') else f'cannot be read: {text}'}") from None
     _check_numbers(surface, path)
     vertices, sizes, corners, *_ = surface
     vertices = np.where(np.isfinite(vertices), vertices, 0.0)  # no face uses these; later steps drop and count them
@@ -52,51 +52,33 @@ def read_cad(path, chord=0.0):
     return vertices, triangles
 
 
-def _joined(reason):
-    """A reader's message in the form that continues the file's name."""
-    return reason.removeprefix("it ") if reason.startswith("it ") else f"cannot be read: {reason}"
-
-
 def _check_numbers(surface, path):
-    """Refuse faces of two corners, or with vertices that do not exist or are not finite.
-
-    Vertices that no face uses may be anywhere.
-    """
+    """Refuse faces of two corners, or with vertices that do not exist or are not finite."""
     vertices, sizes, corners, lines, face_lines = surface
     owner = np.repeat(np.arange(len(sizes)), sizes)
     wrong = ~((corners >= 0) & (corners < len(vertices)) & (corners == np.floor(corners)))
-    few = sizes < 3
-    if wrong.any() or few.any():
-        face = int(owner[wrong.argmax()]) if wrong.any() else int(few.argmax())
+    if wrong.any() or (sizes < 3).any():
+        face = int(owner[wrong.argmax()] if wrong.any() else (sizes < 3).argmax())
         place = f"face {face}" if face_lines is None else f"line {face_lines[face]}"
-        if not wrong.any() and path.suffix.lower() == ".ply" and face_lines is None:
-            raise InputError(
-                f"{path}: {place} has {sizes[face]} corners, and a face has three or more. Either the file does not "
-                f"hold what its header announces ({len(vertices)} vertices and {len(sizes)} faces), or this face is to "
-                "be deleted. Export it anew."
-            )
-        if not wrong.any():
-            raise InputError(f"{path}: {place}: a face has three corners or more, this one {sizes[face]}. Delete it.")
-        first = 1 if path.suffix.lower() == ".obj" else 0  # OBJ counts from 1
-        raise InputError(
-            f"{path}: {place}: a face uses vertex {corners[wrong.argmax()] + first:.10g}, but there are "
-            f"{len(vertices)} vertices. Export the file anew."
-        )
-    bad = ~np.isfinite(vertices).all(axis=1)
+        counted = f"{len(sizes)} faces and {len(vertices)} vertices are announced"
+        reason = f"has three corners or more, this one {sizes[face]} ({counted})"
+        if wrong.any():
+            number = corners[wrong.argmax()] + (path.suffix.lower() == ".obj")  # OBJ counts from 1
+            reason = f"uses vertex {number:.10g}, but there are {len(vertices)} vertices"
+        raise InputError(f"{path}: {place}: a face {reason}. Export the file anew.")
     corners = corners.astype(np.int64)
-    if not bad[corners].any():
+    bad = ~np.isfinite(vertices).all(axis=1)[corners]
+    if not bad.any():
         return
-    face = owner[bad[corners].argmax()]
+    face, number = owner[bad.argmax()], corners[bad].min()
     if path.suffix.lower() == ".stl":
         where = f"triangle {face}, with corners {vertices[corners[owner == face]].tolist()}"
     else:
-        number = np.unique(corners[bad[corners]])[0]
         where = f"vertex {number + (lines is not None)}, at {vertices[number].tolist()}"
         where += f", in line {lines[number]}" if lines is not None else ""
-    faces = len(np.unique(owner[bad[corners]]))
     raise InputError(
-        f"{path}: {faces} of its {len(sizes)} faces have corners that are not finite numbers (NaN or infinite); the "
-        f"first is {where}. Export the file anew."
+        f"{path}: {len(np.unique(owner[bad]))} of its {len(sizes)} faces have corners that are not finite numbers (NaN "
+        f"or infinite); the first is {where}. Export the file anew."
     )
 
 
@@ -106,10 +88,7 @@ def states_unit(path):
 
 
 def in_metres(vertices, target):
-    """Vertices scaled by the target's `unit` and `scale`, turned by its `rotate` and moved by its `translate`.
-
-    rotate: degrees about x, then y, then z; translate: m.
-    """
+    """Vertices scaled by a target's `unit` and `scale`, turned by `rotate` (degrees), and moved by `translate` (m)."""
     vertices = vertices * UNITS[target.get("unit", "m")] * target.get("scale", 1.0)
     for axis, angle in enumerate(np.radians(target.get("rotate", [0, 0, 0]))):
         j, k = (axis + 1) % 3, (axis + 2) % 3
@@ -122,38 +101,32 @@ def in_metres(vertices, target):
 def check_size(vertices, target, mesh, radar, name, precision="double"):
     """Refuse a target (vertices in metres) whose size shows that its unit is wrong.
 
-    A `length` must be right, and confirms the size. Without one the size must be plausible at the centre
-    frequency, or not far too small if there is a `unit`. The message also says what else a target of that size needs,
-    solved in this `precision`. Files may state their unit (STEP, IGES).
+    A `length` must be right, and confirms the size. Without one the size must be plausible at the centre frequency, or
+    not far too small if there is a `unit`. The message also says what such a target needs, solved in this `precision`.
     """
     size, far = float(np.ptp(vertices, axis=0).max()), float(np.abs(vertices).max())
     if far > FARTHEST * size > 0:
-        raise InputError(
-            f"{name} is {size:.4g} m long but {far:.4g} m from the origin, which is too far for its numbers to "
-            "describe it. Move it to the origin, which the radar's angles and phase refer to."
-        )
-    wavelength, stated, length = C0 / radar["center_frequency"], states_unit(name), target.get("length")
-    gigahertz = radar["center_frequency"] / 1e9
-    text = f"{size:.4g} m ({size / wavelength:.4g} wavelengths at the centre frequency, {gigahertz:.4g} GHz)"
-    likely = "" if stated else _likely_unit(size, target, USUAL * wavelength, AROUND)
+        where = f"{far:.4g} m from the origin, which its phase refers to and its numbers are too short for"
+        raise InputError(f"{name} is {size:.4g} m long but {where}. Move it there.")
+    hertz, stated, length = radar["center_frequency"], states_unit(name), target.get("length")
+    wavelength = C0 / hertz
+    text = f"{size:.4g} m ({size / wavelength:.4g} wavelengths at the centre frequency, {hertz / 1e9:.4g} GHz)"
     box = np.ptp(vertices, axis=0) * (1 if length is None else length / size)
-    remedy, reason = too_fine(box, mesh, radar, precision)
+    reason = too_fine(box, mesh, radar, precision)
+    also = f" For that length, {reason}." if reason else ""
     if length is not None and abs(size - length) > LENGTH_TOLERANCE * length:
         unit = target.get("unit", "m") + (_likely_unit(size, target, length, 1 + LENGTH_TOLERANCE) or ".")
-        also = f" Of that length, {remedy} too: {reason}." if remedy else ""
         raise InputError(
             f"{name} is {text} long, but its 'length' says {length:g} m. Its unit is "
             f"{'stated in the file.' if stated else unit}{also}"
         )
     least, most = (SMALLEST / 3, np.inf) if "unit" in target else (SMALLEST, LARGEST)
     if length is None and not least <= size / wavelength <= most:
-        by = f" by its 'unit: {target['unit']}'" if "unit" in target else ""
-        also = f" and {remedy}, for {reason}" if remedy else ""
-        other = "" if stated or by else " State its 'unit' (m, cm, mm or in), or mend the radar's frequency."
+        likely = "" if stated else _likely_unit(size, target, USUAL * wavelength, AROUND)
         raise InputError(
-            f"{name} would be {text} long{by}, which is too {'long' if size > wavelength else 'short'} to be meant"
-            f"{likely or '; its unit may be mistaken.'}{other} If it is right, state the target's 'length' "
-            f"(length: {size:.4g}){also}."
+            f"{name} would be {text} long, which is too {'long' if size > wavelength else 'short'} to be meant"
+            f"{likely or '; its unit may be mistaken.'} If it is right, state the target's 'length' "
+            f"(length: {size:.4g}).{also}"
         )
 
 

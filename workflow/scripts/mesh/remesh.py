@@ -75,11 +75,7 @@ class Size(NamedTuple):
 
 
 def remesh(vertices, triangles, size, solid, axes=()):
-    """Remesh a surface with edges of the given Size, or shorter ones on average.
-
-    A boundary in one of the mirror planes `axes` stays in it exactly. The surface is a part of the whole `solid`, both
-    (vertices, triangles); no part of it is lost for being thinner than an edge.
-    """
+    """Remesh a surface, part of a whole `solid`, with edges of the Size, or shorter on average; rims in `axes` stay."""
     ground, whole = Ground(vertices, triangles, axes), Ground(*solid)
     source, aim = (vertices, triangles), AIM
     vertices, triangles = halved(vertices, triangles, size.scaled(aim), axes)
@@ -113,18 +109,14 @@ def remesh(vertices, triangles, size, solid, axes=()):
 
 
 def halved(vertices, triangles, size, axes=()):
-    """Halve long edges again and again down to the Size, and collapse the short ones between them each time.
-
-    Needles that are cut to pieces in one go become many times more triangles than wanted. The surface hardly moves.
-    """
+    """Halve long edges down to the Size, collapsing short ones each time; needles cut in one go become far too many."""
     triangles, longest = flip(vertices, triangles, size(vertices), STAY, axes), _ratios(vertices, triangles, size).max()
     while longest > 2:
         longest /= 2
         vertices, triangles = split(vertices, triangles, size, max(longest, LONG))
         triangles = flip(vertices, triangles, size(vertices), STAY, axes)
-        vertices, triangles = collapse(
-            vertices, triangles, Limits(size, TOO_SHORT, LONG * longest, STAY, axes, lambda p: np.zeros(len(p)))
-        )
+        limits = Limits(size, TOO_SHORT, LONG * longest, STAY, axes, lambda points: np.zeros(len(points)))
+        vertices, triangles = collapse(vertices, triangles, limits)
         triangles = flip(vertices, triangles, size(vertices), STAY, axes)
     return vertices, triangles
 
@@ -159,8 +151,7 @@ def split(vertices, triangles, size, longest, ground=None):
         parts = np.maximum(np.rint(ratio), 2)
         points, feature = start + (parts // 2 / parts)[:, None] * (stop - start), topology.features(vertices, triangles)
         if ground is not None:
-            normal = _vertex_normals(vertices, triangles)[ends[cut]].sum(axis=1)
-            normal /= np.maximum(np.linalg.norm(normal, axis=1), np.finfo(float).tiny)[:, None]
+            normal = topology.unit(_vertex_normals(vertices, triangles)[ends[cut]].sum(axis=1))
             points[cut] = _grounded(points[cut], normal, feature[cut], ground, span[cut] / 3)
         vertices, triangles = cut_edges(vertices, triangles, sides, np.where(cut, ratio, 0), points)
 
@@ -177,22 +168,18 @@ def _grounded(points, normal, on_line, ground, most):
 def _vertex_normals(vertices, triangles):
     """Unit normals at the vertices, (V, 3), weighted by angles."""
     weight, normal = topology.angles(vertices[triangles]), topology.shape(vertices[triangles])[0]
-    total = topology.gathered(triangles, weight[:, :, None] * normal[:, None], len(vertices))
-    return total / np.maximum(np.linalg.norm(total, axis=1), np.finfo(float).tiny)[:, None]
+    return topology.unit(topology.gathered(triangles, weight[:, :, None] * normal[:, None], len(vertices)))
 
 
 def relax(vertices, triangles, wanted, ground, way=RELAX, longest=np.inf):
-    """Move vertices part of the way to the middle of their triangles, on the surface; those on features along these.
-
-    `wanted` is the length of edges in metres at the vertices, (V,). No edge grows beyond `longest` metres, (E,).
-    """
+    """Move vertices of `wanted` (V,) edges on the ground, part of the way to the middle of triangles or features."""
     seen = lines(vertices, triangles)
     normal, _, angle = topology.shape(vertices[triangles])
     weight = topology.areas(vertices, triangles) / wanted[triangles].mean(axis=1) ** 2
     middle = vertices[triangles].mean(axis=1)
     moment = np.repeat(np.column_stack([weight[:, None] * middle, weight])[:, None], 3, axis=1)
     total = topology.gathered(triangles, moment, len(vertices))
-    target = total[:, :3] / np.maximum(total[:, 3:], np.finfo(float).tiny)
+    target = total[:, :3] / np.maximum(total[:, 3:], topology.TINY)
     line = (seen.count == 2) & ~seen.fixed
     ends = seen.edges.ends[seen.feature]
     target[line] = (topology.gathered(ends, vertices[ends[:, ::-1]], len(vertices)) / 2)[line]
@@ -214,11 +201,7 @@ def relax(vertices, triangles, wanted, ground, way=RELAX, longest=np.inf):
 
 
 def narrowed(vertices, triangles, size, ground, axes):
-    """Move vertices so that triangles along open borders are narrow, and as long along these as before.
-
-    The current along a border grows without limit towards it: the part that wide triangles miss is most of the error
-    of a plate without thickness. Borders in the mirror planes `axes` are not open.
-    """
+    """Move vertices so that triangles along open borders, where the current has no limit, are narrow, not shorter."""
     borders = _borders(vertices, triangles, axes)[0]
     for _ in range(SETTLE if len(borders) else 0):
         tree, wanted, ends = igl.AABB(), size(vertices), topology.edges(triangles).ends
@@ -241,10 +224,7 @@ def _borders(vertices, triangles, axes):
 
 
 def lift_chords(vertices, triangles, source, axis):
-    """Mend edges inside a half that lie in its mirror plane `axis`: there the mirror image would touch it.
-
-    Their middle is put where the half `source` (vertices, triangles) passes over it.
-    """
+    """Put middles of inner edges that lie in the mirror plane `axis` where the half `source` passes over them."""
     while True:
         ends, sides, count = topology.edges(triangles)
         chord = (vertices[ends][:, :, axis] == 0).all(axis=1) & (count > 1)
@@ -261,40 +241,27 @@ def lift_chords(vertices, triangles, source, axis):
 def restore_volume(vertices, triangles, source, volume, edge, axes):
     """Move vertices outwards so that the mesh has `volume` m^3: chords of a convex surface lie inside it.
 
-    Each vertex moves as the distances of its faces' centres from the closed `source` (vertices, triangles) ask for:
-    flat parts stay as they are, and noses go ahead as far as the mesh's area, other walls and the length of its edges,
-    wanted of `edge` metres, allow. Vertices in the mirror planes `axes` stay there; the mesh is then the part of the
-    source on their positive sides.
+    Each vertex moves as the distances of its faces' centres from the closed `source` (vertices, triangles) ask for, and
+    noses as far ahead as area, walls and edges (`edge` metres are wanted) allow. Vertices in the planes `axes` stay.
     """
     now = topology.tetrahedra(vertices, triangles).sum()
     if abs(now - volume) < NO_LOSS * abs(volume):
         return vertices
     corners = vertices[triangles]
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])  # twice the area long
     depth = -distances(corners.mean(axis=1), *source, signed=True)
-    abouts = [
-        _about(vertices, triangles, of, normal, axes) for of in (_own_depth(corners, Ground(*source), depth), depth)
-    ]
-    area = (1 + GAIN * GOAL[1]) * topology.areas(*source).sum() / 2 ** len(axes)
-    longest = max(P99 * edge, np.percentile(topology.edge_lengths(vertices, triangles), 99))
+    depths, normal = (_own_depth(corners, Ground(*source), depth), depth), topology.normals(corners)
+    abouts = [_about(vertices, triangles, each, normal, axes) for each in depths]
     for blunt in BLUNT:
         restored = _restored(vertices, triangles, abouts, volume, blunt)
-        if _is_sound(restored, triangles, area, longest):
+        if _is_sound(restored, (vertices, triangles), source, GAIN * GOAL[1], edge, axes):
             break
     return restored
 
 
 def restore_chords(vertices, triangles, source, edge, axes):
-    """Move vertices of an open mesh so that chords are equally inside and outside the `source` (vertices, triangles).
-
-    Replaces `restore_volume`, with the same arguments, where there is no volume: faces ask for steps by their distance
-    along their normals, and edges of open borders by their distance in the planes of their faces. Steps go as far as
-    the goal for the area, the length of edges and other walls allow.
-    """
-    corners = vertices[triangles]
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    ground = Ground(*source)
-    of_faces = _about(vertices, triangles, _own_depth(corners, ground), normal, axes)
+    """Move vertices of an open mesh so that chords are equally inside and outside: see `restore_volume`."""
+    corners, ground = vertices[triangles], Ground(*source)
+    of_faces = _about(vertices, triangles, _own_depth(corners, ground), topology.normals(corners), axes)
     borders, owner = _borders(vertices, triangles, axes)
     middle = vertices[borders].mean(axis=1)
     along = vertices[borders[:, 1]] - vertices[borders[:, 0]]
@@ -304,31 +271,25 @@ def restore_chords(vertices, triangles, source, edge, axes):
     ends = np.concatenate([borders[:, [0, 0, 1]], borders[:, [0, 1, 1]]])  # as triangles, for both ends alike
     of_borders = _about(vertices, ends, np.tile(away, 2), np.tile(out, (2, 1)), axes)
     step = SAG * _push(of_faces, BLUNT[0])[0]
-    out = of_borders.area / np.maximum(np.linalg.norm(of_borders.area, axis=1), np.finfo(float).tiny)[:, None]
+    out = topology.unit(of_borders.area)
     step += BORDER_SAG * _push(of_borders, BLUNT[0])[0] - (step * out).sum(axis=1)[:, None] * out  # tilted faces' part
-    area = (1 + GOAL[1]) * topology.areas(*source).sum() / 2 ** len(axes)
-    longest = max(P99 * edge, np.percentile(topology.edge_lengths(vertices, triangles), 99))
     for way in WAYS:
         restored = vertices + way * step
-        if _is_sound(restored, triangles, area, longest):
+        if _is_sound(restored, (vertices, triangles), source, GOAL[1], edge, axes):
             return restored
     return vertices
 
 
-def _is_sound(vertices, triangles, area, longest):
-    """True if a mesh has at most `area` m^2, 99 % of its edges at most `longest` metres, and does not cross itself."""
-    kept = topology.areas(vertices, triangles).sum() <= area
+def _is_sound(vertices, mesh, source, gain, edge, axes):
+    """True if moved to `vertices` a mesh gains little area, most edges stay short, and it does not cross itself."""
+    triangles, longest = mesh[1], max(P99 * edge, np.percentile(topology.edge_lengths(*mesh), 99))
+    kept = topology.areas(vertices, triangles).sum() <= (1 + gain) * topology.areas(*source).sum() / 2 ** len(axes)
     kept &= np.percentile(topology.edge_lengths(vertices, triangles), 99) <= longest
     return kept and not len(crossings(vertices, triangles))
 
 
 def _restored(vertices, triangles, abouts, volume, blunt):
-    """The vertices of `restore_volume` with this `blunt`: see `_push`.
-
-    abouts: the About by the distance of each face's centre from its own side of a wall, and by that from the nearest.
-    For a tube with a thin wall, which gains outside what it loses inside, the volume does not tell how far to go: each
-    side moves by the mean distance of curved faces from their own side of the wall.
-    """
+    """The vertices of `restore_volume`, by the About from faces' own sides of walls and that from the nearest sides."""
     now = topology.tetrahedra(vertices, triangles).sum()
     push, lost = _push(abouts[0], blunt)
 
@@ -336,6 +297,7 @@ def _restored(vertices, triangles, abouts, volume, blunt):
         return topology.tetrahedra(vertices + np.where(lost, losing, gaining)[:, None] * push, triangles).sum()
 
     slopes = np.array([volume_at(1, 0), volume_at(0, 1)]) - now
+    # A thin tube gains outside what it loses inside: its sides move by their mean distance from their own walls.
     if lost.any() and abs(slopes.sum()) < CANCELLED * abs(slopes).sum():
         scales, slope = np.full(2, SAG), 2 * slopes  # both sides take half of what is missing
     else:  # a blade would grow for volume missing elsewhere, if its sides moved by more than its thickness
@@ -358,17 +320,13 @@ class About(NamedTuple):
 
 
 def _about(vertices, triangles, depth, normal, axes):
-    """The About of faces of twice the area `normal` (T, 3) that are to go `depth` (T,) metres outwards.
-
-    Faces that lie on the source keep noses in their plane. A vertex in one of the mirror planes `axes` stays in it, and
-    its mean is all of its step.
-    """
-    size = np.maximum(np.linalg.norm(normal, axis=1), np.finfo(float).tiny)[:, None]
+    """The About of faces of twice the area `normal` (T, 3) to go `depth` (T,) m outwards; planes `axes` hold theirs."""
+    size = np.maximum(np.linalg.norm(normal, axis=1), topology.TINY)[:, None]
     square = ((normal / size)[:, :, None] * normal[:, None]).reshape(-1, 9)
     stiff = np.where(np.abs(depth)[:, None] < ON * np.sqrt(size), STIFF, 1.0)
     of_face = np.concatenate([size, depth[:, None] * normal, square, stiff * square, normal], axis=1)
     around = topology.gathered(triangles, np.repeat(of_face[:, None], 3, axis=1), len(vertices))
-    around[:, 1:22] /= np.maximum(around[:, :1], np.finfo(float).tiny)
+    around[:, 1:22] /= np.maximum(around[:, :1], topology.TINY)
     mean, square, matrix = around[:, 1:4], around[:, 4:13].reshape(-1, 3, 3), around[:, 13:22].reshape(-1, 3, 3)
     missing, area = mean - (square @ mean[:, :, None])[:, :, 0], around[:, 22:]
     for axis in axes:
@@ -378,21 +336,13 @@ def _about(vertices, triangles, depth, normal, axes):
 
 
 def _push(about, blunt):
-    """Steps (V, 3) of the vertices, and which of them lose volume, (V,).
-
-    Each is the mean of the steps that its faces ask for, plus the rest of these by least squares: a nose, whose sides
-    ask for opposite steps, goes ahead, as chords cut it off; the larger `blunt`, the less.
-    """
+    """Steps (V, 3) of vertices, at noses by least squares, less for larger `blunt`; also which lose volume, (V,)."""
     push = about.mean + np.linalg.solve(about.matrix + blunt * np.eye(3), about.missing[:, :, None])[:, :, 0]
     return push, (push * about.area).sum(axis=1) < 0
 
 
 def _own_depth(corners, ground, depth=None):
-    """Depths of the centres of triangles (corners (T, 3, 3)) beneath the wall of their side of a surface, (T,).
-
-    ground: the surface's `Ground`. depth: depths beneath the nearest wall, (T,), if known, as for a closed surface:
-    they are kept where the nearest wall is of their side.
-    """
+    """Depths of triangles' centres beneath the wall of their side, (T,): `depth`, of the nearest, if that is theirs."""
     points, normal = corners.mean(axis=1), topology.shape(corners)[0]
     apart, face = ground.distance(points)
     other = np.arange(len(points))

@@ -9,8 +9,8 @@ from isarflow.mesh.arrange import arrange
 from isarflow.mesh.boxes import check_hubs
 from isarflow.mesh.contact import land
 from isarflow.mesh.details import without_details
+from isarflow.mesh.distance import loaded
 from isarflow.mesh.joins import close_gaps, join_exactly, left_open
-from isarflow.mesh.meshlab import loaded
 from isarflow.mesh.slits import close_slits
 from isarflow.mesh.thin import thin
 
@@ -22,11 +22,9 @@ TOUCH = 1 / 4000  # wanted edges: surfaces no farther apart lie on each other; a
 def repair(vertices, triangles, edge, name):
     """Merge, weld, close, thin, orient and unite a surface for meshes of `edge` metres.
 
-    Returns vertices, triangles, a mapping of the number of each repair, and a mapping of `tolerance` (metres within
-    which rims were joined), `joined_by` (widest gap in metres that was closed between rims), `thinned_by`
-    (largest distance in metres between the CAD surface and the thinned one; 0 if it was not thinned),
-    `thinned_area` in m^2 and `thinned_volume` in m^3 (the CAD surface's minus the thinned one's), `warnings` (sentences
-    about openings). Raises InputError, naming `name`.
+    Returns vertices, triangles, the number of each repair, and a mapping of `tolerance` (metres within which rims were
+    joined), `joined_by` (metres, the widest gap that was), `thinned_by` (metres between the CAD surface and the thinned
+    one), `thinned_area` in m^2 and `thinned_volume` in m^3 (its minus the thinned one's), `warnings` about openings.
     """
     vertices, triangles, counts = _clean(vertices, triangles, name)
     check_hubs(vertices, triangles, name)
@@ -40,10 +38,9 @@ def repair(vertices, triangles, edge, name):
     whole = vertices, triangles
     vertices, triangles, thinned_by = thin(vertices, triangles, edge)
     counts["thinned_triangles"] = len(whole[1]) - len(triangles)
-    area, volume = (
-        float(measure(*whole).sum() - measure(vertices, triangles).sum())
-        for measure in (topology.areas, topology.tetrahedra)
-    )
+    limits = {"tolerance": tolerance, "joined_by": joined_by, "thinned_by": thinned_by}
+    for kind, measure in (("area", topology.areas), ("volume", topology.tetrahedra)):
+        limits[f"thinned_{kind}"] = float(measure(*whole).sum() - measure(vertices, triangles).sum())
     close = max(close, TOUCH * edge)
     vertices, triangles, counts["closed_slits"] = close_slits(vertices, triangles, tolerance, close, name)
     vertices, triangles, arranged = arrange(vertices, triangles, close, name)
@@ -51,18 +48,18 @@ def repair(vertices, triangles, edge, name):
         raise InputError(f"{name}: nothing is left of it: its triangles are too narrow to have two sides.")
     triangles, turned = topology.orient(vertices, triangles, name)
     counts["turned_triangles"] += turned
-    counts |= arranged
-    limits = {"tolerance": tolerance, "joined_by": joined_by, "thinned_by": thinned_by}
-    limits |= {"thinned_area": area, "thinned_volume": volume}
-    return vertices, triangles, counts, limits | {"warnings": left_open(vertices, triangles, edge, tolerance, name)}
+    limits["warnings"] = left_open(vertices, triangles, edge, tolerance, name)
+    return vertices, triangles, counts | arranged, limits
 
 
 def _clean(vertices, triangles, name):
     """Merge almost equal vertices; drop triangles without area or duplicate, and unused vertices."""
     # A triangle two of whose corners are one vertex, before or after merging, has no area.
     distinct = triangles[topology.have_three_corners(triangles)]
+    place = topology.place(vertices[triangles[0, 0]])
+    nothing = InputError(f"{name}: all of its {len(triangles)} triangles are without area, near {place}.")
     if len(distinct) == 0:
-        raise _without_area(vertices, triangles, name)
+        raise nothing
     meshes = loaded(vertices, distinct)
     mesh = meshes.current_mesh()
     close = pymeshlab.PureValue(CLOSE * np.linalg.norm(np.ptp(vertices[topology.used(triangles)], axis=0)))
@@ -79,14 +76,7 @@ def _clean(vertices, triangles, name):
         step()
         counts[key] = before - count()
         if count() == 0:
-            raise _without_area(vertices, triangles, name)
+            raise nothing
     kept = mesh.face_number() + counts["duplicate_triangles"]
     counts["degenerate_triangles"] = len(triangles) - kept  # the library drops some while it merges
     return mesh.vertex_matrix(), mesh.face_matrix(), counts
-
-
-def _without_area(vertices, triangles, name):
-    return InputError(
-        f"{name}: all of its {len(triangles)} triangles are without area, near "
-        f"{topology.place(vertices[triangles[0, 0]])}."
-    )

@@ -10,16 +10,8 @@ SINGLE = 300  # edges in a wavelength; with 500 a plate was not solved in single
 FINEST = 10_000  # edges in a wavelength: beyond, double precision too loses the current's loops
 
 
-def wanted_edge(mesh, radar):
-    """The mean edge in metres that the highest band's mesh has for its wavelength, for targets of any size."""
-    return sweep.C0 / sweep.frequencies(radar)[-1] / mesh["edges_per_wavelength"]
-
-
 def wanted_edges(mesh, radar, box):
-    """The mean edge in metres that each band's mesh of a target is to have, lowest band first.
-
-    The target's lengths along x, y and z are `box` (metres).
-    """
+    """The mean edge in metres of each band's mesh, lowest band first, of a target of lengths `box` along x, y and z."""
     most = float(max(box)) / ACROSS
     bands = sweep.bands(radar, mesh["bands"])
     return [min(most, sweep.C0 / band[-1] / mesh["edges_per_wavelength"]) for band in bands]
@@ -27,23 +19,21 @@ def wanted_edges(mesh, radar, box):
 
 def check_resolution(box, mesh, radar, name, precision="double"):
     """Refuse a target of lengths `box` along x, y and z (metres) that its solve's precision cannot do at its size."""
-    remedy, reason = too_fine(box, mesh, radar, precision)
-    if remedy:
-        raise InputError(
-            f"{name} is too small for its solve: {reason}; {remedy}. If it should be larger, see its 'unit'."
-        )
+    reason = too_fine(box, mesh, radar, precision)
+    if reason:
+        raise InputError(f"{name} is too small for its solve: {reason}, or mend its 'unit'.")
 
 
 def too_fine(box, mesh, radar, precision):
-    """Say what would make a target (see `check_resolution`) solvable, and why it is not; both empty if it is."""
+    """Say why a target (see `check_resolution`) is not solvable, and what would make it so; '' if it is."""
     frequency, edge = sweep.bands(radar, mesh["bands"])[0][-1], wanted_edges(mesh, radar, box)[0]
     density, length = sweep.C0 / frequency / edge, float(max(box))
     most = SINGLE if precision == "single" else FINEST
     if density <= most:
-        return "", ""
+        return ""
     remedy = "raise the frequency" if density > FINEST else "set 'scattering.precision: double'"
-    return remedy, (
+    return (
         f"{length:.4g} m are {length * frequency / sweep.C0:.3g} wavelengths at {frequency / 1e9:g} GHz, so that with "
         f"{length / edge:.0f} edges across it there are {density:.0f} in a wavelength, and {most} are the most for "
-        f"{precision} precision"
+        f"{precision} precision: {remedy}"
     )

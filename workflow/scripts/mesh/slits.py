@@ -15,8 +15,7 @@ MITRE = 1 / 3  # of its length: the least height of a corner's step above the wa
 def close_slits(vertices, triangles, widest, close, name):
     """Move walls of slits `close` to `widest` metres wide across into the other wall; also the number of solids.
 
-    A slit is where a whole triangle of a closed solid faces another solid's wall, from outside or a little from inside.
-    The union of the solids then has no slit. The triangles face outwards.
+    A slit is where a whole triangle of a closed solid faces another's wall, from outside or a little from inside.
     """
     piece, closed = topology.closed_pieces(triangles)
     closed = closed[piece]
@@ -58,16 +57,12 @@ def close_slits(vertices, triangles, widest, close, name):
 
 
 def _raised(vertices, triangles, height, first):
-    """Move triangles by `height` metres in the direction they face, with strips to their old rims.
-
-    Returns their new vertices, which are numbered from `first`, and all these triangles.
-    """
+    """Move triangles by `height` metres where they face: new vertices, numbered from `first`; these, strips to rims."""
     normal, names = topology.shape(vertices[triangles])[0], topology.used(triangles)
     number = np.zeros(len(vertices), dtype=np.int64)
     number[names] = np.arange(len(names))
     raised = number[triangles]
-    step = topology.gathered(raised, np.repeat(normal[:, None], 3, axis=1), len(names))
-    step /= np.maximum(np.linalg.norm(step, axis=1), np.finfo(float).tiny)[:, None]
+    step = topology.unit(topology.gathered(raised, np.repeat(normal[:, None], 3, axis=1), len(names)))
     least = np.ones(len(names))
     np.minimum.at(least, raised, (step[raised] * normal[:, None]).sum(axis=2))
     new = vertices[names] + step * (height / np.maximum(least, MITRE))[:, None]

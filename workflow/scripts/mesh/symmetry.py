@@ -1,7 +1,4 @@
-"""Mirror planes: cut a target there, and put the parts together so that they agree to the last bit.
-
-A plane is given by the coordinate that it sets to zero: 0 for yz (x = 0), 1 for xz (y = 0), 2 for xy (z = 0).
-"""
+"""Mirror planes: cut a target there, and put the parts together so that they agree to the last bit."""
 
 import itertools
 
@@ -10,7 +7,7 @@ import numpy as np
 from isarflow.core import sweep
 from isarflow.mesh import topology
 
-AXES = {"yz": 0, "xz": 1, "xy": 2}  # mirror plane -> the coordinate that changes sign
+AXES = {"yz": 0, "xz": 1, "xy": 2}  # mirror plane -> the coordinate that is zero there, by which a plane is given
 ASYMMETRY = 1 / 100  # wavelengths at the top frequency between a target and its mirror image
 
 
@@ -30,10 +27,7 @@ def mirrored(points, axis):
 
 
 def positive_half(vertices, triangles, tolerance, axis):
-    """The part on the plane's positive side, open along the plane, with vertices exactly on the plane there.
-
-    Vertices within `tolerance` metres of the plane are put on it. Faces in the plane, their own image, belong to it.
-    """
+    """The part on the plane's positive side, with faces in it; vertices within `tolerance` metres are put onto it."""
     vertices = vertices.copy()
     vertices[np.abs(vertices[:, axis]) <= tolerance, axis] = 0.0
     y = vertices[triangles][:, :, axis]

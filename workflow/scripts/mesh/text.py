@@ -1,7 +1,4 @@
-"""Read text files as numbers in lines, and the elements that a header announces in them (PLY, OFF).
-
-Header and lines must agree: if they do not, InputError names the line.
-"""
+"""Read text files as numbers in lines, and the elements that a header announces there (PLY, OFF), or name the line."""
 
 import io
 from typing import NamedTuple
@@ -22,7 +19,6 @@ class Rows(NamedTuple):
     start: np.ndarray  # (R + 1,) the first number of each line, and N
     line: np.ndarray  # (R,) the lines' places in the file, from 1
     text: bytes  # of the file
-    wrong: object = None  # the line and the content of the first word that is not a number
 
 
 def unix(data):
@@ -41,14 +37,11 @@ def quoted(place, line):
 
 def number(word):
     """A word as a number, also in Fortran's form. Raises ValueError."""
-    try:
-        return float(word)
-    except ValueError:
-        return float(word.translate(FORTRAN))
+    return float(word.translate(FORTRAN))
 
 
 def point(words, place, line):
-    """These three words as numbers. `line` is the line's text, and `place` its number."""
+    """Three words as numbers, of the text and number of this line."""
     try:
         x, y, z = map(number, words)
     except ValueError:
@@ -63,7 +56,7 @@ def _comma(text):
 def rows(text, skipped=0):
     """The Rows of a text (see `unix`) after so many bytes of header."""
     body, before = text[skipped:], text.count(b"\n", 0, skipped)
-    codes, wrong = np.frombuffer(body, np.uint8), None
+    codes = np.frombuffer(body, np.uint8)
     blank = codes <= ord(" ")
     begins = ~blank
     begins[1:] &= blank[:-1]
@@ -72,45 +65,36 @@ def rows(text, skipped=0):
     try:
         numbers = np.fromstring(body, sep=" ") if len(words) else np.empty(0)
     except ValueError:
-        numbers = None
-    if numbers is None or len(numbers) != len(words):  # one by one, to find the wrong one
-        split, found = [line.split() for line in body.split(b"\n")], []
-        for place, of_line in enumerate(split, before + 1):
-            for word in of_line:
+        numbers = ()
+    if len(numbers) != len(words):  # one by one, to find the wrong one
+        numbers = []
+        for place, line in enumerate(body.split(b"\n"), before + 1):
+            for word in line.split():
                 try:
-                    found.append(number(word))
+                    numbers.append(number(word))
                 except ValueError:
-                    found.append(np.nan)
-                    wrong = wrong or (place, word)
-        numbers, ends = np.array(found), np.cumsum([len(of_line) for of_line in split])
+                    what = f"{word.decode('latin-1')!r} is not a number{_comma(word)}"
+                    raise InputError(f"{quoted(place, line)}: {what}.") from None
     filled = np.flatnonzero(np.diff(ends, prepend=0))
-    return Rows(numbers, np.append(0, ends[filled]), filled + before + 1, text, wrong)
+    return Rows(np.array(numbers), np.append(0, ends[filled]), filled + before + 1, text)
 
 
 def elements_of(found, elements):
     """The values of `elements`, [(name, count, [(property, type)])], in Rows, and the line of each, as two mappings.
 
-    The first has the values of each element's properties, (count,), or for a list, whose type is two, its lengths and
-    its entries one after the other. Each element has a line, which may go on after its last property; or numbers
-    follow each other without regard to lines, and none may be left over.
+    The values of a property are (count,), or for a list, whose type is two, its lengths and its entries one after the
+    other. Each element has a line, which may go on after its last property, or numbers follow without regard to lines.
     """
     elements = [row for row in elements if row[2]]
     if not elements:
         return {}, {}
-    names, counts = [name for name, *_ in elements], [count for _, count, _ in elements]
-    if found.wrong:
-        place, word = found.wrong
-        which = np.searchsorted(np.cumsum(counts), np.searchsorted(found.line, place), "right")
-        _refuse(
-            found, place, names[min(which, len(names) - 1)], f"{word.decode('latin-1')!r} is not a number{_comma(word)}"
-        )
-    start, line = found.start, found.line
-    if len(line) != sum(counts):
+    start, line, announced = found.start, found.line, sum(count for _, count, _ in elements)
+    if len(line) != announced:
         start = _one_by_one(found, elements)
         if start is None:
-            said = " and ".join(f"{count} of '{name}'" for name, count in zip(names, counts, strict=True))
+            said = " and ".join(f"{count} of '{name}'" for name, count, _ in elements)
             last = f"line {line[-1]} is the last" if len(line) else "there are none"
-            short = "; it may have been cut short" if len(line) < sum(counts) else ""
+            short = "; it may have been cut short" if len(line) < announced else ""
             raise InputError(f"its header announces {said}, but {len(line)} lines of numbers follow ({last}){short}.")
         line = line[np.searchsorted(found.start, start[:-1], "right") - 1]
     values, lines, first = {}, {}, 0
@@ -128,15 +112,11 @@ def _refuse(found, place, name, reason):
 
 
 def _one_by_one(found, elements):
-    """Places where each element begins, and the last ends, if all numbers follow each other.
-
-    None if they are too few or too many; or if the first element of a kind does not begin a line, unless all lines have
-    the same length.
-    """
+    """Places where each element begins, and the last ends, if all numbers follow each other; None if they cannot."""
     numbers, start, at = found.numbers, [], 0
     as_long = len(set(np.diff(found.start)[:-1].tolist())) <= 1
     for _, count, properties in elements:
-        if not as_long and at not in found.start:
+        if not as_long and at not in found.start:  # an element of a kind begins in a line
             return None
         for _ in range(min(count, len(numbers) + 1)):
             start.append(at)
@@ -154,16 +134,15 @@ def _element(found, start, end, line, name, properties):
     for key, kind in properties:
         if (at >= end).any():
             k = (at >= end).argmax()
-            keys = ", ".join(key for key, _ in properties)
-            _refuse(found, line[k], name, f"it has too few numbers for {keys}; it may have been cut short")
+            _refuse(found, line[k], name, f"it has too few numbers for {', '.join(key for key, _ in properties)}")
         values[key], at = numbers[at], at + 1
         if len(kind) == 2:
             lengths = values[key]
             bad = ~((lengths >= 0) & (lengths <= end - at) & (lengths == np.floor(lengths)))
             if bad.any():
                 k = bad.argmax()
-                reason = f"it announces {lengths[k]:g} numbers in {key}, but {end[k] - at[k]} follow"
-                _refuse(found, line[k], name, f"{reason}; it may have been cut short")
+                follow = end[k] - at[k]
+                _refuse(found, line[k], name, f"it announces {lengths[k]:g} numbers in {key}, but {follow} follow")
             lengths = lengths.astype(np.int64)
             before = np.cumsum(lengths) - lengths
             values[key] = lengths, numbers[np.repeat(at - before, lengths) + np.arange(lengths.sum())]
@@ -175,17 +154,13 @@ def _element(found, start, end, line, name, properties):
 
 
 def _odd(size, more):
-    """The first row with an unusual number, `more`, of numbers after its list of `size` that were not announced.
-
-    None if there is none: if the number is always the same, grows with the list (some programs write numbers for each
-    corner), or is a colour on some rows only.
-    """
+    """The first row, or None, with an unusual number, `more`, of numbers after its list of `size`, not announced."""
     if (more == more[:1]).all():
         return None
     plain = more == 0
     if set(more.tolist()) in ({0, count} for count in COLOURS) and np.isin(size[plain], size[~plain]).all():
         return None
     kinds, count = np.unique(np.stack([size, more]), axis=1, return_counts=True)
-    if (np.diff(kinds[0]) > 0).all() and (np.diff(kinds[1]) >= 0).all():
+    if (np.diff(kinds[0]) > 0).all() and (np.diff(kinds[1]) >= 0).all():  # it grows with the list: of each corner
         return None
     return (more != kinds[1, count.argmax()]).argmax()

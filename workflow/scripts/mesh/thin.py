@@ -4,9 +4,8 @@ import numpy as np
 
 from isarflow.mesh import topology
 from isarflow.mesh.arrange import crossings
-from isarflow.mesh.distance import samples
+from isarflow.mesh.distance import loaded, samples
 from isarflow.mesh.ground import Ground
-from isarflow.mesh.meshlab import loaded
 from isarflow.mesh.progress import say
 
 FEW = 20_000  # triangles; no surface is thinned to fewer
@@ -16,10 +15,7 @@ OFF, LOST = 1 / 40, 2e-3  # wanted edges, and share of the area, by which a thin
 
 
 def thin(vertices, triangles, edge):
-    """Thin a surface to about as many triangles as edges of a share of `edge` metres need; also metres it moved by.
-
-    A surface that would be too far off, lose area or cross itself keeps more triangles, and in the end all of them.
-    """
+    """Thin a surface to the triangles that edges of a share of `edge` metres need, or more; also metres it moved by."""
     whole, area = (vertices, triangles), topology.areas(vertices, triangles).sum()
     for share in SHARES:
         enough = max(int(area / (np.sqrt(3) / 4 * (share * edge) ** 2)), FEW)
@@ -27,8 +23,12 @@ def thin(vertices, triangles, edge):
             break
         say(f"thin {len(triangles)} triangles to {enough}")
         made = _decimated(vertices, triangles, enough)
-        off = max(_apart(whole, made, edge), _apart(made, whole, edge))
-        if off <= OFF * edge and abs(topology.areas(*made).sum() - area) <= LOST * area and not _opens(made, whole):
+        pairs = (whole, made), (made, whole)
+        off = max(float(Ground(*to).distance(samples(*of, edge / 2)[0])[0].max()) for of, to in pairs)
+        if off > OFF * edge or abs(topology.areas(*made).sum() - area) > LOST * area:
+            continue
+        crossed = _crosses_itself(*made)  # solids would open when they are united
+        if crossed == 0 or crossed <= _crosses_itself(*whole):
             return *made, off
     return vertices, triangles, 0.0
 
@@ -36,28 +36,10 @@ def thin(vertices, triangles, edge):
 def _decimated(vertices, triangles, count):
     """The surface with `count` triangles, or more where its topology asks for them."""
     meshes = loaded(vertices, triangles)
-    meshes.meshing_decimation_quadric_edge_collapse(
-        targetfacenum=count,
-        preserveboundary=True,
-        preservenormal=True,
-        preservetopology=True,
-        planarquadric=True,
-        planarweight=FLAT,
-        autoclean=False,
-    )
+    kept = dict.fromkeys(("preserveboundary", "preservenormal", "preservetopology", "planarquadric"), True)
+    meshes.meshing_decimation_quadric_edge_collapse(targetfacenum=count, planarweight=FLAT, autoclean=False, **kept)
     mesh = meshes.current_mesh()
     return topology.compact(mesh.vertex_matrix(), mesh.face_matrix())
-
-
-def _apart(surface, other, edge):
-    """Largest distance in metres from a surface to another, both (vertices, triangles)."""
-    return float(Ground(*other).distance(samples(*surface, edge / 2)[0])[0].max())
-
-
-def _opens(made, whole):
-    """True if more walls of single pieces cross than before, which would open solids when they are united."""
-    crossed = _crosses_itself(*made)
-    return crossed > 0 and crossed > _crosses_itself(*whole)
 
 
 def _crosses_itself(vertices, triangles):

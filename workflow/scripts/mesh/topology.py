@@ -9,14 +9,7 @@ from scipy.sparse.csgraph import connected_components
 from isarflow.core.errors import InputError
 
 FEATURE_ANGLE = 40.0  # degrees between face normals; sharper edges are features and stay
-
-
-class OneSided(InputError):
-    """A surface that has only one side near `point`, (3,) in metres."""
-
-    def __init__(self, point, message):
-        super().__init__(message)
-        self.point = point
+TINY = np.finfo(float).tiny  # keeps divisions by a length of zero finite
 
 
 class Edges(NamedTuple):
@@ -28,7 +21,7 @@ class Edges(NamedTuple):
 
 
 def edges(triangles):
-    """The Edges of triangles (T, 3)."""
+    """Return the Edges of triangles (T, 3)."""
     after = np.roll(triangles, -1, axis=1)
     low, high = np.minimum(triangles, after).astype(np.int64), np.maximum(triangles, after)
     # One number for each pair sorts much faster than pairs do, in the same order.
@@ -38,29 +31,26 @@ def edges(triangles):
 
 
 def rims(triangles):
-    """Edges with one triangle, (R, 2), the triangle of each, (R,), and its side there, (R,)."""
+    """Return edges with one triangle, (R, 2), the triangle of each, (R,), and its side there, (R,)."""
     ends, sides, count = edges(triangles)
     triangle, side = np.nonzero(count[sides] == 1)
     return ends[sides[triangle, side]], triangle, side
 
 
 def side_pairs(edges, chosen):
-    """The two sides that meet at each of the `chosen` edges, (P, 2): side k of triangle t is 3 t + k.
-
-    `chosen` is True for edges of `edges`, (E,), each with two triangles.
-    """
+    """Return the two sides at each of the `chosen` edges (a mask, (E,)), (P, 2): side k of triangle t is 3 t + k."""
     order = np.argsort(edges.sides, axis=None, kind="stable")
     return order[chosen[edges.sides.ravel()[order]]].reshape(-1, 2)
 
 
 def groups(pairs, size):
-    """Number of groups of nodes 0 to `size` - 1 connected by pairs (P, 2), and the group of each, (size,)."""
+    """Count the groups of nodes 0 to `size` - 1 connected by pairs (P, 2); also the group of each node, (size,)."""
     graph = coo_array((np.ones(len(pairs)), pairs.T), shape=(size, size))
     return connected_components(graph, directed=False)
 
 
 def features(vertices, triangles):
-    """True for each edge that is a crease, a boundary or a junction, (E,)."""
+    """Return True for each edge that is a crease, a boundary or a junction, (E,)."""
     mesh_edges = edges(triangles)
     feature = mesh_edges.count != 2
     pairs = side_pairs(mesh_edges, ~feature)
@@ -70,26 +60,26 @@ def features(vertices, triangles):
 
 
 def unknowns(triangles):
-    """Number of RWG functions: an edge shared by n triangles carries n - 1."""
+    """Count the RWG functions: an edge shared by n triangles carries n - 1."""
     return int((edges(triangles).count - 1).sum())
 
 
 def is_watertight(triangles):
-    """True if every edge has exactly two triangles, which run through it in opposite directions."""
+    """Return True if every edge has exactly two triangles, which run through it in opposite directions."""
     _, sides, count = edges(triangles)
     forward = triangles < np.roll(triangles, -1, axis=1)
     return bool((count == 2).all() and (np.bincount(sides.ravel(), weights=forward.ravel()) == 1).all())
 
 
 def components(triangles):
-    """Number of connected pieces, and the piece of each triangle, (T,)."""
+    """Count the connected pieces; also the piece of each triangle, (T,)."""
     label = groups(triangles[:, [0, 1, 1, 2]].reshape(-1, 2), triangles.max() + 1)[1]
     pieces, piece = np.unique(label[triangles[:, 0]], return_inverse=True)
     return len(pieces), piece
 
 
 def edge_pieces(triangles):
-    """Number of pieces connected by edges, and the piece of each triangle, (T,)."""
+    """Count the pieces connected by edges; also the piece of each triangle, (T,)."""
     sides, size = edges(triangles).sides, len(triangles)
     # Triangles and edges are the two kinds of nodes.
     pairs = np.stack([np.repeat(np.arange(size), 3), size + sides.ravel()], axis=1)
@@ -98,23 +88,21 @@ def edge_pieces(triangles):
 
 
 def closed_pieces(triangles):
-    """The piece by edges of each triangle, (T,), and whether each piece is closed: all its edges have two triangles."""
+    """Return the piece by edges of each triangle, (T,), and whether all edges of each piece have two triangles."""
     pieces, piece = edge_pieces(triangles)
     _, sides, count = edges(triangles)
     return piece, np.bincount(piece, (count[sides] != 2).any(axis=1), pieces) == 0
 
 
 def place(point):
-    """A point (3,) in metres as text for a message."""
+    """Return a point (3,) in metres as text for a message."""
     return f"({', '.join(f'{x:.4g}' for x in np.asarray(point, float) + 0.0)}) m"
 
 
 def orient(vertices, triangles, name):
     """Turn triangles so that neighbours agree and closed surfaces point outward; also the number turned.
 
-    Orientation passes through ordinary edges, not through junctions. Open surfaces keep the side that most of
-    their triangles had. Raises OneSided (naming `name`) for a one-sided surface: RWG functions could live on it, but
-    such a target is always a mistake, and no side of it could be called its front.
+    This passes through ordinary edges, not junctions. Open surfaces keep the side that most of their triangles had.
     """
     mesh_edges, size = edges(triangles), len(triangles)
     ordinary = mesh_edges.count == 2
@@ -127,12 +115,8 @@ def orient(vertices, triangles, name):
     side = groups(nodes, 2 * size)[1].reshape(2, size)
     wrong = side[0] == side[1]
     if wrong.any():
-        point = vertices[triangles[wrong.argmax()]].mean(axis=0)
-        raise OneSided(
-            point,
-            f"{name} has a one-sided surface (like a Moebius strip or a doubled face) near {place(point)}; "
-            "it must have two sides.",
-        )
+        point = place(vertices[triangles[wrong.argmax()]].mean(axis=0))
+        raise InputError(f"{name} has a one-sided surface near {point} (like a Moebius strip or a doubled face).")
     pieces, piece = groups(pairs, size)
     start = np.unique(piece, return_index=True)[1]
     turned = side[1] == side[0, start][piece]
@@ -145,23 +129,29 @@ def orient(vertices, triangles, name):
 
 
 def tetrahedra(vertices, triangles):
-    """Signed volume in m^3 between each triangle and the origin, (T,); over a closed mesh they add up to its volume."""
+    """Return signed volumes in m^3 between triangles and the origin, (T,); over a closed mesh they sum to its own."""
     a, b, c = vertices[triangles].transpose(1, 0, 2)
     return (a * np.cross(b, c)).sum(axis=1) / 6
 
 
+def normals(corners):
+    """Return the normals of triangles (T, 3, 3), each twice the area long, (T, 3)."""
+    return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+
+
 def areas(vertices, triangles):
-    """Area of each triangle in m^2, (T,)."""
-    a, b, c = vertices[triangles].transpose(1, 0, 2)
-    return np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
+    """Return the area of each triangle in m^2, (T,)."""
+    return np.linalg.norm(normals(vertices[triangles]), axis=1) / 2
+
+
+def unit(vectors):
+    """Return vectors (N, 3) divided by their lengths; those of length 0 stay."""
+    return vectors / np.maximum(np.linalg.norm(vectors, axis=1), TINY)[:, None]
 
 
 def _sides(corners):
-    """Sides (T, 3, 3) of triangles, from corner k to k + 1, their normals twice the area long, (T, 3), and that, (T,).
-
-    Called very often: `take`, `einsum` and the cross product written out are several times faster than np.roll, sums
-    along the axis of coordinates, and np.cross.
-    """
+    """Return sides (T, 3, 3) of triangles, from corner k to k + 1, their `normals`, and the length of these, (T,)."""
+    # Called very often: `take`, `einsum` and this cross product are much faster than np.roll, sums and np.cross.
     ahead = corners.take((1, 2, 0), axis=1) - corners
     first, second = ahead[:, 0], -ahead[:, 2]
     cross = first.take((1, 2, 0), axis=1) * second.take((2, 0, 1), axis=1)
@@ -174,49 +164,49 @@ def _angles(ahead, double_area):
 
 
 def _largest(values):
-    """The largest of each row of values (T, 3), (T,)."""
+    """Return the largest of each row of values (T, 3), (T,)."""
     return np.maximum(np.maximum(values[:, 0], values[:, 1]), values[:, 2])
 
 
 def shape(corners):
-    """Unit normal (T, 3), smallest height (T,) and smallest angle in degrees (T,) of triangles (T, 3, 3)."""
+    """Return unit normal (T, 3), smallest height (T,) and smallest angle in degrees (T,) of triangles (T, 3, 3)."""
     ahead, cross, double_area = _sides(corners)
-    normal = cross / np.maximum(double_area, np.finfo(float).tiny)[:, None]
+    normal = cross / np.maximum(double_area, TINY)[:, None]
     longest = np.sqrt(_largest(np.einsum("tkx,tkx->tk", ahead, ahead)))
-    return normal, double_area / np.maximum(longest, np.finfo(float).tiny), -_largest(-_angles(ahead, double_area))
+    return normal, double_area / np.maximum(longest, TINY), -_largest(-_angles(ahead, double_area))
 
 
 def angles(corners):
-    """Angles in degrees at the corners of triangles (T, 3, 3), (T, 3)."""
+    """Return the angles in degrees at the corners of triangles (T, 3, 3), (T, 3)."""
     ahead, _, double_area = _sides(corners)
     return _angles(ahead, double_area)
 
 
 def lengths(vertices, ends):
-    """Metres between each of the pairs of vertices `ends` (E, 2), (E,)."""
+    """Return metres between each of the pairs of vertices `ends` (E, 2), (E,)."""
     start, stop = vertices[ends].transpose(1, 0, 2)
     return np.linalg.norm(stop - start, axis=1)
 
 
 def edge_lengths(vertices, triangles):
-    """Length of each edge in metres, (E,)."""
+    """Return the length of each edge in metres, (E,)."""
     return lengths(vertices, edges(triangles).ends)
 
 
 def shortest_edges(vertices, triangles):
-    """Length in metres of the shortest edge at each vertex, (V,); infinite where there is none."""
+    """Return the length in metres of the shortest edge at each vertex, (V,); infinite where there is none."""
     shortest = np.full(len(vertices), np.inf)
     np.minimum.at(shortest, edges(triangles).ends, edge_lengths(vertices, triangles)[:, None])
     return shortest
 
 
 def used(triangles):
-    """The vertices that triangles use, ascending."""
+    """Return the vertices that triangles use, ascending."""
     return np.flatnonzero(np.bincount(triangles.ravel()))
 
 
 def compact(vertices, triangles):
-    """The same mesh without the vertices that no triangle uses."""
+    """Return the same mesh without the vertices that no triangle uses."""
     kept = used(triangles)
     number = np.zeros(len(vertices), dtype=np.int32)
     number[kept] = np.arange(len(kept))
@@ -224,25 +214,25 @@ def compact(vertices, triangles):
 
 
 def have_three_corners(triangles):
-    """True for triangles whose corners are three vertices, (T,)."""
+    """Return True for triangles whose corners are three vertices, (T,)."""
     return (triangles != np.roll(triangles, 1, axis=1)).all(axis=1)
 
 
 def first_of_each(triangles):
-    """True for the first of all triangles with the same corners, in any order, (T,)."""
+    """Return True for the first of all triangles with the same corners, in any order, (T,)."""
     first = np.zeros(len(triangles), dtype=bool)
     first[np.unique(np.sort(triangles, axis=1), axis=0, return_index=True)[1]] = True
     return first
 
 
 def triple(triangles, size):
-    """A number for each triangle, (T,), that only triangles with the same corners share; all are below `size`."""
+    """Return a number for each triangle, (T,), that only those with the same corners share; all are below `size`."""
     low, middle, high = np.sort(triangles.astype(np.int64), axis=1).T
     return (low * size + middle) * size + high
 
 
 def gathered(names, values, size):
-    """Sums of values (N, K, D) over the places where names (N, K) have each number below `size`, (size, D)."""
+    """Sum values (N, K, D) over the places where names (N, K) have each number below `size`, (size, D)."""
     names, values = names.ravel(), values.reshape(-1, values.shape[-1])
     # Without any place np.bincount returns whole numbers.
     return np.stack([np.bincount(names, column, minlength=size) for column in values.T], axis=1, dtype=float)

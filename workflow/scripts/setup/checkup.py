@@ -32,7 +32,7 @@ def checkup(config, name):
         lines += [*_sizes(vertices, triangles, target), _symmetry(vertices, triangles, target, radar)]
         check_size(vertices, target, mesh, radar, path, precision)
         check_resolution(np.ptp(vertices, axis=0), mesh, radar, path, precision)
-        source = load(path, target, mesh, radar, to_solve=True)
+        source = load(path, target, mesh, radar)
     except InputError as error:
         return [*lines, f"{REFUSED} {error}"]
     lines += [f"  repairs: {counted(source.repairs) or 'none needed'}", _closed(source)]
