@@ -61,7 +61,8 @@ def load(path, target, mesh, radar):
         if apart - 2 * tolerances["thinned_by"] > limit:  # the file itself is off by this much
             raise InputError(
                 f"{path} is not symmetric about {'xyz'[axis]} = 0: near {topology.place(place)} it differs from its "
-                f"mirror image by {apart * 1000:.3g} mm (at most {limit * 1000:.3g} mm): mend it, or leave the plane out."
+                f"mirror image by {apart * 1000:.3g} mm (at most {limit * 1000:.3g} mm); mend it or leave this plane "
+                "out."
             )
     measures = size(vertices, triangles) | {"vertices": len(vertices), "triangles": len(triangles)} | tolerances
     for kind in ("area", "volume"):  # meshes are held to the CAD surface
