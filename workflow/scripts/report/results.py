@@ -64,12 +64,20 @@ class Results:
         models = {name for one in settings["learning"]["experiments"].values() for name in one["models"]}
         self.folder, self.settings, self.names = Path(folder), settings, Names(stated, models)
         self.fields = of_fields(folder, settings)
-        self.polarizations = settings["imaging"]["polarizations"]  # the channels of an image
-        self.definition = settings["noise"]["definition"]  # the config's, of SNR
         self.targets = target_order(settings["targets"])
         self.meshed = [name for name in self.targets if "mesh" in settings["targets"][name]]
         self.images_are_made = images_are_made(settings)
         self.learns = self.images_are_made and bool(settings["learning"]["experiments"])
+
+    @property
+    def polarizations(self):
+        """The channels of an image."""
+        return self.settings["imaging"]["polarizations"]
+
+    @property
+    def definition(self):
+        """The config's definition of SNR."""
+        return self.settings["noise"]["definition"]
 
     def of_role(self, role):
         """Return the names of the targets of a role."""
