@@ -32,7 +32,7 @@ def of_plate(width, height, elevation, azimuth, x=0.0):
 @pytest.mark.parametrize("pieces", [1, 2, 30])
 def test_a_plate_is_exact_at_any_angle_and_with_any_triangles(pieces):
     angles = np.array([(0, 0), (0, 180), (0, 20), (30, 0), (17, 33), (-5, 80), (0.001, 0.001), (45, 45)], float)
-    found = Surface(*plate(3.0, 2.0, pieces, x=0.4)).backscatter([K], *angles.T)[:, 0]
+    found = Surface(*plate(3.0, 2.0, pieces, x=0.4)).backscatter([K], *angles.T)[0, :, 0]
     expected = [of_plate(3.0, 2.0, *of, x=0.4) for of in angles]
     np.testing.assert_allclose(found, expected, atol=1e-9 * 6)
 
@@ -41,7 +41,7 @@ def test_frequencies_share_one_surface():
     surface = Surface(*plate(3.0, 2.0, 5))
     every = surface.backscatter([0.5 * K, K, 1.7 * K], [10, 0], [20, 3])
     for n, k in enumerate((0.5 * K, K, 1.7 * K)):
-        np.testing.assert_allclose(every[:, n], surface.backscatter([k], [10, 0], [20, 3])[:, 0], rtol=1e-9)
+        np.testing.assert_allclose(every[0, :, n], surface.backscatter([k], [10, 0], [20, 3])[0, :, 0], rtol=1e-9)
 
 
 @pytest.mark.parametrize("size", [0, 1e-5, 1e-3, 0.02, 0.3, 4.0])
@@ -59,7 +59,7 @@ def test_divided_differences_are_means_of_the_second_derivative(size):
 
 @pytest.mark.parametrize(("radius", "edges", "tolerance"), [(1.0, 10, 0.01), (3.0, 10, 0.003), (3.0, 6, 0.006)])
 def test_a_sphere_is_physical_optics_closed_form_and_nearly_mie(radius, edges, tolerance):
-    found = Surface(*icosphere(radius, 1 / edges)).backscatter([K], [10, 0, -35], [20, 77, 200])[:, 0]
+    found = Surface(*icosphere(radius, 1 / edges)).backscatter([K], [10, 0, -35], [20, 77, 200])[0, :, 0]
     # -j k a^2 int_0^1 c exp(2 j k a c) dc
     x = 2j * K * radius
     closed = -1j * K * radius**2 * (np.exp(x) * (x - 1) + 1) / x**2
@@ -73,7 +73,7 @@ def test_what_stands_before_hides_what_is_behind():
     front, behind = plate(3.0, 3.0, 20, x=2.0), plate(2.0, 2.0, 20, x=-2.0)
     vertices = np.concatenate([front[0], behind[0]])
     both = Surface(vertices, np.concatenate([front[1], behind[1] + len(front[0])]))
-    ahead, astern, aside = both.backscatter([K], [0, 0, 0], [0, 180, 70])[:, 0]
+    ahead, astern, aside = both.backscatter([K], [0, 0, 0], [0, 180, 70])[0, :, 0]
     assert ahead == pytest.approx(of_plate(3.0, 3.0, 0, 0, 2.0), abs=1e-6)
     # From behind the smaller plate is before the larger one, and hides a part of it as large as itself.
     hidden = of_plate(2.0, 2.0, 0, 180, -2.0) + of_plate(3.0, 3.0, 0, 180, 2.0) - of_plate(2.0, 2.0, 0, 180, 2.0)

@@ -35,8 +35,8 @@ BY_NAME = {
     "plan.solver_file": "scattering/solvers",
     "*sections()": "report",
 }
-# Imports that an environment goes without: STEP files are an extra, and `check` asks a solver for its plan alone.
-WITHOUT = {stage: {"OCP"} for stage in STAGES} | {"mesh": {"OCP", "jax", "numba"}}
+# Imports that an environment goes without: STEP files and rays are extras, and `check` asks a solver for its plan alone.
+WITHOUT = {stage: {"OCP", "embreex"} for stage in STAGES} | {"mesh": {"OCP", "embreex", "jax", "numba"}}
 UNSEEN = {"zarr"}  # xarray imports it where it opens a store
 
 
@@ -74,6 +74,7 @@ def test_conda_environment_has_what_its_jobs_import_and_nothing_else(stage):
     [
         ("requirements.lock", 50),
         ("requirements-step.lock", 1),
+        ("requirements-rays.lock", 1),
         ("requirements-browser.lock", 2),
         ("requirements-slurm.lock", 10),
     ],
@@ -86,9 +87,9 @@ def test_lock_names_no_index_and_hashes_everything(name, least):
     assert all("--hash=sha256:" in requirement for requirement in requirements)
 
 
-@pytest.mark.parametrize("name", ["requirements-step.lock", "requirements-browser.lock", "requirements-slurm.lock"])
-def test_extra_lock_changes_no_version(name):
-    locks = [(ROOT / "envs" / lock).read_text() for lock in ("requirements.lock", name)]
+@pytest.mark.parametrize("extra", ["step", "rays", "browser", "slurm"])
+def test_extra_lock_changes_no_version(extra):
+    locks = [(ROOT / "envs" / lock).read_text() for lock in ("requirements.lock", f"requirements-{extra}.lock")]
     main, extra = (set(re.findall(r"^([a-z0-9-]+)==([^ ]+)", lock, re.MULTILINE)) for lock in locks)
     assert extra - main
     assert {package for package, _ in extra - main}.isdisjoint(package for package, _ in main)

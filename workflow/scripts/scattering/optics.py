@@ -13,15 +13,21 @@ where an edge is nearly at right angles to u, the corners' weights become large,
 What is lit is found in a depth buffer across the line of sight, at four points of each triangle.
 """
 
+import time
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 from numba import config, njit
 
 from isarflow.core.compiled import folder
-from isarflow.core.sweep import unit_vectors
+from isarflow.core.errors import InputError
+from isarflow.core.sweep import C0, unit_vectors
 from isarflow.mesh import topology
+from isarflow.scattering.solver import Solution
 
 config.CACHE_DIR = config.CACHE_DIR or folder()
 kernel = njit(nogil=True, cache=True, error_model="numpy")
+CHUNK = 16  # directions of a task
 ACROSS = 400  # cells of the depth buffer along the target, at least
 FINE = 3  # cells along an edge of mean length, at least
 NEAR = 0.1  # rad: corners whose phases differ by less are computed together
@@ -43,11 +49,33 @@ class Surface:
         self.is_closed = topology.is_watertight(triangles)
 
     def backscatter(self, wavenumbers, elevation, azimuth):
-        """Amplitude f of a co-polarization, m, (D, F), at wavenumbers (F,) in rad/m; angles (D,) in degrees."""
+        """Amplitudes f, m, of VV and HH, (2, D, F), at wavenumbers (F,) in rad/m; angles (D,) in degrees."""
         axes = np.stack(unit_vectors(np.asarray(elevation, float), np.asarray(azimuth, float)), axis=1)
         field = np.zeros((len(axes), len(wavenumbers)), complex)
         _backscatter(field, axes, *self.arrays, self.is_closed, np.asarray(wavenumbers, float), self.cell, POINTS)
-        return field
+        return np.stack([field, field])
+
+
+def over_directions(backscatter, ways, sweep, threads, progress, name):
+    """Return the Solution of a Sweep by a function of wavenumbers (F,), elevations and azimuths (D,), as above.
+
+    ways: the polarizations that it gives, (W, D, F); others are zero. name: the solver's. Raises InputError for a sweep
+    with separate receivers.
+    """
+    if sweep.receivers:
+        raise InputError(f"the solver '{name}' is of backscatter alone; leave out 'scattering.bistatic'.")
+    begun, wavenumbers = time.perf_counter(), 2 * np.pi * sweep.frequency / C0
+    elevation, azimuth = sweep.each
+    parts, found = [slice(begin, begin + CHUNK) for begin in range(0, len(azimuth), CHUNK)], []
+    with ThreadPoolExecutor(threads) as pool:
+        for part in pool.map(lambda of: backscatter(wavenumbers, elevation[of], azimuth[of]), parts):
+            found.append(part)
+            done = len(found) / len(parts)
+            progress(0, "directions", done, done * len(wavenumbers))  # of all frequencies at once
+    by_way = dict(zip(ways, np.concatenate(found, axis=1).transpose(0, 2, 1), strict=True))
+    field = np.stack([by_way.get(way, np.zeros_like(by_way[ways[0]])) for way in sweep.polarizations])
+    seconds = np.full(len(wavenumbers), (time.perf_counter() - begun) / len(wavenumbers))
+    return Solution(field.reshape(*field.shape[:2], *sweep.shape), None, {"directions": seconds}, None)
 
 
 @kernel
