@@ -35,7 +35,7 @@ BY_NAME = {
     "plan.solver_file": "scattering/solvers",
     "*sections()": "report",
 }
-# Imports that an environment goes without: STEP files and rays are extras, and `check` asks a solver for its plan alone.
+# Imports that an environment goes without: STEP files and rays are extras; `check` asks a solver for its plan alone.
 WITHOUT = {stage: {"OCP", "embreex"} for stage in STAGES} | {"mesh": {"OCP", "embreex", "jax", "numba"}}
 UNSEEN = {"zarr"}  # xarray imports it where it opens a store
 
