@@ -58,14 +58,14 @@ def test_matrix_that_does_not_fit_is_an_error_with_a_remedy(monkeypatch):
         ("gpu", 9_000, 1, True),
         ("gpu", 11_000, 1, False),
         ("gpu", 16_000, 2, True),
-        ("gpu", 17_000, 2, False),
+        ("gpu", 18_000, 2, False),
         ("cpu", 9_000, 1, False),
     ],
 )
 def test_whole_matrices_are_for_a_gpu_that_holds_them(backend, unknowns, parities, expected, monkeypatch):
     class Device:
         def memory_stats(self):
-            return {"bytes_limit": 1.6e9}  # 2 x 8 bytes x 10,000 x 10,000
+            return {"bytes_limit": 3.2e9}  # 4 x 8 bytes x 10,000 x 10,000
 
     monkeypatch.setattr(jax, "default_backend", lambda: backend)
     monkeypatch.setattr(jax, "devices", lambda: [Device()])
