@@ -51,7 +51,7 @@ def overview(built):
             row = {"reading": name, "what it changes": reading["words"], "statements": len(own)}
             row |= {"hold by the text": sum(of[1] for of in own), "hold by it": sum(of[2] for of in own)}
             links = dict.fromkeys(link for link, by_text, by_it in own if by_it and not by_text)
-            read.append(row | {"by it alone": ", ".join(links) or NONE})
+            read.append(row | {"by it, not by the text": ", ".join(links) or NONE})
     by_text = sum(line["holds"] for _, line in every)
     by_any = sum(line["holds"] or any(holds for *_, holds in line["otherwise"]) for _, line in every)
     held = PAGE["held"].format(text=by_text, read=by_any, all=len(every))
