@@ -25,7 +25,7 @@ def _slow_f1(truth, predicted):
 def test_all_azimuths_are_counted_as_one_image_at_a_time_would_be(thesis_page, run, reading):
     folder = thesis_page.parents[1]
     network = load(folder / "learning" / "models" / run / "fcnn")
-    said = tables(parts(thesis_page)[""])[0].set_index("what")["read otherwise"]
+    said = tables(parts(thesis_page)[""])[1].set_index("what")["read otherwise"]
     predictions = pd.read_csv(folder / "learning/predictions" / run / "fcnn" / "snr_24dB.csv", keep_default_na=False)
     for score, heading in (("softmax", "softmax"), ("openmax", "OpenMax")):
         threshold = thresholds.choose(predictions, f"known_{score}", "thesis")
