@@ -16,11 +16,8 @@ CODE = [Path(file) for file in (capsules.__file__, convolution.__file__, __file_
 CHUNK = 16  # images at a time: the inputs of a convolution then fit in the processor's cache
 VALIDATED = 1024  # validation images that judge an epoch, at most
 GAUSSIANS, IMAGES = 8, 40  # Gaussians a class, at most, and images that each of them needs
-WEIGHTS = [
-    *(f"{layer}{kind}" for layer in ("convolution", "primary") for kind in ("", "_offset")),
-    "votes",
-    *(f"decoder{layer}{kind}" for layer in range(3) for kind in ("", "_offset")),
-]
+LAYERS = ("convolution", "primary", "decoder0", "decoder1", "decoder2")
+WEIGHTS = (*LAYERS, *(f"{layer}_offset" for layer in LAYERS), "votes")
 
 
 class Model(Classifier):
@@ -60,46 +57,17 @@ class Model(Classifier):
     }
     SETTINGS = {
         "width": {"type": "integer", "minimum": 1, "description": "filters of the first convolution"},
-        "capsules": {
-            "type": "integer",
-            "minimum": 1,
-            "description": "channels of primary capsules (8 dimensions each)",
-        },
-        "routings": {
-            "type": "integer",
-            "minimum": 1,
-            "maximum": 20,
-            "description": "iterations of the routing by agreement",
-        },
-        "decoder": {
-            "type": "integer",
-            "minimum": 1,
-            "description": "outputs of the decoder's first layer; the second has twice as many",
-        },
+        "capsules": {"type": "integer", "minimum": 1, "description": "channels of primary capsules, of 8 dimensions"},
+        "routings": {"type": "integer", "minimum": 1, "maximum": 20, "description": "iterations of the routing"},
+        "decoder": {"type": "integer", "minimum": 1, "description": "outputs of its first layer; the second has twice"},
         "epochs": {"type": "integer", "minimum": 1, "description": "passes over the training images, at most"},
-        "patience": {
-            "type": "integer",
-            "minimum": 1,
-            "description": "epochs without a smaller validation loss after which training stops",
-        },
+        "patience": {"type": "integer", "minimum": 1, "description": "epochs without a smaller validation loss"},
         "batch": {"type": "integer", "minimum": 1, "description": "images a batch"},
         "learning_rate": {"type": "number", "exclusiveMinimum": 0, "description": "Adam's in the first epoch"},
-        "decay": {
-            "type": "number",
-            "exclusiveMinimum": 0,
-            "maximum": 1,
-            "description": "factor of the learning rate from one epoch to the next",
-        },
-        "reconstruction": {
-            "type": "number",
-            "minimum": 0,
-            "description": "weight of the reconstruction's mean squared error",
-        },
+        "decay": {"type": "number", "exclusiveMinimum": 0, "maximum": 1, "description": "of the rate, an epoch"},
+        "reconstruction": {"type": "number", "minimum": 0, "description": "weight of its mean squared error"},
         "denoise": {"type": "boolean", "description": "true: the decoder's aim is the image without noise"},
-        "complex": {
-            "type": "boolean",
-            "description": "true: real and imaginary parts in and out, instead of magnitudes",
-        },
+        "complex": {"type": "boolean", "description": "true: real and imaginary parts, instead of magnitudes"},
     }
     by_snr = True
     smallest = 17  # capsules.SMALLEST, as a number that is read and not run
