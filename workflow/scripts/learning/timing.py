@@ -32,7 +32,7 @@ def measure(stores, planes, folders, threads, output):
         run, name = config["run"], config["model"]
         learned = [store for store in stores if images.target_of(store) in config["classes"]]
         divided = images.divide(learned, planes, Division(**run["division"]))
-        pool, _ = images.read_side(learned, divided, "test", pixels=run["upsample"], channels=run["channels"])
+        pool, _ = images.read_side(learned, divided, "test", **images.seen_by(run))
         record = {"experiment": run["experiment"], "run": run["name"], "model": name}
         record |= {"training_observations": sum(config["observations"].values()), "image_shape": config["image_shape"]}
         with threadpoolctl.threadpool_limits(threads):
