@@ -45,10 +45,11 @@ def reconstruct(stores, planes, folder, output):
         "predicted": (places, predicted.astype(str)),
     }
     azimuth = [shown[target]["azimuth"] for target in targets]
+    elevation = shown[targets[0]]["elevation"].astype(float)
     coords = {
         "snr": ("snr", [snr_of_label(label) for label in labels], {"units": "dB", "long_name": "SNR"}),
         "target": ("target", targets, {"units": "", "long_name": "target"}),
-        "elevation": ("example", shown[targets[0]]["elevation"], {"units": "degrees", "long_name": "elevation"}),
+        "elevation": ("example", elevation, {"units": "degrees", "long_name": "elevation"}),
         "azimuth": (("target", "example"), azimuth, {"units": "degrees", "long_name": "azimuth"}),
     }
     write(xr.Dataset(data, coords, {"run": run["name"], "model": Path(folder).name}), output)

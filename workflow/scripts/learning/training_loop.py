@@ -1,6 +1,5 @@
 """Training by gradient descent: epochs with a curve, progress, early stopping, and a state that outlives the job."""
 
-import hashlib
 import json
 import os
 import time
@@ -8,6 +7,7 @@ import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 
+import joblib
 import numpy as np
 from tqdm import tqdm
 
@@ -182,15 +182,8 @@ class Checkpoint:
     """
 
     def __init__(self, folder, *identity):
-        digest = hashlib.sha256(Path(__file__).read_bytes())
-        for part in identity:
-            if isinstance(part, np.ndarray):
-                digest.update(np.ascontiguousarray(np.atleast_1d(part)).view(np.uint8))
-            elif isinstance(part, Path):
-                digest.update(part.read_bytes())
-            else:
-                digest.update(json.dumps(part, sort_keys=True).encode())
-        self.path, self.written = Path(folder) / f"{digest.hexdigest()[:16]}.npz", -np.inf
+        parts = [part.read_bytes() if isinstance(part, Path) else part for part in (Path(__file__), *identity)]
+        self.path, self.written = Path(folder) / f"{joblib.hash(parts)}.npz", -np.inf
 
     def read(self):
         """The arrays and notes that `write` was last given; None if there is no whole file."""

@@ -9,7 +9,6 @@ import numpy as np
 from scipy.linalg import eigh
 from scipy.ndimage import uniform_filter
 
-from isarflow.core.errors import InputError
 from isarflow.learning.classifier import OTHER, Classifier, Outcome
 from isarflow.learning.features import by_channel, standardized, unit, unit_rows
 
@@ -59,8 +58,6 @@ class Model(Classifier):
     def fit(self, images, labels, validation=None, snrs=None, views=None):
         for made in ("_white", "_bank"):  # of templates of an earlier fit
             vars(self).pop(made, None)
-        if self.settings.get("other"):
-            raise InputError("the likelihood has no class 'other': take 'other' out of the model's settings.")
         order = np.flatnonzero(labels != OTHER)
         order = order[np.argsort(labels[order], kind="stable")]
         self.classes_, starts = np.unique(labels[order], return_index=True)
