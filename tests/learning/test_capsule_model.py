@@ -98,10 +98,10 @@ def test_a_wide_network_gives_many_images_the_scores_of_few():
     wide = build("capsule", SETTINGS | {"width": 128, "capsules": 16}, 0)
     for _ in range(2):
         wide._keep(capsules.initial_weights(random, (32, 32, 1), 2, 128, 16, 16))
-        few = [wide.decision_function(images[start : start + 4]) for start in range(0, 40, 4)]
-        np.testing.assert_allclose(wide.decision_function(images), np.concatenate(few), atol=1e-6)
+        few = [wide.evaluate(images[start : start + 4]).scores for start in range(0, 40, 4)]
+        np.testing.assert_allclose(wide.evaluate(images).scores, np.concatenate(few), atol=1e-6)
         prepared = wide._ready[1]
-        wide.decision_function(images)
+        wide.evaluate(images)
         assert wide._ready[1] is prepared
 
 

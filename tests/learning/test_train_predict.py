@@ -122,9 +122,9 @@ def test_no_test_azimuth_was_trained_on(stores, tmp_path):
     assert np.allclose(np.sort(tested.unique()), aspects()[sides["test"]["index"]])
     # One training image at distance 0 from a test image would be the image itself.
     unseen, _ = images.read(stores("snr_0dB"), every(sides["test"]["azimuth"]))
-    assert load(folder).decision_function(unseen).max() < -0.01
+    assert load(folder).evaluate(unseen).scores.max() < -0.01
     seen, _ = images.read(stores("snr_0dB"), every(sides["train"]["azimuth"]))
-    assert (load(folder).decision_function(seen).max(axis=1) > -0.01).all()
+    assert (load(folder).evaluate(seen).scores.max(axis=1) > -0.01).all()
 
 
 def test_in_sector_no_test_image_shares_a_sample_with_a_training_one(stores, tmp_path):

@@ -141,11 +141,6 @@ def aspects(origin, planes):
     return found.astype(str)
 
 
-def at(origin, elevation, azimuth):
-    """True for rows of `origin` at one of these elevations and one of these azimuths of the sweep: booleans (n,)."""
-    return np.isin(origin["elevation"], elevation) & np.isin(origin["azimuth"], azimuth)
-
-
 def among(angles, others):
     """True for angles (n,) that are among the others, within TOLERANCE: booleans (n,)."""
     return (np.abs(np.asarray(angles)[:, None] - np.asarray(others, float)) < TOLERANCE).any(axis=1)

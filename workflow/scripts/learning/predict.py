@@ -83,7 +83,8 @@ def predict_at(model, stores, tested, divided, config):
             if is_open and not outcome.known:
                 advice = f"Give it one, or take the model out of open experiments ('{run['experiment']}')."
                 raise InputError(f"{who}: its evaluate gives no known score, so nothing can be rejected. {advice}")
-            held_out = images.at(origin, *of.angles("validation"))
+            elevation, azimuth = of.angles("validation")
+            held_out = np.isin(origin["elevation"], elevation) & np.isin(origin["azimuth"], azimuth)
             columns = {
                 "truth": tested.classes.get(target, target) if role == "known" else OTHER,
                 "predicted": outcome.labels,

@@ -192,9 +192,6 @@ class Model(Classifier):
         parts = [capsules.activations(weights, x[i : i + CHUNK], routings) for i in range(0, len(x), CHUNK)]
         return np.concatenate(parts)
 
-    def decision_function(self, images):
-        return capsules.lengths(self._vectors(self._inputs(images)))
-
     def _decoded(self, images):
         """Inputs, activation vectors, their lengths, 1 for the longest of each image, and the decoded images."""
         x = self._inputs(images)
