@@ -10,7 +10,7 @@ from isarflow.learning import capsules, confidence, convolution
 from isarflow.learning.classifier import OTHER, Classifier, Outcome
 from isarflow.learning.experiments import cleanest
 from isarflow.learning.features import by_channel
-from isarflow.learning.training_loop import Batches, Checkpoint, Settings, minimize
+from isarflow.learning.training_loop import Batches, Checkpoint, minimize
 
 CODE = [Path(file) for file in (capsules.__file__, convolution.__file__, __file__)]  # on which a training depends
 CHUNK = 16  # images at a time: the inputs of a convolution then fit in the processor's cache
@@ -71,7 +71,7 @@ class Model(Classifier):
     }
     by_snr = True
     smallest = 17  # capsules.SMALLEST, as a number that is read and not run
-    watch = None  # as of `training_loop.Settings`
+    watch = None  # as of `training_loop.minimize`
     _ready = None, None  # the primary capsules' weights and their transforms: made once for all predictions
 
     def fit(self, images, labels, validation=None, snrs=None, views=None):
@@ -160,8 +160,9 @@ class Model(Classifier):
         # At the full rate at once, all lengths of a large network may become 1, where they have no gradient, for
         # thousands of steps.
         warm_up = len(weights["votes"]) // 2
-        steps = Settings(rate, settings["epochs"], settings["patience"], checkpoint, self.watch, warm_up)
-        learned, self.curve_ = minimize(loss, weights, batches, inputs, steps, validate if held_out else None)
+        how = {"epochs": settings["epochs"], "patience": settings["patience"], "validate": held_out and validate}
+        how |= {"checkpoint": checkpoint, "watch": self.watch, "warm_up": warm_up}
+        learned, self.curve_ = minimize(loss, weights, batches, inputs, rate, **how)
         self._keep(learned)
 
     def _fit_mixtures(self, vectors, y):
