@@ -258,5 +258,3 @@ def test_the_noise_is_taken_out_of_the_zncc():
 def test_coherence_by_hand():
     x, r = np.array([[1, 1j], [1, 0], [0, 0]]), np.array([[1j, -1], [0, 2], [1, 1]])
     np.testing.assert_allclose(confidence.coherence(x, r), [1, 0, 0], atol=1e-12)
-    rows = np.array([[1.0, 2.0, 3.0, 4.0]])
-    assert confidence.complex_of(rows).tolist() == [[1 + 2j, 3 + 4j]]

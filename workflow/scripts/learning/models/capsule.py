@@ -146,10 +146,6 @@ class Model(Classifier):
             return costs.mean(), right.sum() / max(of_class.sum(), 1)
 
         batches = Batches(len(x), settings["batch"], random, snrs)
-
-        def rate(epochs):
-            return settings["learning_rate"] * settings["decay"] ** epochs
-
         checkpoint = None
         if self.checkpoints is not None:
             shown = x, sources, y, np.array(snrs, str), *(held_out or ())
@@ -160,9 +156,10 @@ class Model(Classifier):
         # At the full rate at once, all lengths of a large network may become 1, where they have no gradient, for
         # thousands of steps.
         warm_up = len(weights["votes"]) // 2
-        how = {"epochs": settings["epochs"], "patience": settings["patience"], "validate": held_out and validate}
+        how = {"rate": lambda epochs: settings["learning_rate"] * settings["decay"] ** epochs}
+        how |= {"epochs": settings["epochs"], "patience": settings["patience"], "validate": held_out and validate}
         how |= {"checkpoint": checkpoint, "watch": self.watch, "warm_up": warm_up}
-        learned, self.curve_ = minimize(loss, weights, batches, inputs, rate, **how)
+        learned, self.curve_ = minimize(loss, weights, batches, inputs, **how)
         self._keep(learned)
 
     def _fit_mixtures(self, vectors, y):
@@ -216,7 +213,8 @@ class Model(Classifier):
         seen, predicted = x.reshape(len(x), -1), scores.argmax(axis=1)
         known = {"mse": -((seen - made) ** 2).mean(axis=1), "length": scores.max(axis=1)}
         if self.settings["complex"]:
-            known["coherence"] = confidence.coherence(confidence.complex_of(seen), confidence.complex_of(made))
+            # The imaginary part of each pixel follows its real part.
+            known["coherence"] = confidence.coherence(seen.view(np.complex64), made.view(np.complex64))
         else:
             known["zncc"] = confidence.zncc(seen, made)
             known["noise_zncc"] = confidence.zncc(seen, made, confidence.noise_variance(seen))

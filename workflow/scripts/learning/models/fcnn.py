@@ -74,9 +74,8 @@ class Model(Classifier):
             return costs.mean(), right.mean()
 
         random = np.random.default_rng(self.seed)
-        sizes = (x.shape[1], self.settings["width"], len(self.classes_))
-        weights = {}
-        for name, rows, columns in zip(("hidden", "output"), sizes[:-1], sizes[1:], strict=True):
+        width, weights = self.settings["width"], {}
+        for name, rows, columns in (("hidden", x.shape[1], width), ("output", width, len(self.classes_))):
             weights[name] = glorot(random, (rows, columns), rows + columns)
             weights[f"{name}_offset"] = np.zeros(columns, np.float32)
         batches = Batches(len(x), self.settings["batch"], random, snrs)
