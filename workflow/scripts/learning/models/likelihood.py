@@ -27,21 +27,17 @@ FAR_I0 = (0.00392377, -0.01647633, 0.02635537, -0.02057706, 0.00916281, -0.00157
 
 
 class Model(Classifier):
-    """The class of the likeliest view of the library, and its likelihood, as in docs/recognition.md.
+    """The class of the likeliest view of the library, and its likelihood; docs/recognition.md has the equations.
 
-    An image x of unit energy and N pixels over all channels holds a share n of noise, whose covariance over the pixels
-    is n Q, with Q of trace 1 from images of noise alone. n follows from the image's faint pixels: for noise alone
+    An image of unit energy and N pixels over all channels holds a share n of noise, whose covariance over the pixels is
+    n Q, with Q of trace 1 from images of noise alone. n follows from the image's faint pixels: for noise alone
     |x_p|^2 / Q_pp has an exponential distribution, with -log(1 - FAINT) as its quantile FAINT.
-    Rice (Rice 1945): a pixel's magnitude under that of a template, at the likeliest scale s. Its variance is that of
-    the noise, n Q_pp, and s^2 times the share `mismatch` of the template's power around the pixel. The score is the
-    log-likelihood less the largest that any magnitudes could have.
-    Coherence c (Kraut, Scharf and McWhorter 2001) with S = (1 - n) R + n Q, R being the covariance of the training
-    images; the log-likelihood ratio of N independent samples of unknown level is -N log(1 - c).
-    A class's score is the first plus COHERENCE times the second, each of its best template. Confidence scores are the
-    largest of a class: `likelihood`, and of its parts alone `rice` and `coherence`.
+    A class's score is that of magnitudes (Rice 1945) plus COHERENCE times that of coherence (Kraut, Scharf and
+    McWhorter 2001), each of its best template. Confidence scores are the largest of a class: `likelihood`, and of its
+    parts alone `rice` and `coherence`.
     templates_: (templates, N), complex64, of unit energy, grouped by class; starts_: (classes + 1,), where each class's
-    begin, and their number; basis_: (N, directions) complex64 B with B^H Q B = 1 and B^H R B = diag(powers_); noise_:
-    (N,), the diagonal of Q; shape_: (channels, range, crossrange).
+    begin, and their number; basis_: (N, directions) complex64 B with B^H Q B = 1 and B^H R B = diag(powers_), R being
+    the covariance of the training images; noise_: (N,), the diagonal of Q; shape_: (channels, range, crossrange).
     """
 
     LABELS = {"likelihood": ("likelihood", "the likelihood of the library", 12)}
