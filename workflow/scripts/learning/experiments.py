@@ -12,18 +12,8 @@ from isarflow.learning.split import divisions
 CLEAN = "clean"
 TOLERANCE = 1e-4  # degrees: two angles nearer than this are the same one
 # The parts of a run that its models depend on. The rest (its models, whether it is open) may change without a new fit.
-LEARNED = (
-    "channels",
-    "division",
-    "elevation",
-    "experiment",
-    "name",
-    "random_snr",
-    "snrs",
-    "split",
-    "upsample",
-    "without",
-)
+LEARNED = "channels", "division", "elevation", "experiment", "name", "random_snr"
+LEARNED += "snrs", "split", "upsample", "without"
 
 # The reference thesis's method of the open set: model, training SNR, confidence score. Others are compared with it.
 REFERENCE = ("capsule", "clean", "zncc")
