@@ -43,7 +43,7 @@ class Source(NamedTuple):
 def load(path, target, mesh, radar, precision="double"):
     """The Source of a target. `target`, `mesh` and `radar` are those parts of the config.
 
-    Raises InputError for an unusable file, an implausible size, a lack of symmetry, or a size too small for `precision`.
+    Raises InputError for an unusable file, an implausible size, too little symmetry, or one too small for `precision`.
     """
     edge = sweep.C0 / sweep.frequencies(radar)[-1] / mesh["edges_per_wavelength"]  # of a target of any size
     vertices, triangles = read_cad(path, CHORD * edge / target.get("scale", 1.0))
