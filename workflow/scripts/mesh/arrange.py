@@ -29,9 +29,7 @@ def arrange(vertices, triangles, close, name):
     try:
         triangles = topology.orient(vertices, triangles, name)[0]
     except InputError as fault:  # it had two sides before surfaces were joined in places
-        slow = (
-            f"Surfaces part there so slowly that about {2 * close * 1000:.2g} mm tell them neither apart nor together."
-        )
+        slow = f"Surfaces part there so slowly: about {2 * close * 1000:.2g} mm away they are neither apart nor one."
         raise InputError(f"{fault} {slow} Separate them, or draw them as one.") from None
     say(f"drop what no wave reaches of {len(triangles)} triangles")
     shut = hidden(vertices, triangles)
