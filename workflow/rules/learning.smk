@@ -26,7 +26,6 @@ rule train:
         code=lambda w: code("learning/job_train.py", *plan.model_files(w.model)),
         settings=lambda w: section(plan.seeded[w.root], f"learning.models.{w.model}", "seed")
         | plan.of_targets(plan.trained_targets(w.run, w.model))
-        | plan.classes(plan.trained_targets(w.run, w.model))
         | {"run": section(plan.runs_of[w.root][w.run], *experiments.LEARNED)},
     message:
         "train {wildcards.run}/{wildcards.model} (progress in {log})"
@@ -60,7 +59,6 @@ for number, snrs in enumerate(SNR_SETS, 1):
         params:
             code=lambda w: code("learning/job_predict.py", *plan.model_files(w.model)),
             settings=lambda w: plan.of_targets(plan.tested_targets(w.run))
-            | plan.classes(plan.tested_targets(w.run))
             | {"is_open": plan.runs[w.run]["open"], "realizations": plan.tested_realizations()},
         message:
             f"predict {{wildcards.run}}/{{wildcards.model}} at {experiments.labels_in_words(snrs)}"

@@ -56,27 +56,23 @@ def _comma(text):
 def rows(text, skipped=0):
     """The Rows of a text (see `unix`) after so many bytes of header."""
     body, before = text[skipped:], text.count(b"\n", 0, skipped)
-    codes = np.frombuffer(body, np.uint8)
-    blank = codes <= ord(" ")
-    begins = ~blank
-    begins[1:] &= blank[:-1]
-    words = np.flatnonzero(begins)
-    ends = np.append(np.searchsorted(words, np.flatnonzero(codes == ord("\n"))), len(words))
+    lines = body.split(b"\n")
+    count = np.array([len(line.split()) for line in lines])
     try:
-        numbers = np.fromstring(body, sep=" ") if len(words) else np.empty(0)
+        numbers = np.fromstring(body, sep=" ") if count.any() else np.empty(0)
     except ValueError:
         numbers = ()
-    if len(numbers) != len(words):  # one by one, to find the wrong one
+    if len(numbers) != count.sum():  # one by one, to find the wrong one
         numbers = []
-        for place, line in enumerate(body.split(b"\n"), before + 1):
+        for place, line in enumerate(lines, before + 1):
             for word in line.split():
                 try:
                     numbers.append(number(word))
                 except ValueError:
                     what = f"{word.decode('latin-1')!r} is not a number{_comma(word)}"
                     raise InputError(f"{quoted(place, line)}: {what}.") from None
-    filled = np.flatnonzero(np.diff(ends, prepend=0))
-    return Rows(np.array(numbers), np.append(0, ends[filled]), filled + before + 1, text)
+    filled = np.flatnonzero(count)
+    return Rows(np.array(numbers), np.append(0, np.cumsum(count[filled])), filled + before + 1, text)
 
 
 def elements_of(found, elements):
@@ -86,8 +82,6 @@ def elements_of(found, elements):
     other. Each element has a line, which may go on after its last property, or numbers follow without regard to lines.
     """
     elements = [row for row in elements if row[2]]
-    if not elements:
-        return {}, {}
     start, line, announced = found.start, found.line, sum(count for _, count, _ in elements)
     if len(line) != announced:
         start = _one_by_one(found, elements)
@@ -160,7 +154,5 @@ def _odd(size, more):
     plain = more == 0
     if set(more.tolist()) in ({0, count} for count in COLOURS) and np.isin(size[plain], size[~plain]).all():
         return None
-    kinds, count = np.unique(np.stack([size, more]), axis=1, return_counts=True)
-    if (np.diff(kinds[0]) > 0).all() and (np.diff(kinds[1]) >= 0).all():  # it grows with the list: of each corner
-        return None
-    return (more != kinds[1, count.argmax()]).argmax()
+    kinds, count = np.unique(more, return_counts=True)
+    return (more != kinds[count.argmax()]).argmax()
