@@ -82,6 +82,8 @@ def elements_of(found, elements):
     other. Each element has a line, which may go on after its last property, or numbers follow without regard to lines.
     """
     elements = [row for row in elements if row[2]]
+    if not elements:
+        return {}, {}
     start, line, announced = found.start, found.line, sum(count for _, count, _ in elements)
     if len(line) != announced:
         start = _one_by_one(found, elements)
@@ -154,5 +156,7 @@ def _odd(size, more):
     plain = more == 0
     if set(more.tolist()) in ({0, count} for count in COLOURS) and np.isin(size[plain], size[~plain]).all():
         return None
-    kinds, count = np.unique(more, return_counts=True)
-    return (more != kinds[count.argmax()]).argmax()
+    kinds, count = np.unique(np.stack([size, more]), axis=1, return_counts=True)
+    if (np.diff(kinds[0]) > 0).all() and (np.diff(kinds[1]) >= 0).all():  # it grows with the list: of each corner
+        return None
+    return (more != kinds[1, count.argmax()]).argmax()
