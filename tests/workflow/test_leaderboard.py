@@ -1,4 +1,4 @@
-"""A benchmark as a stranger meets it: `snakemake benchmark`, and the example of docs/benchmark.md scored beside others."""
+"""A benchmark as a stranger meets it: `snakemake benchmark`, and the example of docs/benchmark.md beside others."""
 
 import subprocess
 import sys
