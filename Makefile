@@ -18,6 +18,7 @@
 # make bench-imaging: 1,172,490 images from made-up fields, beside the disk's speed
 # make bench-bempp: the same sphere by bempp-cl, in an environment of its own, and here
 # make fields: the dataset of resources/fields anew where it is not complete (hours, 6 GB)
+# make bench-device BANDS="drone-0 drone-1": bands of the dataset on the device JAX finds, beside the kept fields
 # make check-fields: its fields beside those of finer meshes and of the other integral equation (hours, 20 GB)
 # make results: publish the full-size run's page of the reference thesis, docs/results.md, and its scores (RUN=thesis)
 # make validate: the solver and the image formation beside closed forms, as figures (docs/validation.md)
@@ -30,7 +31,7 @@ export PATH := $(CURDIR)/$(BIN):$(PATH)
 
 .PHONY: smoke report thesis recognition benchmark test lint docs environment results validate fields check-fields bench-learning bench-capsules \
 	bench-scattering bench-bempp bench-thesis bench-imaging bench-compressed bench-mesh bench-meshing \
-	bench-habits bench-shapes bench-training
+	bench-device bench-habits bench-shapes bench-training
 
 smoke: environment
 	snakemake --cores $(CORES) report --configfile config/smoke.yaml
@@ -72,6 +73,11 @@ fields: environment
 	python resources/fields/make.py keep
 	python resources/fields/make.py publish
 	python resources/fields/make.py splits
+
+bench-device: environment
+	snakemake --cores $(CORES) $(foreach target,$(sort $(foreach band,$(BANDS),$(firstword $(subst -, ,$(band))))),results/fields/mesh/$(target).json) \
+		--configfile config/thesis.yaml config/fields.yaml
+	python benchmarks/bench_device.py --threads $(CORES) $(BANDS)
 
 check-fields: environment
 	python resources/fields/check.py --threads $(CORES)
