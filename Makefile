@@ -2,6 +2,7 @@
 # make report: the default experiment, from CAD to results/quick/report/index.html
 # make thesis: the reference experiment at full size, from the fields of resources/fields (hours of learning)
 # make recognition: the same at full size in three polarizations: docs/recognition.md (half an hour), published
+# make benchmark: fifteen targets, four protocols, the leaderboard of docs/benchmark.md (half an hour), published
 # make test:   the whole test suite;   make lint: what CI checks besides
 # make docs: the pages as a site, results/docs/index.html
 # make bench-scattering: what a solve costs against what the machine can do (run nothing beside it)
@@ -28,7 +29,7 @@ RUN ?= thesis
 BIN := .venv/bin
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
-.PHONY: smoke report thesis recognition test lint docs environment results validate fields check-fields bench-learning bench-capsules \
+.PHONY: smoke report thesis recognition benchmark test lint docs environment results validate fields check-fields bench-learning bench-capsules \
 	bench-scattering bench-bempp bench-thesis bench-imaging bench-compressed bench-mesh bench-meshing \
 	bench-device bench-habits bench-shapes bench-training
 
@@ -45,6 +46,10 @@ recognition: environment
 	snakemake --cores $(CORES) results/recognition/learning/scores.csv \
 		--configfile config/thesis.yaml config/thesis-fields.yaml config/recognition.yaml
 	PYTHONPATH=studies/stewart-burger-2023 python resources/results/recognition.py results/recognition
+
+benchmark: environment
+	snakemake --cores $(CORES) benchmark --configfile config/benchmark.yaml
+	PYTHONPATH=studies/stewart-burger-2023 python resources/results/leaderboard.py results/benchmark
 
 test: environment
 	python -m pytest -n $(CORES) --dist loadfile --no-loadscope-reorder
