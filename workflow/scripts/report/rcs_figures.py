@@ -8,15 +8,14 @@ import pandas as pd
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 
 from isarflow.core.sweep import closes_circle, unit_vectors
-from isarflow.report.layout import PALETTE, canvas, figure, table
+from isarflow.report.layout import PALETTE, canvas, figure
 from isarflow.report.plots import draw_legend, panels
 from isarflow.report.selection import evenly
-from isarflow.scattering.interpolation import between, is_dense, order, order_told
+from isarflow.scattering.rcs import by_direction, center_frequency, rcs_dbsm, series
 
 ACROSS = 4  # polar plots side by side
 FLOOR = 50  # dB below the largest: deep nulls would flatten the rest
 NAMED = 16  # single directions that an axis names
-POINTS = 4  # drawn for each of the samples that a curve's bandwidth asks for
 LABELS = {"azimuth": "azimuth [°]", "elevation": "elevation [°]", "frequency": "frequency [GHz]"}
 ALONG, SINGLE = "angle along the directions [°]", "elevation, azimuth [°]"
 # How a cut is read, by the label of its axis; else by LINES.
@@ -32,25 +31,9 @@ HOW[LABELS["azimuth"]] = (
 Curve = namedtuple("Curve", "polarization label samples levels x y smooth")
 
 
-def rcs_dbsm(field):
-    """Return the RCS in dBsm of scattering amplitudes in m; -200 dBsm where there is no field at all."""
-    return 10 * np.log10(np.maximum(4 * np.pi * np.abs(field) ** 2, 1e-20))
-
-
 def in_words(axis, value):
     """Return a value on an axis as words: '1.5 GHz' of 'frequency' in Hz, 'azimuth 30°' of an angle in degrees."""
     return f"{value / 1e9:.4g} GHz" if axis == "frequency" else f"{axis} {value:g}°"
-
-
-def center_frequency(dataset):
-    """Return the frequency sample in Hz nearest to the middle of the sweep."""
-    frequency = dataset.frequency.values
-    return float(frequency[np.argmin(np.abs(frequency - (frequency[0] + frequency[-1]) / 2))])
-
-
-def by_direction(dataset):
-    """Return a store's field over one dimension, `direction`; of a grid, one elevation after another."""
-    return dataset.field if "direction" in dataset.sizes else dataset.field.stack(direction=["elevation", "azimuth"])
 
 
 def by_transmitter(target, dataset, most):
@@ -91,35 +74,13 @@ def cut(dataset, reach, most):
         one = field.sel({"polarization": polarization} | ({other: value} if other else {}))
         one = one.squeeze([name for name in one.dims if name != across])
         levels = rcs_dbsm(one.values.ravel())
-        drawn = _series(one, reach) if across == "azimuth" else None
+        drawn = series(one, reach) if across == "azimuth" else None
         smooth = drawn is not None
         if not smooth:
             closed = label != SINGLE and closes_circle(x)
             drawn = (np.append(x, x[0] + 360), np.append(levels, levels[0])) if closed else (x, levels)
         curves.append(Curve(polarization, in_words(other, value) if other else "", x, levels, *drawn, smooth))
     return across, label, field, curves
-
-
-def resolved(field, reach):
-    """Return the highest order of a field over azimuth that its samples (A,) hold; None where they hold not all of it.
-
-    reach: the target's in m; if None, the order is told from samples round the circle.
-    """
-    azimuth = field.azimuth.values
-    if reach is None:
-        return order_told(field.values) if closes_circle(azimuth) else None
-    highest = order(float(field.frequency), reach, float(field.elevation))
-    return highest if is_dense(azimuth, highest) else None
-
-
-def _series(field, reach):
-    """Return azimuths in degrees and levels in dBsm of the series through samples; None where they do not hold it."""
-    azimuth, highest = field.azimuth.values, resolved(field, reach)
-    if highest is None:
-        return None
-    span = 360.0 if closes_circle(azimuth) else azimuth[-1] - azimuth[0]
-    x = np.linspace(azimuth[0], azimuth[0] + span, int(POINTS * (2 * highest + 1) * span / 360) + 2)
-    return x, rcs_dbsm(between(azimuth, field.values, highest, x))
 
 
 def _axis(dataset, across):
@@ -232,18 +193,6 @@ def frequency_figure(target, dataset, most):
     caption = f"{target}: RCS against frequency at directions (elevation, azimuth); samples, joined by lines."
     drawing = draw_curves(curves, LABELS["frequency"])
     return figure(f"rcs_frequency_{target}", drawing, frame, caption)
-
-
-def measures_table(name, target, frame, measures, heads, caption):
-    """Return a table of measures of a target's RCS at each polarization and frequency.
-
-    measures: a function of the rows of `frame` at one, gives values by column; heads: how these are shown, by heading.
-    """
-    keys = ["polarization", "frequency_hz"]
-    groups = frame.groupby(keys, sort=False)
-    rows = [{"target": target} | dict(zip(keys, key, strict=True)) | measures(part) for key, part in groups]
-    shown = {"polarization": "{polarization}", "frequency": lambda row: in_words("frequency", row["frequency_hz"])}
-    return table(f"{name}_{target}", pd.DataFrame(rows), shown | heads, caption)
 
 
 def _names(part, form):
