@@ -16,8 +16,9 @@ from isarflow.core.sweep import C0, directions, unit_vectors
 from isarflow.report import rcs
 from isarflow.report.layout import style
 from isarflow.report.rcs import write_rcs
-from isarflow.report.rcs_figures import ALONG, SINGLE, cut, cut_figure, frequency_figure, map_figure
+from isarflow.report.rcs_figures import cut_figure, frequency_figure, map_figure
 from isarflow.scattering.compared import compare
+from isarflow.scattering.cuts import ALONG, SINGLE, cut
 from isarflow.scattering.interpolation import is_dense, order
 from isarflow.scattering.rcs import as_table, rcs_dbsm
 from isarflow.scattering.store import write_field

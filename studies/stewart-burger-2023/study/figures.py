@@ -9,9 +9,10 @@ from itertools import cycle
 import numpy as np
 
 from isarflow.core.sweep import snr_label
+from isarflow.core.words import number, signed
 from isarflow.learning import images
 from isarflow.learning.experiments import training
-from isarflow.report.layout import BLACK, number, signed
+from isarflow.report.layout import BLACK
 from isarflow.report.plots import (
     draw_curve,
     draw_pixels,
@@ -23,10 +24,11 @@ from isarflow.report.plots import (
 )
 from isarflow.report.published import ADAPTATIONS
 from isarflow.report.selection import around, evenly
-from isarflow.report.vocabulary import ACCURACY, at_highest, at_snrs, select, snr_axis, title
+from isarflow.report.vocabulary import ACCURACY, at_snrs, select, snr_axis, title
 from study import statements as stated
 from study.anew import nearest_snr
 from study.markdown import NONE, picture, table
+from study.selection import at_highest
 from study.statements import HARDER, PROTOCOLS, SPLIT, WORDS, by_sector, ours, value_text
 
 NEARLY = 0.1  # relative: a setting tried that is so near to the published one stands for it

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from isarflow.report.layout import BLUE, VERMILION, number
+from isarflow.core.words import number
+from isarflow.report.layout import BLUE, VERMILION
 from isarflow.report.plots import draw_matrix, draw_pixels, finish, panels
 from isarflow.report.published import ADAPTATIONS
 from isarflow.report.selection import nearest

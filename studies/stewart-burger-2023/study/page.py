@@ -6,11 +6,12 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from isarflow.core.code import commit, version
 from isarflow.core.sweep import frequencies, images_are_made
+from isarflow.core.words import duration
 from isarflow.report.conditions import noise_words
-from isarflow.report.layout import duration, style
+from isarflow.report.layout import style
 from isarflow.report.results import Results
-from isarflow.report.section_run import commit, version
 from isarflow.report.vocabulary import select
 from study import figures, sentences
 from study import networks as of_networks

@@ -9,11 +9,11 @@ from functools import cache, reduce
 from sklearn.metrics import roc_auc_score
 
 from isarflow.core.sweep import elevations
+from isarflow.core.words import duration, number
 from isarflow.learning import capsules
-from isarflow.learning.experiments import training
+from isarflow.learning.experiments import training, training_noise
 from isarflow.report import thesis
-from isarflow.report.layout import duration, number
-from isarflow.report.vocabulary import ACCURACY, POWERS, select, training_noise
+from isarflow.report.vocabulary import ACCURACY, POWERS, select
 from study import anew
 from study import statements as stated
 from study.selection import LOW_SNR, PAGE

@@ -12,10 +12,10 @@ from isarflow.learning.experiments import training
 from isarflow.report.plots import RELATIONS, holds, matrix
 from isarflow.report.published import ADAPTATIONS, CLOSED, OPEN, value_at
 from isarflow.report.selection import nearest
-from isarflow.report.vocabulary import ACCURACY, METHOD, at_highest, at_snrs, select, with_interval
+from isarflow.report.vocabulary import ACCURACY, METHOD, at_snrs, select, with_interval
 from study import anew
 from study.markdown import NONE, table
-from study.selection import PAGE, everywhere_networks, networks_of
+from study.selection import PAGE, at_highest, everywhere_networks, networks_of
 
 # What a published metric is called in scores.csv and on the page.
 METRICS = {

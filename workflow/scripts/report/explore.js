@@ -14,7 +14,7 @@ page.live.explore = (data) => {
   const edges = (axis) => [axis[0] - (axis[1] - axis[0]) / 2, axis.at(-1) + (axis[1] - axis[0]) / 2];
   const cell = (axis, value) => Math.round((value - axis[0]) / (axis[1] - axis[0]));
 
-  // The triangles' corners to the right, up and towards the radar (see draw_mesh.project).
+  // The triangles' corners to the right, up and towards the radar (see project in plots.py).
   function seen({ vertices, triangles }, az, el) {
     const [ca, sa, ce, se] = [Math.cos(az), Math.sin(az), Math.cos(el), Math.sin(el)];
     const turned = vertices.map(([x, y, z]) => {
@@ -135,9 +135,8 @@ page.live.explore = (data) => {
     const turned = turn.across || turn.up ? "turned by hand" : "as the radar sees it";
     caption.textContent = `${shown.name} at azimuth ${written(az)}°, elevation ${written(el)}°: ${turned}, its image ` +
       `${noise}, its range profiles at that elevation over azimuth, and the one at that azimuth.`;
-    tell(azimuth, `${written(az)}°`);
-    tell(elevation, `${written(el)}°`);
-    tell(floor, `${floor.value} dB`);
+    const said = [[azimuth, `${written(az)}°`], [elevation, `${written(el)}°`], [floor, `${floor.value} dB`]];
+    for (const [input, words] of said) tell(input, words);
   }
 
   function draw() {

@@ -1,4 +1,4 @@
-// From a field to images and range profiles, as workflow/scripts/imaging and section_scattering.py do it. Matrices of
+// From a field to images and range profiles, as workflow/scripts/imaging does it. Matrices of
 // complex numbers are arrays of pairs, row by row.
 const imaging = (() => {
   // Samples (frequency, azimuth) of a field (polarization, frequency, elevation, azimuth) at places of azimuths.

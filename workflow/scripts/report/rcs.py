@@ -1,20 +1,15 @@
 """The radar cross-section (RCS) of a run's targets: a CSV file of each, and one page for all."""
 
-import numpy as np
-import pandas as pd
-
 from isarflow.report import rcs_figures, section_run
 from isarflow.report.layout import Section, figure, style, table
 from isarflow.report.page import Part, write_page
-from isarflow.report.rcs_figures import LABELS, Curve, in_words
 from isarflow.report.results import Results
-from isarflow.scattering.compared import compare
-from isarflow.scattering.rcs import as_table
+from isarflow.scattering.compared import compare, differences, worst_cut
+from isarflow.scattering.cuts import LABELS, Curve, by_transmitter, in_words
+from isarflow.scattering.rcs import PERCENTS, as_table, percentiles
 from isarflow.scattering.reference import WANTED
 
-KEYS = ["target", "polarization", "frequency_hz"]
 CURVES = 5  # cuts in one plot at most
-PERCENTS = (5, 25, 50, 75, 95)
 BISTATIC = "Bistatic: each figure is over the receivers, its name has the transmitter's elevation and azimuth."
 
 
@@ -30,7 +25,7 @@ def write_rcs(folder, settings, page, tables, parts):
     with style():
         targets, sections = section_run.cards(results), [_section(results, name) for name in results.targets]
     made = Part("run", "The run", (section_run.section(results),))
-    shown = {"facts": section_run.facts(results), "warnings": section_run.warned(results), "targets": targets}
+    shown = {"facts": list(section_run.facts(results)), "warnings": section_run.warned(results), "targets": targets}
     shown["parts"] = (Part("rcs", "Radar cross-section", tuple(sections)), made)
     write_page(f"Radar cross-section: {settings['name']}", settings["name"], shown, page, *parts)
 
@@ -42,7 +37,7 @@ def _section(results, name):
         compared = compare(reference, dataset, reach)
         figures.append(compare_figure(name, compared))
         tables.insert(0, compare_table(name, compared))
-    for title, part in rcs_figures.by_transmitter(name, dataset, CURVES):
+    for title, part in by_transmitter(name, dataset, CURVES):
         figures.append(rcs_figures.cut_figure(title, part, reach, CURVES))
         figures.append(rcs_figures.cut_figure(title, part, reach, CURVES, polar=True, name="rcs_polar"))
         figures += [rcs_figures.map_figure(title, part), rcs_figures.frequency_figure(title, part, CURVES)]
@@ -50,53 +45,29 @@ def _section(results, name):
     return Section(f"rcs-{name}", name, tuple(text), tuple(filter(None, figures)), tuple(tables))
 
 
-def _measures_table(name, frame, measures, heads, caption):
-    """Return a table of measures at each polarization and frequency.
-
-    measures: a function of the rows of `frame` at one, gives values by column; heads: how these are shown, by heading.
-    """
-    rows = [{**dict(zip(KEYS, key, strict=True)), **measures(part)} for key, part in frame.groupby(KEYS, sort=False)]
+def _by_frequency(name, data, heads, caption):
+    """Return a table of measures at each polarization and frequency. heads: how these are shown, by heading."""
     shown = {"polarization": "{polarization}", "frequency": lambda row: in_words("frequency", row["frequency_hz"])}
-    return table(name, pd.DataFrame(rows), shown | heads, caption)
+    return table(name, data, shown | heads, caption)
 
 
-def _percentiles(name, dataset):
-    """Return percentiles and mean of RCS over all directions, for each polarization and frequency."""
-
-    def measures(part):
-        level = part["rcs_dbsm"].to_numpy()
-        found = dict(zip([f"p{p}_dbsm" for p in PERCENTS], np.percentile(level, PERCENTS), strict=True))
-        return found | {"mean_dbsm": 10 * np.log10(np.mean(10 ** (level / 10))), "max_dbsm": level.max()}
-
+def _percentiles(target, dataset):
     heads = {f"{p} %": f"{{p{p}_dbsm:.1f}}" for p in PERCENTS}
     heads |= {"mean": "{mean_dbsm:.1f}", "largest": "{max_dbsm:.1f}"}
-    caption = f"{name}: percentiles of RCS over all directions, its mean (of m²) and the largest, in dBsm."
-    return _measures_table(f"rcs_percentiles_{name}", as_table(dataset).assign(target=name), measures, heads, caption)
+    caption = f"{target}: percentiles of RCS over all directions, its mean (of m²) and the largest, in dBsm."
+    return _by_frequency(f"rcs_percentiles_{target}", percentiles(target, as_table(dataset)), heads, caption)
 
 
 def compare_table(target, compared):
-    """Return a table of the mean and the worst difference for each polarization and frequency."""
-
-    def measures(part):
-        apart, size = part["difference_db"], part["difference_db"].abs()
-        return {"samples": len(part), "mean_db": size.mean(), "bias_db": apart.mean(), "worst_db": size.max()}
-
     heads = {"samples": "{samples}", "mean difference [dB]": "{mean_db:.2f}", "worst [dB]": "{worst_db:.2f}"}
     heads["computed less reference [dB]"] = "{bias_db:+.2f}"
     caption = f"{target}: by how much the computed RCS differs from the reference, without its sign."
-    rows = compared.assign(target=target).sort_values(["polarization", "frequency_hz"], kind="stable")
-    return _measures_table(f"rcs_compared_{target}", rows, measures, heads, caption)
+    return _by_frequency(f"rcs_compared_{target}", differences(target, compared), heads, caption)
 
 
 def compare_figure(target, compared):
     """Draw the computed RCS and the reference over it, along the axis with most samples, where they differ most."""
-    others = {across: [name for name in WANTED if name != across] for across in reversed(WANTED)}
-    counts = {across: compared.groupby(["polarization", *rest])[across].nunique() for across, rest in others.items()}
-    across = max(counts, key=lambda name: counts[name].max())
-    count = compared.groupby(others[across])["difference_db"].transform("size")
-    worst = compared["difference_db"].abs().where(count > count.max() / 2).idxmax()
-    place = compared.loc[worst, others[across]]
-    part = compared[(compared[others[across]] == place).all(axis=1)].sort_values(across)
+    across, place, part = worst_cut(compared)
     curves = []
     for polarization, rows in part.groupby("polarization"):
         x = rows[across].to_numpy() / (1e9 if across == "frequency_hz" else 1)

@@ -10,8 +10,8 @@ from isarflow.core.errors import InputError
 from isarflow.core.sweep import C0, closes_circle
 from isarflow.imaging.geometry import imager_of, planned
 from isarflow.imaging.imagers.fourier import bilinear_weights, wavenumber_grid, window
-from isarflow.report.draw_images import FLOOR_DB
 from isarflow.report.layout import Section
+from isarflow.report.plots import FLOOR_DB
 from isarflow.report.selection import evenly, noise_snrs
 
 PLACE, NEEDS = ("look", 1), "images_are_made"  # on the page, see page.py
@@ -22,7 +22,6 @@ WAYS = ("polar", "none")  # to images, that imaging.js knows (see imaging/imager
 
 
 def section(results):
-    """Return the section, which a script draws."""
     return Section("explore", "Mesh, image and range profiles of any view", live=explorer(results))
 
 
@@ -41,37 +40,31 @@ def explorer(results):
         polarizations = polarizations[:1]
     elevations = evenly(first.elevation.values.tolist(), max(1, MOST_SAMPLES // (len(polarizations) * each)))
     fourier, over = imaging["imager"] == "fourier", imaging.get("window", "hamming")
-    return {
-        "polarizations": polarizations,
-        "elevations": elevations,
-        "frequency": frequency.tolist(),
-        "k": (2 * np.pi * frequency / C0).tolist(),
-        "azimuths": azimuth.tolist(),
-        "closed": closes_circle(azimuth),
-        "angle": angle.tolist(),
-        "windows": [window(over, len(axis)).tolist() for axis in (frequency, angle)],
-        "pixels": [plan["range_pixels"], plan["crossrange_pixels"]] if fourier else [len(frequency), len(angle)],
-        "ways": _ways(frequency, angle, imaging.get("reformat", WAYS[0])),
-        "floor": FLOOR_DB,
-        "colors": [[round(255 * part) for part in color] for color in colormaps["viridis"].colors],
-        "snrs": noise_snrs(noise["snr_db"])[::-1],
-        "definition": noise["definition"],
-        "targets": [
-            {"name": name, "field": _field(results, name, polarizations, elevations), "mesh": _mesh(results, name)}
-            for name in results.targets
-        ],
-    }
+    targets = [
+        {"name": name, "field": _field(results, name, polarizations, elevations), "mesh": _mesh(results, name)}
+        for name in results.targets
+    ]
+    data = {"targets": targets, "polarizations": polarizations, "elevations": elevations}
+    data |= {"frequency": frequency.tolist(), "k": (2 * np.pi * frequency / C0).tolist(), "angle": angle.tolist()}
+    data |= {"azimuths": azimuth.tolist(), "closed": closes_circle(azimuth), "snrs": noise_snrs(noise["snr_db"])[::-1]}
+    data["windows"] = [window(over, len(axis)).tolist() for axis in (frequency, angle)]
+    data["pixels"] = [plan["range_pixels"], plan["crossrange_pixels"]] if fourier else [len(frequency), len(angle)]
+    data["ways"], data["floor"] = _ways(frequency, angle, imaging.get("reformat", WAYS[0])), FLOOR_DB
+    data["definition"] = noise["definition"]
+    data["colors"] = [[round(255 * part) for part in color] for color in colormaps["viridis"].colors]
+    return data
 
 
 def _ways(frequency, angle, first):
-    """Return of each way to form images that can be, the run's own first: its wavenumbers kx and ky in rad/m, and of
-    each place of that grid the samples with their weights."""
+    """Return wavenumbers kx, ky in rad/m, and the samples and weights of each of their pairs, by way to form images."""
     ways = {}
     for way in sorted(WAYS, key=lambda way: way != first):
         with suppress(InputError):  # this sweep's sector holds no rectangle
             kx, ky = wavenumber_grid(frequency, angle, way)
-            matrix = bilinear_weights(frequency, angle, kx, ky) if way == "polar" else np.eye(len(kx) * len(ky))
-            weights = [[[int(place), row[place]] for place in np.flatnonzero(row)] for row in matrix]
+            weights = [[[place, 1]] for place in range(len(kx) * len(ky))]
+            if way == "polar":
+                matrix = bilinear_weights(frequency, angle, kx, ky)
+                weights = [[[int(place), row[place]] for place in np.flatnonzero(row)] for row in matrix]
             ways[way] = {"kx": kx.tolist(), "ky": ky.tolist(), "weights": weights}
     return ways
 

@@ -6,7 +6,7 @@ import pandas as pd
 from isarflow.core.errors import InputError
 from isarflow.scattering import ffe, field_files
 from isarflow.scattering.interpolation import between
-from isarflow.scattering.rcs import rcs_dbsm, resolved
+from isarflow.scattering.rcs import by_frequency, rcs_dbsm, resolved
 from isarflow.scattering.reference import WANTED, check_columns, is_csv, several
 
 SAME_FREQUENCY, SAME_ANGLE = 1e-6, 1e-3  # relative; degrees
@@ -111,3 +111,25 @@ def _computed(dataset, reach, polarization, frequency, elevation, azimuth):
         inside = (gap >= SAME_ANGLE) & (gap <= 180 / (2 * highest + 1) + 1e-9)
         level[inside] = rcs_dbsm(between(field.azimuth.values, field.values, highest, azimuth[inside]))
     return level
+
+
+def differences(target, compared):
+    """Return the mean and the worst difference in dB at each polarization and frequency. compared: as of `compare`."""
+
+    def measures(part):
+        apart, size = part["difference_db"], part["difference_db"].abs()
+        return {"samples": len(part), "mean_db": size.mean(), "bias_db": apart.mean(), "worst_db": size.max()}
+
+    return by_frequency(target, compared.sort_values(["polarization", "frequency_hz"], kind="stable"), measures)
+
+
+def worst_cut(compared):
+    """Return the cut along the axis with most samples on which they differ most: that axis, its place, its rows."""
+    others = {across: [name for name in WANTED if name != across] for across in reversed(WANTED)}
+    counts = {across: compared.groupby(["polarization", *rest])[across].nunique() for across, rest in others.items()}
+    across = max(counts, key=lambda name: counts[name].max())
+    count = compared.groupby(others[across])["difference_db"].transform("size")
+    worst = compared["difference_db"].abs().where(count > count.max() / 2).idxmax()
+    place = compared.loc[worst, others[across]]
+    part = compared[(compared[others[across]] == place).all(axis=1)].sort_values(across)
+    return across, place, part

@@ -1,12 +1,14 @@
 """The radar cross-section (RCS) of a store: in dBsm, as a table, and between its samples."""
 
 import numpy as np
+import pandas as pd
 
 from isarflow.core.sweep import closes_circle
 from isarflow.scattering.interpolation import between, is_dense, order, order_told
 
 RECEIVER = {"receiver_elevation": "receiver_elevation_deg", "receiver_azimuth": "receiver_azimuth_deg"}
 COLUMNS = ("frequency_hz", "elevation_deg", "azimuth_deg", "polarization", "rcs_dbsm", "phase_deg")
+PERCENTS = (5, 25, 50, 75, 95)
 POINTS = 4  # drawn for each of the samples that a curve's bandwidth asks for
 
 
@@ -58,3 +60,25 @@ def series(field, reach):
     span = 360.0 if closes_circle(azimuth) else azimuth[-1] - azimuth[0]
     x = np.linspace(azimuth[0], azimuth[0] + span, int(POINTS * (2 * highest + 1) * span / 360) + 2)
     return x, rcs_dbsm(between(azimuth, field.values, highest, x))
+
+
+def by_frequency(target, table, measures):
+    """Return a table of a target's measures at each polarization and frequency.
+
+    measures: a function of the rows of `table` at one, gives values by column.
+    """
+    keys = ["polarization", "frequency_hz"]
+    groups = table.groupby(keys, sort=False)
+    rows = [{"target": target} | dict(zip(keys, key, strict=True)) | measures(part) for key, part in groups]
+    return pd.DataFrame(rows)
+
+
+def percentiles(target, table):
+    """Return PERCENTS of RCS over all directions, its mean (of m²) and the largest, in dBsm. table: of `as_table`."""
+
+    def measures(part):
+        level = part["rcs_dbsm"].to_numpy()
+        found = dict(zip([f"p{p}_dbsm" for p in PERCENTS], np.percentile(level, PERCENTS), strict=True))
+        return found | {"mean_dbsm": 10 * np.log10(np.mean(10 ** (level / 10))), "max_dbsm": level.max()}
+
+    return by_frequency(target, table, measures)
