@@ -15,6 +15,7 @@ import pytest
 import xarray as xr
 from pages import Page, table_rows, unpacked
 
+from isarflow.learning import likeness
 from isarflow.report import section_alike, section_headline, section_learning, section_open
 from isarflow.report.layout import style
 from isarflow.report.plots import REJECTING
@@ -223,11 +224,11 @@ def test_the_images_that_look_alike_are_those_with_the_largest_correlation():
 
 def test_likeness_is_one_for_the_same_image_and_none_without_contrast():
     images = np.random.default_rng(3).normal(size=(4, 5, 6, 2)) @ [1, 1j]
-    rows = section_alike.standardized(images)
-    same = section_alike.standardized((3 * np.abs(images) + 2).astype(complex))
+    rows = likeness.standardized(images)
+    same = likeness.standardized((3 * np.abs(images) + 2).astype(complex))
     np.testing.assert_allclose(np.diag(rows @ same.T), 1)
     assert np.abs(rows @ rows.T - np.eye(4)).max() <= 1
-    assert not section_alike.standardized(np.ones((1, 5, 6))).any()
+    assert not likeness.standardized(np.ones((1, 5, 6))).any()
 
 
 def test_every_plot_of_the_open_set_has_the_line_of_rejecting_everything(whole):

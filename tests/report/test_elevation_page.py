@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from isarflow.learning import likeness
 from isarflow.report import section_alike, section_headline, section_open, section_run
 from isarflow.report.results import Results
 
@@ -66,15 +67,15 @@ def test_several_looks_have_a_figure_where_scores_add_up(results):
 
 
 def test_likeness_is_measured_by_the_angle_between_views(results):
-    data = section_alike.likeness_by_angle(results, "drone", 45).set_index(["along", "degrees"])
+    data = likeness.by_angle(results.images("drone", "clean").image, 45).set_index(["along", "degrees"])
     image = np.abs(results.images("drone", "clean").image.transpose("elevation", "azimuth", ...).values)
     flat = image.reshape(5, 24, -1)
     beside = [(flat[e, a], flat[e, (a + 2) % 24]) for e in range(5) for a in range(24)]
     above = [(flat[e, a], flat[e + 3, a]) for e in range(2) for a in range(24)]
     for where, pairs in ((("azimuth", 30.0), beside), (("elevation", 45.0), above)):
-        likeness = [np.corrcoef(one, other)[0, 1] for one, other in pairs]
-        assert data.loc[where, "mean"] == pytest.approx(np.mean(likeness), abs=1e-5)
-        assert data.loc[where, "low"] == pytest.approx(np.quantile(likeness, 0.1), abs=1e-5)
+        alike = [np.corrcoef(one, other)[0, 1] for one, other in pairs]
+        assert data.loc[where, "mean"] == pytest.approx(np.mean(alike), abs=1e-5)
+        assert data.loc[where, "low"] == pytest.approx(np.quantile(alike, 0.1), abs=1e-5)
     assert all(data.loc[along].index.tolist() == [15, 30, 45] for along in ("azimuth", "elevation"))
     drawn = section_alike.angle_figure(results)
     assert set(drawn.data["target"]) == {"drone", "missile"}

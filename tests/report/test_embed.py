@@ -2,7 +2,7 @@
 
 from pages import unpacked
 
-from isarflow.report.embed import embedded
+from isarflow.report.page import embedded
 
 
 def test_what_is_held_is_put_together_to_the_letter(tmp_path):

@@ -10,12 +10,14 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
+from study.selection import at_highest
 
+from isarflow.core import words
 from isarflow.core.kinds import page_names
 from isarflow.core.sweep import C0
+from isarflow.imaging import outline
+from isarflow.imaging.range_profiles import range_profiles
 from isarflow.report import (  # fmt: skip
-    draw_images,
-    draw_mesh,
     layout,
     plots,
     published,
@@ -26,7 +28,6 @@ from isarflow.report import (  # fmt: skip
     vocabulary,
 )
 from isarflow.report.results import Results
-from isarflow.report.section_scattering import range_profiles
 
 NAMES = vocabulary.Names(
     page_names({"lr": {}, "svm": {}, "knn": {}, "capsule": {}, "own": {"kind": "lr"}, "lr_tuned": {"kind": "lr"}})
@@ -74,9 +75,9 @@ def test_published_statement_counts_to_its_printed_decimals(ours, relation, prin
 
 
 def test_projection_keeps_lengths_and_hands():
-    np.testing.assert_allclose(np.square(draw_mesh.project(np.eye(3), *draw_mesh.OBLIQUE)).sum(axis=0), 1)
+    np.testing.assert_allclose(np.square(plots.project(np.eye(3), *plots.OBLIQUE)).sum(axis=0), 1)
     # x to the right, y up, z towards the eye: from above, right-handed.
-    np.testing.assert_allclose(np.diagonal(draw_mesh.project(np.eye(3), *draw_mesh.TOP)), 1)
+    np.testing.assert_allclose(np.diagonal(plots.project(np.eye(3), *plots.TOP)), 1)
 
 
 def test_colours_stand_out_from_white():
@@ -88,19 +89,19 @@ def test_colours_stand_out_from_white():
 
 def test_numbers_read_as_numbers():
     values = {None: "–", 0: "0", 0.03654: "0.0365", 48.8: "48.8", 1234: "1234", 5e-6: "5.00×10⁻⁶"}
-    assert {value: layout.number(value) for value in values} == values
+    assert {value: words.number(value) for value in values} == values
 
 
 def test_outline_of_a_box_is_its_shadow_and_a_sheet_on_edge_has_one():
     corners = np.array([[x, y, 0.0] for x in (-0.3, 0.3) for y in (-0.1, 0.1)])
     plate = np.array([[0, 2, 1], [1, 2, 3]])
-    cross, distance, covered = draw_images.outline(corners, plate, 0.0, 0.0)
-    inside = covered > draw_images.OUTLINE
+    cross, distance, covered = outline.outline(corners, plate, 0.0, 0.0)
+    inside = covered > outline.OUTLINE
     assert np.ptp(distance[inside.any(axis=1)]) == pytest.approx(0.6, rel=0.03)  # along x, towards the radar
     assert np.ptp(cross[inside.any(axis=0)]) == pytest.approx(0.2, rel=0.06)
     for turn in (0.0, 30.0, 45.0):  # a vertical sheet in the plane of x and z, seen along its edge from above
         upright = corners[:, [0, 2, 1]]
-        assert draw_images.outline(upright, plate, 0.0, turn)[2].max() > draw_images.OUTLINE
+        assert outline.outline(upright, plate, 0.0, turn)[2].max() > outline.OUTLINE
 
 
 def test_methods_rank_by_their_mean_on_validation_images_over_the_middle_within_each_split():
@@ -297,12 +298,12 @@ def test_rows_are_selected_by_a_value_or_by_several():
     table = pd.DataFrame({"model": ["lr", "lr", "svm"], "test_snr_db": [0, 6, 6]})
     assert vocabulary.select(table, model="lr", test_snr_db=6).index.tolist() == [1]
     assert vocabulary.select(table, test_snr_db=[0, 6], model=("svm",)).index.tolist() == [2]
-    assert vocabulary.at_highest(table).index.tolist() == [1, 2]
+    assert at_highest(table).index.tolist() == [1, 2]
 
 
 def test_a_table_is_written_as_its_columns_say():
     data = pd.DataFrame({"target": ["a", "b"], "count": [1234, 5], "share": [0.25, np.nan]})
-    shown = {"target": "{target}", "count": "{count:,}", "share": lambda row: layout.number(row["share"], 1)}
+    shown = {"target": "{target}", "count": "{count:,}", "share": lambda row: words.number(row["share"], 1)}
     table = layout.table("x", data, shown, "")
     assert table.shown.to_dict("records") == [
         {"target": "a", "count": "1,234", "share": "0.2"},

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from isarflow.report import section_alike, section_explore, section_images
+from isarflow.learning import likeness
+from isarflow.report import section_explore, section_images
 from isarflow.report.results import Results
 
 
@@ -24,19 +25,20 @@ def test_the_images_are_shown_in_the_first_polarization_and_once_in_all(tmp_path
     size = 3 * 24 * 2 * 15 * 8 / 1e6
     assert f"Their store has {size:.3g} MB, the store of each SNR {2 * size:.3g} MB." in text
     store = xr.open_zarr(results.folder / "imaging/drone/clean.zarr").load().image
-    (gallery,) = section_images.channel_gallery(results, "drone")
+    drawn = {figure.name: figure for figure in section_images.galleries(results)}
+    gallery = drawn["gallery_polarization"]
     for name, rows in gallery.data.groupby("image"):
         truth = store.sel(elevation=0, channel=name).isel(azimuth=24 // 8).values.ravel()
         np.testing.assert_allclose(rows["level_db"], 20 * np.log10(np.abs(truth)), atol=0.006)
     assert list(dict.fromkeys(gallery.data["image"])) == ["HH", "VV"]
-    first = section_images.azimuth_gallery(results, "drone").data
+    first = drawn["images_drone"].data
     azimuth = first["azimuth_deg"].iloc[0]
     truth = store.sel(elevation=0, azimuth=azimuth, channel="HH").values.ravel()
     shown = first[first["azimuth_deg"] == azimuth]["level_db"]
     np.testing.assert_allclose(shown, 20 * np.log10(np.abs(truth)), atol=0.006)
     # The viewer begins with the first, and likeness is of it: here of views a step of azimuth apart.
     assert section_explore.explorer(results)["polarizations"] == ["HH", "VV"]
-    found = section_alike.likeness_by_angle(results, "drone", 15.0).iloc[0]
+    found = likeness.by_angle(results.images("drone", "clean").image, 15.0).iloc[0]
     views = np.abs(store.sel(channel="HH").transpose("azimuth", "elevation", ...).values).reshape(24, 3, -1)
     views = views - views.mean(axis=-1, keepdims=True)
     views /= np.linalg.norm(views, axis=-1, keepdims=True)

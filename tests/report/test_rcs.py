@@ -13,11 +13,14 @@ from pages import check_whole
 
 from isarflow.core.errors import InputError
 from isarflow.core.sweep import C0, directions, unit_vectors
-from isarflow.report import rcs_compare
+from isarflow.report import rcs
 from isarflow.report.layout import style
-from isarflow.report.rcs import as_table, write_rcs
-from isarflow.report.rcs_figures import ALONG, SINGLE, cut, cut_figure, frequency_figure, map_figure, rcs_dbsm
+from isarflow.report.rcs import write_rcs
+from isarflow.report.rcs_figures import cut_figure, frequency_figure, map_figure
+from isarflow.scattering.compared import compare
+from isarflow.scattering.cuts import ALONG, SINGLE, cut
 from isarflow.scattering.interpolation import is_dense, order
+from isarflow.scattering.rcs import as_table, rcs_dbsm
 from isarflow.scattering.store import write_field
 
 SENTENCE = "is 0.031 wavelengths from its source (goal 0.025)"
@@ -129,9 +132,9 @@ def reference(path, azimuth, shift, **columns):
 
 def test_a_reference_between_the_samples_is_compared_with_the_field_there(stored, tmp_path):
     azimuth, shift = np.array([0.0, 2.2, 33.1, 355.0, 358.0]), np.array([0.5, -0.5, 0.5, 0.5, -2.0])
-    compared = rcs_compare.compare(reference(tmp_path / "r.csv", azimuth, shift), stored([0.0], CIRCLE), REACH)
+    compared = compare(reference(tmp_path / "r.csv", azimuth, shift), stored([0.0], CIRCLE), REACH)
     np.testing.assert_allclose(compared["difference_db"], -shift, atol=1e-3)
-    data = rcs_compare.compare_table("a", compared).data
+    data = rcs.compare_table("a", compared).data
     assert data[["mean_db", "worst_db"]].to_numpy() == pytest.approx(np.array([[0.8, 2.0]]), abs=1e-3)
     assert compared["azimuth_deg"][compared["difference_db"].idxmax()] == 358
 
@@ -145,10 +148,10 @@ def test_a_reference_between_the_samples_is_compared_with_the_field_there(stored
 )
 def test_samples_that_do_not_compare_are_left_out_and_counted(stored, tmp_path, azimuth, shift, elevation, kept):
     path = reference(tmp_path / "r.csv", np.array(azimuth), shift, elevation_deg=elevation)
-    compared = rcs_compare.compare(path, stored([0.0], CIRCLE), None)
+    compared = compare(path, stored([0.0], CIRCLE), None)
     assert compared["azimuth_deg"].tolist() == kept
     with style():
-        assert "2 more have no" in rcs_compare.compare_figure("a", compared).caption
+        assert "2 more have no" in rcs.compare_figure("a", compared).caption
 
 
 @pytest.mark.parametrize(
@@ -168,7 +171,7 @@ def test_samples_that_do_not_compare_are_left_out_and_counted(stored, tmp_path, 
 def test_a_reference_that_does_not_fit_is_refused(stored, tmp_path, columns, row, message):
     (tmp_path / "r.csv").write_text(f"{columns}\n{row}\n")
     with pytest.raises(InputError, match=message):
-        rcs_compare.compare(str(tmp_path / "r.csv"), stored([0.0], CIRCLE), None)
+        compare(str(tmp_path / "r.csv"), stored([0.0], CIRCLE), None)
 
 
 def test_a_reference_may_be_what_feko_wrote(tmp_path):
@@ -177,7 +180,7 @@ def test_a_reference_may_be_what_feko_wrote(tmp_path):
     field = feko.amplitudes(*sweep)
     both = np.stack([field["VV"], 2 * field["HV"]]).astype(np.complex64)
     write_field(tmp_path / "b.zarr", both, ["VV", "HV"], *sweep, {})
-    compared = rcs_compare.compare({"V": str(tmp_path / "v.ffe")}, xr.open_zarr(tmp_path / "b.zarr"), None)
+    compared = compare({"V": str(tmp_path / "v.ffe")}, xr.open_zarr(tmp_path / "b.zarr"), None)
     mean = compared.groupby("polarization")["difference_db"].mean()
     assert mean.to_dict() == pytest.approx({"VV": 0, "HV": 20 * np.log10(2)}, abs=1e-3)
     assert len(compared) == 12

@@ -7,12 +7,12 @@ import numpy as np
 import pandas as pd
 
 from isarflow.core.sweep import snr_label
+from isarflow.core.words import signed
 from isarflow.learning import images, judge, thresholds
 from isarflow.learning.classifier import OTHER
 from isarflow.learning.metrics import metrics_of_labels
 from isarflow.learning.model_folder import config_of, load
 from isarflow.learning.predict import KNOWN, classify
-from isarflow.report.layout import signed
 from isarflow.report.selection import nearest
 from study.markdown import NONE
 from study.selection import HIGH_SNR

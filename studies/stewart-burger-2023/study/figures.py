@@ -10,9 +10,10 @@ import numpy as np
 
 from isarflow.core.sweep import elevations as elevations_of
 from isarflow.core.sweep import snr_label
+from isarflow.core.words import number
 from isarflow.learning import images
 from isarflow.report import plots
-from isarflow.report.layout import BLACK, BLUE, VERMILION, number
+from isarflow.report.layout import BLACK, BLUE, VERMILION
 from isarflow.report.published import ADAPTATIONS, CLASSES
 from isarflow.report.selection import evenly, nearest
 from isarflow.report.vocabulary import MEASURES, listed, select, snr_axis

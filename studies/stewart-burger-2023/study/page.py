@@ -8,8 +8,9 @@ from types import SimpleNamespace
 import numpy as np
 
 from isarflow.core.sweep import images_are_made
+from isarflow.core.words import number, several
 from isarflow.report import section_run
-from isarflow.report.layout import number, several, style
+from isarflow.report.layout import style
 from isarflow.report.results import Results
 from isarflow.report.vocabulary import listed, select
 from study import figures, texts

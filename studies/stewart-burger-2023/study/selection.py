@@ -36,3 +36,8 @@ def images_of(settings, runs):
     if everywhere_networks(runs):
         stores += [(name, snr_label(nearest(snrs, HIGH_SNR))) for name in opened]
     return list(dict.fromkeys(stores))
+
+
+def at_highest(table):
+    """Return the rows at the highest test SNR."""
+    return table[table["test_snr_db"] == table["test_snr_db"].max()]

@@ -11,9 +11,9 @@ from isarflow.learning.classifier import OTHER
 from isarflow.learning.metrics import metrics_of_labels
 from isarflow.report.plots import RELATIONS, holds, matrix
 from isarflow.report.published import ADAPTATIONS, CLOSED, OPEN, value_at
-from isarflow.report.vocabulary import ACCURACY, F1, METHOD, at_highest, select
+from isarflow.report.vocabulary import ACCURACY, F1, METHOD, select
 from study import anew
-from study.selection import PAGE, everywhere_networks, networks_of
+from study.selection import PAGE, at_highest, everywhere_networks, networks_of
 
 # What a published metric is called in scores.csv and on the page.
 METRICS = {

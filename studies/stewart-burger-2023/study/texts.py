@@ -5,7 +5,7 @@ from itertools import product
 import numpy as np
 from sklearn.metrics import roc_auc_score
 
-from isarflow.report.layout import number
+from isarflow.core.words import number
 from isarflow.report.vocabulary import ACCURACY, F1, at_snrs, select, title, with_interval
 from study import anew
 from study.markdown import NONE, table

@@ -1,13 +1,12 @@
-"""A target's radar cross-section beside that of the user's own file: a CSV of dBsm, or FEKO's far fields (.ffe)."""
+"""A run's radar cross-section at the samples of the user's own file: a CSV of dBsm, or FEKO's far fields (.ffe)."""
 
 import numpy as np
 import pandas as pd
 
 from isarflow.core.errors import InputError
-from isarflow.report.layout import figure
-from isarflow.report.rcs_figures import LABELS, Curve, draw_curves, in_words, measures_table, rcs_dbsm, resolved
 from isarflow.scattering import ffe, field_files
 from isarflow.scattering.interpolation import between
+from isarflow.scattering.rcs import by_frequency, rcs_dbsm, resolved
 from isarflow.scattering.reference import WANTED, check_columns, is_csv, several
 
 SAME_FREQUENCY, SAME_ANGLE = 1e-6, 1e-3  # relative; degrees
@@ -114,22 +113,18 @@ def _computed(dataset, reach, polarization, frequency, elevation, azimuth):
     return level
 
 
-def compare_table(target, compared):
-    """Return a table of the mean and the worst difference for each polarization and frequency."""
+def differences(target, compared):
+    """Return the mean and the worst difference in dB at each polarization and frequency. compared: as of `compare`."""
 
     def measures(part):
         apart, size = part["difference_db"], part["difference_db"].abs()
         return {"samples": len(part), "mean_db": size.mean(), "bias_db": apart.mean(), "worst_db": size.max()}
 
-    heads = {"samples": "{samples}", "mean difference [dB]": "{mean_db:.2f}", "worst [dB]": "{worst_db:.2f}"}
-    heads["computed less reference [dB]"] = "{bias_db:+.2f}"
-    caption = f"{target}: by how much the computed RCS differs from the reference, without its sign."
-    rows = compared.sort_values(["polarization", "frequency_hz"], kind="stable")
-    return measures_table("rcs_compared", target, rows, measures, heads, caption)
+    return by_frequency(target, compared.sort_values(["polarization", "frequency_hz"], kind="stable"), measures)
 
 
-def compare_figure(target, compared):
-    """Draw the computed RCS and the reference over it, along the axis with most samples, where they differ most."""
+def worst_cut(compared):
+    """Return the cut along the axis with most samples on which they differ most: that axis, its place, its rows."""
     others = {across: [name for name in WANTED if name != across] for across in reversed(WANTED)}
     counts = {across: compared.groupby(["polarization", *rest])[across].nunique() for across, rest in others.items()}
     across = max(counts, key=lambda name: counts[name].max())
@@ -137,17 +132,4 @@ def compare_figure(target, compared):
     worst = compared["difference_db"].abs().where(count > count.max() / 2).idxmax()
     place = compared.loc[worst, others[across]]
     part = compared[(compared[others[across]] == place).all(axis=1)].sort_values(across)
-    curves = []
-    for polarization, rows in part.groupby("polarization"):
-        x = rows[across].to_numpy() / (1e9 if across == "frequency_hz" else 1)
-        for name, column in {"computed": "computed_dbsm", "reference": "rcs_dbsm"}.items():
-            levels = rows[column].to_numpy()
-            curves.append(Curve(name, polarization, x, levels, x, levels, name == "computed"))
-    at = ", ".join(in_words(WANTED[name], value) for name, value in place.items())
-    caption = (
-        f"{target} beside {compared.attrs['reference']}: computed, and the reference with its samples, at {at}, where "
-        f"they differ most. The CSV holds all samples compared; {compared.attrs['left_out']} more have no level, or no "
-        "frequency, direction or polarization of this run."
-    )
-    drawing = draw_curves(curves, LABELS[WANTED[across]])
-    return figure(f"rcs_compared_{target}", drawing, compared.assign(target=target), caption)
+    return across, place, part
