@@ -20,32 +20,39 @@ from isarflow.scattering.plan import SKETCH
 
 FREED = 8  # columns after which free memory is given back
 SPANNED = 2.0  # times a tile's tolerance: what may be left of a random column, in which all remainders add up
-SPARE = 8  # columns, and a sixth of them, in which nothing may be left: else twice as many are tried
+SPARE = 8  # columns of SKETCH in which nothing may be left: else as many more are tried
 KNOWN = 1 << 25  # numbers that a thread may keep in a substitution
 RANDOM = np.random.default_rng(0).standard_normal((1024, 1024)).astype(np.float32)
 
 
-def compress(times, project, width, tolerance, sketch=SKETCH):
+def compress(times, project, width, tolerance):
     """Compress a tile X, given as two products, to U (M, r) and V (N, r), U V^T within `tolerance` (2-norm, about).
 
-    times(run) is X R with R a run (slice) of the columns of RANDOM's first N = width rows; project(Q) is Q^H X;
-    sketch: columns to begin with.
+    times(run) is X R with R a run (slice) of the columns of RANDOM's first N = width rows; project(Q) is Q^H X.
     """
-    count = min(sketch, width)
-    found = times(slice(0, count)).astype(np.complex128)
-    while True:
+    basis = None
+    for run in runs(width, SKETCH) or [slice(0, 0)]:
+        found = times(run)
+        if basis is not None:
+            found = _beside(basis, found)
         # Columns of X R, each as far as possible from the span of those before it, until the remainder of all is small.
+        found = found.astype(np.complex128)
         gram, pivots, rank, _ = zpstrf(found.conj().T @ found, tol=(SPANNED * tolerance) ** 2)
-        if rank <= count - max(SPARE, count // 6) or count == width:
+        inverse = np.triu(ztrtri(gram[:rank, :rank])[0]) if rank else np.zeros((0, 0))
+        more = (found[:, pivots[:rank] - 1] @ inverse).astype(np.complex64)
+        # Once more: what rounding left of the others in small columns is no longer small.
+        basis = more if basis is None else np.concatenate([basis, _beside(basis, more)], 1)
+        if rank <= run.stop - run.start - SPARE:
             break
-        more = slice(count, min(2 * count, width))
-        found, count = np.concatenate([found, times(more)], 1), more.stop
-    inverse = np.triu(ztrtri(gram[:rank, :rank])[0]) if rank else np.zeros((0, 0))
-    basis = (found[:, pivots[:rank] - 1] @ inverse).astype(np.complex64)
     rest = project(basis)
     squares, vectors = np.linalg.eigh(rest.astype(np.complex128) @ rest.conj().T)
     vectors = vectors[:, squares > tolerance**2].astype(np.complex64)
     return basis @ vectors, (vectors.conj().T @ rest).T
+
+
+def _beside(basis, columns):
+    """What of the columns is not in the span of an orthonormal basis."""
+    return columns - basis @ (basis.conj().T @ columns)
 
 
 class Stack:
@@ -153,8 +160,14 @@ class _Column:
         self.matrix, self.j = matrix, j
         self.left, self.ends = matrix.left[j].whole, matrix.left[j].ends  # transposed U_jk of all k, (K, n_j)
         self.width = matrix.spans[j].stop - matrix.spans[j].start
-        self.sketch = self.left @ RANDOM[: self.width, : min(SKETCH, self.width)]
+        self.sketches = {}  # U_jk^T R of all k, by the first of R's columns
         self.coupling, self.coupled, self.own = [None] * j, [None] * j, [None] * j
+
+    def sketch(self, run):
+        """U_jk^T R of all k, (K, run)."""
+        if run.start not in self.sketches:
+            self.sketches[run.start] = self.left @ RANDOM[: self.width, run]
+        return self.sketches[run.start]
 
     def couple(self, k):
         """V_ik^T D_k^-1 V_jk for all i > j, stacked (R, r_jk), and for i = j; and the first times U_jk^T R."""
@@ -163,7 +176,8 @@ class _Column:
         weighted = mine @ self.matrix.diagonal[k]  # D^-1 is symmetric
         self.own[k] = mine @ weighted.T
         self.coupling[k] = right[ends[place] :] @ weighted.T
-        self.coupled[k] = self.coupling[k] @ self.sketch[self.ends[k] : self.ends[k + 1]]
+        first = self.sketch(slice(0, min(SKETCH, self.width)))
+        self.coupled[k] = self.coupling[k] @ first[self.ends[k] : self.ends[k + 1]]
 
     def _rows(self, i, k):
         """Rows of the tile i in the coupling of k."""
@@ -195,7 +209,7 @@ class _Column:
             if run.start == 0:
                 inner = [self.coupled[k][place] for k, place in enumerate(places)]
             else:
-                parts = np.split(self.left @ random, self.ends[1:-1])
+                parts = np.split(self.sketch(run), self.ends[1:-1])
                 inner = [self.coupling[k][place] @ parts[k] for k, place in enumerate(places)]
             return u @ (v.T @ random) - left.T @ np.concatenate(inner)
 

@@ -18,7 +18,7 @@ from scipy import sparse
 from isarflow.scattering.assembly import Block, Placed, block_of
 from isarflow.scattering.factorization import Pool
 from isarflow.scattering.kernels import TILE
-from isarflow.scattering.lowrank import RANDOM, SKETCH, compress
+from isarflow.scattering.lowrank import RANDOM, compress
 
 SAMPLES = 32  # triangles of a patch
 CHECKS = SAMPLES // 2  # functions of a patch, on two triangles each
@@ -36,9 +36,9 @@ def fill(entries, matrices, tolerance, threads, progress=lambda done: None):
     panels, near = _panels(entries), _near_tiles(entries)
     total, done, wholes = max(count * (count - 1) // 2, 1), 0, 0
 
-    def whole(i, j, sketch):
+    def whole(i, j):
         for matrix, block in zip(matrices, entries.between(placed[i], placed[j]), strict=True):
-            matrix.tiles[i, j] = _from_whole(block, matrix.cut, sketch)
+            matrix.tiles[i, j] = _from_whole(block, matrix.cut)
         return 1, 1
 
     def far(j, here, there, columns, crossing, exact):
@@ -53,7 +53,7 @@ def fill(entries, matrices, tolerance, threads, progress=lambda done: None):
                 tiles.append(_from_samples(*samples, checked, true, matrix.cut))
             if any(tile is None for tile in tiles):
                 failed += 1
-                whole(i, j, SKETCH)
+                whole(i, j)
             else:
                 for matrix, tile in zip(matrices, tiles, strict=True):
                     matrix.tiles[i, j] = tile
@@ -74,8 +74,7 @@ def fill(entries, matrices, tolerance, threads, progress=lambda done: None):
                 crossing = entries.between(there.placed, here.placed)
                 exact = entries.between(there.checking, here.checking)
                 tasks += [pool.submit(far, j, here, there, columns, crossing, exact) for j in here.patches]
-            # Near tiles have a high rank.
-            tasks += [pool.submit(whole, *pair, 2 * SKETCH) for pair in near if pair[1] in here.patches]
+            tasks += [pool.submit(whole, *pair) for pair in near if pair[1] in here.patches]
             for task in tasks:
                 filled, failed = task.result()
                 done, wholes = done + filled, wholes + failed
@@ -176,10 +175,10 @@ def _left_out(columns, rows, crossing, cut):
     return max(np.linalg.norm(of_rows), np.linalg.norm(of_columns))
 
 
-def _from_whole(block, cut, sketch=SKETCH):
+def _from_whole(block, cut):
     """U and V of a tile (M, N)."""
     width = block.shape[1]
-    return compress(lambda run: block @ RANDOM[:width, run], lambda basis: basis.conj().T @ block, width, cut, sketch)
+    return compress(lambda run: block @ RANDOM[:width, run], lambda basis: basis.conj().T @ block, width, cut)
 
 
 def _norm(block):
