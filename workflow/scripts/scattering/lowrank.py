@@ -15,7 +15,7 @@ import numpy as np
 from scipy.linalg.lapack import zpstrf, ztrtri
 
 from isarflow.scattering.device import give_back
-from isarflow.scattering.factorization import Pool, Symmetric, runs
+from isarflow.scattering.factorization import BLOCK, Pool, Symmetric, runs
 from isarflow.scattering.plan import SKETCH
 
 FREED = 8  # columns after which free memory is given back
@@ -53,6 +53,18 @@ def compress(times, project, width, tolerance):
 def _beside(basis, columns):
     """What of the columns is not in the span of an orthonormal basis."""
     return columns - basis @ (basis.conj().T @ columns)
+
+
+def _inverse(a):
+    """The inverse of a symmetric matrix; of a large one by those of its halves, as products are faster."""
+    if len(a) <= BLOCK:
+        return np.linalg.inv(a)
+    half = len(a) // 2
+    first = _inverse(a[:half, :half])
+    across = a[half:, :half] @ first
+    last = _inverse(a[half:, half:] - across @ a[half:, :half].T)
+    below = -last @ across
+    return np.block([[first - across.T @ below, below.T], [below, last]])
 
 
 class Stack:
@@ -192,7 +204,7 @@ class _Column:
         if j:
             inner = np.concatenate([self.own[k] @ self.left[self.ends[k] : self.ends[k + 1]] for k in range(j)])
             block -= self.left.T @ inner
-        inverse = np.linalg.inv((block + block.T) / 2)
+        inverse = _inverse((block + block.T) / 2)
         matrix.diagonal[j] = ((inverse + inverse.T) / 2).astype(matrix.dtype)
 
     def tile(self, i):
