@@ -131,9 +131,6 @@ class LowRankMatrix(Symmetric):
                 done = (j + 1) / count
                 progress(done * done * (3 - 2 * done))
 
-    def _inverses(self):
-        return zip(self.spans, self.diagonal, strict=True)
-
     def _backward(self, x):
         """L^-T x in place."""
         above = [[None] * i for i in range(len(self.spans))]
@@ -144,25 +141,19 @@ class LowRankMatrix(Symmetric):
             for k in range(j):
                 above[j][k] = self.left[j].part(k) @ x[self.spans[j]]
 
-    def _forward(self, right, threads):
-        """L^-1 right, (N, D)."""
-        y = np.array(right, self.dtype, order="C")
+    def _step(self):
         # A run has U^T y of all tiles at hand.
-        step = int(np.clip(KNOWN // max(sum(map(len, self.right)), 1), 32, 256))
-        with Pool(threads) as pool:
-            list(pool.map(lambda run: self._forward_run(y, run), runs(y.shape[1], step)))
-        return y
+        return int(np.clip(KNOWN // max(sum(map(len, self.right)), 1), 32, 256))
 
-    def _forward_run(self, y, run):
-        """L^-1 y in place, for the columns of one task."""
+    def _forward_run(self, y, divided):
+        """L^-1 y in place and D^-1 of it, for the columns of one task."""
         known = []
         for j, span in enumerate(self.spans):
-            block = y[span, run]
             if j:
                 stacked = np.concatenate([known[k][self.ends[k][j - k - 1] : self.ends[k][j - k]] for k in range(j)])
-                block = block - self.left[j].whole.T @ stacked
-                y[span, run] = block
-            known.append(self.right[j] @ (self.diagonal[j] @ block))
+                y[span] -= self.left[j].whole.T @ stacked
+            divided[span] = self.diagonal[j] @ y[span]
+            known.append(self.right[j] @ divided[span])
 
 
 class _Column:
