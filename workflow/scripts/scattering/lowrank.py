@@ -103,7 +103,7 @@ class LowRankMatrix(Symmetric):
         self.spans, self.size = spans, spans[-1].stop
         self.cut = None  # largest error of a tile, absolute
         self.diagonal = [None] * len(spans)  # the matrix's blocks, then the inverse of D's
-        self.tiles = {}  # of the matrix, (i, j) with i > j: U (n_i, r), V (n_j, r)
+        self.tiles = {}  # of the matrix, (i, j) with i > j: U (n_i, r), V (n_j, r); or the whole tile and None
         # For L D, for each row i: transposed U_ij, (r, n_i), for j < i.
         self.left = [Stack(span.stop - span.start) for span in spans]
         self.right = [None] * len(spans)  # for each column j: transposed V_ij, (r, n_j), for i > j, stacked
@@ -214,7 +214,8 @@ class _Column:
             else:
                 parts = np.split(self.sketch(run), self.ends[1:-1])
                 inner = [self.coupling[k][place] @ parts[k] for k, place in enumerate(places)]
-            return u @ (v.T @ random) - left.T @ np.concatenate(inner)
+            own = u @ random if v is None else u @ (v.T @ random)
+            return own - left.T @ np.concatenate(inner)
 
         def project(basis):
             adjoint = basis.conj().T
@@ -223,6 +224,7 @@ class _Column:
             for k, (begin, end) in enumerate(pairwise(matrix.left[i].ends)):
                 part = inner[:, self.ends[k] : self.ends[k + 1]]
                 np.matmul(mine[:, begin:end], self.coupling[k][places[k]], out=part)
-            return (adjoint @ u) @ v.T - inner @ self.left
+            own = adjoint @ u if v is None else (adjoint @ u) @ v.T
+            return own - inner @ self.left
 
         return compress(times, project, self.width, matrix.cut)
