@@ -15,6 +15,7 @@ last bit does not depend on how many threads there are. (A product that BLAS its
 
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise, product
+from math import ceil
 
 import numpy as np
 import threadpoolctl
@@ -54,8 +55,8 @@ class Symmetric:
         y = np.array(right, self.dtype, order="C")
         divided = np.empty_like(y)
         with Pool(threads) as pool:
-            tasks = [pool.submit(self._forward_run, y[:, r], divided[:, r]) for r in runs(y.shape[1], self._step())]
-            pool.wait(tasks)
+            tasks = [(y[:, part], divided[:, part]) for part in even_runs(y.shape[1], self._step())]
+            pool.wait([pool.submit(self._forward_run, *task) for task in tasks])
         return y, divided
 
 
@@ -256,6 +257,12 @@ class Pool(ThreadPoolExecutor):
 def runs(length, step=RUN):
     """Slices of `length` items, `step` in each but the last."""
     return [slice(begin, min(begin + step, length)) for begin in range(0, length, step)]
+
+
+def even_runs(length, most):
+    """An even number of equal slices of `length` items, up to `most` in each: two threads finish together."""
+    count = 2 * max(ceil(length / (2 * most)), 1)
+    return runs(length, max(ceil(length / count), 1))
 
 
 def _multiply(c, a, b, rows):
