@@ -163,7 +163,9 @@ class _Column:
         self.matrix, self.j = matrix, j
         self.left, self.ends = matrix.left[j].whole, matrix.left[j].ends  # transposed U_jk of all k, (K, n_j)
         self.width = matrix.spans[j].stop - matrix.spans[j].start
+        self.first = slice(0, min(SKETCH, self.width))
         self.sketches = {}  # U_jk^T R of all k, by the first of R's columns
+        self.sketch(self.first)  # before there are threads
         self.coupling, self.coupled, self.own = [None] * j, [None] * j, [None] * j
 
     def sketch(self, run):
@@ -179,8 +181,7 @@ class _Column:
         weighted = mine @ self.matrix.diagonal[k]  # D^-1 is symmetric
         self.own[k] = mine @ weighted.T
         self.coupling[k] = right[ends[place] :] @ weighted.T
-        first = self.sketch(slice(0, min(SKETCH, self.width)))
-        self.coupled[k] = self.coupling[k] @ first[self.ends[k] : self.ends[k + 1]]
+        self.coupled[k] = self.coupling[k] @ self.sketch(self.first)[self.ends[k] : self.ends[k + 1]]
 
     def _rows(self, i, k):
         """Rows of the tile i in the coupling of k."""
