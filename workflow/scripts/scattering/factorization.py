@@ -15,6 +15,7 @@ last bit does not depend on how many threads there are. (A product that BLAS its
 
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise, product
+from math import ceil
 
 import numpy as np
 import threadpoolctl
@@ -32,25 +33,31 @@ class Symmetric:
 
         One substitution serves both if they are the same array.
         """
-        y = self._forward(right, threads)
-        x = y if left is right else self._forward(left, threads)
-        result = [np.zeros(2 * (group.stop - group.start,), np.complex128) for group in groups]
+        y, divided = self._forward(right, threads)
+        x = y if left is right else self._forward(left, threads)[0]
+
+        def of(group):
+            products = (x[rows, group].T @ divided[rows, group] for rows in runs(self.size))
+            return sum(products, np.zeros(2 * (group.stop - group.start,), np.complex128))
+
         with Pool(threads) as pool:
-            for span, inverse in self._inverses():
-                middle = np.empty_like(y[span])
-                pool.wait([pool.submit(_multiply, middle.T, y[span].T, inverse, run) for run in runs(y.shape[1])])
-                for group, total in zip(groups, result, strict=True):
-                    total += x[span, group].T @ middle[:, group]
-        return result
+            return list(pool.map(of, groups))
 
     def solve(self, right, threads=1):
         """A^-1 right, (N, D)."""
-        x = self._forward(right, threads)
+        _, x = self._forward(right, threads)
         with Pool(threads):
-            for span, inverse in self._inverses():
-                x[span] = inverse @ x[span]
             self._backward(x)
         return x
+
+    def _forward(self, right, threads):
+        """L^-1 right and D^-1 L^-1 right, (N, D)."""
+        y = np.array(right, self.dtype, order="C")
+        divided = np.empty_like(y)
+        with Pool(threads) as pool:
+            tasks = [(y[:, part], divided[:, part]) for part in even_runs(y.shape[1], self._step())]
+            pool.wait([pool.submit(self._forward_run, *task) for task in tasks])
+        return y, divided
 
 
 class SymmetricMatrix(Symmetric):
@@ -102,11 +109,6 @@ class SymmetricMatrix(Symmetric):
                 done = b / self.size
                 progress(done * done * (3 - 2 * done))
 
-    def _inverses(self):
-        """Of each block of D its slice and its inverse."""
-        for (a, b), mine in zip(self.spans, self.blocks, strict=True):
-            yield slice(a, b), mine[0, :, a:] + 1j * mine[1, :, a:]
-
     def _backward(self, x):
         """L^-T x in place."""
         for (a, b), mine in reversed(list(zip(self.spans, self.blocks, strict=True))):
@@ -116,15 +118,11 @@ class SymmetricMatrix(Symmetric):
             width = x.shape[1]
             x[:a] -= (first[:, :width] - second[:, width:]) + 1j * (first[:, width:] + second[:, :width])
 
-    def _forward(self, right, threads):
-        """L^-1 right, (N, D)."""
-        y = np.array(right, self.dtype, order="C")
-        with Pool(threads) as pool:
-            pool.wait([pool.submit(self._forward_run, y[:, r]) for r in runs(y.shape[1])])
-        return y
+    def _step(self):
+        return RUN
 
-    def _forward_run(self, y):
-        """L^-1 y in place, for the columns of one task."""
+    def _forward_run(self, y, divided):
+        """L^-1 y in place and D^-1 of it, for the columns of one task."""
         parts = np.empty((3, *y.shape), y.real.dtype)
         for (a, b), mine in zip(self.spans, self.blocks, strict=True):
             if a:
@@ -132,6 +130,8 @@ class SymmetricMatrix(Symmetric):
                 y[a:b] -= real + 1j * imag
             parts[0, a:b], parts[1, a:b] = y[a:b].real, y[a:b].imag
             parts[2, a:b] = parts[0, a:b] + parts[1, a:b]
+            real, imag = _product(mine[:, :, a:], parts[:, a:b].transpose(0, 2, 1))
+            divided[a:b] = real + 1j * imag
 
 
 def _product(a, b):
@@ -257,6 +257,12 @@ class Pool(ThreadPoolExecutor):
 def runs(length, step=RUN):
     """Slices of `length` items, `step` in each but the last."""
     return [slice(begin, min(begin + step, length)) for begin in range(0, length, step)]
+
+
+def even_runs(length, most):
+    """An even number of equal slices of `length` items, up to `most` in each: two threads finish together."""
+    count = 2 * max(ceil(length / (2 * most)), 1)
+    return runs(length, max(ceil(length / count), 1))
 
 
 def _multiply(c, a, b, rows):

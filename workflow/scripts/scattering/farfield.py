@@ -15,10 +15,10 @@ from itertools import pairwise
 import numpy as np
 
 from isarflow.scattering.basis import by_half
-from isarflow.scattering.factorization import Pool, runs
+from isarflow.scattering.factorization import Pool, even_runs
 from isarflow.scattering.kernels import TILE, excite
 
-CHUNK = TILE // 2  # directions of a task
+CHUNK = TILE // 2  # directions of a task, at most
 
 
 class Excitation:
@@ -46,5 +46,5 @@ class Excitation:
             excite(out, *waves, self.triangles, self.normals, *self.places, *scales)
 
         with Pool(threads) as pool:
-            list(pool.map(work, runs(len(u), CHUNK)))
+            list(pool.map(work, even_runs(len(u), CHUNK)))
         return [whole[slice(*ends)] for ends in pairwise(self.ends)]

@@ -9,13 +9,14 @@ different numbers, and vectorizes the loops over sources. All kernels are in thi
 compiled kernel until the kernel's own file changes.
 """
 
+from math import factorial
+
 import numpy as np
 from numba import njit, types
 from numba.extending import overload
 
 from isarflow.core import compiled
 from isarflow.scattering.kernel import COS, SIN
-from isarflow.scattering.quadrature import RULES
 
 TILE = 384  # triangles of a tile, with those of functions that reach beyond its block; or directions at once
 kernel = compiled.kernel(fastmath=True)
@@ -24,9 +25,6 @@ inner = njit(inline="always", fastmath=True, error_model="numpy")
 # (part, i, j); sums over Green's function of `_electric`, later replaced by those of `_magnetic`.
 NU, CORNERS, HALVES, SUMS, END = (n * TILE for n in (9, 18, 27, 45, 73))
 BY_COL, BY_NU, WEIGHTED, TOTAL = (SUMS + n * TILE for n in (0, 6, 12, 14))
-
-
-POINTS, WEIGHTS = RULES[7]
 
 
 def _cosine_sine(turns):
@@ -294,9 +292,10 @@ def _scatter(out, real, imag, weight, width):
         out[2 * n + 1] += weight * imag[n]
 
 
-# Rows of the work array for `excite`: u, the tested polarization, the phase of the centroid in turns, sums over a
-# triangle of the wave's phase factor and of that times rho . p, and the integrals of half functions, (part, i).
-TESTED, TURN, WAVE, OF_HALVES, OF_WAVES = (n * TILE for n in (3, 6, 7, 11, 17))
+# Rows of the work array for `excite`: u, the tested polarization, the phase of the centroid in turns, and the integrals
+# of half functions, (part, i). Coefficients of the series in `_mean`, real and imaginary parts in turn.
+TESTED, TURN, OF_HALVES, OF_WAVES = (n * TILE for n in (3, 6, 7, 13))
+SERIES = tuple((-1.0) ** (n // 2) * 2 / factorial(n + 3) for n in range(10))
 
 
 @kernel
@@ -305,11 +304,12 @@ def excite(out, u, p, triangles, normals, starts, functions, weights, characters
 
     u, p: (3, D), D <= TILE; triangles: (G, T, 3, 3) and normals: (G, T, 3) at each image; starts, functions, weights:
     for each parity and half function 3 t + i where, in which functions and by how much, l / 2, it takes part;
-    turns: k / (2 pi); one: 1 of out's type. With seven points a triangle, measured from its centroid, where single
-    precision has enough digits.
+    turns: k / (2 pi); one: 1 of out's type. Phases are measured from a triangle's centroid, where single precision has
+    enough digits.
     """
     images, count = len(triangles), u.shape[1]
     w, z = np.empty(OF_WAVES, out.dtype), np.empty((images, OF_WAVES - OF_HALVES), out.dtype)
+    coefficients, k = np.array(SERIES).astype(out.dtype), out.dtype.type(2 * np.pi * turns)
     for x in range(3):
         for s in range(count):
             w[x * TILE + s] = u[x, s]
@@ -322,18 +322,13 @@ def excite(out, u, p, triangles, normals, starts, functions, weights, characters
                 for i in range(3):
                     nu[i, x] = triangles[g, t, i, x] - center[x]
             _centroid(w, u, count, center[0] * turns, center[1] * turns, center[2] * turns)
-            _tested(w, u, p, count, normals[g, t, 0], normals[g, t, 1], normals[g, t, 2], alpha)
-            w[WAVE:OF_HALVES] = 0
-            for q in range(len(WEIGHTS)):
-                x, y, v = POINTS[q, 0] * one, POINTS[q, 1] * one, POINTS[q, 2] * one
-                x, y, v = (
-                    x * nu[0, 0] + y * nu[1, 0] + v * nu[2, 0],
-                    x * nu[0, 1] + y * nu[1, 1] + v * nu[2, 1],
-                    x * nu[0, 2] + y * nu[1, 2] + v * nu[2, 2],
-                )
-                _wave(w, count, x, y, v, out.dtype.type(turns), out.dtype.type(WEIGHTS[q]))
-            for i in range(3):
-                _tested_half(w, count, nu[i, 0], nu[i, 1], nu[i, 2], z, characters[:, g], i * TILE)
+            if alpha != 1 or t == g == 0:
+                _tested(w, u, p, count, normals[g, t, 0], normals[g, t, 1], normals[g, t, 2], alpha)
+            _wave(w, count, nu, k, coefficients, one)
+            for parity in range(images):
+                character = characters[parity, g]
+                for n in range(OF_WAVES - OF_HALVES):
+                    z[parity, n] += character * w[OF_HALVES + n]
         for parity in range(images):
             for i in range(3):
                 real, imag = z[parity, i * TILE :], z[parity, (3 + i) * TILE :]
@@ -361,28 +356,55 @@ def _tested(w, u, p, count, x, y, z, alpha):
 
 
 @kernel
-def _wave(w, count, x, y, z, turns, weight):
-    """Add a point's part: exp(j k u . r) and that times rho . p, rho = (x, y, z)."""
+def _wave(w, count, nu, k, coefficients, one):
+    """Means over a triangle with corners nu_i of (rho - nu_i) . p exp(j phase): the waves' integrals of half functions.
+
+    At the corners the phases are x_i beyond the centroid's. The mean of lambda_i phase^n, lambda_i linear, 1 at corner
+    i and 0 at the others, is 2 n! / (n + 3)! g_n, with g_n = h_n + x_i g_(n-1), and h_n the sum of all products of n of
+    the x_i, which by Newton's identities is e_3 h_(n-3) - e_2 h_(n-2), as e_1 = 0 (elementary symmetric polynomials).
+    """
+    a, b, c, f = _vector(nu[0]), _vector(nu[1]), _vector(nu[2]), coefficients
     for s in range(count):
-        phase = x * w[s] + y * w[TILE + s] + z * w[2 * TILE + s]
-        along = x * w[TESTED + s] + y * w[TESTED + TILE + s] + z * w[TESTED + 2 * TILE + s]
-        cos, sin = _cosine_sine(w[TURN + s] + turns * phase)
-        cos, sin = weight * cos, weight * sin
-        w[WAVE + s] += cos
-        w[WAVE + TILE + s] += sin
-        w[WAVE + 2 * TILE + s] += cos * along
-        w[WAVE + 3 * TILE + s] += sin * along
+        x, y, z = k * w[s], k * w[TILE + s], k * w[2 * TILE + s]
+        x0, x1, x2 = _dot(a, x, y, z), _dot(b, x, y, z), _dot(c, x, y, z)
+        x, y, z = w[TESTED + s], w[TESTED + TILE + s], w[TESTED + 2 * TILE + s]
+        p0, p1, p2 = _dot(a, x, y, z), _dot(b, x, y, z), _dot(c, x, y, z)
+        h2, h3 = -(x0 * x1 + x1 * x2 + x2 * x0), x0 * x1 * x2
+        h4, h5, h6 = h2 * h2, 2 * h2 * h3, h2 * h2 * h2 + h3 * h3
+        h7, h8 = h2 * h5 + h3 * h4, h2 * h6 + h3 * h5
+        h9 = h2 * h7 + h3 * h6
+        h = h2, h3, h4, h5, h6, h7, h8, h9
+        r0, i0 = _mean(x0, h, f, one)
+        r1, i1 = _mean(x1, h, f, one)
+        r2, i2 = _mean(x2, h, f, one)
+        r, i = r0 + r1 + r2, i0 + i1 + i2
+        along_r, along_i = r0 * p0 + r1 * p1 + r2 * p2, i0 * p0 + i1 * p1 + i2 * p2
+        cos, sin = _cosine_sine(w[TURN + s])
+        a_r, a_i = along_r * cos - along_i * sin, along_r * sin + along_i * cos
+        r, i = r * cos - i * sin, r * sin + i * cos
+        w[OF_HALVES + s] = a_r - p0 * r
+        w[OF_HALVES + TILE + s] = a_r - p1 * r
+        w[OF_HALVES + 2 * TILE + s] = a_r - p2 * r
+        w[OF_HALVES + 3 * TILE + s] = a_i - p0 * i
+        w[OF_HALVES + 4 * TILE + s] = a_i - p1 * i
+        w[OF_HALVES + 5 * TILE + s] = a_i - p2 * i
 
 
-@kernel
-def _tested_half(w, count, x, y, z, sums, characters, at):
-    """Add (rho - nu_i) . p of a half function to every parity's sum over the images."""
-    for s in range(count):
-        along = x * w[TESTED + s] + y * w[TESTED + TILE + s] + z * w[TESTED + 2 * TILE + s]
-        w[OF_HALVES + s] = w[WAVE + 2 * TILE + s] - along * w[WAVE + s]
-        w[OF_HALVES + TILE + s] = w[WAVE + 3 * TILE + s] - along * w[WAVE + TILE + s]
-    for parity in range(len(characters)):
-        character = characters[parity]
-        for s in range(count):
-            sums[parity, at + s] += character * w[OF_HALVES + s]
-            sums[parity, at + 3 * TILE + s] += character * w[OF_HALVES + TILE + s]
+@inner
+def _dot(a, x, y, z):
+    return a[0] * x + a[1] * y + a[2] * z
+
+
+@inner
+def _mean(x, h, f, one):
+    """The mean of lambda_i exp(j phase), both parts, at phases small enough for ten terms of the series."""
+    g2 = h[0] + x * x
+    g3 = h[1] + x * g2
+    g4 = h[2] + x * g3
+    g5 = h[3] + x * g4
+    g6 = h[4] + x * g5
+    g7 = h[5] + x * g6
+    g8 = h[6] + x * g7
+    g9 = h[7] + x * g8
+    real = f[0] * one + f[2] * g2 + f[4] * g4 + f[6] * g6 + f[8] * g8
+    return real, f[1] * x + f[3] * g3 + f[5] * g5 + f[7] * g7 + f[9] * g9

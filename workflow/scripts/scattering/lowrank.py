@@ -15,37 +15,56 @@ import numpy as np
 from scipy.linalg.lapack import zpstrf, ztrtri
 
 from isarflow.scattering.device import give_back
-from isarflow.scattering.factorization import Pool, Symmetric, runs
+from isarflow.scattering.factorization import BLOCK, Pool, Symmetric, runs
 from isarflow.scattering.plan import SKETCH
 
 FREED = 8  # columns after which free memory is given back
 SPANNED = 2.0  # times a tile's tolerance: what may be left of a random column, in which all remainders add up
-SPARE = 8  # columns, and a sixth of them, in which nothing may be left: else twice as many are tried
+SPARE = 8  # columns of SKETCH in which nothing may be left: else as many more are tried
 KNOWN = 1 << 25  # numbers that a thread may keep in a substitution
 RANDOM = np.random.default_rng(0).standard_normal((1024, 1024)).astype(np.float32)
 
 
-def compress(times, project, width, tolerance, sketch=SKETCH):
+def compress(times, project, width, tolerance):
     """Compress a tile X, given as two products, to U (M, r) and V (N, r), U V^T within `tolerance` (2-norm, about).
 
-    times(run) is X R with R a run (slice) of the columns of RANDOM's first N = width rows; project(Q) is Q^H X;
-    sketch: columns to begin with.
+    times(run) is X R with R a run (slice) of the columns of RANDOM's first N = width rows; project(Q) is Q^H X.
     """
-    count = min(sketch, width)
-    found = times(slice(0, count)).astype(np.complex128)
-    while True:
+    basis = None
+    for run in runs(width, SKETCH) or [slice(0, 0)]:
+        found = times(run)
+        if basis is not None:
+            found = _beside(basis, found)
         # Columns of X R, each as far as possible from the span of those before it, until the remainder of all is small.
+        found = found.astype(np.complex128)
         gram, pivots, rank, _ = zpstrf(found.conj().T @ found, tol=(SPANNED * tolerance) ** 2)
-        if rank <= count - max(SPARE, count // 6) or count == width:
+        inverse = np.triu(ztrtri(gram[:rank, :rank])[0]) if rank else np.zeros((0, 0))
+        more = (found[:, pivots[:rank] - 1] @ inverse).astype(np.complex64)
+        # Once more: what rounding left of the others in small columns is no longer small.
+        basis = more if basis is None else np.concatenate([basis, _beside(basis, more)], 1)
+        if rank <= run.stop - run.start - SPARE:
             break
-        more = slice(count, min(2 * count, width))
-        found, count = np.concatenate([found, times(more)], 1), more.stop
-    inverse = np.triu(ztrtri(gram[:rank, :rank])[0]) if rank else np.zeros((0, 0))
-    basis = (found[:, pivots[:rank] - 1] @ inverse).astype(np.complex64)
     rest = project(basis)
     squares, vectors = np.linalg.eigh(rest.astype(np.complex128) @ rest.conj().T)
     vectors = vectors[:, squares > tolerance**2].astype(np.complex64)
     return basis @ vectors, (vectors.conj().T @ rest).T
+
+
+def _beside(basis, columns):
+    """What of the columns is not in the span of an orthonormal basis."""
+    return columns - basis @ (basis.conj().T @ columns)
+
+
+def _inverse(a):
+    """The inverse of a symmetric matrix; of a large one by those of its halves, as products are faster."""
+    if len(a) <= BLOCK:
+        return np.linalg.inv(a)
+    half = len(a) // 2
+    first = _inverse(a[:half, :half])
+    across = a[half:, :half] @ first
+    last = _inverse(a[half:, half:] - across @ a[half:, :half].T)
+    below = -last @ across
+    return np.block([[first - across.T @ below, below.T], [below, last]])
 
 
 class Stack:
@@ -84,7 +103,7 @@ class LowRankMatrix(Symmetric):
         self.spans, self.size = spans, spans[-1].stop
         self.cut = None  # largest error of a tile, absolute
         self.diagonal = [None] * len(spans)  # the matrix's blocks, then the inverse of D's
-        self.tiles = {}  # of the matrix, (i, j) with i > j: U (n_i, r), V (n_j, r)
+        self.tiles = {}  # of the matrix, (i, j) with i > j: U (n_i, r), V (n_j, r); or the whole tile and None
         # For L D, for each row i: transposed U_ij, (r, n_i), for j < i.
         self.left = [Stack(span.stop - span.start) for span in spans]
         self.right = [None] * len(spans)  # for each column j: transposed V_ij, (r, n_j), for i > j, stacked
@@ -112,9 +131,6 @@ class LowRankMatrix(Symmetric):
                 done = (j + 1) / count
                 progress(done * done * (3 - 2 * done))
 
-    def _inverses(self):
-        return zip(self.spans, self.diagonal, strict=True)
-
     def _backward(self, x):
         """L^-T x in place."""
         above = [[None] * i for i in range(len(self.spans))]
@@ -125,25 +141,19 @@ class LowRankMatrix(Symmetric):
             for k in range(j):
                 above[j][k] = self.left[j].part(k) @ x[self.spans[j]]
 
-    def _forward(self, right, threads):
-        """L^-1 right, (N, D)."""
-        y = np.array(right, self.dtype, order="C")
+    def _step(self):
         # A run has U^T y of all tiles at hand.
-        step = int(np.clip(KNOWN // max(sum(map(len, self.right)), 1), 32, 256))
-        with Pool(threads) as pool:
-            list(pool.map(lambda run: self._forward_run(y, run), runs(y.shape[1], step)))
-        return y
+        return int(np.clip(KNOWN // max(sum(map(len, self.right)), 1), 32, 256))
 
-    def _forward_run(self, y, run):
-        """L^-1 y in place, for the columns of one task."""
+    def _forward_run(self, y, divided):
+        """L^-1 y in place and D^-1 of it, for the columns of one task."""
         known = []
         for j, span in enumerate(self.spans):
-            block = y[span, run]
             if j:
                 stacked = np.concatenate([known[k][self.ends[k][j - k - 1] : self.ends[k][j - k]] for k in range(j)])
-                block = block - self.left[j].whole.T @ stacked
-                y[span, run] = block
-            known.append(self.right[j] @ (self.diagonal[j] @ block))
+                y[span] -= self.left[j].whole.T @ stacked
+            divided[span] = self.diagonal[j] @ y[span]
+            known.append(self.right[j] @ divided[span])
 
 
 class _Column:
@@ -153,8 +163,16 @@ class _Column:
         self.matrix, self.j = matrix, j
         self.left, self.ends = matrix.left[j].whole, matrix.left[j].ends  # transposed U_jk of all k, (K, n_j)
         self.width = matrix.spans[j].stop - matrix.spans[j].start
-        self.sketch = self.left @ RANDOM[: self.width, : min(SKETCH, self.width)]
+        self.first = slice(0, min(SKETCH, self.width))
+        self.sketches = {}  # U_jk^T R of all k, by the first of R's columns
+        self.sketch(self.first)  # before there are threads
         self.coupling, self.coupled, self.own = [None] * j, [None] * j, [None] * j
+
+    def sketch(self, run):
+        """U_jk^T R of all k, (K, run)."""
+        if run.start not in self.sketches:
+            self.sketches[run.start] = self.left @ RANDOM[: self.width, run]
+        return self.sketches[run.start]
 
     def couple(self, k):
         """V_ik^T D_k^-1 V_jk for all i > j, stacked (R, r_jk), and for i = j; and the first times U_jk^T R."""
@@ -163,7 +181,7 @@ class _Column:
         weighted = mine @ self.matrix.diagonal[k]  # D^-1 is symmetric
         self.own[k] = mine @ weighted.T
         self.coupling[k] = right[ends[place] :] @ weighted.T
-        self.coupled[k] = self.coupling[k] @ self.sketch[self.ends[k] : self.ends[k + 1]]
+        self.coupled[k] = self.coupling[k] @ self.sketch(self.first)[self.ends[k] : self.ends[k + 1]]
 
     def _rows(self, i, k):
         """Rows of the tile i in the coupling of k."""
@@ -178,7 +196,7 @@ class _Column:
         if j:
             inner = np.concatenate([self.own[k] @ self.left[self.ends[k] : self.ends[k + 1]] for k in range(j)])
             block -= self.left.T @ inner
-        inverse = np.linalg.inv((block + block.T) / 2)
+        inverse = _inverse((block + block.T) / 2)
         matrix.diagonal[j] = ((inverse + inverse.T) / 2).astype(matrix.dtype)
 
     def tile(self, i):
@@ -195,9 +213,10 @@ class _Column:
             if run.start == 0:
                 inner = [self.coupled[k][place] for k, place in enumerate(places)]
             else:
-                parts = np.split(self.left @ random, self.ends[1:-1])
+                parts = np.split(self.sketch(run), self.ends[1:-1])
                 inner = [self.coupling[k][place] @ parts[k] for k, place in enumerate(places)]
-            return u @ (v.T @ random) - left.T @ np.concatenate(inner)
+            own = u @ random if v is None else u @ (v.T @ random)
+            return own - left.T @ np.concatenate(inner)
 
         def project(basis):
             adjoint = basis.conj().T
@@ -206,6 +225,7 @@ class _Column:
             for k, (begin, end) in enumerate(pairwise(matrix.left[i].ends)):
                 part = inner[:, self.ends[k] : self.ends[k + 1]]
                 np.matmul(mine[:, begin:end], self.coupling[k][places[k]], out=part)
-            return (adjoint @ u) @ v.T - inner @ self.left
+            own = adjoint @ u if v is None else (adjoint @ u) @ v.T
+            return own - inner @ self.left
 
         return compress(times, project, self.width, matrix.cut)

@@ -14,11 +14,12 @@ from itertools import pairwise
 
 import numpy as np
 from scipy import sparse
+from scipy.linalg.lapack import zposv
 
 from isarflow.scattering.assembly import Block, Placed, block_of
 from isarflow.scattering.factorization import Pool
 from isarflow.scattering.kernels import TILE
-from isarflow.scattering.lowrank import RANDOM, SKETCH, compress
+from isarflow.scattering.lowrank import RANDOM, compress
 
 SAMPLES = 32  # triangles of a patch
 CHECKS = SAMPLES // 2  # functions of a patch, on two triangles each
@@ -36,9 +37,9 @@ def fill(entries, matrices, tolerance, threads, progress=lambda done: None):
     panels, near = _panels(entries), _near_tiles(entries)
     total, done, wholes = max(count * (count - 1) // 2, 1), 0, 0
 
-    def whole(i, j, sketch):
+    def whole(i, j, kept=False):
         for matrix, block in zip(matrices, entries.between(placed[i], placed[j]), strict=True):
-            matrix.tiles[i, j] = _from_whole(block, matrix.cut, sketch)
+            matrix.tiles[i, j] = (block.copy(), None) if kept else _from_whole(block, matrix.cut)
         return 1, 1
 
     def far(j, here, there, columns, crossing, exact):
@@ -53,7 +54,7 @@ def fill(entries, matrices, tolerance, threads, progress=lambda done: None):
                 tiles.append(_from_samples(*samples, checked, true, matrix.cut))
             if any(tile is None for tile in tiles):
                 failed += 1
-                whole(i, j, SKETCH)
+                whole(i, j)
             else:
                 for matrix, tile in zip(matrices, tiles, strict=True):
                     matrix.tiles[i, j] = tile
@@ -74,8 +75,8 @@ def fill(entries, matrices, tolerance, threads, progress=lambda done: None):
                 crossing = entries.between(there.placed, here.placed)
                 exact = entries.between(there.checking, here.checking)
                 tasks += [pool.submit(far, j, here, there, columns, crossing, exact) for j in here.patches]
-            # Near tiles have a high rank.
-            tasks += [pool.submit(whole, *pair, 2 * SKETCH) for pair in near if pair[1] in here.patches]
+            # Near tiles have a high rank: they are compressed with their updates. The first column has none.
+            tasks += [pool.submit(whole, *pair, pair[1] > 0) for pair in near if pair[1] in here.patches]
             for task in tasks:
                 filled, failed = task.result()
                 done, wholes = done + filled, wholes + failed
@@ -140,27 +141,27 @@ def _from_samples(columns, rows, crossing, checked, exact, cut):
     """U and V of a tile from C (M, S), R (S, N), W (S, S); None if its `exact` entries at `checked` contradict them."""
     if exact.size == 0:  # no functions to check it with
         return None
-    # In double precision: W's pseudo-inverse is large, but its product with C or R is not.
-    crossing, rows = crossing.astype(np.complex128), rows.astype(np.complex128)
+    # W's pseudo-inverse is large, but its product with C or R is not: only these are of single precision.
+    crossing, width = crossing.astype(np.complex128), rows.shape[1]
     if _left_out(columns, rows, crossing, cut) > cut:
         return None
-    inverse, width = _divided(crossing, np.eye(len(crossing)), cut), rows.shape[1]
+    inverse = _inverse(crossing, cut)
     difference = exact - columns[checked[0]] @ (inverse @ rows[:, checked[1]])
     if not np.linalg.norm(difference) < 2 * cut * np.sqrt(exact.size / (len(columns) * width)):
         return None
     return compress(
         lambda run: columns @ (inverse @ (rows @ RANDOM[:width, run])).astype(np.complex64),
-        lambda basis: ((basis.conj().T @ columns) @ inverse @ rows).astype(np.complex64),
+        lambda basis: ((basis.conj().T @ columns) @ inverse).astype(np.complex64) @ rows,
         width,
         cut,
     )
 
 
-def _divided(crossing, right, cut):
-    """W^+ right."""
+def _inverse(crossing, cut):
+    """W^+."""
     adjoint = crossing.conj().T
     damping = max(DAMPING * cut, ROUNDING * np.linalg.norm(crossing)) ** 2
-    return np.linalg.solve(adjoint @ crossing + damping * np.eye(len(crossing)), adjoint @ right)
+    return zposv(adjoint @ crossing + damping * np.eye(len(crossing)), adjoint)[1]
 
 
 def _left_out(columns, rows, crossing, cut):
@@ -168,18 +169,18 @@ def _left_out(columns, rows, crossing, cut):
     count = len(crossing) // 3
     others, out = np.split(np.arange(3 * count).reshape(3, count), [count - count // 4], axis=1)
     others, out = others.reshape(-1), out.reshape(-1)
-    inner = crossing[np.ix_(others, others)]
-    for_rows = _divided(inner.T, crossing[np.ix_(out, others)].T, cut).T
-    for_columns = _divided(inner, crossing[np.ix_(others, out)], cut).astype(np.complex64)
+    inverse = _inverse(crossing[np.ix_(others, others)], cut)
+    for_rows = (crossing[np.ix_(out, others)] @ inverse).astype(np.complex64)
+    for_columns = (inverse @ crossing[np.ix_(others, out)]).astype(np.complex64)
     of_rows = rows[out] - for_rows @ rows[others]
     of_columns = columns[:, out] - columns[:, others] @ for_columns
     return max(np.linalg.norm(of_rows), np.linalg.norm(of_columns))
 
 
-def _from_whole(block, cut, sketch=SKETCH):
+def _from_whole(block, cut):
     """U and V of a tile (M, N)."""
     width = block.shape[1]
-    return compress(lambda run: block @ RANDOM[:width, run], lambda basis: basis.conj().T @ block, width, cut, sketch)
+    return compress(lambda run: block @ RANDOM[:width, run], lambda basis: basis.conj().T @ block, width, cut)
 
 
 def _norm(block):

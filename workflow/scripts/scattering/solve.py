@@ -14,7 +14,7 @@ from isarflow.core.sweep import C0, Sweep, unit_vectors
 from isarflow.scattering.assembly import Entries, assemble
 from isarflow.scattering.basis import fundamental_domain, rwg
 from isarflow.scattering.device import GeneralOnDevice, SymmetricOnDevice, give_back
-from isarflow.scattering.factorization import GeneralMatrix, Product, SymmetricMatrix, runs
+from isarflow.scattering.factorization import GeneralMatrix, Pool, Product, SymmetricMatrix, runs
 from isarflow.scattering.farfield import Excitation
 from isarflow.scattering.lowrank import LowRankMatrix
 from isarflow.scattering.operators import cfie, efie
@@ -221,8 +221,19 @@ class _System:
         self.rows = entries.rows(self.probed)
 
     def factorize(self, progress):
-        for p, matrix in enumerate(self.matrices):
-            matrix.factorize(self.threads, lambda done, p=p: progress((p + done) / len(self.matrices)))
+        finished = [0.0] * len(self.matrices)
+        # Compressed matrices beside each other: one's threads wait for the last tile of every column.
+        beside = 1 if self.tolerance is None else min(self.threads, len(self.matrices))
+
+        def factorize(p):
+            def say(done):
+                finished[p] = done
+                progress(sum(finished) / len(finished))
+
+            self.matrices[p].factorize(self.threads // beside, say)
+
+        with Pool(beside) as pool:
+            list(pool.map(factorize, range(len(self.matrices))))
 
     def probe(self, excited):
         """Measure `residual`, |A x - b| / |b|, of some right sides: if it is too large, all solutions are refined."""

@@ -29,30 +29,40 @@ class Near:
     """Near pairs of a Surface and their moments valid at every frequency, lists over the reflections of the sources."""
 
     pairs: list  # (P, 2) triangle numbers, field and source, in both orders
-    static: list  # (P, 8) moments of 1 / R (see `_moments`)
+    static: list  # moments of 1 / R (see `_moments`) of those whose field triangle is not after the source
     magnetic: list = ()  # of grad (1 / R), where `cfie` needs them
 
 
 def near_terms(surface):
     """Terms of the near pairs of a Surface that are computed once for all frequencies."""
-    pairs = pairs_of(surface)
-    return Near(pairs, of_images(_static_moments, surface, pairs))
+    pairs, static = pairs_of(surface), []
+    of_both = of_images(_static_moments, surface, pairs)
+    for of_image, moments, signs in zip(pairs, of_both, surface.reflections, strict=True):
+        # The closed form is over the source triangle; each of a pair is the source once: keep the mean.
+        once, turned = _orders(of_image)
+        other = moments[turned]
+        turned_back = [other[:, :1], other[:, 4:7] * signs, other[:, 1:4] * signs, other[:, 7:]]
+        static.append((moments[once] + np.concatenate(turned_back, 1)) / 2)
+    return Near(pairs, static)
+
+
+def _orders(pairs):
+    """Numbers of the pairs whose field triangle is not after the source, and of the same pairs in the other order."""
+    once = np.flatnonzero(pairs[:, 0] <= pairs[:, 1])
+    return once, np.lexsort((pairs[:, 0], pairs[:, 1]))[once]
 
 
 def corrections(near, surface, wavenumber, real):
     """Near minus three-point integral between half functions, without their l / 6: (P, 3, 3) for each reflection."""
     result = []
     for pairs, static, signs in zip(near.pairs, near.static, surface.reflections, strict=True):
-        # Terms integrated in the same way over both triangles are the same for both orders of a pair.
-        once = pairs[:, 0] <= pairs[:, 1]
+        once, turned = _orders(pairs)
         change = partial(smooth_minus_coarse, _over_source, _smooth, green, real(wavenumber))
         smooth = by_chunks(change, pairs[once], surface.vertices, surface.vertices * signs, real)
-        moments = static.astype(np.complex128)
-        moments[once] += np.where(pairs[once, 0] < pairs[once, 1], 2, 1)[:, None] * smooth
-        z = _from_moments(moments, wavenumber, pairs, surface, signs)
-        # The closed form is over the source triangle; each of a pair is the source once: keep the mean.
-        other_order = np.lexsort((pairs[:, 0], pairs[:, 1]))
-        result.append((z + z[other_order].transpose(0, 2, 1)) / 2)
+        z = np.empty((len(pairs), 3, 3), np.complex128)
+        z[once] = _from_moments(static + smooth, wavenumber, pairs[once], surface, signs)
+        z[turned] = z[once].transpose(0, 2, 1)
+        result.append(z)
     return result
 
 
