@@ -156,7 +156,7 @@ def draw(table, missing, path):
         ax.set(title=f"{snr} dB", xlabel="distance [cells]", ylim=(-4, 104), xlim=(0.2, 2.1))
         ax.grid(alpha=0.3)
     axes[0].set_ylabel("pairs resolved [%]")
-    axes[0].legend(fontsize="x-small", loc="upper left")
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=len(IMAGERS))
     shown = missing.pivot(index="gap", columns="imager", values="resolved").loc[list(gaps()), list(IMAGERS)]
     last = axes[-1]
     last.imshow(shown, vmin=0, vmax=1, cmap="Blues", aspect="auto")

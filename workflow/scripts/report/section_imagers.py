@@ -114,7 +114,7 @@ def centres_figure(results, fields, elevation, azimuth):
         row[0].set_ylabel(f"{name} [m]")
     caption = (
         "Scattering centres on the targets' meshes, seen through them, with their number: points of a constant "
-        f"amplitude, as few as the Bayesian criterion asks for, {MOST} at most, fitted to all samples within an aperture "
-        f"of azimuth {azimuth:.0f}°, elevation {elevation:g}°. The area of a circle is the root of its amplitude."
+        f"amplitude, as few as the Bayesian criterion asks for, {MOST} at most, fitted to all samples within an "
+        f"aperture of azimuth {azimuth:.0f}°, elevation {elevation:g}°. A circle's area is the root of its amplitude."
     )
     return figure("scattering_centres", drawing, pd.concat(tables).round(5), caption, wide=True)
