@@ -43,7 +43,9 @@ def section(results):
 def images_figure(results, made, fields, number, view):
     """Draw image `number` of every target, a row each, by the imagers `made`, a column each. view: its direction."""
     first, *_ = made.values()
-    shape = np.divide(*map(np.ptp, first.axes()))
+    # Imagers do not span quite the same: what all of them show.
+    ylim, xlim = (min((edges(imager.axes()[axis]) for imager in made.values()), key=np.ptp) for axis in (0, 1))
+    shape = np.ptp(ylim) / np.ptp(xlim)
     inches = 1.6 + 1.3 * len(made), 0.6 + (1.2 * shape + 0.1) * len(fields)
     drawing, grid = panels(len(fields), len(made), *inches, layout="compressed")
     tables = []
@@ -58,7 +60,7 @@ def images_figure(results, made, fields, number, view):
             if target in results.surfaces:
                 shadow = outline(*results.surfaces[target], *view)
                 axes.contour(*shadow, levels=[OUTLINE], colors=ON_DARK, linewidths=0.7)
-            axes.set(xlim=edges(first.axes()[1]), ylim=edges(first.axes()[0]))
+            axes.set(xlim=xlim, ylim=ylim)
             top.set_title(name)
             tables.append(pixel_table(down, cross, {"level_db": level.round(2)}, target=target, imager=name))
         row[0].set_ylabel(f"{target}\nrange [m]")
