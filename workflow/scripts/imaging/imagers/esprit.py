@@ -13,7 +13,7 @@ import numpy as np
 from isarflow.imaging.imagers.fourier import wavenumber_grid
 from isarflow.imaging.scatterers import Scatterers, waves
 
-EXTENT = 0.8  # of the unambiguous extent: within it the interpolation is good to 1 %
+EXTENT = 0.8  # of the unambiguous extent: within it the interpolation is good to 2 %
 RIDGE = 1e-4  # of the samples' power, added as noise, without which the interpolation would amplify it
 DRAWS = 16  # of noise alone, of which the strongest eigenvalue is what a signal has to exceed
 MIXED = 0.7  # of the turn along cross-range, added to that along range: alike phases in one of them are told apart
