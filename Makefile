@@ -16,6 +16,7 @@
 # make bench-meshing: what meshing takes beside solving: the default targets, a UAV, half a million triangles (ten minutes)
 # make bench-shapes: fields of targets with fine features beside those of finer meshes (five minutes)
 # make bench-imaging: 1,172,490 images from made-up fields, beside the disk's speed
+# make bench-imagers: two points by each imager, over distance, SNR and gaps (ten minutes)
 # make bench-bempp: the same sphere by bempp-cl, in an environment of its own, and here
 # make fields: the dataset of resources/fields anew where it is not complete (hours, 6 GB)
 # make bench-device BANDS="drone-0 drone-1": bands of the dataset on the device JAX finds, beside the kept fields
@@ -31,7 +32,7 @@ export PATH := $(CURDIR)/$(BIN):$(PATH)
 
 .PHONY: smoke report thesis recognition benchmark test lint docs environment results validate fields check-fields bench-learning bench-capsules \
 	bench-scattering bench-bempp bench-thesis bench-imaging bench-compressed bench-mesh bench-meshing \
-	bench-device bench-habits bench-shapes bench-training
+	bench-device bench-habits bench-shapes bench-training bench-imagers
 
 smoke: environment
 	snakemake --cores $(CORES) report --configfile config/smoke.yaml
@@ -106,6 +107,9 @@ bench-shapes: environment
 
 bench-imaging: environment
 	python benchmarks/bench_imaging.py --cores $(CORES)
+
+bench-imagers: environment
+	python benchmarks/bench_imagers.py --threads $(CORES)
 
 bench-learning: environment
 	python benchmarks/bench_learning.py --threads $(CORES)

@@ -33,7 +33,7 @@ MENU = {
         "docs/exported-images",
         "docs/comparing-runs",
     ],
-    "What it computes": ["docs/method", "docs/recognition", "docs/validation", "docs/results"],
+    "What it computes": ["docs/method", "docs/imagers", "docs/recognition", "docs/validation", "docs/results"],
     "The project": ["docs/README", "CONTRIBUTING", "CHANGELOG"],
 }
 

@@ -290,7 +290,7 @@ BAD = {
     "SNR not a number": ({"noise": {"snr_db": [0, float("nan")]}}, "noise.snr_db.1", "nan is not allowed"),
     "a range of SNRs of no number": ({"noise": {"snr_db": {"step": float("nan")}}}, "noise.snr_db.step", "finite"),
     "no such imager": ({"imaging": {"imager": "furier"}}, "imaging.imager", "did you mean 'fourier'?"),
-    "imager of no name": ({"imaging": {"imager": [1]}}, "imaging.imager", "There are: fourier"),
+    "imager of no name": ({"imaging": {"imager": [1]}}, "imaging.imager", "There are: centres, esprit, fourier"),
     "key of no imager": (
         {"imaging": {"looks": 3}},
         "imaging.looks",

@@ -112,3 +112,51 @@ def test_its_settings_are_checked_as_all_others(project, settings, message):
     project.write("config/wrong.yaml", CONFIG.replace("aperture: 9", named + settings))
     finished = project.run("--dry-run", "report", "--configfile", "config/wrong.yaml")
     assert finished.returncode != 0 and message in finished.stdout and "Traceback" not in finished.stdout
+
+
+SPARSE = "imager: sparse, pixels: 2, sparsity: 0.1, iterations: 30"
+COMPARED = "imagers: {a: {imager: esprit, pixels: 3, scatterers: 5}, b: {imager: centres, pixels: 3, centres: 5}}"
+
+
+def test_settings_of_imagers_rerun_what_they_change(project):
+    """Those of the run's own imager make its images again; those that the page compares, the page alone."""
+    options, stores = ("--configfile", "config/beyond.yaml"), [path.replace("looks", "beyond") for path in STORES]
+    imaging = f"imaging: {{aperture: 9, {SPARSE}}}\n{COMPARED}"
+    text = CONFIG.replace("name: looks", "name: beyond").replace("imaging: {aperture: 9}", imaging)
+    project.write("config/beyond.yaml", text)
+    finished = project.run("--cores", 2, "report", *stores, *options)
+    assert finished.returncode == 0, finished.stdout
+    page = (project.folder / "results/beyond/report/index.html").read_text()
+    assert "Imagers beside each other" in page and "a: esprit, pixels 3, scatterers 5" in page
+    imaged, shown = {"image": 1, "noise": 1, "report": 1}, {"report": 1}
+    for before, after, jobs in (
+        ("sparsity: 0.1", "sparsity: 0.2", imaged),
+        (SPARSE, "imager: esprit, pixels: 2, scatterers: 3", imaged),
+        ("scatterers: 5", "scatterers: 6", shown),
+    ):
+        project.write("config/beyond.yaml", text.replace(before, after))
+        assert project.planned("report", *stores, *options) == jobs, after
+    project.write("config/beyond.yaml", text)
+    for name, jobs in (("sparse", imaged), ("esprit", shown)):
+        file = f"workflow/scripts/imaging/imagers/{name}.py"
+        project.edit(file, "\n\nclass Imager", "\nADDED = 1\n\n\nclass Imager")
+        assert project.planned("report", *stores, *options) == jobs, name
+        project.edit(file, "\nADDED = 1\n", "")
+
+
+@pytest.mark.parametrize(
+    ("compared", "message"),
+    [
+        ("{a: 1}", "'imagers.a': it names an 'imager' and its settings"),
+        (
+            "{a: {imager: sparse, pixels: 2, sparsity: 2, iterations: 5}}",
+            "'imagers.a': 'imaging.sparsity': 2 is not less",
+        ),
+        ("{a: {imager: esprit, pixels: 2}}", "'imagers.a': 'imaging.scatterers' is missing"),
+        ("{a: {imager: espirt}}", "did you mean 'esprit'?"),
+    ],
+)
+def test_imagers_to_compare_are_checked_as_the_runs_own(project, compared, message):
+    project.write("config/wrong.yaml", f"{CONFIG}imagers: {compared}\n")
+    finished = project.run("--dry-run", "report", "--configfile", "config/wrong.yaml")
+    assert finished.returncode != 0 and message in finished.stdout and "Traceback" not in finished.stdout

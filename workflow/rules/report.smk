@@ -38,7 +38,7 @@ rule report:
     resources:
         mem_mb=4000,
     params:
-        code=code("report/job_report.py", *sections(), plan.imager_file(), plan.solver_file()),
+        code=code("report/job_report.py", *sections(), *plan.imager_files(), plan.solver_file()),
         settings=section(config, *config),
         stated=page_names(plan.models),
     message:

@@ -87,6 +87,11 @@ def build(frequency: np.ndarray, angle: np.ndarray, imaging: Mapping[str, Any]) 
     return built
 
 
+def with_imager(imaging: Mapping[str, Any], settings: Mapping[str, Any]) -> dict[str, Any]:
+    """A config's section `imaging` with another imager and its settings, as one of `imagers` names them."""
+    return {key: imaging[key] for key in SHARED if key in imaging} | dict(settings)
+
+
 def apertures(field: np.ndarray, azimuth: np.ndarray, aperture: int) -> np.ndarray:
     """Cut the samples of every image out of one elevation's sweep.
 

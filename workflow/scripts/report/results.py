@@ -68,6 +68,7 @@ class Results:
         self.targets = target_order(settings["targets"])
         self.meshed = [name for name in self.targets if "mesh" in settings["targets"][name]]
         self.images_are_made = images_are_made(settings)
+        self.compares_imagers = self.images_are_made and bool(settings.get("imagers"))
         self.learns = self.images_are_made and bool(settings["learning"]["experiments"])
 
     polarizations = property(lambda self: self.settings["imaging"]["polarizations"])  # the channels of an image

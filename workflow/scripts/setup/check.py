@@ -15,6 +15,7 @@ from isarflow.core.folders import of_fields
 from isarflow.core.kinds import MODELS, SECTIONS, check_kind, of_model, settings_of
 from isarflow.core.sweep import images_are_made
 from isarflow.core.words import near
+from isarflow.imaging.formation import with_imager
 from isarflow.imaging.geometry import PURE_NOISE, centres, planned
 from isarflow.learning.classifier import NOT_HYPER, OTHER, choices
 from isarflow.learning.experiments import CLEAN, TOLERANCE, channels_of, class_of, runs
@@ -88,6 +89,7 @@ def _problems(config):
     yield from _absent("imaging.polarizations", channels, "radar.polarizations", waves)
     if images_are_made(config):
         planned(config)
+        yield from _of_imagers(config)
     yield from _of_targets_solver(config)
     yield from _of_names("targets", config["targets"])
     for name, target in config["targets"].items():
@@ -103,6 +105,22 @@ def _problems(config):
         if labels.setdefault(label, snr) != snr:
             yield f"'noise.snr_db': {labels[label]!r} and {snr!r} dB are both {label} in six digits; take one of them."
     yield from _of_models(config["learning"]["models"])
+
+
+def _of_imagers(config):
+    """Check the imagers that the page shows beside each other as the config's own is checked."""
+
+    def check_it(settings):
+        whole = config | {"imaging": with_imager(config["imaging"], settings)}
+        its_rules = rules(whole)["properties"]["imaging"] | {"$defs": schema()["$defs"]}
+        check_schema(whole["imaging"], its_rules, ("imaging",))
+        planned(whole)
+
+    for name, settings in config.get("imagers", {}).items():
+        if not isinstance(settings, dict) or "imager" not in settings:
+            yield f"'imagers.{name}': it names an 'imager' and its settings, as the section 'imaging' does."
+        if why := refusal(check_it, settings):
+            yield f"'imagers.{name}': {why.removeprefix('config key ')}"
 
 
 def _absent(key, names, source, there):

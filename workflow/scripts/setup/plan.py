@@ -87,6 +87,11 @@ class Plan:
     def imager_file(self):
         return kind(IMAGERS, self.config["imaging"]["imager"]).file
 
+    def imager_files(self):
+        """The files of the config's imager and of those that the page compares."""
+        compared = [settings["imager"] for settings in self.config.get("imagers", {}).values()]
+        return [kind(IMAGERS, name).file for name in sorted({self.config["imaging"]["imager"], *compared})]
+
     def solver_file(self):
         return kind(SOLVERS, self.config["scattering"]["solver"]).file
 

@@ -1,0 +1,122 @@
+"""Imagers beside each other: every target in one view by each of them, and its scattering centres on its mesh."""
+
+import numpy as np
+import pandas as pd
+
+from isarflow.core.sweep import C0, unit_vectors
+from isarflow.imaging.formation import apertures, with_imager
+from isarflow.imaging.geometry import centres, imager_of
+from isarflow.imaging.imagers.centres import fit
+from isarflow.imaging.scatterers import waves
+from isarflow.report import draw_mesh
+from isarflow.report.draw_images import FLOOR_DB, OUTLINE, decibels, edges, outline, pixel_table
+from isarflow.report.layout import ON_DARK, VERMILION, Section, figure
+from isarflow.report.plots import draw_pixels, finish, panels
+
+PLACE, NEEDS = ("imaging", 2), "compares_imagers"  # on the page, see page.py
+MOST = 30  # centres of a target, on its mesh
+VIEWS = {"from above": draw_mesh.TOP, "from the right": draw_mesh.SIDE}
+LARGEST = 60  # square points of the strongest centre
+
+
+def section(results):
+    """Return the Section of the imagers that the config compares."""
+    imaging, first = results.settings["imaging"], results.scattering(results.targets[0])
+    sweep = first.frequency.values, first.azimuth.values
+    named = results.settings["imagers"].items()
+    made = {name: imager_of(*sweep, with_imager(imaging, settings)) for name, settings in named}
+    elevation = float(first.elevation.sel(elevation=0, method="nearest"))
+    whole = centres(first.azimuth.values, imaging["aperture"])
+    number = len(whole) // 8  # an eighth of the way round
+    channel = results.polarizations[0]
+    fields = {name: results.scattering(name).field.sel(polarization=channel) for name in results.targets}
+    text = (
+        f"{channel} without noise, azimuth {whole[number]:.0f}°, elevation {elevation:g}°: the same "
+        f"samples by each imager. {'; '.join(f'{name}: {imager.words()}' for name, imager in made.items())}."
+    )
+    figures = [images_figure(results, made, fields, number, (elevation, float(whole[number])))]
+    if results.meshed and len(near(first, imaging["aperture"], elevation, whole[number]).elevation) > 1:
+        figures.append(centres_figure(results, fields, elevation, whole[number]))
+    return Section("imagers", "Imagers beside each other", (text,), tuple(figures))
+
+
+def images_figure(results, made, fields, number, view):
+    """Draw image `number` of every target, a row each, by the imagers `made`, a column each. view: its direction."""
+    first, *_ = made.values()
+    # Imagers do not span quite the same: what all of them show.
+    ylim, xlim = (min((edges(imager.axes()[axis]) for imager in made.values()), key=np.ptp) for axis in (0, 1))
+    shape = np.ptp(ylim) / np.ptp(xlim)
+    inches = 1.6 + 1.3 * len(made), 0.6 + (1.2 * shape + 0.1) * len(fields)
+    drawing, grid = panels(len(fields), len(made), *inches, layout="compressed")
+    tables = []
+    for row, (target, field) in zip(grid, fields.items(), strict=True):
+        field = field.sel(elevation=view[0]).transpose("frequency", "azimuth")
+        samples = apertures(field.values, field.azimuth.values, len(first.angle))[number : number + 1]
+        for axes, top, (name, imager) in zip(row, grid[0], made.items(), strict=True):
+            down, cross = imager.axes()
+            image = np.abs(imager.on_axes(samples.reshape(1, len(field), -1))[0])
+            level = decibels(image / (image.max() or 1))
+            picture = draw_pixels(axes, level, (*edges(cross), *edges(down)), vmin=FLOOR_DB, vmax=0)
+            if target in results.surfaces:
+                shadow = outline(*results.surfaces[target], *view)
+                axes.contour(*shadow, levels=[OUTLINE], colors=ON_DARK, linewidths=0.7)
+            axes.set(xlim=xlim, ylim=ylim)
+            top.set_title(name)
+            tables.append(pixel_table(down, cross, {"level_db": level.round(2)}, target=target, imager=name))
+        row[0].set_ylabel(f"{target}\nrange [m]")
+    finish(drawing, grid, "cross-range [m]", legend=False)
+    drawing.colorbar(picture, ax=grid, label="|image| [dB]", shrink=0.6, aspect=30, pad=0.02)
+    caption = "Every target by each imager, each image relative to its own peak. White: the outline of the mesh."
+    return figure("imagers", drawing, pd.concat(tables), caption, wide=True)
+
+
+def near(field, aperture, elevation, azimuth):
+    """Return the part of a field within an aperture of so many azimuths about a direction, in degrees."""
+    reach = aperture // 2 * float(field.azimuth[1] - field.azimuth[0]) + 1e-6
+    aside = np.abs((field.azimuth.values - azimuth + 180) % 360 - 180)
+    return field.isel(azimuth=aside <= reach, elevation=np.abs(field.elevation.values - elevation) <= reach)
+
+
+def target_centres(field, vertices):
+    """Return a target's scattering centres: places (M, 3) in m, amplitudes (M,), complex, in m.
+
+    field: (frequency, elevation, azimuth) in m, of a few directions. They are searched in the box of the vertices.
+    """
+    field = field.transpose("frequency", "elevation", "azimuth")
+    el, az = np.meshgrid(field.elevation.values, field.azimuth.values, indexing="ij")
+    k = 2 * np.pi * field.frequency.values / C0
+    wavevectors = 2 * np.multiply.outer(k, unit_vectors(el, az)[0]).reshape(-1, 3)
+    cell = np.full(3, np.pi / (len(k) * (k[1] - k[0])))  # the resolution in range
+    low, high = vertices.min(axis=0), vertices.max(axis=0)
+    axes = [np.arange(start, stop + size / 2, size / 2) for start, stop, size in zip(low, high, cell, strict=True)]
+    searched = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    atoms = waves(wavevectors, searched).astype(np.complex64)
+    return fit(field.values.ravel(), wavevectors, searched, atoms, cell, MOST)
+
+
+def centres_figure(results, fields, elevation, azimuth):
+    """Draw each target's scattering centres, as seen from one direction, on its mesh."""
+    columns, aperture = len(results.meshed), results.settings["imaging"]["aperture"]
+    drawing, grid = panels(len(VIEWS), columns, 1 + 2.1 * columns, 4.2, sharex=False, sharey=False)
+    drawing.draw_without_rendering()
+    tables = []
+    for column, target in zip(grid.T, results.meshed, strict=True):
+        vertices, triangles = results.surfaces[target]
+        places, amplitudes = target_centres(near(fields[target], aperture, elevation, azimuth), vertices)
+        strength = np.abs(amplitudes)
+        for axes, view in zip(column, VIEWS.values(), strict=True):
+            draw_mesh.draw(axes, vertices, triangles, view, edges=False)
+            right, up, _ = draw_mesh.project(places, *view)
+            size = LARGEST * np.sqrt(strength / strength.max(initial=1e-30))
+            axes.scatter(right, up, size, color=VERMILION, edgecolors="white", linewidths=0.6, alpha=0.8, zorder=3)
+        column[0].set_title(f"{target}: {len(places)}")
+        found = dict(zip(("x_m", "y_m", "z_m"), places.T, strict=True)) | {"amplitude_m": strength}
+        tables.append(pd.DataFrame({"target": target, **found}))
+    for row, name in zip(grid, VIEWS, strict=True):
+        row[0].set_ylabel(f"{name} [m]")
+    caption = (
+        "Scattering centres on the targets' meshes, seen through them, with their number: points of a constant "
+        f"amplitude, as few as the Bayesian criterion asks for, {MOST} at most, fitted to all samples within an "
+        f"aperture of azimuth {azimuth:.0f}°, elevation {elevation:g}°. A circle's area is the root of its amplitude."
+    )
+    return figure("scattering_centres", drawing, pd.concat(tables).round(5), caption, wide=True)
