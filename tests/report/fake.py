@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import xarray as xr
-from fake_learning import OFFSET, coordinate, learn
+from fake_learning import OFFSET, SCORES, coordinate, learn
 
 from isarflow.core import store as stores
 from isarflow.core import sweep
@@ -12,6 +12,7 @@ from isarflow.core.kinds import MODELS, available, page_names
 from isarflow.mesh.io import write_ply
 from isarflow.mesh.measures import describe, size
 from isarflow.report.page import write_report
+from isarflow.report.results import Results
 from isarflow.scattering.store import write_field
 
 CLEAN, SECTOR = {"elevation": "all", "snr_db": "clean"}, {"open": True, "split": "sector"}
@@ -94,8 +95,13 @@ def again(root, settings, report):
     return report
 
 
-def make(folder, settings):
-    """Fill `folder` (results/<name>) with made-up results for the settings."""
+def results(folder, settings=SETTINGS):
+    """The results in `folder` as the report reads them."""
+    return Results(folder, settings, names(settings))
+
+
+def make(folder, settings, scores=SCORES):
+    """Fill `folder` (results/<name>) with made-up results for the settings. scores: of models that have their own."""
     frequency = sweep.frequencies(settings["radar"])
     elevation, azimuth = sweep.elevations(settings["aspect"]), sweep.azimuths(settings["aspect"])
     for name in settings["targets"]:
@@ -106,7 +112,7 @@ def make(folder, settings):
         if len(frequency) > 1:
             _images(folder / "imaging" / name, settings, elevation, azimuth)
     if len(frequency) > 1 and settings["learning"]["experiments"]:
-        learn(folder / "learning", settings)
+        learn(folder / "learning", settings, scores)
     record = folder / "benchmarks" / "mesh" / "drone.tsv"
     record.parent.mkdir(parents=True)
     record.write_text("s\th:m:s\tmax_rss\n12.5\t0:00:12\t250.0\n")

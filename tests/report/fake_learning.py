@@ -15,7 +15,6 @@ from isarflow.report.selection import decoded_snrs
 
 # Else softmax.
 SCORES = {"capsule": ("mse", "zncc"), "capsule_denoise": ("mse", "zncc", "noise_zncc"), "own": ("my_error", "fit")}
-DECODERS = tuple(SCORES)
 WORSE_HELD_OUT = ("knn", "lr_tuned")
 IMAGES = 200  # test images of each target that are counted
 OFFSET = 2.1  # dB, of all images on average: peak_3db over mean
@@ -27,8 +26,11 @@ def coordinate(name, values, units):
     return (name, values, {"units": units, "long_name": name})
 
 
-def learn(folder, settings):
-    """Accuracy that rises with SNR; every score with an interval around it; curves, and settings tried."""
+def learn(folder, settings, confidence=SCORES):
+    """Accuracy that rises with SNR; every score with an interval around it; curves, and settings tried.
+
+    confidence: the confidence scores of models that reject by others than softmax.
+    """
     roles = {name: target["role"] for name, target in settings["targets"].items()}
     rows, cells, times, every = [], [], [], runs(settings)
     for name, run in every.items():
@@ -36,11 +38,12 @@ def learn(folder, settings):
             _fitted(folder / "models" / name / model, model, run["division"]["fold"], settings)
             if run["first"]:
                 tested = [of["division"]["fold"] for of in every.values() if _same(of, run)]
-                scored, counted = _scored(run, place, model, tested, settings)
+                known = confidence.get(model, ["softmax"]) if run["open"] else ()
+                scored, counted = _scored(run, place, model, known, tested, settings)
                 rows += scored
                 cells += counted
                 times.append(_time(run, place, model))
-                if run["open"] and model in DECODERS:
+                if known and model in confidence and model != "fcnn":
                     _decoded(folder, run, model, roles, settings)
     machine = {"cpu": "A processor", "cores": 2}
     (folder / "times.json").write_text(json.dumps({"machine": machine, "threads": 1, "models": times}))
@@ -70,10 +73,10 @@ def of_fold(value, fold):
     return min(value + APART * (fold - 2), 1)
 
 
-def _scored(run, place, model, folds, settings):
+def _scored(run, place, model, known, folds, settings):
     """Rows of scores.csv and of confusion.csv of one model: of all folds, of each, and by the other definition of SNR.
 
-    folds: the numbers of those that are tested, [0] of a split at random. One fold has no intervals.
+    known: confidence scores in the open set. folds: the numbers of those that are tested, [0] of a split at random. One fold has no intervals.
     """
     rows, cells, noise = [], [], settings["noise"]
     roles = {name: target["role"] for name, target in settings["targets"].items()}
@@ -83,7 +86,6 @@ def _scored(run, place, model, folds, settings):
     for snr, subset in itertools.product(noise["snr_db"], subsets):
         head = [run["experiment"], model, run["split"], training(run), train_snr_db(run), snr, subset]
         value = right(snr, place, subset)
-        known = SCORES.get(model, ["softmax"]) if run["open"] else ()
         opened = [[score, protocol] for score in known for protocol in ("thesis", "blind", "kept")]
         for kind in (["", ""], *opened):
             classes = [*labels, "other"] if kind[0] else labels
