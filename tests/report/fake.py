@@ -1,10 +1,12 @@
 """A small tree of made-up results in the layout of the other stages, for the report to show."""
 
+import copy
 import json
 
 import numpy as np
 import xarray as xr
 from fake_learning import OFFSET, SCORES, coordinate, learn
+from shapes_made import sphere
 
 from isarflow.core import store as stores
 from isarflow.core import sweep
@@ -16,6 +18,7 @@ from isarflow.report.results import Results
 from isarflow.scattering.store import write_field
 
 CLEAN, SECTOR = {"elevation": "all", "snr_db": "clean"}, {"open": True, "split": "sector"}
+SMALL = {"width": 16, "capsules": 2}
 SETTINGS = {
     "name": "fake",
     "seed": 3,
@@ -28,14 +31,8 @@ SETTINGS = {
     "radar": {"center_frequency": 1e9, "bandwidth": 0.4e9, "frequencies": 5, "polarizations": ["VV", "HH"]},
     "aspect": {"elevation": {"start": -30, "stop": 30, "step": 30}, "azimuth": {"count": 24}},
     "scattering": {"solver": "mom", "formulation": "efie", "precision": "single", "tolerance": 1e-5},
-    "imaging": {
-        "imager": "fourier",
-        "polarizations": ["VV"],
-        "aperture": 3,
-        "window": "hamming",
-        "reformat": "polar",
-        "upsample": "none",
-    },
+    "imaging": {"imager": "fourier", "polarizations": ["VV"], "aperture": 3}
+    | {"window": "hamming", "reformat": "polar", "upsample": "none"},
     "noise": {"snr_db": [-12, 0, 2.5, 12, 24], "realizations": 2, "definition": "peak_3db", "per": "image"},
     "learning": {
         "split": {"scheme": "random", "train": 0.7, "validation": 0.33, "folds": 3, "spacing": 0},
@@ -47,26 +44,22 @@ SETTINGS = {
             "svm": {"C": 930.66, "scale": 2.75},
             "knn": {"k": 1},
             "fcnn": {"width": 756, "epochs": 3},
-            "capsule": {"width": 16, "capsules": 2, "epochs": 5},
-            "capsule_denoise": {"kind": "capsule", "width": 16, "capsules": 2},
+            "capsule": {**SMALL, "epochs": 5},
+            "capsule_denoise": {**SMALL, "kind": "capsule"},
         },
         "experiments": {
             "single_elevation": {"train": {"elevation": [0], "snr_db": "clean"}, "models": ["lr", "svm", "knn"]},
-            "multi_elevation": {"train": dict(CLEAN), "models": ["lr", "knn"]},
+            "multi_elevation": {"train": CLEAN, "models": ["lr", "knn"]},
             "noisy_training": {"train": {"elevation": [0, 30], "snr_db": {"each": [2.5, 12]}}, "models": ["lr", "svm"]},
-            "fcnn_open": {"train": dict(CLEAN), "models": ["fcnn", "knn"], "open": True},
-            "sector": {"train": dict(CLEAN), "models": ["lr", "lr_tuned", "knn"], **SECTOR},
-            "sector_fcnn": {"train": dict(CLEAN), "models": ["fcnn"], **SECTOR, "folds": [1, 3]},  # some of the folds
+            "fcnn_open": {"train": CLEAN, "models": ["fcnn", "knn"], "open": True},
+            "sector": {"train": CLEAN, "models": ["lr", "lr_tuned", "knn"], **SECTOR},
+            "sector_fcnn": {"train": CLEAN, "models": ["fcnn"], **SECTOR, "folds": [1, 3]},  # some of the folds
             # One fold: there are no intervals.
-            "capsule_sector": {"train": dict(CLEAN), "models": ["capsule"], **SECTOR, "folds": [2], "upsample": 16},
-            "capsule_open": {"train": dict(CLEAN), "models": ["capsule"], "open": True, "upsample": 16},
-            "capsule_closed": {"train": dict(CLEAN), "models": ["capsule"], "upsample": 16},
-            "noisy_capsule": {
-                "train": {"elevation": "all", "snr_db": {"random": ["clean", 0, 2.5, 12, 24]}},
-                "models": ["capsule", "capsule_denoise"],
-                "open": True,
-                "upsample": 16,
-            },
+            "capsule_sector": {"train": CLEAN, "models": ["capsule"], **SECTOR, "folds": [2], "upsample": 16},
+            "capsule_open": {"train": CLEAN, "models": ["capsule"], "open": True, "upsample": 16},
+            "capsule_closed": {"train": CLEAN, "models": ["capsule"], "upsample": 16},
+            "noisy_capsule": {"train": {"elevation": "all", "snr_db": {"random": ["clean", 0, 2.5, 12, 24]}}}
+            | {"models": ["capsule", "capsule_denoise"], "open": True, "upsample": 16},
         },
     },
 }
@@ -78,10 +71,14 @@ ATTRS = {"polarization": "VV", "aperture_angle": 75.0, "range_wavenumber": 21.0,
 ATTRS |= {"range_resolution": 0.3, "crossrange_resolution": 0.2, "range_extent": 1.5, "crossrange_extent": 1.0}
 
 
-def write(root, settings):
-    """Made-up results in `root`, and their report; returns its folder."""
-    make(root, settings)
-    return again(root, settings, root / "report")
+def changed(experiments=None, **sections):
+    """The settings with these of the experiments alone, if they are named, and with these keys of sections."""
+    settings = copy.deepcopy(SETTINGS)
+    if experiments is not None:
+        settings["learning"]["experiments"] = {name: settings["learning"]["experiments"][name] for name in experiments}
+    for section, keys in sections.items():
+        settings[section] |= keys
+    return settings
 
 
 def names(settings):
@@ -90,17 +87,23 @@ def names(settings):
     return page_names({name: own for name, own in models.items() if own.get("kind", name) in kinds})
 
 
-def again(root, settings, report):
-    write_report(root, settings, names(settings), report / "index.html", report / "figures", report / "tables")
-    return report
-
-
 def results(folder, settings=SETTINGS):
     """The results in `folder` as the report reads them."""
     return Results(folder, settings, names(settings))
 
 
-def make(folder, settings, scores=SCORES):
+def write(root, settings=SETTINGS):
+    """Made-up results in `root`, and their report; returns its folder."""
+    make(root, settings)
+    return again(root, settings, root / "report")
+
+
+def again(root, settings, report):
+    write_report(root, settings, names(settings), report / "index.html", report / "figures", report / "tables")
+    return report
+
+
+def make(folder, settings=SETTINGS, scores=SCORES):
     """Fill `folder` (results/<name>) with made-up results for the settings. scores: of models that have their own."""
     frequency = sweep.frequencies(settings["radar"])
     elevation, azimuth = sweep.elevations(settings["aspect"]), sweep.azimuths(settings["aspect"])
@@ -118,23 +121,11 @@ def make(folder, settings, scores=SCORES):
     record.write_text("s\th:m:s\tmax_rss\n12.5\t0:00:12\t250.0\n")
 
 
-def ellipsoid(half_axes, rings=12):
-    """Vertices (n, 3) and triangles (m, 3) of a closed ellipsoid."""
-    down, along = np.linspace(0, np.pi, rings + 1)[1:-1], np.arange(2 * rings) * np.pi / rings
-    polar, turn = np.meshgrid(down, along, indexing="ij")
-    around = np.stack([np.sin(polar) * np.cos(turn), np.sin(polar) * np.sin(turn), np.cos(polar)], axis=-1)
-    vertices = np.vstack([around.reshape(-1, 3), [[0, 0, 1], [0, 0, -1]]]) * half_axes
-    ring = np.arange(polar.size).reshape(polar.shape)
-    after, north, south = np.roll(ring, -1, axis=1), np.full(2 * rings, polar.size), np.full(2 * rings, polar.size + 1)
-    faces = [(north, ring[0], after[0]), (south, after[-1], ring[-1])]
-    faces += [(ring[:-1], ring[1:], after[:-1]), (after[:-1], ring[1:], after[1:])]
-    return vertices, np.concatenate([np.stack(face, axis=-1).reshape(-1, 3) for face in faces])
-
-
 def _mesh(folder, name, settings):
     """The same ellipsoid in every band, with its true figures."""
     folder.mkdir(parents=True, exist_ok=True)
-    surface = ellipsoid(SHAPES[name])
+    vertices, triangles = sphere(1.0, 2)
+    surface = vertices * SHAPES[name], triangles
     counts = {"vertices": len(surface[0]), "triangles": len(surface[1])}
     source = size(*surface) | counts | {"thinned_by": 0.0, "thinned_area": 0.0, "thinned_volume": 0.0}
     write_ply(folder / f"{name}-source.ply", *surface)

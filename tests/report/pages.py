@@ -5,6 +5,7 @@ import gzip
 import itertools
 import json
 import re
+from html import unescape
 from html.parser import HTMLParser
 
 import pandas as pd
@@ -17,9 +18,10 @@ class Page(HTMLParser):
 
     def __init__(self, path):
         super().__init__()
-        self.tags, self.text, self.open, self.path = [], [], [], path
-        self.feed(path.read_text())
+        self.tags, self.text, self.open, self.html = [], [], [], path.read_text()
+        self.feed(self.html)
         assert not self.open
+        self.words = " ".join(" ".join(self.text).split())
 
     def handle_starttag(self, tag, attrs):
         self.tags.append((tag, dict(attrs)))
@@ -38,8 +40,19 @@ class Page(HTMLParser):
         return [attrs for tag, attrs in self.tags if tag in names]
 
     @property
-    def words(self):
-        return " ".join(" ".join(self.text).split())
+    def figures(self):
+        return {attrs["id"].removeprefix("figure-") for attrs in self.attributes("figure")}
+
+    def caption(self, name):
+        """The caption of a figure, without its links."""
+        figure = self.html[self.html.index(f'id="figure-{name}"') :]
+        return unescape(re.search(r"<figcaption>(.*?) <a ", figure, re.DOTALL)[1])
+
+    def table(self, label):
+        """The cells of a table as text, row by row, the heading first."""
+        table = self.html[self.html.index(f'aria-labelledby="{label}">\n<thead>') :].partition("</table>")[0]
+        rows = [re.findall(r"<t[hd][^>]*>(.*?)</t[hd]>", row) for row in table.split("<tr>")]
+        return [row for row in rows if row]
 
 
 def check_whole(report):
@@ -98,11 +111,3 @@ def _whole(name, text, glyphs):
 def headings(page):
     """The anchors of a page's parts and sections, in order."""
     return [attrs["id"] for attrs in page.attributes("h2", "h3")]
-
-
-def table_rows(path, label):
-    """The cells of a table of the page as text, row by row, the heading first."""
-    html = path.read_text()
-    table = html[html.index(f'aria-labelledby="{label}">\n<thead>') :].partition("</table>")[0]
-    rows = [re.findall(r"<t[hd][^>]*>(.*?)</t[hd]>", row) for row in table.split("<tr>")]
-    return [row for row in rows if row]

@@ -1,13 +1,10 @@
 """What one adds to the page is declared at one place: a section, a metric, a model."""
 
-import fake
 import pandas as pd
-import pytest
 
 from isarflow import report
 from isarflow.core import kinds
 from isarflow.report import page, section_open
-from isarflow.report.results import Results
 from isarflow.report.vocabulary import Names, select
 
 SECTION = """
@@ -19,11 +16,7 @@ PLACE, NEEDS = ("recognition", 2.5), "learns"
 def section(results):
     return Section("mine", "My own", (f"{len(results.targets)} targets",))
 """
-
-
-@pytest.fixture
-def results(whole):
-    return Results(whole.parent, fake.SETTINGS, fake.names(fake.SETTINGS))
+MODEL = "class Model:\n    LABELS = {'mine': ('Mine', 'my model', 1)}\n    SCORES = {'mine': ('my score', 1)}\n"
 
 
 def test_a_section_is_one_file(results, tmp_path, monkeypatch):
@@ -34,22 +27,19 @@ def test_a_section_is_one_file(results, tmp_path, monkeypatch):
     place = before.index(section_open.section) + 1
     assert [*after[:place], *after[place + 1 :]] == before
     (section,) = page._drawn(after[place], results)
-    assert section.title == "My own" and section.text == (f"{len(results.targets)} targets",)
+    assert section.title == "My own" and section.text == ("3 targets",)
 
 
 def test_a_metric_is_one_line(results, monkeypatch):
     area = select(results.scores, metric="auroc").assign(metric="area", value=0.4321)
-    scores = pd.concat([results.scores, area])
-    scores = scores[(scores["score"] != "") & (scores["elevation"] == "all")]
+    scores = select(pd.concat([results.scores, area]).query("score != ''"), elevation="all")
     monkeypatch.setitem(section_open.SEPARATION, "area", "my area")
     ranks = section_open.summary(scores, select(results.validation, elevation="all"))
-    shown = section_open.tried_table(results, scores, ranks).shown
-    assert set(shown["my area"]) == {"0.432"}
+    assert set(section_open.tried_table(results, scores, ranks).shown["my area"]) == {"0.432"}
 
 
 def test_a_model_is_one_file(tmp_path, monkeypatch):
-    code = "class Model:\n    LABELS = {'mine': ('Mine', 'my model', 1)}\n    SCORES = {'mine': ('my score', 1)}\n"
-    (tmp_path / "mine.py").write_text(code)
+    (tmp_path / "mine.py").write_text(MODEL)
     monkeypatch.setattr(kinds, "MODELS", kinds.MODELS._replace(folder=str(tmp_path)))
     names = Names(kinds.page_names({"mine": {}}), {"mine"})
     assert (names.model("mine").label, names.model("mine").words) == ("Mine", "my model")

@@ -1,23 +1,19 @@
 """What the page says of a run that splits by elevation, too, and of thresholds that need no unknown target."""
 
-import copy
-
 import fake
 import numpy as np
 import pandas as pd
 import pytest
 
 from isarflow.report import section_alike, section_headline, section_open, section_run
-from isarflow.report.results import Results
 
-ALL = {"train": {"elevation": "all", "snr_db": "clean"}, "open": True}
+ALL = {"train": fake.CLEAN, "open": True}
 
 
 @pytest.fixture(scope="module")
 def results(tmp_path_factory):
-    settings = copy.deepcopy(fake.SETTINGS)
-    settings["aspect"]["elevation"] = {"start": -30, "stop": 30, "step": 15}
-    settings["noise"]["snr_db"] = [0, 12]
+    settings = fake.changed(noise={"snr_db": [0, 12]})
+    settings["aspect"]["elevation"]["step"] = 15
     settings["learning"]["experiments"] = {
         "any": {**ALL, "models": ["lr", "knn"]},
         "between": {**ALL, "models": ["lr", "knn"], "split": "elevation"},
@@ -25,7 +21,7 @@ def results(tmp_path_factory):
     }
     folder = tmp_path_factory.mktemp("by_elevation")
     fake.make(folder, settings)
-    return Results(folder, settings, fake.names(settings))
+    return fake.results(folder, settings)
 
 
 def test_all_splits_stand_beside_each_other_the_one_by_elevation_first(results):

@@ -1,7 +1,6 @@
 """What the page's viewer is given: fields, ways to form images, meshes, and no more than a page bears."""
 
 import base64
-import copy
 
 import fake
 import numpy as np
@@ -9,11 +8,10 @@ import pytest
 import xarray as xr
 
 from isarflow.report import section_explore
-from isarflow.report.results import Results
 
 
 def explorer(whole, settings=fake.SETTINGS):
-    return section_explore.explorer(Results(whole.parent, settings, fake.names(settings)))
+    return section_explore.explorer(fake.results(whole.parent, settings))
 
 
 def numbers(packed):
@@ -40,7 +38,7 @@ def test_the_viewer_has_the_fields_and_meshes_of_the_stores(whole):
     np.testing.assert_allclose(kept, store, rtol=0, atol=2.2e-5 * np.abs(store).max())
     # The same triangles, of the same sense of rotation, in whatever order: each from its smallest corner.
     triangles = np.cumsum(numbers(mesh["triangles"])).reshape(-1, 3)
-    points, corners = Results(whole.parent, fake.SETTINGS, fake.names(fake.SETTINGS)).surfaces["ufo"]
+    points, corners = fake.results(whole.parent).surfaces["ufo"]
     seen = numbers(mesh["vertices"]).reshape(-1, 3)[triangles]
     np.testing.assert_allclose(_sorted(seen), _sorted(points[corners]), atol=1.1e-4)
 
@@ -57,8 +55,6 @@ def test_the_viewer_grows_no_further_than_a_page_bears(whole, monkeypatch, most,
 
 
 def test_the_run_s_own_way_comes_first_and_one_that_cannot_be_is_left_out(whole):
-    settings = copy.deepcopy(fake.SETTINGS)
-    settings["imaging"]["reformat"] = "none"
-    assert list(explorer(whole, settings)["ways"]) == ["none", "polar"]
+    assert list(explorer(whole, fake.changed(imaging={"reformat": "none"}))["ways"]) == ["none", "polar"]
     frequency, angle = np.linspace(1e9, 1.4e9, 5), np.radians([-80.0, 0, 80])
     assert list(section_explore._ways(frequency, angle, "none")) == ["none"]

@@ -1,23 +1,17 @@
 """Pages of a run whose images have several polarizations: the first one stands for all, and one figure shows all."""
 
-import copy
-
 import fake
 import numpy as np
 import pytest
 import xarray as xr
 
 from isarflow.report import section_alike, section_explore, section_images
-from isarflow.report.results import Results
 
 
 def test_the_images_are_shown_in_the_first_polarization_and_once_in_all(tmp_path, few_pictures):
-    settings = copy.deepcopy(fake.SETTINGS)
-    settings["imaging"]["polarizations"] = ["HH", "VV"]
-    settings["learning"]["experiments"] = {}
-    settings["noise"]["snr_db"] = [12]
+    settings = fake.changed([], imaging={"polarizations": ["HH", "VV"]}, noise={"snr_db": [12]})
     fake.make(tmp_path, settings)
-    results = Results(tmp_path, settings, fake.names(settings))
+    results = fake.results(tmp_path, settings)
     text = " ".join(section_images.images_text(results))
     assert "a channel for each of HH, VV and one peak over all" in text
     # Elevations, azimuths, channels, pixels, bytes; of each SNR two realizations.

@@ -21,9 +21,7 @@ LISTS = {
     "fcnn_tuned": {"width": [4, 756]},
 }
 SCORES = {"fcnn": ("softmax", "openmax"), "capsule": ("mse", "zncc", "length", "mixture")}
-SCORES |= dict.fromkeys(("capsule_long", "capsule_listing"), ("mse", "zncc")) | {
-    "capsule_complex": ("mse", "coherence")
-}
+SCORES |= {"capsule_complex": ("mse", "coherence"), "capsule_long": ("mse", "zncc"), "capsule_listing": ("mse", "zncc")}
 FCNN = {"width": 6, "epochs": 2, "batch": 16, "learning_rate": 0.01, "openmax_tail": 5, "openmax_alpha": 1}
 
 
