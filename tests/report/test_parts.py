@@ -1,6 +1,5 @@
 """The numbers that the report works out itself: range profiles, selections, what a published statement says."""
 
-import copy
 import re
 from types import SimpleNamespace
 
@@ -10,11 +9,10 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
-from study import sentences
 
 from isarflow.core.kinds import page_names
 from isarflow.core.sweep import C0
-from isarflow.report import (  # fmt: skip
+from isarflow.report import (
     draw_images,
     draw_mesh,
     layout,
@@ -26,10 +24,10 @@ from isarflow.report import (  # fmt: skip
     thesis,
     vocabulary,
 )
-from isarflow.report.results import Results
 from isarflow.report.section_scattering import range_profiles
+from isarflow.report.vocabulary import METHOD, Names, select
 
-NAMES = vocabulary.Names(
+NAMES = Names(
     page_names({"lr": {}, "svm": {}, "knn": {}, "capsule": {}, "own": {"kind": "lr"}, "lr_tuned": {"kind": "lr"}})
 )
 
@@ -53,14 +51,13 @@ def test_what_is_shown_does_not_depend_on_the_file():
     targets = {"z": {"role": "other"}, "b": {"role": "known"}, "u": {"role": "unknown"}, "a": {"role": "known"}}
     for order in (targets, dict(reversed(targets.items()))):
         assert selection.target_order(order) == ["a", "b", "u", "z"]
-    settings = {"targets": targets, "noise": {"snr_db": [12, 0]}}
     noisy = [("a", "snr_0dB"), ("a", "snr_12dB")]
-    assert selection.images_shown(settings) == [(name, "clean") for name in "zbua"] + noisy
+    shown = selection.images_shown({"targets": targets, "noise": {"snr_db": [12, 0]}})
+    assert shown == [(name, "clean") for name in "zbua"] + noisy
 
 
-@pytest.mark.parametrize(
-    ("ours", "relation", "printed", "expected"),
-    [
+def test_published_statement_counts_to_its_printed_decimals():
+    for ours, relation, printed, expected in (
         (0.9996, ">=", "1.00", True),
         (0.994, ">=", "1.00", False),
         (0.991, ">", "0.99", True),
@@ -68,10 +65,8 @@ def test_what_is_shown_does_not_depend_on_the_file():
         (0.634, "<=", "0.63", True),
         (0.64, "<=", "0.63", False),
         (0.79814, "=", "0.7981", True),
-    ],
-)
-def test_published_statement_counts_to_its_printed_decimals(ours, relation, printed, expected):
-    assert plots.holds(ours, relation, printed) == expected
+    ):
+        assert plots.holds(ours, relation, printed) == expected, (ours, relation, printed)
 
 
 def test_projection_keeps_lengths_and_hands():
@@ -87,11 +82,6 @@ def test_colours_stand_out_from_white():
     assert (1.05 / (linear @ [0.2126, 0.7152, 0.0722] + 0.05) >= 3).all()
 
 
-def test_numbers_read_as_numbers():
-    values = {None: "–", 0: "0", 0.03654: "0.0365", 48.8: "48.8", 1234: "1234", 5e-6: "5.00×10⁻⁶"}
-    assert {value: layout.number(value) for value in values} == values
-
-
 def test_outline_of_a_box_is_its_shadow_and_a_sheet_on_edge_has_one():
     corners = np.array([[x, y, 0.0] for x in (-0.3, 0.3) for y in (-0.1, 0.1)])
     plate = np.array([[0, 2, 1], [1, 2, 3]])
@@ -105,7 +95,7 @@ def test_outline_of_a_box_is_its_shadow_and_a_sheet_on_edge_has_one():
 
 
 def test_methods_rank_by_their_mean_on_validation_images_over_the_middle_within_each_split():
-    columns = [*vocabulary.METHOD, "threshold", "metric", "test_snr_db", "value"]
+    columns = [*METHOD, "threshold", "metric", "test_snr_db", "value"]
     tested, held_out = [], []
     for split, score, low, high, reached in (
         ("random", "a", 0.2, 1.0, 0.1),
@@ -126,11 +116,11 @@ def test_methods_rank_by_their_mean_on_validation_images_over_the_middle_within_
     assert vocabulary.middle([24, 18]) == [18, 24]  # where none lies between -12 and 12 dB
 
 
-def _curve(model, values, split="sector", score="", train="clean"):
-    """Rows of weighted F1 of one method, as in scores.csv."""
-    method = {"split": split, "experiment": "one", "model": model, "training": train, "score": score}
+def _curve(model, values, split="sector", score="", train="clean", **columns):
+    """Rows of one method, as in scores.csv, at SNRs about 0 dB: values, each without width."""
+    columns = {"split": split, "experiment": "one", "model": model, "training": train, "score": score} | columns
     frame = pd.DataFrame({"test_snr_db": [-20.0, 0.0, 20.0], "value": values, "low": values, "high": values})
-    return frame.assign(**method, threshold="blind" if score else "")
+    return frame.assign(**{"threshold": "blind" if score else ""} | columns)
 
 
 def test_headline_picks_the_best_by_the_middle_snrs_of_the_validation_images_and_the_thesis_s_own():
@@ -149,30 +139,30 @@ def test_headline_picks_the_best_by_the_middle_snrs_of_the_validation_images_and
     lines = section_headline.curves(part, held_out, NAMES)
     assert lines["curve"].unique().tolist() == ["best: capsule (sector)", "thesis: capsule (sector)"]
     assert lines["training"].unique().tolist() == ["6 dB", "clean"]
-    clean = part["training"] == "clean"
-    lines = section_headline.curves(part[clean], held_out[clean], NAMES)
+    lines = section_headline.curves(*(select(of, training="clean") for of in (part, held_out)), NAMES)
     shown = ["best: SVM (sector)", "best: SVM (random)", "thesis: capsule (sector)"]
     assert lines["curve"].unique().tolist() == shown
-    assert vocabulary.select(lines, curve=shown[1])["value"].tolist() == pytest.approx([0.7, 0.5, 0.4])
-    assert vocabulary.select(lines, theirs=True)["curve"].unique().tolist() == shown[2:]
+    assert select(lines, curve=shown[1])["value"].tolist() == pytest.approx([0.7, 0.5, 0.4])
+    assert select(lines, theirs=True)["curve"].unique().tolist() == shown[2:]
     # Of several scores the thesis's method is that by ZNCC.
     part = pd.concat([_curve("capsule", [0.3, 0.5, 0.6], score="zncc"), _curve("capsule", [0.4, 0.9, 1], score="mse")])
     lines = section_headline.curves(part, part, NAMES)["curve"].unique().tolist()
     assert lines == ["best: capsule, MSE (sector)", "thesis: capsule, ZNCC (sector)"]
 
 
-def _counts(experiment, images, threshold):
-    case = {"model": "m", "training": "clean", "test_snr_db": 0.0, "score": "s", "elevation": "all"}
-    return pd.DataFrame({"target": images.keys(), "count": images.values()}).assign(
-        experiment=experiment, threshold=threshold, **case
-    )
-
-
 def test_one_answer_for_all_images_by_hand():
-    results = Results("nowhere", fake.SETTINGS, fake.names(fake.SETTINGS))  # drone and missile are known
-    known = {"drone": 70, "missile": 70}
-    opened = [_counts(name, known | {"ufo": ufo}, "blind") for name, ufo in (("a", 140), ("b", 140.5), ("c", 70))]
-    results.confusion = pd.concat([*opened, _counts("a", {"drone": 30, "missile": 10}, "")])
+    results, known = fake.results("nowhere"), {"drone": 70, "missile": 70}
+    tables = []
+    for experiment, threshold, images in (
+        ("a", "blind", known | {"ufo": 140}),
+        ("b", "blind", known | {"ufo": 140.5}),
+        ("c", "blind", known | {"ufo": 70}),
+        ("a", "", {"drone": 30, "missile": 10}),
+    ):
+        case = {"experiment": experiment, "threshold": threshold, "model": "m", "training": "clean", "score": "s"}
+        counts = pd.DataFrame({"target": images.keys(), "count": images.values()})
+        tables.append(counts.assign(**case, elevation="all", test_snr_db=0.0))
+    results.confusion = pd.concat(tables)
     # Half of the images are unknown: precision 1/2, recall 1, F1 2/3 for a half of the weight. b is alike: one line.
     # One unknown target of three: 1/3 of the weight, with precision 1/3: F1 1/2.
     assert results.rejecting(["c", "a"]) == pytest.approx([1 / 6, 1 / 3])
@@ -180,56 +170,36 @@ def test_one_answer_for_all_images_by_hand():
     assert results.guessing(["a"]) == pytest.approx([0.75 * 2 * 0.75 / 1.75])
 
 
-def _networks(**sizes):
-    """Settings with a capsule network of these sizes, one that inherits it, and a fully connected network."""
-    settings = copy.deepcopy(fake.SETTINGS)
-    own = settings["learning"]["models"]
-    own["capsule"] |= sizes
-    own["capsule_denoise"] |= sizes
-    own["mine"] = {"kind": "capsule", "width": 16, "capsules": 2}
-    return settings
-
-
 def test_a_capsule_network_is_the_thesis_s_only_at_its_size():
-    small, full = _networks(), _networks(width=256, capsules=32)
-    shown = [thesis.full_size(model, small) for model in ("capsule", "mine", "fcnn", "knn")]
-    assert shown == [False, False, True, True]
-    assert thesis.size("mine", full) == "16 filters, 2 capsule channels"
-    assert thesis.full_size("capsule", full) and not thesis.full_size("capsule", _networks(width=256))
-    # Of 1 and 2 in 32 x 32 pixels: 82 weights of the convolution, 81 x 16 + 16 of the primary capsules, 8 x 8 places
-    # of 2 capsules with 8 x 32 votes; of 256 and 32 the same with 256 and 32.
-    large = 81 * 256 + 256 + 81 * 256 * 256 + 256 + 64 * 32 * 8 * 32
-    tiny = 82 + 81 * 16 + 16 + 64 * 2 * 8 * 32
-    assert sentences.weight_ratio("capsule", _networks(width=1)) == pytest.approx(large / tiny)
-    assert "the thesis's has 256 and 32, 107 times the weights" in sentences.difference("capsule", small)
-    assert sentences.difference("capsule", full) == ""
-
-
-def _curves(model, snrs, definition):
-    """Rows of accuracy of one model, as in scores.csv."""
-    columns = {"split": "random", "experiment": "one", "model": model, "training": "clean", "train_snr_db": np.nan}
-    columns |= {"score": "", "elevation": "all", "threshold": "", "metric": "accuracy", "fold": ""}
-    columns |= {"value": 0.01 * np.array(snrs), "low": 0.0, "high": 1.0, "n": 10, "snr_definition": definition}
-    return pd.DataFrame({"test_snr_db": np.array(snrs, float), **columns})
+    settings = fake.changed()
+    models = settings["learning"]["models"]
+    models |= {"mine": {"kind": "capsule", "width": 16, "capsules": 2}, "wide": {"kind": "capsule", "width": 256}}
+    models["wide"]["capsules"] = 2
+    models["large"] = {"kind": "capsule", "width": 256, "capsules": 32}
+    sizes = {"capsule": False, "mine": False, "wide": False, "large": True, "fcnn": True, "knn": True}
+    assert {model: thesis.full_size(model, settings) for model in sizes} == sizes
+    assert thesis.size("mine", settings) == "16 filters, 2 capsule channels"
 
 
 def test_published_values_are_drawn_beside_curves_by_their_definition_of_snr():
-    rows = pd.concat([_curves("lr", [0, 6, 12], "peak_3db"), _curves("knn", [0, 6, 12], "peak_3db")])
-    there = pd.concat([_curves("lr", [0, 6], "mean"), _curves("knn", [0], "mean"), _curves("svm", [0], "mean")])
+    case = {"split": "random", "train_snr_db": np.nan, "elevation": "all", "metric": "accuracy", "fold": "", "n": 10}
+    rows = pd.concat([_curve(model, [0, 0.06, 0.12], **case, snr_definition="peak_3db") for model in ("lr", "knn")])
+    by_mean = [_curve(model, [0, 0.06, 0.12], **case, snr_definition="mean") for model in ("lr", "knn", "svm")]
+    there = pd.concat([by_mean[0][:2], by_mean[1][:1], by_mean[2][:1]])
     results = SimpleNamespace(definition="peak_3db", mean_scores=there)
     statements = pd.DataFrame({"snr_db": [6.0], "value": ["0.90"]})
     drawn, kept, words = published.beside(results, rows.assign(panel="left"), statements)
     assert drawn[["model", "test_snr_db", "snr_definition", "panel"]].to_numpy().tolist() == [
+        ["lr", -20, "mean", "left"],
         ["lr", 0, "mean", "left"],
-        ["lr", 6, "mean", "left"],
-        ["knn", 0, "mean", "left"],
+        ["knn", -20, "mean", "left"],
     ]
     assert kept["snr_db"].tolist() == [6.0] and "at SNRs by mean power" in words
     # A figure without published values stays as the config defines the SNR.
     drawn, _, words = published.beside(results, rows, statements.iloc[:0])
     assert set(drawn["snr_definition"]) == {"peak_3db"} and words == ""
     # So does one of whose curves any has no row by mean power, and it says why.
-    results.mean_scores = vocabulary.select(there, model="lr")
+    results.mean_scores = select(there, model="lr")
     drawn, kept, words = published.beside(results, rows, statements)
     assert len(drawn) == 6 and len(kept) == 0 and set(drawn["snr_definition"]) == {"peak_3db"}
     assert words.startswith(" Published values are left out")
@@ -245,20 +215,6 @@ def test_the_confusion_matrices_published_are_sought_by_the_mean_offset_of_the_o
     assert published._offset(results) == 4.0
     results.definition = "mean"
     assert published._offset(results) == 0.0
-
-
-def test_compare_opens_on_the_headline_s_curves(whole):
-    found = section_headline.comparison(Results(whole.parent, fake.SETTINGS, fake.names(fake.SETTINGS)))
-    opened = [one for one in found["curves"] if one["set"] == "open set, blind thresholds"]
-    words = "capsule, ZNCC: capsule open (random), trained without noise"
-    assert any(one["shown"] and one["words"].startswith(words) for one in opened)
-    for split, dashes in (("(sector)", ""), ("(random)", "6 4")):
-        assert {one["dashes"] for one in found["curves"] if split in one["words"]} == {dashes}
-    # One of three targets is unknown.
-    assert found["rejecting"] == {f"open set, {name} thresholds": [0.1667] for name in vocabulary.PROTOCOLS}
-    # One known score of each model in each experiment is the best of them.
-    best = [(one["words"].partition(": ")[2], one["model"]) for one in opened if one["best"]]
-    assert len(set(best)) == len(best) < len(opened)
 
 
 def test_a_path_keeps_its_place_to_a_hundredth_of_a_point():
@@ -277,9 +233,13 @@ def test_models_and_scores_have_the_names_that_their_files_state_and_come_in_tha
     assert NAMES.model("capsule").words == "the capsule network" and NAMES.model("my_net").words == "my net"
     assert [NAMES.score(name).label for name in ("noise_zncc", "my_error")] == ["ZNCC, noise taken out", "my error"]
     assert NAMES.method("capsule", "zncc") == "capsule, ZNCC" and NAMES.method("knn", "") == "KNN"
-    # Each of those that state a place has a colour and marker of its own.
+    # Each of those that state a place has a colour and marker of its own; models of one's own, colours of no other.
     looks = [NAMES.model(name) for name in ("lr", "lr_tuned", "svm", "knn", "capsule")]
     assert len({(look.color, look.marker) for look in looks}) == len(looks)
+    few, many = ["svm", "knn", "mine", "yours"], [f"own{number}" for number in range(30)]
+    for models, colors in ((few, 4), (many, 12)):
+        names = Names(page_names({"svm": {}, "knn": {}}), models)
+        assert len({names.model(model).color for model in models}) == colors
 
 
 def test_groups_stand_in_the_order_of_the_page():
@@ -292,19 +252,14 @@ def test_groups_stand_in_the_order_of_the_page():
     ]
     table = pd.DataFrame(rows, columns=["split", "experiment", "model", "training", "train_snr_db"])
     assert NAMES.values(table, "experiment") == ["z", "a"]
-    assert [values for values, _ in NAMES.groups(table, "experiment", "model", "training")] == [
-        ("z", "lr", "clean"),
-        ("a", "lr", "clean"),
-        ("a", "svm", "2.5 dB"),
-        ("a", "svm", "12 dB"),
-        ("a", "svm", "clean"),
-    ]
+    groups = [values for values, _ in NAMES.groups(table, "experiment", "model", "training")]
+    assert groups == [rows[place][1:4] for place in (4, 3, 2, 1, 0)]
 
 
 def test_rows_are_selected_by_a_value_or_by_several():
     table = pd.DataFrame({"model": ["lr", "lr", "svm"], "test_snr_db": [0, 6, 6]})
-    assert vocabulary.select(table, model="lr", test_snr_db=6).index.tolist() == [1]
-    assert vocabulary.select(table, test_snr_db=[0, 6], model=("svm",)).index.tolist() == [2]
+    assert select(table, model="lr", test_snr_db=6).index.tolist() == [1]
+    assert select(table, test_snr_db=[0, 6], model=("svm",)).index.tolist() == [2]
     assert vocabulary.at_highest(table).index.tolist() == [1, 2]
 
 
@@ -312,10 +267,7 @@ def test_a_table_is_written_as_its_columns_say():
     data = pd.DataFrame({"target": ["a", "b"], "count": [1234, 5], "share": [0.25, np.nan]})
     shown = {"target": "{target}", "count": "{count:,}", "share": lambda row: layout.number(row["share"], 1)}
     table = layout.table("x", data, shown, "")
-    assert table.shown.to_dict("records") == [
-        {"target": "a", "count": "1,234", "share": "0.2"},
-        {"target": "b", "count": "5", "share": "–"},
-    ]
+    assert [[*row.values()] for row in table.shown.to_dict("records")] == [["a", "1,234", "0.2"], ["b", "5", "–"]]
     assert table.data is data and table.text_columns == ["target"]
 
 
@@ -335,15 +287,13 @@ def test_a_curve_has_its_band_and_the_panels_their_labels_at_the_edges():
     assert [text.get_text() for text in drawing.legends[0].get_texts()] == ["a model"]
 
 
-def test_a_value_without_an_interval_stands_alone():
+def test_values_and_runs_are_written_as_a_reader_expects():
+    values = {None: "–", 0: "0", 0.03654: "0.0365", 48.8: "48.8", 1234: "1234", 5e-6: "5.00×10⁻⁶"}
+    assert {value: layout.number(value) for value in values} == values
     row = {"value": 0.91239, "low": 0.8, "high": 0.95}
     assert vocabulary.with_interval(row) == "0.912 [0.800, 0.950]"
     assert vocabulary.with_interval(row | {"low": np.nan, "high": np.nan}) == "0.912"
-
-
-def test_a_run_is_called_by_its_experiment_and_if_asked_for_by_its_fold():
     run = {"name": "sector_fold1_snr_6dB_fold3", "division": {"fold": 3}}
     assert vocabulary.run_title(run) == "sector fold1 snr 6dB"
     assert vocabulary.run_title(run, fold=True) == "sector fold1 snr 6dB, fold 3"
-    whole = {"name": "multi_elevation", "division": {"fold": 0}}
-    assert vocabulary.run_title(whole, fold=True) == "multi elevation"
+    assert vocabulary.run_title({"name": "multi_elevation", "division": {"fold": 0}}, fold=True) == "multi elevation"
