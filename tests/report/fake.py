@@ -65,7 +65,9 @@ SETTINGS = {
 }
 # Half axes in m.
 SHAPES = {"ufo": (0.3, 0.3, 0.1), "disc": (0.2, 0.2, 0.02), "missile": (0.5, 0.08, 0.08), "drone": (0.25, 0.25, 0.06)}
-
+# What the solver made of a sphere, almost right.
+SPHERE = {"radius_wavelengths": 0.35, "unknowns": 570, "error_db": -0.012, "phase_deg": 0.3, "residual": 2e-6}
+SPHERE |= {"edges_per_wavelength": 10, "rcs_db": -1.645, "mie_db": -1.633}
 # Of every store of images.
 ATTRS = {"polarization": "VV", "aperture_angle": 75.0, "range_wavenumber": 21.0, "snr_definition_offset_db": OFFSET}
 ATTRS |= {"range_resolution": 0.3, "crossrange_resolution": 0.2, "range_extent": 1.5, "crossrange_extent": 1.0}
@@ -105,58 +107,47 @@ def again(root, settings, report):
 
 def make(folder, settings=SETTINGS, scores=SCORES):
     """Fill `folder` (results/<name>) with made-up results for the settings. scores: of models that have their own."""
-    frequency = sweep.frequencies(settings["radar"])
-    elevation, azimuth = sweep.elevations(settings["aspect"]), sweep.azimuths(settings["aspect"])
+    directions = sweep.elevations(settings["aspect"]), sweep.azimuths(settings["aspect"])
+    has_images = settings["radar"]["frequencies"] > 1
     for name in settings["targets"]:
         if "mesh" in settings["targets"][name]:
             _mesh(folder / "mesh", name, settings)
-            _sphere(folder / "scattering" / "check" / "sphere.json")
-        _scattering(folder / "scattering" / f"{name}.zarr", name, settings, frequency, elevation, azimuth)
-        if len(frequency) > 1:
-            _images(folder / "imaging" / name, settings, elevation, azimuth)
-    if len(frequency) > 1 and settings["learning"]["experiments"]:
+            (folder / "scattering" / "check").mkdir(parents=True, exist_ok=True)
+            (folder / "scattering" / "check" / "sphere.json").write_text(json.dumps(SPHERE))
+        _scattering(folder / "scattering" / f"{name}.zarr", name, settings, *directions)
+        if has_images:
+            _images(folder / "imaging" / name, settings, *directions)
+    if has_images and settings["learning"]["experiments"]:
         learn(folder / "learning", settings, scores)
-    record = folder / "benchmarks" / "mesh" / "drone.tsv"
-    record.parent.mkdir(parents=True)
-    record.write_text("s\th:m:s\tmax_rss\n12.5\t0:00:12\t250.0\n")
+    (folder / "benchmarks" / "mesh").mkdir(parents=True)
+    (folder / "benchmarks" / "mesh" / "drone.tsv").write_text("s\th:m:s\tmax_rss\n12.5\t0:00:12\t250.0\n")
 
 
 def _mesh(folder, name, settings):
     """The same ellipsoid in every band, with its true figures."""
     folder.mkdir(parents=True, exist_ok=True)
     vertices, triangles = sphere(1.0, 2)
-    surface = vertices * SHAPES[name], triangles
-    counts = {"vertices": len(surface[0]), "triangles": len(surface[1])}
-    source = size(*surface) | counts | {"thinned_by": 0.0, "thinned_area": 0.0, "thinned_volume": 0.0}
-    write_ply(folder / f"{name}-source.ply", *surface)
-    bands = []
+    vertices, bands = vertices * SHAPES[name], []
+    source = size(vertices, triangles) | {"vertices": len(vertices), "triangles": len(triangles)}
+    source |= {"thinned_by": 0.0, "thinned_area": 0.0, "thinned_volume": 0.0}
+    write_ply(folder / f"{name}-source.ply", vertices, triangles)
     for number, band in enumerate(sweep.bands(settings["radar"], settings["mesh"]["bands"])):
-        write_ply(folder / f"{name}-{number}.ply", *surface)
-        wavelength = sweep.C0 / band[-1]
+        write_ply(folder / f"{name}-{number}.ply", vertices, triangles)
+        wavelength, apart = sweep.C0 / band[-1], ((0.0, vertices[0]),) * 2
+        measures = describe((vertices, triangles), source, apart, wavelength, wavelength / 10)
         frequencies = {"first": float(band[0]), "last": float(band[-1]), "count": len(band)}
-        figures = {"frequencies": frequencies} | describe(
-            surface, source, ((0.0, surface[0][0]),) * 2, wavelength, wavelength / 10
-        )
-        bands.append(figures)
-    source["raw"] = size(*surface) | {"triangles": len(surface[1]) + 2}
+        bands.append({"frequencies": frequencies} | measures)
+    source["raw"] = size(vertices, triangles) | {"triangles": len(triangles) + 2}
     repairs = {"duplicate_triangles": 2, "welded_vertices": 0}
     (folder / f"{name}.json").write_text(json.dumps({"source": source, "repairs": repairs, "bands": bands}))
 
 
-def _sphere(path):
-    """What the solver made of a sphere, almost right."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    found = {"radius_wavelengths": 0.35, "unknowns": 570, "error_db": -0.012, "phase_deg": 0.3, "residual": 2e-6}
-    path.write_text(json.dumps(found | {"edges_per_wavelength": 10, "rcs_db": -1.645, "mie_db": -1.633}))
-
-
-def _scattering(path, name, settings, frequency, elevation, azimuth):
+def _scattering(path, name, settings, elevation, azimuth):
     """Two point scatterers, at the nose and at the tail."""
-    k = 2 * np.pi * frequency / sweep.C0
+    frequency, polarizations = sweep.frequencies(settings["radar"]), settings["radar"]["polarizations"]
     down = np.cos(np.radians(elevation))[:, None] * np.cos(np.radians(azimuth))
-    nose = SHAPES[name][0]
-    field = 0.1 * np.exp(2j * k[:, None, None] * nose * down) + 0.05 * np.exp(-2j * k[:, None, None] * nose * down)
-    polarizations = settings["radar"]["polarizations"]
+    phase = 4 * np.pi / sweep.C0 * np.multiply.outer(frequency, SHAPES[name][0] * down)
+    field = 0.1 * np.exp(1j * phase) + 0.05 * np.exp(-1j * phase)
     field = np.stack([field * (1 + 0.5 * index) for index in range(len(polarizations))]).astype(np.complex64)
     origin = settings["targets"][name].get("field")
     attrs = {"formulation": "external", "origin": {origin: "0123456789abcdef"}, "unknowns": None, "residual": None}
@@ -168,28 +159,24 @@ def _scattering(path, name, settings, frequency, elevation, azimuth):
 
 def _images(folder, settings, elevation, azimuth):
     """Random pixels, each image with its peak at 1 over all its channels."""
-    random = np.random.default_rng([5, *folder.name.encode()])
-    pixels = (settings["radar"]["frequencies"], settings["imaging"]["aperture"])
-    names = settings["imaging"]["polarizations"]
-    channels, inner = ((len(names),), ("channel",)) if len(names) > 1 else ((), ())
-    coords = {"channel": coordinate("channel", np.array(names), "1")} if inner else {}
-    for axis, angles in (("elevation", elevation), ("azimuth", azimuth)):
-        coords[axis] = coordinate(axis, angles, "degrees")
-    for axis, count, step in zip(("range", "crossrange"), pixels, (0.3, 0.2), strict=True):
-        coords[axis] = coordinate(axis, step * (np.arange(count) - count // 2), "m")
-    noise = settings["noise"]
+    random, noise = np.random.default_rng([5, *folder.name.encode()]), settings["noise"]
+    channels = settings["imaging"]["polarizations"]
+    rows, columns = settings["radar"]["frequencies"], settings["imaging"]["aperture"]
+    axes = {"elevation": (elevation, "degrees"), "azimuth": (azimuth, "degrees"), "channel": (np.array(channels), "1")}
+    axes["range"] = 0.3 * (np.arange(rows) - rows // 2), "m"
+    axes["crossrange"] = 0.2 * (np.arange(columns) - columns // 2), "m"
+    coords = {name: coordinate(name, *axis) for name, axis in axes.items()}
     for store in ("clean", *map(sweep.snr_label, noise["snr_db"])):
-        lead = () if store == "clean" else (noise["realizations"],)
-        image = random.normal(size=(*lead, len(elevation), len(azimuth), *channels, *pixels, 2)) @ [1, 1j]
-        over = tuple(range(-2 - len(channels), 0))
-        image = (image / np.abs(image).max(axis=over, keepdims=True)).astype(np.complex64)
-        axes = ("realization",) * len(lead) + ("elevation", "azimuth")
-        peak = axes, np.ones(image.shape[: len(axes)], np.float32)
-        images = {"image": ((*axes, *inner, "range", "crossrange"), image), "peak": peak}
-        dataset = xr.Dataset(images, coords, ATTRS)
+        sizes = {} if store == "clean" else {"realization": noise["realizations"]}
+        sizes |= {name: len(values) for name, (values, _) in axes.items()}
+        image = random.normal(size=(*sizes.values(), 2)) @ [1, 1j]
+        image = (image / np.abs(image).max(axis=(-3, -2, -1), keepdims=True)).astype(np.complex64)
+        dataset = xr.Dataset({"image": ([*sizes], image)}, coords, ATTRS)
+        if len(channels) == 1:
+            dataset = dataset.isel(channel=0, drop=True)
         if store == "clean":
             # From 0 to twice the mean; one image has no signal.
             offset = np.linspace(0, 2 * OFFSET, len(elevation) * len(azimuth)).reshape(len(elevation), -1)
             offset[len(elevation) // 2, len(azimuth) // 2] = np.nan
-            dataset["snr_definition_offset"] = (axes, offset)
+            dataset["snr_definition_offset"] = ("elevation", "azimuth"), offset
         stores.write(dataset, folder / f"{store}.zarr")

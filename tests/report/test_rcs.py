@@ -1,6 +1,5 @@
 """The radar cross-section as numbers and figures: tables, cuts, and a reference of the user's own."""
 
-import copy
 import json
 
 import fake
@@ -13,9 +12,9 @@ from pages import check_whole
 
 from isarflow.core.errors import InputError
 from isarflow.core.sweep import C0, directions, unit_vectors
-from isarflow.report import rcs_compare
-from isarflow.report.layout import style
+from isarflow.report import layout
 from isarflow.report.rcs import as_table, write_rcs
+from isarflow.report.rcs_compare import compare, compare_figure, compare_table
 from isarflow.report.rcs_figures import ALONG, SINGLE, cut, cut_figure, frequency_figure, map_figure, rcs_dbsm
 from isarflow.scattering.interpolation import is_dense, order
 from isarflow.scattering.store import write_field
@@ -47,6 +46,12 @@ def stored(tmp_path):
     return store
 
 
+@pytest.fixture(autouse=True)
+def style():
+    with layout.style():
+        yield
+
+
 @pytest.mark.parametrize("paired", [False, True])
 def test_the_table_holds_the_store(stored, paired):
     dataset = stored([0.0, 10.0, 20.0], [5.0, 90.0, 7.0], paired)
@@ -73,49 +78,40 @@ def test_curves_pass_through_the_samples_and_hold_the_field_between_them(stored)
 def test_samples_too_far_apart_are_joined_by_lines_and_said_so(stored):
     dataset = stored([0.0], CIRCLE[::8])
     assert not is_dense(CIRCLE[::8], order(1e9, REACH, 0.0))
-    *_, curves = cut(dataset, REACH, 5)
-    for curve in curves:
+    for curve in cut(dataset, REACH, 5)[-1]:
         # Round the circle, and back to the first.
         assert not curve.smooth and np.array_equal(curve.x, [*curve.samples, 360]) and curve.y[-1] == curve.y[0]
-    with style():
-        assert "too far apart" in cut_figure("a", dataset, REACH, 5).caption
-    *_, curves = cut(stored([0.0], CIRCLE[:40:8]), REACH, 5)
+    assert "too far apart" in cut_figure("a", dataset, REACH, 5).caption
+    curves = cut(stored([0.0], CIRCLE[:40:8]), REACH, 5)[-1]
     assert all(np.array_equal(curve.x, curve.samples) for curve in curves)
 
 
 def test_one_cut_is_drawn_at_several_frequencies(stored):
     assert rcs_dbsm(np.array([1 / np.sqrt(4 * np.pi), 0])) == pytest.approx([0, -200], abs=1e-12)
     for dataset in (stored([0.0], CIRCLE), stored(CIRCLE / 8, 0 * CIRCLE, True)):
-        *_, curves = cut(dataset, REACH, 5)
+        curves = cut(dataset, REACH, 5)[-1]
         assert [curve.label for curve in curves] == ["1 GHz", "1.5 GHz"]
         for curve, frequency in zip(curves, FREQUENCY, strict=True):
             truth = dataset.field.sel(polarization="VV", frequency=frequency).values.ravel()
             assert np.array_equal(curve.levels, rcs_dbsm(truth))
-        with style():
-            frame = cut_figure("a", dataset, REACH, 5).data
-        assert sorted(frame["frequency"].unique()) == FREQUENCY.tolist()
+        assert sorted(cut_figure("a", dataset, REACH, 5).data["frequency"].unique()) == FREQUENCY.tolist()
 
 
 def test_every_form_of_sweep_has_its_cut(stored):
     assert cut(stored(TURNED, [0.0, 90.0]), REACH, 5)[0] == "elevation"
     assert cut(stored([0.0], [30.0]), REACH, 5)[0] == "frequency"
-    assert cut(stored(*SINGLES), REACH, 5)[1] == SINGLE
     circle = {"great_circle": {"from": [0, 0], "through": [90, 0], "angle": {"count": 24}}}
     across, label, _, (curve, *_) = cut(stored(*directions(circle), paired=True), None, 4)
     assert (across, label) == ("direction", ALONG)
     # It is closed.
     assert len(curve.samples) == 24 and curve.x[-1] == pytest.approx(360) and curve.y[-1] == curve.y[0]
-    with style():
-        for dataset in (stored([0.0, 10.0, 20.0], CIRCLE), stored(TURNED, 0 * TURNED, True)):
-            drawn = [cut_figure("a", dataset, REACH, 5, polar) for polar in (False, True)]
-            drawn += [frequency_figure("a", dataset, 5), map_figure("a", dataset)]
-            assert [one is not None for one in drawn] == [True, True, True, "direction" not in dataset.sizes]
-
-
-def test_single_directions_are_points_each_named_by_its_angles(stored):
-    """Nothing lies between them, and none is left out however deep its null."""
-    with style():
-        drawn = cut_figure("a", stored(*SINGLES), REACH, 5)
+    for dataset in (stored([0.0, 10.0, 20.0], CIRCLE), stored(TURNED, 0 * TURNED, True)):
+        assert cut_figure("a", dataset, REACH, 5, False) and cut_figure("a", dataset, REACH, 5, True)
+        assert frequency_figure("a", dataset, 5)
+        assert (map_figure("a", dataset) is None) == ("direction" in dataset.sizes)
+    # Single directions are points, each named by its angles: nothing lies between them, and none is left out.
+    assert cut(stored(*SINGLES), REACH, 5)[1] == SINGLE
+    drawn = cut_figure("a", stored(*SINGLES), REACH, 5)
     assert all(name in drawn.svg.decode() for name in ("1, 5", "30, 6", "2, 7", "elevation, azimuth [°]"))
     assert "line" not in drawn.caption
 
@@ -129,9 +125,9 @@ def reference(path, azimuth, shift, **columns):
 
 def test_a_reference_between_the_samples_is_compared_with_the_field_there(stored, tmp_path):
     azimuth, shift = np.array([0.0, 2.2, 33.1, 355.0, 358.0]), np.array([0.5, -0.5, 0.5, 0.5, -2.0])
-    compared = rcs_compare.compare(reference(tmp_path / "r.csv", azimuth, shift), stored([0.0], CIRCLE), REACH)
+    compared = compare(reference(tmp_path / "r.csv", azimuth, shift), stored([0.0], CIRCLE), REACH)
     np.testing.assert_allclose(compared["difference_db"], -shift, atol=1e-3)
-    data = rcs_compare.compare_table("a", compared).data
+    data = compare_table("a", compared).data
     assert data[["mean_db", "worst_db"]].to_numpy() == pytest.approx(np.array([[0.8, 2.0]]), abs=1e-3)
     assert compared["azimuth_deg"][compared["difference_db"].idxmax()] == 358
 
@@ -145,10 +141,9 @@ def test_a_reference_between_the_samples_is_compared_with_the_field_there(stored
 )
 def test_samples_that_do_not_compare_are_left_out_and_counted(stored, tmp_path, azimuth, shift, elevation, kept):
     path = reference(tmp_path / "r.csv", np.array(azimuth), shift, elevation_deg=elevation)
-    compared = rcs_compare.compare(path, stored([0.0], CIRCLE), None)
+    compared = compare(path, stored([0.0], CIRCLE), None)
     assert compared["azimuth_deg"].tolist() == kept
-    with style():
-        assert "2 more have no" in rcs_compare.compare_figure("a", compared).caption
+    assert "2 more have no" in compare_figure("a", compared).caption
 
 
 @pytest.mark.parametrize(
@@ -168,7 +163,7 @@ def test_samples_that_do_not_compare_are_left_out_and_counted(stored, tmp_path, 
 def test_a_reference_that_does_not_fit_is_refused(stored, tmp_path, columns, row, message):
     (tmp_path / "r.csv").write_text(f"{columns}\n{row}\n")
     with pytest.raises(InputError, match=message):
-        rcs_compare.compare(str(tmp_path / "r.csv"), stored([0.0], CIRCLE), None)
+        compare(str(tmp_path / "r.csv"), stored([0.0], CIRCLE), None)
 
 
 def test_a_reference_may_be_what_feko_wrote(tmp_path):
@@ -177,15 +172,14 @@ def test_a_reference_may_be_what_feko_wrote(tmp_path):
     field = feko.amplitudes(*sweep)
     both = np.stack([field["VV"], 2 * field["HV"]]).astype(np.complex64)
     write_field(tmp_path / "b.zarr", both, ["VV", "HV"], *sweep, {})
-    compared = rcs_compare.compare({"V": str(tmp_path / "v.ffe")}, xr.open_zarr(tmp_path / "b.zarr"), None)
+    compared = compare({"V": str(tmp_path / "v.ffe")}, xr.open_zarr(tmp_path / "b.zarr"), None)
     mean = compared.groupby("polarization")["difference_db"].mean()
     assert mean.to_dict() == pytest.approx({"VV": 0, "HV": 20 * np.log10(2)}, abs=1e-3)
     assert len(compared) == 12
 
 
 def test_the_page_shows_what_meshes_warn_of(tmp_path):
-    settings = copy.deepcopy(fake.SETTINGS)
-    settings["radar"]["frequencies"] = settings["mesh"]["bands"] = 1
+    settings = fake.changed(radar={"frequencies": 1}, mesh={"bands": 1})
     del settings["targets"]["ufo"]
     fake.make(tmp_path, settings)
     path = tmp_path / "mesh/missile.json"
