@@ -23,9 +23,8 @@ SETTINGS = {
     "name": "fake",
     "seed": 3,
     "targets": {
-        "ufo": {"mesh": "ufo.stl", "role": "unknown"},
-        "missile": {"mesh": "missile.stl", "role": "known"},
-        "drone": {"mesh": "drone.stl", "role": "known"},
+        name: {"mesh": f"{name}.stl", "role": role}
+        for name, role in {"ufo": "unknown", "missile": "known", "drone": "known"}.items()
     },
     "mesh": {"bands": 2, "edges_per_wavelength": 10},
     "radar": {"center_frequency": 1e9, "bandwidth": 0.4e9, "frequencies": 5, "polarizations": ["VV", "HH"]},
@@ -97,10 +96,10 @@ def results(folder, settings=SETTINGS):
 def write(root, settings=SETTINGS):
     """Made-up results in `root`, and their report; returns its folder."""
     make(root, settings)
-    return again(root, settings, root / "report")
+    return draw(root, settings, root / "report")
 
 
-def again(root, settings, report):
+def draw(root, settings, report):
     write_report(root, settings, names(settings), report / "index.html", report / "figures", report / "tables")
     return report
 

@@ -50,12 +50,12 @@ def learn(folder, settings, confidence=SCORES):
     (folder / "times.json").write_text(json.dumps({"machine": machine, "threads": 1, "models": times}))
     scores = pd.DataFrame(rows, columns=COLUMNS)
     pd.concat([scores, _gains(scores, settings)]).to_csv(folder / "scores.csv", index=False)
-    scores = scores[(scores["fold"] == "") & (scores["snr_definition"] == settings["noise"]["definition"])]
-    compared = (scores["metric"] == "f1_weighted") | ((scores["metric"] == "accuracy") & (scores["score"] == ""))
+    compared = scores.query("fold == '' and (metric == 'f1_weighted' or metric == 'accuracy' and score == '')")
+    compared = compared[compared["snr_definition"] == settings["noise"]["definition"]]
     # On the validation images some models do worse on known targets than others that they beat on the test images.
-    worse = scores["model"].isin(WORSE_HELD_OUT) & (scores["score"] == "")
-    held_out = scores.assign(value=scores["value"] - 0.2 * worse)
-    held_out[compared][VALIDATION].to_csv(folder / "validation.csv", index=False)
+    worse = compared["model"].isin(WORSE_HELD_OUT) & (compared["score"] == "")
+    held_out = compared.assign(value=compared["value"] - 0.2 * worse)
+    held_out[VALIDATION].to_csv(folder / "validation.csv", index=False)
     pd.DataFrame(cells, columns=CONFUSION).to_csv(folder / "confusion.csv", index=False)
 
 
@@ -114,10 +114,9 @@ def _fitted(path, model, fold, settings):
     """The training curve of a network, and the settings tried of a model with a choice: the last fold's is its own."""
     path.mkdir(parents=True)
     if model in ("fcnn", "capsule"):
-        curve = {"epoch": [1, 2, 3], "loss": [0.5, 0.1, 0.01], "accuracy": [0.7, 0.9, 1.0]}
-        curve |= {"validation_loss": [0.6, 0.2, 0.02], "validation_accuracy": [0.6, 0.8, 0.9]}
-        curve |= {"learning_rate": [1e-3, 4e-4, 1e-9]}
-        pd.DataFrame(curve).to_csv(path / "curve.csv", index=False)
+        curve = pd.DataFrame({"epoch": [1, 2, 3], "loss": [0.5, 0.1, 0.01], "accuracy": [0.7, 0.9, 1.0]})
+        held_out = {"validation_loss": [0.6, 0.2, 0.02], "validation_accuracy": [0.6, 0.8, 0.9]}
+        curve.assign(**held_out, learning_rate=[1e-3, 4e-4, 1e-9]).to_csv(path / "curve.csv", index=False)
         pd.DataFrame({"epoch": [1, 2, 3], "seconds": [1.5, 3.0, 4.5]}).to_csv(path / "seconds.csv", index=False)
     penalty = settings["learning"]["models"][model].get("penalty")
     if isinstance(penalty, list):
@@ -130,10 +129,10 @@ def _gains(scores, settings):
 
     With an interval that now and then is all above 0, and none for one fold in common.
     """
-    opened = scores[(scores["metric"] == "f1_weighted") & (scores["threshold"] != "") & (scores["fold"] == "")]
+    opened = scores.query("metric == 'f1_weighted' and threshold != '' and fold == ''")
     opened = opened[opened["snr_definition"] == settings["noise"]["definition"]]
     same = ["split", "training", "test_snr_db", "elevation", "threshold"]
-    own = opened[(opened["model"] == "capsule") & (opened["score"] == "zncc")].drop_duplicates(same)
+    own = opened.query("model == 'capsule' and score == 'zncc'").drop_duplicates(same)
     both = opened.merge(own[[*same, "value", "low"]], on=same, suffixes=("", "_reference"))
     gain, width = both["value"] - both["value_reference"], 0.02 + 0 * (both["low"] + both["low_reference"])
     return both.assign(metric="f1_weighted_gain", value=gain, low=gain - width, high=gain + width)[COLUMNS]

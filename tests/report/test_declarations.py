@@ -7,15 +7,10 @@ from isarflow.core import kinds
 from isarflow.report import page, section_open
 from isarflow.report.vocabulary import Names, select
 
-SECTION = """
-from isarflow.report.layout import Section
-
-PLACE, NEEDS = ("recognition", 2.5), "learns"
-
-
-def section(results):
-    return Section("mine", "My own", (f"{len(results.targets)} targets",))
-"""
+SECTION = (
+    "from isarflow.report.layout import Section\nPLACE, NEEDS = ('recognition', 2.5), 'learns'\n"
+    "def section(results):\n    return Section('mine', 'My own', (f'{len(results.targets)} targets',))\n"
+)
 MODEL = "class Model:\n    LABELS = {'mine': ('Mine', 'my model', 1)}\n    SCORES = {'mine': ('my score', 1)}\n"
 
 

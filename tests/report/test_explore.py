@@ -1,4 +1,4 @@
-"""What the page's viewer is given: fields, ways to form images, meshes, and no more than a page bears."""
+"""What a page holds: files, to the letter; for its viewer fields, ways to form images and meshes, if it bears them."""
 
 import base64
 
@@ -6,8 +6,10 @@ import fake
 import numpy as np
 import pytest
 import xarray as xr
+from pages import unpacked
 
 from isarflow.report import section_explore
+from isarflow.report.embed import embedded
 
 
 def explorer(whole, settings=fake.SETTINGS):
@@ -58,3 +60,24 @@ def test_the_run_s_own_way_comes_first_and_one_that_cannot_be_is_left_out(whole)
     assert list(explorer(whole, fake.changed(imaging={"reformat": "none"}))["ways"]) == ["none", "polar"]
     frequency, angle = np.linspace(1e9, 1.4e9, 5), np.radians([-80.0, 0, 80])
     assert list(section_explore._ways(frequency, angle, "none")) == ["none"]
+
+
+def test_what_is_held_is_put_together_to_the_letter(tmp_path):
+    letter = '<path id="DejaVuSans-41" d="M 1 2\nL 3 4\nz\n" transform="scale(0.015625)"/>'
+    files = {
+        "figures/a.svg": f'<svg>{letter}<path id="m1" d="M 0 0"/></svg>',
+        "figures/b.svg": f"<svg><g>{letter}</g></svg>",
+        "tables/a.csv": 'a,b\n1,"x, y"\n2,µ\n',
+        "tables/same.csv": 'a,b\n1,"x, y"\n2,µ\n',
+        "tables/one.csv": "a\n1\n",
+        "tables/empty.csv": "a,b\n,\n,2\n",
+        "tables/none.csv": "a,b\n",
+        "tables/lines.csv": 'a,b\n"of two\nlines",1\n',
+    }
+    data = embedded(files, {"live": {"x": [1, 2]}})
+    assert set(data) == {*list(files)[:2], "tables/a.csv tables/same.csv", *list(files)[4:], "live.json", "glyphs.json"}
+    html = "".join(f'<script type="text/plain" data-file="{names}">{text}</script>\n' for names, text in data.items())
+    (tmp_path / "index.html").write_text(html)
+    held = unpacked(tmp_path / "index.html")
+    assert held.pop("live.json") == b'{"x":[1,2]}' and held.pop("glyphs.json")
+    assert {name: text.encode() for name, text in files.items()} == held

@@ -12,20 +12,13 @@ import xarray as xr
 
 from isarflow.core.kinds import page_names
 from isarflow.core.sweep import C0
-from isarflow.report import (
-    draw_images,
-    draw_mesh,
-    layout,
-    plots,
-    published,
-    section_headline,
-    section_open,
-    selection,
-    thesis,
-    vocabulary,
-)
+from isarflow.report import draw_images, draw_mesh, layout, plots, selection, vocabulary
+from isarflow.report.published import _offset, beside
+from isarflow.report.section_headline import curves
+from isarflow.report.section_open import summary
 from isarflow.report.section_scattering import range_profiles
-from isarflow.report.vocabulary import METHOD, Names, select
+from isarflow.report.thesis import full_size, size
+from isarflow.report.vocabulary import Names, select
 
 NAMES = Names(
     page_names({"lr": {}, "svm": {}, "knn": {}, "capsule": {}, "own": {"kind": "lr"}, "lr_tuned": {"kind": "lr"}})
@@ -56,33 +49,11 @@ def test_what_is_shown_does_not_depend_on_the_file():
     assert shown == [(name, "clean") for name in "zbua"] + noisy
 
 
-def test_published_statement_counts_to_its_printed_decimals():
-    for ours, relation, printed, expected in (
-        (0.9996, ">=", "1.00", True),
-        (0.994, ">=", "1.00", False),
-        (0.991, ">", "0.99", True),
-        (0.99, ">", "0.99", False),
-        (0.634, "<=", "0.63", True),
-        (0.64, "<=", "0.63", False),
-        (0.79814, "=", "0.7981", True),
-    ):
-        assert plots.holds(ours, relation, printed) == expected, (ours, relation, printed)
-
-
-def test_projection_keeps_lengths_and_hands():
+def test_shapes_are_drawn_true_and_an_outline_is_a_shadow():
+    """Projections keep lengths and hands; a sheet on edge has an outline, too."""
     np.testing.assert_allclose(np.square(draw_mesh.project(np.eye(3), *draw_mesh.OBLIQUE)).sum(axis=0), 1)
     # x to the right, y up, z towards the eye: from above, right-handed.
     np.testing.assert_allclose(np.diagonal(draw_mesh.project(np.eye(3), *draw_mesh.TOP)), 1)
-
-
-def test_colours_stand_out_from_white():
-    """Graphics need a contrast of 3 to 1 (WCAG 2.1, 1.4.11)."""
-    rgb = np.array([matplotlib.colors.to_rgb(color) for color in layout.PALETTE])
-    linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
-    assert (1.05 / (linear @ [0.2126, 0.7152, 0.0722] + 0.05) >= 3).all()
-
-
-def test_outline_of_a_box_is_its_shadow_and_a_sheet_on_edge_has_one():
     corners = np.array([[x, y, 0.0] for x in (-0.3, 0.3) for y in (-0.1, 0.1)])
     plate = np.array([[0, 2, 1], [1, 2, 3]])
     cross, distance, covered = draw_images.outline(corners, plate, 0.0, 0.0)
@@ -94,33 +65,45 @@ def test_outline_of_a_box_is_its_shadow_and_a_sheet_on_edge_has_one():
         assert draw_images.outline(upright, plate, 0.0, turn)[2].max() > draw_images.OUTLINE
 
 
+def test_colours_stand_out_from_white_and_a_path_keeps_its_place_to_a_hundredth_of_a_point():
+    # Graphics need a contrast of 3 to 1 (WCAG 2.1, 1.4.11).
+    rgb = np.array([matplotlib.colors.to_rgb(color) for color in layout.PALETTE])
+    linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+    assert (1.05 / (linear @ [0.2126, 0.7152, 0.0722] + 0.05) >= 3).all()
+    with layout.style():
+        figure = layout.canvas(2, 2)
+        figure.add_subplot().plot([0, 1 / 3, 1], [0, 1 / 7, 1])
+        svg = layout.to_svg(figure)
+    numbers = re.findall(rb"\d+\.\d+", b" ".join(re.findall(rb' d="([^"]*)"', svg)))
+    assert numbers and max(len(number.partition(b".")[2]) for number in numbers) == 2
+
+
+def _curve(model, values, split="sector", score="", train="clean", **columns):
+    """Rows of one method, as in scores.csv, at SNRs about 0 dB: values, each without width."""
+    frame = pd.DataFrame({"test_snr_db": [-20.0, 0.0, 20.0], "value": values, "low": values, "high": values, "n": 10})
+    method = {"split": split, "experiment": "one", "model": model, "training": train, "score": score}
+    return frame.assign(**{**method, "threshold": "blind" if score else "", "metric": "f1_weighted"} | columns)
+
+
 def test_methods_rank_by_their_mean_on_validation_images_over_the_middle_within_each_split():
-    columns = [*METHOD, "threshold", "metric", "test_snr_db", "value"]
     tested, held_out = [], []
     for split, score, low, high, reached in (
         ("random", "a", 0.2, 1.0, 0.1),
         ("sector", "a", 0.5, 0.9, 0.8),  # worse on the test images, better on the validation images
         ("sector", "b", 0.6, 0.6, 0.7),
     ):
-        method = [split, "one", "m", "clean", score]
-        for snr, value in ((0, low), (12, low), (24, high)):
-            tested += [[*method, protocol, "f1_weighted", snr, value] for protocol in ("blind", "thesis")]
-            # What is outside of the middle, or another protocol's, does not count.
-            held_out.append([*method, "blind", "f1_weighted", snr, reached if snr < 24 else 1 - reached])
-            held_out.append([*method, "thesis", "f1_weighted", snr, 1 - reached])
-    ranks = section_open.summary(*(pd.DataFrame(rows, columns=columns) for rows in (tested, held_out)))
+        for protocol in ("blind", "thesis"):
+            tested.append(_curve("m", [high, low, high], split, score, threshold=protocol))
+        # What is outside of the middle, or another protocol's, does not count.
+        held_out.append(_curve("m", [1 - reached, reached, 1 - reached], split, score))
+        held_out.append(_curve("m", 1 - reached, split, score, threshold="thesis"))
+    ranks = summary(pd.concat(tested), pd.concat(held_out))
     assert ranks[["split", "score"]].to_numpy().tolist() == [["sector", "a"], ["sector", "b"], ["random", "a"]]
     np.testing.assert_allclose(ranks["mean_blind"], [0.5, 0.6, 0.2])
     np.testing.assert_allclose(ranks["validation"], [0.8, 0.7, 0.1])
     assert "gain_blind" not in ranks
     assert vocabulary.middle([24, 18]) == [18, 24]  # where none lies between -12 and 12 dB
-
-
-def _curve(model, values, split="sector", score="", train="clean", **columns):
-    """Rows of one method, as in scores.csv, at SNRs about 0 dB: values, each without width."""
-    columns = {"split": split, "experiment": "one", "model": model, "training": train, "score": score} | columns
-    frame = pd.DataFrame({"test_snr_db": [-20.0, 0.0, 20.0], "value": values, "low": values, "high": values})
-    return frame.assign(**{"threshold": "blind" if score else ""} | columns)
+    assert vocabulary.middle([24, 12, 0, -12, -15]) == [-12, 0, 12]
 
 
 def test_headline_picks_the_best_by_the_middle_snrs_of_the_validation_images_and_the_thesis_s_own():
@@ -136,32 +119,31 @@ def test_headline_picks_the_best_by_the_middle_snrs_of_the_validation_images_and
     )
     # On the test images all is the other way round: nothing is chosen by them.
     part = held_out.assign(value=1 - held_out["value"])
-    lines = section_headline.curves(part, held_out, NAMES)
+    lines = curves(part, held_out, NAMES)
     assert lines["curve"].unique().tolist() == ["best: capsule (sector)", "thesis: capsule (sector)"]
     assert lines["training"].unique().tolist() == ["6 dB", "clean"]
-    lines = section_headline.curves(*(select(of, training="clean") for of in (part, held_out)), NAMES)
+    lines = curves(*(select(of, training="clean") for of in (part, held_out)), NAMES)
     shown = ["best: SVM (sector)", "best: SVM (random)", "thesis: capsule (sector)"]
     assert lines["curve"].unique().tolist() == shown
     assert select(lines, curve=shown[1])["value"].tolist() == pytest.approx([0.7, 0.5, 0.4])
     assert select(lines, theirs=True)["curve"].unique().tolist() == shown[2:]
     # Of several scores the thesis's method is that by ZNCC.
     part = pd.concat([_curve("capsule", [0.3, 0.5, 0.6], score="zncc"), _curve("capsule", [0.4, 0.9, 1], score="mse")])
-    lines = section_headline.curves(part, part, NAMES)["curve"].unique().tolist()
+    lines = curves(part, part, NAMES)["curve"].unique().tolist()
     assert lines == ["best: capsule, MSE (sector)", "thesis: capsule, ZNCC (sector)"]
 
 
 def test_one_answer_for_all_images_by_hand():
-    results, known = fake.results("nowhere"), {"drone": 70, "missile": 70}
-    tables = []
-    for experiment, threshold, images in (
-        ("a", "blind", known | {"ufo": 140}),
-        ("b", "blind", known | {"ufo": 140.5}),
-        ("c", "blind", known | {"ufo": 70}),
-        ("a", "", {"drone": 30, "missile": 10}),
+    results, tables = fake.results("nowhere"), []
+    for experiment, threshold, drones, missiles, ufos in (
+        ("a", "blind", 70, 70, 140),
+        ("b", "blind", 70, 70, 140.5),
+        ("c", "blind", 70, 70, 70),
+        ("a", "", 30, 10, 0),
     ):
+        counts = pd.DataFrame({"target": ["drone", "missile", "ufo"], "count": [drones, missiles, ufos]})
         case = {"experiment": experiment, "threshold": threshold, "model": "m", "training": "clean", "score": "s"}
-        counts = pd.DataFrame({"target": images.keys(), "count": images.values()})
-        tables.append(counts.assign(**case, elevation="all", test_snr_db=0.0))
+        tables.append(counts.assign(**case, elevation="all", test_snr_db=0.0).query("count > 0"))
     results.confusion = pd.concat(tables)
     # Half of the images are unknown: precision 1/2, recall 1, F1 2/3 for a half of the weight. b is alike: one line.
     # One unknown target of three: 1/3 of the weight, with precision 1/3: F1 1/2.
@@ -172,23 +154,20 @@ def test_one_answer_for_all_images_by_hand():
 
 def test_a_capsule_network_is_the_thesis_s_only_at_its_size():
     settings = fake.changed()
-    models = settings["learning"]["models"]
-    models |= {"mine": {"kind": "capsule", "width": 16, "capsules": 2}, "wide": {"kind": "capsule", "width": 256}}
-    models["wide"]["capsules"] = 2
-    models["large"] = {"kind": "capsule", "width": 256, "capsules": 32}
+    for name, width, capsules in (("mine", 16, 2), ("wide", 256, 2), ("large", 256, 32)):
+        settings["learning"]["models"][name] = {"kind": "capsule", "width": width, "capsules": capsules}
     sizes = {"capsule": False, "mine": False, "wide": False, "large": True, "fcnn": True, "knn": True}
-    assert {model: thesis.full_size(model, settings) for model in sizes} == sizes
-    assert thesis.size("mine", settings) == "16 filters, 2 capsule channels"
+    assert {model: full_size(model, settings) for model in sizes} == sizes
+    assert size("mine", settings) == "16 filters, 2 capsule channels"
 
 
 def test_published_values_are_drawn_beside_curves_by_their_definition_of_snr():
-    case = {"split": "random", "train_snr_db": np.nan, "elevation": "all", "metric": "accuracy", "fold": "", "n": 10}
-    rows = pd.concat([_curve(model, [0, 0.06, 0.12], **case, snr_definition="peak_3db") for model in ("lr", "knn")])
-    by_mean = [_curve(model, [0, 0.06, 0.12], **case, snr_definition="mean") for model in ("lr", "knn", "svm")]
-    there = pd.concat([by_mean[0][:2], by_mean[1][:1], by_mean[2][:1]])
+    rows = pd.concat(_curve(model, 0.9, snr_definition="peak_3db") for model in ("lr", "knn"))
+    lr, knn, svm = (_curve(model, 0.8, snr_definition="mean") for model in ("lr", "knn", "svm"))
+    there = pd.concat([lr[:2], knn[:1], svm[:1]])
     results = SimpleNamespace(definition="peak_3db", mean_scores=there)
     statements = pd.DataFrame({"snr_db": [6.0], "value": ["0.90"]})
-    drawn, kept, words = published.beside(results, rows.assign(panel="left"), statements)
+    drawn, kept, words = beside(results, rows.assign(panel="left"), statements)
     assert drawn[["model", "test_snr_db", "snr_definition", "panel"]].to_numpy().tolist() == [
         ["lr", -20, "mean", "left"],
         ["lr", 0, "mean", "left"],
@@ -196,37 +175,39 @@ def test_published_values_are_drawn_beside_curves_by_their_definition_of_snr():
     ]
     assert kept["snr_db"].tolist() == [6.0] and "at SNRs by mean power" in words
     # A figure without published values stays as the config defines the SNR.
-    drawn, _, words = published.beside(results, rows, statements.iloc[:0])
+    drawn, _, words = beside(results, rows, statements.iloc[:0])
     assert set(drawn["snr_definition"]) == {"peak_3db"} and words == ""
     # So does one of whose curves any has no row by mean power, and it says why.
     results.mean_scores = select(there, model="lr")
-    drawn, kept, words = published.beside(results, rows, statements)
+    drawn, kept, words = beside(results, rows, statements)
     assert len(drawn) == 6 and len(kept) == 0 and set(drawn["snr_definition"]) == {"peak_3db"}
     assert words.startswith(" Published values are left out")
 
 
-def test_the_confusion_matrices_published_are_sought_by_the_mean_offset_of_the_open_set():
+def test_published_statements_count_to_their_printed_decimals_and_matrices_have_the_mean_offset():
+    for ours, relation, printed, expected in (
+        (0.9996, ">=", "1.00", True),
+        (0.994, ">=", "1.00", False),
+        (0.991, ">", "0.99", True),
+        (0.99, ">", "0.99", False),
+        (0.634, "<=", "0.63", True),
+        (0.64, "<=", "0.63", False),
+        (0.79814, "=", "0.7981", True),
+    ):
+        assert plots.holds(ours, relation, printed) == expected, (ours, relation, printed)
+    # The matrices are sought by the mean offset of the open set.
     measured = {"a": 2.0, "b": 3.0, "u": 7.0, "other": 90.0}
     results = SimpleNamespace(
         definition="peak_3db",
         of_role={"known": ["a", "b"], "unknown": ["u"]}.get,
         images=lambda target, store: xr.Dataset(attrs={"snr_definition_offset_db": measured[target]}),
     )
-    assert published._offset(results) == 4.0
+    assert _offset(results) == 4.0
     results.definition = "mean"
-    assert published._offset(results) == 0.0
+    assert _offset(results) == 0.0
 
 
-def test_a_path_keeps_its_place_to_a_hundredth_of_a_point():
-    with layout.style():
-        figure = layout.canvas(2, 2)
-        figure.add_subplot().plot([0, 1 / 3, 1], [0, 1 / 7, 1])
-        svg = layout.to_svg(figure)
-    numbers = re.findall(rb"\d+\.\d+", b" ".join(re.findall(rb' d="([^"]*)"', svg)))
-    assert numbers and max(len(number.partition(b".")[2]) for number in numbers) == 2
-
-
-def test_models_and_scores_have_the_names_that_their_files_state_and_come_in_that_order():
+def test_models_and_scores_have_the_names_that_their_files_state_and_all_come_in_order():
     table = pd.DataFrame({"model": ["own", "capsule", "lr_tuned", "mine", "lr"]}).assign(score="energy")
     assert NAMES.values(table, "model") == ["lr", "lr_tuned", "capsule", "mine", "own"]
     assert [NAMES.model(name).label for name in ("lr_tuned", "own", "my_net")] == ["LR, tuned", "own", "my_net"]
@@ -240,9 +221,7 @@ def test_models_and_scores_have_the_names_that_their_files_state_and_come_in_tha
     for models, colors in ((few, 4), (many, 12)):
         names = Names(page_names({"svm": {}, "knn": {}}), models)
         assert len({names.model(model).color for model in models}) == colors
-
-
-def test_groups_stand_in_the_order_of_the_page():
+    # Groups stand in the order of the page.
     rows = [
         ("random", "a", "svm", "clean", np.nan),
         ("random", "a", "svm", "12 dB", 12.0),
@@ -256,14 +235,11 @@ def test_groups_stand_in_the_order_of_the_page():
     assert groups == [rows[place][1:4] for place in (4, 3, 2, 1, 0)]
 
 
-def test_rows_are_selected_by_a_value_or_by_several():
+def test_rows_are_selected_and_a_table_is_written_as_its_columns_say():
     table = pd.DataFrame({"model": ["lr", "lr", "svm"], "test_snr_db": [0, 6, 6]})
     assert select(table, model="lr", test_snr_db=6).index.tolist() == [1]
     assert select(table, test_snr_db=[0, 6], model=("svm",)).index.tolist() == [2]
     assert vocabulary.at_highest(table).index.tolist() == [1, 2]
-
-
-def test_a_table_is_written_as_its_columns_say():
     data = pd.DataFrame({"target": ["a", "b"], "count": [1234, 5], "share": [0.25, np.nan]})
     shown = {"target": "{target}", "count": "{count:,}", "share": lambda row: layout.number(row["share"], 1)}
     table = layout.table("x", data, shown, "")

@@ -8,7 +8,7 @@ import matplotlib
 import pandas as pd
 import pytest
 from fake import changed
-from pages import check_whole, headings
+from pages import check_whole
 
 from isarflow.report import section_headline, section_learning, section_open
 from isarflow.report.layout import style
@@ -34,21 +34,21 @@ def test_a_network_of_ones_own_has_the_capsules_section(tmp_path, few_pictures):
     report = fake.write(tmp_path / "fake", settings)
     page = check_whole(report)
     expected = "imaging images recognition compare matrices learning open capsule alike"
-    assert headings(page)[7:-4] == expected.split()
+    assert page.headings()[7:-4] == expected.split()
     assert {"capsule_reconstructions", "open_mine"} <= page.figures and "published_confusion" not in page.figures
     assert set(pd.read_csv(report / "tables" / "figure_open_mine.csv")["score"].dropna()) == {"fit", "my_error"}
 
 
 def test_no_decoder_leaves_out_the_capsule(tmp_path, few_pictures):
     page = check_whole(fake.write(tmp_path / "fake", changed(["fcnn_open"])))
-    assert "open" in headings(page) and "capsule" not in headings(page)
+    assert "open" in page.headings() and "capsule" not in page.headings()
     assert "gain" not in page.table("table-tried")[0]
 
 
 def test_same_inputs_give_same_bytes(tmp_path, few_pictures):
     settings = changed(["multi_elevation", "capsule_open"])
     first = fake.write(tmp_path / "fake", settings)
-    second = fake.again(first.parent, settings, tmp_path / "second")
+    second = fake.draw(first.parent, settings, tmp_path / "second")
     files, again = ({path.relative_to(of): path for path in of.rglob("*.*")} for of in (first, second))
     assert files.keys() == again.keys()
     assert [file for file in files if files[file].read_bytes() != again[file].read_bytes()] == []
@@ -60,7 +60,7 @@ def test_one_frequency_shows_meshes_and_rcs_only(tmp_path):
     report = fake.write(tmp_path / "fake", settings)
     page = check_whole(report)
     assert not page.attributes("b") and "<b>.stl" in page.words
-    assert headings(page) == ["checks", "fields", "meshes", "scattering", "run", "facts", "made", "glossary"]
+    assert page.headings() == ["checks", "fields", "meshes", "scattering", "run", "facts", "made", "glossary"]
     # Of the glossary what the page says, and no word of learning.
     glossary = page.words.partition("Glossary")[2]
     assert "unknowns Edges of the mesh" in glossary
@@ -78,7 +78,7 @@ def test_targets_given_by_their_field_have_no_mesh(tmp_path, few_pictures, given
     report = fake.write(tmp_path / "fake", settings)
     page = check_whole(report)
     expected = "checks look explore fields meshes scattering imaging images run facts made glossary"
-    assert headings(page) == expected.split()
+    assert page.headings() == expected.split()
     meshed = {"drone", "missile", "ufo"}.difference(given)
     assert f"No mesh: {', '.join(given)}, given by the field alone." in page.words
     for words in ("Each target has one mesh per frequency band", "The method of moments gives"):

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
-from pages import check_whole, headings, unpacked
+from pages import check_whole, unpacked
 
 from isarflow.core.sweep import C0
 from isarflow.report.plots import REJECTING
@@ -19,6 +19,8 @@ CAPSULE, FCNN = "(16 filters, 2 capsule channels; the thesis's 256 and 32)", "FC
 THRESHOLDS, AT_RANDOM = "Thresholds: blind, thesis and kept", "Images split at random."
 SECTOR = "split by sector (3 folds; of capsule sector only no. 2; of sector FCNN only no. 1 and 3)"
 OFFSETS = "; ".join(f"2.1 dB for {name} (0.0 to 4.2 dB)" for name in ("drone", "missile", "ufo"))
+# The made-up missile's half axis is 0.5 m; at 24 azimuths and 1 GHz cross-range is unambiguous over 0.57 m.
+HALF = C0 / 1e9 / (2 * 2 * np.pi / 24) / 2
 SAID = (
     "Repairs in the CAD files: drone (2 duplicate triangles); missile (2 duplicate triangles);",
     "missile: EFIE, 792 unknowns, largest relative residual 5.0×10⁻⁶.",
@@ -61,7 +63,7 @@ def scores(whole):
 def test_the_page_shows_all_stages(page):
     expected = "checks headline look explore fields meshes scattering imaging images recognition compare matrices"
     expected += " learning open capsule alike run facts made glossary"
-    assert headings(page) == expected.split()
+    assert page.headings() == expected.split()
     assert len([attrs for attrs in page.attributes("details") if attrs.get("class") == "part"]) == 5
     kinds = ("mesh", "bands", "rcs", "range_profiles", "images")
     expected = {f"{kind}_{target}" for kind in kinds for target in fake.SETTINGS["targets"]}
@@ -75,14 +77,9 @@ def test_the_page_says_what_was_run_and_how_well_it_was_solved(page):
     assert [text for text in SAID if text not in page.words] == []
     parts = {name: [*parts, "SNR by "] for name, parts in CAPTIONS.items()}
     assert [(name, part) for name in parts for part in parts[name] if part not in page.caption(name)] == []
-
-
-def test_warnings_of_the_run_stand_near_the_top(page):
+    # Warnings stand near the top.
     box = page.html[page.html.index('<details class="warnings"') : page.html.index('<ul class="targets">')]
-    assert box.index("<summary>") < box.index("<ul>")
-    # The made-up missile's half axis is 0.5 m; at 24 azimuths and 1 GHz cross-range is unambiguous over 0.57 m.
-    half = C0 / 1e9 / (2 * 2 * np.pi / 24) / 2
-    assert "<strong>missile</strong>: the target reaches 0.50 m from the origin" in box and f"only {half:.2f} m" in box
+    assert "<strong>missile</strong>: the target reaches 0.50 m from the origin" in box and f"only {HALF:.2f} m" in box
 
 
 def test_numbers_on_the_page_are_those_of_the_results(page, whole, scores):
@@ -151,15 +148,14 @@ def test_published_statements_stand_beside_their_counterparts_at_the_same_snr(wh
     table = pd.concat([closed, opened])
     # All SNRs are by mean power: the last at which all of the made-up images have scores is 12 dB.
     assert table["here_at_snr_db"].tolist() == np.minimum(table["snr_db"], 12).tolist()
-    keys = table[["experiment", "model", "snr_db"]].itertuples(index=False, name=None)
-    assert sorted(keys) == [
-        *[("capsule_open", "capsule", snr) for snr in (-6, 0, 6, 15)],
-        *[("fcnn_open", "fcnn", snr) for snr in (12, 24)],
-        *[("multi_elevation", "knn", snr) for snr in (-6, 0)],
-        *[("single_elevation", "knn", snr) for snr in (-3, 6, 21)],
-        ("single_elevation", "lr", 24),
-        *[("single_elevation", "svm", snr) for snr in (6, 24, 24)],
-    ]
+    assert table.groupby(["experiment", "model"])["snr_db"].apply(sorted).to_dict() == {
+        ("capsule_open", "capsule"): [-6, 0, 6, 15],
+        ("fcnn_open", "fcnn"): [12, 24],
+        ("multi_elevation", "knn"): [-6, 0],
+        ("single_elevation", "knn"): [-3, 6, 21],
+        ("single_elevation", "lr"): [24],
+        ("single_elevation", "svm"): [6, 24, 24],
+    }
     assert table["condition"].eq("test at elevation 0").tolist().count(True) == 3
     assert sorted(opened["score"]) == ["mse", "softmax", "zncc"]
     # The nearest neighbour is the second of its experiment; by mean power 0 dB are 2.1 dB by peak_3db.
@@ -168,22 +164,15 @@ def test_published_statements_stand_beside_their_counterparts_at_the_same_snr(wh
 
 
 def test_figures_with_published_values_are_drawn_by_mean_power(page, whole):
-    for name, definition in (
-        ("headline", "mean"),
-        ("learning_multi_elevation", "mean"),
-        ("learning_sector", "peak_3db"),
-        ("open_fcnn_open", "mean"),
-        ("open_sector", "peak_3db"),
-    ):
+    by_mean, own = ("headline", "learning_multi_elevation", "open_fcnn_open"), ("learning_sector", "open_sector")
+    for name, definition in (dict.fromkeys(by_mean, "mean") | dict.fromkeys(own, "peak_3db")).items():
         data, caption = pd.read_csv(whole / "tables" / f"figure_{name}.csv"), page.caption(name)
         assert set(data["snr_definition"]) == {definition} and f"SNR by {definition} power" in caption, name
         assert ("Open markers: thesis" in caption) == (definition == "mean"), name
     data = pd.read_csv(whole / "tables" / "figure_headline.csv")
     values = select(data, set="closed set", model="capsule", split="random").set_index("test_snr_db")["value"]
     assert values.to_dict() == pytest.approx({snr: fake_learning.right(snr + 2.1, 0) for snr in (-12, 0, 2.5, 12)})
-
-
-def test_every_plot_of_the_open_set_has_the_line_of_rejecting_everything(whole):
+    # Every plot of the open set has the line of rejecting everything.
     opened = [name for name, one in fake.SETTINGS["learning"]["experiments"].items() if one.get("open")]
     for name in ("headline", *(f"open_{name}" for name in opened)):
         svg = (whole / "figures" / f"{name}.svg").read_text()
