@@ -3,7 +3,7 @@
 import fake
 import pytest
 
-from isarflow.report import section_images, selection
+from isarflow.report import layout, section_images, selection
 
 
 @pytest.fixture(scope="session")
@@ -24,3 +24,10 @@ def few_pictures(monkeypatch):
     for name in ("GALLERY_AZIMUTHS", "GALLERY_ELEVATIONS", "PLACES"):
         monkeypatch.setattr(section_images, name, 2)
     monkeypatch.setattr(selection, "GALLERY_SNRS", 2)
+
+
+@pytest.fixture(autouse=True)
+def style():
+    """Figures are drawn as on the page."""
+    with layout.style():
+        yield

@@ -5,7 +5,7 @@ import json
 
 import numpy as np
 import xarray as xr
-from fake_learning import OFFSET, SCORES, coordinate, learn
+from fake_learning import OFFSET, SCORES, learn
 from shapes_made import sphere
 
 from isarflow.core import store as stores
@@ -65,16 +65,13 @@ SETTINGS = {
 # Half axes in m.
 SHAPES = {"ufo": (0.3, 0.3, 0.1), "disc": (0.2, 0.2, 0.02), "missile": (0.5, 0.08, 0.08), "drone": (0.25, 0.25, 0.06)}
 # What the solver made of a sphere, almost right.
-SPHERE = {"radius_wavelengths": 0.35, "unknowns": 570, "error_db": -0.012, "phase_deg": 0.3, "residual": 2e-6}
-SPHERE |= {"edges_per_wavelength": 10, "rcs_db": -1.645, "mie_db": -1.633}
-# Of every store of images.
-ATTRS = {"polarization": "VV", "aperture_angle": 75.0, "range_wavenumber": 21.0, "snr_definition_offset_db": OFFSET}
-ATTRS |= {"range_resolution": 0.3, "crossrange_resolution": 0.2, "range_extent": 1.5, "crossrange_extent": 1.0}
+SPHERE = {"radius_wavelengths": 0.35, "unknowns": 570, "error_db": -0.012, "phase_deg": 0.3, "edges_per_wavelength": 10}
+ATTRS = {"snr_definition_offset_db": OFFSET, "range_extent": 1.5, "crossrange_extent": 1.0}  # of stores of images
 
 
-def changed(experiments=None, **sections):
-    """The settings with these of the experiments alone, if they are named, and with these keys of sections."""
-    settings = copy.deepcopy(SETTINGS)
+def changed(experiments=None, settings=SETTINGS, **sections):
+    """Settings with these of their experiments alone, if they are named, and with these keys of sections."""
+    settings = copy.deepcopy(settings)
     if experiments is not None:
         settings["learning"]["experiments"] = {name: settings["learning"]["experiments"][name] for name in experiments}
     for section, keys in sections.items():
@@ -96,10 +93,7 @@ def results(folder, settings=SETTINGS):
 def write(root, settings=SETTINGS):
     """Made-up results in `root`, and their report; returns its folder."""
     make(root, settings)
-    return draw(root, settings, root / "report")
-
-
-def draw(root, settings, report):
+    report = root / "report"
     write_report(root, settings, names(settings), report / "index.html", report / "figures", report / "tables")
     return report
 
@@ -161,13 +155,12 @@ def _images(folder, settings, elevation, azimuth):
     random, noise = np.random.default_rng([5, *folder.name.encode()]), settings["noise"]
     channels = settings["imaging"]["polarizations"]
     rows, columns = settings["radar"]["frequencies"], settings["imaging"]["aperture"]
-    axes = {"elevation": (elevation, "degrees"), "azimuth": (azimuth, "degrees"), "channel": (np.array(channels), "1")}
-    axes["range"] = 0.3 * (np.arange(rows) - rows // 2), "m"
-    axes["crossrange"] = 0.2 * (np.arange(columns) - columns // 2), "m"
-    coords = {name: coordinate(name, *axis) for name, axis in axes.items()}
+    coords = {"elevation": elevation, "azimuth": azimuth, "channel": channels}
+    coords["range"] = 0.3 * (np.arange(rows) - rows // 2)  # m
+    coords["crossrange"] = 0.2 * (np.arange(columns) - columns // 2)  # m
     for store in ("clean", *map(sweep.snr_label, noise["snr_db"])):
         sizes = {} if store == "clean" else {"realization": noise["realizations"]}
-        sizes |= {name: len(values) for name, (values, _) in axes.items()}
+        sizes |= {name: len(values) for name, values in coords.items()}
         image = random.normal(size=(*sizes.values(), 2)) @ [1, 1j]
         image = (image / np.abs(image).max(axis=(-3, -2, -1), keepdims=True)).astype(np.complex64)
         dataset = xr.Dataset({"image": ([*sizes], image)}, coords, ATTRS)

@@ -16,15 +16,9 @@ from isarflow.report.selection import decoded_snrs
 # Confidence scores; else softmax.
 SCORES = {"capsule": ("mse", "zncc"), "capsule_denoise": ("mse", "zncc", "noise_zncc"), "own": ("my_error", "fit")}
 WORSE_HELD_OUT = ("knn", "lr_tuned")
-IMAGES = 200  # test images of each target that are counted
 OFFSET = 2.1  # dB, of all images on average: peak_3db over mean
-APART = 0.01  # what one fold's accuracy is over that of the fold before, the second as all together
 PROTOCOLS = ("thesis", "blind", "kept")  # of thresholds
 NO_BOUNDS = (np.nan, np.nan)
-
-
-def coordinate(name, values, units):
-    return (name, values, {"units": units, "long_name": name})
 
 
 def learn(folder, settings, confidence=SCORES):
@@ -46,8 +40,8 @@ def learn(folder, settings, confidence=SCORES):
                 times.append(_time(run, place, model))
                 if known and model in confidence and model != "fcnn":
                     _decoded(folder, run, model, settings)
-    machine = {"cpu": "A processor", "cores": 2}
-    (folder / "times.json").write_text(json.dumps({"machine": machine, "threads": 1, "models": times}))
+    timed = {"machine": {"cpu": "A processor", "cores": 2}, "threads": 1, "models": times}
+    (folder / "times.json").write_text(json.dumps(timed))
     scores = pd.DataFrame(rows, columns=COLUMNS)
     pd.concat([scores, _gains(scores, settings)]).to_csv(folder / "scores.csv", index=False)
     compared = scores.query("fold == '' and (metric == 'f1_weighted' or metric == 'accuracy' and score == '')")
@@ -87,10 +81,9 @@ def _judged(run, place, model, known, folds, settings):
         if score:
             classes = [*labels, "other"]
             rows.append([*columns, own, "", "threshold", 0.6, *NO_BOUNDS, 400])
-        metrics = [*SHORT, *(f"{what}_{label}" for label in classes for what in ("precision", "recall"))]
-        rows += [[*columns, own, "", metric, *bounded(value)] for metric in metrics]
+        rows += [[*columns, own, "", metric, *bounded(value)] for metric in SHORT]
         for fold, metric in itertools.product(folds if len(folds) > 1 else (), ("accuracy", "f1_weighted")):
-            rows.append([*columns, own, fold, metric, min(value + APART * (fold - 2), 1), *NO_BOUNDS, 100])
+            rows.append([*columns, own, fold, metric, min(value + 0.01 * (fold - 2), 1), *NO_BOUNDS, 100])
         if min(noise["snr_db"]) <= snr + shift and snr + 2 * shift <= max(noise["snr_db"]):
             rows += [[*columns, other, "", metric, *bounded(right(snr + shift, place, subset))] for metric in SHORT]
         if threshold == PROTOCOLS[0]:  # what follows has none
@@ -99,7 +92,7 @@ def _judged(run, place, model, known, folds, settings):
             if roles[target] == "known" or (score and roles[target] == "unknown"):
                 is_right = predicted == (target if target in labels else "other")
                 share = value if is_right else (1 - value) / (len(classes) - 1)
-                cells.append([*head, score, threshold, target, predicted, IMAGES * share])
+                cells.append([*head, score, threshold, target, predicted, 200 * share])
     return rows, cells
 
 
@@ -150,7 +143,7 @@ def _decoded(folder, run, model, settings):
         "made": (axes, np.full(sizes, 0.5, np.float32)),
         "predicted": (axes[:3], np.full(sizes[:3], targets[0])),
     }
-    coords = {"snr": coordinate("snr", snrs, "dB"), "target": targets, "azimuth": (("target", "example"), azimuth)}
+    coords = {"snr": snrs, "target": targets, "azimuth": (("target", "example"), azimuth)}
     dataset = xr.Dataset(variables, coords | {"elevation": ("example", [-30, 0, 0, 30, 30])})
     dataset.attrs = {"run": run["name"], "model": model}
     stores.write(dataset, folder / "reconstructions" / run["name"] / f"{model}.zarr")

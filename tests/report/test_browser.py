@@ -230,9 +230,10 @@ def test_the_viewer_turns_plays_and_keeps_the_snr(page):
     assert "zero-padded" in page.locator("[name=pad] option:checked").inner_text()
 
 
-def test_matrices_follow_the_slider(page, whole):
+def test_matrices_follow_the_slider_and_experiments_are_switched_on_and_off(page, whole):
     start(page, "matrices")
-    entries = json.loads(unpacked(whole / "index.html")["matrices.json"])["entries"]
+    held = unpacked(whole / "index.html")
+    entries, data = json.loads(held["matrices.json"])["entries"], json.loads(held["compare.json"])["curves"]
     page.select_option("#matrices-form [name=set]", label="closed set")
     words = page.locator("#matrices-form [name=entry] option:checked").inner_text()
     page.focus("#matrices-form [name=snr]")
@@ -241,11 +242,7 @@ def test_matrices_follow_the_slider(page, whole):
     shown = page.locator("#matrices-table small").all_inner_texts()
     assert [int(text) for text in shown] == [count for row in one["counts"][0] for count in row]
     assert page.inner_text("#matrices-caption").endswith("share of each target's test images, and their number.")
-
-
-def test_experiments_are_switched_on_and_off(page, whole):
     start(page, "compare")
-    data = json.loads(unpacked(whole / "index.html")["compare.json"])["curves"]
     names = lambda: page.locator("#compare-legend li").all_inner_texts()  # noqa: E731
     plot = page.locator("#compare-plot")
     page.check("input[value='closed set']")
@@ -272,15 +269,7 @@ def test_experiments_are_switched_on_and_off(page, whole):
     assert plot.locator("title").first.text_content().endswith("at -12 dB")
 
 
-def test_without_scripts_the_page_says_so_and_keeps_its_figures(opened):
-    page = opened(1280, java_script_enabled=False)
-    said = page.locator("[data-live=explore] noscript p")
-    assert said.is_visible() and said.inner_text().startswith("This viewer needs JavaScript")
-    assert page.locator("#figure-headline noscript img").is_visible()
-    assert page.said == []
-
-
-def test_on_paper_there_is_nothing_to_press_or_to_scroll(page):
+def test_on_paper_there_is_nothing_to_press_or_to_scroll_and_without_scripts_figures_stay(page, opened):
     page.emulate_media(media="print")
     assert not page.locator(".controls").first.is_visible()
     assert not page.locator("nav").is_visible()
@@ -289,3 +278,9 @@ def test_on_paper_there_is_nothing_to_press_or_to_scroll(page):
     overflow = page.eval_on_selector_all(".scroll", "all => all.map((one) => getComputedStyle(one).overflowX)")
     assert set(overflow) == {"visible"}
     assert len(page.pdf(format="A4")) > 100_000
+    # Without scripts the page says so and keeps its figures.
+    plain = opened(1280, java_script_enabled=False)
+    said = plain.locator("[data-live=explore] noscript p")
+    assert said.is_visible() and said.inner_text().startswith("This viewer needs JavaScript")
+    assert plain.locator("#figure-headline noscript img").is_visible()
+    assert plain.said == []

@@ -1,7 +1,5 @@
 """Made-up results with every experiment of the thesis, real fully connected networks and their real predictions."""
 
-import copy
-import itertools
 from zlib import crc32
 
 import fake
@@ -9,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 from isarflow.core.sweep import snr_label
-from isarflow.learning.classifier import OTHER, choices
+from isarflow.learning.classifier import choices
 from isarflow.learning.experiments import label, runs
 from isarflow.learning.predict import Tested, predict
 from isarflow.learning.train import Training, train
@@ -27,14 +25,13 @@ FCNN = {"width": 6, "epochs": 2, "batch": 16, "learning_rate": 0.01, "openmax_ta
 
 def settings():
     """The config of a run that has all that the thesis has."""
-    config = copy.deepcopy(fake.SETTINGS)
-    config["targets"]["disc"] = {"mesh": "disc.stl", "role": "unknown"}
+    config = fake.changed(targets={"disc": {"mesh": "disc.stl", "role": "unknown"}})
     config["noise"] |= {"snr_db": list(SNRS), "definition": "mean"}
     models, experiments = config["learning"]["models"], config["learning"]["experiments"]
     models |= {name: {"kind": name.removesuffix("_tuned"), **lists} for name, lists in LISTS.items()}
     models |= {"fcnn": dict(FCNN), "fcnn_other": {"kind": "fcnn", "other": True, **FCNN}}
     models["capsule_complex"] = {"kind": "capsule", "width": 16, "capsules": 2, "complex": True}
-    clean, each = {"elevation": "all", "snr_db": "clean"}, {"elevation": "all", "snr_db": {"each": [-18, 0, 24]}}
+    clean, each = fake.CLEAN, {"elevation": "all", "snr_db": {"each": [-18, 0, 24]}}
     models["knn_magnitude"] = {"kind": "knn", "features": "magnitude"}
     models |= {name: {"kind": "capsule", **models["capsule"]} for name in ("capsule_long", "capsule_listing")}
     experiments["capsule_open"]["models"] = ["capsule", "capsule_long"]
@@ -44,9 +41,8 @@ def settings():
     experiments["noisy_training"] = {"train": each, "models": ["lr", "svm"]}
     experiments["upsampling"] = {"train": each, "models": ["lr", "svm"], "upsample": 64}
     experiments["fcnn_open"] = {"train": clean, "models": ["fcnn", "fcnn_other"], "open": True}
-    experiments["fcnn_listing"] = copy.deepcopy(experiments["fcnn_open"])
-    experiments["fcnn_listing"]["train"]["snr_db"] = 24
     listing = {"elevation": "all", "snr_db": 24}
+    experiments["fcnn_listing"] = experiments["fcnn_open"] | {"train": listing}
     experiments["capsule_listing"] = {"train": listing, "models": ["capsule_listing"], "open": True, "upsample": 32}
     experiments["sector"] = {"train": clean, "models": ["lr", "knn", "fcnn"], "open": True, "split": "sector"}
     experiments["capsule_sector"]["folds"] = [1, 2, 3]
@@ -68,7 +64,7 @@ def make(folder, config):
             elif model.startswith("fcnn") and run["split"] == "random":
                 _fit(folder, run, model, config)
             elif name in ("capsule_open", "capsule_listing"):
-                _capsule(folder / "learning" / "predictions" / name / model, config)
+                _capsule(folder / "learning" / "predictions", name, model)
 
 
 def _tell_apart(path):
@@ -103,23 +99,13 @@ def _fit(folder, run, model, config):
     predict(stores, Tested(roles, planes, True, 1), fitted, [tables / f"{snr_label(snr)}.csv" for snr in SNRS])
 
 
-def _capsule(folder, config):
-    """Predictions at all SNRs: confidence scores of known and unknown targets that overlap, the more the more noise."""
-    random = np.random.default_rng(11)
-    roles = {name: target["role"] for name, target in config["targets"].items()}
-    known = sorted(name for name, role in roles.items() if role == "known")
+def _capsule(predictions, run, model):
+    """Predictions of a capsule network at all SNRs: the FCNN's, with confidence scores of its own about its softmax."""
+    random, folder = np.random.default_rng(11), predictions / run / model
+    folder.mkdir(parents=True, exist_ok=True)
     for snr in SNRS:
-        lines = itertools.product(sorted(roles), range(6), range(10))
-        table = pd.DataFrame(lines, columns=["target", "block", "image"])
-        table["role"] = table["target"].map(roles)
-        table["truth"] = table["target"].where(table["role"] == "known", OTHER)
-        right = random.uniform(size=len(table)) < 0.9
-        table["predicted"] = table["target"].where((table["role"] == "known") & right, random.choice(known, len(table)))
-        table["side"], table["fold"] = np.where(table["image"] < 6, "test", "validation"), 0
-        apart = (table["role"] == "known") * (snr + 24) / 20
+        table = pd.read_csv(predictions / "fcnn_open" / "fcnn" / f"{snr_label(snr)}.csv", keep_default_na=False)
         for score in SCORES["capsule"]:
-            table[f"known_{score}"] = (apart + random.normal(size=len(table))).round(2) - 5 * (score == "mse")
-        for bias, name in enumerate(known):  # the last is named more often than it is there
-            table[f"score_{name}"] = (bias + 2 * (table["target"] == name) + random.normal(size=len(table))).round(2)
-        folder.mkdir(parents=True, exist_ok=True)
+            noise = random.normal(scale=0.2, size=len(table))
+            table[f"known_{score}"] = (table["known_softmax"] + noise).round(2) - 5 * (score == "mse")
         table.to_csv(folder / f"{snr_label(snr)}.csv", index=False)

@@ -10,17 +10,15 @@ import pytest
 import study.figures
 import study.networks
 import study.sentences
-from study.anew import weighted_f1
+from study.anew import judged
 from study.selection import PAGE, images_of, networks_of
 from study.statements import JUDGED, READINGS
-from thesis_pages import ThesisPage, check_links, interval, tables, without
+from thesis_pages import ThesisPage, check_links, interval, tables
 
 from isarflow.core.sweep import snr_label
 from isarflow.learning import images
-from isarflow.learning.classifier import OTHER
 from isarflow.learning.experiments import runs
 from isarflow.report.results import REFERENCE, Results
-from isarflow.report.vocabulary import select
 from isarflow.setup.config import ROOT, load
 from isarflow.setup.yaml_file import read_yaml
 
@@ -31,21 +29,15 @@ ITEMS = (
     *("Fig. 5.7", "Table 5.3", "Fig. 5.8", "Fig. 5.9", "Fig. 5.10", "Fig. 5.11", "Fig. 5.12", "Fig. 5.13", "Fig. 5.14"),
     *("Sec. 5.4.2, Sec. 5.4.4", "Slips of the document"),
 )
-CAPSULES = (
-    *("Fig. 5.6", "Table 5.3", "Fig. 5.8", "Fig. 5.9", "Fig. 5.10", "Fig. 5.11", "Fig. 5.12", "Fig. 5.13", "Fig. 5.14"),
-    "Sec. 5.4.2, Sec. 5.4.4",
-)
+OF_CAPSULES = (ITEMS[15], *ITEMS[17:-1])
 # What a table of values shows: experiment and metric of each figure; elevations that are tested.
 SHOWN = {
     "Fig. 4.7": ("single_elevation", "accuracy", "trained"),
     "Fig. 4.10": ("single_elevation", "accuracy", "all"),
     "Fig. 4.12": ("multi_elevation", "accuracy", "all"),
     "Fig. 5.3": ("fcnn_open", "accuracy", "all"),
-    "Fig. 5.6": ("capsule_open", "f1_weighted", "all"),
-    "Fig. 5.10": ("capsule_open", "f1_weighted", "all"),
-    "Fig. 5.14": ("capsule_open", "f1_weighted", "all"),
-    "Sec. 5.4.2, Sec. 5.4.4": ("capsule_open", "f1_weighted", "all"),
 }
+SHOWN |= dict.fromkeys(("Fig. 5.6", "Fig. 5.10", "Fig. 5.14", ITEMS[-2]), ("capsule_open", "f1_weighted", "all"))
 # Where values by sector stand beside; of one training elevation there are none, nor of several training SNRs.
 BY_SECTOR = {"multi_elevation": "sector", "fcnn_open": "sector", "capsule_open": "capsule_sector"}
 SCORES = {"MSE": "mse", "ZNCC": "zncc", "capsule length": "length", "Gaussian mixture": "mixture"}
@@ -66,9 +58,7 @@ def test_what_the_page_s_data_names_is_there(thesis):
     assert {*stated["figure"]} - {""} <= {figure["names"][0] for figure in figures}
     assert {*stated["reading"]} == {*READINGS}
     assert {reading.get("judged") for reading in PAGE["readings"].values()} == {None, *JUDGED}
-
-
-def test_every_reading_names_rows_of_the_reference_experiment():
+    # Every reading names rows of the reference experiment.
     every = runs(load(read_yaml(ROOT / "config/thesis.yaml")))
     fitted = {f"{name}/{model}" for name, run in every.items() for model in run["models"]}
     named = [rows for reading in PAGE["readings"].values() for rows in reading.get("rows", {}).items()]
@@ -133,11 +123,11 @@ def test_trainings_and_up_sampling_are_those_of_scores_csv(thesis):
         ("Fig. 4.16", "upsampling", "lr"),
         ("Fig. 4.17", "upsampling", "svm"),
     ):
-        values[name] = tables(thesis.entries[name])
         assert "split by sector" not in thesis.entries[name]
-        cells = next(table for table in values[name] if "trained at" in table).set_index("trained at")
+        values[name] = tables(thesis.entries[name])
+        cells = next(table for table in values[name] if "trained at" in table).set_index("trained at")["-6 dB"]
         for training in ("-18 dB", "0 dB", "24 dB"):
-            assert cells.loc[training, "-6 dB"].startswith(f"{rows[experiment, model, training, -6]:.3f} [")
+            assert cells[training].startswith(f"{rows[experiment, model, training, -6]:.3f} [")
     change = values["Fig. 4.16"][-1].set_index("trained at").loc["0 dB", "12 dB"]
     difference = rows["upsampling", "lr", "0 dB", 12] - rows["noisy_training", "lr", "0 dB", 12]
     assert change == f"{difference:+.3f}".replace("-", "−") != "+0.000"
@@ -189,14 +179,8 @@ def test_readings_are_the_run_s_own_values_and_judged_alike(thesis):
     cell = overview[FIG_54, "FCNN, softmax, weighted F1", "24 dB"]
     assert [re.match(r"\**(.+?) \d\.\d+", part)[1] for part in cell.split("; ")] == [*every]
     for experiment, reading in (("fcnn_open", "by errors"), ("fcnn_listing", "at 24 dB, by errors")):
-        table = thesis.predictions(experiment, "fcnn")
-        test = select(table, side="test", role=["known", "unknown"])
-        known, score = test["role"] == "known", test["known_softmax"]
-        errors = {level: (score[known] < level).sum() + (score[~known] >= level).sum() for level in [*score, 2.0]}
-        fewest = [level for level in errors if errors[level] == min(errors.values())]
-        labels = [test["predicted"].where(score >= level, OTHER) for level in fewest]
-        found = {round(weighted_f1(test.assign(predicted=of)), 3) for of in labels}
-        assert float(re.search(rf"(?:^|; )\**{reading} ([\d.]+)", cell)[1]) in found
+        value = judged(thesis.results, experiment, "fcnn", "softmax", 24).metrics["errors"]["f1_weighted"]
+        assert re.search(rf"(?:^|; )\**{reading} {value:.3f}", cell)
 
 
 def test_hyper_parameters_and_times_stand_beside_those_published(thesis):
@@ -216,10 +200,10 @@ def test_hyper_parameters_and_times_stand_beside_those_published(thesis):
 
 
 def test_a_run_without_capsule_networks_says_so(thesis, tmp_path):
-    capsules = [name for name in thesis.settings["learning"]["experiments"] if "capsule" in name]
-    page = thesis.anew(tmp_path, without(thesis.settings, *capsules))
-    assert tuple(page.absent) == CAPSULES and tuple(page.entries) == ITEMS
-    assert all("**Not part of this run:**" in page.entries[name] for name in CAPSULES)
+    others = [name for name in thesis.settings["learning"]["experiments"] if "capsule" not in name]
+    page = thesis.anew(tmp_path, fake.changed(others, thesis.settings))
+    assert tuple(page.absent) == OF_CAPSULES and tuple(page.entries) == ITEMS
+    assert all("**Not part of this run:**" in page.entries[name] for name in OF_CAPSULES)
     # What was published stays, and the rest is as it was.
     assert "0.9314" in page.entries["Fig. 5.6"] and "54 of 16,872" in page.entries["Fig. 5.11"]
     for name in ("Fig. 4.12", "Fig. 5.3", "Fig. 5.4, Table 5.2"):
@@ -230,7 +214,7 @@ def test_a_run_without_capsule_networks_says_so(thesis, tmp_path):
 
 
 def test_a_run_with_little_or_nothing_says_so(thesis, tmp_path):
-    few = without(thesis.settings, *({*thesis.settings["learning"]["experiments"]} - {"multi_elevation"}))
+    few = fake.changed(["multi_elevation"], thesis.settings)
     few["learning"]["experiments"]["multi_elevation"]["models"] = ["lr", "knn"]
     page = thesis.anew(tmp_path, few)
     assert page.absent["Fig. 4.12"] == "SVM in experiment `multi_elevation`"
@@ -238,16 +222,14 @@ def test_a_run_with_little_or_nothing_says_so(thesis, tmp_path):
     assert len(list(page.folder.glob("*.png"))) == 4  # Figs. 4.9, 4.12, 4.15 and 5.7
     check_links(page.folder)
     # No experiment at all; and a solver of radar cross-sections, which makes no image.
-    nothing = without(few, "multi_elevation")
-    single = nothing | {"radar": nothing["radar"] | {"frequencies": 1, "bandwidth": 0}}
+    nothing = fake.changed([], thesis.settings)
+    single = fake.changed([], thesis.settings, radar={"frequencies": 1, "bandwidth": 0})
     for name, settings in (("nothing", nothing), ("single", single)):
         page = thesis.anew(tmp_path / name, settings)
         assert tuple(page.entries) == ITEMS and "This run has none of them." in page.head
         assert set(page.overview["as published"]) == {"–"}
         check_links(page.folder)
-
-
-def test_experiments_split_otherwise_are_not_the_document_s(thesis, tmp_path):
+    # Experiments that are split otherwise are not the document's.
     settings = fake_thesis.settings()
     settings["learning"]["experiments"]["capsule_open"]["split"] = "sector"
     assert ("capsule_open", "capsule") not in networks_of(fake.results("nowhere", settings).runs)
@@ -256,10 +238,8 @@ def test_experiments_split_otherwise_are_not_the_document_s(thesis, tmp_path):
 
 
 def test_a_run_by_the_other_definition_shows_values_by_mean_power(tmp_path):
-    settings = fake_thesis.settings()
-    settings["noise"]["definition"] = "peak_3db"
-    left_out = {*settings["learning"]["experiments"]} - {"multi_elevation", "capsule_open", "sector"}
-    settings = without(settings, *left_out)
+    experiments = ["multi_elevation", "capsule_open", "sector"]
+    settings = fake.changed(experiments, fake_thesis.settings(), noise={"definition": "peak_3db"})
     fake_thesis.make(tmp_path / "fake", settings)
     page = ThesisPage(tmp_path / "fake", settings, tmp_path / "page")
     case = {"experiment": "multi_elevation", "model": "knn", "metric": "accuracy", "test_snr_db": 0}
@@ -288,3 +268,20 @@ def test_the_same_stores_make_the_same_page_and_are_those_that_the_rule_names(th
         assert (other.folder / path.name).read_bytes() == path.read_bytes(), path.name
     assert taken == set(images_of(thesis.settings, thesis.results.runs))
     assert ("trihedral", "clean") not in taken and ("ufo", snr_label(24)) in taken
+
+
+def test_differences_of_networks_and_ends_of_trainings_are_said():
+    """Of 1 filter and 2 capsules in 32 x 32 pixels, and of 256 and 32, by the layers' weights before the decoder."""
+    settings, models = fake.changed(), {"one": (1, 2), "full": (256, 32)}
+    for name, (width, capsules) in models.items():
+        settings["learning"]["models"][name] = {"kind": "capsule", "width": width, "capsules": capsules}
+    # The convolution, the primary capsules, and 8 x 8 places of capsules with 8 x 32 votes each.
+    large = 81 * 256 + 256 + 81 * 256 * 256 + 256 + 64 * 32 * 8 * 32
+    tiny = 82 + 81 * 16 + 16 + 64 * 2 * 8 * 32
+    assert study.sentences.weight_ratio("one", settings) == pytest.approx(large / tiny)
+    said = study.sentences.difference("capsule", settings)
+    assert "the thesis's has 256 and 32, 107 times the weights" in said
+    assert study.sentences.difference("full", settings) == ""
+    curve = pd.DataFrame({"epoch": [1, 2, 3], "learning_rate": [1e-3, 4e-4, 1e-9], "seconds": [1.5, 3.0, 4.5]})
+    ended = study.sentences.training_end(curve, 5)
+    assert ended == "after 3 of 5 epochs at 1.0×10⁻⁶ of its learning rate in 4.5 s"

@@ -1,6 +1,5 @@
 """A page of the thesis, written and taken apart: entries, tables, links."""
 
-import copy
 import re
 
 import fake
@@ -38,8 +37,7 @@ class ThesisPage:
         return select(rows, **{"fold": "", "snr_definition": "mean"} | case)
 
     def predictions(self, run, model, snr="24dB"):
-        path = self.run / "learning/predictions" / run / model / f"snr_{snr}.csv"
-        return pd.read_csv(path, keep_default_na=False)
+        return pd.read_csv(self.run / f"learning/predictions/{run}/{model}/snr_{snr}.csv", keep_default_na=False)
 
     def anew(self, folder, settings):
         """A page of the same results by other settings."""
@@ -58,13 +56,6 @@ def tables(text):
         lines = [[cell.strip() for cell in line.strip().strip("|").split("|")] for line in block.splitlines()]
         found.append(pd.DataFrame(lines[2:], columns=lines[0]))
     return found
-
-
-def without(settings, *experiments):
-    settings = copy.deepcopy(settings)
-    for name in experiments:
-        del settings["learning"]["experiments"][name]
-    return settings
 
 
 def check_links(folder, page="README.md"):
