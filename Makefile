@@ -2,6 +2,7 @@
 # make report: the default experiment, from CAD to results/quick/report/index.html
 # make thesis: the reference experiment at full size, from the fields of resources/fields (hours of learning)
 # make recognition: the same at full size in three polarizations: docs/recognition.md (half an hour), published
+# make benchmark: fifteen targets, four protocols, the leaderboard of docs/benchmark.md (half an hour), published
 # make test:   the whole test suite;   make lint: what CI checks besides
 # make docs: the pages as a site, results/docs/index.html
 # make bench-scattering: what a solve costs against what the machine can do (run nothing beside it)
@@ -17,6 +18,7 @@
 # make bench-imaging: 1,172,490 images from made-up fields, beside the disk's speed
 # make bench-bempp: the same sphere by bempp-cl, in an environment of its own, and here
 # make fields: the dataset of resources/fields anew where it is not complete (hours, 6 GB)
+# make bench-device BANDS="drone-0 drone-1": bands of the dataset on the device JAX finds, beside the kept fields
 # make check-fields: its fields beside those of finer meshes and of the other integral equation (hours, 20 GB)
 # make results: publish the full-size run's page of the reference thesis, docs/results.md, and its scores (RUN=thesis)
 # make validate: the solver and the image formation beside closed forms, as figures (docs/validation.md)
@@ -27,9 +29,9 @@ RUN ?= thesis
 BIN := .venv/bin
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
-.PHONY: smoke report thesis recognition test lint docs environment results validate fields check-fields bench-learning bench-capsules \
+.PHONY: smoke report thesis recognition benchmark test lint docs environment results validate fields check-fields bench-learning bench-capsules \
 	bench-scattering bench-bempp bench-thesis bench-imaging bench-compressed bench-mesh bench-meshing \
-	bench-habits bench-shapes bench-training
+	bench-device bench-habits bench-shapes bench-training
 
 smoke: environment
 	snakemake --cores $(CORES) report --configfile config/smoke.yaml
@@ -44,6 +46,10 @@ recognition: environment
 	snakemake --cores $(CORES) results/recognition/learning/scores.csv \
 		--configfile config/thesis.yaml config/thesis-fields.yaml config/recognition.yaml
 	PYTHONPATH=studies/stewart-burger-2023 python resources/results/recognition.py results/recognition
+
+benchmark: environment
+	snakemake --cores $(CORES) benchmark --configfile config/benchmark.yaml
+	PYTHONPATH=studies/stewart-burger-2023 python resources/results/leaderboard.py results/benchmark
 
 test: environment
 	python -m pytest -n $(CORES) --dist loadfile --no-loadscope-reorder
@@ -67,6 +73,11 @@ fields: environment
 	python resources/fields/make.py keep
 	python resources/fields/make.py publish
 	python resources/fields/make.py splits
+
+bench-device: environment
+	snakemake --cores $(CORES) $(foreach target,$(sort $(foreach band,$(BANDS),$(firstword $(subst -, ,$(band))))),results/fields/mesh/$(target).json) \
+		--configfile config/thesis.yaml config/fields.yaml
+	python benchmarks/bench_device.py --threads $(CORES) $(BANDS)
 
 check-fields: environment
 	python resources/fields/check.py --threads $(CORES)

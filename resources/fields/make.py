@@ -78,12 +78,13 @@ def _took(config, results, target, number):
     need = needs.need(figures, planes, sweep, needs.method(config, target))
     name = f"scattering/bands/{target}-{number}"
     log = (results / "logs" / f"{name}.log").read_text()
+    device = re.search(r"^on (.+), with", log, re.MULTILINE)[1]
     job = pd.read_csv(results / "benchmarks" / f"{name}.tsv", sep="\t").iloc[-1]
     names = ("ghz", "unknowns", "residual", "assembly_s", "factorization_s", "directions_s")
     return {
         "commit": _said("git", "rev-parse", "HEAD"),
         "date": date.today().isoformat(),
-        "processor": cpu(),
+        "processor": cpu() if device == "cpu" else device,
         "cad_sha256": digest(config["targets"][target]["mesh"]),
         "mesh_sha256": digest(mesh),
         "triangles": figures["triangles"],

@@ -2,9 +2,8 @@
 
     publish.py results/thesis
 
-Writes docs/results.md with its pictures in docs/img/results/, and into resources/results scores.csv, confusion.csv and
-validation.csv of the run, whole, each compressed (xz), with a README.md that says where they come from and has a table
-of some of them.
+Writes docs/results.md with its pictures in docs/img/results/, and into resources/results the run's scores.csv,
+confusion.csv and validation.csv, whole, each compressed (xz), with a README.md that says where they are from.
 """
 
 import argparse
@@ -18,15 +17,11 @@ import pandas as pd
 from study import markdown
 from study.selection import PAGE
 
+from isarflow.report.vocabulary import select
+
 ROOT = Path(__file__).parents[2]
 PUBLISHED = PAGE["published"]
 TABLES = PUBLISHED["tables"]  # what each has, in words
-
-
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("run", type=Path, help="the run's folder, results/<name>")
-    publish(parser.parse_args().run, ROOT)
 
 
 def publish(run, root):
@@ -35,11 +30,9 @@ def publish(run, root):
     text = check(page, learning)
     pictures, folder = root / "docs" / "img" / "results", root / "resources" / "results"
     shutil.rmtree(pictures, ignore_errors=True)  # one that the page no longer has shall not stay
-    pictures.mkdir(parents=True)
-    folder.mkdir(parents=True, exist_ok=True)
-    for picture in sorted(page.glob("*.png")):
-        shutil.copyfile(picture, pictures / picture.name)
+    shutil.copytree(page, pictures, ignore=shutil.ignore_patterns("*.md"))
     (root / "docs" / "results.md").write_text(re.sub(r"\]\(([\w-]+\.png)\)", r"](img/results/\1)", text))
+    folder.mkdir(parents=True, exist_ok=True)
     files = []
     for name, words in TABLES.items():
         table = (learning / f"{name}.csv").read_bytes()
@@ -58,18 +51,18 @@ def publish(run, root):
 
 def scores_table(scores):
     """Return weighted F1 at some SNRs with its 95 % intervals, as Markdown. scores: the table, empty cells as ''."""
-    shown = scores[(scores.metric == "f1_weighted") & (scores.elevation == "all") & (scores.fold.astype(str) == "")]
+    shown = select(scores, metric="f1_weighted", elevation="all")
+    shown = shown[shown.fold.astype(str) == ""]
     shown = shown[shown.snr_definition == shown.snr_definition.iloc[0]]  # the config's comes first
     snrs = PUBLISHED["snrs"]
     head = " | ".join(f"{snr} dB" for snr in snrs).replace("-", "\N{MINUS SIGN}")
     lines = [f"| SNR | {head} |", "|---" * (1 + len(snrs)) + "|"]
     for name, (split, threshold) in PUBLISHED["sets"].items():
-        part, rows = shown[(shown.split == split) & (shown.threshold == threshold)], []
-        for method, (experiments, model, score) in PUBLISHED["methods"].items():
-            mine = part[part.experiment.isin(experiments) & (part.model == model)]
-            mine = mine[mine.score == (score if threshold else "")].set_index("test_snr_db")
-            if len(mine):
-                rows.append(f"| {method} | {' | '.join(_cell(mine, float(snr)) for snr in snrs)} |")
+        rows = []
+        for method, (experiment, model, score) in PUBLISHED["methods"].items():
+            case = {"experiment": experiment, "model": model, "score": score if threshold else ""}
+            mine = select(shown, split=split, threshold=threshold, **case).set_index("test_snr_db")
+            rows += [f"| {method} | {' | '.join(_cell(mine, float(snr)) for snr in snrs)} |"] if len(mine) else []
         lines += [f"| **{name}** {'| ' * len(snrs)}|", *rows] if rows else []
     return "\n".join(lines)
 
@@ -94,4 +87,6 @@ def check(page, learning):
 
 
 if __name__ == "__main__":
-    main()
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("run", type=Path, help="the run's folder, results/<name>")
+    publish(parser.parse_args().run, ROOT)

@@ -72,7 +72,7 @@ def test_a_model_has_its_training_elevations_alone(made):
     stores = [str(folder / target / "clean.zarr") for target in ("dart", "disc")]
     divided = images.divide(stores, scenes.PLANES, Division(**config_of(folder / "e_fold1" / "knn")["run"]["division"]))
     distances = {
-        side: -model.decision_function(images.read_side(stores, divided, side)[0]).max(axis=1)
+        side: -model.evaluate(images.read_side(stores, divided, side)[0]).scores.max(axis=1)
         for side in ("train", "validation", "test")
     }
     assert (distances["train"] < 0.01).all() and min(distances["validation"].min(), distances["test"].min()) > 0.01

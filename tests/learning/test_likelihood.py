@@ -14,7 +14,6 @@ from scipy.optimize import minimize_scalar
 from scipy.special import i0e, i1e
 from scipy.stats import rice
 
-from isarflow.core.errors import InputError
 from isarflow.learning.classifier import OTHER, build
 from isarflow.learning.models import likelihood
 from isarflow.learning.models.likelihood import _cosine, _log_i0, _rician
@@ -246,8 +245,3 @@ def test_what_is_no_class_is_no_template(tmp_path):
     np.testing.assert_array_equal(loaded.evaluate(images).scores, model.evaluate(images).scores)
     zero = model.evaluate(np.zeros((1, *SHAPE), np.complex64))
     assert np.isfinite(zero.scores).all() and all(np.isfinite(of).all() for of in zero.known.values())
-
-
-def test_a_class_other_is_refused():
-    with pytest.raises(InputError, match="has no class 'other'"):
-        fitted(other=True)

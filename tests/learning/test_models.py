@@ -85,7 +85,7 @@ def test_the_matched_filter_of_features_without_phase_is_the_largest_zncc(kind):
     x, y = of(images, kind, float), of(tests, kind, float)
     every = np.corrcoef(y, x)[: len(y), len(y) :]
     expected = np.stack([every[:, labels == name].max(axis=1) for name in model.classes_], axis=1)
-    np.testing.assert_allclose(model.decision_function(tests), expected, atol=1e-5)
+    np.testing.assert_allclose(model.evaluate(tests).scores, expected, atol=1e-5)
 
 
 def test_squared_distances_are_those_of_the_differences():
@@ -115,7 +115,7 @@ def test_knn_refuses_more_neighbours_than_images():
 def test_knn_scores_are_minus_the_distance_to_each_class():
     images, labels = clouds(3)
     tests, _ = clouds(3, seed=1)
-    scores = fitted("knn", images, labels, k=5).decision_function(tests)
+    scores = fitted("knn", images, labels, k=5).evaluate(tests).scores
     for index, name in enumerate(["class0", "class1", "class2"]):
         one = KNeighborsClassifier(1).fit(real_imaginary(images[labels == name]), labels[labels == name])
         distance, _ = one.kneighbors(real_imaginary(tests))
@@ -129,7 +129,7 @@ def test_lr_gives_scikit_learns_probabilities(classes):
     model = fitted("lr", images, labels)
     other = LogisticRegression(C=0.02, tol=1e-8, max_iter=10_000).fit(real_imaginary(images, float), labels)
     expected = other.predict_proba(real_imaginary(tests, float))
-    np.testing.assert_allclose(softmax(model.decision_function(tests), axis=1), expected, atol=1e-4)
+    np.testing.assert_allclose(softmax(model.evaluate(tests).scores, axis=1), expected, atol=1e-4)
 
 
 @pytest.mark.parametrize("classes", [2, 3])
@@ -144,7 +144,7 @@ def test_svm_equals_scikit_learn(classes):
         expected = np.stack([-expected, expected], axis=1)
     else:
         expected = OneVsRestClassifier(machine).fit(x, labels).decision_function(y)
-    np.testing.assert_allclose(model.decision_function(tests), expected, atol=1e-9)
+    np.testing.assert_allclose(model.evaluate(tests).scores, expected, atol=1e-9)
 
 
 def test_svm_keeps_its_support_vectors_only():
@@ -177,7 +177,7 @@ def test_a_loaded_model_is_the_saved_one(name, tmp_path):
     assert bytes_written[0] == bytes_written[1]
     loaded = build(name, SETTINGS[name], seed=3).load(tmp_path / "a")
     assert loaded.classes_.tolist() == model.classes_.tolist()
-    np.testing.assert_array_equal(loaded.decision_function(images), model.decision_function(images))
+    np.testing.assert_array_equal(loaded.evaluate(images).scores, model.evaluate(images).scores)
     assert (loaded.predict(images) == model.predict(images)).all()
     ours, theirs = loaded.evaluate(images), model.evaluate(images)
     assert ours.known.keys() == theirs.known.keys()
@@ -203,7 +203,7 @@ def test_one_pass_says_what_single_questions_say(name):
     model = fitted(name, images, labels)
     outcome = model.evaluate(tests)
     assert (outcome.labels == model.predict(tests)).all()
-    np.testing.assert_array_equal(outcome.scores, model.decision_function(tests))
+    np.testing.assert_array_equal(outcome.scores, model.evaluate(tests).scores)
     assert outcome.known and all(values.shape == (len(tests),) for values in outcome.known.values())
 
 
@@ -248,15 +248,15 @@ def test_one_image_is_classified_as_in_a_batch(name):
     images, labels = clouds(2)
     model = fitted(name, images, labels)
     tests, _ = clouds(2, seed=1)
-    single = np.concatenate([model.decision_function(tests[index : index + 1]) for index in range(len(tests))])
-    np.testing.assert_allclose(single, model.decision_function(tests), rtol=1e-5, atol=1e-9)
+    single = np.concatenate([model.evaluate(tests[index : index + 1]).scores for index in range(len(tests))])
+    np.testing.assert_allclose(single, model.evaluate(tests).scores, rtol=1e-5, atol=1e-9)
 
 
 def test_the_matched_filter_is_the_largest_correlation():
     images, labels = clouds(3, count=7)
     tests, _ = clouds(3, count=5, seed=1)
     model = fitted("matched_filter", images, labels)
-    for image, row in zip(tests, model.decision_function(tests), strict=True):
+    for image, row in zip(tests, model.evaluate(tests).scores, strict=True):
         for index, name in enumerate(model.classes_):
             correlations = [
                 abs(np.vdot(template, image)) / np.linalg.norm(template) / np.linalg.norm(image)
@@ -280,7 +280,7 @@ def test_the_network_learns_and_keeps_its_curve():
     assert curve["epoch"] == list(range(1, 21))
     assert curve["loss"][-1] < 0.5 * curve["loss"][0]
     assert curve["validation_accuracy"][-1] == pytest.approx((model.predict(tests) == truth).mean(), rel=1e-6)
-    probabilities = softmax(model.decision_function(tests), axis=1)
+    probabilities = softmax(model.evaluate(tests).scores, axis=1)
     cost = -np.log([row[list(model.classes_).index(name)] for row, name in zip(probabilities, truth, strict=True)])
     assert curve["validation_loss"][-1] == pytest.approx(cost.mean(), rel=1e-6)
 
@@ -290,7 +290,7 @@ def test_the_networks_known_scores_are_those_of_its_logits_and_features():
     labels = np.where(labels == "class2", "class1", labels)
     model = fitted("fcnn", images, labels)
     tests, _ = clouds(3, seed=1)
-    logits, scores = model.decision_function(tests), model.evaluate(tests).known
+    logits, scores = model.evaluate(tests).scores, model.evaluate(tests).known
     for name, shifted in (("openmax", False), ("openmax_shifted", True)):
         expected = openmax.probabilities(logits, model.mean_logits_, model.tails_, FCNN["openmax_alpha"], shifted)
         np.testing.assert_array_equal(scores[name], expected[:, :-1].max(axis=1))

@@ -3,9 +3,14 @@
 import numpy as np
 import pytest
 
-from isarflow.learning.seeds import interval
+from isarflow.learning.metrics import around
 
 SHARE = np.array([True])
+
+
+def interval(mean, deviation, count, is_share):
+    mean, deviation, count = (np.asarray(of, float) for of in (mean, deviation, count))
+    return around(mean, deviation / np.sqrt(count), count - 1, is_share)
 
 
 @pytest.mark.parametrize("seeds", [3, 10])

@@ -122,9 +122,9 @@ def test_no_test_azimuth_was_trained_on(stores, tmp_path):
     assert np.allclose(np.sort(tested.unique()), aspects()[sides["test"]["index"]])
     # One training image at distance 0 from a test image would be the image itself.
     unseen, _ = images.read(stores("snr_0dB"), every(sides["test"]["azimuth"]))
-    assert load(folder).decision_function(unseen).max() < -0.01
+    assert load(folder).evaluate(unseen).scores.max() < -0.01
     seen, _ = images.read(stores("snr_0dB"), every(sides["train"]["azimuth"]))
-    assert (load(folder).decision_function(seen).max(axis=1) > -0.01).all()
+    assert (load(folder).evaluate(seen).scores.max(axis=1) > -0.01).all()
 
 
 def test_in_sector_no_test_image_shares_a_sample_with_a_training_one(stores, tmp_path):
@@ -363,7 +363,7 @@ def test_batches_do_not_change_predictions(stores, tmp_path, monkeypatch):
 
 
 def test_the_times_file(stores, tmp_path, monkeypatch):
-    monkeypatch.setattr(timing, "REPEATS", {1: 5, timing.BATCH: 3})
+    monkeypatch.setattr(timing, "CALLS", {1: (50, 5), timing.BATCH: (5, 3)})
     folders = [fitted(stores("clean"), tmp_path / name, name) for name in ("knn", "lr")]
     timing.measure(stores("clean"), PLANES, folders, 2, tmp_path / "times.json")
     times = json.loads((tmp_path / "times.json").read_text())

@@ -6,7 +6,7 @@ import pytest
 
 from isarflow.core.errors import InputError
 from isarflow.learning import training_loop
-from isarflow.learning.training_loop import COLUMNS, Batches, Checkpoint, Settings, minimize
+from isarflow.learning.training_loop import COLUMNS, Batches, Checkpoint, minimize
 
 X = np.random.default_rng(1).standard_normal((40, 3)).astype(np.float32)
 Y = X @ np.array([1.0, -2.0, 0.5], np.float32)
@@ -25,8 +25,9 @@ def validated(weights):
 def train(epochs=6, validate=validated, patience=None, checkpoint=None, rate=0.05, count=40):
     random = np.random.default_rng(5)
     start = {"slope": random.standard_normal(3).astype(np.float32)}
-    settings = Settings(lambda epochs: rate / (1 + epochs), epochs, patience, checkpoint)
-    return minimize(loss, start, Batches(count, 8, random), lambda rows: (X[rows], Y[rows]), settings, validate)
+    how = {"rate": lambda epochs: rate / (1 + epochs), "epochs": epochs, "validate": validate, "patience": patience}
+    batches = Batches(count, 8, random)
+    return minimize(loss, start, batches, lambda rows: (X[rows], Y[rows]), checkpoint=checkpoint, **how)
 
 
 @pytest.fixture
@@ -174,8 +175,8 @@ def test_the_rate_rises_in_the_first_steps(warm_up):
     def linear(weights, x):
         return -weights["slope"] * np.ones(1), np.ones(1), np.ones(1)
 
-    settings = Settings(lambda epochs: 0.5, 2, warm_up=warm_up)
     batches = Batches(3, 1, np.random.default_rng(0))
-    made, _ = minimize(linear, {"slope": np.zeros(1, np.float32)}, batches, lambda rows: (X[rows],), settings)
+    how = {"rate": lambda epochs: 0.5, "epochs": 2, "warm_up": warm_up}
+    made, _ = minimize(linear, {"slope": np.zeros(1, np.float32)}, batches, lambda rows: (X[rows],), **how)
     expected = 0.5 * sum(min(1, step / (warm_up + 1)) for step in range(1, 7))
     assert made["slope"][0] == pytest.approx(expected, rel=1e-3)

@@ -9,7 +9,7 @@ from shapes_made import cube, save, sphere
 from isarflow.core.errors import InputError
 from isarflow.mesh import read, symmetry, topology
 from isarflow.mesh.build import build, write
-from isarflow.mesh.distance import samples
+from isarflow.mesh.ground import samples
 from isarflow.mesh.io import read_ply, write_ply
 from isarflow.mesh.misses import Followed
 from isarflow.mesh.repair import repair

@@ -11,8 +11,7 @@ from isarflow.mesh import symmetry, topology
 from isarflow.mesh import thin as thinning
 from isarflow.mesh.arrange import first_crossing
 from isarflow.mesh.build import build, load
-from isarflow.mesh.distance import samples
-from isarflow.mesh.ground import Ground
+from isarflow.mesh.ground import Ground, samples
 from isarflow.mesh.thin import thin
 
 RADAR = {"center_frequency": 3.0e9, "bandwidth": 0.0, "frequencies": 1, "polarizations": ["VV"]}

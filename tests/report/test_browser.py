@@ -11,7 +11,7 @@ import xarray as xr
 from pages import unpacked
 
 from isarflow.imaging.geometry import imager_of
-from isarflow.report.draw_images import FLOOR_DB, decibels
+from isarflow.report.plots import FLOOR_DB, decibels
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 if CHROMIUM is None:

@@ -10,7 +10,7 @@ from test_solve import AZIMUTH, ELEVATION, FREQUENCY, octasphere
 
 from isarflow.core.errors import InputError
 from isarflow.scattering import solve as solver
-from isarflow.scattering.device import GeneralOnDevice, SymmetricOnDevice
+from isarflow.scattering.device import GeneralOnDevice, SymmetricOnDevice, holds
 
 
 @pytest.mark.parametrize(("dtype", "bound"), [(np.complex64, 1e-4), (np.complex128, 1e-12)])
@@ -50,3 +50,23 @@ def test_matrix_that_does_not_fit_is_an_error_with_a_remedy(monkeypatch):
     matrix = SymmetricOnDevice(10, np.complex64)
     with pytest.raises(InputError, match="JAX_PLATFORMS=cpu"):
         matrix.factorize()
+
+
+@pytest.mark.parametrize(
+    ("backend", "unknowns", "parities", "expected"),
+    [
+        ("gpu", 9_000, 1, True),
+        ("gpu", 11_000, 1, False),
+        ("gpu", 16_000, 2, True),
+        ("gpu", 18_000, 2, False),
+        ("cpu", 9_000, 1, False),
+    ],
+)
+def test_whole_matrices_are_for_a_gpu_that_holds_them(backend, unknowns, parities, expected, monkeypatch):
+    class Device:
+        def memory_stats(self):
+            return {"bytes_limit": 3.2e9}  # 4 x 8 bytes x 10,000 x 10,000
+
+    monkeypatch.setattr(jax, "default_backend", lambda: backend)
+    monkeypatch.setattr(jax, "devices", lambda: [Device()])
+    assert holds(unknowns, parities) is expected

@@ -95,22 +95,27 @@ POINTS = {
 }
 
 
-@pytest.fixture(scope="module")
-def project(project_of):
-    project = project_of("learn")
+def with_fields(project, name, text, points):
+    """The project with config/<name>.yaml, this text, and the fields of these point scatterers that it takes."""
     (project.folder / "fields").mkdir()
-    config = read_yaml(project.folder / project.write("config/learn.yaml", CONFIG))
+    config = read_yaml(project.folder / project.write(f"config/{name}.yaml", text))
     sweep = frequencies(config["radar"]), elevations(config["aspect"]), azimuths(config["aspect"])
     el, az = np.meshgrid(np.radians(sweep[1]), np.radians(sweep[2]), indexing="ij")
     direction = np.stack([np.cos(el) * np.cos(az), np.cos(el) * np.sin(az), np.sin(el)], axis=-1)
     k = 2 * np.pi * sweep[0] / C0
-    for name, points in POINTS.items():
-        nearer = direction @ np.array(points).T
+    for target, places in points.items():
+        nearer = direction @ np.array(places).T
         echoes = np.exp(2j * k[:, None, None, None] * nearer)
         # In HH scatterers are the weaker the farther back they lie, on both sides alike.
-        field = np.stack([echoes.sum(axis=-1), echoes @ (0.5 + np.array(points)[:, 0])])
-        path = project.folder / f"fields/{name}.zarr"
+        field = np.stack([echoes.sum(axis=-1), echoes @ (0.5 + np.array(places)[:, 0])])
+        path = project.folder / f"fields/{target}.zarr"
         write_field(path, field.astype(np.complex64), ["VV", "HH"], *sweep, {"formulation": "points"})
+    return project
+
+
+@pytest.fixture(scope="module")
+def project(project_of):
+    project = with_fields(project_of("learn"), "learn", CONFIG, POINTS)
     finished = project.run("--cores", 2, "report", *LEARN)
     assert finished.returncode == 0, finished.stdout
     assert "Traceback" not in finished.stdout  # nor from a library that says goodbye

@@ -6,8 +6,7 @@ import pandas as pd
 import xarray as xr
 
 from isarflow.core.sweep import C0
-from isarflow.report.rcs import COLUMNS
-from isarflow.report.rcs_figures import rcs_dbsm
+from isarflow.scattering.rcs import COLUMNS, rcs_dbsm
 
 RADIUS, FREQUENCY = 0.15, 1.0e9
 CONFIG = f"""

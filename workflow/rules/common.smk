@@ -165,9 +165,3 @@ def for_images(path):
 def published(*tables):
     """What the reference thesis states, by the names of its tables."""
     return [in_repository(f"resources/reference/thesis_{table}.csv") for table in tables]
-
-
-def full_size_scores():
-    """The scores of the full-size run that the repository keeps; none until it does."""
-    paths = [in_repository(f"resources/results/{table}.csv.xz") for table in ("scores", "validation")]
-    return [path for path in paths if os.path.exists(path)]

@@ -2,7 +2,7 @@
 # takes: imaging/<target>/clean.zarr, imaging/<target>/snr_<n>dB.zarr
 # makes: learning/models/<run>/<model>/, learning/predictions/<run>/<model>/snr_<n>dB.csv,
 #        learning/reconstructions/<run>/<model>.zarr, learning/times.json, learning/scores.csv, learning/confusion.csv,
-#        learning/validation.csv
+#        learning/validation.csv, learning/leaderboard.csv
 # A run is an experiment; one that trains at each of several SNRs has a run for each, named <experiment>_snr_<n>dB.
 
 
@@ -26,7 +26,6 @@ rule train:
         code=lambda w: code("learning/job_train.py", *plan.model_files(w.model)),
         settings=lambda w: section(plan.seeded[w.root], f"learning.models.{w.model}", "seed")
         | plan.of_targets(plan.trained_targets(w.run, w.model))
-        | plan.classes(plan.trained_targets(w.run, w.model))
         | {"run": section(plan.runs_of[w.root][w.run], *experiments.LEARNED)},
     message:
         "train {wildcards.run}/{wildcards.model} (progress in {log})"
@@ -60,7 +59,6 @@ for number, snrs in enumerate(SNR_SETS, 1):
         params:
             code=lambda w: code("learning/job_predict.py", *plan.model_files(w.model)),
             settings=lambda w: plan.of_targets(plan.tested_targets(w.run))
-            | plan.classes(plan.tested_targets(w.run))
             | {"is_open": plan.runs[w.run]["open"], "realizations": plan.tested_realizations()},
         message:
             f"predict {{wildcards.run}}/{{wildcards.model}} at {experiments.labels_in_words(snrs)}"
@@ -154,6 +152,30 @@ rule scores:
         "scores of all predictions (progress in {log})"
     script:
         "../scripts/learning/job_scores.py"
+
+
+# Every method at every SNR in one table, to compare others with (docs/benchmark.md).
+rule benchmark:
+    input:
+        scores=f"{RESULTS}/learning/scores.csv",
+    output:
+        leaderboard=in_report(f"{RESULTS}/learning/leaderboard.csv", "leaderboard", "Learning", table="leaderboard"),
+    log:
+        f"{RESULTS}/logs/learning/benchmark.log",
+    benchmark:
+        f"{RESULTS}/benchmarks/learning/benchmark.tsv"
+    conda:
+        "../../envs/learning.yaml"
+    threads: 1
+    resources:
+        mem_mb=1000,
+    params:
+        code=code("learning/job_benchmark.py"),
+        settings=section(config, "noise.definition"),
+    message:
+        "benchmark: the leaderboard of all methods"
+    script:
+        "../scripts/learning/job_benchmark.py"
 
 
 # With several seeds: how far what they reach differs.

@@ -1,243 +1,195 @@
-"""Parts of the thesis's figures: scores over the SNR, prediction times, hyper-parameters, and pictures of images.
+"""Parts of the thesis's figures that are drawn: scores over the SNR, matrices, histograms, pictures of images.
 
-A part is named in page.yaml and yields blocks: Markdown and Pictures. figure: as of `page.build`; a part
-appends to its `lacks` what the run does not have of it.
+A part is named in page.yaml and yields blocks of Markdown. figure: as of `page.build`; a part appends to its `lacks`
+what the run does not have of it.
 """
 
-from itertools import cycle
+from itertools import product
 
 import numpy as np
 
+from isarflow.core.sweep import elevations as elevations_of
 from isarflow.core.sweep import snr_label
+from isarflow.core.words import number
 from isarflow.learning import images
-from isarflow.learning.experiments import training
-from isarflow.report.layout import BLACK, number, signed
-from isarflow.report.plots import (
-    draw_curve,
-    draw_pixels,
-    draw_published,
-    draw_rejecting,
-    finish,
-    panels,
-    training_look,
-)
-from isarflow.report.published import ADAPTATIONS
-from isarflow.report.selection import around, evenly
-from isarflow.report.vocabulary import ACCURACY, at_highest, at_snrs, select, snr_axis, title
-from study import statements as stated
-from study.anew import nearest_snr
-from study.markdown import NONE, picture, table
-from study.statements import HARDER, PROTOCOLS, SPLIT, WORDS, by_sector, ours, value_text
+from isarflow.report import plots
+from isarflow.report.layout import BLACK, BLUE, VERMILION
+from isarflow.report.published import ADAPTATIONS, CLASSES
+from isarflow.report.selection import evenly, nearest
+from isarflow.report.vocabulary import MEASURES, listed, select, snr_axis
+from study import anew
+from study.anew import nearest_snr, plain
+from study.markdown import picture, table
+from study.selection import PAGE
+from study.statements import by_sector, open_counts, ours
+from study.texts import values_table
 
-NEARLY = 0.1  # relative: a setting tried that is so near to the published one stands for it
-
-
-def statements(results, figure):
-    """Say what the document states in numbers and what this run has: a row for each statement."""
-    opened, harder = (any(line[key] for line in figure.found) for key in ("score", "sector"))
-    heads = {split: f"here, {WORDS[split]}{f', `{name}` thresholds' * opened}" for split, name in PROTOCOLS.items()}
-    rows = []
-    for line in figure.found:
-        snr = line["snr_db"]
-        row = {"model": line["name"], "measure": line["words"], "stated": line["stated"]}
-        row |= {"SNR [dB]": "∞" if np.isinf(snr) else f"{snr:g}", "published": line["published"]}
-        row |= {heads[SPLIT]: value_text(line["here"], snr), "as published": stated.KEPT[line["holds"]]}
-        row |= {"the same, `blind` thresholds": value_text(line["blind"], snr)} if opened else {}
-        rows.append(row | ({heads[HARDER]: value_text(line["sector"], snr)} if harder else {}))
-    yield table(rows)
+# How curves are split, by whose thresholds, and whose rows they are.
+PANELS = [("split at random", ", thesis thresholds", ours), ("split by sector", ", blind thresholds", by_sector)]
+BINS = 60
 
 
 def curves(results, figure):
     """Draw curves over the SNR, at random with published statements and by sector, and list their values.
 
-    Of each model the closed set, and the open set by each of figure.scores. figure.marked: with statements.
+    Of each model the closed set, and the open set by each of figure.scores.
     """
-    names, several, looks, every = results.names, len(figure.models) > 1, {}, {SPLIT: {}, HARDER: {}}
-    for model, score in ((model, score) for model in figure.there for score in ("", *figure.scores)):
-        look = names.score(score) if score else names.model(model)
-        label = look.label if several else f"open set, {look.label}" if score else "closed set"
-        looks[model, score] = look.curve | {"label": label}
-        case = results, figure.experiment, model, figure.metric, score
-        every[SPLIT][model, score] = ours(*case, figure.elevation)
-        every[HARDER][model, score] = by_sector(*case)
-    every = {split: {case: rows for case, rows in of.items() if len(rows)} for split, of in every.items()}
-    if not every[SPLIT]:
-        words = f"scores of experiment `{figure.experiment}` by mean power at these elevations"
-        figure.lacks += [words] if looks else []
-        return
-    shown, listed = {split: of for split, of in every.items() if of}, []
-    drawing, grid = panels(1, len(shown), max(1 + 3.9 * len(shown), 6.6), 3.6)
-    for axes, (split, of) in zip(grid.flat, shown.items(), strict=True):
-        protocol = f", {PROTOCOLS[split]} thresholds" if figure.scores else ""
-        for (model, score), rows in of.items():
-            draw_curve(axes, rows, **looks[model, score])
-            listed.append((f"{looks[model, score]['label']}, {WORDS[split]}{protocol if score else ''}", rows))
-        opened = {rows["experiment"].iloc[0] for (_, score), rows in of.items() if score}
-        draw_rejecting(axes, results.rejecting(opened))
-        axes.set_title(f"{WORDS[split]}{protocol}")
-    if figure.marked:
-        lines = select(results.published_scores, experiment=figure.experiment, elevation=figure.elevation)
-        lines = select(lines, reading=["", "maximum"])
-        own = {model: ADAPTATIONS.get(model, (model, "")) for model in lines["model"]}
-        colors = {model: looks[of]["color"] for model, of in own.items() if of in looks}
-        draw_published(grid[0, 0], select(lines, model=list(colors)), colors)
-    words = "accuracy" if figure.metric == ACCURACY else "weighted F1"
-    finish(drawing, grid, snr_axis("mean"), words)
-    whose = ", ".join(look["label"] for look in looks.values()) if several else names.model(figure.there[0]).words
-    yield picture(figure.picture, drawing, f"{figure.picture} here: {words} of {whose} against the test SNR.")
-    yield stated.values_table(listed)
+    names, several, shown = results.names, len(figure.models) > 1, {}
+    for (split, thresholds, rows_of), model, score in product(PANELS, figure.there, ("", *figure.scores)):
+        rows = rows_of(results, figure.experiment, model, figure.metric, score, figure.elevation)
+        if len(rows):
+            look = names.score(score) if score else names.model(model)
+            label = look.label if several else f"open set, {look.label}" if score else "closed set"
+            line = f"{label}, {split}{thresholds if score else ''}", look.curve | {"label": label}, rows
+            shown.setdefault(f"{split}{thresholds if figure.scores else ''}", []).append(line)
+    whose = listed([names.model(model).label for model in figure.there])
+    yield from _over_snr(results, figure, shown, f"{MEASURES[figure.metric]} of {whose} against the test SNR.")
 
 
 def trainings(results, figure):
     """Draw the accuracy of a model trained at each of several SNRs, and list its values.
 
-    figure.beside: an experiment trained without noise.
+    figure.beside: experiments to compare, in words; one that trains once, without noise, is drawn as well.
     """
-    (model,), experiment = figure.models, figure.experiment
-    label, rows = results.names.model(model).label, ours(results, experiment, model, ACCURACY)
-    if not len(rows):
-        figure.lacks.append(f"experiment `{experiment}` with {label}, split at random")
+    (model,) = figure.models
+    rows = ours(results, figure.experiment, model, figure.metric)
+    trained, groups = results.names.values(rows, "training"), results.names.groups(rows, "training")
+    lines = [(training, plots.training_look(training, trained), curve) for (training,), curve in groups]
+    for words, experiment in figure.beside.items():
+        for (training,), curve in results.names.groups(ours(results, experiment, model, figure.metric), "training"):
+            look = {"color": BLACK, "band": False, "ls": "--", "label": f"trained {words} (Fig. 4.12)"}
+            lines.append((words, look, curve) if training == "clean" else (f"{training}, {words}", None, curve))
+    words = f"accuracy of {results.names.model(model).label} against the test SNR, a curve for each training SNR."
+    yield from _over_snr(results, figure, {"": lines} if len(rows) else {}, words, "trained at")
+
+
+def _over_snr(results, figure, shown, alt, head=""):
+    """Draw curves over the SNR, and list their values.
+
+    shown: (words, look, rows) of each curve, by the panel's title; without a look it is listed alone; head: over words.
+    """
+    if not shown:
+        figure.lacks.append("scores by mean power")
         return
-    shown = [(trained, curve) for (trained,), curve in results.names.groups(rows, "training")]
-    drawing, grid = panels(1, 1, 6.6, 4.2)
-    for trained, curve in shown:
-        draw_curve(grid[0, 0], curve, **training_look(trained, [of for of, _ in shown]))
-    clean = ours(results, figure.beside, model, ACCURACY)
-    if len(clean):
-        draw_curve(grid[0, 0], clean, BLACK, band=False, ls="--", label="trained without noise (Fig. 4.12)")
-        shown.append(("without noise", clean))
-    finish(drawing, grid, snr_axis("mean"), "accuracy")
-    alt = f"{figure.picture} here: accuracy of {label} against the test SNR, a curve for each training SNR."
-    yield picture(figure.picture, drawing, alt)
-    yield stated.values_table(shown, "trained at")
+    every = [line for lines in shown.values() for line in lines]
+    drawing, grid = plots.panels(1, len(shown), max(1 + 3.9 * len(shown), 6.6), 3.9)
+    for axes, (title, lines) in zip(grid.flat, shown.items(), strict=True):
+        for _, look, rows in lines:
+            if look:
+                plots.draw_curve(axes, rows, **look)
+        opened = {rows["experiment"].iloc[0] for *_, rows in lines if rows["score"].iloc[0]}
+        plots.draw_rejecting(axes, results.rejecting(opened))
+        axes.set_title(title)
+    own = {(rows["model"].iloc[0], rows["score"].iloc[0]): look["color"] for _, look, rows in every if look}
+    names = ADAPTATIONS | {model: (model, "") for model in figure.models}
+    colors = {name: own[of] for name, of in names.items() if of in own}
+    case = {"experiment": figure.experiment, "elevation": figure.elevation, "reading": ["", "maximum"]}
+    plots.draw_published(grid[0, 0], select(results.published_scores, **case, model=list(colors)), colors)
+    plots.finish(drawing, grid, snr_axis("mean"), MEASURES[figure.metric])
+    yield picture(figure, drawing, alt)
+    yield values_table([(words, rows) for words, _, rows in every], head)
 
 
-def upsampling_effect(results, figure):
-    """List accuracy with up-sampling less that of the experiment figure.plain, at the same training and test SNRs."""
-    finer, plain = (ours(results, name, figure.models[0], ACCURACY) for name in (figure.experiment, figure.plain))
-    if figure.lacks:
-        return
-    on = ["training", "test_snr_db"]
-    both = finer.merge(plain[[*on, "value"]], on=on, suffixes=("", "_plain"))
-    snrs = stated.shown_snrs(both["test_snr_db"])
-    rows = [
-        {"trained at": trained} | at_snrs(curve, snrs, lambda row: signed(row["value"] - row["value_plain"]))
-        for (trained,), curve in results.names.groups(both, "training")
-    ]
-    if rows:
-        yield f"Accuracy with up-sampling less that without, same training and test SNRs:\n\n{table(rows)}"
+def matrices(results, figure):
+    """Draw confusion matrices, a column for each adaptation: published and ours."""
+    order, columns = results.of_role("known") + results.of_role("unknown"), len(figure.adaptations)
+    drawing, grid = plots.panels(2, columns, 0.6 + 3.2 * columns, 5.9, False, False)
+    for (above, below), name in zip(grid.T, figure.adaptations, strict=True):
+        printed = select(results.published_confusion, model=name).set_index("true")[CLASSES]
+        plots.draw_matrix(above, printed, f"{PAGE['headings'][name]},\npublished")
+        counts, text = (
+            open_counts(results, figure.experiment, *ADAPTATIONS[name]),
+            f"here at {nearest_snr(results):g} dB",
+        )
+        if len(counts):
+            plots.draw_matrix(below, counts.reindex(order).fillna(0), f"{text}, test images")
+    plots.finish(drawing, grid, "predicted class", "target", legend=False)
+    words = listed([PAGE["headings"][name] for name in figure.adaptations])
+    yield picture(figure, drawing, f"confusion matrices of {words}, as published and here.")
 
 
-def times(results, figure):
-    """List published prediction times beside ours. figure.timed: models of each experiment."""
-    rows, lacks = [], []
-    for experiment, model in ((name, model) for name, models in figure.timed.items() for model in models):
-        printed = select(results.published_times, model=model, experiment=experiment).iloc[0]
-        there, images_there = printed["milliseconds_per_observation"], printed["training_observations"]
-        row = {"model": results.names.model(model).label, "experiment": title(experiment)}
-        row |= {"published [ms]": number(there, 5), "training images there": number(images_there, 6)}
-        here = stated.rows(results, "times", experiment=experiment, model=model)
-        if len(here):  # of an experiment that trains at each of several SNRs all, which are of one size
-            row["training images here"] = f"{here['training_observations'].iloc[0]}"
-            row["here, one at a time [ms]"] = number(here["single_ms"].mean())
-            row["here, in batches [ms]"] = number(here["batch_ms"].mean())
-            row["published / here in batches"] = number(there / here["batch_ms"].mean(), 2)
-        else:
-            lacks.append(f"{row['model']} in experiment `{experiment}`")
+def reconstructions(results, figure):
+    """Draw images and what a network makes of them, a row for each target. figure.kinds: variables and their words."""
+    store, kinds = results.reconstructions(figure.experiment, figure.models[0]), figure.kinds
+    snr = nearest(store.snr.values.tolist(), figure.snr)
+    dataset, rows, lines = store.sel(snr=snr).load(), [], []
+    order = [target for target in results.targets if target in dataset.target.values]
+    for target in order:
+        made = dataset.sel(target=target)
+        heads = [["", "", "" if lines else words, "", ""] for words in kinds.values()]  # of five images the third
+        lines.append([*zip(np.ravel(heads), np.concatenate([made[kind] for kind in kinds]), strict=True)])
+        row = {f"at {snr:g} dB": target}
+        for words, of in (("input", made.seen), ("image without noise", made.truth)):
+            row[f"MSE, reconstruction and {words}"] = number(float(((made.made - of) ** 2).mean()))
         rows.append(row)
-    figure.lacks += [", ".join(lacks)] if lacks else []
+    shown = f"five images of each of {listed(order)} at {snr:g} dB: {', '.join(kinds.values())}."
+    yield _pictures(figure, lines, shown, 0.8, order)
     yield table(rows)
 
 
-def hyper_parameters(results, figure):
-    """List published settings beside ours, and beside those that searches on validation images choose.
-
-    figure.thresholds: of the settings that are thresholds, the experiment and confidence score here.
-    """
-    searches, rows, lacking = {}, [], []  # searches split at random, of models that learn what is without noise
-    for (run, model), search in results.searches.items():
-        own = results.runs[run]
-        if own["split"] == SPLIT and training(own) == "clean" and own["elevation"] == "all":
-            searches.setdefault(model.removesuffix("_tuned"), search)
-    for model in figure.models:
-        lacking += [] if model in searches else [f"`{model}_tuned`"]
-        for line in select(results.published_settings, model=model).to_dict("records"):
-            rows.append(_setting(results, line, searches.get(model, ()), figure.thresholds.get(line["setting"])))
-    figure.lacks += [f"searches by {', '.join(lacking)}"] if lacking else []
-    yield table(rows)
-
-
-def _setting(results, line, search, case):
-    """Return a published setting beside ours, and beside what a search chose, as cells of a table.
-
-    line: of thesis_settings.csv; search: the settings tried; case: of a threshold its experiment and score.
-    """
-    name, own = line["setting"], results.settings["learning"]["models"].get(line["model"], {})
-    row = {"model": results.names.model(line["model"]).label, "setting": name}
-    row |= {"published": f"{line['value']} ({line['source']})", "here": own.get(name, NONE)}
-    if case:
-        case = case | {"model": line["model"], "split": SPLIT, "threshold": "thesis", "elevation": "all"}
-        for top in at_highest(stated.rows(results, "scores", **case, metric="threshold")).to_dict("records"):
-            row["here"] = f"{top['value']:.3f} at {top['test_snr_db']:g} dB"
-    if name in search:
-        best = search.loc[search["validation_accuracy"].idxmax()]
-        tried = ", ".join(f"{value:g}" for value in sorted(search[name].unique()))
-        alike = search[np.isclose(search[name], float(line["value"]), rtol=NEARLY)]["validation_accuracy"]
-        row["chosen on validation images"] = f"{best[name]:g} of {tried}"
-        row["accuracy there"] = f"{best['validation_accuracy']:.4f}"
-        row["at most with the published value"] = f"{alike.max():.4f}" if len(alike) else NONE
-    return row
+def histograms(results, figure):
+    """Draw the confidence scores figure.effects of known and unknown test images, and thresholds from both sides."""
+    network, count = (figure.experiment, figure.models[0]), len(figure.effects)
+    drawing, grid = plots.panels(1, count, max(1 + 3.9 * count, 6.6), 3.4, False, False)
+    for axes, (score, aim) in zip(grid.flat, figure.effects.items(), strict=True):
+        snr = nearest_snr(results, aim)
+        test = select(results.predictions(*network, snr), side="test")
+        values = plain(score, test[f"known_{score}"])
+        both, look = [values[test["role"] == role] for role in ("known", "unknown")], {"color": [BLUE, VERMILION]}
+        look |= {
+            "density": True,
+            "histtype": "stepfilled",
+            "alpha": 0.45,
+            "label": ["known targets", "unknown targets"],
+        }
+        axes.hist(both, BINS, **look)
+        found = anew.judged(results, *network, score, snr)
+        for name, dash, side in (("validation", "--", "validation"), ("errors", ":", "test")):
+            look = {"color": "black", "ls": dash, "lw": 1.2, "label": f"threshold from {side} images"}
+            axes.axvline(plain(score, found.thresholds[name]), **look)
+        axes.set_xlabel(results.names.score(score).label)
+    plots.finish(drawing, grid, "", "density")
+    words = listed([results.names.score(score).label for score in figure.effects])
+    yield picture(figure, drawing, f"histograms of {words} at {snr:g} dB, known and unknown targets.")
 
 
 def images_shown(results, figure):
-    """Draw a row of images of each of the first figure.targets known targets, over elevation at figure.snr, or clean.
+    """Draw a row of images of each of the first figure.targets known targets, at one azimuth, each of its peak.
 
-    figure.count: of a row; figure.around: whether they are at other azimuths, too; figure.headed, figure.alt and
-    figure.caption: texts.
+    figure.snr: in dB, or clean; figure.elevations: how many; figure.pixels: a side, up-sampled, or none.
     """
     known, lines = results.of_role("known")[: figure.targets], []
-    snr = figure.snr if figure.snr == "clean" else nearest_snr(results, figure.snr)
-    for target in known:
-        image = results.images(target, "clean" if snr == "clean" else snr_label(snr)).image
-        image = image.isel(realization=0, missing_dims="ignore")
-        elevations = evenly(image.elevation.values.tolist(), figure.count)
-        azimuths = around(image.sizes["azimuth"], figure.count) if figure.around else [0] * len(elevations)
-        places = zip(cycle(elevations), azimuths, strict=False)
-        picked = [image.sel(elevation=elevation).isel(azimuth=azimuth) for elevation, azimuth in places]
-        where = [{"elevation": float(one.elevation), "azimuth": float(one.azimuth)} for one in picked]
-        heads = [figure.headed.format(target=target, **of) for of in where]
-        lines.append([*zip(heads, (one.values for one in picked), strict=True)])
-    words = {"targets": " and ".join(known), "snr": snr, "count": len(lines[0]), **where[0]}
-    yield _pictures(figure, lines, figure.alt.format(**words))
-    yield figure.caption.format(**words)
-
-
-def images_upsampled(results, figure):
-    """Draw an image of each of two known targets, as it is and with figure.upsampled pixels a side."""
-    known, side, line = results.of_role("known")[:2], figure.upsampled, []
-    dataset = results.images(known[0], "clean")
-    if "range_wavenumber" not in dataset.attrs or max(dataset.sizes["range"], dataset.sizes["crossrange"]) > side:
+    if not results.images_are_made:
+        figure.lacks.append("images of known targets")
+        return
+    images_there, side = results.images(known[0], "clean"), figure.pixels[-1]
+    if side != "none" and ("range_wavenumber" not in images_there.attrs or max(images_there.image.shape[-2:]) > side):
         figure.lacks.append(f"images that can be up-sampled to {side} pixels a side")
         return
+    snr = figure.snr if figure.snr == "clean" else nearest_snr(results, figure.snr)
     for target in known:
-        store = results.folder / "imaging" / target / "clean.zarr"
-        azimuths = images.azimuths(store)
-        elevation = float(dataset.elevation.sel(elevation=0, method="nearest"))
-        where = {target: azimuths[around(len(azimuths), 8)[1:2]]}
-        for pixels in ("none", side):
-            (image,), _ = images.read([store], where, [elevation], pixels, channels=results.polarizations[:1])
-            line.append((f"{target}, {image.shape[0]} × {image.shape[1]}", image))
-    alt = f"Images of {' and '.join(known)} as they are and up-sampled to {side} pixels a side."
-    yield _pictures(figure, [line], alt)
+        store = results.folder / "imaging" / target / f"{snr if snr == 'clean' else snr_label(snr)}.zarr"
+        elevations, where = elevations_of(results.settings["aspect"]), {target: images.azimuths(store)[:1]}
+        shown = evenly(elevations, figure.elevations) if figure.elevations > 1 else [nearest(elevations, 0)]
+        line = []
+        for elevation, pixels in product(shown, figure.pixels):
+            (image, *_), _ = images.read([store], where, [elevation], pixels, channels=results.polarizations[:1])
+            image = np.abs(image) / max(np.abs(image).max(), 1e-12)
+            line.append((f"{target}, {elevation:g}°\n{image.shape[0]} × {image.shape[1]}", image))
+        lines.append(line)
+    noise = "without noise" if snr == "clean" else f"at {snr:g} dB"
+    yield _pictures(figure, lines, f"images of {listed(known)} {noise}, headed by elevation and pixels.")
 
 
-def _pictures(figure, lines, alt):
-    """Return a Picture of magnitudes, each of its peak: rows of (title, image), images over (range, crossrange)."""
+def _pictures(figure, lines, alt, side=1.3, labels=()):
+    """Return a picture of rows of (title, image from 0 to 1). side: inches of an image; labels: of the rows."""
     rows, columns = len(lines), len(lines[0])
-    drawing, grid = panels(rows, columns, 1.3 * columns + 0.4, 1.5 * rows, False, False, "compressed")
+    drawing, grid = plots.panels(rows, columns, side * columns + 0.4, (side + 0.2) * rows, False, False, "compressed")
     for axes, (text, image) in zip(grid.flat, (one for line in lines for one in line), strict=True):
-        draw_pixels(axes, np.abs(image) / max(np.abs(image).max(), 1e-12))
+        plots.draw_pixels(axes, image)
         axes.set(xticks=[], yticks=[])
         axes.set_title(text, fontsize=8)
-    finish(drawing, grid, "", legend=False)
-    return picture(figure.picture, drawing, alt)
+    for axes, label in zip(grid[:, 0], labels, strict=False):
+        axes.set_ylabel(label)
+    plots.finish(drawing, grid, "", legend=False)
+    return picture(figure, drawing, alt)

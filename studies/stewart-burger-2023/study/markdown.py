@@ -1,36 +1,15 @@
-"""What the page is made of, as Markdown: sentences of page.yaml, tables, lists, and pictures beside it."""
+"""What the page is made of, as Markdown: tables, lists, and pictures beside it."""
 
-import io
 import re
-from typing import NamedTuple
 
-from study.selection import PAGE
-
-DPI = 120  # of pictures
 NONE = "–"  # of a table's cell
 
 
-class Picture(NamedTuple):
-    """A PNG file beside the page. name: the file's, without its suffix; alt: for those who cannot see it."""
-
-    name: str
-    png: bytes
-    alt: str
-
-    def __str__(self):
-        return f"![{self.alt}]({self.name}.png)"
-
-
-def say(name, /, **values):
-    """Return a sentence of the page, its {places} filled."""
-    return PAGE["sentences"][name].format(**values)
-
-
-def picture(name, drawing, alt):
-    """Return the Picture of what was drawn on a canvas, the same bytes every time. name: as "Fig. 4.7"."""
-    buffer = io.BytesIO()
-    drawing.savefig(buffer, format="png", dpi=DPI, metadata={"Software": None})
-    return Picture(re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-"), buffer.getvalue(), alt)
+def picture(figure, drawing, alt):
+    """Write what was drawn on a canvas as a PNG beside the page, and return its link. alt: what it shows, in words."""
+    name = re.sub(r"[^a-z0-9]+", "-", figure.picture.lower()).strip("-")
+    drawing.savefig(figure.folder / f"{name}.png", dpi=120, metadata={"Software": None})  # the same bytes every time
+    return f"![{figure.picture} here: {alt}]({name}.png)"
 
 
 def table(rows):

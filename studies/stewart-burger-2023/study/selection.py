@@ -12,10 +12,7 @@ HIGH_SNR, LOW_SNR = 24, -6  # dB, of its figures
 
 
 def networks_of(runs):
-    """Return (run, model) of the networks whose predictions are judged anew: open ones, split at random.
-
-    runs: what `learning.experiments.runs` gives.
-    """
+    """Return (run, model) of the networks of `experiments.runs` that are judged anew: open ones, split at random."""
     alike = [name for name, run in runs.items() if run["open"] and run["split"] == "random"]
     named = [tuple(name.split("/")) for name in PAGE["networks"]]
     return [(run, model) for run, model in named if run in alike and model in runs[run]["models"]]
@@ -39,3 +36,8 @@ def images_of(settings, runs):
     if everywhere_networks(runs):
         stores += [(name, snr_label(nearest(snrs, HIGH_SNR))) for name in opened]
     return list(dict.fromkeys(stores))
+
+
+def at_highest(table):
+    """Return the rows at the highest test SNR."""
+    return table[table["test_snr_db"] == table["test_snr_db"].max()]

@@ -92,10 +92,8 @@ def check_kind(seam: Seam, name: Any, key: str) -> None:
     names = available(seam)
     if name not in names:
         other = ", and one of another name has one of these as its 'kind'" if seam.class_name == "Model" else ""
-        raise InputError(
-            f"{key}: there is no {seam.class_name.lower()} '{name}'{near(name, names)} There are: {', '.join(names)}; "
-            f"one of your own is a file {name}.py in workflow/scripts/{seam.folder}{other}."
-        )
+        missing = f"there is no {seam.class_name.lower()} '{name}'{near(name, names)} There are: {', '.join(names)}"
+        raise InputError(f"{key}: {missing}; one of your own is a file {file_of(seam, name)}{other}.")
     try:
         methods = kind(seam, name).methods
     except SyntaxError as error:

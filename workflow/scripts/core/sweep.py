@@ -1,6 +1,6 @@
 """The sweep that a config describes: frequencies, bands, elevations and azimuths."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -157,3 +157,10 @@ def snr_of_label(label: str) -> float:
         return float(label.removeprefix("snr_").removesuffix("dB"))
     except ValueError:
         raise InputError(f"{label}: not an SNR; write it like snr_-6dB.") from None
+
+
+def evenly(values: Iterable[Any], count: int) -> list[Any]:
+    """Return at most `count` of the sorted values, evenly spread, the first and the last among them."""
+    values = sorted(values)
+    picks = np.unique(np.linspace(0, len(values) - 1, min(count, len(values))).round().astype(int))
+    return [values[pick] for pick in picks]

@@ -1,6 +1,9 @@
-"""Counts in words, and the name that a misspelt one may mean, as logs, messages and the page say them."""
+"""Numbers and counts in words, and the name that a misspelt one may mean, as logs, messages and the page say them."""
 
 import difflib
+import math
+
+SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def counted(counts):
@@ -18,3 +21,30 @@ def near(name, names):
     spelt = {other.lower(): other for other in names}
     nearest = difflib.get_close_matches(str(name).lower(), spelt, n=1, cutoff=0.65)
     return f"; did you mean '{spelt[nearest[0]]}'?" if nearest else "."
+
+
+def number(value, digits=3):
+    """A number as text with so many significant digits, without an exponent where it can be read without one."""
+    if value is None or math.isnan(value):
+        return "–"
+    if value and not 1e-3 <= abs(value) < 1e6:
+        mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
+        return f"{mantissa}×10{str(int(exponent)).translate(SUPERSCRIPTS)}"
+    return f"{value:.0f}" if abs(value) >= 10 ** (digits - 1) else f"{value:.{digits}g}"
+
+
+def signed(value, decimals=3):
+    """A difference with its sign; a dash where there is none."""
+    return "–" if math.isnan(value) else f"{value:+.{decimals}f}".replace("-", "−")
+
+
+def duration(seconds):
+    """A time as text in the unit that reads best."""
+    if seconds < 120:
+        return f"{seconds:.1f} s"
+    return f"{seconds / 60:.1f} min" if seconds < 7200 else f"{seconds / 3600:.1f} h"
+
+
+def several(count, singular, plural=None):
+    """A count with its noun as text."""
+    return f"{count:,} {singular if count == 1 else plural or f'{singular}s'}"

@@ -1,17 +1,9 @@
 """The geometry of an image: its axes, its resolution and extent in a sweep, and the size of a store.
 
-Axes. The target turns on a table, so over an aperture only the azimuth changes. With the centre azimuth az, the
-elevation el and the relative angle phi, a scatterer at p = (x, y, z) is nearer to the radar than the origin by
-
-    u . p = d cos(phi) + c sin(phi) + z sin(el) (1 - cos(phi)),
-    d = p . u(el, az)                             along the line of sight of the image's centre,
-    c = cos(el) (-x sin(az) + y cos(az))          horizontal, along the azimuth direction (H), times cos(el).
-
-Images are formed from k and phi alone, so the pixel axes are range = -d (negative is towards the radar) and
-crossrange = c, both in metres, and one matrix serves every elevation. At elevation 0 both are true distances. Elsewhere
-a scatterer's horizontal offset is crossrange / cos(el): turning by phi moves the line of sight by less, and the
-resolution in true metres is coarser by the same factor. The last term blurs scatterers off the plane z = 0 a little:
-2 k z sin(el) (1 - cos(phi)) radians at the edge of the aperture.
+docs/method.md derives the axes, in m: range is -d, with d = p . u(el, az) along the line of sight of the image's centre
+(negative is towards the radar), and crossrange is c = cos(el) (y cos(az) - x sin(az)), a horizontal offset times
+cos(el). Images are formed from k and the relative azimuth phi alone, so one matrix serves every elevation. A scatterer
+off the plane z = 0 is blurred a little, by 2 k z sin(el) (1 - cos(phi)) radians at the edge of the aperture.
 
 (crossrange, range, up) is right-handed: with range drawn upwards and crossrange to the right, the picture is the target
 seen from above with the radar at the bottom, and crossrange is to the right as seen from the radar.

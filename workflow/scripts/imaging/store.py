@@ -66,28 +66,22 @@ def make_noisy(field_path, image_paths, imaging, target, noise):
     image_paths: a store for each SNR, named by its label, as snr_6dB.zarr. target: its name, part of the seed. noise:
     mapping with seed, realizations, definition and per. A store also has each image's SNR in dB by each definition.
     """
-    plan = _Plan(_open(field_path, imaging["polarizations"]), imaging)
+    plan, per = _Plan(_open(field_path, imaging["polarizations"]), imaging), noise["per"]
+    powers = {name: [signal_power(samples[:, 0], name) for samples in plan.samples()] for name in DEFINITIONS}
     for path in tqdm(image_paths, unit="SNR", desc="adding noise", leave=False):
-        _make_at(plan, path, target, sweep.snr_of_label(Path(path).stem), noise)
-
-
-def _make_at(plan, path, target, snr_db, noise):
-    """Write the images of a plan at one SNR; arguments as of `make_noisy`."""
-    randoms = [plan.randoms(noise["seed"], target, snr_db, number) for number in range(noise["realizations"])]
-    images = np.empty((len(randoms), len(plan.elevation), len(plan.azimuth), *plan.shape), np.complex64)
-    peaks = np.empty(images.shape[:3], np.float32)
-    own = {name: np.empty(peaks.shape[1:], np.float32) for name in DEFINITIONS}
-    for row, samples in enumerate(plan.samples()):
-        powers = {name: signal_power(samples[:, 0], name) for name in DEFINITIONS}
-        variance = variances(powers[noise["definition"]], snr_db, noise["per"])
-        for name, power in powers.items():
-            with np.errstate(invalid="ignore"):  # an aperture without signal has no SNR
-                own[name][row] = 10 * np.log10(power / variance)
-        for number, of_channels in enumerate(randoms):
-            noisy = samples + plan.noise(variance, noise["per"], of_channels)
-            images[number, row], peaks[number, row] = form_images(plan.imager, noisy)
-    shared = {"snr_db": float(snr_db), "snr_definition": noise["definition"], "noise_per": noise["per"]}
-    plan.write(path, images, peaks, shared | {"seed": noise["seed"]}, {f"snr_{name}": of for name, of in own.items()})
+        snr_db = sweep.snr_of_label(Path(path).stem)
+        variance = [variances(power, snr_db, per) for power in powers[noise["definition"]]]
+        images = np.empty((noise["realizations"], len(plan.elevation), len(plan.azimuth), *plan.shape), np.complex64)
+        peaks = np.empty(images.shape[:3], np.float32)
+        for number in range(noise["realizations"]):
+            randoms = plan.randoms(noise["seed"], target, snr_db, number)
+            for row, (samples, of_row) in enumerate(zip(plan.samples(), variance, strict=True)):
+                noisy = samples + plan.noise(of_row, per, randoms)
+                images[number, row], peaks[number, row] = form_images(plan.imager, noisy)
+        with np.errstate(invalid="ignore"):  # an aperture without signal has no SNR
+            own = {f"snr_{name}": 10 * np.log10(np.divide(power, variance)) for name, power in powers.items()}
+        shared = {"snr_db": float(snr_db), "snr_definition": noise["definition"], "noise_per": per}
+        plan.write(path, images, peaks, shared | {"seed": noise["seed"]}, own)
 
 
 def make_pure_noise(radar, aspect, image_path, imaging, seed):

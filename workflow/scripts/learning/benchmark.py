@@ -1,21 +1,28 @@
-"""Score anybody's predictions by a run's protocol: its images, sides, folds, thresholds, metrics and intervals.
+"""A run's leaderboard, and anybody's predictions scored by its images, sides, folds, thresholds, metrics and intervals.
 
     python -m isarflow.learning.benchmark results/<name> <experiment> mine.csv
 
 A table of predictions has a row for each image that the experiment validates or tests (see `images`), with columns KEY,
 `predicted`, a class or 'other', and, to be scored in the open set, `confidence`, larger for images of known classes.
+docs/benchmark.md goes through it.
 """
 
 import argparse
+import json
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
+import xarray as xr
 
 from isarflow.core.errors import InputError
+from isarflow.core.store import open_store
 from isarflow.core.sweep import snr_label, snr_of_label
 from isarflow.learning import judge
+from isarflow.learning.experiments import CLEAN
+from isarflow.learning.images import ORIGIN
 from isarflow.learning.metrics import KEPT
-from isarflow.learning.model_folder import config_of
+from isarflow.learning.model_folder import SPLIT, config_of
 from isarflow.learning.predict import KNOWN
 from isarflow.learning.scores import read_table
 from isarflow.learning.split import LEFT_OUT
@@ -23,7 +30,20 @@ from isarflow.learning.split import LEFT_OUT
 KEY = ["test_snr_db", "fold", "target", "elevation", "azimuth", "realization"]
 OURS = ["truth", "role", "side", "block"]  # what the protocol adds to an image
 SCORE = "confidence"
-COLUMNS = ["test_snr_db", "threshold", "fold", "metric", "value", "low", "high", "n"]
+COLUMNS = ["test_snr_db", "score", "threshold", "fold", "metric", "value", "low", "high", "n"]
+METHOD = ["experiment", "split", "training", "test_snr_db", "model"]
+VALUES = ["value", "low", "high"]
+# Columns of a leaderboard: threshold and metric of learning/scores.csv. All but the first are of the open set.
+BOARD = {
+    "accuracy": ("", "accuracy"),
+    "f1_weighted_blind": ("blind", "f1_weighted"),
+    "f1_weighted_kept": ("kept", "f1_weighted"),
+    "auroc": ("", "auroc"),
+    "fpr95": ("", "fpr95"),
+    "oscr": ("", "oscr"),
+}
+RANK = "f1_weighted_blind"
+LEADERBOARD = "learning/leaderboard.csv"
 
 
 def images(results, experiment, snrs=None):
@@ -33,13 +53,9 @@ def images(results, experiment, snrs=None):
     `side` is validation, by the blind protocol on those whose `role` is known or other; `role` unknown is never trained
     on. Raises InputError for a folder without predictions of such an experiment.
     """
-    folds, learning = {}, Path(results, "learning")
-    for path in sorted(learning.glob("models/*/*/config.json")):
-        run = config_of(path.parent)["run"]
-        if run["experiment"] == experiment:
-            folds.setdefault(run["name"], learning / "predictions" / run["name"] / path.parent.name)
     tables = []
-    for folder in folds.values():
+    for model in _models(results, experiment):
+        folder = Path(results, "learning", "predictions", model.parent.name, model.name)
         paths = folder.glob("*.csv") if snrs is None else [folder / f"{snr_label(snr)}.csv" for snr in snrs]
         for path in sorted(path for path in paths if path.exists()):
             table = read_table(path).assign(test_snr_db=snr_of_label(path.stem))
@@ -47,6 +63,49 @@ def images(results, experiment, snrs=None):
     if not tables:
         raise InputError(f"{results}: no predictions of an experiment '{experiment}'; make its report first.")
     return pd.concat(tables, ignore_index=True).drop_duplicates(KEY, ignore_index=True)
+
+
+def _models(results, experiment):
+    """The folder of one fitted model of each of an experiment's runs."""
+    runs = {}
+    for path in sorted(Path(results, "learning", "models").glob("*/*/config.json")):
+        run = config_of(path.parent)["run"]
+        if run["experiment"] == experiment:
+            runs.setdefault(run["name"], path.parent)
+    return [*runs.values()]
+
+
+def training(results, experiment):
+    """Return the views that an experiment trains on: columns fold, target, elevation, azimuth and truth, the class.
+
+    Raises InputError as `images` does.
+    """
+    held_out = images(results, experiment).query("role == 'known' and side == 'validation'")
+    classes, parts = dict(zip(held_out["target"], held_out["truth"], strict=True)), []
+    for model in _models(results, experiment):
+        split = json.loads((model / SPLIT).read_text())
+        for target in sorted(classes):
+            side = split["targets"][target]["train"]
+            views = pd.MultiIndex.from_product([side["elevation"], side["azimuth"]], names=["elevation", "azimuth"])
+            own = {"fold": split["division"]["fold"], "target": target, "truth": classes[target]}
+            parts.append(views.to_frame(index=False).assign(**own))
+    return pd.concat(parts, ignore_index=True)[["fold", "target", "elevation", "azimuth", "truth"]]
+
+
+def pixels(results, table):
+    """Return the images of rows of `images`, or of `training`, without noise: (n, [channel,] range, crossrange).
+
+    They are complex, divided by their peak over all channels, and in the order of the rows.
+    """
+    table = table.reset_index(drop=True)
+    label = table["test_snr_db"].map(snr_label) if "test_snr_db" in table else pd.Series(CLEAN, table.index)
+    found = {}
+    for (target, name), rows in table.groupby([table["target"], label]):
+        with open_store(Path(results, "imaging", target, f"{name}.zarr")) as dataset:
+            where = {axis: xr.DataArray(rows[axis].to_numpy(), dims="view") for axis in ORIGIN if axis in dataset.dims}
+            image = dataset["image"].load().sel(where, method="nearest").transpose("view", ...)
+        found |= dict(zip(rows.index, image.values, strict=True))
+    return np.stack([found[row] for row in table.index])
 
 
 def score(results, experiment, predictions, seed=0, kept=KEPT):
@@ -77,12 +136,62 @@ def score(results, experiment, predictions, seed=0, kept=KEPT):
     for snr, part in table.groupby("test_snr_db"):
         is_open = SCORE in mine and (part["role"] == "unknown").any()
         for decision in judge.decide(part, is_open, kept):
-            rows += [(snr, decision.threshold, *row) for row in judge.rows(decision, seed)]
+            rows += [(snr, decision.score, decision.threshold, *row) for row in judge.rows(decision, seed)]
     return pd.DataFrame(rows, columns=COLUMNS)
 
 
 def _named(table):
     return ", ".join(f"{name} {value}" for name, value in table[KEY].iloc[0].items())
+
+
+def leaderboard(scores):
+    """Return a row for each experiment, SNR, model and confidence score, the largest weighted F1 first.
+
+    scores: rows of learning/scores.csv, of all elevations and by one definition of SNR. Columns: METHOD, score, n, the
+    number of tested images, and those of BOARD, each with the ends of its 95 % interval, <name>_low and <name>_high.
+    Of scores that order images alike, as softmax and logits do of two classes, only the first has a row.
+    """
+    scores = scores[scores["fold"].astype(str) == ""]
+    board = _of_metric(scores[scores["score"] == ""], "accuracy").drop(columns=["score", "n"])
+    for name in list(BOARD)[1:]:
+        board = board.merge(_of_metric(scores[scores["score"] != ""], name), how="left")
+    values = [column for name in BOARD for column in _ends(name)]
+    board = board.drop_duplicates([*METHOD, *values])
+    board = board.sort_values(["experiment", "test_snr_db", RANK], ascending=[True, False, False], ignore_index=True)
+    return board[[*METHOD, "score", "n", *values]]
+
+
+def _of_metric(scores, name):
+    """The rows of a column of BOARD, its values and ends of intervals named so."""
+    threshold, metric = BOARD[name]
+    rows = scores[(scores["threshold"] == threshold) & (scores["metric"] == metric)]
+    return rows[[*METHOD, "score", "n", *VALUES]].rename(columns=dict(zip(VALUES, _ends(name), strict=True)))
+
+
+def _ends(name):
+    return name, f"{name}_low", f"{name}_high"
+
+
+def write_leaderboard(scores, definition, output):
+    """Write the `leaderboard` of a run. scores: its learning/scores.csv; definition: the config's of SNR."""
+    table = _read(scores, VALUES)
+    table = table[(table["elevation"] == "all") & (table["snr_definition"] == definition)]
+    leaderboard(table).to_csv(output, index=False, float_format="%.4g")
+
+
+def in_words(board):
+    """A leaderboard with text for each metric and its interval, as '0.93 (0.90-0.95)'; '' where there is none."""
+    words = board[[*METHOD, "score"]].fillna("")
+    for name in BOARD:
+        parts = [board[column].map("{:.2f}".format) for column in _ends(name)]
+        text = parts[0] + " (" + parts[1] + "\N{EN DASH}" + parts[2] + ")"
+        words[name] = text.where(board[name].notna(), "")
+    return words
+
+
+def _read(path, numbers):
+    """A table of a CSV file, in which only these columns have empty cells instead of empty text."""
+    return pd.read_csv(path, keep_default_na=False, na_values=dict.fromkeys(numbers, ""))
 
 
 def main(arguments=None):
@@ -95,8 +204,14 @@ def main(arguments=None):
         table = score(options.results, options.experiment, options.predictions)
     except InputError as error:
         raise SystemExit(str(error)) from None
-    shown = table[(table["fold"] == "") & table["metric"].isin(["accuracy", "f1_weighted", "auroc"])]
-    print(shown.drop(columns="fold").to_string(index=False, float_format="%.3f"))
+    board = leaderboard(
+        table.assign(experiment=options.experiment, split="", training="", model=options.predictions.stem)
+    )
+    if (path := Path(options.results, LEADERBOARD)).exists():
+        others = _read(path, [column for name in BOARD for column in _ends(name)])
+        same = (others["experiment"] == options.experiment) & others["test_snr_db"].isin(board["test_snr_db"])
+        board = pd.concat([others[same], board]).sort_values(["test_snr_db", RANK], ascending=False)
+    print(in_words(board).drop(columns=METHOD[:3]).to_string(index=False))
 
 
 if __name__ == "__main__":

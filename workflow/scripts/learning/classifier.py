@@ -1,4 +1,4 @@
-"""The interface of every model: `fit`, `evaluate`, `predict`, `decision_function`, `save` and `load`."""
+"""The interface of every model: `fit`, `evaluate`, `predict`, `save` and `load`."""
 
 import contextlib
 import itertools
@@ -25,7 +25,7 @@ class Outcome(NamedTuple):
     """
 
     labels: np.ndarray  # (n,), names of classes
-    scores: np.ndarray  # (n, classes), larger = likelier
+    scores: np.ndarray  # (n, classes), one column per class also for two classes: larger = likelier
     known: dict[str, np.ndarray]  # confidence scores by name, each (n,), larger = more like the known classes
 
 
@@ -107,10 +107,6 @@ class Classifier:
     def predict(self, images: np.ndarray) -> np.ndarray:
         """Predicted labels, shape (observations,)."""
         return self.evaluate(images).labels
-
-    def decision_function(self, images: np.ndarray) -> np.ndarray:
-        """Scores, shape (observations, classes), one column per class also for two classes: larger = likelier."""
-        return self.evaluate(images).scores
 
     def save(self, folder: Path) -> None:
         """Write what was learned to `folder`: plain arrays, no pickle, the same bytes for the same model.

@@ -104,11 +104,6 @@ def noise_variance(images):
     return (1 - np.pi / 4) * power
 
 
-def complex_of(rows):
-    """Rows (n, 2 pixels), in which each pixel's imaginary part follows its real part, as complex (n, pixels)."""
-    return rows[:, ::2] + 1j * rows[:, 1::2]
-
-
 def coherence(images, others):
     """|r^H x| / (|r| |x|) of complex images x and others r, both (n, pixels): (n,), 0 where one is zero."""
     return np.abs((unit(others).conj() * unit(images)).sum(axis=1))

@@ -17,6 +17,7 @@ FEW = 8  # images that a model is tried on
 FIT = "images, labels, validation=None, snrs=None, views=None"
 EVALUATE = {False: "images", True: "images, without=None"}  # by whether the model leaves some of its images out
 NEAR, BATCHED = 1e-3, 1e-2  # of the largest score: two answers that differ by less are the same, also in another batch
+UNSAVED = {"curve_", "checkpoints", "noise", "aspects"}  # what predictions do without
 CURVE = ("epoch", "loss", "accuracy", "validation_loss", "validation_accuracy")  # what the report draws
 
 
@@ -114,7 +115,7 @@ def of_restored(model, restored, images):
     except Exception as error:  # of any kind: it worked before it was saved
         why = f"it ends with {type(error).__name__}: {error}"
     if why:
-        names = sorted(vars(model).keys() - vars(loaded).keys() - {"curve_", "checkpoints", "noise"}) if loaded else ()
+        names = sorted(vars(model).keys() - vars(loaded).keys() - UNSAVED) if loaded else ()
         lost = f" (not loaded: {', '.join(names)})" if names else ""
         yield (
             f"after it was saved and loaded, {why}. What fit learns must be arrays whose names end with an "

@@ -12,18 +12,8 @@ from isarflow.learning.split import divisions
 CLEAN = "clean"
 TOLERANCE = 1e-4  # degrees: two angles nearer than this are the same one
 # The parts of a run that its models depend on. The rest (its models, whether it is open) may change without a new fit.
-LEARNED = (
-    "channels",
-    "division",
-    "elevation",
-    "experiment",
-    "name",
-    "random_snr",
-    "snrs",
-    "split",
-    "upsample",
-    "without",
-)
+LEARNED = "channels", "division", "elevation", "experiment", "name", "random_snr"
+LEARNED += "snrs", "split", "upsample", "without"
 
 # The reference thesis's method of the open set: model, training SNR, confidence score. Others are compared with it.
 REFERENCE = ("capsule", "clean", "zncc")
@@ -139,3 +129,12 @@ def megabytes(images, pixels, covariances, pairs):
     matrices = 4 * 16 + 2 * 8 * covariances if covariances else 0
     kernel = 500 + 8 * images**2 / 1e6 if pairs else 0
     return 1000 + kernel + (images * pixels * (8 + 3 * 16) + matrices * pixels**2) / 1e6
+
+
+def training_noise(snr_db):
+    """Return the training SNRs of an experiment's config in words."""
+    if not isinstance(snr_db, dict | list):
+        return "without noise" if snr_db == "clean" else f"at an SNR of {snr_db:g} dB"
+    (kind, values), *_ = snr_db.items() if isinstance(snr_db, dict) else [("all", snr_db)]
+    how = {"each": "at each of several SNRs, a model for each", "random": "at an SNR drawn for each batch"}
+    return f"{how.get(kind, 'at several SNRs at once')} ({snrs_in_words(values)})"

@@ -9,6 +9,7 @@ import xarray as xr
 from isarflow.core import store
 from isarflow.core.errors import InputError
 from isarflow.core.sweep import snr_of_label
+from isarflow.imaging.store import VARIABLES
 from isarflow.learning import images
 from isarflow.learning.experiments import CLEAN
 from isarflow.learning.split import SETTINGS, SIDES, check, divisions, split
@@ -17,11 +18,9 @@ GUARD = "guard"  # an image that a split leaves out
 NUMBERED = ", ".join(f"{number} {side}" for number, side in enumerate((*SIDES, GUARD)))
 ROWS = 1024  # images per chunk, at most
 ABOUT = {
+    **VARIABLES,
     "image": ("1", "ISAR image divided by its peak magnitude, (n, [channel,] range, crossrange)"),
     "label": ("1", "class: the target's number in the attribute 'targets', from 0"),
-    "elevation": ("degrees", "elevation of the radar above the horizon"),
-    "azimuth": ("degrees", "azimuth of the radar, centre of the aperture"),
-    "realization": ("1", "number of the noise sample"),
     "snr": ("dB", "signal-to-noise ratio; infinite without noise"),
 }
 
@@ -55,9 +54,12 @@ def export(stores, path, roles, planes, settings, seed, aperture):
     dataset = xr.Dataset(data, grid)
     dataset.attrs = {"targets": targets, "roles": [roles[name] for name in targets], "sides": [*SIDES, GUARD]}
     dataset.attrs |= {key: attrs[key] for key in ("polarization", "snr_definition") if key in attrs}
-    write = {".h5": _write_hdf5, ".zarr": _write_zarr}[Path(path).suffix]
     rows = -(-len(found) // -(-len(found) // ROWS))  # even chunks: a zarr store's last one is as large as the others
-    write(dataset, path, (rows, *found.shape[1:]))
+    chunks = rows, *found.shape[1:]
+    if Path(path).suffix == ".h5":
+        _write_hdf5(dataset, path, chunks)
+    else:
+        store.write(dataset, path, {"image": {"chunks": chunks, "compressors": None}})  # noise does not compress
     print(f"{len(found)} images of {' x '.join(map(str, found.shape[-2:]))} pixels: {path}")
 
 
@@ -83,10 +85,6 @@ def splits(elevation, azimuth, roles, planes, settings, seed, aperture):
         else:
             tables[name] = table
     return tables
-
-
-def _write_zarr(dataset, path, chunks):
-    store.write(dataset, path, {"image": {"chunks": chunks, "compressors": None}})  # noise does not compress
 
 
 def _write_hdf5(dataset, path, chunks):

@@ -36,8 +36,8 @@ class Divided(NamedTuple):
 
     def angles(self, *sides):
         """Elevations and azimuths in degrees of these sides together, ascending."""
-        index = zip(*(self.sides[side] for side in sides), strict=True)
-        return tuple(of[np.unique(np.concatenate(parts))] for of, parts in zip(self[:2], index, strict=True))
+        index = [np.unique(np.concatenate(parts)) for parts in zip(*(self.sides[side] for side in sides), strict=True)]
+        return self.elevation[index[0]], self.azimuth[index[1]]
 
 
 def divide(stores, planes, division):
@@ -49,6 +49,11 @@ def divide(stores, planes, division):
         own = planes.get(target, ())
         divided[target] = Divided(*angles, split(*angles, own, division), blocks(angles[1], own, division))
     return divided
+
+
+def seen_by(run):
+    """The arguments of `read` for the images that a run's models see."""
+    return {"pixels": run["upsample"], "channels": run["channels"]}
 
 
 def read_side(stores, divided, *sides, elevation="all", **how):
@@ -84,15 +89,15 @@ def read(stores, azimuth, elevation="all", pixels="none", realizations=None, cha
 def _read(store, azimuth, elevation, pixels, realizations, channels):
     with open_store(store) as dataset:
         dataset, is_part = _of_channels(dataset, channels, store)
-        is_noisy = "realization" in dataset.dims
-        if is_noisy:
+        if "realization" in dataset.dims:
             dataset = dataset.isel(realization=slice(realizations))
+        else:
+            dataset = dataset[["image"]].expand_dims(realization=[0])
         if not isinstance(elevation, str):
             dataset = _select(dataset, "elevation", elevation, store)
         # Loaded before azimuths are chosen: a chunk has all of them, and choosing while reading takes twice as long.
         dataset = _select(dataset.load(), "azimuth", azimuth, store)
-    image = dataset["image"] if is_noisy else dataset["image"].expand_dims(realization=[0])
-    image = image.transpose(*ORIGIN, "channel", "range", "crossrange", missing_dims="ignore")
+    image = dataset["image"].transpose(*ORIGIN, "channel", "range", "crossrange", missing_dims="ignore")
     if not np.isfinite(image.values).all():
         raise InputError(f"{store} holds images that are not finite; delete it and make it again.")
     images = image.values.reshape(-1, *image.shape[len(ORIGIN) :])
@@ -106,10 +111,8 @@ def _read(store, azimuth, elevation, pixels, realizations, channels):
     origin = pd.MultiIndex.from_product([image[name].values for name in ORIGIN], names=ORIGIN).to_frame(index=False)
     origin.insert(0, "label", store.stem)
     origin.insert(1, "target", target_of(store))
-    for name in dataset if is_noisy else ():
-        if name.startswith("snr_"):
-            of_directions = dataset[name].transpose("elevation", "azimuth").values
-            origin[name] = np.repeat(of_directions, image.sizes["realization"])
+    for name in [name for name in dataset if name.startswith("snr_")]:
+        origin[name] = np.repeat(dataset[name].transpose("elevation", "azimuth").values, image.sizes["realization"])
     return images, origin
 
 
@@ -136,11 +139,6 @@ def aspects(origin, planes):
         of_target = folded(origin["azimuth"].to_numpy()[rows], planes.get(target, ()))
         found[rows] = [f"{target} {aspect:.4f}" for aspect in of_target + 0.0]
     return found.astype(str)
-
-
-def at(origin, elevation, azimuth):
-    """True for rows of `origin` at one of these elevations and one of these azimuths of the sweep: booleans (n,)."""
-    return np.isin(origin["elevation"], elevation) & np.isin(origin["azimuth"], azimuth)
 
 
 def among(angles, others):

@@ -157,8 +157,8 @@ def cells(decision):
     if not decision.is_final:
         return
     counts = pd.crosstab(decision.test["target"].to_numpy(str), decision.predicted)
-    for target, row in counts.reindex(columns=decision.labels, fill_value=0).iterrows():
-        yield from ((target, label, int(count)) for label, count in row.items())
+    counts = counts.reindex(columns=decision.labels, fill_value=0).stack()
+    yield from ((*cell, count) for cell, count in counts.items())
 
 
 def by_other_definitions(decided, definition, seed):

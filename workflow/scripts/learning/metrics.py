@@ -75,19 +75,28 @@ def equal_blocks(sizes):
 def interval(value, resampled, blocks, share=True):
     """The 95 % interval of a value from its values in resamples (resamples,) of `blocks` blocks: (low, high).
 
-    blocks: as `equal_blocks` counts them. Student's t times the standard error: the spread of the resamples, larger
-    as blocks vary about their own mean (n / (n - 1) in variance) and neighbours are alike (NEIGHBOURS). Of a `share`,
-    between 0 and 1, on the scale of log(value / (1 - value)), so that it stays within 0 and 1; else symmetric.
+    blocks: as `equal_blocks` counts them. The standard error is the spread of the resamples, larger as blocks vary
+    about their own mean (n / (n - 1) in variance) and neighbours are alike (NEIGHBOURS); share: see `around`.
     NaN for a single block, which shows no spread, and for a value that is NaN; resamples that are NaN are left out.
     """
     if blocks <= 1 or np.isnan(value):
         return np.nan, np.nan
-    error = np.nanstd(resampled) * np.sqrt(NEIGHBOURS * blocks / (blocks - 1))
-    half = stdtrit(blocks - 1, (1 + LEVEL) / 2) * error
-    if not share:
-        return value - half, value + half
-    slope = value * (1 - value)
-    return tuple(expit(logit(value) + side * half / slope) for side in (-1, 1)) if slope > 0 else (value, value)
+    return around(value, np.nanstd(resampled) * np.sqrt(NEIGHBOURS * blocks / (blocks - 1)), blocks - 1, share)
+
+
+def around(value, error, freedom, share):
+    """The 95 % interval by Student's t of values with these standard errors and degrees of freedom: (low, high).
+
+    Of a `share`, between 0 and 1, on the scale of log(value / (1 - value)), so that it stays within 0 and 1; else
+    symmetric. Arguments are numbers or arrays.
+    """
+    half, slope = stdtrit(freedom, (1 + LEVEL) / 2) * error, value * (1 - value)
+    ends = []
+    with np.errstate(divide="ignore", invalid="ignore"):
+        for side in (-half, half):
+            of_share = np.where(slope > 0, expit(logit(value) + side / slope), value + 0 * side)
+            ends.append(np.where(share, of_share, value + side)[()])
+    return tuple(ends)
 
 
 def resampled(counts, labels, judged, seed):

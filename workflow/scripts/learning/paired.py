@@ -39,15 +39,15 @@ def differences(roots, seed, kept):
 
 def difference(decision, reference, seed):
     """(metric, value, reference's, difference, low, high, images) of two `judge.Decision`s, if they share images."""
-    images = [pd.MultiIndex.from_frame(one.test[IMAGE].round(4)) for one in (decision, reference)]
-    common = images[0].intersection(images[1]).sort_values()
-    if not len(common):
+    columns = [*IMAGE, "truth", "block"]
+    own, other = (one.test[columns].round(4).assign(predicted=one.predicted) for one in (decision, reference))
+    common = own.merge(other, on=IMAGE, suffixes=("", "_of_reference"))
+    if common.empty:
         return
-    rows = [of.get_indexer(common) for of in images]
-    blocks, place = np.unique(reference.test["block"].to_numpy()[rows[1]], return_inverse=True)
+    blocks, place = np.unique(common["block_of_reference"], return_inverse=True)
     labels, counts = judge.ordered({*decision.labels, *reference.labels}), []
-    for one, row in zip((decision, reference), rows, strict=True):
-        codes = [pd.Index(labels).get_indexer(of)[row] for of in (one.test["truth"], one.predicted)]
+    for suffix in ("", "_of_reference"):
+        codes = [pd.Index(labels).get_indexer(common[name + suffix]) for name in ("truth", "predicted")]
         counts.append(metrics.confusion(place, *codes, (len(blocks), len(labels))))
     for *found, low, high in metrics.differences(counts, [labels, labels], seed, METRICS):
         # With few blocks the interval may be wider than a difference of shares can be.

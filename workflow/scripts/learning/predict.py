@@ -59,47 +59,44 @@ def predict_at(model, stores, tested, divided, config):
     known_<confidence score>... (docs/method.md).
     Raises InputError for a model that gives no proper Outcome, and in an open run for one without a confidence score.
     """
-    run, is_open, parts, tables = config["run"], tested.is_open, [], []
+    run, is_open, tables = config["run"], tested.is_open, []
     who = describe(config["model"], run["name"], config["kind"])
     # Only at random does a view left out relate to the rest of the library as a test view does to all of it.
     leaves_out = is_open and model.leaves_out and run["split"] == "random" and run["elevation"] == "all"
-    without = run.get("without", [])
     for store in sorted(stores, key=images.target_of):
         target = images.target_of(store)
-        role = tested.roles[target]
-        sides = SIDES[role]
-        if role == "known" and without:
+        role, of = tested.roles[target], divided[target]
+        sides, trained = SIDES[role], role == "known" and target not in run["without"]
+        if role == "known" and run["without"]:
             # Of known targets those that did not train are tested, and those that did validate.
-            sides = ("test",) if target in without else ("validation",)
+            sides = ("validation",) if trained else ("test",)
         # The last bits of a score depend on the rest of its batch. Test images have their own batches in a closed run
         # and are mixed with the validation images in an open one.
-        parts += [(store, role, of) for of in ([sides] if is_open else [[side] for side in sides])]
-        if leaves_out and role == "known" and target not in without:
-            parts.append((store, role, ["train"]))
-    for store, role, sides in parts:
-        left_out, target = sides == ["train"], images.target_of(store)
-        of = divided[target]
-        how = {"pixels": run["upsample"], "channels": run["channels"]}
-        how["realizations"] = 1 if left_out else tested.realizations  # they are many already
-        pixels, origin = images.read_side([store], {target: of}, *sides, **how)
-        held_out = images.at(origin, *of.angles("validation"))
-        outcome = classify(model, pixels, images.aspects(origin, tested.planes) if left_out else None)
-        refuse(who, of_outcome(outcome, len(pixels), model.classes_, f" of {store}"))
-        if is_open and not outcome.known:
-            how = f"Give it one, or take the model out of open experiments ('{run['experiment']}')."
-            raise InputError(f"{who}: its evaluate gives no known score, so nothing can be rejected. {how}")
-        columns = {
-            "truth": tested.classes.get(target, target) if role == "known" else OTHER,
-            "predicted": outcome.labels,
-            "role": role,
-            "side": LEFT_OUT if left_out else np.where(held_out, "validation", "test"),
-            "fold": run["division"]["fold"],
-            "block": of.blocks[np.searchsorted(of.azimuth, origin["azimuth"])],
-        }
-        columns |= {name: origin.pop(name) for name in list(origin) if name.startswith("snr_")}
-        columns |= {SCORE + name: column for name, column in zip(model.classes_, outcome.scores.T, strict=True)}
-        columns |= {KNOWN + name: column for name, column in outcome.known.items()} if is_open else {}
-        tables.append(origin.drop(columns="label").assign(**columns))
+        parts = [sides] if is_open else [(side,) for side in sides]
+        for part in [*parts, *([("train",)] if leaves_out and trained else [])]:
+            left_out = part == ("train",)
+            realizations = 1 if left_out else tested.realizations  # they are many already
+            how = images.seen_by(run) | {"realizations": realizations}
+            pixels, origin = images.read_side([store], {target: of}, *part, **how)
+            outcome = classify(model, pixels, images.aspects(origin, tested.planes) if left_out else None)
+            refuse(who, of_outcome(outcome, len(pixels), model.classes_, f" of {store}"))
+            if is_open and not outcome.known:
+                advice = f"Give it one, or take the model out of open experiments ('{run['experiment']}')."
+                raise InputError(f"{who}: its evaluate gives no known score, so nothing can be rejected. {advice}")
+            elevation, azimuth = of.angles("validation")
+            held_out = np.isin(origin["elevation"], elevation) & np.isin(origin["azimuth"], azimuth)
+            columns = {
+                "truth": tested.classes.get(target, target) if role == "known" else OTHER,
+                "predicted": outcome.labels,
+                "role": role,
+                "side": LEFT_OUT if left_out else np.where(held_out, "validation", "test"),
+                "fold": run["division"]["fold"],
+                "block": of.blocks[np.searchsorted(of.azimuth, origin["azimuth"])],
+            }
+            columns |= {name: origin.pop(name) for name in list(origin) if name.startswith("snr_")}
+            columns |= {SCORE + name: column for name, column in zip(model.classes_, outcome.scores.T, strict=True)}
+            columns |= {KNOWN + name: column for name, column in outcome.known.items()} if is_open else {}
+            tables.append(origin.drop(columns="label").assign(**columns))
     return pd.concat(tables).sort_values(["target", "elevation", "azimuth", "realization"], ignore_index=True)
 
 

@@ -28,15 +28,13 @@ def reconstruct(stores, planes, folder, output):
     targets = sorted({images.target_of(store) for store in stores})
     labels = sorted({Path(store).stem for store in stores} - {CLEAN}, key=snr_of_label)
     divided = images.divide(stores, planes, Division(**run["division"]))
-    azimuths, decoded = {}, {}  # by target, of the examples; by target and label, what `model.reconstruct` gives
+    shown, decoded = {}, {}  # by target, origins of its examples; by target and label, what is made
     for store in map(Path, stores):
         target = images.target_of(store)
-        elevation, azimuths[target] = _examples(*divided[target].angles("test"))
-        azimuth = azimuths[target]
-        pixels, origin = images.read([store], {target: azimuth}, elevation, run["upsample"], channels=run["channels"])
-        # All pairs of these angles, and all realizations: the first of each example.
-        rows = [images.at(origin, [e], [a]).argmax() for e, a in zip(elevation, azimuth, strict=True)]
-        decoded[target, store.stem] = model.reconstruct(pixels[rows])
+        own = {target: divided[target]}
+        pixels, origin = images.read_side([store], own, "test", realizations=1, **images.seen_by(run))
+        rows = np.linspace(0, len(pixels) - 1, EXAMPLES + 2).astype(int)[1:-1]
+        shown[target], decoded[target, store.stem] = origin.iloc[rows], model.reconstruct(pixels[rows])
     noisy = [[decoded[target, label] for target in targets] for label in labels]
     seen, made, predicted = (np.array([[part[i] for part in row] for row in noisy]) for i in range(3))
     places, axes = ("snr", "target", "example"), ("range", "crossrange")
@@ -46,19 +44,13 @@ def reconstruct(stores, planes, folder, output):
         "made": ((*places, *axes), made),
         "predicted": (places, predicted.astype(str)),
     }
-    every = [azimuths[target] for target in targets]
+    azimuth = [shown[target]["azimuth"] for target in targets]
+    elevation = shown[targets[0]]["elevation"].astype(float)
     coords = {
         "snr": ("snr", [snr_of_label(label) for label in labels], {"units": "dB", "long_name": "SNR"}),
         "target": ("target", targets, {"units": "", "long_name": "target"}),
         "elevation": ("example", elevation, {"units": "degrees", "long_name": "elevation"}),
-        "azimuth": (("target", "example"), every, {"units": "degrees", "long_name": "azimuth"}),
+        "azimuth": (("target", "example"), azimuth, {"units": "degrees", "long_name": "azimuth"}),
     }
     write(xr.Dataset(data, coords, {"run": run["name"], "model": Path(folder).name}), output)
     print(f"{len(targets)} targets, {EXAMPLES} images of each without noise and at {', '.join(labels)}")
-
-
-def _examples(elevations, azimuths):
-    """Elevations and azimuths, each (EXAMPLES,) in degrees, spread evenly over all pairs of these."""
-    elevation, azimuth = np.meshgrid(elevations, azimuths, indexing="ij")
-    places = np.linspace(0, elevation.size - 1, EXAMPLES + 2).astype(int)[1:-1]
-    return elevation.ravel()[places], azimuth.ravel()[places]

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 from joblib import Parallel, delayed
 from tqdm import tqdm
@@ -17,9 +18,11 @@ from isarflow.learning.split import LEFT_OUT
 
 HEAD = ["experiment", "model", "split", "training", "train_snr_db"]
 CASE = [*HEAD, "test_snr_db", "elevation", "score", "threshold"]
-COLUMNS = [*CASE, "snr_definition", "fold", "metric", "value", "low", "high", "n"]
+SCORED = [*CASE, "snr_definition", "fold", "metric"]
+COLUMNS = [*SCORED, "value", "low", "high", "n"]
 CONFUSION = [*CASE, "target", "predicted", "count"]
 VALIDATION = [*CASE, "metric", "value", "n"]
+NO_SHARES = ("threshold", "f1_weighted_gain")  # metrics that may lie outside 0 to 1
 
 
 def score(predictions, runs, definition, seed, threads, scores, confusions, validation, kept=KEPT, track=None):
@@ -124,3 +127,20 @@ def _gains(opened, definition, seed):
         if reference and (gain := judge.gain(decision, reference, seed)):
             rows.append([*key, definition, "", "f1_weighted_gain", *gain])
     return rows
+
+
+def over_seeds(scores, output):
+    """Write the means over several seeds' tables scores.csv: one row for each of their rows.
+
+    Columns: those of scores.csv, with value the mean, low and high its 95 % interval over seeds, n their number, and
+    lowest and highest of them. A seed without such a row is left out of it.
+    """
+    tables = [pd.read_csv(path, keep_default_na=False) for path in scores]
+    every = pd.concat(tables, ignore_index=True)
+    every["value"] = pd.to_numeric(every["value"])
+    values = every.groupby(SCORED, sort=False)["value"].agg(["mean", "std", "count", "min", "max"]).reset_index()
+    error, is_share = values["std"] / np.sqrt(values["count"]), ~values["metric"].isin(NO_SHARES)
+    low, high = metrics.around(values["mean"], error, values["count"] - 1, is_share)  # NaN for a single value
+    found = values[SCORED].assign(value=values["mean"], low=low, high=high, n=values["count"])
+    found.assign(lowest=values["min"], highest=values["max"]).to_csv(output, index=False)
+    print(f"{len(found)} scores over {len(tables)} seeds")

@@ -22,8 +22,6 @@ class Seen(NamedTuple):
     """The validation rows of a prediction table that a protocol sees."""
 
     rows: pd.DataFrame
-    truth: np.ndarray
-    predicted: np.ndarray
     weight: float  # number of images that each with truth OTHER counts for
     by_share: pd.DataFrame | None  # the rows of known targets of which the threshold keeps a share
 
@@ -36,7 +34,7 @@ def seen(table, protocol):
     by_share = rows[rows["role"] == "known"] if protocol == "kept" or known == len(rows) else None
     if protocol == "kept" and (left_out := table["side"] == LEFT_OUT).any():
         by_share = table[left_out]
-    return Seen(rows, *(rows[name].to_numpy(object) for name in ("truth", "predicted")), weight, by_share)
+    return Seen(rows, weight, by_share)
 
 
 def choose(table, score, protocol, kept=KEPT):
@@ -53,14 +51,16 @@ def chosen(among, score, kept=KEPT):
     """
     if among.by_share is not None:
         return float(np.quantile(among.by_share[score], 1 - kept))
-    return best(among.rows[score].to_numpy(float), among.truth, among.predicted, among.weight)
+    rows = among.rows
+    return best(rows[score].to_numpy(float), rows["truth"], rows["predicted"], among.weight)
 
 
 def reached(among, score, threshold):
     """The weighted F1 of a threshold on the rows, which `chosen` makes as large as it can, and their number."""
-    predicted = apply(among.rows[score], among.predicted, threshold)
-    weights = np.where(among.truth == OTHER, among.weight, 1.0)
-    return metrics_of_labels(among.truth, predicted, weights)["f1_weighted"], len(among.rows)
+    rows = among.rows
+    predicted = apply(rows[score], rows["predicted"], threshold)
+    weights = np.where(rows["truth"] == OTHER, among.weight, 1.0)
+    return metrics_of_labels(rows["truth"], predicted, weights)["f1_weighted"], len(rows)
 
 
 def best(scores, truth, predicted, weight=1.0):

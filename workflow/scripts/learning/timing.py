@@ -15,8 +15,7 @@ from isarflow.learning.split import Division
 
 BATCH = 256
 SIZES = {"single": 1, "batch": BATCH}  # images a call
-WARM_UP = {1: 50, BATCH: 5}  # calls before the timed ones, by number of images
-REPEATS = {1: 200, BATCH: 20}  # timed calls by number of images
+CALLS = {1: (50, 200), BATCH: (5, 20)}  # by number of images: calls before the timed ones, and timed ones
 LIMIT = 20.0  # seconds for each number of images; a slow model gets fewer repeats
 
 
@@ -32,7 +31,7 @@ def measure(stores, planes, folders, threads, output):
         run, name = config["run"], config["model"]
         learned = [store for store in stores if images.target_of(store) in config["classes"]]
         divided = images.divide(learned, planes, Division(**run["division"]))
-        pool, _ = images.read_side(learned, divided, "test", pixels=run["upsample"], channels=run["channels"])
+        pool, _ = images.read_side(learned, divided, "test", **images.seen_by(run))
         record = {"experiment": run["experiment"], "run": run["name"], "model": name}
         record |= {"training_observations": sum(config["observations"].values()), "image_shape": config["image_shape"]}
         with threadpoolctl.threadpool_limits(threads):
@@ -49,13 +48,13 @@ def time_batches(predict, pool, size):
 
     predict: a function of images; pool: images, used again from the first after the last.
     """
-    seconds, begin = [], time.perf_counter()
-    for call in range(WARM_UP[size] + REPEATS[size]):
+    seconds, begin, (warm_up, repeats) = [], time.perf_counter(), CALLS[size]
+    for call in range(warm_up + repeats):
         batch = np.take(pool, np.arange(call * size, (call + 1) * size), axis=0, mode="wrap")
         start = time.perf_counter()
         predict(batch)
         end = time.perf_counter()
-        if call >= WARM_UP[size]:
+        if call >= warm_up:
             seconds.append(end - start)
             if end - begin > LIMIT:
                 break

@@ -1,6 +1,7 @@
 """Fit one model of one run and store it."""
 
 import contextlib
+import os
 import shutil
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -66,11 +67,7 @@ def train(stores, training, folder, checkpoints=None):
     model, best, search = None, -1.0, []
     for settings in choices(training.settings):
         candidate = build(kind, settings, seed)
-        candidate.checkpoints = checkpoints
-        if candidate.learns_noise:
-            candidate.noise = noise
-        if candidate.leaves_out:
-            candidate.aspects = aspects
+        candidate.checkpoints, candidate.noise, candidate.aspects = checkpoints, noise, aspects
         accuracy = _fit(candidate, learned, held_out, run["random_snr"], who)
         search.append({**settings, "validation_accuracy": accuracy})
         if accuracy > best:
@@ -96,9 +93,8 @@ def train(stores, training, folder, checkpoints=None):
     write_json(folder / SPLIT, {"division": asdict(division), "targets": views})
     if checkpoints is not None:
         shutil.rmtree(checkpoints, ignore_errors=True)
-        for parent in list(Path(checkpoints).parents)[:2]:
-            with contextlib.suppress(OSError):  # other jobs still use it, or removed it
-                parent.rmdir()
+        with contextlib.suppress(OSError):  # other jobs still use the folders around it, or removed them
+            os.removedirs(Path(checkpoints).parent)
     print(f"{run['name']}/{name}: fitted to {len(learned.labels)} images of {', '.join(model.classes_)}")
 
 
@@ -126,8 +122,7 @@ def _read(stores, training, divided, side):
 
     Images of noise, where they are read, are among the examples of a model with a class OTHER, too.
     """
-    run = training.run
-    how = {"elevation": run["elevation"], "pixels": run["upsample"], "channels": run["channels"]}
+    how = {"elevation": training.run["elevation"], **images.seen_by(training.run)}
     pixels, origin = images.read_side(stores, divided, side, **how)
     role = origin["target"].map(training.roles)
     labels = np.where(role == "known", origin["target"].replace(training.classes), OTHER).astype(str)

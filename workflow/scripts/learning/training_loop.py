@@ -1,13 +1,12 @@
 """Training by gradient descent: epochs with a curve, progress, early stopping, and a state that outlives the job."""
 
-import hashlib
 import json
 import os
 import time
 import zipfile
-from dataclasses import dataclass
 from pathlib import Path
 
+import joblib
 import numpy as np
 from tqdm import tqdm
 
@@ -58,34 +57,22 @@ def glorot(random, shape, fans):
     return random.uniform(-bound, bound, shape).astype(np.float32)
 
 
-@dataclass
-class Settings:
-    """Settings of a training: its rate, its end and its checkpoints.
-
-    rate: Adam's learning rate, a function of the number of epochs made. epochs: passes over the images, at most.
-    patience: None, or the number of epochs without a smaller validation loss after which training stops; the weights
-    with the smallest are then the result, else the last ones.
-    checkpoint: None, or a `Checkpoint`: training goes on from what it holds, as if it had never stopped.
-    watch: None, or a function of an epoch's number and the weights after it, called before its checkpoint is written.
-    warm_up: the number of first steps in which the rate rises linearly.
-    """
-
-    rate: object
-    epochs: int
-    patience: int | None = None
-    checkpoint: object = None
-    watch: object = None
-    warm_up: int = 0
-
-
-def minimize(loss, weights, batches, inputs, settings, validate=None):
+def minimize(
+    loss, weights, batches, inputs, rate, epochs, validate=None, patience=None, checkpoint=None, watch=None, warm_up=0
+):
     """Weights after training by Adam, a mapping of name to NumPy array, and the curve, a mapping of COLUMNS to lists.
 
     loss: a function of weights and a batch's arrays, in JAX, to three arrays (n,): the loss of each image, and 1 or 0
     for whether it is classified correctly, and for whether it is of a class. weights: those to begin with, a mapping of
     name to array.
-    batches: a `Batches`; inputs: a function of a batch's row numbers to its arrays. settings: a `Settings`.
+    batches: a `Batches`; inputs: a function of a batch's row numbers to its arrays. rate: Adam's learning rate, a
+    function of the number of epochs made. epochs: passes over the images, at most.
     validate: a function of weights to loss and accuracy at the validation azimuths; without one both are NaN.
+    patience: None, or the number of epochs without a smaller validation loss after which training stops; the weights
+    with the smallest are then the result, else the last ones.
+    checkpoint: None, or a `Checkpoint`: training goes on from what it holds, as if it had never stopped.
+    watch: None, or a function of an epoch's number and the weights after it, called before its checkpoint is written.
+    warm_up: the number of first steps in which the rate rises linearly.
     Raises InputError for a loss that is not a finite number.
     """
     import jax  # predictions do without it
@@ -94,8 +81,6 @@ def minimize(loss, weights, batches, inputs, settings, validate=None):
     from isarflow.core.compiled import keep_compiled
 
     keep_compiled()
-    patience, checkpoint = settings.patience, settings.checkpoint
-
     adam = optax.scale_by_adam()
 
     # Compiling takes longer than many a training. To use one program for all trainings of a kind, the rate is an
@@ -121,16 +106,15 @@ def minimize(loss, weights, batches, inputs, settings, validate=None):
         batches.random.bit_generator.state = notes["random"]
         print(f"goes on after epoch {len(notes['rows'])}, from {checkpoint.path}")
     rows, before, begin = notes["rows"], notes["seconds"], time.perf_counter()
-    much = {"total": settings.epochs, "initial": len(rows), "unit": "epoch"}
-    bar = tqdm(**much, desc="training", leave=False, mininterval=5, miniters=0)
-    said = "first epoch"
+    much = {"total": epochs, "initial": len(rows), "unit": "epoch"}
+    bar, said = tqdm(**much, desc="training", leave=False, mininterval=5, miniters=0), "first epoch"
     bar.set_postfix_str("compiling")
-    while len(rows) < settings.epochs and (patience is None or notes["waited"] < patience):
-        results, sizes, rate = [], [], settings.rate(len(rows))
+    while len(rows) < epochs and (patience is None or notes["waited"] < patience):
+        results, sizes, full = [], [], rate(len(rows))
         for batch in batches.epoch():
             arrays = [np.resize(array, (batches.size, *array.shape[1:])) for array in inputs(batch)]
             made = len(rows) * batches.count + len(sizes) + 1
-            risen = rate * min(1.0, made / (settings.warm_up + 1))
+            risen = full * min(1.0, made / (warm_up + 1))
             now["weights"], now["state"], result = step(now["weights"], now["state"], risen, len(batch), *arrays)
             results.append(result)
             sizes.append(len(batch))
@@ -144,7 +128,7 @@ def minimize(loss, weights, batches, inputs, settings, validate=None):
             )
         held_out = validate(arrays_of(now["weights"])) if validate else (np.nan, np.nan)
         notes["seconds"] = before + time.perf_counter() - begin
-        rows.append([len(rows) + 1, round(notes["seconds"], 3), *map(float, (cost, accuracy, *held_out, rate))])
+        rows.append([len(rows) + 1, round(notes["seconds"], 3), *map(float, (cost, accuracy, *held_out, full))])
         validation_loss, validation_accuracy = rows[-1][-3:-1]
         better = patience is None or not validation_loss >= notes["least"]  # also if there is no validation image
         notes["waited"] = 0 if better else notes["waited"] + 1
@@ -153,9 +137,9 @@ def minimize(loss, weights, batches, inputs, settings, validate=None):
         said = f"loss {cost:.4g}, validation accuracy {validation_accuracy:.4f}"
         bar.set_postfix_str(said)
         bar.update()
-        if settings.watch is not None:
+        if watch is not None:
             paused = time.perf_counter()
-            settings.watch(len(rows), arrays_of(now["weights"]))
+            watch(len(rows), arrays_of(now["weights"]))
             begin += time.perf_counter() - paused  # its time is no part of the training's
         if checkpoint is not None:
             checkpoint.write(jax.tree.leaves(now), notes | {"random": batches.random.bit_generator.state})
@@ -182,15 +166,8 @@ class Checkpoint:
     """
 
     def __init__(self, folder, *identity):
-        digest = hashlib.sha256(Path(__file__).read_bytes())
-        for part in identity:
-            if isinstance(part, np.ndarray):
-                digest.update(np.ascontiguousarray(np.atleast_1d(part)).view(np.uint8))
-            elif isinstance(part, Path):
-                digest.update(part.read_bytes())
-            else:
-                digest.update(json.dumps(part, sort_keys=True).encode())
-        self.path, self.written = Path(folder) / f"{digest.hexdigest()[:16]}.npz", -np.inf
+        parts = [part.read_bytes() if isinstance(part, Path) else part for part in (Path(__file__), *identity)]
+        self.path, self.written = Path(folder) / f"{joblib.hash(parts)}.npz", -np.inf
 
     def read(self):
         """The arrays and notes that `write` was last given; None if there is no whole file."""

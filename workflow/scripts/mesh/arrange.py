@@ -29,10 +29,8 @@ def arrange(vertices, triangles, close, name):
     try:
         triangles = topology.orient(vertices, triangles, name)[0]
     except InputError as fault:  # it had two sides before surfaces were joined in places
-        raise InputError(
-            f"{fault} Surfaces part there so slowly that, about {2 * close * 1000:.2g} mm from each other, they can be "
-            "told neither apart nor together. Separate them, or draw them as one."
-        ) from None
+        slow = f"Surfaces part there so slowly: about {2 * close * 1000:.2g} mm away they are neither apart nor one."
+        raise InputError(f"{fault} {slow} Separate them, or draw them as one.") from None
     say(f"drop what no wave reaches of {len(triangles)} triangles")
     shut = hidden(vertices, triangles)
     rest, of_solid = triangles[~shut], solid[birth[~shut]]

@@ -12,8 +12,7 @@ from isarflow.core.errors import InputError
 from isarflow.core.words import counted
 from isarflow.mesh import symmetry, topology
 from isarflow.mesh.arrange import first_crossing
-from isarflow.mesh.distance import from_mirror_image, samples
-from isarflow.mesh.ground import Ground
+from isarflow.mesh.ground import Ground, from_mirror_image, samples
 from isarflow.mesh.io import write_ply
 from isarflow.mesh.measures import describe, size, warnings
 from isarflow.mesh.misses import GOAL, Followed
@@ -41,29 +40,27 @@ class Source(NamedTuple):
     measures: dict  # its size, the file's size as `raw`, and the tolerances of the repairs
 
 
-def load(path, target, mesh, radar):
+def load(path, target, mesh, radar, precision="double"):
     """The Source of a target. `target`, `mesh` and `radar` are those parts of the config.
 
-    Raises InputError for an unusable file, an implausible size, a lack of symmetry, or one too small to be solved.
+    Raises InputError for an unusable file, an implausible size, too little symmetry, or one too small for `precision`.
     """
     edge = sweep.C0 / sweep.frequencies(radar)[-1] / mesh["edges_per_wavelength"]  # of a target of any size
     vertices, triangles = read_cad(path, CHORD * edge / target.get("scale", 1.0))
     vertices = in_metres(vertices, target)
     used = vertices[topology.used(triangles)]
     edge = wanted_edges(mesh, radar, np.ptp(used, axis=0))[-1]
-    check_size(used, target, mesh, radar, path)
-    check_resolution(np.ptp(used, axis=0), mesh, radar, path)
+    check_size(used, target, mesh, radar, path, precision)
+    check_resolution(np.ptp(used, axis=0), mesh, radar, path, precision)
     raw = {"triangles": len(triangles)} | size(*topology.compact(vertices, triangles))
     vertices, triangles, repairs, tolerances = repair(vertices, triangles, edge, path)
     for axis in symmetry.axes(target.get("symmetry", [])):
         limit = symmetry.allowed(radar)
         apart, place = from_mirror_image(vertices, triangles, edge, axis)
         if apart - 2 * tolerances["thinned_by"] > limit:  # the file itself is off by this much
-            raise InputError(
-                f"{path} is not symmetric about {'xyz'[axis]} = 0: near {topology.place(place)} it differs from its "
-                f"mirror image by {apart * 1000:.3g} mm (at most {limit * 1000:.3g} mm); mend it or leave this plane "
-                "out."
-            )
+            off = f"it is off its mirror image by {apart * 1000:.3g} mm (at most {limit * 1000:.3g} mm)"
+            where = f"about {'xyz'[axis]} = 0: near {topology.place(place)} {off}"
+            raise InputError(f"{path} is not symmetric {where}; mend it or leave this plane out.")
     measures = size(vertices, triangles) | {"vertices": len(vertices), "triangles": len(triangles)} | tolerances
     for kind in ("area", "volume"):  # meshes are held to the CAD surface
         if measures[kind] is not None:
@@ -196,8 +193,7 @@ def _fault(mesh, band):
     if apart > WRONG * band["wavelength"]:
         return band["hausdorff_place"], f"cannot follow its surface, which they miss by {apart * 1000:.3g} mm"
     if band["volume"]["before"] is not None and not band["watertight"]:
-        ends, _, count = topology.edges(triangles)
-        torn = ends[count != 2]
+        torn = topology.rims(triangles)[0]
         return vertices[torn[0] if len(torn) else triangles[0]].mean(axis=0), "tear it open"
     crossed = first_crossing(*mesh)
     if crossed is not None:
@@ -232,10 +228,9 @@ def write(path, settings, measures_path, source_path, mesh_paths):
     print(f"repairs: {counted(measures['repairs']) or 'none'}")
     for made, mesh_path, band in zip(meshes, mesh_paths, measures["bands"], strict=True):
         write_ply(mesh_path, *made)
-        print(
-            f"{Path(mesh_path).name}: {band['triangles']} triangles, {band['unknowns']} unknowns, "
-            f"mean edge {band['edge_wavelengths']['mean']:.3f} wavelengths at {band['frequencies']['last'] / 1e9:g} GHz"
-        )
+        edge = f"{band['edge_wavelengths']['mean']:.3f} wavelengths at {band['frequencies']['last'] / 1e9:g} GHz"
+        counts = f"{band['triangles']} triangles, {band['unknowns']} unknowns"
+        print(f"{Path(mesh_path).name}: {counts}, mean edge {edge}")
     for sentence in warnings(measures):
         print(f"Warning: {sentence}")
     Path(measures_path).write_text(json.dumps(measures, indent=1) + "\n")

@@ -40,10 +40,8 @@ def read_surfaces(path, chord):
         raise InputError(f"{path} holds no surfaces; curves and points alone reflect nothing.")
     missing = [number for number, face in enumerate(faces) if face is None]
     if missing:
-        raise InputError(
-            f"{path}: {len(missing)} of its {len(faces)} faces cannot be triangulated, the first is number "
-            f"{missing[0] + 1}. Heal the shape in the CAD program, or export it as STL."
-        )
+        some = f"{len(missing)} of its {len(faces)} faces cannot be triangulated, the first is number {missing[0] + 1}"
+        raise InputError(f"{path}: {some}. Heal the shape in the CAD program, or export it as STL.")
     first = np.cumsum([0] + [len(points) for points, _ in faces[:-1]])
     triangles = [corners + start for (_, corners), start in zip(faces, first, strict=True)]
     return np.concatenate([points for points, _ in faces]) * MILLIMETRE, np.concatenate(triangles)

@@ -33,18 +33,15 @@ def land(vertices, triangles, tolerance, close, name):
         good &= ((vertices[vertex] - corners[triangle, k]) * inward).sum(axis=1) >= -close
     vertex, triangle, height = vertex[good], triangle[good], height[good]
     # Every triangle at the vertex must end on the one that the vertex is moved onto.
-    order = np.argsort(triangles.ravel(), kind="stable")
-    start = np.searchsorted(triangles.ravel()[order], [vertex, vertex + 1])
-    stands = [
-        (np.abs(normal[order[a:b] // 3] @ normal[t]) < STEEP).all() for a, b, t in zip(*start, triangle, strict=True)
-    ]
-    stands = np.array(stands, dtype=bool) & (np.abs(height) > close)
-    vertices, landed = vertices.copy(), set()
-    for k in np.argsort(np.abs(height), kind="stable"):
-        if stands[k] and vertex[k] not in landed:
-            landed.add(vertex[k])
-            vertices[vertex[k]] -= height[k] * normal[triangle[k]]
-    return vertices, len(landed)
+    which, star = topology.stars(triangles, vertex, len(vertices))
+    along = which[np.abs((normal[star] * normal[triangle[which]]).sum(axis=1)) >= STEEP]
+    stands = (np.bincount(along, minlength=len(vertex)) == 0) & (np.abs(height) > close)
+    nearest = np.argsort(np.abs(height), kind="stable")
+    nearest = nearest[stands[nearest]]
+    nearest = nearest[np.unique(vertex[nearest], return_index=True)[1]]
+    vertices = vertices.copy()
+    vertices[vertex[nearest]] -= height[nearest, None] * normal[triangle[nearest]]
+    return vertices, len(nearest)
 
 
 def tie(vertices, triangles, birth, close, name):

@@ -119,22 +119,12 @@ def collapse(vertices, triangles, limits):
     return topology.compact(vertices, triangles)
 
 
-def stars(triangles, chosen, size):
-    """Triangles around each of the `chosen` vertices (N,): the vertex's place there, (P,), and the triangle, (P,)."""
-    order = np.argsort(triangles.ravel(), kind="stable")
-    start = np.concatenate([[0], np.cumsum(np.bincount(triangles.ravel(), minlength=size))])
-    many = start[chosen + 1] - start[chosen]
-    which = np.repeat(np.arange(len(chosen)), many)
-    offset = np.arange(len(which)) - np.repeat(np.cumsum(many) - many, many)
-    return which, order[start[chosen][which] + offset] // 3
-
-
 def _cost(vertices, triangles, seen, gone, kept, edge, wanted, limits):
     """Metres by which triangles move if the vertices `gone` (N,) are pulled onto `kept`; infinite if not allowed."""
     size, count = len(vertices), len(gone)
     step = vertices[kept] - vertices[gone]
     deviation = limits.deviation * wanted[gone]
-    which, star = stars(triangles, gone, size)
+    which, star = topology.stars(triangles, gone, size)
     corners = triangles[star]
     points = vertices[corners]
     normal, height, angle = topology.shape(points)
@@ -144,7 +134,7 @@ def _cost(vertices, triangles, seen, gone, kept, edge, wanted, limits):
     bad = cost > deviation
     # The ends may have no other neighbours in common than the apexes of the triangles between them.
     near = np.unique((which[:, None] * size + corners).ravel())
-    other, far = stars(triangles, kept, size)
+    other, far = topology.stars(triangles, kept, size)
     far = np.unique((other[:, None] * size + triangles[far]).ravel())
     common = np.bincount(np.intersect1d(near, far, assume_unique=True) // size, minlength=count) - 2
     bad |= common != np.bincount(which[~moves], minlength=count)

@@ -53,11 +53,9 @@ def read_stl(data):
         other = next((name for start, name in OTHERS.items() if begin.startswith(start)), None)
         if other:
             raise InputError(f"it is not an STL file, but {other}.")
+        size = f"{len(data)} bytes, not the {announced} of the {count} triangles that its header says"
         short = "; it may have been cut short" if len(data) < announced else ""
-        raise InputError(
-            f"it is not an STL file: it is no text that begins with 'solid', and has {len(data)} bytes, not the "
-            f"{announced} of the {count} triangles that its header says{short}."
-        )
+        raise InputError(f"it is not an STL file: it is no text that begins with 'solid', and has {size}{short}.")
     # Each point once, in the order in which they first occur, without a minus before a zero.
     points = np.ascontiguousarray(points + 0.0)
     _, first, index = np.unique(points.view("V24").ravel(), return_index=True, return_inverse=True)

@@ -4,6 +4,7 @@ import igl
 import numpy as np
 
 from isarflow.mesh import topology
+from isarflow.mesh.symmetry import mirrored
 
 SAME_SIDE = 0.3  # cosine of the angle between normals of a vertex and of the place it is put on
 ON = 1e-6  # of the largest distance of a place: a point nearer to the surface is on it, with any normal
@@ -77,3 +78,33 @@ class Ground:
             width = self.tree.intersect_ray_first(self.vertices, self.triangles, start, side * normal)[1]
             widths.append(np.where(np.isfinite(width), width, np.inf))
         return tuple(widths)
+
+
+def samples(vertices, triangles, spacing):
+    """Corners and centres, (P, 3), of triangles halved until `spacing` metres; also areas (0 of corners) and owners."""
+    corners, owner = vertices[triangles], np.arange(len(triangles))
+    used, first = np.unique(triangles, return_index=True)
+    points, area, owners = [vertices[used]], [np.zeros(len(used))], [first // 3]
+    while len(corners):
+        side = np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2)
+        small = side.max(axis=1) <= spacing
+        points.append(corners[small].mean(axis=1))
+        area.append(np.linalg.norm(topology.normals(corners[small]), axis=1) / 2)
+        owners.append(owner[small])
+        # The others are cut across their longest side, which runs from corner k to k + 1.
+        corners, owner, k = corners[~small], owner[~small], side[~small].argmax(axis=1)
+        a, b, c = np.take_along_axis(corners, ((k[:, None] + np.arange(3)) % 3)[:, :, None], axis=1).transpose(1, 0, 2)
+        middle = (a + b) / 2
+        points.append(middle)
+        area.append(np.zeros(len(middle)))
+        owners.append(owner)
+        owner = np.concatenate([owner, owner])
+        corners = np.concatenate([np.stack([a, middle, c], axis=1), np.stack([middle, b, c], axis=1)])
+    return np.concatenate(points), np.concatenate(area), np.concatenate(owners)
+
+
+def from_mirror_image(vertices, triangles, spacing, axis):
+    """Largest distance in m between a target and its mirror image, sampled every `spacing` metres, with its place."""
+    points = samples(vertices, triangles, spacing)[0]
+    apart = Ground(vertices, triangles).distance(mirrored(points, axis))[0]
+    return float(apart.max()), points[apart.argmax()]

@@ -222,12 +222,10 @@ def left_open(vertices, triangles, edge, tolerance, name):
     near = np.flatnonzero(np.isfinite(least))
     if len(near) > len(border) / 5:
         widest, middle = near[least[near].argmax()], near[np.argsort(least[near])[len(near) // 2]]
-        sentences.append(
-            f"Its patches do not meet: near {topology.place(vertices[middle])}, and at {len(near)} of {len(border)} "
-            f"vertices of its rims, another rim is {least[middle] * 1000:.2g} mm away (at most "
-            f"{least[widest] * 1000:.2g} mm), more than the {tolerance * 1000:.2g} mm within which they are joined. If "
-            "it is to be closed there, sew it in the CAD program."
-        )
+        where = f"near {topology.place(vertices[middle])}, and at {len(near)} of {len(border)} vertices of its rims"
+        away = f"{least[middle] * 1000:.2g} mm away (at most {least[widest] * 1000:.2g} mm)"
+        more = f"more than the {tolerance * 1000:.2g} mm within which they are joined; sew it if it is to be closed"
+        sentences.append(f"Its patches do not meet: {where}, another rim is {away}, {more}.")
     opened, area = openings(vertices, triangles), topology.areas(vertices, triangles).sum()
     width = 2 * opened.area / opened.length
     for k in np.argsort(-opened.area, kind="stable")[:LOOKED_AT]:
@@ -237,9 +235,7 @@ def left_open(vertices, triangles, edge, tolerance, name):
         largest = spanned.argmax()
         rims = vertices[opened.rims[opened.number == largest]].mean(axis=1)
         place = rims[np.linalg.norm(rims - opened.centre[largest], axis=1).argmin()]
-        sentences.append(
-            f"It is nearly closed, but open: the largest of {len(opened.area)} openings, near "
-            f"{topology.place(place)}, is about {width[largest] * 1000:.2g} mm wide and has a rim of "
-            f"{opened.length[largest] * 1000:.3g} mm. If it is a solid, close it in the CAD program."
-        )
+        which = f"the largest of {len(opened.area)} openings, near {topology.place(place)}"
+        wide = f"is about {width[largest] * 1000:.2g} mm wide and has a rim of {opened.length[largest] * 1000:.3g} mm"
+        sentences.append(f"It is nearly closed, but open: {which}, {wide}. If it is a solid, close it.")
     return sentences

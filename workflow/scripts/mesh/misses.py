@@ -5,8 +5,7 @@ from scipy.spatial import cKDTree
 
 from isarflow.mesh import topology
 from isarflow.mesh.arrange import crossings
-from isarflow.mesh.distance import samples
-from isarflow.mesh.ground import Ground
+from isarflow.mesh.ground import Ground, samples
 
 GOAL = 1 / 40, 0.01  # wavelengths from the source, and share of its area or volume: goals of a mesh
 WELL = 0.8, 0.6  # of the goals: for each place, and for the whole area

@@ -76,10 +76,8 @@ def _check_numbers(surface, path):
     else:
         where = f"vertex {number + (lines is not None)}, at {vertices[number].tolist()}"
         where += f", in line {lines[number]}" if lines is not None else ""
-    raise InputError(
-        f"{path}: {len(np.unique(owner[bad]))} of its {len(sizes)} faces have corners that are not finite numbers (NaN "
-        f"or infinite); the first is {where}. Export the file anew."
-    )
+    some = f"{len(np.unique(owner[bad]))} of its {len(sizes)} faces have corners that are not finite (NaN or infinite)"
+    raise InputError(f"{path}: {some}; the first is {where}. Export the file anew.")
 
 
 def states_unit(path):
@@ -116,18 +114,14 @@ def check_size(vertices, target, mesh, radar, name, precision="double"):
     also = f" For that length, {reason}." if reason else ""
     if length is not None and abs(size - length) > LENGTH_TOLERANCE * length:
         unit = target.get("unit", "m") + (_likely_unit(size, target, length, 1 + LENGTH_TOLERANCE) or ".")
-        raise InputError(
-            f"{name} is {text} long, but its 'length' says {length:g} m. Its unit is "
-            f"{'stated in the file.' if stated else unit}{also}"
-        )
+        unit = "stated in the file." if stated else unit
+        raise InputError(f"{name} is {text} long, but its 'length' says {length:g} m. Its unit is {unit}{also}")
     least, most = (SMALLEST / 3, np.inf) if "unit" in target else (SMALLEST, LARGEST)
     if length is None and not least <= size / wavelength <= most:
         likely = "" if stated else _likely_unit(size, target, USUAL * wavelength, AROUND)
-        raise InputError(
-            f"{name} would be {text} long, which is too {'long' if size > wavelength else 'short'} to be meant"
-            f"{likely or '; its unit may be mistaken.'} If it is right, state the target's 'length' "
-            f"(length: {size:.4g}).{also}"
-        )
+        why = f"too {'long' if size > wavelength else 'short'} to be meant{likely or '; its unit may be mistaken.'}"
+        right = f"If it is right, state the target's 'length' (length: {size:.4g}).{also}"
+        raise InputError(f"{name} would be {text} long, which is {why} {right}")
 
 
 def _likely_unit(size, target, expected, factor):

@@ -250,9 +250,9 @@ def restore_volume(vertices, triangles, source, volume, edge, axes):
     corners = vertices[triangles]
     depth = -distances(corners.mean(axis=1), *source, signed=True)
     depths, normal = (_own_depth(corners, Ground(*source), depth), depth), topology.normals(corners)
-    abouts = [_about(vertices, triangles, each, normal, axes) for each in depths]
+    (own, area), (nearest, _) = (_pushes(vertices, triangles, each, normal, axes) for each in depths)
     for blunt in BLUNT:
-        restored = _restored(vertices, triangles, abouts, volume, blunt)
+        restored = _restored(vertices, triangles, own(blunt), nearest(blunt), area, volume)
         if _is_sound(restored, (vertices, triangles), source, GAIN * GOAL[1], edge, axes):
             break
     return restored
@@ -261,7 +261,7 @@ def restore_volume(vertices, triangles, source, volume, edge, axes):
 def restore_chords(vertices, triangles, source, edge, axes):
     """Move vertices of an open mesh so that chords are equally inside and outside: see `restore_volume`."""
     corners, ground = vertices[triangles], Ground(*source)
-    of_faces = _about(vertices, triangles, _own_depth(corners, ground), topology.normals(corners), axes)
+    push, _ = _pushes(vertices, triangles, _own_depth(corners, ground), topology.normals(corners), axes)
     borders, owner = _borders(vertices, triangles, axes)
     middle = vertices[borders].mean(axis=1)
     along = vertices[borders[:, 1]] - vertices[borders[:, 0]]
@@ -269,10 +269,9 @@ def restore_chords(vertices, triangles, source, edge, axes):
     out *= np.sign((out * (middle - corners[owner].mean(axis=1))).sum(axis=1))[:, None]
     away = ((ground.on_line(middle) - middle) * out).sum(axis=1) / np.linalg.norm(along, axis=1)
     ends = np.concatenate([borders[:, [0, 0, 1]], borders[:, [0, 1, 1]]])  # as triangles, for both ends alike
-    of_borders = _about(vertices, ends, np.tile(away, 2), np.tile(out, (2, 1)), axes)
-    step = SAG * _push(of_faces, BLUNT[0])[0]
-    out = topology.unit(of_borders.area)
-    step += BORDER_SAG * _push(of_borders, BLUNT[0])[0] - (step * out).sum(axis=1)[:, None] * out  # tilted faces' part
+    aside, area = _pushes(vertices, ends, np.tile(away, 2), np.tile(out, (2, 1)), axes)
+    step, out = SAG * push(BLUNT[0]), topology.unit(area)
+    step += BORDER_SAG * aside(BLUNT[0]) - (step * out).sum(axis=1)[:, None] * out  # tilted faces' part
     for way in WAYS:
         restored = vertices + way * step
         if _is_sound(restored, (vertices, triangles), source, GOAL[1], edge, axes):
@@ -288,10 +287,10 @@ def _is_sound(vertices, mesh, source, gain, edge, axes):
     return kept and not len(crossings(vertices, triangles))
 
 
-def _restored(vertices, triangles, abouts, volume, blunt):
-    """The vertices of `restore_volume`, by the About from faces' own sides of walls and that from the nearest sides."""
+def _restored(vertices, triangles, push, nearest, area, volume):
+    """The vertices of `restore_volume`, by steps (V, 3) to the faces' own sides of walls or to the nearest sides."""
     now = topology.tetrahedra(vertices, triangles).sum()
-    push, lost = _push(abouts[0], blunt)
+    lost = (push * area).sum(axis=1) < 0
 
     def volume_at(gaining, losing):
         return topology.tetrahedra(vertices + np.where(lost, losing, gaining)[:, None] * push, triangles).sum()
@@ -301,7 +300,7 @@ def _restored(vertices, triangles, abouts, volume, blunt):
     if lost.any() and abs(slopes.sum()) < CANCELLED * abs(slopes).sum():
         scales, slope = np.full(2, SAG), 2 * slopes  # both sides take half of what is missing
     else:  # a blade would grow for volume missing elsewhere, if its sides moved by more than its thickness
-        push, lost = _push(abouts[1], blunt)
+        push, lost = nearest, (nearest * area).sum(axis=1) < 0
         scales, slope = np.zeros(2), volume_at(1, 1) - now
     if np.abs(slope).min() < LEAST_SLOPE * abs(volume):
         return vertices  # the mesh lies on the source everywhere
@@ -310,17 +309,12 @@ def _restored(vertices, triangles, abouts, volume, blunt):
     return vertices + np.where(lost, scales[1], scales[0])[:, None] * push
 
 
-class About(NamedTuple):
-    """Steps that the faces about each vertex ask for."""
+def _pushes(vertices, triangles, depth, normal, axes):
+    """Steps (V, 3) of vertices for faces of twice the area `normal` (T, 3) to go `depth` (T,) m outwards.
 
-    mean: np.ndarray  # (V, 3): the step that they ask for on average, by their area
-    missing: np.ndarray  # (V, 3): the right side of the least squares for the rest
-    matrix: np.ndarray  # (V, 3, 3): its matrix
-    area: np.ndarray  # (V, 3): the sum of their normals, each twice its face's area long
-
-
-def _about(vertices, triangles, depth, normal, axes):
-    """The About of faces of twice the area `normal` (T, 3) to go `depth` (T,) m outwards; planes `axes` hold theirs."""
+    They are a function: at noses by least squares, less for larger `blunt`; planes `axes` hold theirs. Also the sum of
+    the normals about each vertex, (V, 3).
+    """
     size = np.maximum(np.linalg.norm(normal, axis=1), topology.TINY)[:, None]
     square = ((normal / size)[:, :, None] * normal[:, None]).reshape(-1, 9)
     stiff = np.where(np.abs(depth)[:, None] < ON * np.sqrt(size), STIFF, 1.0)
@@ -332,13 +326,11 @@ def _about(vertices, triangles, depth, normal, axes):
     for axis in axes:
         held = vertices[:, axis] == 0
         mean[held, axis], missing[held], area[held, axis] = 0.0, 0.0, 0.0
-    return About(mean, missing, matrix, area)
 
+    def push(blunt):
+        return mean + np.linalg.solve(matrix + blunt * np.eye(3), missing[:, :, None])[:, :, 0]
 
-def _push(about, blunt):
-    """Steps (V, 3) of vertices, at noses by least squares, less for larger `blunt`; also which lose volume, (V,)."""
-    push = about.mean + np.linalg.solve(about.matrix + blunt * np.eye(3), about.missing[:, :, None])[:, :, 0]
-    return push, (push * about.area).sum(axis=1) < 0
+    return push, area
 
 
 def _own_depth(corners, ground, depth=None):

@@ -8,10 +8,9 @@ from isarflow.mesh import topology
 from isarflow.mesh.arrange import arrange
 from isarflow.mesh.boxes import check_hubs
 from isarflow.mesh.contact import land
-from isarflow.mesh.details import without_details
+from isarflow.mesh.details import close_slits, without_details
 from isarflow.mesh.distance import loaded
 from isarflow.mesh.joins import close_gaps, join_exactly, left_open
-from isarflow.mesh.slits import close_slits
 from isarflow.mesh.thin import thin
 
 CLOSE = 1e-6  # vertices nearer than this fraction of the target's diagonal are one

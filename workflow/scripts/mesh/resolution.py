@@ -32,8 +32,6 @@ def too_fine(box, mesh, radar, precision):
     if density <= most:
         return ""
     remedy = "raise the frequency" if density > FINEST else "set 'scattering.precision: double'"
-    return (
-        f"{length:.4g} m are {length * frequency / sweep.C0:.3g} wavelengths at {frequency / 1e9:g} GHz, so that with "
-        f"{length / edge:.0f} edges across it there are {density:.0f} in a wavelength, and {most} are the most for "
-        f"{precision} precision: {remedy}"
-    )
+    waves = f"{length:.4g} m are {length * frequency / sweep.C0:.3g} wavelengths at {frequency / 1e9:g} GHz"
+    edges = f"with {length / edge:.0f} edges across it there are {density:.0f} in a wavelength"
+    return f"{waves}, so that {edges}, and {most} are the most for {precision} precision: {remedy}"

@@ -56,27 +56,23 @@ def _comma(text):
 def rows(text, skipped=0):
     """The Rows of a text (see `unix`) after so many bytes of header."""
     body, before = text[skipped:], text.count(b"\n", 0, skipped)
-    codes = np.frombuffer(body, np.uint8)
-    blank = codes <= ord(" ")
-    begins = ~blank
-    begins[1:] &= blank[:-1]
-    words = np.flatnonzero(begins)
-    ends = np.append(np.searchsorted(words, np.flatnonzero(codes == ord("\n"))), len(words))
+    lines = body.split(b"\n")
+    count = np.array([len(line.split()) for line in lines])
     try:
-        numbers = np.fromstring(body, sep=" ") if len(words) else np.empty(0)
+        numbers = np.fromstring(body, sep=" ") if count.any() else np.empty(0)
     except ValueError:
         numbers = ()
-    if len(numbers) != len(words):  # one by one, to find the wrong one
+    if len(numbers) != count.sum():  # one by one, to find the wrong one
         numbers = []
-        for place, line in enumerate(body.split(b"\n"), before + 1):
+        for place, line in enumerate(lines, before + 1):
             for word in line.split():
                 try:
                     numbers.append(number(word))
                 except ValueError:
                     what = f"{word.decode('latin-1')!r} is not a number{_comma(word)}"
                     raise InputError(f"{quoted(place, line)}: {what}.") from None
-    filled = np.flatnonzero(np.diff(ends, prepend=0))
-    return Rows(np.array(numbers), np.append(0, ends[filled]), filled + before + 1, text)
+    filled = np.flatnonzero(count)
+    return Rows(np.array(numbers), np.append(0, np.cumsum(count[filled])), filled + before + 1, text)
 
 
 def elements_of(found, elements):

@@ -4,8 +4,8 @@ import numpy as np
 
 from isarflow.mesh import topology
 from isarflow.mesh.arrange import crossings
-from isarflow.mesh.distance import loaded, samples
-from isarflow.mesh.ground import Ground
+from isarflow.mesh.distance import loaded
+from isarflow.mesh.ground import Ground, samples
 from isarflow.mesh.progress import say
 
 FEW = 20_000  # triangles; no surface is thinned to fewer

@@ -43,6 +43,16 @@ def side_pairs(edges, chosen):
     return order[chosen[edges.sides.ravel()[order]]].reshape(-1, 2)
 
 
+def stars(triangles, chosen, size):
+    """Return the triangles at each of `chosen` vertices (N,): which of these it is, (P,), and the triangle, (P,)."""
+    order = np.argsort(triangles.ravel(), kind="stable")
+    start = np.concatenate([[0], np.cumsum(np.bincount(triangles.ravel(), minlength=size))])
+    many = start[chosen + 1] - start[chosen]
+    which = np.repeat(np.arange(len(chosen)), many)
+    offset = np.arange(len(which)) - np.repeat(np.cumsum(many) - many, many)
+    return which, order[start[chosen][which] + offset] // 3
+
+
 def groups(pairs, size):
     """Count the groups of nodes 0 to `size` - 1 connected by pairs (P, 2); also the group of each node, (size,)."""
     graph = coo_array((np.ones(len(pairs)), pairs.T), shape=(size, size))

@@ -7,7 +7,6 @@ page.live.compare = ({ curves: data, rejecting, axis }) => {
     "M-1 0A1 1 0 1 1 1 0A1 1 0 1 1-1 0Z", "M-.9-.9H.9V.9H-.9Z", "M0-1.2 1.1.8H-1.1Z", "M0-1.3 1.1 0 0 1.3-1.1 0Z",
     "M0 1.2 1.1-.8H-1.1Z", "M-.35-1.2H.35V-.35H1.2V.35H.35V1.2H-.35V.35H-1.2V-.35H-.35Z",
   ];
-  const NOTHING = "Nothing to show: none of the experiments switched on has one of the models switched on.";
 
   const unique = (name) => [...new Set(data.map((curve) => curve[name]))];
   const inputs = (name) => [...form.querySelectorAll(`input[name="${name}"]`)];
@@ -21,28 +20,25 @@ page.live.compare = ({ curves: data, rejecting, axis }) => {
     }
   }
 
-  function visible(set) {
-    const experiments = checked("experiment"), models = checked("model"), every = form.elements.every.checked;
-    const switched = (curve) => experiments.includes(curve.experiment) && models.includes(curve.model);
-    return data.filter((curve) => curve.set === set && (curve.best || curve.shown || every) && switched(curve));
-  }
-
   function draw() {
-    const [set] = checked("set"), curves = visible(set), rejected = rejecting[set] || [], width = plot.clientWidth;
+    const [set] = checked("set"), experiments = checked("experiment"), models = checked("model");
+    const curves = data.filter((curve) => curve.set === set && experiments.includes(curve.experiment) &&
+      models.includes(curve.model) && (curve.best || curve.shown || form.elements.every.checked));
+    const rejected = rejecting[set] || [], width = plot.clientWidth, right = width - RIGHT;
     const points = (curves.length ? curves : data).flatMap((curve) => curve.points), snrs = points.map(([snr]) => snr);
     const [first, last] = [Math.min(...snrs), Math.max(...snrs)], apart = first === last ? 1 : 0;
     const low = Math.floor(10 * Math.min(...points.map(([, value, least]) => least ?? value), ...rejected)) / 10;
     plot.replaceChildren();
     const svg = add(plot, "svg", { viewBox: `0 0 ${width} ${HEIGHT}`, class: "axes" });
-    const box = [LEFT, TOP, width - LEFT - RIGHT, HEIGHT - TOP - BOTTOM], across = [first - apart, last + apart];
+    const box = [LEFT, TOP, right - LEFT, HEIGHT - TOP - BOTTOM], across = [first - apart, last + apart];
     const { x, y } = drawAxes(svg, box, across, [Math.min(low, 0.9), 1], [axis, "weighted F1"]);
     for (const value of rejected) {
-      const right = width - RIGHT, label = `everything rejected: ${value.toFixed(3)}`;
       add(svg, "path", { d: `M${LEFT} ${y(value)}H${right}`, class: "rejecting" });
-      add(svg, "text", { x: right - 4, y: y(value) - 5, "text-anchor": "end" }, label);
+      const place = { x: right - 4, y: y(value) - 5, "text-anchor": "end" };
+      add(svg, "text", place, `everything rejected: ${value.toFixed(3)}`);
     }
     legend.replaceChildren();
-    if (!curves.length) add(legend, "li", {}, NOTHING);
+    if (!curves.length) add(legend, "li", {}, "Nothing to show: no experiment switched on has a model switched on.");
     const alike = {};
     for (const curve of curves) {
       alike[curve.model] = (alike[curve.model] ?? -1) + 1;

@@ -1,34 +1,27 @@
-"""Under which conditions the scores of a figure hold: a tail for its caption, the same everywhere."""
+"""Under which conditions the scores of a figure hold, as its caption ends, and what the page's words mean."""
 
+import re
+from functools import cache
+
+from isarflow.core.folders import ROOT
 from isarflow.learning.split import folds
 from isarflow.report import thesis
 from isarflow.report.vocabulary import POWERS, PROTOCOLS, SPLITS, listed, title
 
-MEANING = {
-    "elevation": "Split by elevation, every second elevation trains and test images are of those between.",
-    "sector": "Split by sector, arcs of the aspects take turns to be tested, an aperture away from all that trains.",
-    "random": "Split at random, test images have near copies among the training images.",
-    "shuffled": "Shuffled with mirror images apart, test images have near copies and mirror images that trained.",
-}
-
 
 def conditions(results, rows):
-    """Return sizes of networks, thresholds, splits with their folds, and the definition of SNR, in sentences.
-
-    rows: what is drawn, of scores.csv or confusion.csv.
-    """
+    """Return networks' sizes, thresholds, splits and SNR of what is drawn, rows of scores.csv or confusion.csv."""
     splits = [_split(results, split, rows) for split in SPLITS if split in set(rows["split"])]
     protocols = [protocol for protocol in PROTOCOLS if protocol in set(rows["threshold"])]
-    noise = results.settings["noise"]
-    definition = rows["snr_definition"].iloc[0] if "snr_definition" in rows else noise["definition"]
+    definition = rows["snr_definition"].iloc[0] if "snr_definition" in rows else results.definition
     thresholds = f" Thresholds: {listed(protocols)}." if protocols else ""
-    power = noise_words(noise, definition)
+    power = noise_words(results.settings["noise"], definition)
     return f"{_networks(results, rows)}{thresholds} Images {listed(splits)}. SNR by {power}."
 
 
 def meaning(splits):
     """Return what these splits are, a sentence for each."""
-    return " ".join(MEANING[split] for split in SPLITS if split in set(splits))
+    return " ".join(glossary()[words.removeprefix("split ")] for split, words in SPLITS.items() if split in set(splits))
 
 
 def noise_words(noise, definition):
@@ -38,7 +31,6 @@ def noise_words(noise, definition):
 
 
 def _networks(results, rows):
-    """Return the sizes of the networks, and the thesis's where they are others."""
     labels = {}  # of the networks of each size
     for model in results.names.values(rows, "model"):
         if size := thesis.size(model, results.settings):
@@ -59,3 +51,11 @@ def _split(results, split, rows):
         if len(results.folds[name]) < count:
             words.append(f"of {title(name)} only no. {listed(map(str, results.folds[name]))}")
     return f"{SPLITS[split]} ({'; '.join(words)})"
+
+
+@cache
+def glossary():
+    """Return the terms of docs/glossary.md, each with its meaning."""
+    text = (ROOT / "docs/glossary.md").read_text()
+    found = re.findall(r"^- \*\*(.+?)\*\*: (.+(?:\n  .+)*)", text, re.MULTILINE)
+    return {term: " ".join(meaning.split()) for term, meaning in found}

@@ -4,7 +4,7 @@ page.live.explore = (data) => {
   const [form, mesh, image, sinogram, profile, caption, cursor, meshless] = names.map((name) => page.byId(`explore-${name}`));
   const { target, polarization, snr, way, pad, azimuth, elevation, floor, play, back } = form.elements;
   const MARGIN = { left: 62, right: 70, top: 20, bottom: 46 }, SURFACE = [158, 189, 219], FINER = 4, LEVELS = 64;
-  const { azimuths, elevations } = data, half = data.angle.length >> 1;
+  const { azimuths, elevations, targets } = data, half = data.angle.length >> 1;
   // The places of azimuths about which there is a whole aperture.
   const centres = [...azimuths.keys()].slice(...(data.closed ? [0] : [half, -half])), turn = { across: 0, up: 0 };
   let view = null, playing = 0;
@@ -14,23 +14,10 @@ page.live.explore = (data) => {
   const edges = (axis) => [axis[0] - (axis[1] - axis[0]) / 2, axis.at(-1) + (axis[1] - axis[0]) / 2];
   const cell = (axis, value) => Math.round((value - axis[0]) / (axis[1] - axis[0]));
 
-  // What section_explore.py packed: whole numbers of two bytes.
-  const unpacked = (text) => new Int16Array(Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)).buffer);
-  const scaled = ({ scale, numbers }) => Float32Array.from(unpacked(numbers), (number) => number * scale);
-  const inThrees = (numbers) =>
-    Array.from({ length: numbers.length / 3 }, (_, k) => [...numbers.subarray(3 * k, 3 * k + 3)]);
-  const targets = data.targets.map(({ name, field, mesh }) => {
-    const shown = { name, samples: scaled(field) };
-    if (!mesh) return shown;
-    let corner = 0;
-    const triangles = inThrees(Uint32Array.from(unpacked(mesh.triangles), (step) => (corner += step)));
-    return { ...shown, points: inThrees(scaled(mesh.vertices)), triangles };
-  });
-
-  // The triangles' corners to the right, up and towards the radar (see draw_mesh.project).
-  function seen({ points, triangles }, az, el) {
+  // The triangles' corners to the right, up and towards the radar (see project in plots.py).
+  function seen({ vertices, triangles }, az, el) {
     const [ca, sa, ce, se] = [Math.cos(az), Math.sin(az), Math.cos(el), Math.sin(el)];
-    const turned = points.map(([x, y, z]) => {
+    const turned = vertices.map(([x, y, z]) => {
       const ahead = ca * x + sa * y;
       return [ca * y - sa * x, ce * z - se * ahead, ce * ahead + se * z];
     });
@@ -40,14 +27,14 @@ page.live.explore = (data) => {
   function drawMesh({ shown, az, el }) {
     const width = mesh.clientWidth, height = mesh.clientHeight, context = mesh.getContext("2d");
     Object.assign(mesh, { width: width * devicePixelRatio, height: height * devicePixelRatio });
-    context.scale(devicePixelRatio, devicePixelRatio);
-    meshless.hidden = shown.points;
-    if (!shown.points) return;
+    meshless.hidden = shown.mesh;
+    if (!shown.mesh) return;
     // The scale does not depend on the view, so that the target turns and does not breathe.
-    const scale = (0.47 * height) / Math.max(...shown.points.map((point) => Math.hypot(...point)));
+    const scale = (0.47 * mesh.height) / Math.max(...shown.mesh.vertices.map((vertex) => Math.hypot(...vertex)));
+    context.setTransform(scale, 0, 0, -scale, mesh.width / 2, mesh.height / 2);
+    Object.assign(context, { lineWidth: (0.4 * devicePixelRatio) / scale, strokeStyle: "rgba(29, 52, 70, 0.55)" });
     const depth = ([a, b, c]) => a[2] + b[2] + c[2];
-    const triangles = seen(shown, radians(az + turn.across), radians(el + turn.up));
-    Object.assign(context, { lineWidth: 0.4, strokeStyle: "rgba(29, 52, 70, 0.55)" });
+    const triangles = seen(shown.mesh, radians(az + turn.across), radians(el + turn.up));
     for (const [a, b, c] of triangles.sort((one, other) => depth(one) - depth(other))) {
       const [ux, uy, uz] = b.map((one, k) => one - a[k]), [vx, vy, vz] = c.map((one, k) => one - a[k]);
       const [nx, ny, nz] = [uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx];
@@ -55,7 +42,7 @@ page.live.explore = (data) => {
       const shade = 0.45 + 0.65 * Math.min(Math.max(lit, 0), 1);
       context.fillStyle = `rgb(${SURFACE.map((value) => value * shade).join()})`;
       context.beginPath();
-      for (const [right, up] of [a, b, c]) context.lineTo(width / 2 + scale * right, height / 2 - scale * up);
+      for (const [right, up] of [a, b, c]) context.lineTo(right, up);
       context.closePath();
       context.fill();
       context.stroke();
@@ -80,15 +67,15 @@ page.live.explore = (data) => {
     return { svg, inside, left, top, w, h };
   }
 
-  // Levels in dB (rows upwards, columns) as coloured pixels below the axes, and the bar of colours.
-  function paint(box, { svg, left, top, w, h }, levels, rows, columns) {
+  // Levels in dB, a function of row (upwards) and column, as coloured pixels below the axes, and the bar of colours.
+  function paint(box, { svg, left, top, w, h }, level, rows, columns) {
     const canvas = box.querySelector("canvas"), pixels = new ImageData(columns, rows);
     Object.assign(canvas, { width: columns, height: rows });
     Object.assign(canvas.style, { left: `${left}px`, top: `${top}px`, width: `${w}px`, height: `${h}px` });
-    levels.forEach((level, k) => {
-      const row = rows - 1 - Math.floor(k / columns);
-      pixels.data.set([...color(1 + level / floor.value), 255], 4 * (row * columns + (k % columns)));
-    });
+    for (let row = 0; row < rows; row++) for (let column = 0; column < columns; column++) {
+      const place = 4 * ((rows - 1 - row) * columns + column);
+      pixels.data.set([...color(1 + level(row, column) / floor.value), 255], place);
+    }
     canvas.getContext("2d").putImageData(pixels, 0, 0);
     const x = left + w + 12, height = h / LEVELS;
     for (let k = 0; k < LEVELS; k++) {
@@ -100,12 +87,17 @@ page.live.explore = (data) => {
     add(svg, "text", { x, y: top - 7 }, "dB");
   }
 
-  function drawImage({ shown, az, el }) {
-    const { range, cross, decibels } = (view.formed = formed(view));
-    const pointed = (x, y) => point(y, decibels[cell(range, y) * cross.length + cell(cross, x)], x);
+  function drawImage({ shown, p, e, centre, az, el }) {
+    const places = data.angle.map((_, a) => (centre + a - half + azimuths.length) % azimuths.length);
+    const [own, first] = [p, 0].map((channel) => imaging.samples(data, shown.field, channel, e, places));
+    // A receiver's noise is the same in all channels.
+    const noisy = +snr.value ? imaging.withNoise(own, data.snrs[snr.value - 1], data.definition, first) : own;
+    const { range, cross, decibels } = (view.formed = imaging.image(data, noisy, way.value, ...sizes[pad.value]));
+    const level = (row, column) => decibels[row * cross.length + column];
+    const pointed = (x, y) => point(y, level(cell(range, y), cell(cross, x)), x);
     const axes = plot(image, edges(cross), edges(range), ["cross-range [m]", "range [m]"], pointed, true);
-    paint(image, axes, decibels, range.length, cross.length);
-    if (shown.points) outline(axes.inside, seen(shown, radians(az), radians(el)), Math.cos(radians(el)));
+    paint(image, axes, level, range.length, cross.length);
+    if (shown.mesh) outline(axes.inside, seen(shown.mesh, radians(az), radians(el)), Math.cos(radians(el)));
   }
 
   // The rim of the target's shadow in the image plane: drawn thick, its inside left out. shortening: of cross-range by
@@ -118,43 +110,33 @@ page.live.explore = (data) => {
       return `M${a}L${turned ? c : b}L${turned ? b : c}Z`;
     }).join("");
     const mask = add(inside, "mask", { id: "outside" });
-    add(mask, "path", { d, class: "outline" });
-    add(mask, "path", { d, class: "shadow" });
+    for (const name of ["outline", "shadow"]) add(mask, "path", { d, class: name });
     add(inside, "path", { d, class: "outline", mask: "url(#outside)" });
   }
 
   function drawProfiles({ shown, p, e, centre }) {
-    const { range, decibels } = imaging.profiles(data, shown.samples, p, e, FINER);
-    const at = (far, place) => decibels[cell(range, far) * azimuths.length + place], [near, far] = edges(range);
+    const { range, decibels } = imaging.profiles(data, shown.field, p, e, FINER), [near, far] = edges(range);
+    const level = (row, column) => decibels[column * range.length + row];
     const all = plot(sinogram, edges(azimuths), [near, far], ["azimuth [°]", "range [m]"], (x, y, pressed) => {
-      if (!pressed) return point(y, at(y, cell(azimuths, x)));
+      if (!pressed) return point(y, level(cell(range, y), cell(azimuths, x)));
       azimuth.value = cell(azimuths, x) - centres[0];
       draw();
     });
-    paint(sinogram, all, decibels, range.length, azimuths.length);
+    paint(sinogram, all, level, range.length, azimuths.length);
     add(all.inside, "path", { d: `M${azimuths[centre]} ${-far}V${-near}`, class: "azimuth" });
-    const pointed = (x) => point(x, at(x, centre));
+    const pointed = (x) => point(x, level(cell(range, x), centre));
     const one = plot(profile, [near, far], [-floor.value, 2], ["range [m]", "level [dB]"], pointed);
-    add(one.inside, "polyline", { points: range.map((x) => `${x},${-at(x, centre)}`).join(" ") });
-  }
-
-  // The image of a view by the chosen imager: pixels' centres, and levels in dB.
-  function formed({ p, e, centre, shown }) {
-    const seen = (channel) => imaging.aperture(data, shown.samples, channel, e, centre);
-    // A receiver's noise is the same in all channels.
-    const noisy = () => imaging.withNoise(seen(p), data.snrs[snr.value - 1], data.definition, seen(0));
-    return imaging.image(data, +snr.value ? noisy() : seen(p), way.value, ...sizes[pad.value]);
+    add(one.inside, "polyline", { points: range.map((x, row) => `${x},${-level(row, centre)}`).join(" ") });
   }
 
   function say({ az, el, shown }) {
-    const degrees = (angle) => `${written(angle)}°`, chosen = data.snrs[snr.value - 1];
+    const chosen = data.snrs[snr.value - 1];
     const noise = +snr.value ? `at an SNR of ${written(chosen)} dB (${data.definition})` : "without noise";
     const turned = turn.across || turn.up ? "turned by hand" : "as the radar sees it";
-    caption.textContent = `${shown.name} at azimuth ${degrees(az)}, elevation ${degrees(el)}: ${turned}, its image ` +
+    caption.textContent = `${shown.name} at azimuth ${written(az)}°, elevation ${written(el)}°: ${turned}, its image ` +
       `${noise}, its range profiles at that elevation over azimuth, and the one at that azimuth.`;
-    tell(azimuth, degrees(az));
-    tell(elevation, degrees(el));
-    tell(floor, `${floor.value} dB`);
+    const said = [[azimuth, `${written(az)}°`], [elevation, `${written(el)}°`], [floor, `${floor.value} dB`]];
+    for (const [input, words] of said) tell(input, words);
   }
 
   function draw() {

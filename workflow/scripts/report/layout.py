@@ -3,7 +3,7 @@
 import base64
 import io
 import re
-from dataclasses import dataclass
+from collections import namedtuple
 from functools import cached_property
 
 import matplotlib
@@ -16,42 +16,28 @@ PALETTE = ("#0072B2", "#D55E00", "#009E73", "#B0578D", "#C98500", "#3A93C9", "#2
 PALETTE += ("#A6193C", "#00707A", "#7A6A00", "#5B4BB5", "#767676")
 BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK, CRIMSON, TEAL, OLIVE, INDIGO, GREY = PALETTE
 
-# What stands on a coloured cell. The page turns pure black and white over for its dark look; these it leaves.
-ON_LIGHT, ON_DARK = "#010101", "#fefefe"
+ON_LIGHT, ON_DARK = "#010101", "#fefefe"  # on a coloured cell: not turned over in the page's dark look
 RASTER_COLORS = 96  # of pictures within an SVG: meshes and images have few, and are a fifth as large with a palette
 SCALE = 1.55  # CSS pixels per point; true size would be 4/3
-SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
-RCPARAMS = {
-    "font.family": "DejaVu Sans",  # comes with matplotlib, so that every machine draws the same
-    "font.size": 9,
-    "axes.titlesize": 9,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "axes.axisbelow": True,
-    "grid.color": "#d9d9d9",
-    "grid.linewidth": 0.6,
-    "legend.frameon": False,
-    "lines.linewidth": 1.4,
-    "lines.markersize": 3.5,
-    "svg.hashsalt": "isarflow",  # the ids in the file, and so the file, do not depend on chance
-    "svg.fonttype": "path",
-    "figure.dpi": 100,
-    "savefig.dpi": 120,  # of what is rasterized inside an SVG
-}
+# The font comes with matplotlib, so that every machine draws the same.
+RCPARAMS = {"font.family": "DejaVu Sans", "font.size": 9, "axes.titlesize": 9}
+RCPARAMS |= {"axes.spines.top": False, "axes.spines.right": False, "axes.grid": True, "axes.axisbelow": True}
+RCPARAMS |= {"grid.color": "#d9d9d9", "grid.linewidth": 0.6, "legend.frameon": False}
+RCPARAMS |= {"lines.linewidth": 1.4, "lines.markersize": 3.5}
+# The ids in an SVG file do not depend on chance; savefig.dpi is of what is rasterized inside one.
+RCPARAMS |= {"svg.hashsalt": "isarflow", "svg.fonttype": "path", "figure.dpi": 100, "savefig.dpi": 120}
+
+# One chapter: an anchor, a heading, a few lines of text, then figures, tables and code, shown as it is, folded;
+# or live: data, for JSON, of what the script <id>.js draws within <id>.html.
+Section = namedtuple("Section", "id title text figures tables code live", defaults=((), (), (), "", None))
 
 
-@dataclass(frozen=True)
-class Figure:
-    """A picture of the page: an SVG file, the numbers drawn in it, and what it says to those who cannot see it."""
+class Figure(namedtuple("Figure", "name svg data alt caption wide")):
+    """A picture of the page: an SVG file (bytes), the numbers drawn in it, and what it says to those who cannot see it.
 
-    name: str
-    svg: bytes
-    data: pd.DataFrame
-    alt: str
-    caption: str
-    wide: bool = False  # takes the page's whole width
+    wide: it takes the page's whole width.
+    """
 
     @property
     def size(self):
@@ -60,32 +46,13 @@ class Figure:
         return round(float(width) * SCALE), round(float(height) * SCALE)
 
 
-@dataclass(frozen=True)
-class Table:
+class Table(namedtuple("Table", "name shown data caption")):
     """A table of the page: `shown`, its cells as text, and `data`, the same in full precision for the CSV file."""
-
-    name: str
-    shown: pd.DataFrame
-    data: pd.DataFrame
-    caption: str
 
     @cached_property
     def text_columns(self):
-        """Columns of words, which are set flush left; numbers are set flush right."""
+        """Those of words, which are set flush left."""
         return [name for name in self.shown if self.shown[name].str.contains(r"^[A-Za-z]").any()]
-
-
-@dataclass(frozen=True)
-class Section:
-    """One chapter: an anchor, a heading, a few lines of text, then figures and tables; or what a script draws."""
-
-    id: str
-    title: str
-    text: tuple = ()
-    figures: tuple = ()
-    tables: tuple = ()
-    code: str = ""  # shown as it is, folded
-    live: dict | None = None  # data, for JSON, of what the script <id>.js draws within <id>.html
 
 
 def table(name, data, shown, caption):
@@ -133,30 +100,3 @@ def _with_palette(uri):
     few = picture.quantize(RASTER_COLORS, method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
     few.save(buffer, "PNG", optimize=True)
     return b"data:image/png;base64," + base64.b64encode(min(buffer.getvalue(), png, key=len))
-
-
-def number(value, digits=3):
-    """A number as text with so many significant digits, without an exponent where it can be read without one."""
-    if value is None or pd.isna(value):
-        return "–"
-    if value and not 1e-3 <= abs(value) < 1e6:
-        mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
-        return f"{mantissa}×10{str(int(exponent)).translate(SUPERSCRIPTS)}"
-    return f"{value:.0f}" if abs(value) >= 10 ** (digits - 1) else f"{value:.{digits}g}"
-
-
-def signed(value, decimals=3):
-    """A difference with its sign; a dash where there is none."""
-    return "–" if pd.isna(value) else f"{value:+.{decimals}f}".replace("-", "−")
-
-
-def duration(seconds):
-    """A time as text in the unit that reads best."""
-    if seconds < 120:
-        return f"{seconds:.1f} s"
-    return f"{seconds / 60:.1f} min" if seconds < 7200 else f"{seconds / 3600:.1f} h"
-
-
-def several(count, singular, plural=None):
-    """A count with its noun as text."""
-    return f"{count:,} {singular if count == 1 else plural or f'{singular}s'}"

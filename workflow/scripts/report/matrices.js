@@ -4,20 +4,15 @@ page.live.matrices = ({ entries }) => {
   const { set, entry, snr } = form.elements, sets = [...new Set(entries.map((one) => one.set))];
   let shown = [], wanted = 12;
 
-  function choose() {
-    shown = entries.filter((one) => one.set === sets[set.value]);
-    options(entry, shown.map((one) => one.words));
-    slide();
-  }
-
-  function slide() {
-    const { snrs } = shown[entry.value];
+  function choose({ target } = { target: set }) {
+    if (target === snr) wanted = shown[entry.value].snrs[snr.value];
+    if (target === set) {
+      shown = entries.filter((one) => one.set === sets[set.value]);
+      options(entry, shown.map((one) => one.words));
+    }
+    const { words, snrs, classes, targets, counts } = shown[entry.value];
     slider(snr, snrs, nearest(snrs, wanted));
-    draw();
-  }
-
-  function draw() {
-    const { words, snrs, classes, targets, counts } = shown[entry.value], at = `${written(snrs[snr.value])} dB`;
+    tell(snr, `${written(snrs[snr.value])} dB`);
     table.replaceChildren();
     const head = add(table, "tr");
     for (const name of ["target ↓, taken for →", ...classes]) add(head, "th", { scope: "col" }, name);
@@ -29,18 +24,12 @@ page.live.matrices = ({ entries }) => {
         add(add(line, "td", look, `${(100 * share).toFixed(1)} %`), "small", {}, count.toLocaleString("en"));
       }
     });
-    const what = `${words}, ${sets[set.value]}, at ${at}`;
+    const what = `${words}, ${sets[set.value]}, at ${written(snrs[snr.value])} dB`;
     caption.textContent = `${what}: share of each target's test images, and their number.`;
-    tell(snr, at);
   }
 
   options(set, sets);
-  set.addEventListener("change", choose);
-  entry.addEventListener("change", slide);
-  snr.addEventListener("input", () => {
-    wanted = shown[entry.value].snrs[snr.value];
-    draw();
-  });
+  form.addEventListener("input", choose);
   choose();
-  return draw;
+  return () => {}; // of any width
 };

@@ -10,7 +10,7 @@ const page = (() => {
     return new Response(packed.body.pipeThrough(new DecompressionStream("gzip"))).text();
   }
 
-  // The content of a file that the page holds, put together again (see embed.py).
+  // The content of a file that the page holds, put together again (see page.py).
   let glyphs = null;
   async function text(path) {
     const held = await unpacked(path);
@@ -31,36 +31,30 @@ const page = (() => {
   };
   const dark = (color) => TURNED[color.toLowerCase()] || color, ink = (color) => `light-dark(${color}, ${dark(color)})`;
 
+  // Draw a figure in the page's look; gives when it is drawn.
   const images = [...document.querySelectorAll("img[data-file]")];
-  async function draw(image) {
-    // Text has no colour of its own: it takes the root's.
-    let svg = (await text(image.dataset.file)).replace("<svg ", '<svg fill="#000000" ');
-    if (root.dataset.look === "dark") svg = svg.replace(/#[0-9a-f]{6}(?=[;"])/gi, dark);
-    const old = image.src;
-    image.src = URL.createObjectURL(new Blob([svg], { type: "image/svg+xml" }));
-    await image.decode().catch(() => {});
-    URL.revokeObjectURL(old);
-  }
   function show(image) {
-    if (image.dataset.look !== root.dataset.look) {
-      image.dataset.look = root.dataset.look;
-      image.drawn = draw(image);
-    }
+    if (image.dataset.look !== root.dataset.look) image.drawn = text(image.dataset.file).then((svg) => {
+      // Text has no colour of its own: it takes the root's.
+      const inked = svg.replace("<svg ", '<svg fill="#000000" '), old = image.src;
+      const turned = root.dataset.look === "dark" ? inked.replace(/#[0-9a-f]{6}(?=[;"])/gi, dark) : inked;
+      image.src = URL.createObjectURL(new Blob([turned], { type: "image/svg+xml" }));
+      return image.decode().catch(() => {}).then(() => URL.revokeObjectURL(old));
+    });
+    image.dataset.look = root.dataset.look;
     return image.drawn;
   }
 
   // A live part of the page: `live[name](data)` draws it and gives what draws it anew at another width.
-  const redraws = [];
-  async function start(section) {
-    const name = section.dataset.live;
-    redraws.push(live[name](JSON.parse(await text(`${name}.json`))));
-    section.dataset.ready = "yes";
+  async function start({ dataset }) {
+    const redraw = live[dataset.live](JSON.parse(await text(`${dataset.live}.json`)));
+    let width = innerWidth;
+    addEventListener("resize", () => {
+      if (innerWidth !== width) redraw();
+      width = innerWidth;
+    });
+    dataset.ready = "yes";
   }
-  let width = innerWidth;
-  addEventListener("resize", () => {
-    if (innerWidth !== width) redraws.forEach((redraw) => redraw());
-    width = innerWidth;
-  });
 
   // Words of the glossary lead there, the first time that each stands in a block, and say what they mean.
   const terms = new Map([...document.querySelectorAll("#glossary + dl dt")].map((term) => [term.textContent, term]));
@@ -138,11 +132,9 @@ const page = (() => {
   });
 
   addEventListener("submit", (event) => event.preventDefault());
-  addEventListener("DOMContentLoaded", () => {
-    follow();
-    const seen = document.querySelectorAll("img[data-file], [data-live], p, figcaption, th, .checks li, #facts + dl dd");
-    seen.forEach((one) => eye.observe(one));
-  });
+  follow();
+  const seen = document.querySelectorAll("img[data-file], [data-live], p, figcaption, th, .checks li, #facts + dl dd");
+  seen.forEach((one) => eye.observe(one));
   return { byId, live, ink, text, showAll };
 })();
 

@@ -1,5 +1,8 @@
 """Put the page together: one self-contained HTML file, and its figures (SVG) and tables (CSV) beside it."""
 
+import base64
+import gzip
+import json
 import re
 from collections import namedtuple
 from importlib import import_module
@@ -12,8 +15,7 @@ from tqdm import tqdm
 
 from isarflow import report
 from isarflow.report import section_headline, section_run
-from isarflow.report.embed import embedded
-from isarflow.report.glossary import GLOSSARY
+from isarflow.report.conditions import glossary
 from isarflow.report.layout import Section, style
 from isarflow.report.results import Results
 
@@ -22,6 +24,8 @@ from isarflow.report.results import Results
 PARTS = {"look": "Look around", "fields": "Meshes and fields", "imaging": "ISAR images"}
 PARTS |= {"recognition": "Recognition", "run": "The run"}
 Part = namedtuple("Part", "id title sections")  # foldable
+GLYPH = re.compile(r'<path id="(DejaVuSans[^"]*)" d="[^"]*" transform="[^"]*"/>')  # a letter's outline, see layout.py
+COLUMN = "\x1e"  # stands before each column
 # What a page may show besides its parts.
 BARE = dict.fromkeys(("summary", "checks", "warnings", "targets", "headline", "full_size", "facts"), ())
 
@@ -43,7 +47,7 @@ def write_report(folder, settings, stated, page, figures, tables, threads=1):
             "targets": section_run.cards(results),
             "headline": section_headline.headline(results) if results.learns else None,
             "full_size": section_run.full_size_table(results),
-            "facts": section_run.facts(results),
+            "facts": list(section_run.facts(results)),
         }
     shown["parts"] = _parts(results, threads)
     write_page(f"Radar target recognition: {settings['name']}", settings["name"], shown, page, figures, tables)
@@ -65,15 +69,12 @@ def write_page(title, name, shown, page, figures=None, tables=None):
     files |= {f"tables/figure_{figure.name}.csv": _csv(figure) for figure in drawn}
     files |= {f"tables/{table.name}.csv": _csv(table) for table in listed}
     assert len(files) == 2 * len(drawn) + len(listed), "two of one name"
-    if figures is not None:
-        folders = {"figures": Path(figures), "tables": Path(tables)}
-        for folder in folders.values():
-            folder.mkdir(parents=True, exist_ok=True)
-        for path, text in files.items():
-            folder, name = path.split("/")
-            (folders[folder] / name).write_text(text)
-    loader = jinja2.FileSystemLoader(Path(__file__).parent)
+    for kind, folder in (("figures", figures), ("tables", tables)) if figures else ():
+        Path(folder).mkdir(parents=True, exist_ok=True)
+        for path in (path for path in files if path.startswith(kind)):
+            Path(folder, path.split("/")[1]).write_text(files[path])
     kept = {"autoescape": True, "trim_blocks": True, "lstrip_blocks": True, "undefined": jinja2.StrictUndefined}
+    loader = jinja2.FileSystemLoader(Path(__file__).parent)
     template = jinja2.Environment(loader=loader, **kept).get_template("template.html")
     words = _spoken(template.render(shown, glossary={}, data={}))
     data = embedded(files, {section.id: section.live for section in sections if section.live})
@@ -107,7 +108,6 @@ def _outline(results):
 
 
 def _drawn(maker, results):
-    """Return what `maker` makes of the results, as a tuple of sections."""
     with style():
         made = maker(results)
     return (made,) if isinstance(made, Section) else made
@@ -116,9 +116,31 @@ def _drawn(maker, results):
 def _spoken(html):
     """Return the words of the glossary that a page has, with their meaning; those of code and of the config aside."""
     text = re.sub(r"<(style|script|pre)\b.*?</\1>", "", html, flags=re.DOTALL)
-    return {term: meaning for term, meaning in GLOSSARY.items() if re.search(rf"(?<![\w-]){term}(?![\w-])", text)}
+    return {term: meaning for term, meaning in glossary().items() if re.search(rf"(?<![\w-]){term}(?![\w-])", text)}
 
 
 def _csv(part):
     """Return the numbers of a figure or table; scores with six decimals, as all of theirs are half of the page."""
     return part.data.round(dict.fromkeys(("value", "low", "high"), 6)).to_csv(index=False)
+
+
+def embedded(files, live):
+    """Return what the page holds, compressed, by its paths with blanks between: many a figure shows what a table lists.
+
+    files: texts by path. live: what scripts read, by name. What files share stands there once; `text` in page.js puts
+    them together again, to the letter.
+    """
+    paths, glyphs, data = {}, {}, {}
+    for path, text in files.items():
+        paths.setdefault(text, []).append(path)
+    for text, same in paths.items():
+        held = GLYPH.sub(r'<path id="\1"/>', text)
+        glyphs |= {glyph[1]: glyph[0] for glyph in GLYPH.finditer(text)}
+        if '"' not in text:  # no field holds a comma; by columns it takes half the room
+            rows = [line.split(",") for line in text.removesuffix("\n").split("\n")]
+            held = "".join(COLUMN + "\n".join(column) for column in zip(*rows, strict=True))
+        data[" ".join(same)] = held
+    for name, part in (*live.items(), ("glyphs", glyphs)):
+        data[f"{name}.json"] = json.dumps(part, separators=(",", ":"), allow_nan=False)
+    # The same bytes every time.
+    return {name: base64.b64encode(gzip.compress(text.encode(), mtime=0)).decode() for name, text in data.items()}

@@ -1,10 +1,14 @@
-"""How scores are drawn: panels over the SNR, curves with their confidence bands, published markers, matrices."""
+"""How scores and images are drawn: panels, curves with confidence bands, published markers, matrices, galleries."""
 
 import numpy as np
 import pandas as pd
 from matplotlib import colormaps
+from matplotlib.collections import PolyCollection
+from matplotlib.ticker import MaxNLocator
 
-from isarflow.report.layout import GREY, ON_DARK, ON_LIGHT, canvas
+from isarflow.imaging.outline import OUTLINE, outline
+from isarflow.mesh import topology
+from isarflow.report.layout import GREY, ON_DARK, ON_LIGHT, canvas, figure
 from isarflow.report.vocabulary import F1, MEASURES, select, snr_axis
 
 # How a published statement is written, and the marker that stands for it.
@@ -14,6 +18,14 @@ REJECTING = {"color": GREY, "ls": ":", "lw": 1.6, "label": "everything rejected"
 BAND = 0.18  # how opaque a 95 % interval is
 TRAININGS = "os^Dv<>"  # markers by training SNR
 LETTER, LINE = 0.075, 0.6  # inches
+FLOOR_DB = -40  # of images
+COLUMNS, ACROSS = 4, 1.05  # images in a row; inches of one
+OBLIQUE = (-32.0, 28.0)  # azimuth and elevation of the eye in degrees: ahead, to the right of the nose, above
+TOP = (-90.0, 90.0)
+SIDE = (-90.0, 0.0)
+SURFACE = np.array([0.62, 0.74, 0.86])  # light steel blue
+EDGE = "#1d3446"
+LIGHT = np.array([-0.35, 0.6, 0.72])  # from the eye's upper left: right, up, towards the eye
 
 
 def panels(rows, columns, width, height, sharex=True, sharey=True, layout="constrained"):
@@ -33,8 +45,8 @@ def finish(drawing, grid, xlabel, ylabel="", legend=True, more=()):
             axes.tick_params(labelbottom=True)
     for axes in grid[:, 0]:
         axes.set_ylabel(axes.get_ylabel() or ylabel)
-    for axes in grid.flat:
-        axes.set_axis_on() if axes.has_data() else axes.set_axis_off()
+    for axes in [axes for axes in grid.flat if not axes.has_data()]:
+        axes.set_axis_off()
     if legend:
         draw_legend(drawing, grid.flat, more)
 
@@ -140,3 +152,85 @@ def holds(ours, relation, value, low=np.nan, high=np.nan):
     rounded, printed = round(ours, len(value.partition(".")[2])), float(value)
     kept = {">=": rounded >= printed, "<=": rounded <= printed, ">": ours > printed, "<": ours < printed}
     return (kept | {"=": rounded == printed or bool(low <= printed <= high)})[relation]
+
+
+def decibels(image):
+    """Return the magnitude of a peak-normalised complex image in dB, no lower than -100."""
+    return 20 * np.log10(np.maximum(np.abs(image), 1e-5))
+
+
+def edges(centers):
+    """Return the two outer edges of uniform pixels from their centres."""
+    half = (centers[1] - centers[0]) / 2
+    return float(centers[0] - half), float(centers[-1] + half)
+
+
+def pixel_table(distance, cross, values, **columns):
+    """Return a row for each pixel of images (range, crossrange): range and cross-range in m, and values by column."""
+    places = {"range_m": np.repeat(distance, len(cross)), "crossrange_m": np.tile(cross, len(distance))}
+    return pd.DataFrame({**columns, **places, **{name: image.ravel() for name, image in values.items()}})
+
+
+def gallery(name, target, images, surface, caption):
+    """Return the Figure of images (range, crossrange) by title, side by side. surface: for its outline, or None."""
+    first = next(iter(images.values()))
+    distance, cross = first.range.values, first.crossrange.values
+    down, across = edges(distance), edges(cross)
+    tick = float(f"{0.8 * across[1]:.0e}")  # one digit, and not at the edge, where it would run into the neighbour's
+    rows, height = -(-len(images) // COLUMNS), ACROSS * np.ptp(down) / np.ptp(across)
+    inches = 1.3 + (ACROSS + 0.1) * COLUMNS, 0.5 + rows * (height + 0.3)
+    drawing, grid = panels(rows, COLUMNS, *inches, layout="compressed")
+    tables = []
+    for axes, (title, image) in zip(grid.flat, images.items(), strict=False):
+        level = decibels(image.transpose("range", "crossrange").values)
+        elevation, azimuth = float(image.elevation), float(image.azimuth)
+        picture = draw_pixels(axes, level, (*across, *down), vmin=FLOOR_DB, vmax=0)
+        if surface is not None:
+            shadow = outline(*surface, elevation, azimuth)
+            axes.contour(*shadow, levels=[OUTLINE], colors="black", linewidths=1.8, alpha=0.6)
+            axes.contour(*shadow, levels=[OUTLINE], colors=ON_DARK, linewidths=0.9)
+        axes.set(xlim=across, ylim=down, title=title, xticks=[-tick, 0, tick])
+        columns = {"target": target, "image": title, "azimuth_deg": azimuth, "elevation_deg": elevation}
+        tables.append(pixel_table(distance, cross, {"level_db": level.round(2)}, **columns))
+    finish(drawing, grid, "cross-range [m]", "range [m]", legend=False)
+    drawing.colorbar(picture, ax=grid, label="|image| [dB]", shrink=0.8, aspect=30, pad=0.02)
+    return figure(name, drawing, pd.concat(tables), caption)
+
+
+def project(points, azimuth, elevation):
+    """Return right, up and depth, (...,) each, of points (..., 3) seen from afar. azimuth, elevation: degrees."""
+    az, el = np.radians([azimuth, elevation])
+    right = np.array([-np.sin(az), np.cos(az), 0.0])
+    towards = np.array([np.cos(el) * np.cos(az), np.cos(el) * np.sin(az), np.sin(el)])
+    up = np.cross(towards, right)
+    return points @ right, points @ up, points @ towards
+
+
+def draw_mesh(axes, vertices, triangles, view, edges=True, colors=SURFACE):
+    """Draw a mesh into axes with equal scales. colors: before shading, red, green and blue, or (triangles, 3)."""
+    right, up, depth = project(vertices, *view)
+    corners = np.stack([right, up], axis=-1)[triangles]
+    order = np.argsort(depth[triangles].mean(axis=1), kind="stable")
+    lit = np.stack(project(topology.shape(vertices[triangles])[0], *view), axis=1)
+    lit *= np.where(lit[:, 2:] < 0, -1, 1)  # the side that faces the eye is the one that is lit
+    colors = np.clip(colors * (0.45 + 0.65 * np.clip(lit @ LIGHT, 0, 1)[:, None]), 0, 1)[order]
+    # Scales are equal, so one of the two directions says how large a metre is drawn.
+    size, paper = axes.get_position().size, axes.figure.get_size_inches()
+    points = 72 * min(size * paper / [np.ptp(right), np.ptp(up)])
+    # Fine meshes get thin edges, or the picture would be black.
+    side = points * np.linalg.norm(corners[:, 0] - corners[:, 1], axis=1).mean()
+    faces = PolyCollection(
+        corners[order],
+        facecolors=colors,
+        edgecolors=EDGE if edges else colors,
+        linewidths=float(np.clip(0.05 * side, 0.05, 0.5)) if edges else 0.3,
+        rasterized=True,  # tens of thousands of triangles: as vectors the page would be too large
+    )
+    axes.add_collection(faces)
+    margin = 0.03 * max(np.ptp(right), np.ptp(up))
+    axes.set(xlim=(right.min() - margin, right.max() + margin), ylim=(up.min() - margin, up.max() + margin))
+    axes.set_aspect("equal")
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(MaxNLocator("auto", steps=[1, 2, 5, 10]))  # as many as there is room for
+        axis.set_major_formatter("{x:g}")
+    axes.grid(False)

@@ -13,10 +13,7 @@ from isarflow.report.vocabulary import ACCURACY, ELEVATIONS, F1, heading, select
 MARKERS = ", ".join(f"{sign} {words}" for sign, words in zip("▲▼●", MEANT.values(), strict=True))
 FREQUENCY = f"{thesis.CENTER_FREQUENCY / 1e9:g} GHz"
 FULL_SIZE = f"thesis, full-size network, {FREQUENCY}"
-IN_KIND = (
-    f"Its networks are full-size ones at {FREQUENCY}, its targets other models of the same kinds: agreement is "
-    "expected in kind only."
-)
+IN_KIND = f"Its networks are full-size ones at {FREQUENCY}, its targets other models: expect agreement in kind only."
 CLASSES = ["drone", "missile", "other"]  # of its confusion matrices
 # What a published metric is called in scores.csv, and on the page: of the closed set and of the open one.
 CLOSED = {"accuracy": (ACCURACY, "accuracy"), "f1": (F1, "weighted F1")}

@@ -1,16 +1,15 @@
 """The radar cross-section (RCS) of a run's targets: a CSV file of each, and one page for all."""
 
-import numpy as np
-
-from isarflow.report import rcs_compare, rcs_figures, section_run
-from isarflow.report.layout import Section, style
+from isarflow.report import rcs_figures, section_run
+from isarflow.report.layout import Section, figure, style, table
 from isarflow.report.page import Part, write_page
 from isarflow.report.results import Results
+from isarflow.scattering.compared import compare, differences, worst_cut
+from isarflow.scattering.cuts import LABELS, Curve, by_transmitter, in_words
+from isarflow.scattering.rcs import PERCENTS, as_table, percentiles
+from isarflow.scattering.reference import WANTED
 
-RECEIVER = {"receiver_elevation": "receiver_elevation_deg", "receiver_azimuth": "receiver_azimuth_deg"}
-COLUMNS = ("frequency_hz", "elevation_deg", "azimuth_deg", "polarization", "rcs_dbsm", "phase_deg")
 CURVES = 5  # cuts in one plot at most
-PERCENTS = (5, 25, 50, 75, 95)
 BISTATIC = "Bistatic: each figure is over the receivers, its name has the transmitter's elevation and azimuth."
 
 
@@ -26,35 +25,19 @@ def write_rcs(folder, settings, page, tables, parts):
     with style():
         targets, sections = section_run.cards(results), [_section(results, name) for name in results.targets]
     made = Part("run", "The run", (section_run.section(results),))
-    shown = {
-        "facts": section_run.facts(results),
-        "warnings": section_run.warned(results),
-        "targets": targets,
-        "parts": (Part("rcs", "Radar cross-section", tuple(sections)), made),
-    }
+    shown = {"facts": list(section_run.facts(results)), "warnings": section_run.warned(results), "targets": targets}
+    shown["parts"] = (Part("rcs", "Radar cross-section", tuple(sections)), made)
     write_page(f"Radar cross-section: {settings['name']}", settings["name"], shown, page, *parts)
-
-
-def as_table(dataset):
-    """Return a store as a table of COLUMNS, a row for each polarization, frequency and direction.
-
-    A bistatic one has the columns of RECEIVER besides, and a row for each receiver.
-    """
-    names = {"frequency": "frequency_hz", "elevation": "elevation_deg", "azimuth": "azimuth_deg"} | RECEIVER
-    frame = dataset.field.to_dataframe().reset_index().rename(columns=names)
-    field = frame["field"].to_numpy()
-    frame["rcs_dbsm"], frame["phase_deg"] = rcs_figures.rcs_dbsm(field), np.degrees(np.angle(field))
-    return frame[[*COLUMNS[:3], *(name for name in RECEIVER.values() if name in frame), *COLUMNS[3:]]]
 
 
 def _section(results, name):
     dataset, reach = results.scattering(name).load(), results.reach(name)
     figures, tables, text = [], [_percentiles(name, dataset)], [BISTATIC] if "receiver" in dataset.sizes else []
     if reference := results.settings["targets"][name].get("reference"):
-        compared = rcs_compare.compare(reference, dataset, reach)
-        figures.append(rcs_compare.compare_figure(name, compared))
-        tables.insert(0, rcs_compare.compare_table(name, compared))
-    for title, part in rcs_figures.by_transmitter(name, dataset, CURVES):
+        compared = compare(reference, dataset, reach)
+        figures.append(compare_figure(name, compared))
+        tables.insert(0, compare_table(name, compared))
+    for title, part in by_transmitter(name, dataset, CURVES):
         figures.append(rcs_figures.cut_figure(title, part, reach, CURVES))
         figures.append(rcs_figures.cut_figure(title, part, reach, CURVES, polar=True, name="rcs_polar"))
         figures += [rcs_figures.map_figure(title, part), rcs_figures.frequency_figure(title, part, CURVES)]
@@ -62,15 +45,40 @@ def _section(results, name):
     return Section(f"rcs-{name}", name, tuple(text), tuple(filter(None, figures)), tuple(tables))
 
 
-def _percentiles(name, dataset):
-    """Return percentiles and mean of RCS over all directions, for each polarization and frequency."""
+def _by_frequency(name, data, heads, caption):
+    """Return a table of measures at each polarization and frequency. heads: how these are shown, by heading."""
+    shown = {"polarization": "{polarization}", "frequency": lambda row: in_words("frequency", row["frequency_hz"])}
+    return table(name, data, shown | heads, caption)
 
-    def measures(part):
-        level = part["rcs_dbsm"].to_numpy()
-        found = dict(zip([f"p{p}_dbsm" for p in PERCENTS], np.percentile(level, PERCENTS), strict=True))
-        return found | {"mean_dbsm": 10 * np.log10(np.mean(10 ** (level / 10))), "max_dbsm": level.max()}
 
+def _percentiles(target, dataset):
     heads = {f"{p} %": f"{{p{p}_dbsm:.1f}}" for p in PERCENTS}
     heads |= {"mean": "{mean_dbsm:.1f}", "largest": "{max_dbsm:.1f}"}
-    caption = f"{name}: percentiles of RCS over all directions, its mean (of m²) and the largest, in dBsm."
-    return rcs_figures.measures_table("rcs_percentiles", name, as_table(dataset), measures, heads, caption)
+    caption = f"{target}: percentiles of RCS over all directions, its mean (of m²) and the largest, in dBsm."
+    return _by_frequency(f"rcs_percentiles_{target}", percentiles(target, as_table(dataset)), heads, caption)
+
+
+def compare_table(target, compared):
+    heads = {"samples": "{samples}", "mean difference [dB]": "{mean_db:.2f}", "worst [dB]": "{worst_db:.2f}"}
+    heads["computed less reference [dB]"] = "{bias_db:+.2f}"
+    caption = f"{target}: by how much the computed RCS differs from the reference, without its sign."
+    return _by_frequency(f"rcs_compared_{target}", differences(target, compared), heads, caption)
+
+
+def compare_figure(target, compared):
+    """Draw the computed RCS and the reference over it, along the axis with most samples, where they differ most."""
+    across, place, part = worst_cut(compared)
+    curves = []
+    for polarization, rows in part.groupby("polarization"):
+        x = rows[across].to_numpy() / (1e9 if across == "frequency_hz" else 1)
+        for name, column in {"computed": "computed_dbsm", "reference": "rcs_dbsm"}.items():
+            levels = rows[column].to_numpy()
+            curves.append(Curve(name, polarization, x, levels, x, levels, name == "computed"))
+    at = ", ".join(in_words(WANTED[name], value) for name, value in place.items())
+    caption = (
+        f"{target} beside {compared.attrs['reference']}: computed, and the reference with its samples, at {at}, where "
+        f"they differ most. The CSV holds all samples compared; {compared.attrs['left_out']} more have no level, or no "
+        "frequency, direction or polarization of this run."
+    )
+    drawing = rcs_figures.draw_curves(curves, LABELS[WANTED[across]])
+    return figure(f"rcs_compared_{target}", drawing, compared.assign(target=target), caption)

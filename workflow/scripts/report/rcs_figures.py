@@ -1,24 +1,18 @@
 """Radar cross-section (RCS) as figures: cuts, maps and frequency sweeps."""
 
-import itertools
-from collections import namedtuple
-
 import numpy as np
 import pandas as pd
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 
-from isarflow.core.sweep import closes_circle, unit_vectors
-from isarflow.report.layout import PALETTE, canvas, figure, table
+from isarflow.core.sweep import evenly
+from isarflow.report.layout import PALETTE, canvas, figure
 from isarflow.report.plots import draw_legend, panels
-from isarflow.report.selection import evenly
-from isarflow.scattering.interpolation import between, is_dense, order, order_told
+from isarflow.scattering.cuts import ALONG, LABELS, SINGLE, Curve, cut, in_words
+from isarflow.scattering.rcs import by_direction, center_frequency, rcs_dbsm
 
 ACROSS = 4  # polar plots side by side
 FLOOR = 50  # dB below the largest: deep nulls would flatten the rest
 NAMED = 16  # single directions that an axis names
-POINTS = 4  # drawn for each of the samples that a curve's bandwidth asks for
-LABELS = {"azimuth": "azimuth [°]", "elevation": "elevation [°]", "frequency": "frequency [GHz]"}
-ALONG, SINGLE = "angle along the directions [°]", "elevation, azimuth [°]"
 # How a cut is read, by the label of its axis; else by LINES.
 LINES = "Points are the samples, joined by straight lines."
 HOW = {ALONG: f"{LINES} 0° is the first direction."}
@@ -27,109 +21,6 @@ HOW[LABELS["azimuth"]] = (
     "Curves without points are the field's own band-limited series. Points are samples too far apart "
     "to hold the field between them, joined by straight lines."
 )
-
-# Of one polarization: samples with their levels in dBsm and, over x, the levels y drawn; smooth: of the field between.
-Curve = namedtuple("Curve", "polarization label samples levels x y smooth")
-
-
-def rcs_dbsm(field):
-    """Return the RCS in dBsm of scattering amplitudes in m; -200 dBsm where there is no field at all."""
-    return 10 * np.log10(np.maximum(4 * np.pi * np.abs(field) ** 2, 1e-20))
-
-
-def in_words(axis, value):
-    """Return a value on an axis as words: '1.5 GHz' of 'frequency' in Hz, 'azimuth 30°' of an angle in degrees."""
-    return f"{value / 1e9:.4g} GHz" if axis == "frequency" else f"{axis} {value:g}°"
-
-
-def center_frequency(dataset):
-    """Return the frequency sample in Hz nearest to the middle of the sweep."""
-    frequency = dataset.frequency.values
-    return float(frequency[np.argmin(np.abs(frequency - (frequency[0] + frequency[-1]) / 2))])
-
-
-def by_direction(dataset):
-    """Return a store's field over one dimension, `direction`; of a grid, one elevation after another."""
-    return dataset.field if "direction" in dataset.sizes else dataset.field.stack(direction=["elevation", "azimuth"])
-
-
-def by_transmitter(target, dataset, most):
-    """Return (title, store) of a store; of a bistatic one, stores over the receivers of up to `most` transmitters."""
-    if "receiver" not in dataset.sizes:
-        return [(target, dataset)]
-    field, parts = by_direction(dataset), []
-    for number in evenly(range(field.sizes["direction"]), most):
-        one = field.isel(direction=number)
-        title = f"{target}_from_{float(one.elevation):g}_{float(one.azimuth):g}"
-        one = one.drop_vars(["direction", "elevation", "azimuth"], errors="ignore").rename(
-            receiver="direction", receiver_elevation="elevation", receiver_azimuth="azimuth"
-        )
-        parts.append((title, one.to_dataset(name="field").assign_attrs(kind="bistatic")))
-    return parts
-
-
-def cut(dataset, reach, most):
-    """Return what a store's cut is drawn against, that axis's label, the field at the samples and the curves.
-
-    Against azimuth, else elevation or single directions, else frequency: for up to `most` values of the other angle at
-    the middle frequency, else of the frequency. reach: the target's in m, by which curves over azimuth are
-    interpolated; None if it is not known.
-    """
-    field, sizes = dataset.field, dataset.sizes
-    angles = ["direction"] if "direction" in sizes else ["azimuth", "elevation"]
-    if "elevation" in sizes and 1 < sizes["elevation"] > sizes["azimuth"] <= most:
-        angles.reverse()
-    across = angles[0] if sizes[angles[0]] > 1 or sizes["frequency"] == 1 else "frequency"
-    other = next((name for name in (*angles[1:], "frequency") if name != across and sizes[name] > 1), None)
-    if other:
-        field = field.sel({other: evenly(field[other].values.tolist(), most)})
-    if "frequency" not in (across, other):
-        field = field.sel(frequency=center_frequency(dataset))
-    x, label = _axis(dataset, across)
-    values, curves = field[other].values if other else [None], []
-    for polarization, value in itertools.product(dataset.polarization.values.tolist(), values):
-        one = field.sel({"polarization": polarization} | ({other: value} if other else {}))
-        one = one.squeeze([name for name in one.dims if name != across])
-        levels = rcs_dbsm(one.values.ravel())
-        drawn = _series(one, reach) if across == "azimuth" else None
-        smooth = drawn is not None
-        if not smooth:
-            closed = label != SINGLE and closes_circle(x)
-            drawn = (np.append(x, x[0] + 360), np.append(levels, levels[0])) if closed else (x, levels)
-        curves.append(Curve(polarization, in_words(other, value) if other else "", x, levels, *drawn, smooth))
-    return across, label, field, curves
-
-
-def resolved(field, reach):
-    """Return the highest order of a field over azimuth that its samples (A,) hold; None where they hold not all of it.
-
-    reach: the target's in m; if None, the order is told from samples round the circle.
-    """
-    azimuth = field.azimuth.values
-    if reach is None:
-        return order_told(field.values) if closes_circle(azimuth) else None
-    highest = order(float(field.frequency), reach, float(field.elevation))
-    return highest if is_dense(azimuth, highest) else None
-
-
-def _series(field, reach):
-    """Return azimuths in degrees and levels in dBsm of the series through samples; None where they do not hold it."""
-    azimuth, highest = field.azimuth.values, resolved(field, reach)
-    if highest is None:
-        return None
-    span = 360.0 if closes_circle(azimuth) else azimuth[-1] - azimuth[0]
-    x = np.linspace(azimuth[0], azimuth[0] + span, int(POINTS * (2 * highest + 1) * span / 360) + 2)
-    return x, rcs_dbsm(between(azimuth, field.values, highest, x))
-
-
-def _axis(dataset, across):
-    """Return values and label of what a cut is drawn against; single directions are numbered from 1."""
-    if across != "direction":
-        return dataset[across].values / (1e9 if across == "frequency" else 1), LABELS[across]
-    u, *_ = unit_vectors(dataset.elevation.values, dataset.azimuth.values)
-    steps = np.degrees(np.arccos(np.clip(np.sum(u[1:] * u[:-1], axis=1), -1, 1)))
-    even = len(steps) > 1 and np.ptp(steps) < 1e-3 and 0 < steps[0] < 90
-    return (steps[0] * np.arange(len(u)), ALONG) if even else (np.arange(1, len(u) + 1), SINGLE)
 
 
 def draw_curves(curves, label, polar=False):
@@ -158,18 +49,12 @@ def draw_curves(curves, label, polar=False):
             axes.yaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 5, 10]))
             axes.set_rlabel_position(67.5)
             axes.tick_params(labelsize=7, pad=0)
-        else:
-            axes.set(xlabel=label, ylabel="RCS [dBsm]")
-            if label == LABELS["azimuth"]:
-                _circle_ticks(axes.xaxis, curves[0].samples)
+            continue
+        axes.set(xlabel=label, ylabel="RCS [dBsm]")
+        if label == LABELS["azimuth"] and np.ptp(curves[0].samples) > 180:
+            axes.xaxis.set_major_locator(MultipleLocator(45))
     draw_legend(drawing, drawing.axes)
     return drawing
-
-
-def _circle_ticks(axis, values):
-    """Set ticks at parts of a circle, where the angles (degrees) span most of one."""
-    if np.ptp(values) > 180:
-        axis.set_major_locator(MultipleLocator(45))
 
 
 def cut_figure(target, dataset, reach, most, polar=False, name="rcs"):
@@ -195,7 +80,8 @@ def draw_map(axes, azimuth, values, level, top, depth):
     look = {"cmap": "viridis", "vmin": top - depth, "vmax": top, "shading": "nearest", "rasterized": True}
     picture = axes.pcolormesh(azimuth, values, level, **look)
     axes.grid(False)
-    _circle_ticks(axes.xaxis, azimuth)
+    if np.ptp(azimuth) > 180:
+        axes.xaxis.set_major_locator(MultipleLocator(45))
     return picture
 
 
@@ -219,40 +105,25 @@ def frequency_figure(target, dataset, most):
     """Draw RCS over frequency at up to `most` directions, a panel for each; None for one frequency."""
     if dataset.sizes["frequency"] < 2:
         return None
-    field, polarizations = by_direction(dataset), dataset.polarization.values
+    field = by_direction(dataset)
     picked = field.isel(direction=evenly(range(field.sizes["direction"]), most))
-    names, frequency, level = _names(picked, "({:g}°, {:g}°)"), dataset.frequency.values, rcs_dbsm(picked.values)
-    curves, x = [], frequency / 1e9
-    for number, name in enumerate(names):
-        for polarization, levels in zip(polarizations, level[:, :, number], strict=True):
-            curves.append(Curve(polarization, name, x, levels, x, levels, False))
-    columns = {"target": [target], "polarization": polarizations, "frequency": frequency, "direction": names}
-    frame = pd.MultiIndex.from_product(columns.values(), names=columns).to_frame(index=False)
-    frame["rcs_dbsm"] = level.ravel()
+    names, frequency = _names(picked, "({:g}°, {:g}°)"), dataset.frequency.values
+    columns = {"target": [target], "polarization": dataset.polarization.values, "frequency": frequency}
+    frame = pd.MultiIndex.from_product([*columns.values(), names], names=[*columns, "direction"]).to_frame(index=False)
+    frame["rcs_dbsm"], curves = rcs_dbsm(picked.values).ravel(), []
+    for (name, polarization), rows in frame.groupby(["direction", "polarization"], sort=False):
+        x, levels = frequency / 1e9, rows["rcs_dbsm"].to_numpy()
+        curves.append(Curve(polarization, name, x, levels, x, levels, False))
     caption = f"{target}: RCS against frequency at directions (elevation, azimuth); samples, joined by lines."
     drawing = draw_curves(curves, LABELS["frequency"])
     return figure(f"rcs_frequency_{target}", drawing, frame, caption)
 
 
-def measures_table(name, target, frame, measures, heads, caption):
-    """Return a table of measures of a target's RCS at each polarization and frequency.
-
-    measures: a function of the rows of `frame` at one, gives values by column; heads: how these are shown, by heading.
-    """
-    keys = ["polarization", "frequency_hz"]
-    groups = frame.groupby(keys, sort=False)
-    rows = [{"target": target} | dict(zip(keys, key, strict=True)) | measures(part) for key, part in groups]
-    shown = {"polarization": "{polarization}", "frequency": lambda row: in_words("frequency", row["frequency_hz"])}
-    return table(f"{name}_{target}", pd.DataFrame(rows), shown | heads, caption)
-
-
 def _names(part, form):
-    """Return each direction of a part of a field as text. form: of its elevation and azimuth in degrees."""
     return [form.format(*place) for place in zip(part.elevation.values, part.azimuth.values, strict=True)]
 
 
 def _table(target, field):
-    """Return a row for each sample of a field in m, its RCS in dBsm last."""
     frame = field.to_dataframe().reset_index()
     frame["rcs_dbsm"] = rcs_dbsm(frame.pop("field").to_numpy())
     frame.insert(0, "target", target)

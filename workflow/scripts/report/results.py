@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import pandas as pd
 
+from isarflow.core.benchmarks import seconds
 from isarflow.core.folders import ROOT, of_fields
 from isarflow.core.store import open_store
 from isarflow.core.sweep import images_are_made, snr_label
@@ -69,52 +70,33 @@ class Results:
         self.images_are_made = images_are_made(settings)
         self.learns = self.images_are_made and bool(settings["learning"]["experiments"])
 
-    @property
-    def polarizations(self):
-        """The channels of an image."""
-        return self.settings["imaging"]["polarizations"]
-
-    @property
-    def definition(self):
-        """The config's definition of SNR."""
-        return self.settings["noise"]["definition"]
+    polarizations = property(lambda self: self.settings["imaging"]["polarizations"])  # the channels of an image
+    finest = property(lambda self: self.settings["mesh"]["bands"] - 1)  # the band of the finest meshes
+    definition = property(lambda self: self.settings["noise"]["definition"])  # of SNR
+    runs = cached_property(lambda self: dict(sorted(runs(self.settings).items())))  # as `experiments.runs`, by name
+    # The classes of the known targets, in the order of the page.
+    classes = cached_property(lambda self: list(dict.fromkeys(map(self.class_of, self.of_role("known")))))
+    # Measures, and vertices in m with triangles of the finest mesh, by target that has a mesh.
+    meshes = cached_property(lambda self: {name: _json(self.fields / "mesh" / f"{name}.json") for name in self.meshed})
+    surfaces = cached_property(lambda self: {name: self.mesh(name, self.finest) for name in self.meshed})
+    # What the run's solver made of a sphere (see scattering/sphere.py); None where nothing is solved.
+    sphere = cached_property(lambda self: _json(self.fields / "scattering/check/sphere.json") if self.meshed else None)
+    # Settings tried and the validation accuracy of each, by (run, model), of the models that had a choice.
+    searches = cached_property(lambda self: self._fitted("search.csv"))
+    # Scores of all folds together, by the config's definition of SNR, and by the thesis's, of which there may be few or
+    # none. Of the closed set score and threshold are empty.
+    scores = cached_property(lambda self: select(self.every_score, snr_definition=self.definition, fold=""))
+    mean_scores = cached_property(lambda self: select(self.every_score, snr_definition=DEFINITION, fold=""))
 
     def of_role(self, role):
-        """Return the names of the targets of a role."""
         return [name for name in self.targets if self.settings["targets"][name]["role"] == role]
 
     def class_of(self, target):
-        """Return the class of a known target; the target's own name of another one."""
         return class_of(self.settings["targets"], target)
-
-    @cached_property
-    def classes(self):
-        """The classes of the known targets, in the order of the page."""
-        return list(dict.fromkeys(map(self.class_of, self.of_role("known"))))
-
-    @cached_property
-    def runs(self):
-        """What each run trains on and is tested on, by its name (see `experiments.runs`)."""
-        return dict(sorted(runs(self.settings).items()))
-
-    @cached_property
-    def meshes(self):
-        """Measures of the meshes, by target that has some."""
-        return {name: _json(self.fields / "mesh" / f"{name}.json") for name in self.meshed}
 
     def mesh(self, target, part):
         """Return vertices in m and triangles of a target's mesh in a band, or of its 'source'."""
         return read_ply(self.fields / "mesh" / f"{target}-{part}.ply")
-
-    @cached_property
-    def surfaces(self):
-        """Vertices in m and triangles of the finest mesh, by target that has one."""
-        return {name: self.mesh(name, self.settings["mesh"]["bands"] - 1) for name in self.meshed}
-
-    @cached_property
-    def sphere(self):
-        """What the run's solver made of a sphere (see scattering/sphere.py); None where nothing is solved."""
-        return _json(self.fields / "scattering" / "check" / "sphere.json") if self.meshed else None
 
     def scattering(self, target):
         """Return the scattering store of a target, opened lazily."""
@@ -133,16 +115,6 @@ class Results:
         return self.every_channel(target, store).isel(channel=0, drop=True, missing_dims="ignore")
 
     @cached_property
-    def scores(self):
-        """Of all folds together, by the config's definition of SNR; of the closed set score and threshold are empty."""
-        return select(self.every_score, snr_definition=self.definition, fold="")
-
-    @cached_property
-    def mean_scores(self):
-        """Rows as in `scores` by the thesis's definition of SNR; where the config's is another one, few or none."""
-        return select(self.every_score, snr_definition=DEFINITION, fold="")
-
-    @cached_property
     def opened(self):
         """Names of the experiments that are tested on unknown targets too."""
         return self.names.values(self.scores[self.scores["score"] != ""], "experiment") if self.learns else []
@@ -157,17 +129,13 @@ class Results:
         return self._of_one_answer(experiments, [""], lambda images: images.max())
 
     def _of_one_answer(self, experiments, thresholds, right):
-        """Return the weighted F1 of one answer for all images.
-
-        right: of how many it is right, from the number of images of each class, or target of none.
-        """
+        """right: of how many it is right, from the number of images of each class, or target of none."""
         counts = select(self.confusion, experiment=list(experiments), threshold=thresholds, elevation="all")
-        # All models, SNRs and confidence scores of an experiment are judged on the same images.
-        case = ["experiment", "model", "training", "test_snr_db", "score", "threshold"]
-        rows = counts.merge(counts.drop_duplicates("experiment")[case], on=case)
         found = {}
-        for _, images in rows.groupby("experiment"):
-            images = images.groupby(images["target"].map(self.class_of))["count"].sum()
+        for _, rows in counts.groupby("experiment"):
+            # All models, SNRs and confidence scores of an experiment are judged on the same images.
+            same = rows.merge(rows[["model", "training", "test_snr_db", "score", "threshold"]].head(1))
+            images = same.groupby(same["target"].map(self.class_of))["count"].sum()
             share = float(right(images) / images.sum())
             value = share * 2 * share / (1 + share)  # the answer's precision is its share, and its recall is 1
             found[round(value, 2)] = value
@@ -178,14 +146,12 @@ class Results:
         """The numbers of the folds that each experiment is tested on; 0 for one split at random, which has none."""
         folds = {}
         for run in self.runs.values():
-            folds.setdefault(run["experiment"], set()).add(run["division"]["fold"])
-        return {experiment: sorted(numbers) for experiment, numbers in folds.items()}
+            folds.setdefault(run["experiment"], []).append(run["division"]["fold"])
+        return {experiment: sorted(set(numbers)) for experiment, numbers in folds.items()}
 
     def _fitted(self, file):
-        """Return a table of every fitted model that has it, by (run, model)."""
-        folder = self.folder / "learning" / "models"
-        fitted = [(run, model) for run, settings in self.runs.items() for model in settings["models"]]
-        paths = {case: folder.joinpath(*case, file) for case in fitted}
+        cases = [(run, model) for run, settings in self.runs.items() for model in settings["models"]]
+        paths = {case: self.folder.joinpath("learning/models", *case, file) for case in cases}
         return {case: pd.read_csv(path) for case, path in paths.items() if path.exists()}
 
     @cached_property
@@ -194,11 +160,6 @@ class Results:
         times = self._fitted("seconds.csv")
         curves = {case: of for case, of in self._fitted("curve.csv").items() if self.runs[case[0]]["first"]}
         return {case: of.merge(times[case], on="epoch") if case in times else of for case, of in curves.items()}
-
-    @cached_property
-    def searches(self):
-        """Settings tried and the validation accuracy of each, by (run, model), of the models that had a choice."""
-        return self._fitted("search.csv")
 
     @cached_property
     def decoders(self):
@@ -218,7 +179,6 @@ class Results:
 
     @cached_property
     def times(self):
-        """Prediction times: a row per run and model."""
         times = _json(self.folder / "learning" / "times.json")
         same = {"machine": times["machine"]["cpu"], "threads": times["threads"]}
         return pd.json_normalize(times["models"])[[*TIMES]].rename(columns=TIMES).assign(**same)
@@ -236,14 +196,5 @@ class Results:
     @cached_property
     def benchmarks(self):
         """Seconds of every job of a stage that kept a record: columns stage, step, job and s. May be empty."""
-        rows, folder = [], self.folder / "benchmarks"
         # The folder may still hold records of targets and experiments that the config no longer names.
-        named = {*self.targets, PURE_NOISE, *self.runs}
-        for path in sorted(folder.glob("*/**/*.tsv")):
-            stage, *job = path.relative_to(folder).with_suffix("").parts
-            step, *job = job if stage == "learning" else [stage, *job]
-            # Solves stand in a folder of their own, <target>-<band>: a target's name may hold hyphens, too.
-            whose = job[1].rpartition("-")[0] if job[:1] == ["bands"] else "".join(job[:1])
-            if not job or whose in named:
-                rows.append((stage, step, "/".join(job), pd.read_csv(path, sep="\t", na_values="-").iloc[-1]["s"]))
-        return pd.DataFrame(rows, columns=["stage", "step", "job", "s"])
+        return seconds(self.folder / "benchmarks", {*self.targets, PURE_NOISE, *self.runs})

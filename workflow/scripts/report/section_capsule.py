@@ -17,15 +17,11 @@ def section(results):
     """Return the section; nothing where no model with a decoder is tested on unknown targets."""
     if not results.decoders:
         return ()
-
-    def place(decoder):
-        name, model = decoder
-        run = results.runs[name]
-        return results.names.model(model).place, split_place(run["split"]), run["snrs"] != [CLEAN], name
-
+    every = [(results.names.model(model).place, model, results.runs[name]) for name, model in results.decoders]
+    every.sort(key=lambda of: (of[0], split_place(of[2]["split"]), of[2]["snrs"] != [CLEAN], of[2]["name"]))
     run_of = {}  # the first one of each model
-    for name, model in sorted(results.decoders, key=place):
-        run_of.setdefault(model, results.runs[name])
+    for _, model, run in every:
+        run_of.setdefault(model, run)
     text = (
         "A network with a decoder reconstructs each image from the class that it takes it for. What it cannot "
         "reconstruct is none of the known classes: the confidence score compares the image with its reconstruction, by "
@@ -40,10 +36,7 @@ def section(results):
 
 
 def reconstruction_figure(results, run, model, suffix):
-    """Draw test images and what a model makes of them: truth, then seen and made at each SNR; two examples in a row.
-
-    suffix: of the figure's name, empty of the first model.
-    """
+    """Draw test images, two in a row, and what a model makes of them. suffix: of the figure's name, or empty."""
     dataset = results.reconstructions(run["name"], model)
     order = [target for target in results.targets if target in dataset.target.values]
     dataset = dataset.sel(target=order).isel(example=slice(OTHERS_EXAMPLES if suffix else EXAMPLES)).load()

@@ -21,7 +21,6 @@ DASHES = {"solid": "", "dashed": "6 4", "dash-dotted": "8 3 2 3", "dotted": "2 3
 
 
 def section(results):
-    """Return the sections that scripts draw: the curves of all experiments, and matrices with a slider over the SNR."""
     live = Section("compare", "Compare experiments", live=comparison(results))
     return live, Section("matrices", "Who is taken for whom", live=matrices(results))
 
@@ -71,8 +70,7 @@ def headline(results):
     shown = {f"{kind}, {SPLITS[of]}": select(rows, split=of) for kind, rows in kinds.items() for of in splits}
     published = statements.assign(panel=statements["set"].str.split(",").str[0] + f", {SPLITS['random']}")
 
-    def look(row):
-        """Squares for the thesis's method, broken lines for thresholds as it chose them."""
+    def look(row):  # squares for the thesis's method, broken lines for thresholds as it chose them
         model, broken = names.model(row["model"]), SETS[row["set"]] == PROTOCOLS[1]
         own = {"color": model.color, "marker": "o", "label": f"best: {model.label}", "band": not broken}
         theirs = {"marker": "s", "label": f"{model.label}, as in the thesis", "mfc": "white"} if row["theirs"] else {}
@@ -90,14 +88,13 @@ def headline(results):
     caption = (
         f"Weighted F1 on the test images, with 95 % intervals, of the method that is best on the validation images "
         f"by its mean over {span_text(results.validation)}{whose}. {broken}{meaning(drawn['split'])}{words}"
+        f"{conditions(results, drawn)}"
     )
-    caption += conditions(results, drawn)
     alt = f"Weighted F1 against test SNR of the best method{' and of the thesis’s' if red else ''}, by set and split."
     return figure("headline", drawing, drawn, caption, True, alt)
 
 
 def _in_words(names, split, experiment, model, training, score):
-    """Return a method, by the columns METHOD, in words."""
     trained = "trained without noise" if training == CLEAN else f"training SNR: {training}"
     return f"{names.method(model, score)}: {title(experiment)} ({split}), {trained}"
 
@@ -124,13 +121,10 @@ def comparison(results):
             entry = {"set": name, "experiment": title(experiment), "model": names.model(model).label}
             entry |= {"words": _in_words(names, *method), "color": names.model(model).color, "dashes": dashes[split][1]}
             listed.append(entry | {"shown": method in shown, "best": method in best, "points": points})
-    return {
-        "curves": listed,
-        "rejecting": levels,
-        "axis": snr_axis(results.definition),
-        "lines": "; ".join(f"{look} lines: {SPLITS[split]}" for split, (look, _) in dashes.items()),
-        "caption": conditions(results, pd.concat(part for _, part, _ in parts)).strip(),
-    }
+    lines = "; ".join(f"{look} lines: {SPLITS[split]}" for split, (look, _) in dashes.items())
+    caption = conditions(results, pd.concat(part for _, part, _ in parts)).strip()
+    data = {"curves": listed, "rejecting": levels, "axis": snr_axis(results.definition)}
+    return data | {"lines": lines, "caption": caption}
 
 
 def matrices(results):

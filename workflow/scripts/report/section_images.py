@@ -1,19 +1,15 @@
 """ISAR images: every target over azimuth, one over elevation and SNR, and what image formation does to a scatterer."""
 
-from contextlib import suppress
-
 import numpy as np
 import pandas as pd
 from matplotlib.ticker import MaxNLocator
 
-from isarflow.core.errors import InputError
 from isarflow.core.sweep import snr_label
 from isarflow.imaging.geometry import imager_of, planned
-from isarflow.imaging.point_response import point_response
+from isarflow.imaging.point_response import by_way
 from isarflow.report.conditions import noise_words
-from isarflow.report.draw_images import FLOOR_DB, edges, gallery, pixel_table
 from isarflow.report.layout import Section, figure
-from isarflow.report.plots import draw_pixels, finish, panels
+from isarflow.report.plots import FLOOR_DB, draw_pixels, edges, finish, gallery, panels, pixel_table
 from isarflow.report.selection import GALLERY_AZIMUTHS, GALLERY_ELEVATIONS, around, evenly, noise_snrs
 from isarflow.report.vocabulary import select
 
@@ -28,12 +24,8 @@ RESPONSE = {
 
 
 def section(results):
-    """Return the Section of the images."""
-    target = results.targets[0]
-    figures = [azimuth_gallery(results, name) for name in results.targets]
-    figures += [elevation_gallery(results, target), *channel_gallery(results, target), noise_gallery(results, target)]
-    figures += [response_figure(results, target)]
-    return Section("images", "Images", images_text(results), tuple(figures))
+    figures = *galleries(results), response_figure(results, results.targets[0])
+    return Section("images", "Images", images_text(results), figures)
 
 
 def images_text(results):
@@ -72,27 +64,34 @@ def images_text(results):
     return (made, snr, text) if apart else (made, text)
 
 
-def azimuth_gallery(results, target):
-    """Draw noise-free images of a target at evenly spread azimuths, elevation nearest 0."""
-    image = results.images(target, "clean").image.sel(elevation=0, method="nearest")
-    image = image.isel(azimuth=around(image.sizes["azimuth"], GALLERY_AZIMUTHS))
-    note = "At azimuth 0° the radar is on the x axis, before the nose of what has one."
-    for line in select(results.published_galleries, target=target).to_dict("records"):
-        note += f" The thesis's figure {line['figure']} is of a target of this kind: {line['shows']}."
-    return _over(results, f"images_{target}", target, image, "azimuth", "elevation", note)
-
-
-def elevation_gallery(results, target):
-    """Draw noise-free images of a target at evenly spread elevations, azimuth an eighth of the way."""
+def galleries(results):
+    """Yield the figures of noise-free images over the angles, of every target over azimuth, and of ever more noise."""
+    for target in results.targets:
+        image = results.images(target, "clean").image.sel(elevation=0, method="nearest")
+        image = image.isel(azimuth=around(image.sizes["azimuth"], GALLERY_AZIMUTHS))
+        note = "At azimuth 0° the radar is on the x axis, before the nose of what has one."
+        for line in select(results.published_galleries, target=target).to_dict("records"):
+            note += f" The thesis's figure {line['figure']} is of a target of this kind: {line['shows']}."
+        yield _over(results, f"images_{target}", target, image, "azimuth", "elevation", note)
+    target, noise = results.targets[0], results.settings["noise"]
     image = results.images(target, "clean").image
     image = image.sel(elevation=evenly(image.elevation.values.tolist(), GALLERY_ELEVATIONS))
     image = image.isel(azimuth=image.sizes["azimuth"] // 8)
     note = "Away from the horizon the image plane is inclined: cross-range shrinks with the cosine of the elevation."
-    return _over(results, "gallery_elevation", target, image, "elevation", "azimuth", note)
+    yield _over(results, "gallery_elevation", target, image, "elevation", "azimuth", note)
+    if len(results.polarizations) > 1:
+        image, at = _aspect(results.every_channel(target, "clean"))
+        images = {name: image.sel(channel=name) for name in results.polarizations}
+        caption = f"{target} {at}, noise-free, in {', '.join(images)}. Levels are relative to the one peak of them all."
+        yield gallery("gallery_polarization", target, images, results.surfaces.get(target), caption)
+    images = {"no noise": _aspect(results.images(target, "clean"))[0]}
+    for snr in noise_snrs(noise["snr_db"])[::-1]:
+        images[f"SNR {snr:g} dB"], at = _aspect(results.images(target, snr_label(snr)))
+    caption = f"{target} {at}, with ever more noise, which is added before the image is formed. SNR by "
+    yield gallery("gallery_snr", target, images, None, f"{caption}{noise_words(noise, noise['definition'])}.")
 
 
 def _over(results, name, target, image, axis, other, note):
-    """Draw a target's noise-free images over one angle, the other being the same, by its name."""
     images = {f"{axis} {one[axis]:.4g}°": one for one in image.transpose(axis, ...).load()}
     shown = f"{target}: noise-free images over {axis} at {other} {float(image[other]):.4g}°."
     return gallery(name, target, images, results.surfaces.get(target), f"{shown} {note}")
@@ -105,29 +104,6 @@ def _aspect(dataset):
     return image, f"at azimuth {float(image.azimuth):.0f}°, elevation {float(image.elevation):g}°"
 
 
-def channel_gallery(results, target):
-    """Draw one noise-free image of a target in each of its polarizations; nothing where there is but one."""
-    if len(results.polarizations) == 1:
-        return ()
-    image, at = _aspect(results.every_channel(target, "clean"))
-    images = {name: image.sel(channel=name) for name in results.polarizations}
-    caption = (
-        f"{target} {at}, noise-free, in {', '.join(images)}. Levels are relative to the one peak over all of them."
-    )
-    return (gallery("gallery_polarization", target, images, results.surfaces.get(target), caption),)
-
-
-def noise_gallery(results, target):
-    """Draw one aspect of one target, clean and at several SNRs."""
-    noise, images = results.settings["noise"], {}
-    stores = {"no noise": "clean"} | {f"SNR {snr:g} dB": snr_label(snr) for snr in noise_snrs(noise["snr_db"])[::-1]}
-    for title, store in stores.items():
-        images[title], at = _aspect(results.images(target, store))
-    power = noise_words(noise, noise["definition"])
-    caption = f"{target} {at}, with ever more noise, which is added before the image is formed. SNR by {power}."
-    return gallery("gallery_snr", target, images, None, caption)
-
-
 def response_figure(results, target):
     """Draw peak loss, ghost level and position error of a scatterer over a target's extent, by way to form images."""
     scattering, imaging = results.scattering(target), results.settings["imaging"]
@@ -136,10 +112,7 @@ def response_figure(results, target):
     # Half a cell from the edges, where an echo lies on both sides of the image at once.
     places = (np.arange(PLACES) - PLACES // 2) / PLACES
     down, cross = (places * attrs[f"{axis}_extent"] for axis in ("range", "crossrange"))
-    responses = {}
-    for way, changes in (imager.compared or {imaging["imager"]: {}}).items():
-        with suppress(InputError):  # this sweep's sector holds no rectangle
-            responses[way] = point_response(imager_of(*sweep, imaging | changes), down, cross)
+    responses = by_way(*sweep, imaging, down, cross)
     drawing, grid = panels(len(responses), len(RESPONSE), 6.6, 0.5 + 1.75 * len(responses), layout="compressed")
     tables, extent = [], (*edges(cross), *edges(down))
     for row, (way, response) in zip(grid, responses.items(), strict=True):

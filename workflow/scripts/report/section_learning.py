@@ -5,13 +5,15 @@ import itertools
 import pandas as pd
 from matplotlib.ticker import MaxNLocator
 
+from isarflow.core.words import number, several
+from isarflow.learning.experiments import training_noise
 from isarflow.report import thesis
 from isarflow.report.conditions import conditions, meaning
-from isarflow.report.layout import Section, figure, number, several, table
+from isarflow.report.layout import Section, figure, table
 from isarflow.report.plots import draw_scores, finish, panels, training_look
 from isarflow.report.published import CLOSED, beside, statements_table
 from isarflow.report.selection import TABLE_SNRS, evenly
-from isarflow.report.vocabulary import ACCURACY, ELEVATIONS, METHOD, at_snrs, heading, run_title, select, training_noise
+from isarflow.report.vocabulary import ACCURACY, ELEVATIONS, METHOD, at_snrs, heading, run_title, select
 
 PLACE, NEEDS = ("recognition", 1), "learns"  # on the page, see page.py
 DASHES = "-", "--", ":", "-."  # of a model's training curves
@@ -20,15 +22,13 @@ PUBLISHED = {"training_observations": "published_training_observations", "millis
 
 
 def section(results):
-    """Return the section: accuracy of each experiment in the closed set, training curves, settings tried."""
     scores, names = select(results.scores, score="", metric=ACCURACY), results.names
     figures = [learning_figure(results, *of) for of in names.groups(scores, "experiment")]
     text = (
         "Each model learns the known targets from its experiment's training images and is tested at every SNR on other "
         "aspects: here on the known targets alone (the closed set). A view and its mirror image in a target's mirror "
         f"planes fall on the same side. {meaning(scores['split'])} Scores are of the test images of all folds "
-        "together. Bands and brackets are 95 % intervals, which are widened where blocks of test images are few; one "
-        "fold alone has none by sector."
+        "together. Bands and brackets are 95 % intervals, wider where blocks of test images are few; of one fold none."
     )
     snrs, columns = evenly(scores["test_snr_db"].unique(), TABLE_SNRS), [*METHOD[:-1], "elevation"]
     curves = [curve for _, curve in names.groups(scores, *columns)]

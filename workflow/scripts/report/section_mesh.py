@@ -1,7 +1,5 @@
 """The meshes: a picture of each target, and how good its mesh is in every band."""
 
-import re
-
 import matplotlib
 import numpy as np
 import pandas as pd
@@ -9,27 +7,18 @@ from matplotlib.colors import Normalize
 
 from isarflow.core.words import counted
 from isarflow.mesh import topology
-from isarflow.report import draw_mesh
+from isarflow.mesh.table import table_of_bands
 from isarflow.report.layout import BLACK, PALETTE, Section, canvas, figure, table
+from isarflow.report.plots import OBLIQUE, SIDE, TOP, draw_mesh
 from isarflow.report.selection import evenly
 
 PLACE, NEEDS = ("fields", 1), "targets"  # on the page, see page.py
 QUALITY = matplotlib.cm.ScalarMappable(Normalize(0, 60), "RdYlBu")  # of the smallest angle in degrees: red is bad
 SHOWN = 3  # bands that are drawn at most
 BINS = {"edges": np.arange(0, 0.1801, 0.005), "angles": np.arange(0, 61, 2)}  # of histograms: wavelengths and degrees
-# Of the CSV file: entries of a band in the mesh's JSON, with their units.
-COLUMNS = (
-    "vertices triangles unknowns ideal_unknowns wanted_edge_m edge_mean_m edge_max_m edge_p99_m edge_mean_wavelengths "
-    "edge_max_wavelengths edge_p99_wavelengths smallest_angle_min_deg smallest_angle_p1_deg smallest_angle_median_deg "
-    "thin_triangles smallest_angle_elsewhere_min_deg smallest_angle_elsewhere_p1_deg "
-    "smallest_angle_elsewhere_median_deg watertight components boundary_edges junction_edges mirror_error_m "
-    "area_before_m2 area_after_m2 area_of_rods_m2 volume_before_m3 volume_after_m3 hausdorff_to_source_m "
-    "hausdorff_from_source_m hausdorff_to_source_wavelengths hausdorff_from_source_wavelengths"
-)
 
 
 def section(results):
-    """Return the Section of the meshes, with two figures of each; targets without one are named."""
     # The narrow pictures first, two abreast, then the wide ones.
     figures, tables, text = [draw(results, name) for draw in (picture, comparison) for name in results.meshed], (), []
     if results.meshed:
@@ -48,13 +37,13 @@ def picture(results, target):
     drawing = canvas(5.4, 3.7)
     panels = drawing.subplot_mosaic([["oblique", "oblique"], ["top", "side"]], height_ratios=[3, 2])
     drawing.draw_without_rendering()
-    draw_mesh.draw(panels["oblique"], vertices, triangles, draw_mesh.OBLIQUE)
+    draw_mesh(panels["oblique"], vertices, triangles, OBLIQUE)
     panels["oblique"].set_axis_off()
-    for name, view, up in (("top", draw_mesh.TOP, "y"), ("side", draw_mesh.SIDE, "z")):
-        draw_mesh.draw(panels[name], vertices, triangles, view)
+    for name, view, up in (("top", TOP, "y"), ("side", SIDE, "z")):
+        draw_mesh(panels[name], vertices, triangles, view)
         panels[name].set(xlabel="x [m]", ylabel=f"{up} [m]")
     caption = f"{target}: the finest mesh, seen obliquely, from above (x to the nose) and from the side."
-    return figure(f"mesh_{target}", drawing, quality(target, results.meshes[target]), caption)
+    return figure(f"mesh_{target}", drawing, table_of_bands(target, results.meshes[target]), caption)
 
 
 def comparison(results, target):
@@ -78,7 +67,7 @@ def comparison(results, target):
                 below.stairs(share, bins, color=color, label=top)
                 columns = {"target": target, "band": part, "quantity": quantity}
                 spreads.append(pd.DataFrame({**columns, "from": bins[:-1], "to": bins[1:], "percent": share}))
-        draw_mesh.draw(axes, vertices, triangles, draw_mesh.OBLIQUE, colors=QUALITY.to_rgba(angle)[:, :3])
+        draw_mesh(axes, vertices, triangles, OBLIQUE, colors=QUALITY.to_rgba(angle)[:, :3])
         axes.set_title(f"{title}: {len(triangles):,} triangles")
     edges.axvline(bands[-1]["wanted_edge"] / bands[-1]["wavelength"], color=BLACK, lw=0.8, ls=":")
     edges.set(xlabel="edge [λ]", ylabel="edges [%]")
@@ -90,17 +79,6 @@ def comparison(results, target):
         "edges in wavelengths at the band's highest frequency, the wanted length dotted, and smallest angles."
     )
     return figure(f"bands_{target}", drawing, pd.concat(spreads), caption, wide=True)
-
-
-def quality(target, measures):
-    """Return a row per band of a target's mesh, in full precision; units end the columns. measures: its JSON."""
-    bands = pd.json_normalize(measures["bands"], sep="_")
-    data = {"target": target, "band": bands.index}
-    data |= {f"frequency_{end}_hz": bands[f"frequencies_{end}"] for end in ("first", "last")}
-    for column in COLUMNS.split():
-        values = bands[re.sub("_(m|m2|m3|deg|wavelengths)$", "", column)]
-        data[column] = values / bands["wavelength"] if column.endswith("_wavelengths") else values
-    return pd.DataFrame(data).astype(dict.fromkeys(("mirror_error_m", "volume_before_m3", "volume_after_m3"), float))
 
 
 def quality_table(results):
@@ -126,7 +104,7 @@ def quality_table(results):
         "rims": "{boundary_edges:,}",
         "junctions": "{junction_edges:,}",
     }
-    data = pd.concat([quality(*pair) for pair in results.meshes.items()], ignore_index=True)
+    data = pd.concat([table_of_bands(*pair) for pair in results.meshes.items()], ignore_index=True)
     caption = (
         "Mesh quality per target and band, with what is asked in parentheses; ✗ marks what misses it. Edges are in "
         "the wanted length; ideal are equilateral triangles of that edge. Angles are the smallest of each triangle but "
@@ -139,14 +117,12 @@ def quality_table(results):
 
 
 def missed(results):
-    """Return how many of each target's bands miss a goal of `quality_table`, by target."""
     shown = quality_table(results).shown
     marked = shown.apply(lambda column: column.str.endswith("✗")).any(axis=1)
     return marked.groupby(shown["target"]).sum().to_dict()
 
 
 def _change(before, after):
-    """Return a change in percent as text, marked if it is larger than 1 %."""
     return _marked(100 * (after / before - 1), -1, 1, "+z.2f")
 
 

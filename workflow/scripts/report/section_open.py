@@ -2,9 +2,10 @@
 
 import pandas as pd
 
+from isarflow.core.words import signed
 from isarflow.learning.experiments import REFERENCE
 from isarflow.report.conditions import conditions
-from isarflow.report.layout import BLACK, PALETTE, Section, figure, signed, table
+from isarflow.report.layout import BLACK, PALETTE, Section, figure, table
 from isarflow.report.plots import draw_scores, finish, panels
 from isarflow.report.published import ADAPTATIONS, FULL_SIZE, OPEN, beside, confusion_figure, statements_table
 from isarflow.report.selection import evenly, nearest
@@ -19,7 +20,6 @@ SEPARATION = {"auroc": "AUROC", "fpr95": "FPR at 95 % TPR", "oscr": "OSCR"}
 
 
 def section(results):
-    """Return the section: a figure of each open experiment, several looks, what was published, a table of all tried."""
     scores = select(results.scores[results.scores["score"] != ""], elevation="all")
     known, unknown, other = (" and ".join(results.of_role(role)) for role in ("known", "unknown", "other"))
     rejecting = " or ".join(f"{value:.3f}" for value in results.rejecting(results.opened))

@@ -1,8 +1,6 @@
 """The first screen: what was run, how well it works and whether it is right; at the page's end facts and the config."""
 
 import platform
-import subprocess
-import tomllib
 from contextlib import suppress
 from importlib import metadata
 
@@ -11,12 +9,14 @@ import pandas as pd
 import yaml
 
 from isarflow.core import sweep
-from isarflow.core.folders import ROOT
+from isarflow.core.code import commit, version
+from isarflow.core.words import duration, number, several
 from isarflow.imaging.geometry import planned
 from isarflow.learning.caveats import warnings
 from isarflow.mesh import measures
-from isarflow.report import draw_mesh, section_headline, thesis
-from isarflow.report.layout import Section, canvas, duration, figure, number, several, table
+from isarflow.report import section_headline, thesis
+from isarflow.report.layout import Section, canvas, figure, table
+from isarflow.report.plots import OBLIQUE, draw_mesh
 from isarflow.report.section_mesh import missed
 from isarflow.report.selection import nearest
 from isarflow.report.vocabulary import POWERS, PROTOCOLS, SPLITS, at_snrs, listed, select
@@ -24,8 +24,6 @@ from isarflow.report.vocabulary import POWERS, PROTOCOLS, SPLITS, at_snrs, liste
 PLACE, NEEDS = ("run", 2), "targets"  # on the page, see page.py
 STAGES = ("mesh", "scattering", "imaging", "learning")
 PACKAGES = ("snakemake", "numpy", "scipy", "jax", "pymeshlab", "scikit-learn", "xarray", "zarr", "matplotlib")
-
-
 # Within these a run's numbers are taken for right.
 SPHERE_DB = 0.2  # of the exact backscatter; with ten edges a wavelength it is 0.01
 RESIDUAL = 1e-3  # relative; ten times what compressed matrices are allowed to leave out at most
@@ -34,20 +32,20 @@ BESIDE = {"sector": "far from all in training", "random": "with near copies in t
 
 
 def facts(results):
-    """Return the run in pairs of what and how much, as the page lists them."""
+    """Yield the run in pairs of what and how much, as the page lists them."""
     settings = results.settings
-    pairs = {"Run": f"{settings['name']}, seed {settings['seed']}; its whole config is at the end of the page"}
+    yield "Run", f"{settings['name']}, seed {settings['seed']}; its whole config is at the end of the page"
     if not results.images_are_made:
-        pairs["Images"] = f"none: {sweep.why_no_images(settings)}"
+        yield "Images", f"none: {sweep.why_no_images(settings)}"
     if len(results.benchmarks):
         seconds = results.benchmarks.groupby("stage")["s"].sum()
         parts = ", ".join(f"{stage} {duration(seconds[stage])}" for stage in STAGES if stage in seconds)
-        pairs["Computed in"] = f"{duration(seconds.sum())} of jobs ({parts})"
+        yield "Computed in", f"{duration(seconds.sum())} of jobs ({parts})"
     made = [f"isarflow {version()}", f"commit {commit()}", f"Python {platform.python_version()}"]
     for package in PACKAGES:
         with suppress(metadata.PackageNotFoundError):
             made.append(f"{package} {metadata.version(package)}")
-    return list((pairs | {"Made with": ", ".join(made)}).items())
+    yield "Made with", ", ".join(made)
 
 
 def warned(results):
@@ -70,7 +68,7 @@ def cards(results):
             size = np.ptp(results.surfaces[name][0], axis=0).tolist()
             drawing = canvas(2.2, 1.5)
             axes = drawing.add_subplot()
-            draw_mesh.draw(axes, *results.surfaces[name], draw_mesh.OBLIQUE, edges=False)
+            draw_mesh(axes, *results.surfaces[name], OBLIQUE, edges=False)
             axes.set_axis_off()
             data = pd.DataFrame([[name, *size]], columns=["target", "x_m", "y_m", "z_m"])
             drawn = figure(f"target_{name}", drawing, data, f"The target {name}, seen obliquely from above.")
@@ -81,8 +79,7 @@ def cards(results):
 
 
 def sentences(results):
-    """Return (what was done, how well it works, what bounds it), each a sentence or two."""
-    return [text for text in (_done(results), _reached(results), _bounds(results)) if text]
+    return list(filter(None, (_done(results), _reached(results), _bounds(results))))
 
 
 def _done(results):
@@ -107,32 +104,30 @@ def _done(results):
 
 
 def _reached(results):
-    """Return the weighted F1 of the best method near 12 dB: of the first set and split tested, then of others."""
     if not results.learns:
         return ""
     drawn = section_headline.lead(results, results.names)
     drawn = drawn[~drawn["theirs"] & drawn["threshold"].isin(("", PROTOCOLS[0]))]
     snr = nearest(drawn["test_snr_db"], 12)
     at = select(drawn, test_snr_db=snr)
-    opened = PROTOCOLS[0] in set(at["threshold"])
-    case = select(at, threshold=PROTOCOLS[0] if opened else "")
-    first, *others = [split for split in SPLITS if split in set(case["split"])]
-    best, images, blind, least = select(case, split=first).iloc[0], "closed", "", "naming one class for all"
+    opened, method = PROTOCOLS[0] in set(at["threshold"]), results.names.method
+    case = select(at, threshold=PROTOCOLS[0] if opened else "").drop_duplicates("split").set_index("split")
+    first, *others = [split for split in SPLITS if split in case.index]
+    best, images, blind, least = case.loc[first], "closed", "", "naming one class for all"
     if opened:
         images, blind, least = "open", ", with blind thresholds", "rejecting everything"
     level = (results.rejecting if opened else results.guessing)([best["experiment"]])[-1]
     parts = [
         f"At {snr:g} dB by {POWERS[results.definition]}, {SPLITS[first]}{blind}, "
-        f"{results.names.method(best['model'], best['score'])}, the best one on the validation images, reaches a "
-        f"weighted F1 of {_f1(best)} on the {images} set, where {least} has {level:.2f}"
+        f"{method(best['model'], best['score'])}, the best one on the validation images, reaches a weighted F1 of "
+        f"{_f1(best)} on the {images} set, where {least} has {level:.2f}"
     ]
     for split in (split for split in others if split in BESIDE):
-        value = select(case, split=split).iloc[0]["value"]
-        parts.append(f"{SPLITS[split]}, {BESIDE[split]}, the same has {value:.2f}")
-    closed = select(at, threshold="", split=first)
-    if opened and len(closed):
-        method = results.names.method(closed.iloc[0]["model"], closed.iloc[0]["score"])
-        parts.append(f"on the known targets alone {method}, chosen likewise, has {closed.iloc[0]['value']:.2f}")
+        parts.append(f"{SPLITS[split]}, {BESIDE[split]}, the same has {case.loc[split, 'value']:.2f}")
+    closed = select(at, threshold="", split=first).to_dict("records")
+    if opened and closed:
+        words = f"on the known targets alone {method(closed[0]['model'], closed[0]['score'])}, chosen likewise"
+        parts.append(f"{words}, has {closed[0]['value']:.2f}")
     return f"{'; '.join(parts)}."
 
 
@@ -141,7 +136,6 @@ def _f1(row, to=" to "):
 
 
 def _bounds(results):
-    """Return what bounds it, as far as the run itself knows."""
     parts, settings = [], results.settings
     if results.images_are_made:
         images, window = planned(settings), settings["imaging"].get("window", "boxcar")
@@ -150,9 +144,8 @@ def _bounds(results):
             f"images resolve {images['range_resolution']:.2f} × {images['crossrange_resolution']:.2f} m{coarser} over "
             f"an unambiguous {images['range_extent']:.2f} × {images['crossrange_extent']:.2f} m"
         )
-        reach = {name: mesh["source"]["reach"] for name, mesh in results.meshes.items()}
-        folded = [name for name in reach if 2 * reach[name] > min(images["range_extent"], images["crossrange_extent"])]
-        if folded:
+        extent = min(images["range_extent"], images["crossrange_extent"])
+        if folded := [name for name in results.meshed if 2 * results.reach(name) > extent]:
             reaches = "reaches" if len(folded) == 1 else "reach"
             parts.append(f"{' and '.join(folded)} {reaches} beyond that, so that parts fold over")
     if results.learns:
@@ -202,27 +195,11 @@ def full_size_table(results):
     shown.sort(key=lambda row: row["images"])
     caption = (
         "Weighted F1 of the method that is best on the validation images and of the thesis's, with 95 % intervals, "
-        "here and in the run of full size (config/thesis.yaml, docs/results.md). By peak_3db power the same noise has "
-        "more dB."
+        "here and in the full-size run (config/thesis.yaml, docs/results.md). By peak_3db power noise has more dB."
     )
     return (table("full_size", data, shown, caption),)
 
 
 def section(results):
-    """Return the Section of the whole config."""
     code = yaml.safe_dump(results.settings, sort_keys=True, default_flow_style=None, width=100)
     return Section(id="made", title="How this was made", code=code)
-
-
-def version():
-    """Return isarflow's version."""
-    return tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["version"]
-
-
-def commit():
-    """Return the commit of the code, with '-dirty' where files were changed since; 'unknown' outside a git checkout."""
-    describe = ["git", "describe", "--always", "--dirty"]
-    try:
-        return subprocess.run(describe, cwd=ROOT, capture_output=True, text=True, check=True).stdout.strip()
-    except (OSError, subprocess.CalledProcessError):
-        return "unknown"

@@ -3,19 +3,19 @@
 import numpy as np
 import pandas as pd
 
-from isarflow.core.sweep import C0
-from isarflow.report.layout import Section, canvas, figure, number, signed
-from isarflow.report.rcs_figures import by_transmitter, cut_figure, draw_map
+from isarflow.core.words import number, signed
+from isarflow.imaging.range_profiles import range_profiles
+from isarflow.report.layout import Section, canvas, figure
+from isarflow.report.rcs_figures import cut_figure, draw_map
+from isarflow.scattering.cuts import by_transmitter
 from isarflow.scattering.solver import build
 
 PLACE, NEEDS = ("fields", 2), "targets"  # on the page, see page.py
 CURVES = 7  # elevations in one plot at most
 DYNAMIC_RANGE = 40  # dB, of range profiles
-OVERSAMPLING = 8  # of the same
 
 
 def section(results):
-    """Return the Section of the fields: how they were solved or where they come from, RCS and range profiles."""
     figures, text = [], [_method(results)] if results.meshed else []
     for name in results.targets:
         dataset = results.scattering(name)
@@ -29,17 +29,16 @@ def section(results):
 
 
 def _method(results):
-    """Return sentences on the solver and its sphere."""
     settings, sphere = results.settings["scattering"], results.sphere
     solver = getattr(build(settings), "name", f"solver '{settings['solver']}'")
     text = f"The {solver} gives the scattered field for every frequency and direction."
-    if "error_db" in sphere:
-        text += (
-            f" A sphere of {sphere['radius_wavelengths']:g} wavelengths' radius, solved in this run with the same "
-            f"settings at {sphere['edges_per_wavelength']:g} edges a wavelength, has a backscatter "
-            f"{signed(sphere['error_db'])} dB and {signed(sphere['phase_deg'], 2)}° from the Mie series."
-        )
-    return text
+    if "error_db" not in sphere:
+        return text
+    return (
+        f"{text} A sphere of {sphere['radius_wavelengths']:g} wavelengths' radius, solved in this run with the same "
+        f"settings at {sphere['edges_per_wavelength']:g} edges a wavelength, has a backscatter "
+        f"{signed(sphere['error_db'])} dB and {signed(sphere['phase_deg'], 2)}° from the Mie series."
+    )
 
 
 def _origin(name, attrs, solved):
@@ -57,19 +56,6 @@ def _origin(name, attrs, solved):
     return f"{name}: {', '.join(words)}."
 
 
-def range_profiles(field, frequency):
-    """Return range (ranges,) in m, one unambiguous length, negative towards the radar, and profiles (ranges, azimuth).
-
-    field: (frequency, azimuth) in m; frequency: Hz. A Hamming window, then the sum over frequencies.
-    """
-    count = OVERSAMPLING * len(frequency)
-    distance = (np.arange(count) - count // 2) * (C0 / (2 * (frequency[1] - frequency[0]))) / count
-    # A scatterer at range r has phase exp(-2jkr), k = 2 pi f / c: the conjugate brings it back into phase.
-    steering = np.exp(4j * np.pi / C0 * np.outer(distance, frequency - frequency.mean()))
-    window = np.hamming(len(frequency))
-    return distance, steering @ (window[:, None] / window.sum() * field)
-
-
 def profile_figure(target, dataset):
     """Draw the range profile at every azimuth, elevation nearest 0, first polarization."""
     cut = dataset.sel(elevation=0, method="nearest").isel(polarization=0)
@@ -84,7 +70,6 @@ def profile_figure(target, dataset):
     data = pd.DataFrame({"target": target, **places, "level_db": level.ravel().round(1)})
     caption = (
         f"{target}: range profiles over azimuth at elevation {float(cut.elevation):g}°, {cut.polarization.item()}, "
-        "relative to the strongest. Negative range is towards the radar; a scattering centre seen from all round draws "
-        "a sine."
+        "relative to the strongest. Negative range is towards the radar; a centre seen from all round draws a sine."
     )
     return figure(f"range_profiles_{target}", drawing, data, caption)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from isarflow.core.sweep import snr_label
+from isarflow.core.sweep import evenly, snr_label
 
 ROLES = ("known", "unknown", "other")
 GALLERY_AZIMUTHS = 8  # images of each target
@@ -15,13 +15,6 @@ TABLE_SNRS = 7  # columns of the accuracy table
 def target_order(targets):
     """Return target names in the order of the page: by role, then by name. The first is shown at several SNRs."""
     return sorted(targets, key=lambda name: (ROLES.index(targets[name]["role"]), name))
-
-
-def evenly(values, count):
-    """Return at most `count` of the sorted values, evenly spread, the first and the last among them."""
-    values = sorted(values)
-    picks = np.unique(np.linspace(0, len(values) - 1, min(count, len(values))).round().astype(int))
-    return [values[pick] for pick in picks]
 
 
 def around(size, count):

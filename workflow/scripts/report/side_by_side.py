@@ -6,6 +6,7 @@ from pathlib import Path
 import pandas as pd
 
 from isarflow.core.folders import SCORES
+from isarflow.core.words import signed
 from isarflow.learning.paired import differences
 from isarflow.report import layout, plots
 from isarflow.report.page import Part, write_page
@@ -45,9 +46,9 @@ def write_comparison(roots, definition, seed, kept, page, table, over_seeds=None
         seeds = _rows(over_seeds, definition, best).groupby(GROUP) if over_seeds else ()
         sections = [_over_seeds(key, of, axis) for key, of in seeds]
         sections += [_section(key, of, found, [*roots], axis) for key, of in rows[shared].groupby(GROUP)]
-    words = {"first": first, "table": Path(table).name}
-    summary = [text.format(**words) for text in SUMMARY] if sections else ["These runs have no method in common."]
-    shown = {"summary": summary, "parts": (Part("runs", "Runs side by side", tuple(sections)),)}
+    summary = [text.format(first=first, table=Path(table).name) for text in SUMMARY]
+    shown = {"summary": summary if sections else ["These runs have no method in common."]}
+    shown["parts"] = (Part("runs", "Runs side by side", tuple(sections)),)
     write_page(f"{first} beside {', '.join(others)}", first, shown, page)
     print(f"{len(found)} differences")
 
@@ -55,8 +56,7 @@ def write_comparison(roots, definition, seed, kept, page, table, over_seeds=None
 def _best(validation):
     """Return the confidence score of each method that is best on the validation images, by GROUP, model, training."""
     rows = select(read_learned(validation), metric=F1, threshold=PROTOCOL)
-    means = rows.groupby([*GROUP, *METHOD])["value"].mean().reset_index("score").sort_values("value")
-    return means["score"].to_dict()
+    return rows.groupby([*GROUP, *METHOD])["value"].mean().reset_index("score").sort_values("value")["score"].to_dict()
 
 
 def _rows(scores, definition, best):
@@ -84,9 +84,9 @@ def _section(key, rows, found, runs, axis):
             differs = select(same, run=run).sort_values("test_snr_db")
             if len(differs):
                 values, low, high = (differs[name] for name in ("difference", "low", "high"))
-                look = {"color": colors[run], "marker": "o", "capsize": 2}
-                below.errorbar(differs["test_snr_db"], values, (values - low, high - values), **look)
-                words = {"method": _name(*method), "run": run, "mean difference": layout.signed(values.mean())}
+                bars = values - low, high - values
+                below.errorbar(differs["test_snr_db"], values, bars, color=colors[run], marker="o", capsize=2)
+                words = {"method": _name(*method), "run": run, "mean difference": signed(values.mean())}
                 counts = {"better at": (low > 0).sum(), "worse at": (high < 0).sum()}
                 words |= {head: f"{count} of {len(low)} SNRs" for head, count in counts.items()}
                 listed.append(words | {"images in common": f"{differs['n'].min():,}"})
@@ -99,7 +99,6 @@ def _section(key, rows, found, runs, axis):
 
 
 def _over_seeds(key, rows, axis):
-    """Return the section of the scores over seeds, a mean with its interval for each method."""
     drawing, grid = plots.panels(1, 1, WIDTH * 2, HEIGHT)
     snrs, listed = sorted(rows["test_snr_db"].unique()), []
     for color, (method, own) in zip(layout.PALETTE * 9, rows.groupby(METHOD), strict=False):

@@ -1,11 +1,10 @@
 """The page's one vocabulary of the learning stage's tables: which rows are meant, called what, in what order, best."""
 
-from dataclasses import dataclass
+from collections import namedtuple
 
 import numpy as np
 import pandas as pd
 
-from isarflow.learning.experiments import snrs_in_words
 from isarflow.report import layout
 
 ACCURACY, F1 = "accuracy", "f1_weighted"  # metrics
@@ -30,30 +29,13 @@ MODEL_MARKERS, SCORE_MARKERS = "oosDx^vPXph+", "osD^v<>x+*PXphd8"
 def select(table, **columns):
     """Return the rows whose columns have these values; for a column that may have several, a list or tuple."""
     for column, value in columns.items():
-        several = isinstance(value, list | tuple)
-        table = table[table[column].isin(value) if several else table[column] == value]
+        table = table[table[column].isin(value if isinstance(value, list | tuple) else [value])]
     return table
 
 
-def at_highest(table):
-    """Return the rows at the highest test SNR."""
-    return table[table["test_snr_db"] == table["test_snr_db"].max()]
-
-
-@dataclass(frozen=True)
-class Look:
-    """How a model or a confidence score appears on the page, everywhere alike."""
-
-    place: tuple  # sorting key
-    label: str
-    words: str  # the same within a sentence
-    color: str
-    marker: str
-
-    @property
-    def curve(self):
-        """How `plots.draw_curve` draws it."""
-        return {"color": self.color, "marker": self.marker, "label": self.label}
+# How a model or a confidence score appears, everywhere alike: its place is a sorting key, its words stand in sentences,
+# with `curve` it is drawn.
+Look = namedtuple("Look", "place label words color marker curve")
 
 
 class Names:
@@ -71,20 +53,19 @@ class Names:
         self.own = {name: free[number % len(free)] for number, name in enumerate(own)}
 
     def model(self, name):
-        """Return a model's `Look`."""
         label, words, *place = self.stated["models"].get(name, (name, title(name)))
         return self._look(name, label, words, place, MODEL_COLORS, MODEL_MARKERS)
 
     def score(self, name):
-        """Return a confidence score's `Look`."""
         label, *place = self.stated["scores"].get(name, [name.replace("_", " ")])
         return self._look(name, label, label, place, layout.PALETTE, SCORE_MARKERS)
 
     def _look(self, name, label, words, place, colors, markers):
         # The same in every figure; of a name that neither states a place nor was given one, in every run.
         index = place[0] if place else self.own.get(name, sum(name.encode()))
-        key = *(place or [np.inf]), name
-        return Look(key, label, words, colors[index % len(colors)], markers[index % len(markers)])
+        color, marker = colors[index % len(colors)], markers[index % len(markers)]
+        curve = {"color": color, "marker": marker, "label": label}
+        return Look((*(place or [np.inf]), name), label, words, color, marker, curve)
 
     def method(self, model, score):
         """Return a model, and the confidence score with which it rejects, in words."""
@@ -102,33 +83,26 @@ class Names:
         return sorted(groups, key=lambda group: [self._place(column, group[1].iloc[0]) for column in columns])
 
     def values(self, table, column):
-        """Return the values of a column in the order of the page."""
         return [value for (value,), _ in self.groups(table, column)]
 
     def _place(self, column, row):
-        if column == "split":
-            return split_place(row["split"])
-        if column == "experiment":
-            return split_place(row["split"]), row["experiment"]
+        value = row[column]
+        if column in ("split", "experiment"):
+            return split_place(row["split"]), value
         if column == "training":  # by its SNR; without noise, and several SNRs, last
-            return np.inf if np.isnan(row["train_snr_db"]) else row["train_snr_db"], row["training"]
-        if column in ("model", "score"):
-            return getattr(self, column)(row[column]).place
-        return row[column]
+            return np.nan_to_num(row["train_snr_db"], nan=np.inf), value
+        return getattr(self, column)(value).place if column in ("model", "score") else value
 
 
 def title(name):
-    """Return an experiment's or model's name in words."""
     return " ".join(PROPER.get(word, word) for word in name.split("_"))
 
 
 def heading(name):
-    """Return the same at the head of a sentence."""
     return title(name)[0].upper() + title(name)[1:]
 
 
 def listed(words):
-    """Return 'a, b and c' of words."""
     *most, last = words
     return f"{', '.join(most)} and {last}" if most else last
 
@@ -144,7 +118,6 @@ def run_title(run, fold=False):
 
 
 def snr_axis(definition):
-    """Return the label of an axis of test SNRs."""
     return f"test SNR by {POWERS[definition]} [dB]"
 
 
@@ -152,17 +125,6 @@ def with_interval(row):
     """Return a value with its interval, which it may lack. row: its value, low and high, by these names."""
     words = f"{row['value']:.3f}"
     return words if pd.isna(row["low"]) else f"{words} [{row['low']:.3f}, {row['high']:.3f}]"
-
-
-def training_noise(snr_db):
-    """Return the training SNRs of an experiment's config in words."""
-    if isinstance(snr_db, dict):
-        kind, values = next(iter(snr_db.items()))
-        how = {"each": "at each of several SNRs, a model for each", "random": "at an SNR drawn for each batch"}[kind]
-        return f"{how} ({snrs_in_words(values)})"
-    if isinstance(snr_db, list):
-        return f"at several SNRs at once ({snrs_in_words(snr_db)})"
-    return "without noise" if snr_db == "clean" else f"at an SNR of {snr_db:g} dB"
 
 
 def at_snrs(curve, snrs, text=with_interval):
@@ -179,8 +141,8 @@ def middle(snrs):
 
 def span_text(table):
     """Return those of a table in words."""
-    snrs = middle(table["test_snr_db"])
-    return f"{snrs[0]:g} to {snrs[-1]:g} dB" if len(snrs) > 1 else f"{snrs[0]:g} dB"
+    first, *_, last = middle(table["test_snr_db"]) * 2
+    return f"{first:g} dB" if first == last else f"{first:g} to {last:g} dB"
 
 
 def ranked(validation):

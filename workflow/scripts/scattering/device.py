@@ -1,7 +1,8 @@
 """The matrices of `factorization`, factorized by JAX on a GPU: whole, by LU with partial pivoting.
 
-They are filled on the host as in `factorization`, then moved to the device's memory in one go: (N, N) for each parity,
-N^2 8 bytes in single precision, must fit into it.
+They are filled on the host as in `factorization`, then moved to the device: (N, N) for each parity, 8 N^2 bytes
+in single precision, must fit into it. XLA compiles for every shape, which takes as long as a small matrix's LU:
+therefore matrices are enlarged by rows and columns of the identity, and right sides by zeros, to a few round sizes.
 """
 
 import ctypes
@@ -15,12 +16,25 @@ import numpy as np
 from isarflow.core.errors import InputError
 from isarflow.scattering.factorization import GeneralMatrix, SymmetricMatrix
 
+SIZE, COLUMNS = 1024, 256  # matrices and numbers of right sides are multiples of these
+
 
 def give_back():
     """Return free memory, which glibc would keep, to the system for the next part of a solve."""
     trim = getattr(ctypes.CDLL(None), "malloc_trim", None)
     if trim:
         trim(0)
+
+
+def holds(unknowns, parities):
+    """Whether JAX's device is a GPU whose memory holds a solve by whole matrices in single precision.
+
+    That is all parities' factors and, while the last matrix is factorized, XLA's copies of it: with two parities of
+    46,293 unknowns each, 76 GB were too few.
+    """
+    if jax.default_backend() == "cpu":
+        return False
+    return 8 * (unknowns / parities) ** 2 * (parities + 3) < jax.devices()[0].memory_stats()["bytes_limit"]
 
 
 class _OnDevice:
@@ -44,32 +58,55 @@ class _OnDevice:
 
     def solve(self, right, threads=1):
         """A^-1 right, (N, D)."""
-        return np.array(jax.scipy.linalg.lu_solve(self.factors, jnp.asarray(right, self.dtype)))
+        padded = np.zeros((len(self.factors[1]), _round_up(right.shape[1], COLUMNS)), self.dtype)
+        padded[: self.size, : right.shape[1]] = right
+        return np.array(jax.scipy.linalg.lu_solve(self.factors, padded))[: self.size, : right.shape[1]]
+
+    def _move(self):
+        """The enlarged matrix on the device, strip by strip; those of the host are dropped."""
+        size, begin = _round_up(self.size, SIZE), 0
+        whole = jnp.zeros((size, size), self.dtype)
+        while self.strips:
+            strip = self._rows(self.strips.pop(0))
+            rows = np.zeros((len(strip), size), self.dtype)
+            rows[:, : strip.shape[1]] = strip
+            whole = _write(whole, rows, begin)
+            begin += len(rows)
+        return _complete(whole, self.size, isinstance(self, SymmetricMatrix))
 
 
 class SymmetricOnDevice(_OnDevice, SymmetricMatrix):
     """A SymmetricMatrix that is factorized on JAX's device."""
 
-    def _move(self):
-        whole = jnp.zeros((self.size, self.size), self.dtype)
-        for (a, _), block in zip(self.spans, self.blocks, strict=True):
-            row = jnp.asarray(block[0] + 1j * block[1], self.dtype)
-            whole = _write(_write(whole, row, a, 0), row[:, :a].T, 0, a)
-        self.blocks.clear()
-        return whole
+    strips = property(lambda self: self.blocks)
+
+    @staticmethod
+    def _rows(block):
+        return block[0] + 1j * block[1]
 
 
 class GeneralOnDevice(_OnDevice, GeneralMatrix):
     """A GeneralMatrix that is factorized on JAX's device."""
 
-    def _move(self):
-        whole = jnp.zeros((self.size, self.size), self.dtype)
-        for (a, _), column in zip(self.spans, self.columns, strict=True):
-            whole = _write(whole, jnp.asarray(column), 0, a)
-        self.columns.clear()
-        return whole
+    strips = property(lambda self: self.columns)
+
+    @staticmethod
+    def _rows(column):
+        return column.T
 
 
 @partial(jax.jit, donate_argnums=0)
-def _write(whole, part, row, col):
-    return jax.lax.dynamic_update_slice(whole, part, (row, col))
+def _write(whole, rows, begin):
+    return jax.lax.dynamic_update_slice(whole, rows, (begin, 0))
+
+
+@partial(jax.jit, static_argnums=2)
+def _complete(rows, size, symmetric):
+    """The matrix from the rows of its lower triangle, or from those of its transpose; beyond `size` the identity."""
+    row, col = (jax.lax.broadcasted_iota(jnp.int32, rows.shape, axis) for axis in (0, 1))
+    whole = jnp.where(row < col, rows.T, rows) if symmetric else rows.T
+    return jnp.where((row == col) & (row >= size), 1, whole)
+
+
+def _round_up(count, step):
+    return -(-count // step) * step

@@ -10,17 +10,16 @@ compiled kernel until the kernel's own file changes.
 """
 
 import numpy as np
-from numba import config, njit, types
+from numba import njit, types
 from numba.extending import overload
 
-from isarflow.core.compiled import folder
+from isarflow.core import compiled
 from isarflow.scattering.kernel import COS, SIN
 from isarflow.scattering.quadrature import RULES
 
 TILE = 384  # triangles of a tile, with those of functions that reach beyond its block; or directions at once
-config.CACHE_DIR = config.CACHE_DIR or folder()
-SETTINGS = {"fastmath": True, "error_model": "numpy"}
-kernel, inner = njit(nogil=True, cache=True, **SETTINGS), njit(inline="always", **SETTINGS)
+kernel = compiled.kernel(fastmath=True)
+inner = njit(inline="always", fastmath=True, error_model="numpy")
 # Rows of a work array: points (b, x), nu' (b, x) and corners (j, x) of the sources; entries between half functions
 # (part, i, j); sums over Green's function of `_electric`, later replaced by those of `_magnetic`.
 NU, CORNERS, HALVES, SUMS, END = (n * TILE for n in (9, 18, 27, 45, 73))

@@ -17,16 +17,13 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
-from numba import config, njit
 
-from isarflow.core.compiled import folder
+from isarflow.core.compiled import kernel
 from isarflow.core.errors import InputError
 from isarflow.core.sweep import C0, unit_vectors
 from isarflow.mesh import topology
 from isarflow.scattering.solver import Solution
 
-config.CACHE_DIR = config.CACHE_DIR or folder()
-kernel = njit(nogil=True, cache=True, error_model="numpy")
 CHUNK = 16  # directions of a task
 ACROSS = 400  # cells of the depth buffer along the target, at least
 FINE = 3  # cells along an edge of mean length, at least

@@ -12,13 +12,11 @@ has triangles. First hits are `optics`, which has no tubes that are too wide whe
 """
 
 import numpy as np
-from numba import config, njit
 
-from isarflow.core.compiled import folder
+from isarflow.core.compiled import kernel
 from isarflow.core.sweep import unit_vectors
 from isarflow.scattering.optics import Surface
 
-config.CACHE_DIR = config.CACHE_DIR or folder()
 DENSITY = 10  # rays a wavelength, at the highest frequency
 BOUNCES = 5
 LIFT = 1e-6  # of the target's size, by which a reflected ray begins off the surface
@@ -85,7 +83,7 @@ class Scene:
         field *= (-0.5j / np.pi * wavenumbers)[:, None]
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@kernel
 def _add(field, wavenumbers, ways, slopes, sent):
     """Add sent (R, 4) exp(j k way) of all rays, the mean over their tubes, to the field (F, 4). slopes: (R, 2)."""
     for ray in range(len(ways)):

@@ -74,10 +74,8 @@ def check_fewest(config):
         for model in filter(asking.get, run["models"]):
             key, most = f"learning.models.{model}.{asking[model]}", np.max(models[model][asking[model]])
             if most > (there := training_images(config, run, models[model])):
-                raise InputError(
-                    f"config key '{key}': {most} is more than the {there} images that the run '{run['name']}' trains "
-                    f"on; take {there} at most."
-                )
+                of_run = f"the {there} images that the run '{run['name']}' trains on"
+                raise InputError(f"config key '{key}': {most} is more than {of_run}; take {there} at most.")
 
 
 def _problems(config):

@@ -7,10 +7,9 @@ from isarflow.core.sweep import bands, frequencies
 from isarflow.core.words import counted
 from isarflow.mesh import symmetry, topology
 from isarflow.mesh.build import load
-from isarflow.mesh.distance import from_mirror_image
-from isarflow.mesh.ground import Ground
-from isarflow.mesh.read import UNITS, check_size, in_metres, read_cad, states_unit
-from isarflow.mesh.resolution import check_resolution, wanted_edges
+from isarflow.mesh.ground import Ground, from_mirror_image
+from isarflow.mesh.read import UNITS, in_metres, read_cad, states_unit
+from isarflow.mesh.resolution import wanted_edges
 from isarflow.scattering import needs
 from isarflow.scattering.closed import check_closed
 
@@ -25,23 +24,18 @@ def checkup(config, name):
     Lines that begin with REFUSED say what would stop a run.
     """
     target, mesh, radar, lines = config["targets"][name], config["mesh"], config["radar"], []
-    path, precision = target["mesh"], needs.precision(config)
     try:
-        vertices, triangles = read_cad(path)
+        vertices, triangles = read_cad(target["mesh"])
         vertices, triangles = topology.compact(in_metres(vertices, target), triangles)
         lines += [*_sizes(vertices, triangles, target), _symmetry(vertices, triangles, target, radar)]
-        check_size(vertices, target, mesh, radar, path, precision)
-        check_resolution(np.ptp(vertices, axis=0), mesh, radar, path, precision)
-        source = load(path, target, mesh, radar)
+        source = load(target["mesh"], target, mesh, radar, needs.precision(config))
     except InputError as error:
         return [*lines, f"{REFUSED} {error}"]
     lines += [f"  repairs: {counted(source.repairs) or 'none needed'}", _closed(source)]
     lines += _thinnest(source, wanted_edges(mesh, radar, source.measures["box"])[-1])
     for solve, band in zip(needs.expected(config, name, source.measures), bands(radar, mesh["bands"]), strict=True):
-        lines.append(
-            f"  up to {band[-1] / 1e9:g} GHz: about {solve['unknowns']:,.0f} unknowns, "
-            f"{solve['megabytes'] / GIGA:.1f} GB, {solve['seconds']:,.0f} s on two cores"
-        )
+        cost = f"{solve['megabytes'] / GIGA:.1f} GB, {solve['seconds']:,.0f} s on two cores"
+        lines.append(f"  up to {band[-1] / 1e9:g} GHz: about {solve['unknowns']:,.0f} unknowns, {cost}")
     refused = refusal(check_formulation, config, name, source), refusal(needs.check_fit, config, name, source.measures)
     return lines + [f"{REFUSED} {why}" for why in refused if why]
 
@@ -88,7 +82,7 @@ def _closed(source):
     """Tell whether a surface is closed, and its number of pieces; of an open one also the length of its rim."""
     pieces = topology.components(source.triangles)[0]
     rims = topology.rims(source.triangles)[0]
-    length = np.linalg.norm(np.diff(source.vertices[rims], axis=1), axis=2).sum()
+    length = topology.lengths(source.vertices, rims).sum()
     state = "closed" if topology.is_watertight(source.triangles) else f"open, with {length:.3g} m of rim"
     return f"  surface: {state}, {pieces} piece{'s' if pieces != 1 else ''}"
 

@@ -86,10 +86,9 @@ def unnamed(config, *overlays):
         mine, known = overlay.named(overlays, path), _at(default, path)
         rest = [name for name in _at(config, path) if name in known and name not in mine]
         if mine and rest:
-            lines.append(
-                f"Note: beside the {path.split('.')[-1]} that your config names, these of config/config.yaml remain: "
-                f"{', '.join(rest)}. '{path}.{rest[0]}: null' removes one, '{path}.\"{ALL}\": null' all of them."
-            )
+            remain = f"beside the {path.split('.')[-1]} that your config names, these of config/config.yaml remain"
+            remove = f"'{path}.{rest[0]}: null' removes one, '{path}.\"{ALL}\": null' all of them"
+            lines.append(f"Note: {remain}: {', '.join(rest)}. {remove}.")
     return lines
 
 

@@ -18,6 +18,7 @@ import psutil
 from isarflow.core.errors import InputError
 
 LOCKS, RUNS = Path(".snakemake/locks"), Path(".snakemake/runs")
+UNLOCK = f"take its lock away with --unlock and delete {RUNS}"
 _held = []  # the open file of this process's run
 
 
@@ -70,15 +71,10 @@ def _doubt(note, is_free, locks):
     if not is_free:
         yield _at_work(note)
     elif note and note["host"] != socket.gethostname():  # on some file systems each machine has locks of its own
-        yield (
-            f"Another run took the lock of this folder: {_who(note)}. If it no longer runs there, take its lock away "
-            f"with --unlock and delete {RUNS}."
-        )
+        yield f"Another run took the lock of this folder: {_who(note)}. If it no longer runs there, {UNLOCK}."
     elif note and note["remote"] and locks:
-        yield (
-            f"The run that had the lock of this folder was killed ({_who(note)}), but its jobs on the cluster may go "
-            f"on. Cancel them (squeue, scancel), take its lock away with --unlock and delete {RUNS}."
-        )
+        killed = f"The run that had the lock of this folder was killed ({_who(note)})"
+        yield f"{killed}, but its jobs on the cluster may go on. Cancel them (squeue, scancel), then {UNLOCK}."
 
 
 def _look(path, mode="r+"):
@@ -105,10 +101,8 @@ def _who(note):
 
 def _at_work(note):
     stop = f" or stop it (kill {note['pid']})" if note else ""
-    return (
-        f"Another run is at work in this folder: {_who(note)}. Before you start one that makes any of the same files, "
-        f"wait until it ends{stop}."
-    )
+    wait = f"Before you start one that makes any of the same files, wait until it ends{stop}."
+    return f"Another run is at work in this folder: {_who(note)}. {wait}"
 
 
 def _jobs():

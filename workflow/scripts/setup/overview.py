@@ -3,7 +3,6 @@
 import json
 from pathlib import Path
 
-import igl
 import numpy as np
 
 from isarflow.core.errors import InputError, refusal
@@ -12,6 +11,7 @@ from isarflow.core.sweep import images_are_made, why_no_images
 from isarflow.imaging.geometry import describe, planned
 from isarflow.learning.caveats import LEARNING, warnings
 from isarflow.mesh import cad_kernel, measures, symmetry, topology
+from isarflow.mesh.ground import from_mirror_image
 from isarflow.mesh.read import check_size, in_metres, read_cad
 from isarflow.mesh.resolution import check_resolution
 from isarflow.scattering import field_files, needs
@@ -149,10 +149,6 @@ def _is_doubtful(config, name, vertices, triangles):
     """
     if needs.method(config, name).get("formulation") == "cfie" and not topology.is_watertight(triangles):
         return True
-    faces, tree = triangles.astype(np.int64), igl.AABB()
-    tree.init(vertices, faces)
-    for axis in symmetry.axes(config["targets"][name].get("symmetry", [])):
-        apart = tree.squared_distance(vertices, faces, symmetry.mirrored(vertices, axis))[0]
-        if not (apart <= symmetry.allowed(config["radar"]) ** 2).all():  # nor where it is NaN
-            return True
-    return False
+    planes = symmetry.axes(config["targets"][name].get("symmetry", []))
+    apart = [from_mirror_image(vertices, triangles, np.inf, axis)[0] for axis in planes]
+    return not all(metres <= symmetry.allowed(config["radar"]) for metres in apart)  # nor where it is NaN

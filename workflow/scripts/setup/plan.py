@@ -116,15 +116,12 @@ class Plan:
         decoding = [(run, model) for run, model in pairs if "reconstruct" in self.kind(model).methods]
         return [f"{run}/{model}" for run, model in decoding if self.runs[run]["open"]]
 
-    def classes(self, targets):
-        """The class of each of these targets, for params."""
-        return {"classes": {name: experiments.class_of(self.config["targets"], name) for name in sorted(targets)}}
-
     def of_targets(self, targets):
-        """Roles and mirror planes of these targets, for params."""
-        names = sorted(targets)
+        """Roles, classes and mirror planes of these targets, for params."""
+        names, said = sorted(targets), self.config["targets"]
         return {
-            "roles": {name: self.config["targets"][name]["role"] for name in names},
+            "roles": {name: said[name]["role"] for name in names},
+            "classes": {name: experiments.class_of(said, name) for name in names},
             "planes": {name: sorted(self.symmetry(name)) for name in names},
         }
 
@@ -166,17 +163,13 @@ class Plan:
         roots |= {os.path.basename(root): root for root in self.seeded if root != self.results}
         roots |= {name: f"results/{name}" for name in self.compared}
         if len(roots) < 2:
-            raise InputError(
-                "config key 'compare': there is nothing to compare this run with. Name other runs of this folder "
-                "(--config compare='[quick]'), or give 'seed' several values."
-            )
+            runs = "Name other runs of this folder (--config compare='[quick]'), or give 'seed' several values."
+            raise InputError(f"config key 'compare': there is nothing to compare this run with. {runs}")
         for root in roots.values():
             if root not in self.seeded and not Path(root, SCORES).is_file():
                 have = sorted(path.parents[1].name for path in Path("results").glob(f"*/{SCORES}"))
-                raise InputError(
-                    f"config key 'compare': there is no {root}/{SCORES}; make that run first, with its own config. "
-                    f"There are: {', '.join(have) or 'none'}."
-                )
+                missing = f"there is no {root}/{SCORES}; make that run first, with its own config"
+                raise InputError(f"config key 'compare': {missing}. There are: {', '.join(have) or 'none'}.")
         return roots
 
     def judged(self, root):

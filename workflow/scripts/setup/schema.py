@@ -146,10 +146,8 @@ def _unknown_key(error, rules, path):
     outer, _, inner = str(unknown).partition(".")
     if inner and outer in known:
         hint = f"; did you mean '{outer}: {{{inner}: ...}}'?"
-    return (
-        f"config key '{path}{'.' if path else ''}{unknown}' is unknown{hint} "
-        f"Known keys here: {', '.join(known) or 'none'}."
-    )
+    keys = f"Known keys here: {', '.join(known) or 'none'}."
+    return f"config key '{path}{'.' if path else ''}{unknown}' is unknown{hint} {keys}"
 
 
 def _mesh_or_field(path, target):

@@ -112,10 +112,8 @@ def _of_grid(config):
     if azimuths[-1] - azimuths[0] >= 360 and isinstance(aspect["azimuth"], dict):
         yield "'aspect.azimuth' covers 360 degrees or more; write {count: ...} for a circle."
     if images_are_made(config) and aperture > len(azimuths):
-        yield (
-            f"'imaging.aperture': {aperture} samples are more than the sweep's {len(azimuths)} azimuths "
-            "('aspect.azimuth'). Write these as a list for their radar cross-section alone, without images."
-        )
+        more = f"{aperture} samples are more than the sweep's {len(azimuths)} azimuths ('aspect.azimuth')"
+        yield f"'imaging.aperture': {more}. Write these as a list for their RCS, without images."
 
 
 def _of_directions(config):

@@ -45,10 +45,8 @@ def check_command_line(arguments, folder):
             read_yaml(path)
         for setting in given.settings:
             if not re.match(r"[A-Za-z_]\w*=", setting):
-                raise InputError(
-                    f"--config {setting}: write key=value with a key of the config's first level, in quotes if there "
-                    "are spaces in it, as name=mine or 'radar={frequencies: 7}'."
-                )
+                form = "key=value with a key of the config's first level, as name=mine or 'radar={frequencies: 7}'"
+                raise InputError(f"--config {setting}: write {form}, in quotes if there are spaces in it.")
     except InputError as error:
         raise SystemExit(str(error)) from None
 
@@ -85,10 +83,8 @@ def _text(path):
     except OSError as error:
         raise InputError(f"{path}: not a config file that can be read: {error.strerror}.") from None
     except UnicodeDecodeError as error:
-        line = error.object[: error.start].count(b"\n") + 1
-        raise InputError(
-            f"{path}, line {line}: not text in UTF-8 (byte 0x{error.object[error.start]:02x}); save the file as UTF-8."
-        ) from None
+        line, byte = error.object[: error.start].count(b"\n") + 1, f"byte 0x{error.object[error.start]:02x}"
+        raise InputError(f"{path}, line {line}: not text in UTF-8 ({byte}); save the file as UTF-8.") from None
 
 
 def _parsed(text):

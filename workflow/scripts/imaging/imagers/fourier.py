@@ -24,19 +24,14 @@ class Imager(Formation):
     """
 
     SETTINGS = {
-        "window": {
-            "enum": ["hamming", "hann", "blackman", "boxcar"],
-            "description": "separable window over frequency and azimuth",
-        },
+        "window": {"enum": ["hamming", "hann", "blackman", "boxcar"], "description": "over frequency and azimuth"},
         "reformat": {
             "enum": ["polar", "exact", "none"],
-            "description": "polar = bilinear interpolation onto a Cartesian grid; exact = back-projection; "
-            "none = plain FFT",
+            "description": "polar = bilinear, onto a Cartesian grid; exact = back-projection; none = plain FFT",
         },
         "upsample": {
             "oneOf": [{"const": "none"}, {"type": "integer", "minimum": 3, "maximum": 128}],
-            "description": "none, or 3 to 128 pixels a side, in range and in cross-range, by zero padding; "
-            "none = as many as samples",
+            "description": "none (as many as samples), or 3 to 128 pixels a side, in both directions, by zero padding",
         },
     }
     compared = {
@@ -141,23 +136,15 @@ def wavenumber_grid(frequency, angle, reformat):
 def bilinear_weights(frequency, angle, kx, ky):
     """Bilinear interpolation from the uniform (frequency, angle) samples, F * A, to the (kx, ky) grid, as a matrix."""
     kx, ky = (axis.ravel() for axis in np.meshgrid(kx, ky, indexing="ij"))
-    low_f, part_f = _cells(np.hypot(kx, ky) * C0 / (2 * np.pi), frequency)
-    low_a, part_a = _cells(np.arctan2(ky, kx), angle)
-    weights = np.zeros((len(kx), len(frequency), len(angle)))
-    row = np.arange(len(kx))
-    weights[row, low_f, low_a] = (1 - part_f) * (1 - part_a)
-    weights[row, low_f, low_a + 1] = (1 - part_f) * part_a
-    weights[row, low_f + 1, low_a] = part_f * (1 - part_a)
-    weights[row, low_f + 1, low_a + 1] = part_f * part_a
-    return weights.reshape(len(kx), -1)
+    over_frequency = _linear_weights(np.hypot(kx, ky) * C0 / (2 * np.pi), frequency)
+    over_angle = _linear_weights(np.arctan2(ky, kx), angle)
+    return (over_frequency[:, :, None] * over_angle[:, None]).reshape(len(kx), -1)
 
 
-def _cells(value, axis):
-    """The cell of a uniform axis that each value lies in (its lower index), and how far into it (0 to 1)."""
-    # The grid's corners are on the sector's rim: clip values that rounding puts beyond it.
-    position = np.clip((value - axis[0]) / (axis[-1] - axis[0]) * (len(axis) - 1), 0, len(axis) - 1)
-    low = np.minimum(position.astype(int), len(axis) - 2)
-    return low, position - low
+def _linear_weights(values, axis):
+    """Weights (n, axis) of linear interpolation between the values of a uniform axis; beyond it, its end counts."""
+    places = (values - axis[0]) / (axis[-1] - axis[0]) * (len(axis) - 1)
+    return np.stack([np.interp(places, np.arange(len(axis)), unit) for unit in np.eye(len(axis))], axis=1)
 
 
 def window(name, length):

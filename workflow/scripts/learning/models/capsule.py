@@ -10,17 +10,14 @@ from isarflow.learning import capsules, confidence, convolution
 from isarflow.learning.classifier import OTHER, Classifier, Outcome
 from isarflow.learning.experiments import cleanest
 from isarflow.learning.features import by_channel
-from isarflow.learning.training_loop import Batches, Checkpoint, Settings, minimize
+from isarflow.learning.training_loop import Batches, Checkpoint, minimize
 
 CODE = [Path(file) for file in (capsules.__file__, convolution.__file__, __file__)]  # on which a training depends
 CHUNK = 16  # images at a time: the inputs of a convolution then fit in the processor's cache
 VALIDATED = 1024  # validation images that judge an epoch, at most
 GAUSSIANS, IMAGES = 8, 40  # Gaussians a class, at most, and images that each of them needs
-WEIGHTS = [
-    *(f"{layer}{kind}" for layer in ("convolution", "primary") for kind in ("", "_offset")),
-    "votes",
-    *(f"decoder{layer}{kind}" for layer in range(3) for kind in ("", "_offset")),
-]
+LAYERS = ("convolution", "primary", "decoder0", "decoder1", "decoder2")
+WEIGHTS = (*LAYERS, *(f"{layer}_offset" for layer in LAYERS), "votes")
 
 
 class Model(Classifier):
@@ -60,50 +57,21 @@ class Model(Classifier):
     }
     SETTINGS = {
         "width": {"type": "integer", "minimum": 1, "description": "filters of the first convolution"},
-        "capsules": {
-            "type": "integer",
-            "minimum": 1,
-            "description": "channels of primary capsules (8 dimensions each)",
-        },
-        "routings": {
-            "type": "integer",
-            "minimum": 1,
-            "maximum": 20,
-            "description": "iterations of the routing by agreement",
-        },
-        "decoder": {
-            "type": "integer",
-            "minimum": 1,
-            "description": "outputs of the decoder's first layer; the second has twice as many",
-        },
+        "capsules": {"type": "integer", "minimum": 1, "description": "channels of primary capsules, of 8 dimensions"},
+        "routings": {"type": "integer", "minimum": 1, "maximum": 20, "description": "iterations of the routing"},
+        "decoder": {"type": "integer", "minimum": 1, "description": "outputs of its first layer; the second has twice"},
         "epochs": {"type": "integer", "minimum": 1, "description": "passes over the training images, at most"},
-        "patience": {
-            "type": "integer",
-            "minimum": 1,
-            "description": "epochs without a smaller validation loss after which training stops",
-        },
+        "patience": {"type": "integer", "minimum": 1, "description": "epochs without a smaller validation loss"},
         "batch": {"type": "integer", "minimum": 1, "description": "images a batch"},
         "learning_rate": {"type": "number", "exclusiveMinimum": 0, "description": "Adam's in the first epoch"},
-        "decay": {
-            "type": "number",
-            "exclusiveMinimum": 0,
-            "maximum": 1,
-            "description": "factor of the learning rate from one epoch to the next",
-        },
-        "reconstruction": {
-            "type": "number",
-            "minimum": 0,
-            "description": "weight of the reconstruction's mean squared error",
-        },
+        "decay": {"type": "number", "exclusiveMinimum": 0, "maximum": 1, "description": "of the rate, an epoch"},
+        "reconstruction": {"type": "number", "minimum": 0, "description": "weight of its mean squared error"},
         "denoise": {"type": "boolean", "description": "true: the decoder's aim is the image without noise"},
-        "complex": {
-            "type": "boolean",
-            "description": "true: real and imaginary parts in and out, instead of magnitudes",
-        },
+        "complex": {"type": "boolean", "description": "true: real and imaginary parts, instead of magnitudes"},
     }
     by_snr = True
     smallest = 17  # capsules.SMALLEST, as a number that is read and not run
-    watch = None  # as of `training_loop.Settings`
+    watch = None  # as of `training_loop.minimize`
     _ready = None, None  # the primary capsules' weights and their transforms: made once for all predictions
 
     def fit(self, images, labels, validation=None, snrs=None, views=None):
@@ -178,10 +146,6 @@ class Model(Classifier):
             return costs.mean(), right.sum() / max(of_class.sum(), 1)
 
         batches = Batches(len(x), settings["batch"], random, snrs)
-
-        def rate(epochs):
-            return settings["learning_rate"] * settings["decay"] ** epochs
-
         checkpoint = None
         if self.checkpoints is not None:
             shown = x, sources, y, np.array(snrs, str), *(held_out or ())
@@ -192,8 +156,10 @@ class Model(Classifier):
         # At the full rate at once, all lengths of a large network may become 1, where they have no gradient, for
         # thousands of steps.
         warm_up = len(weights["votes"]) // 2
-        steps = Settings(rate, settings["epochs"], settings["patience"], checkpoint, self.watch, warm_up)
-        learned, self.curve_ = minimize(loss, weights, batches, inputs, steps, validate if held_out else None)
+        how = {"rate": lambda epochs: settings["learning_rate"] * settings["decay"] ** epochs}
+        how |= {"epochs": settings["epochs"], "patience": settings["patience"], "validate": held_out and validate}
+        how |= {"checkpoint": checkpoint, "watch": self.watch, "warm_up": warm_up}
+        learned, self.curve_ = minimize(loss, weights, batches, inputs, **how)
         self._keep(learned)
 
     def _fit_mixtures(self, vectors, y):
@@ -224,9 +190,6 @@ class Model(Classifier):
         parts = [capsules.activations(weights, x[i : i + CHUNK], routings) for i in range(0, len(x), CHUNK)]
         return np.concatenate(parts)
 
-    def decision_function(self, images):
-        return capsules.lengths(self._vectors(self._inputs(images)))
-
     def _decoded(self, images):
         """Inputs, activation vectors, their lengths, 1 for the longest of each image, and the decoded images."""
         x = self._inputs(images)
@@ -250,7 +213,8 @@ class Model(Classifier):
         seen, predicted = x.reshape(len(x), -1), scores.argmax(axis=1)
         known = {"mse": -((seen - made) ** 2).mean(axis=1), "length": scores.max(axis=1)}
         if self.settings["complex"]:
-            known["coherence"] = confidence.coherence(confidence.complex_of(seen), confidence.complex_of(made))
+            # The imaginary part of each pixel follows its real part.
+            known["coherence"] = confidence.coherence(seen.view(np.complex64), made.view(np.complex64))
         else:
             known["zncc"] = confidence.zncc(seen, made)
             known["noise_zncc"] = confidence.zncc(seen, made, confidence.noise_variance(seen))

@@ -5,7 +5,7 @@ import numpy as np
 from isarflow.learning import confidence, openmax
 from isarflow.learning.classifier import OTHER, Classifier, Outcome
 from isarflow.learning.features import unit
-from isarflow.learning.training_loop import Batches, Settings, glorot, minimize
+from isarflow.learning.training_loop import Batches, glorot, minimize
 
 
 class Model(Classifier):
@@ -74,16 +74,14 @@ class Model(Classifier):
             return costs.mean(), right.mean()
 
         random = np.random.default_rng(self.seed)
-        sizes = (x.shape[1], self.settings["width"], len(self.classes_))
-        weights = {}
-        for name, rows, columns in zip(("hidden", "output"), sizes[:-1], sizes[1:], strict=True):
+        width, weights = self.settings["width"], {}
+        for name, rows, columns in (("hidden", x.shape[1], width), ("output", width, len(self.classes_))):
             weights[name] = glorot(random, (rows, columns), rows + columns)
             weights[f"{name}_offset"] = np.zeros(columns, np.float32)
         batches = Batches(len(x), self.settings["batch"], random, snrs)
-        settings = Settings(lambda epochs: self.settings["learning_rate"], self.settings["epochs"])
-        learned, self.curve_ = minimize(
-            loss, weights, batches, lambda rows: (x[rows], y[rows]), settings, validate if held_out else None
-        )
+        how = {"rate": lambda epochs: self.settings["learning_rate"], "epochs": self.settings["epochs"]}
+        how |= {"validate": held_out and validate}
+        learned, self.curve_ = minimize(loss, weights, batches, lambda rows: (x[rows], y[rows]), **how)
         self._keep(learned)
 
     def _hidden(self, x):

@@ -9,7 +9,6 @@ import numpy as np
 from scipy.linalg import eigh
 from scipy.ndimage import uniform_filter
 
-from isarflow.core.errors import InputError
 from isarflow.learning.classifier import OTHER, Classifier, Outcome
 from isarflow.learning.features import by_channel, standardized, unit, unit_rows
 
@@ -28,21 +27,17 @@ FAR_I0 = (0.00392377, -0.01647633, 0.02635537, -0.02057706, 0.00916281, -0.00157
 
 
 class Model(Classifier):
-    """The class of the likeliest view of the library, and its likelihood, as in docs/recognition.md.
+    """The class of the likeliest view of the library, and its likelihood; docs/recognition.md has the equations.
 
-    An image x of unit energy and N pixels over all channels holds a share n of noise, whose covariance over the pixels
-    is n Q, with Q of trace 1 from images of noise alone. n follows from the image's faint pixels: for noise alone
+    An image of unit energy and N pixels over all channels holds a share n of noise, whose covariance over the pixels is
+    n Q, with Q of trace 1 from images of noise alone. n follows from the image's faint pixels: for noise alone
     |x_p|^2 / Q_pp has an exponential distribution, with -log(1 - FAINT) as its quantile FAINT.
-    Rice (Rice 1945): a pixel's magnitude under that of a template, at the likeliest scale s. Its variance is that of
-    the noise, n Q_pp, and s^2 times the share `mismatch` of the template's power around the pixel. The score is the
-    log-likelihood less the largest that any magnitudes could have.
-    Coherence c (Kraut, Scharf and McWhorter 2001) with S = (1 - n) R + n Q, R being the covariance of the training
-    images; the log-likelihood ratio of N independent samples of unknown level is -N log(1 - c).
-    A class's score is the first plus COHERENCE times the second, each of its best template. Confidence scores are the
-    largest of a class: `likelihood`, and of its parts alone `rice` and `coherence`.
+    A class's score is that of magnitudes (Rice 1945) plus COHERENCE times that of coherence (Kraut, Scharf and
+    McWhorter 2001), each of its best template. Confidence scores are the largest of a class: `likelihood`, and of its
+    parts alone `rice` and `coherence`.
     templates_: (templates, N), complex64, of unit energy, grouped by class; starts_: (classes + 1,), where each class's
-    begin, and their number; basis_: (N, directions) complex64 B with B^H Q B = 1 and B^H R B = diag(powers_); noise_:
-    (N,), the diagonal of Q; shape_: (channels, range, crossrange).
+    begin, and their number; basis_: (N, directions) complex64 B with B^H Q B = 1 and B^H R B = diag(powers_), R being
+    the covariance of the training images; noise_: (N,), the diagonal of Q; shape_: (channels, range, crossrange).
     """
 
     LABELS = {"likelihood": ("likelihood", "the likelihood of the library", 12)}
@@ -59,8 +54,6 @@ class Model(Classifier):
     def fit(self, images, labels, validation=None, snrs=None, views=None):
         for made in ("_white", "_bank"):  # of templates of an earlier fit
             vars(self).pop(made, None)
-        if self.settings.get("other"):
-            raise InputError("the likelihood has no class 'other': take 'other' out of the model's settings.")
         order = np.flatnonzero(labels != OTHER)
         order = order[np.argsort(labels[order], kind="stable")]
         self.classes_, starts = np.unique(labels[order], return_index=True)

@@ -32,11 +32,14 @@ class Solver(FieldSolver):
 
     def solve(self, vertices, triangles, sweep, symmetry, threads, progress):
         from isarflow.core.compiled import keep_compiled
+        from isarflow.scattering.device import holds
         from isarflow.scattering.solve import solve
 
         box = np.ptp(vertices, axis=0)
         measures = {"unknowns": topology.unknowns(triangles), "triangles": len(triangles), "box": box}
         settings = self._settings(measures, len(symmetry), sweep)
+        if holds(measures["unknowns"], 2 ** len(symmetry)):
+            settings["tolerance"] = None  # a GPU factorizes whole matrices faster than the processor compressed ones
         kind = "whole" if settings["tolerance"] is None else f"compressed to {settings['tolerance']:g}"
         print(f"on {keep_compiled()}, with {kind} matrices")
         _, seconds = at_one_frequency(measures, len(symmetry), sweep, **settings)
