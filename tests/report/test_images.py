@@ -1,6 +1,5 @@
 """Images of the page, what its viewer makes them of, and files that it holds: packed, and to the letter."""
 
-import base64
 from types import SimpleNamespace
 
 import fake
@@ -9,8 +8,9 @@ import pytest
 import xarray as xr
 from pages import unpacked
 
+from isarflow.learning import likeness
 from isarflow.report import section_alike, section_explore, section_images
-from isarflow.report.embed import embedded
+from isarflow.report.page import embedded
 
 
 def test_the_images_are_shown_in_the_first_polarization_and_once_in_all(tmp_path, few_pictures):
@@ -23,19 +23,20 @@ def test_the_images_are_shown_in_the_first_polarization_and_once_in_all(tmp_path
     size = 3 * 24 * 2 * 15 * 8 / 1e6
     assert f"Their store has {size:.3g} MB, the store of each SNR {2 * size:.3g} MB." in text
     store = xr.open_zarr(results.folder / "imaging/drone/clean.zarr").load().image
-    (gallery,) = section_images.channel_gallery(results, "drone")
+    drawn = {figure.name: figure for figure in section_images.galleries(results)}
+    gallery = drawn["gallery_polarization"]
     for name, rows in gallery.data.groupby("image"):
         truth = store.sel(elevation=0, channel=name).isel(azimuth=24 // 8).values.ravel()
         np.testing.assert_allclose(rows["level_db"], 20 * np.log10(np.abs(truth)), atol=0.006)
     assert list(dict.fromkeys(gallery.data["image"])) == ["HH", "VV"]
-    first = section_images.azimuth_gallery(results, "drone").data
+    first = drawn["images_drone"].data
     azimuth = first["azimuth_deg"].iloc[0]
     truth = store.sel(elevation=0, azimuth=azimuth, channel="HH").values.ravel()
     shown = first[first["azimuth_deg"] == azimuth]["level_db"]
     np.testing.assert_allclose(shown, 20 * np.log10(np.abs(truth)), atol=0.006)
     # The viewer begins with the first, and likeness is of it: here of views a step of azimuth apart.
     assert section_explore.explorer(results)["polarizations"] == ["HH", "VV"]
-    found = section_alike.likeness_by_angle(results, "drone", 15.0).iloc[0]
+    found = likeness.by_angle(results.images("drone", "clean").image, 15.0).iloc[0]
     views = np.abs(store.sel(channel="HH").transpose("elevation", "azimuth", ...).values).reshape(3, 24, -1)
     beside = [np.corrcoef(views[e, a], views[e, a - 1])[0, 1] for e in range(3) for a in range(24)]
     assert found["along"] == "azimuth" and found["mean"] == pytest.approx(np.mean(beside), abs=1e-5)
@@ -58,18 +59,11 @@ def test_the_images_that_look_alike_are_those_with_the_largest_correlation_of_ma
     assert "elevation 2°" in figure.caption and "u 0° and a 0°" not in figure.caption
     # Likeness is one for the same image, and none without contrast.
     images = np.random.default_rng(3).normal(size=(4, 5, 6, 2)) @ [1, 1j]
-    rows = section_alike.standardized(images)
-    same = section_alike.standardized((3 * np.abs(images) + 2).astype(complex))
+    rows = likeness.standardized(images)
+    same = likeness.standardized((3 * np.abs(images) + 2).astype(complex))
     np.testing.assert_allclose(np.diag(rows @ same.T), 1)
     assert np.abs(rows @ rows.T - np.eye(4)).max() <= 1
-    assert not section_alike.standardized(np.ones((1, 5, 6))).any()
-
-
-def numbers(packed):
-    """Return whole numbers of two bytes, times their scale where they have one."""
-    if isinstance(packed, dict):
-        return packed["scale"] * numbers(packed["numbers"])
-    return np.frombuffer(base64.b64decode(packed), "<i2")
+    assert not likeness.standardized(np.ones((1, 5, 6))).any()
 
 
 def _sorted(corners):
@@ -85,12 +79,12 @@ def test_the_viewer_has_the_fields_and_meshes_of_the_stores_and_the_run_s_ways(r
     assert data["snrs"] == [24, 12, 2.5, 0, -12]
     field, mesh = data["targets"][2]["field"], data["targets"][2]["mesh"]
     store = xr.open_zarr(results.folder / "scattering" / "ufo.zarr").field.values  # in the viewer's order
-    kept = numbers(field).reshape(*store.shape, 2) @ [1, 1j]
+    largest = max(np.abs(store.real).max(), np.abs(store.imag).max())
+    kept = largest / section_explore.FULL * np.reshape(field, (*store.shape, 2)) @ [1, 1j]
     np.testing.assert_allclose(kept, store, rtol=0, atol=2.2e-5 * np.abs(store).max())
     # The same triangles, of the same sense of rotation, in whatever order: each from its smallest corner.
-    triangles = np.cumsum(numbers(mesh["triangles"])).reshape(-1, 3)
     points, corners = results.surfaces["ufo"]
-    seen = numbers(mesh["vertices"]).reshape(-1, 3)[triangles]
+    seen = np.array(mesh["vertices"])[mesh["triangles"]]
     np.testing.assert_allclose(_sorted(seen), _sorted(points[corners]), atol=1.1e-4)
     # The run's own way comes first, and one that cannot be is left out.
     without = fake.results(results.folder, fake.changed(imaging={"reformat": "none"}))
@@ -99,14 +93,14 @@ def test_the_viewer_has_the_fields_and_meshes_of_the_stores_and_the_run_s_ways(r
     assert list(section_explore._ways(frequency, angle, "none")) == ["none"]
 
 
-# 3 targets of 5 frequencies and 24 azimuths: 1440 bytes for each polarization and elevation.
-@pytest.mark.parametrize(("most", "polarizations", "elevations"), [(8640, 2, 3), (8639, 1, 3), (2900, 1, 2), (9, 1, 1)])
+# 3 targets of 5 frequencies and 24 azimuths: 360 samples for each polarization and elevation.
+@pytest.mark.parametrize(("most", "polarizations", "elevations"), [(2160, 2, 3), (2159, 1, 3), (725, 1, 2), (9, 1, 1)])
 def test_the_viewer_grows_no_further_than_a_page_bears(results, monkeypatch, most, polarizations, elevations):
     monkeypatch.setattr(section_explore, "MOST_TRIANGLES", 10)
-    monkeypatch.setattr(section_explore, "MOST_BYTES", most)
+    monkeypatch.setattr(section_explore, "MOST_SAMPLES", most)
     data = section_explore.explorer(results)
     assert (len(data["polarizations"]), len(data["elevations"])) == (polarizations, elevations)
-    assert sum(numbers(one["field"]).size for one in data["targets"]) == 720 * polarizations * elevations
+    assert sum(len(one["field"]) for one in data["targets"]) == 720 * polarizations * elevations
     assert [one["mesh"] for one in data["targets"]] == [None, None, None]
 
 

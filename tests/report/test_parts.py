@@ -9,14 +9,16 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
+from study.selection import at_highest
 
 from isarflow import report
-from isarflow.core import kinds
+from isarflow.core import kinds, words
 from isarflow.core.sweep import C0
-from isarflow.report import draw_images, draw_mesh, layout, page, plots, section_open, selection, vocabulary
+from isarflow.imaging.outline import OUTLINE, outline
+from isarflow.imaging.range_profiles import range_profiles
+from isarflow.report import layout, page, plots, section_open, selection, vocabulary
 from isarflow.report.published import _offset, beside
 from isarflow.report.section_headline import curves
-from isarflow.report.section_scattering import range_profiles
 from isarflow.report.thesis import full_size, size
 from isarflow.report.vocabulary import Names, select
 
@@ -54,18 +56,18 @@ def test_what_is_shown_does_not_depend_on_the_file():
 
 def test_shapes_are_drawn_true_in_colours_that_stand_out_and_paths_to_a_hundredth_of_a_point():
     # Projections keep lengths and hands.
-    np.testing.assert_allclose(np.square(draw_mesh.project(np.eye(3), *draw_mesh.OBLIQUE)).sum(axis=0), 1)
+    np.testing.assert_allclose(np.square(plots.project(np.eye(3), *plots.OBLIQUE)).sum(axis=0), 1)
     # x to the right, y up, z towards the eye: from above, right-handed.
-    np.testing.assert_allclose(np.diagonal(draw_mesh.project(np.eye(3), *draw_mesh.TOP)), 1)
+    np.testing.assert_allclose(np.diagonal(plots.project(np.eye(3), *plots.TOP)), 1)
     corners = np.array([[x, y, 0.0] for x in (-0.3, 0.3) for y in (-0.1, 0.1)])
     plate = np.array([[0, 2, 1], [1, 2, 3]])
-    cross, distance, covered = draw_images.outline(corners, plate, 0.0, 0.0)
-    inside = covered > draw_images.OUTLINE
+    cross, distance, covered = outline(corners, plate, 0.0, 0.0)
+    inside = covered > OUTLINE
     assert np.ptp(distance[inside.any(axis=1)]) == pytest.approx(0.6, rel=0.03)  # along x, towards the radar
     assert np.ptp(cross[inside.any(axis=0)]) == pytest.approx(0.2, rel=0.06)
     for turn in (0.0, 30.0, 45.0):  # a vertical sheet in the plane of x and z, seen along its edge from above
         upright = corners[:, [0, 2, 1]]
-        assert draw_images.outline(upright, plate, 0.0, turn)[2].max() > draw_images.OUTLINE
+        assert outline(upright, plate, 0.0, turn)[2].max() > OUTLINE
     # Graphics need a contrast of 3 to 1 (WCAG 2.1, 1.4.11).
     rgb = np.array([matplotlib.colors.to_rgb(color) for color in layout.PALETTE])
     linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
@@ -231,14 +233,14 @@ def test_rows_are_selected_and_values_runs_and_tables_are_written_as_a_reader_ex
     table = pd.DataFrame({"model": ["lr", "lr", "svm"], "test_snr_db": [0, 6, 6]})
     assert select(table, model="lr", test_snr_db=6).index.tolist() == [1]
     assert select(table, test_snr_db=[0, 6], model=("svm",)).index.tolist() == [2]
-    assert vocabulary.at_highest(table).index.tolist() == [1, 2]
+    assert at_highest(table).index.tolist() == [1, 2]
     data = pd.DataFrame({"target": ["a", "b"], "count": [1234, 5], "share": [0.25, np.nan]})
-    shown = {"target": "{target}", "count": "{count:,}", "share": lambda row: layout.number(row["share"], 1)}
+    shown = {"target": "{target}", "count": "{count:,}", "share": lambda row: words.number(row["share"], 1)}
     table = layout.table("x", data, shown, "")
     assert [[*row.values()] for row in table.shown.to_dict("records")] == [["a", "1,234", "0.2"], ["b", "5", "–"]]
     assert table.data is data and table.text_columns == ["target"]
     values = {None: "–", 0: "0", 0.03654: "0.0365", 48.8: "48.8", 1234: "1234", 5e-6: "5.00×10⁻⁶"}
-    assert {value: layout.number(value) for value in values} == values
+    assert {value: words.number(value) for value in values} == values
     row = {"value": 0.91239, "low": 0.8, "high": 0.95}
     assert vocabulary.with_interval(row) == "0.912 [0.800, 0.950]"
     assert vocabulary.with_interval(row | {"low": np.nan, "high": np.nan}) == "0.912"

@@ -12,10 +12,12 @@ from pages import check_whole
 
 from isarflow.core.errors import InputError
 from isarflow.core.sweep import C0, directions, unit_vectors
-from isarflow.report.rcs import as_table, write_rcs
-from isarflow.report.rcs_compare import compare, compare_figure, compare_table
-from isarflow.report.rcs_figures import ALONG, SINGLE, cut, cut_figure, frequency_figure, map_figure, rcs_dbsm
+from isarflow.report.rcs import compare_figure, compare_table, write_rcs
+from isarflow.report.rcs_figures import cut_figure, frequency_figure, map_figure
+from isarflow.scattering.compared import compare
+from isarflow.scattering.cuts import ALONG, SINGLE, cut
 from isarflow.scattering.interpolation import is_dense, order
+from isarflow.scattering.rcs import as_table, rcs_dbsm
 from isarflow.scattering.store import write_field
 
 REACH, FREQUENCY = 0.3, np.array([1.0e9, 1.5e9])

@@ -13,6 +13,7 @@ from pages import check_whole, unpacked
 
 import isarflow.report.results
 from isarflow.core.sweep import C0
+from isarflow.learning import likeness
 from isarflow.report import section_alike, section_headline, section_open, section_run
 from isarflow.report.plots import REJECTING
 from isarflow.report.vocabulary import PROTOCOLS, select
@@ -292,15 +293,15 @@ def test_protocols_and_splits_are_in_the_table_of_all_tried_and_several_looks_in
 
 
 def test_likeness_is_measured_by_the_angle_between_views(by_elevation):
-    data = section_alike.likeness_by_angle(by_elevation, "drone", 45).set_index(["along", "degrees"])
+    data = likeness.by_angle(by_elevation.images("drone", "clean").image, 45).set_index(["along", "degrees"])
     image = np.abs(by_elevation.images("drone", "clean").image.transpose("elevation", "azimuth", ...).values)
     flat = image.reshape(5, 24, -1)
     beside = [(flat[e, a - 2], flat[e, a]) for e in range(5) for a in range(24)]
     above = [(flat[e, a], flat[e + 3, a]) for e in range(2) for a in range(24)]
     for where, pairs in ((("azimuth", 30.0), beside), (("elevation", 45.0), above)):
-        likeness = [np.corrcoef(one, other)[0, 1] for one, other in pairs]
-        assert data.loc[where, "mean"] == pytest.approx(np.mean(likeness), abs=1e-5)
-        assert data.loc[where, "low"] == pytest.approx(np.quantile(likeness, 0.1), abs=1e-5)
+        alike = [np.corrcoef(one, other)[0, 1] for one, other in pairs]
+        assert data.loc[where, "mean"] == pytest.approx(np.mean(alike), abs=1e-5)
+        assert data.loc[where, "low"] == pytest.approx(np.quantile(alike, 0.1), abs=1e-5)
     assert all(data.loc[along].index.tolist() == [15, 30, 45] for along in ("azimuth", "elevation"))
     drawn = section_alike.angle_figure(by_elevation)
     assert set(drawn.data["target"]) == {"drone", "missile"}
