@@ -1,11 +1,9 @@
-"""The report, and the page of the thesis, of made-up runs with all stages, each drawn once for all tests of it."""
+"""The report of a made-up run with all stages, drawn once for all tests of it."""
 
 import fake
-import fake_thesis
 import pytest
 
-from isarflow.report import section_images, selection
-from isarflow.report.results import Results
+from isarflow.report import layout, section_images, selection
 
 
 @pytest.fixture(scope="session")
@@ -17,7 +15,7 @@ def whole(tmp_path_factory):
 @pytest.fixture
 def results(whole):
     """The results that the report shows, read anew for each test."""
-    return Results(whole.parent, fake.SETTINGS, fake.names(fake.SETTINGS))
+    return fake.results(whole.parent)
 
 
 @pytest.fixture
@@ -28,7 +26,8 @@ def few_pictures(monkeypatch):
     monkeypatch.setattr(selection, "GALLERY_SNRS", 2)
 
 
-@pytest.fixture(scope="session")
-def thesis_page(tmp_path_factory):
-    """The folder of the page of the thesis of a run that has all of it; the results lie two levels above."""
-    return fake_thesis.write(tmp_path_factory.mktemp("thesis") / "fake", fake_thesis.settings())
+@pytest.fixture(autouse=True)
+def style():
+    """Figures are drawn as on the page."""
+    with layout.style():
+        yield

@@ -1,10 +1,12 @@
 """A small tree of made-up results in the layout of the other stages, for the report to show."""
 
+import copy
 import json
 
 import numpy as np
 import xarray as xr
-from fake_learning import OFFSET, coordinate, learn
+from fake_learning import OFFSET, SCORES, learn
+from shapes_made import sphere
 
 from isarflow.core import store as stores
 from isarflow.core import sweep
@@ -12,29 +14,24 @@ from isarflow.core.kinds import MODELS, available, page_names
 from isarflow.mesh.io import write_ply
 from isarflow.mesh.measures import describe, size
 from isarflow.report.page import write_report
+from isarflow.report.results import Results
 from isarflow.scattering.store import write_field
 
 CLEAN, SECTOR = {"elevation": "all", "snr_db": "clean"}, {"open": True, "split": "sector"}
+SMALL = {"width": 16, "capsules": 2}
 SETTINGS = {
     "name": "fake",
     "seed": 3,
     "targets": {
-        "ufo": {"mesh": "ufo.stl", "role": "unknown"},
-        "missile": {"mesh": "missile.stl", "role": "known"},
-        "drone": {"mesh": "drone.stl", "role": "known"},
+        name: {"mesh": f"{name}.stl", "role": role}
+        for name, role in {"ufo": "unknown", "missile": "known", "drone": "known"}.items()
     },
     "mesh": {"bands": 2, "edges_per_wavelength": 10},
     "radar": {"center_frequency": 1e9, "bandwidth": 0.4e9, "frequencies": 5, "polarizations": ["VV", "HH"]},
     "aspect": {"elevation": {"start": -30, "stop": 30, "step": 30}, "azimuth": {"count": 24}},
     "scattering": {"solver": "mom", "formulation": "efie", "precision": "single", "tolerance": 1e-5},
-    "imaging": {
-        "imager": "fourier",
-        "polarizations": ["VV"],
-        "aperture": 3,
-        "window": "hamming",
-        "reformat": "polar",
-        "upsample": "none",
-    },
+    "imaging": {"imager": "fourier", "polarizations": ["VV"], "aperture": 3}
+    | {"window": "hamming", "reformat": "polar", "upsample": "none"},
     "noise": {"snr_db": [-12, 0, 2.5, 12, 24], "realizations": 2, "definition": "peak_3db", "per": "image"},
     "learning": {
         "split": {"scheme": "random", "train": 0.7, "validation": 0.33, "folds": 3, "spacing": 0},
@@ -46,41 +43,40 @@ SETTINGS = {
             "svm": {"C": 930.66, "scale": 2.75},
             "knn": {"k": 1},
             "fcnn": {"width": 756, "epochs": 3},
-            "capsule": {"width": 16, "capsules": 2, "epochs": 5},
-            "capsule_denoise": {"kind": "capsule", "width": 16, "capsules": 2},
+            "capsule": {**SMALL, "epochs": 5},
+            "capsule_denoise": {**SMALL, "kind": "capsule"},
         },
         "experiments": {
             "single_elevation": {"train": {"elevation": [0], "snr_db": "clean"}, "models": ["lr", "svm", "knn"]},
-            "multi_elevation": {"train": dict(CLEAN), "models": ["lr", "knn"]},
+            "multi_elevation": {"train": CLEAN, "models": ["lr", "knn"]},
             "noisy_training": {"train": {"elevation": [0, 30], "snr_db": {"each": [2.5, 12]}}, "models": ["lr", "svm"]},
-            "fcnn_open": {"train": dict(CLEAN), "models": ["fcnn", "knn"], "open": True},
-            "sector": {"train": dict(CLEAN), "models": ["lr", "lr_tuned", "knn"], **SECTOR},
-            "sector_fcnn": {"train": dict(CLEAN), "models": ["fcnn"], **SECTOR, "folds": [1, 3]},  # some of the folds
+            "fcnn_open": {"train": CLEAN, "models": ["fcnn", "knn"], "open": True},
+            "sector": {"train": CLEAN, "models": ["lr", "lr_tuned", "knn"], **SECTOR},
+            "sector_fcnn": {"train": CLEAN, "models": ["fcnn"], **SECTOR, "folds": [1, 3]},  # some of the folds
             # One fold: there are no intervals.
-            "capsule_sector": {"train": dict(CLEAN), "models": ["capsule"], **SECTOR, "folds": [2], "upsample": 16},
-            "capsule_open": {"train": dict(CLEAN), "models": ["capsule"], "open": True, "upsample": 16},
-            "capsule_closed": {"train": dict(CLEAN), "models": ["capsule"], "upsample": 16},
-            "noisy_capsule": {
-                "train": {"elevation": "all", "snr_db": {"random": ["clean", 0, 2.5, 12, 24]}},
-                "models": ["capsule", "capsule_denoise"],
-                "open": True,
-                "upsample": 16,
-            },
+            "capsule_sector": {"train": CLEAN, "models": ["capsule"], **SECTOR, "folds": [2], "upsample": 16},
+            "capsule_open": {"train": CLEAN, "models": ["capsule"], "open": True, "upsample": 16},
+            "capsule_closed": {"train": CLEAN, "models": ["capsule"], "upsample": 16},
+            "noisy_capsule": {"train": {"elevation": "all", "snr_db": {"random": ["clean", 0, 2.5, 12, 24]}}}
+            | {"models": ["capsule", "capsule_denoise"], "open": True, "upsample": 16},
         },
     },
 }
 # Half axes in m.
 SHAPES = {"ufo": (0.3, 0.3, 0.1), "disc": (0.2, 0.2, 0.02), "missile": (0.5, 0.08, 0.08), "drone": (0.25, 0.25, 0.06)}
+# What the solver made of a sphere, almost right.
+SPHERE = {"radius_wavelengths": 0.35, "unknowns": 570, "error_db": -0.012, "phase_deg": 0.3, "edges_per_wavelength": 10}
+ATTRS = {"snr_definition_offset_db": OFFSET, "range_extent": 1.5, "crossrange_extent": 1.0}  # of stores of images
 
-# Of every store of images.
-ATTRS = {"polarization": "VV", "aperture_angle": 75.0, "range_wavenumber": 21.0, "snr_definition_offset_db": OFFSET}
-ATTRS |= {"range_resolution": 0.3, "crossrange_resolution": 0.2, "range_extent": 1.5, "crossrange_extent": 1.0}
 
-
-def write(root, settings):
-    """Made-up results in `root`, and their report; returns its folder."""
-    make(root, settings)
-    return again(root, settings, root / "report")
+def changed(experiments=None, settings=SETTINGS, **sections):
+    """Settings with these of their experiments alone, if they are named, and with these keys of sections."""
+    settings = copy.deepcopy(settings)
+    if experiments is not None:
+        settings["learning"]["experiments"] = {name: settings["learning"]["experiments"][name] for name in experiments}
+    for section, keys in sections.items():
+        settings[section] |= keys
+    return settings
 
 
 def names(settings):
@@ -89,77 +85,62 @@ def names(settings):
     return page_names({name: own for name, own in models.items() if own.get("kind", name) in kinds})
 
 
-def again(root, settings, report):
+def results(folder, settings=SETTINGS):
+    """The results in `folder` as the report reads them."""
+    return Results(folder, settings, names(settings))
+
+
+def write(root, settings=SETTINGS):
+    """Made-up results in `root`, and their report; returns its folder."""
+    make(root, settings)
+    report = root / "report"
     write_report(root, settings, names(settings), report / "index.html", report / "figures", report / "tables")
     return report
 
 
-def make(folder, settings):
-    """Fill `folder` (results/<name>) with made-up results for the settings."""
-    frequency = sweep.frequencies(settings["radar"])
-    elevation, azimuth = sweep.elevations(settings["aspect"]), sweep.azimuths(settings["aspect"])
+def make(folder, settings=SETTINGS, scores=SCORES):
+    """Fill `folder` (results/<name>) with made-up results for the settings. scores: of models that have their own."""
+    directions = sweep.elevations(settings["aspect"]), sweep.azimuths(settings["aspect"])
+    has_images = settings["radar"]["frequencies"] > 1
     for name in settings["targets"]:
         if "mesh" in settings["targets"][name]:
             _mesh(folder / "mesh", name, settings)
-            _sphere(folder / "scattering" / "check" / "sphere.json")
-        _scattering(folder / "scattering" / f"{name}.zarr", name, settings, frequency, elevation, azimuth)
-        if len(frequency) > 1:
-            _images(folder / "imaging" / name, settings, elevation, azimuth)
-    if len(frequency) > 1 and settings["learning"]["experiments"]:
-        learn(folder / "learning", settings)
-    record = folder / "benchmarks" / "mesh" / "drone.tsv"
-    record.parent.mkdir(parents=True)
-    record.write_text("s\th:m:s\tmax_rss\n12.5\t0:00:12\t250.0\n")
-
-
-def ellipsoid(half_axes, rings=12):
-    """Vertices (n, 3) and triangles (m, 3) of a closed ellipsoid."""
-    down, along = np.linspace(0, np.pi, rings + 1)[1:-1], np.arange(2 * rings) * np.pi / rings
-    polar, turn = np.meshgrid(down, along, indexing="ij")
-    around = np.stack([np.sin(polar) * np.cos(turn), np.sin(polar) * np.sin(turn), np.cos(polar)], axis=-1)
-    vertices = np.vstack([around.reshape(-1, 3), [[0, 0, 1], [0, 0, -1]]]) * half_axes
-    ring = np.arange(polar.size).reshape(polar.shape)
-    after, north, south = np.roll(ring, -1, axis=1), np.full(2 * rings, polar.size), np.full(2 * rings, polar.size + 1)
-    faces = [(north, ring[0], after[0]), (south, after[-1], ring[-1])]
-    faces += [(ring[:-1], ring[1:], after[:-1]), (after[:-1], ring[1:], after[1:])]
-    return vertices, np.concatenate([np.stack(face, axis=-1).reshape(-1, 3) for face in faces])
+            (folder / "scattering" / "check").mkdir(parents=True, exist_ok=True)
+            (folder / "scattering" / "check" / "sphere.json").write_text(json.dumps(SPHERE))
+        _scattering(folder / "scattering" / f"{name}.zarr", name, settings, *directions)
+        if has_images:
+            _images(folder / "imaging" / name, settings, *directions)
+    if has_images and settings["learning"]["experiments"]:
+        learn(folder / "learning", settings, scores)
+    (folder / "benchmarks" / "mesh").mkdir(parents=True)
+    (folder / "benchmarks" / "mesh" / "drone.tsv").write_text("s\th:m:s\tmax_rss\n12.5\t0:00:12\t250.0\n")
 
 
 def _mesh(folder, name, settings):
     """The same ellipsoid in every band, with its true figures."""
     folder.mkdir(parents=True, exist_ok=True)
-    surface = ellipsoid(SHAPES[name])
-    counts = {"vertices": len(surface[0]), "triangles": len(surface[1])}
-    source = size(*surface) | counts | {"thinned_by": 0.0, "thinned_area": 0.0, "thinned_volume": 0.0}
-    write_ply(folder / f"{name}-source.ply", *surface)
-    bands = []
+    vertices, triangles = sphere(1.0, 2)
+    vertices, bands = vertices * SHAPES[name], []
+    source = size(vertices, triangles) | {"vertices": len(vertices), "triangles": len(triangles)}
+    source |= {"thinned_by": 0.0, "thinned_area": 0.0, "thinned_volume": 0.0}
+    write_ply(folder / f"{name}-source.ply", vertices, triangles)
     for number, band in enumerate(sweep.bands(settings["radar"], settings["mesh"]["bands"])):
-        write_ply(folder / f"{name}-{number}.ply", *surface)
-        wavelength = sweep.C0 / band[-1]
+        write_ply(folder / f"{name}-{number}.ply", vertices, triangles)
+        wavelength, apart = sweep.C0 / band[-1], ((0.0, vertices[0]),) * 2
+        measures = describe((vertices, triangles), source, apart, wavelength, wavelength / 10)
         frequencies = {"first": float(band[0]), "last": float(band[-1]), "count": len(band)}
-        figures = {"frequencies": frequencies} | describe(
-            surface, source, ((0.0, surface[0][0]),) * 2, wavelength, wavelength / 10
-        )
-        bands.append(figures)
-    source["raw"] = size(*surface) | {"triangles": len(surface[1]) + 2}
+        bands.append({"frequencies": frequencies} | measures)
+    source["raw"] = size(vertices, triangles) | {"triangles": len(triangles) + 2}
     repairs = {"duplicate_triangles": 2, "welded_vertices": 0}
     (folder / f"{name}.json").write_text(json.dumps({"source": source, "repairs": repairs, "bands": bands}))
 
 
-def _sphere(path):
-    """What the solver made of a sphere, almost right."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    found = {"radius_wavelengths": 0.35, "unknowns": 570, "error_db": -0.012, "phase_deg": 0.3, "residual": 2e-6}
-    path.write_text(json.dumps(found | {"edges_per_wavelength": 10, "rcs_db": -1.645, "mie_db": -1.633}))
-
-
-def _scattering(path, name, settings, frequency, elevation, azimuth):
+def _scattering(path, name, settings, elevation, azimuth):
     """Two point scatterers, at the nose and at the tail."""
-    k = 2 * np.pi * frequency / sweep.C0
+    frequency, polarizations = sweep.frequencies(settings["radar"]), settings["radar"]["polarizations"]
     down = np.cos(np.radians(elevation))[:, None] * np.cos(np.radians(azimuth))
-    nose = SHAPES[name][0]
-    field = 0.1 * np.exp(2j * k[:, None, None] * nose * down) + 0.05 * np.exp(-2j * k[:, None, None] * nose * down)
-    polarizations = settings["radar"]["polarizations"]
+    phase = 4 * np.pi / sweep.C0 * np.multiply.outer(frequency, SHAPES[name][0] * down)
+    field = 0.1 * np.exp(1j * phase) + 0.05 * np.exp(-1j * phase)
     field = np.stack([field * (1 + 0.5 * index) for index in range(len(polarizations))]).astype(np.complex64)
     origin = settings["targets"][name].get("field")
     attrs = {"formulation": "external", "origin": {origin: "0123456789abcdef"}, "unknowns": None, "residual": None}
@@ -171,28 +152,23 @@ def _scattering(path, name, settings, frequency, elevation, azimuth):
 
 def _images(folder, settings, elevation, azimuth):
     """Random pixels, each image with its peak at 1 over all its channels."""
-    random = np.random.default_rng([5, *folder.name.encode()])
-    pixels = (settings["radar"]["frequencies"], settings["imaging"]["aperture"])
-    names = settings["imaging"]["polarizations"]
-    channels, inner = ((len(names),), ("channel",)) if len(names) > 1 else ((), ())
-    coords = {"channel": coordinate("channel", np.array(names), "1")} if inner else {}
-    for axis, angles in (("elevation", elevation), ("azimuth", azimuth)):
-        coords[axis] = coordinate(axis, angles, "degrees")
-    for axis, count, step in zip(("range", "crossrange"), pixels, (0.3, 0.2), strict=True):
-        coords[axis] = coordinate(axis, step * (np.arange(count) - count // 2), "m")
-    noise = settings["noise"]
+    random, noise = np.random.default_rng([5, *folder.name.encode()]), settings["noise"]
+    channels = settings["imaging"]["polarizations"]
+    rows, columns = settings["radar"]["frequencies"], settings["imaging"]["aperture"]
+    coords = {"elevation": elevation, "azimuth": azimuth, "channel": channels}
+    coords["range"] = 0.3 * (np.arange(rows) - rows // 2)  # m
+    coords["crossrange"] = 0.2 * (np.arange(columns) - columns // 2)  # m
     for store in ("clean", *map(sweep.snr_label, noise["snr_db"])):
-        lead = () if store == "clean" else (noise["realizations"],)
-        image = random.normal(size=(*lead, len(elevation), len(azimuth), *channels, *pixels, 2)) @ [1, 1j]
-        over = tuple(range(-2 - len(channels), 0))
-        image = (image / np.abs(image).max(axis=over, keepdims=True)).astype(np.complex64)
-        axes = ("realization",) * len(lead) + ("elevation", "azimuth")
-        peak = axes, np.ones(image.shape[: len(axes)], np.float32)
-        images = {"image": ((*axes, *inner, "range", "crossrange"), image), "peak": peak}
-        dataset = xr.Dataset(images, coords, ATTRS)
+        sizes = {} if store == "clean" else {"realization": noise["realizations"]}
+        sizes |= {name: len(values) for name, values in coords.items()}
+        image = random.normal(size=(*sizes.values(), 2)) @ [1, 1j]
+        image = (image / np.abs(image).max(axis=(-3, -2, -1), keepdims=True)).astype(np.complex64)
+        dataset = xr.Dataset({"image": ([*sizes], image)}, coords, ATTRS)
+        if len(channels) == 1:
+            dataset = dataset.isel(channel=0, drop=True)
         if store == "clean":
             # From 0 to twice the mean; one image has no signal.
             offset = np.linspace(0, 2 * OFFSET, len(elevation) * len(azimuth)).reshape(len(elevation), -1)
             offset[len(elevation) // 2, len(azimuth) // 2] = np.nan
-            dataset["snr_definition_offset"] = (axes, offset)
+            dataset["snr_definition_offset"] = ("elevation", "azimuth"), offset
         stores.write(dataset, folder / f"{store}.zarr")

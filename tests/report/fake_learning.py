@@ -13,51 +13,44 @@ from isarflow.learning.judge import SHORT
 from isarflow.learning.scores import COLUMNS, CONFUSION, VALIDATION
 from isarflow.report.selection import decoded_snrs
 
-# Else softmax.
+# Confidence scores; else softmax.
 SCORES = {"capsule": ("mse", "zncc"), "capsule_denoise": ("mse", "zncc", "noise_zncc"), "own": ("my_error", "fit")}
-DECODERS = tuple(SCORES)
 WORSE_HELD_OUT = ("knn", "lr_tuned")
-IMAGES = 200  # test images of each target that are counted
 OFFSET = 2.1  # dB, of all images on average: peak_3db over mean
-APART = 0.01  # what one fold's accuracy is over that of the fold before
-NETWORKS = ("fcnn", "capsule")  # have training curves
+PROTOCOLS = ("thesis", "blind", "kept")  # of thresholds
+NO_BOUNDS = (np.nan, np.nan)
 
 
-def coordinate(name, values, units):
-    return (name, values, {"units": units, "long_name": name})
+def learn(folder, settings, confidence=SCORES):
+    """Accuracy that rises with SNR; every score with an interval around it; curves, and settings tried.
 
-
-def learn(folder, settings):
-    """Accuracy that rises with SNR; every score with an interval around it; curves, and settings tried."""
-    roles = {name: target["role"] for name, target in settings["targets"].items()}
+    confidence: the confidence scores of models that reject by others than softmax; all but FCNNs have a decoder.
+    """
     rows, cells, times, every = [], [], [], runs(settings)
     for name, run in every.items():
         for place, model in enumerate(run["models"]):
             _fitted(folder / "models" / name / model, model, run["division"]["fold"], settings)
             if run["first"]:
-                tested = [of["division"]["fold"] for of in every.values() if _same(of, run)]
-                scored, counted = _scored(run, place, model, tested, settings)
+                alike = (run["experiment"], run["snrs"])
+                folds = [of["division"]["fold"] for of in every.values() if (of["experiment"], of["snrs"]) == alike]
+                known = confidence.get(model, ["softmax"]) if run["open"] else ()
+                scored, counted = _judged(run, place, model, known, folds, settings)
                 rows += scored
                 cells += counted
                 times.append(_time(run, place, model))
-                if run["open"] and model in DECODERS:
-                    _decoded(folder, run, model, roles, settings)
-    machine = {"cpu": "A processor", "cores": 2}
-    (folder / "times.json").write_text(json.dumps({"machine": machine, "threads": 1, "models": times}))
+                if known and model in confidence and model != "fcnn":
+                    _decoded(folder, run, model, settings)
+    timed = {"machine": {"cpu": "A processor", "cores": 2}, "threads": 1, "models": times}
+    (folder / "times.json").write_text(json.dumps(timed))
     scores = pd.DataFrame(rows, columns=COLUMNS)
     pd.concat([scores, _gains(scores, settings)]).to_csv(folder / "scores.csv", index=False)
-    scores = scores[(scores["fold"] == "") & (scores["snr_definition"] == settings["noise"]["definition"])]
-    compared = (scores["metric"] == "f1_weighted") | ((scores["metric"] == "accuracy") & (scores["score"] == ""))
+    compared = scores.query("fold == '' and (metric == 'f1_weighted' or metric == 'accuracy' and score == '')")
+    compared = compared[compared["snr_definition"] == settings["noise"]["definition"]]
     # On the validation images some models do worse on known targets than others that they beat on the test images.
-    worse = scores["model"].isin(WORSE_HELD_OUT) & (scores["score"] == "")
-    held_out = scores.assign(value=scores["value"] - 0.2 * worse)
-    held_out[compared][VALIDATION].to_csv(folder / "validation.csv", index=False)
+    worse = compared["model"].isin(WORSE_HELD_OUT) & (compared["score"] == "")
+    held_out = compared.assign(value=compared["value"] - 0.2 * worse)
+    held_out[VALIDATION].to_csv(folder / "validation.csv", index=False)
     pd.DataFrame(cells, columns=CONFUSION).to_csv(folder / "confusion.csv", index=False)
-
-
-def _same(one, other):
-    """Whether two runs are folds of the same."""
-    return (one["experiment"], one["snrs"]) == (other["experiment"], other["snrs"])
 
 
 def right(snr, place, subset="all"):
@@ -65,55 +58,42 @@ def right(snr, place, subset="all"):
     return 1 - 0.5 / (1 + np.exp((snr + 6 + 3 * place) / 3)) - 0.01 * (subset == "all")
 
 
-def of_fold(value, fold):
-    """The same of one fold: the later ones are better."""
-    return min(value + APART * (fold - 2), 1)
+def _judged(run, place, model, known, folds, settings):
+    """Rows of scores.csv, of all folds, of each, and by the other definition of SNR, and of confusion.csv of one model.
 
-
-def _scored(run, place, model, folds, settings):
-    """Rows of scores.csv and of confusion.csv of one model: of all folds, of each, and by the other definition of SNR.
-
-    folds: the numbers of those that are tested, [0] of a split at random. One fold has no intervals.
+    known: its confidence scores in the open set. folds: the numbers of those that are tested, [0] of a split at random;
+    one fold has no intervals.
     """
     rows, cells, noise = [], [], settings["noise"]
     roles = {name: target["role"] for name, target in settings["targets"].items()}
     labels = sorted(name for name, role in roles.items() if role == "known")
-    other, shift = ("mean", OFFSET) if noise["definition"] == "peak_3db" else ("peak_3db", -OFFSET)
+    own = noise["definition"]
+    other, shift = ("mean", OFFSET) if own == "peak_3db" else ("peak_3db", -OFFSET)
+
+    def bounded(value):
+        return [value, *((value - 0.03, min(value + 0.03, 1)) if folds == [0] or len(folds) > 1 else NO_BOUNDS), 400]
+
+    kinds = [("", ""), *itertools.product(known, PROTOCOLS)]
     subsets = ("all",) if run["elevation"] == "all" else ("all", "trained")
-    for snr, subset in itertools.product(noise["snr_db"], subsets):
+    for snr, subset, (score, threshold) in itertools.product(noise["snr_db"], subsets, kinds):
         head = [run["experiment"], model, run["split"], training(run), train_snr_db(run), snr, subset]
-        value = right(snr, place, subset)
-        known = SCORES.get(model, ["softmax"]) if run["open"] else ()
-        opened = [[score, protocol] for score in known for protocol in ("thesis", "blind", "kept")]
-        for kind in (["", ""], *opened):
-            classes = [*labels, "other"] if kind[0] else labels
-            metrics = [*SHORT, *(f"{what}_{label}" for label in classes for what in ("precision", "recall"))]
-            own = [*head, *kind, noise["definition"]]
-            rows += [[*own, "", metric, *_bounds(value, folds)] for metric in metrics]
-            for fold in folds if len(folds) > 1 else ():
-                rows += [
-                    [*own, fold, metric, of_fold(value, fold), np.nan, np.nan, 100]
-                    for metric in ("accuracy", "f1_weighted")
-                ]
-            if min(noise["snr_db"]) <= snr + shift and snr + 2 * shift <= max(noise["snr_db"]):
-                there = _bounds(right(snr + shift, place, subset), folds)
-                rows += [[*head, *kind, other, "", metric, *there] for metric in SHORT]
-            targets = [*labels, *(name for name, role in roles.items() if role == "unknown")] if kind[0] else labels
-            for target, predicted in itertools.product(targets, classes):
-                truth = target if target in labels else "other"
-                share = value if predicted == truth else (1 - value) / (len(classes) - 1)
-                cells.append([*head, *kind, target, predicted, IMAGES * share])
-        own = [noise["definition"], ""]
-        for score, metric in itertools.product(known, ("auroc", "fpr95", "oscr")):
-            rows.append([*head, score, "", *own, metric, *_bounds(value, folds)])
-        rows += [[*head, *kind, *own, "threshold", 0.6, np.nan, np.nan, 400] for kind in opened]
+        value, columns, classes = right(snr, place, subset), [*head, score, threshold], labels
+        if score:
+            classes = [*labels, "other"]
+            rows.append([*columns, own, "", "threshold", 0.6, *NO_BOUNDS, 400])
+        rows += [[*columns, own, "", metric, *bounded(value)] for metric in SHORT]
+        for fold, metric in itertools.product(folds if len(folds) > 1 else (), ("accuracy", "f1_weighted")):
+            rows.append([*columns, own, fold, metric, min(value + 0.01 * (fold - 2), 1), *NO_BOUNDS, 100])
+        if min(noise["snr_db"]) <= snr + shift and snr + 2 * shift <= max(noise["snr_db"]):
+            rows += [[*columns, other, "", metric, *bounded(right(snr + shift, place, subset))] for metric in SHORT]
+        if threshold == PROTOCOLS[0]:  # what follows has none
+            rows += [[*head, score, "", own, "", metric, *bounded(value)] for metric in ("auroc", "fpr95", "oscr")]
+        for target, predicted in itertools.product(roles, classes):
+            if roles[target] == "known" or (score and roles[target] == "unknown"):
+                is_right = predicted == (target if target in labels else "other")
+                share = value if is_right else (1 - value) / (len(classes) - 1)
+                cells.append([*head, score, threshold, target, predicted, 200 * share])
     return rows, cells
-
-
-def _bounds(value, folds):
-    """Value, low, high and number of images of a row; a fold of a split by sector alone has no interval."""
-    low, high = (value - 0.03, min(value + 0.03, 1)) if folds == [0] or len(folds) > 1 else (np.nan, np.nan)
-    return [value, low, high, 400]
 
 
 def _time(run, place, model):
@@ -126,13 +106,11 @@ def _time(run, place, model):
 def _fitted(path, model, fold, settings):
     """The training curve of a network, and the settings tried of a model with a choice: the last fold's is its own."""
     path.mkdir(parents=True)
-    if model in NETWORKS:
-        curve = {"epoch": [1, 2, 3], "loss": [0.5, 0.1, 0.01], "accuracy": [0.7, 0.9, 1.0]}
-        curve |= {"validation_loss": [0.6, 0.2, 0.02], "validation_accuracy": [0.6, 0.8, 0.9]}
-        curve |= {"learning_rate": [1e-3, 4e-4, 1e-9]}
-        pd.DataFrame(curve).to_csv(path / "curve.csv", index=False)
-        seconds = pd.DataFrame({"epoch": [1, 2, 3], "seconds": [1.5, 3.0, 4.5]})
-        seconds.to_csv(path / "seconds.csv", index=False)
+    if model in ("fcnn", "capsule"):
+        curve = pd.DataFrame({"epoch": [1, 2, 3], "loss": [0.5, 0.1, 0.01], "accuracy": [0.7, 0.9, 1.0]})
+        held_out = {"validation_loss": [0.6, 0.2, 0.02], "validation_accuracy": [0.6, 0.8, 0.9]}
+        curve.assign(**held_out, learning_rate=[1e-3, 4e-4, 1e-9]).to_csv(path / "curve.csv", index=False)
+        pd.DataFrame({"epoch": [1, 2, 3], "seconds": [1.5, 3.0, 4.5]}).to_csv(path / "seconds.csv", index=False)
     penalty = settings["learning"]["models"][model].get("penalty")
     if isinstance(penalty, list):
         accuracy = [0.8, 0.9] if fold < settings["learning"]["split"]["folds"] else [0.75, 0.6]
@@ -144,35 +122,28 @@ def _gains(scores, settings):
 
     With an interval that now and then is all above 0, and none for one fold in common.
     """
-    opened = scores[(scores["metric"] == "f1_weighted") & (scores["threshold"] != "") & (scores["fold"] == "")]
+    opened = scores.query("metric == 'f1_weighted' and threshold != '' and fold == ''")
     opened = opened[opened["snr_definition"] == settings["noise"]["definition"]]
     same = ["split", "training", "test_snr_db", "elevation", "threshold"]
-    own = opened[(opened["model"] == "capsule") & (opened["score"] == "zncc")].drop_duplicates(same)
+    own = opened.query("model == 'capsule' and score == 'zncc'").drop_duplicates(same)
     both = opened.merge(own[[*same, "value", "low"]], on=same, suffixes=("", "_reference"))
     gain, width = both["value"] - both["value_reference"], 0.02 + 0 * (both["low"] + both["low_reference"])
-    both = both.assign(metric="f1_weighted_gain", value=gain, low=gain - width, high=gain + width)
-    return both[COLUMNS]
+    return both.assign(metric="f1_weighted_gain", value=gain, low=gain - width, high=gain + width)[COLUMNS]
 
 
-def _decoded(folder, run, model, roles, settings):
+def _decoded(folder, run, model, settings):
     """Reconstructions of noise."""
     random, snrs = np.random.default_rng(9), decoded_snrs(settings["noise"]["snr_db"])
-    targets, known = sorted(roles), sorted(name for name, role in roles.items() if role == "known")
-    sizes, pixels = (len(snrs), len(targets), 5), (16, 16)
-    axes = ("snr", "target", "example", "range", "crossrange")
-    dataset = xr.Dataset(
-        {
-            "truth": (axes[1:], random.uniform(size=(*sizes[1:], *pixels)).astype(np.float32)),
-            "seen": (axes, random.uniform(size=(*sizes, *pixels)).astype(np.float32)),
-            "made": (axes, np.full((*sizes, *pixels), 0.5, np.float32)),
-            "predicted": (axes[:3], np.full(sizes, known[0])),
-        },
-        {
-            "snr": coordinate("snr", snrs, "dB"),
-            "target": targets,
-            "elevation": ("example", [-30, 0, 0, 30, 30]),
-            "azimuth": (("target", "example"), np.add.outer(5.0 * np.arange(len(targets)), [15, 30, 90, 180, 340])),
-        },
-        {"run": run["name"], "model": model},
-    )
+    targets = sorted(settings["targets"])
+    axes, sizes = ("snr", "target", "example", "range", "crossrange"), (len(snrs), len(targets), 5, 16, 16)
+    azimuth = np.add.outer(5.0 * np.arange(len(targets)), [15, 30, 90, 180, 340])
+    variables = {
+        "truth": (axes[1:], random.uniform(size=sizes[1:]).astype(np.float32)),
+        "seen": (axes, random.uniform(size=sizes).astype(np.float32)),
+        "made": (axes, np.full(sizes, 0.5, np.float32)),
+        "predicted": (axes[:3], np.full(sizes[:3], targets[0])),
+    }
+    coords = {"snr": snrs, "target": targets, "azimuth": (("target", "example"), azimuth)}
+    dataset = xr.Dataset(variables, coords | {"elevation": ("example", [-30, 0, 0, 30, 30])})
+    dataset.attrs = {"run": run["name"], "model": model}
     stores.write(dataset, folder / "reconstructions" / run["name"] / f"{model}.zarr")

@@ -5,6 +5,7 @@ import gzip
 import itertools
 import json
 import re
+from html import unescape
 from html.parser import HTMLParser
 
 import pandas as pd
@@ -17,9 +18,11 @@ class Page(HTMLParser):
 
     def __init__(self, path):
         super().__init__()
-        self.tags, self.text, self.open, self.path = [], [], [], path
-        self.feed(path.read_text())
+        self.tags, self.text, self.open, self.html = [], [], [], path.read_text()
+        self.feed(self.html)
         assert not self.open
+        self.words = " ".join(" ".join(self.text).split())
+        self.figures = {attrs["id"].removeprefix("figure-") for attrs in self.attributes("figure")}
 
     def handle_starttag(self, tag, attrs):
         self.tags.append((tag, dict(attrs)))
@@ -37,24 +40,31 @@ class Page(HTMLParser):
     def attributes(self, *names):
         return [attrs for tag, attrs in self.tags if tag in names]
 
-    @property
-    def words(self):
-        return " ".join(" ".join(self.text).split())
+    def headings(self):
+        """The anchors of its parts and sections, in order."""
+        return [attrs["id"] for attrs in self.attributes("h2", "h3")]
+
+    def caption(self, name):
+        """The caption of a figure, without its links."""
+        figure = self.html[self.html.index(f'id="figure-{name}"') :]
+        return unescape(re.search(r"<figcaption>(.*?) <a ", figure, re.DOTALL)[1])
+
+    def table(self, label):
+        """The cells of a table as text, row by row, the heading first."""
+        table = self.html[self.html.index(f'aria-labelledby="{label}">\n<thead>') :].partition("</table>")[0]
+        rows = [re.findall(r"<t[hd][^>]*>(.*?)</t[hd]>", row) for row in table.split("<tr>")]
+        return [row for row in rows if row]
 
 
 def check_whole(report):
     """What holds for every report; returns the parsed page."""
-    page = Page(report / "index.html")
+    page, held = Page(report / "index.html"), unpacked(report / "index.html")
     pictures = [attrs for attrs in page.attributes("img") if "data-file" in attrs]
-    for attrs in pictures:
-        assert attrs["alt"].strip()
-        assert attrs["src"].startswith("data:")
+    assert all(attrs["alt"].strip() and attrs["src"].startswith("data:") for attrs in pictures)
     # Without scripts what the page holds packed cannot be drawn: then the files beside it are.
     beside = [attrs["src"] for attrs in page.attributes("img") if "data-file" not in attrs]
     assert all((report / path).exists() for path in beside)
-    held = unpacked(report / "index.html")
-    for path in (path for path in held if not path.endswith(".json")):
-        assert held[path] == (report / path).read_bytes()
+    assert [path for path in held if path[-5:] != ".json" and held[path] != (report / path).read_bytes()] == []
     for attrs in page.attributes("script", "iframe", "object", "embed", "video", "audio", "source"):
         assert "src" not in attrs and "data" not in attrs
     assert all(attrs["href"].startswith("data:") for attrs in page.attributes("link"))
@@ -63,20 +73,16 @@ def check_whole(report):
     assert len(ids) == len(set(ids))
     for attrs in page.attributes("a"):
         target = attrs["href"]
-        if target.startswith("#"):
-            assert target[1:] in ids
-        else:
-            assert held[target] and "download" in attrs
+        assert target[1:] in ids if target.startswith("#") else held[target] and "download" in attrs
     levels = [int(tag[1]) for tag, _ in page.tags if tag in ("h1", "h2", "h3")]
     assert levels[0] == 1 and levels.count(1) == 1
     assert all(after <= before + 1 for before, after in itertools.pairwise(levels))
-    figures = {path.stem for path in (report / "figures").iterdir()}
+    figures = list((report / "figures").iterdir())
     assert len(figures) == len(pictures)
-    for name in figures:
-        svg = (report / "figures" / f"{name}.svg").read_text()
-        assert "<path" in svg or "<image" in svg
-        assert "<dc:date>" not in svg
-        assert len(pd.read_csv(report / "tables" / f"figure_{name}.csv")) > 0
+    for path in figures:
+        svg = path.read_text()
+        assert ("<path" in svg or "<image" in svg) and "<dc:date>" not in svg, path
+        assert len(pd.read_csv(report / "tables" / f"figure_{path.stem}.csv")) > 0
     return page
 
 
@@ -93,16 +99,3 @@ def _whole(name, text, glyphs):
         return re.sub(r'<path id="([^"]*)"/>', lambda path: glyphs[path[1]], text)
     _, *columns = [column.split("\n") for column in text.split("\x1e")]
     return "".join(f"{','.join(row)}\n" for row in zip(*columns, strict=True)) if columns else text
-
-
-def headings(page):
-    """The anchors of a page's parts and sections, in order."""
-    return [attrs["id"] for attrs in page.attributes("h2", "h3")]
-
-
-def table_rows(path, label):
-    """The cells of a table of the page as text, row by row, the heading first."""
-    html = path.read_text()
-    table = html[html.index(f'aria-labelledby="{label}">\n<thead>') :].partition("</table>")[0]
-    rows = [re.findall(r"<t[hd][^>]*>(.*?)</t[hd]>", row) for row in table.split("<tr>")]
-    return [row for row in rows if row]

@@ -1,6 +1,5 @@
-"""The numbers that the report works out itself: range profiles, selections, what a published statement says."""
+"""The numbers that the report works out itself; sections, metrics and models, each declared at one place."""
 
-import copy
 import re
 from types import SimpleNamespace
 
@@ -12,26 +11,24 @@ import pytest
 import xarray as xr
 from study.selection import at_highest
 
-from isarflow.core import words
-from isarflow.core.kinds import page_names
+from isarflow import report
+from isarflow.core import kinds, words
 from isarflow.core.sweep import C0
-from isarflow.imaging import outline
+from isarflow.imaging.outline import OUTLINE, outline
 from isarflow.imaging.range_profiles import range_profiles
-from isarflow.report import (  # fmt: skip
-    layout,
-    plots,
-    published,
-    section_headline,
-    section_open,
-    selection,
-    thesis,
-    vocabulary,
-)
-from isarflow.report.results import Results
+from isarflow.report import layout, page, plots, section_open, selection, vocabulary
+from isarflow.report.published import _offset, beside
+from isarflow.report.section_headline import curves
+from isarflow.report.thesis import full_size, size
+from isarflow.report.vocabulary import Names, select
 
-NAMES = vocabulary.Names(
-    page_names({"lr": {}, "svm": {}, "knn": {}, "capsule": {}, "own": {"kind": "lr"}, "lr_tuned": {"kind": "lr"}})
+STATED = {"lr": {}, "svm": {}, "knn": {}, "capsule": {}, "own": {"kind": "lr"}, "lr_tuned": {"kind": "lr"}}
+NAMES = Names(kinds.page_names(STATED))
+SECTION = (
+    "from isarflow.report.layout import Section\nPLACE, NEEDS = ('recognition', 2.5), 'learns'\n"
+    "def section(results):\n    return Section('mine', 'My own', (f'{len(results.targets)} targets',))\n"
 )
+MODEL = "class Model:\n    LABELS = {'mine': ('Mine', 'my model', 1)}\n    SCORES = {'mine': ('my score', 1)}\n"
 
 
 @pytest.mark.parametrize("distance", [-0.4, 0.0, 0.55])
@@ -53,126 +50,101 @@ def test_what_is_shown_does_not_depend_on_the_file():
     targets = {"z": {"role": "other"}, "b": {"role": "known"}, "u": {"role": "unknown"}, "a": {"role": "known"}}
     for order in (targets, dict(reversed(targets.items()))):
         assert selection.target_order(order) == ["a", "b", "u", "z"]
-    settings = {"targets": targets, "noise": {"snr_db": [12, 0]}}
-    noisy = [("a", "snr_0dB"), ("a", "snr_12dB")]
-    assert selection.images_shown(settings) == [(name, "clean") for name in "zbua"] + noisy
+    shown = selection.images_shown({"targets": targets, "noise": {"snr_db": [12, 0]}})
+    assert shown == [(name, "clean") for name in "zbua"] + [("a", "snr_0dB"), ("a", "snr_12dB")]
 
 
-@pytest.mark.parametrize(
-    ("ours", "relation", "printed", "expected"),
-    [
-        (0.9996, ">=", "1.00", True),
-        (0.994, ">=", "1.00", False),
-        (0.991, ">", "0.99", True),
-        (0.99, ">", "0.99", False),
-        (0.634, "<=", "0.63", True),
-        (0.64, "<=", "0.63", False),
-        (0.79814, "=", "0.7981", True),
-    ],
-)
-def test_published_statement_counts_to_its_printed_decimals(ours, relation, printed, expected):
-    assert plots.holds(ours, relation, printed) == expected
-
-
-def test_projection_keeps_lengths_and_hands():
+def test_shapes_are_drawn_true_in_colours_that_stand_out_and_paths_to_a_hundredth_of_a_point():
+    # Projections keep lengths and hands.
     np.testing.assert_allclose(np.square(plots.project(np.eye(3), *plots.OBLIQUE)).sum(axis=0), 1)
     # x to the right, y up, z towards the eye: from above, right-handed.
     np.testing.assert_allclose(np.diagonal(plots.project(np.eye(3), *plots.TOP)), 1)
-
-
-def test_colours_stand_out_from_white():
-    """Graphics need a contrast of 3 to 1 (WCAG 2.1, 1.4.11)."""
-    rgb = np.array([matplotlib.colors.to_rgb(color) for color in layout.PALETTE])
-    linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
-    assert (1.05 / (linear @ [0.2126, 0.7152, 0.0722] + 0.05) >= 3).all()
-
-
-def test_numbers_read_as_numbers():
-    values = {None: "–", 0: "0", 0.03654: "0.0365", 48.8: "48.8", 1234: "1234", 5e-6: "5.00×10⁻⁶"}
-    assert {value: words.number(value) for value in values} == values
-
-
-def test_outline_of_a_box_is_its_shadow_and_a_sheet_on_edge_has_one():
     corners = np.array([[x, y, 0.0] for x in (-0.3, 0.3) for y in (-0.1, 0.1)])
     plate = np.array([[0, 2, 1], [1, 2, 3]])
-    cross, distance, covered = outline.outline(corners, plate, 0.0, 0.0)
-    inside = covered > outline.OUTLINE
+    cross, distance, covered = outline(corners, plate, 0.0, 0.0)
+    inside = covered > OUTLINE
     assert np.ptp(distance[inside.any(axis=1)]) == pytest.approx(0.6, rel=0.03)  # along x, towards the radar
     assert np.ptp(cross[inside.any(axis=0)]) == pytest.approx(0.2, rel=0.06)
     for turn in (0.0, 30.0, 45.0):  # a vertical sheet in the plane of x and z, seen along its edge from above
         upright = corners[:, [0, 2, 1]]
-        assert outline.outline(upright, plate, 0.0, turn)[2].max() > outline.OUTLINE
+        assert outline(upright, plate, 0.0, turn)[2].max() > OUTLINE
+    # Graphics need a contrast of 3 to 1 (WCAG 2.1, 1.4.11).
+    rgb = np.array([matplotlib.colors.to_rgb(color) for color in layout.PALETTE])
+    linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+    assert (1.05 / (linear @ [0.2126, 0.7152, 0.0722] + 0.05) >= 3).all()
+    figure = layout.canvas(2, 2)
+    figure.add_subplot().plot([0, 1 / 3, 1], [0, 1 / 7, 1])
+    svg = layout.to_svg(figure)
+    numbers = re.findall(rb"\d+\.\d+", b" ".join(re.findall(rb' d="([^"]*)"', svg)))
+    assert numbers and max(len(number.partition(b".")[2]) for number in numbers) == 2
+
+
+def _curve(model, values, split="sector", score="", train="clean", **columns):
+    """Rows of one method, as in scores.csv, at SNRs about 0 dB: values, each without width."""
+    frame = pd.DataFrame({"test_snr_db": [-20.0, 0.0, 20.0], "value": values, "low": values, "high": values, "n": 10})
+    method = {"split": split, "experiment": "one", "model": model, "training": train, "score": score}
+    return frame.assign(**{**method, "threshold": "blind" if score else "", "metric": "f1_weighted"} | columns)
 
 
 def test_methods_rank_by_their_mean_on_validation_images_over_the_middle_within_each_split():
-    columns = [*vocabulary.METHOD, "threshold", "metric", "test_snr_db", "value"]
     tested, held_out = [], []
     for split, score, low, high, reached in (
         ("random", "a", 0.2, 1.0, 0.1),
         ("sector", "a", 0.5, 0.9, 0.8),  # worse on the test images, better on the validation images
         ("sector", "b", 0.6, 0.6, 0.7),
     ):
-        method = [split, "one", "m", "clean", score]
-        for snr, value in ((0, low), (12, low), (24, high)):
-            tested += [[*method, protocol, "f1_weighted", snr, value] for protocol in ("blind", "thesis")]
-            # What is outside of the middle, or another protocol's, does not count.
-            held_out.append([*method, "blind", "f1_weighted", snr, reached if snr < 24 else 1 - reached])
-            held_out.append([*method, "thesis", "f1_weighted", snr, 1 - reached])
-    ranks = section_open.summary(*(pd.DataFrame(rows, columns=columns) for rows in (tested, held_out)))
+        for protocol in ("blind", "thesis"):
+            tested.append(_curve("m", [high, low, high], split, score, threshold=protocol))
+        # What is outside of the middle, or another protocol's, does not count.
+        held_out.append(_curve("m", [1 - reached, reached, 1 - reached], split, score))
+        held_out.append(_curve("m", 1 - reached, split, score, threshold="thesis"))
+    ranks = section_open.summary(pd.concat(tested), pd.concat(held_out))
     assert ranks[["split", "score"]].to_numpy().tolist() == [["sector", "a"], ["sector", "b"], ["random", "a"]]
     np.testing.assert_allclose(ranks["mean_blind"], [0.5, 0.6, 0.2])
     np.testing.assert_allclose(ranks["validation"], [0.8, 0.7, 0.1])
     assert "gain_blind" not in ranks
     assert vocabulary.middle([24, 18]) == [18, 24]  # where none lies between -12 and 12 dB
-
-
-def _curve(model, values, split="sector", score="", train="clean"):
-    """Rows of weighted F1 of one method, as in scores.csv."""
-    method = {"split": split, "experiment": "one", "model": model, "training": train, "score": score}
-    frame = pd.DataFrame({"test_snr_db": [-20.0, 0.0, 20.0], "value": values, "low": values, "high": values})
-    return frame.assign(**method, threshold="blind" if score else "")
+    assert vocabulary.middle([24, 12, 0, -12, -15]) == [-12, 0, 12]
 
 
 def test_headline_picks_the_best_by_the_middle_snrs_of_the_validation_images_and_the_thesis_s_own():
-    held_out = pd.concat(
-        [
-            _curve("knn", [0.9, 0.6, 0.9]),  # better only outside of the middle
-            _curve("svm", [0.3, 0.7, 0.8]),
-            _curve("svm", [0.3, 0.5, 0.6], split="random"),
-            _curve("knn", [0.9, 0.8, 0.9], split="random"),  # at random better than all by sector
-            _curve("capsule", [0.3, 0.9, 1.0]),  # the thesis's, however good it is
-            _curve("capsule", [0.3, 0.95, 1.0], train="6 dB"),  # not as the thesis trains it
-        ]
-    )
+    curves_held_out = [
+        _curve("knn", [0.9, 0.6, 0.9]),  # better only outside of the middle
+        _curve("svm", [0.3, 0.7, 0.8]),
+        _curve("svm", [0.3, 0.5, 0.6], split="random"),
+        _curve("knn", [0.9, 0.8, 0.9], split="random"),  # at random better than all by sector
+        _curve("capsule", [0.3, 0.9, 1.0]),  # the thesis's, however good it is
+        _curve("capsule", [0.3, 0.95, 1.0], train="6 dB"),  # not as the thesis trains it
+    ]
+    held_out = pd.concat(curves_held_out)
     # On the test images all is the other way round: nothing is chosen by them.
     part = held_out.assign(value=1 - held_out["value"])
-    lines = section_headline.curves(part, held_out, NAMES)
+    lines = curves(part, held_out, NAMES)
     assert lines["curve"].unique().tolist() == ["best: capsule (sector)", "thesis: capsule (sector)"]
     assert lines["training"].unique().tolist() == ["6 dB", "clean"]
-    clean = part["training"] == "clean"
-    lines = section_headline.curves(part[clean], held_out[clean], NAMES)
+    lines = curves(*(select(of, training="clean") for of in (part, held_out)), NAMES)
     shown = ["best: SVM (sector)", "best: SVM (random)", "thesis: capsule (sector)"]
     assert lines["curve"].unique().tolist() == shown
-    assert vocabulary.select(lines, curve=shown[1])["value"].tolist() == pytest.approx([0.7, 0.5, 0.4])
-    assert vocabulary.select(lines, theirs=True)["curve"].unique().tolist() == shown[2:]
+    assert select(lines, curve=shown[1])["value"].tolist() == pytest.approx([0.7, 0.5, 0.4])
+    assert select(lines, theirs=True)["curve"].unique().tolist() == shown[2:]
     # Of several scores the thesis's method is that by ZNCC.
     part = pd.concat([_curve("capsule", [0.3, 0.5, 0.6], score="zncc"), _curve("capsule", [0.4, 0.9, 1], score="mse")])
-    lines = section_headline.curves(part, part, NAMES)["curve"].unique().tolist()
+    lines = curves(part, part, NAMES)["curve"].unique().tolist()
     assert lines == ["best: capsule, MSE (sector)", "thesis: capsule, ZNCC (sector)"]
 
 
-def _counts(experiment, images, threshold):
-    case = {"model": "m", "training": "clean", "test_snr_db": 0.0, "score": "s", "elevation": "all"}
-    return pd.DataFrame({"target": images.keys(), "count": images.values()}).assign(
-        experiment=experiment, threshold=threshold, **case
-    )
-
-
 def test_one_answer_for_all_images_by_hand():
-    results = Results("nowhere", fake.SETTINGS, fake.names(fake.SETTINGS))  # drone and missile are known
-    known = {"drone": 70, "missile": 70}
-    opened = [_counts(name, known | {"ufo": ufo}, "blind") for name, ufo in (("a", 140), ("b", 140.5), ("c", 70))]
-    results.confusion = pd.concat([*opened, _counts("a", {"drone": 30, "missile": 10}, "")])
+    results, tables = fake.results("nowhere"), []
+    for experiment, threshold, drones, missiles, ufos in (
+        ("a", "blind", 70, 70, 140),
+        ("b", "blind", 70, 70, 140.5),
+        ("c", "blind", 70, 70, 70),
+        ("a", "", 30, 10, 0),
+    ):
+        counts = pd.DataFrame({"target": ["drone", "missile", "ufo"], "count": [drones, missiles, ufos]})
+        case = {"experiment": experiment, "threshold": threshold, "model": "m", "training": "clean", "score": "s"}
+        tables.append(counts.assign(**case, elevation="all", test_snr_db=0.0).query("count > 0"))
+    results.confusion = pd.concat(tables)
     # Half of the images are unknown: precision 1/2, recall 1, F1 2/3 for a half of the weight. b is alike: one line.
     # One unknown target of three: 1/3 of the weight, with precision 1/3: F1 1/2.
     assert results.rejecting(["c", "a"]) == pytest.approx([1 / 6, 1 / 3])
@@ -180,102 +152,70 @@ def test_one_answer_for_all_images_by_hand():
     assert results.guessing(["a"]) == pytest.approx([0.75 * 2 * 0.75 / 1.75])
 
 
-def _networks(**sizes):
-    """Settings with a capsule network of these sizes, one that inherits it, and a fully connected network."""
-    settings = copy.deepcopy(fake.SETTINGS)
-    own = settings["learning"]["models"]
-    own["capsule"] |= sizes
-    own["capsule_denoise"] |= sizes
-    own["mine"] = {"kind": "capsule", "width": 16, "capsules": 2}
-    return settings
-
-
 def test_a_capsule_network_is_the_thesis_s_only_at_its_size():
-    small, full = _networks(), _networks(width=256, capsules=32)
-    shown = [thesis.full_size(model, small) for model in ("capsule", "mine", "fcnn", "knn")]
-    assert shown == [False, False, True, True]
-    assert thesis.size("mine", full) == "16 filters, 2 capsule channels"
-    assert thesis.full_size("capsule", full) and not thesis.full_size("capsule", _networks(width=256))
-
-
-def _curves(model, snrs, definition):
-    """Rows of accuracy of one model, as in scores.csv."""
-    columns = {"split": "random", "experiment": "one", "model": model, "training": "clean", "train_snr_db": np.nan}
-    columns |= {"score": "", "elevation": "all", "threshold": "", "metric": "accuracy", "fold": ""}
-    columns |= {"value": 0.01 * np.array(snrs), "low": 0.0, "high": 1.0, "n": 10, "snr_definition": definition}
-    return pd.DataFrame({"test_snr_db": np.array(snrs, float), **columns})
+    settings = fake.changed()
+    for name, width, capsules in (("mine", 16, 2), ("wide", 256, 2), ("large", 256, 32)):
+        settings["learning"]["models"][name] = {"kind": "capsule", "width": width, "capsules": capsules}
+    sizes = {"capsule": False, "mine": False, "wide": False, "large": True, "fcnn": True, "knn": True}
+    assert {model: full_size(model, settings) for model in sizes} == sizes
+    assert size("mine", settings) == "16 filters, 2 capsule channels"
 
 
 def test_published_values_are_drawn_beside_curves_by_their_definition_of_snr():
-    rows = pd.concat([_curves("lr", [0, 6, 12], "peak_3db"), _curves("knn", [0, 6, 12], "peak_3db")])
-    there = pd.concat([_curves("lr", [0, 6], "mean"), _curves("knn", [0], "mean"), _curves("svm", [0], "mean")])
+    rows = pd.concat(_curve(model, 0.9, snr_definition="peak_3db") for model in ("lr", "knn"))
+    lr, knn, svm = (_curve(model, 0.8, snr_definition="mean") for model in ("lr", "knn", "svm"))
+    there = pd.concat([lr[:2], knn[:1], svm[:1]])
     results = SimpleNamespace(definition="peak_3db", mean_scores=there)
     statements = pd.DataFrame({"snr_db": [6.0], "value": ["0.90"]})
-    drawn, kept, words = published.beside(results, rows.assign(panel="left"), statements)
-    assert drawn[["model", "test_snr_db", "snr_definition", "panel"]].to_numpy().tolist() == [
-        ["lr", 0, "mean", "left"],
-        ["lr", 6, "mean", "left"],
-        ["knn", 0, "mean", "left"],
-    ]
+    drawn, kept, words = beside(results, rows.assign(panel="left"), statements)
+    assert drawn[["model", "test_snr_db"]].to_numpy().tolist() == [["lr", -20], ["lr", 0], ["knn", -20]]
+    assert set(drawn["snr_definition"]) == {"mean"} and set(drawn["panel"]) == {"left"}
     assert kept["snr_db"].tolist() == [6.0] and "at SNRs by mean power" in words
     # A figure without published values stays as the config defines the SNR.
-    drawn, _, words = published.beside(results, rows, statements.iloc[:0])
+    drawn, _, words = beside(results, rows, statements.iloc[:0])
     assert set(drawn["snr_definition"]) == {"peak_3db"} and words == ""
     # So does one of whose curves any has no row by mean power, and it says why.
-    results.mean_scores = vocabulary.select(there, model="lr")
-    drawn, kept, words = published.beside(results, rows, statements)
+    results.mean_scores = select(there, model="lr")
+    drawn, kept, words = beside(results, rows, statements)
     assert len(drawn) == 6 and len(kept) == 0 and set(drawn["snr_definition"]) == {"peak_3db"}
     assert words.startswith(" Published values are left out")
 
 
-def test_the_confusion_matrices_published_are_sought_by_the_mean_offset_of_the_open_set():
+def test_published_statements_count_to_their_printed_decimals_and_matrices_have_the_mean_offset():
+    for relation, printed, holding, failing in (
+        (">=", "1.00", 0.9996, 0.994),
+        (">", "0.99", 0.991, 0.99),
+        ("<=", "0.63", 0.634, 0.64),
+        ("=", "0.7981", 0.79814, 0.79816),
+    ):
+        assert plots.holds(holding, relation, printed) and not plots.holds(failing, relation, printed), relation
+    # The matrices are sought by the mean offset of the open set.
     measured = {"a": 2.0, "b": 3.0, "u": 7.0, "other": 90.0}
     results = SimpleNamespace(
         definition="peak_3db",
         of_role={"known": ["a", "b"], "unknown": ["u"]}.get,
         images=lambda target, store: xr.Dataset(attrs={"snr_definition_offset_db": measured[target]}),
     )
-    assert published._offset(results) == 4.0
+    assert _offset(results) == 4.0
     results.definition = "mean"
-    assert published._offset(results) == 0.0
+    assert _offset(results) == 0.0
 
 
-def test_compare_opens_on_the_headline_s_curves(whole):
-    found = section_headline.comparison(Results(whole.parent, fake.SETTINGS, fake.names(fake.SETTINGS)))
-    opened = [one for one in found["curves"] if one["set"] == "open set, blind thresholds"]
-    words = "capsule, ZNCC: capsule open (random), trained without noise"
-    assert any(one["shown"] and one["words"].startswith(words) for one in opened)
-    for split, dashes in (("(sector)", ""), ("(random)", "6 4")):
-        assert {one["dashes"] for one in found["curves"] if split in one["words"]} == {dashes}
-    # One of three targets is unknown.
-    assert found["rejecting"] == {f"open set, {name} thresholds": [0.1667] for name in vocabulary.PROTOCOLS}
-    # One known score of each model in each experiment is the best of them.
-    best = [(one["words"].partition(": ")[2], one["model"]) for one in opened if one["best"]]
-    assert len(set(best)) == len(best) < len(opened)
-
-
-def test_a_path_keeps_its_place_to_a_hundredth_of_a_point():
-    with layout.style():
-        figure = layout.canvas(2, 2)
-        figure.add_subplot().plot([0, 1 / 3, 1], [0, 1 / 7, 1])
-        svg = layout.to_svg(figure)
-    numbers = re.findall(rb"\d+\.\d+", b" ".join(re.findall(rb' d="([^"]*)"', svg)))
-    assert numbers and max(len(number.partition(b".")[2]) for number in numbers) == 2
-
-
-def test_models_and_scores_have_the_names_that_their_files_state_and_come_in_that_order():
+def test_models_and_scores_have_the_names_that_their_files_state_and_all_come_in_order():
     table = pd.DataFrame({"model": ["own", "capsule", "lr_tuned", "mine", "lr"]}).assign(score="energy")
     assert NAMES.values(table, "model") == ["lr", "lr_tuned", "capsule", "mine", "own"]
     assert [NAMES.model(name).label for name in ("lr_tuned", "own", "my_net")] == ["LR, tuned", "own", "my_net"]
     assert NAMES.model("capsule").words == "the capsule network" and NAMES.model("my_net").words == "my net"
     assert [NAMES.score(name).label for name in ("noise_zncc", "my_error")] == ["ZNCC, noise taken out", "my error"]
     assert NAMES.method("capsule", "zncc") == "capsule, ZNCC" and NAMES.method("knn", "") == "KNN"
-    # Each of those that state a place has a colour and marker of its own.
+    # Each of those that state a place has a colour and marker of its own; models of one's own, colours of no other.
     looks = [NAMES.model(name) for name in ("lr", "lr_tuned", "svm", "knn", "capsule")]
     assert len({(look.color, look.marker) for look in looks}) == len(looks)
-
-
-def test_groups_stand_in_the_order_of_the_page():
+    few, many = ["svm", "knn", "mine", "yours"], [f"own{number}" for number in range(30)]
+    for models, colors in ((few, 4), (many, 12)):
+        names = Names(kinds.page_names({"svm": {}, "knn": {}}), models)
+        assert len({names.model(model).color for model in models}) == colors
+    # Groups stand in the order of the page.
     rows = [
         ("random", "a", "svm", "clean", np.nan),
         ("random", "a", "svm", "12 dB", 12.0),
@@ -285,31 +225,29 @@ def test_groups_stand_in_the_order_of_the_page():
     ]
     table = pd.DataFrame(rows, columns=["split", "experiment", "model", "training", "train_snr_db"])
     assert NAMES.values(table, "experiment") == ["z", "a"]
-    assert [values for values, _ in NAMES.groups(table, "experiment", "model", "training")] == [
-        ("z", "lr", "clean"),
-        ("a", "lr", "clean"),
-        ("a", "svm", "2.5 dB"),
-        ("a", "svm", "12 dB"),
-        ("a", "svm", "clean"),
-    ]
+    groups = [values for values, _ in NAMES.groups(table, "experiment", "model", "training")]
+    assert groups == [rows[place][1:4] for place in (4, 3, 2, 1, 0)]
 
 
-def test_rows_are_selected_by_a_value_or_by_several():
+def test_rows_are_selected_and_values_runs_and_tables_are_written_as_a_reader_expects():
     table = pd.DataFrame({"model": ["lr", "lr", "svm"], "test_snr_db": [0, 6, 6]})
-    assert vocabulary.select(table, model="lr", test_snr_db=6).index.tolist() == [1]
-    assert vocabulary.select(table, test_snr_db=[0, 6], model=("svm",)).index.tolist() == [2]
+    assert select(table, model="lr", test_snr_db=6).index.tolist() == [1]
+    assert select(table, test_snr_db=[0, 6], model=("svm",)).index.tolist() == [2]
     assert at_highest(table).index.tolist() == [1, 2]
-
-
-def test_a_table_is_written_as_its_columns_say():
     data = pd.DataFrame({"target": ["a", "b"], "count": [1234, 5], "share": [0.25, np.nan]})
     shown = {"target": "{target}", "count": "{count:,}", "share": lambda row: words.number(row["share"], 1)}
     table = layout.table("x", data, shown, "")
-    assert table.shown.to_dict("records") == [
-        {"target": "a", "count": "1,234", "share": "0.2"},
-        {"target": "b", "count": "5", "share": "–"},
-    ]
+    assert [[*row.values()] for row in table.shown.to_dict("records")] == [["a", "1,234", "0.2"], ["b", "5", "–"]]
     assert table.data is data and table.text_columns == ["target"]
+    values = {None: "–", 0: "0", 0.03654: "0.0365", 48.8: "48.8", 1234: "1234", 5e-6: "5.00×10⁻⁶"}
+    assert {value: words.number(value) for value in values} == values
+    row = {"value": 0.91239, "low": 0.8, "high": 0.95}
+    assert vocabulary.with_interval(row) == "0.912 [0.800, 0.950]"
+    assert vocabulary.with_interval(row | {"low": np.nan, "high": np.nan}) == "0.912"
+    run = {"name": "sector_fold1_snr_6dB_fold3", "division": {"fold": 3}}
+    assert vocabulary.run_title(run) == "sector fold1 snr 6dB"
+    assert vocabulary.run_title(run, fold=True) == "sector fold1 snr 6dB, fold 3"
+    assert vocabulary.run_title({"name": "multi_elevation", "division": {"fold": 0}}, fold=True) == "multi elevation"
 
 
 def test_a_curve_has_its_band_and_the_panels_their_labels_at_the_edges():
@@ -328,15 +266,28 @@ def test_a_curve_has_its_band_and_the_panels_their_labels_at_the_edges():
     assert [text.get_text() for text in drawing.legends[0].get_texts()] == ["a model"]
 
 
-def test_a_value_without_an_interval_stands_alone():
-    row = {"value": 0.91239, "low": 0.8, "high": 0.95}
-    assert vocabulary.with_interval(row) == "0.912 [0.800, 0.950]"
-    assert vocabulary.with_interval(row | {"low": np.nan, "high": np.nan}) == "0.912"
+def test_a_section_is_one_file(results, tmp_path, monkeypatch):
+    (tmp_path / "section_mine.py").write_text(SECTION)
+    before = page._outline(results)["recognition"]
+    monkeypatch.setattr(report, "__path__", [*report.__path__, str(tmp_path)])
+    after = page._outline(results)["recognition"]
+    place = before.index(section_open.section) + 1
+    assert [*after[:place], *after[place + 1 :]] == before
+    (section,) = page._drawn(after[place], results)
+    assert section.title == "My own" and section.text == ("3 targets",)
 
 
-def test_a_run_is_called_by_its_experiment_and_if_asked_for_by_its_fold():
-    run = {"name": "sector_fold1_snr_6dB_fold3", "division": {"fold": 3}}
-    assert vocabulary.run_title(run) == "sector fold1 snr 6dB"
-    assert vocabulary.run_title(run, fold=True) == "sector fold1 snr 6dB, fold 3"
-    whole = {"name": "multi_elevation", "division": {"fold": 0}}
-    assert vocabulary.run_title(whole, fold=True) == "multi elevation"
+def test_a_metric_is_one_line(results, monkeypatch):
+    area = select(results.scores, metric="auroc").assign(metric="area", value=0.4321)
+    scores = select(pd.concat([results.scores, area]).query("score != ''"), elevation="all")
+    monkeypatch.setitem(section_open.SEPARATION, "area", "my area")
+    ranks = section_open.summary(scores, select(results.validation, elevation="all"))
+    assert set(section_open.tried_table(results, scores, ranks).shown["my area"]) == {"0.432"}
+
+
+def test_a_model_is_one_file(tmp_path, monkeypatch):
+    (tmp_path / "mine.py").write_text(MODEL)
+    monkeypatch.setattr(kinds, "MODELS", kinds.MODELS._replace(folder=str(tmp_path)))
+    names = Names(kinds.page_names({"mine": {}}), {"mine"})
+    assert (names.model("mine").label, names.model("mine").words) == ("Mine", "my model")
+    assert names.method("mine", "mine") == "Mine, my score"

@@ -1,6 +1,5 @@
 """The radar cross-section as numbers and figures: tables, cuts, and a reference of the user's own."""
 
-import copy
 import json
 
 import fake
@@ -13,9 +12,7 @@ from pages import check_whole
 
 from isarflow.core.errors import InputError
 from isarflow.core.sweep import C0, directions, unit_vectors
-from isarflow.report import rcs
-from isarflow.report.layout import style
-from isarflow.report.rcs import write_rcs
+from isarflow.report.rcs import compare_figure, compare_table, write_rcs
 from isarflow.report.rcs_figures import cut_figure, frequency_figure, map_figure
 from isarflow.scattering.compared import compare
 from isarflow.scattering.cuts import ALONG, SINGLE, cut
@@ -23,7 +20,6 @@ from isarflow.scattering.interpolation import is_dense, order
 from isarflow.scattering.rcs import as_table, rcs_dbsm
 from isarflow.scattering.store import write_field
 
-SENTENCE = "is 0.031 wavelengths from its source (goal 0.025)"
 REACH, FREQUENCY = 0.3, np.array([1.0e9, 1.5e9])
 POINTS = np.array([[0.2, 0.1, 0.0], [-0.15, 0.2, 0.1], [0.0, -0.25, -0.1]])
 CIRCLE, TURNED = np.arange(0.0, 360.0, 5.0), np.arange(-90.0, 91.0, 10.0)
@@ -76,49 +72,40 @@ def test_curves_pass_through_the_samples_and_hold_the_field_between_them(stored)
 def test_samples_too_far_apart_are_joined_by_lines_and_said_so(stored):
     dataset = stored([0.0], CIRCLE[::8])
     assert not is_dense(CIRCLE[::8], order(1e9, REACH, 0.0))
-    *_, curves = cut(dataset, REACH, 5)
-    for curve in curves:
+    for curve in cut(dataset, REACH, 5)[-1]:
         # Round the circle, and back to the first.
         assert not curve.smooth and np.array_equal(curve.x, [*curve.samples, 360]) and curve.y[-1] == curve.y[0]
-    with style():
-        assert "too far apart" in cut_figure("a", dataset, REACH, 5).caption
-    *_, curves = cut(stored([0.0], CIRCLE[:40:8]), REACH, 5)
+    assert "too far apart" in cut_figure("a", dataset, REACH, 5).caption
+    curves = cut(stored([0.0], CIRCLE[:40:8]), REACH, 5)[-1]
     assert all(np.array_equal(curve.x, curve.samples) for curve in curves)
 
 
 def test_one_cut_is_drawn_at_several_frequencies(stored):
     assert rcs_dbsm(np.array([1 / np.sqrt(4 * np.pi), 0])) == pytest.approx([0, -200], abs=1e-12)
     for dataset in (stored([0.0], CIRCLE), stored(CIRCLE / 8, 0 * CIRCLE, True)):
-        *_, curves = cut(dataset, REACH, 5)
+        curves = cut(dataset, REACH, 5)[-1]
         assert [curve.label for curve in curves] == ["1 GHz", "1.5 GHz"]
         for curve, frequency in zip(curves, FREQUENCY, strict=True):
             truth = dataset.field.sel(polarization="VV", frequency=frequency).values.ravel()
             assert np.array_equal(curve.levels, rcs_dbsm(truth))
-        with style():
-            frame = cut_figure("a", dataset, REACH, 5).data
-        assert sorted(frame["frequency"].unique()) == FREQUENCY.tolist()
+        assert sorted(cut_figure("a", dataset, REACH, 5).data["frequency"].unique()) == FREQUENCY.tolist()
 
 
 def test_every_form_of_sweep_has_its_cut(stored):
     assert cut(stored(TURNED, [0.0, 90.0]), REACH, 5)[0] == "elevation"
     assert cut(stored([0.0], [30.0]), REACH, 5)[0] == "frequency"
-    assert cut(stored(*SINGLES), REACH, 5)[1] == SINGLE
     circle = {"great_circle": {"from": [0, 0], "through": [90, 0], "angle": {"count": 24}}}
     across, label, _, (curve, *_) = cut(stored(*directions(circle), paired=True), None, 4)
     assert (across, label) == ("direction", ALONG)
     # It is closed.
     assert len(curve.samples) == 24 and curve.x[-1] == pytest.approx(360) and curve.y[-1] == curve.y[0]
-    with style():
-        for dataset in (stored([0.0, 10.0, 20.0], CIRCLE), stored(TURNED, 0 * TURNED, True)):
-            drawn = [cut_figure("a", dataset, REACH, 5, polar) for polar in (False, True)]
-            drawn += [frequency_figure("a", dataset, 5), map_figure("a", dataset)]
-            assert [one is not None for one in drawn] == [True, True, True, "direction" not in dataset.sizes]
-
-
-def test_single_directions_are_points_each_named_by_its_angles(stored):
-    """Nothing lies between them, and none is left out however deep its null."""
-    with style():
-        drawn = cut_figure("a", stored(*SINGLES), REACH, 5)
+    for dataset in (stored([0.0, 10.0, 20.0], CIRCLE), stored(TURNED, 0 * TURNED, True)):
+        assert cut_figure("a", dataset, REACH, 5, False) and cut_figure("a", dataset, REACH, 5, True)
+        assert frequency_figure("a", dataset, 5)
+        assert (map_figure("a", dataset) is None) == ("direction" in dataset.sizes)
+    # Single directions are points, each named by its angles: nothing lies between them, and none is left out.
+    assert cut(stored(*SINGLES), REACH, 5)[1] == SINGLE
+    drawn = cut_figure("a", stored(*SINGLES), REACH, 5)
     assert all(name in drawn.svg.decode() for name in ("1, 5", "30, 6", "2, 7", "elevation, azimuth [°]"))
     assert "line" not in drawn.caption
 
@@ -134,24 +121,19 @@ def test_a_reference_between_the_samples_is_compared_with_the_field_there(stored
     azimuth, shift = np.array([0.0, 2.2, 33.1, 355.0, 358.0]), np.array([0.5, -0.5, 0.5, 0.5, -2.0])
     compared = compare(reference(tmp_path / "r.csv", azimuth, shift), stored([0.0], CIRCLE), REACH)
     np.testing.assert_allclose(compared["difference_db"], -shift, atol=1e-3)
-    data = rcs.compare_table("a", compared).data
+    data = compare_table("a", compared).data
     assert data[["mean_db", "worst_db"]].to_numpy() == pytest.approx(np.array([[0.8, 2.0]]), abs=1e-3)
     assert compared["azimuth_deg"][compared["difference_db"].idxmax()] == 358
 
 
-@pytest.mark.parametrize(
-    ("azimuth", "shift", "elevation", "kept"),
-    [
-        ([0.0, 5.0, 7.0], 0.0, [0.0, 3.0, 0.0], [0.0]),  # directions that the run has not
-        ([0.0, 15.0, 30.0, 45.0], np.array([0.0, np.nan, -np.inf, 0.0]), 0.0, [0.0, 45.0]),  # without a level
-    ],
-)
-def test_samples_that_do_not_compare_are_left_out_and_counted(stored, tmp_path, azimuth, shift, elevation, kept):
-    path = reference(tmp_path / "r.csv", np.array(azimuth), shift, elevation_deg=elevation)
+def test_samples_that_do_not_compare_are_left_out_and_counted(stored, tmp_path):
+    """Two are of directions that the run has not, two without a level."""
+    azimuth, elevation = np.array([0.0, 5.0, 7.0, 15.0, 30.0, 45.0]), [0.0, 3.0, 0.0, 0.0, 0.0, 0.0]
+    shift = np.array([0.0, 0.0, 0.0, np.nan, -np.inf, 0.0])
+    path = reference(tmp_path / "r.csv", azimuth, shift, elevation_deg=elevation)
     compared = compare(path, stored([0.0], CIRCLE), None)
-    assert compared["azimuth_deg"].tolist() == kept
-    with style():
-        assert "2 more have no" in rcs.compare_figure("a", compared).caption
+    assert compared["azimuth_deg"].tolist() == [0.0, 45.0]
+    assert "4 more have no" in compare_figure("a", compared).caption
 
 
 @pytest.mark.parametrize(
@@ -187,13 +169,12 @@ def test_a_reference_may_be_what_feko_wrote(tmp_path):
 
 
 def test_the_page_shows_what_meshes_warn_of(tmp_path):
-    settings = copy.deepcopy(fake.SETTINGS)
-    settings["radar"]["frequencies"] = settings["mesh"]["bands"] = 1
+    settings = fake.changed(radar={"frequencies": 1}, mesh={"bands": 1})
     del settings["targets"]["ufo"]
     fake.make(tmp_path, settings)
     path = tmp_path / "mesh/missile.json"
     measures = json.loads(path.read_text())
-    measures["bands"][0]["missed"] = SENTENCE
+    missed = measures["bands"][0]["missed"] = "is 0.031 wavelengths from its source (goal 0.025)"
     measures["source"]["warnings"] = ["its shell is nearly closed."]
     path.write_text(json.dumps(measures))
     report = tmp_path / "rcs"
@@ -205,4 +186,4 @@ def test_the_page_shows_what_meshes_warn_of(tmp_path):
     assert "RCS Radar cross section" in glossary
     assert not any(word in glossary for word in ("margin", "folds", "realizations"))  # of its style, and the config
     assert "2 warnings on this run: missile" in words
-    assert f"missile : its shell is nearly closed. missile : the mesh of band 0 {SENTENCE}" in words
+    assert f"missile : its shell is nearly closed. missile : the mesh of band 0 {missed}" in words

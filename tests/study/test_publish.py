@@ -3,13 +3,14 @@
 import lzma
 import os
 import runpy
+import shutil
 from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
 import pytest
 from study.statements import kept
-from thesis_pages import check_links, tables
+from thesis_pages import check_links, interval, tables
 
 from isarflow.report.published import ADAPTATIONS
 from isarflow.report.vocabulary import select
@@ -20,65 +21,52 @@ CURVES = {"accuracy": "accuracy", "f1": "f1_weighted", "weighted_f1": "f1_weight
 NAMES = {"knn": "KNN", "svm": "SVM", "lr": "LR", "fcnn": "FCNN", "softmax_threshold": "FCNN, softmax"}
 NAMES |= {"openmax": "FCNN, OpenMax", "other_class": "FCNN, other", "capsule": "capsule"}
 NAMES |= {"capsule_mse": "capsule, MSE", "capsule_zncc": "capsule, ZNCC"}
+PUBLISHER = SimpleNamespace(**runpy.run_path(ROOT / "studies/stewart-burger-2023/publish.py"))
+COMMITTED, PAGE = ROOT / "resources/results/scores.csv.xz", ROOT / "docs/results.md"
 
 
-@pytest.fixture
-def publisher():
-    return SimpleNamespace(**runpy.run_path(ROOT / "studies/stewart-burger-2023/publish.py"))
-
-
-def test_a_page_is_published_with_its_pictures_and_scores(thesis_page, publisher, tmp_path):
-    (tmp_path / "docs/img/results").mkdir(parents=True)
-    (tmp_path / "docs/img/results/fig-9-9.png").touch()  # of an earlier page
-    publisher.publish(thesis_page.parents[1], tmp_path)
+def test_a_page_is_published_with_its_pictures_and_scores(thesis, tmp_path):
+    pictures, published = tmp_path / "docs/img/results", tmp_path / "resources/results"
+    pictures.mkdir(parents=True)
+    (pictures / "fig-9-9.png").touch()  # of an earlier page
+    PUBLISHER.publish(thesis.run, tmp_path)
     drawn = check_links(tmp_path / "docs", "results.md")
-    assert sorted(drawn) == [f"img/results/{path.name}" for path in sorted(thesis_page.glob("*.png"))]
-    assert len(list((tmp_path / "docs/img/results").iterdir())) == len(drawn)
-    about = (tmp_path / "resources/results/README.md").read_text()
+    assert sorted(drawn) == [f"img/results/{path.name}" for path in sorted(thesis.folder.glob("*.png"))]
+    assert len(list(pictures.iterdir())) == len(drawn)
+    about = (published / "README.md").read_text()
     for name in ("scores", "confusion", "validation"):
-        table = (thesis_page.parents[1] / f"learning/{name}.csv").read_bytes()
-        packed = (tmp_path / f"resources/results/{name}.csv.xz").read_bytes()
+        table = (thesis.run / f"learning/{name}.csv").read_bytes()
+        packed = (published / f"{name}.csv.xz").read_bytes()
         assert lzma.decompress(packed) == table and len(packed) < len(table) / 4
         assert f"| `{name}.csv.xz` |" in about and f"| {table.count(bytes([10])) - 1:,} |" in about
     assert "| processor | A processor |" in about and "commit" in about
-    scores = pd.read_csv(tmp_path / "resources/results/scores.csv.xz", keep_default_na=False)
-    text = (tmp_path / "resources/results/README.md").read_text().split("## Weighted F1")[1]
-    at_12 = scores.query("experiment == 'capsule_open' and metric == 'f1_weighted' and test_snr_db == 12")
-    at_12 = at_12.query("model == 'capsule' and elevation == 'all' and score == '' and snr_definition == 'mean'")
-    value, low, high = at_12[["value", "low", "high"]].astype(float).to_numpy()[0]
-    closed = text.split("closed set, at random")[1].splitlines()[1].split(" | ")
-    assert closed[0] == "| capsule network" and closed[5] == f"{value:.2f} ({low:.2f}\N{EN DASH}{high:.2f})"
-    assert scores.equals(pd.read_csv(thesis_page.parents[1] / "learning/scores.csv", keep_default_na=False))
+    case = {"experiment": "capsule_open", "model": "capsule", "metric": "f1_weighted", "test_snr_db": 12}
+    at_12 = thesis.scores(**case, elevation="all", score="").iloc[0]
+    closed = about.split("## Weighted F1")[1].split("closed set, at random")[1].splitlines()[1].split(" | ")
+    assert closed[0] == "| capsule network"
+    assert closed[5] == "{value:.2f} ({low:.2f}\N{EN DASH}{high:.2f})".format(**at_12)
 
 
-def test_nothing_is_published_of_a_run_without_a_page_or_with_an_older_one(thesis_page, publisher, tmp_path):
+def test_nothing_is_published_of_a_run_without_a_page_or_with_an_older_one(thesis, tmp_path):
     with pytest.raises(SystemExit, match=r"There is no .*README.md; make it: snakemake --cores 2 thesis_page"):
-        publisher.publish(tmp_path, tmp_path)
-    readme = thesis_page / "README.md"
-    times = readme.stat()
-    os.utime(readme, (times.st_atime, 0))
-    try:
-        with pytest.raises(SystemExit, match="is older than the run's scores"):
-            publisher.publish(thesis_page.parents[1], tmp_path)
-    finally:
-        os.utime(readme, (times.st_atime, times.st_mtime))
+        PUBLISHER.publish(tmp_path, tmp_path)
+    shutil.copytree(thesis.run, tmp_path / "run", ignore=shutil.ignore_patterns("*.zarr"))
+    os.utime(tmp_path / "run/report/thesis/README.md", (0, 0))
+    with pytest.raises(SystemExit, match="is older than the run's scores"):
+        PUBLISHER.publish(tmp_path / "run", tmp_path)
     assert not (tmp_path / "docs").exists()
 
 
-def test_the_table_beside_the_committed_scores_is_of_them(publisher):
-    committed = ROOT / "resources/results/scores.csv.xz"
-    table = (committed.parent / "README.md").read_text()
-    assert publisher.scores_table(pd.read_csv(committed, keep_default_na=False)) in table
-
-
-def test_the_page_s_verdicts_are_those_of_the_committed_scores(tmp_path):
+def test_the_published_verdicts_are_those_of_the_committed_scores():
     """Every statement that is read off scores, again by the thesis's conditions from the committed table."""
-    committed, page = ROOT / "resources/results/scores.csv.xz", ROOT / "docs/results.md"
-    scores = pd.read_csv(committed, dtype={"fold": str}, keep_default_na=False)
+    scores = pd.read_csv(COMMITTED, dtype={"fold": str}, keep_default_na=False)
+    # The table beside the scores is of them, and nothing is made up.
+    assert PUBLISHER.scores_table(scores) in (COMMITTED.parent / "README.md").read_text()
+    assert "`fake`" not in PAGE.read_text()
     scores = scores.query("split == 'random' and fold == '' and snr_definition == 'mean'")
     stated = pd.read_csv(ROOT / "resources/reference/thesis_results.csv", dtype=str, keep_default_na=False)
     stated = stated[stated["metric"].isin(CURVES) & stated["reading"].isin(["", "wrong"])]
-    overview = next(table for table in tables(page.read_text()) if "as published" in table and "" in table)
+    overview = next(table for table in tables(PAGE.read_text()) if "as published" in table and "" in table)
     shown = overview.set_index(overview[""].str.extract(r"\[([^],]*)")[0] + "/" + overview["stated"])
     assert len(stated) > 15
     for line in stated.to_dict("records"):
@@ -93,13 +81,9 @@ def test_the_page_s_verdicts_are_those_of_the_committed_scores(tmp_path):
         printed = shown.loc[[f"{line['figure']}/{line['stated']}"]]
         printed = printed[printed["published"].str.split().str[1] == line["value"]]
         printed = printed[printed["what"].str.startswith(NAMES[line["model"]])].iloc[0]
-        assert printed["here"] == "{value:.3f} [{low:.3f}, {high:.3f}]".format(**here), line
+        assert printed["here"] == interval(here), line
         holds = kept({"ours": here["value"], **here}, line)
         assert printed["as published"] == ("yes" if holds else "no"), line
-
-
-def test_nothing_made_up_is_committed():
-    assert not (ROOT / "docs/results.md").exists() or "`fake`" not in (ROOT / "docs/results.md").read_text()
 
 
 def test_the_tables_of_recognition_are_of_the_committed_scores(monkeypatch):
@@ -109,8 +93,7 @@ def test_the_tables_of_recognition_are_of_the_committed_scores(monkeypatch):
     for mark, metric, threshold in (("f1", "f1_weighted", "kept"), ("auroc", "auroc", "")):
         made = published.by_split(table, published.METHODS, metric, threshold)
         assert published.between(page, mark)[1] == made and "()" not in made
-        assert all(
-            line.count("\N{EN DASH}") == len(published.SNRS) for line in made.splitlines()[2:] if "**" not in line
-        )
+        rows = [line for line in made.splitlines()[2:] if "**" not in line]
+        assert {row.count("\N{EN DASH}") for row in rows} == {len(published.SNRS)}
     assert published.between(page, "looks")[1] == published.looks(table)
     assert set(published.SHOWN) <= set(published.METHODS)

@@ -1,24 +1,16 @@
 """Made-up results with every experiment of the thesis, real fully connected networks and their real predictions."""
 
-import copy
-import itertools
-from dataclasses import asdict
-from unittest import mock
 from zlib import crc32
 
 import fake
-import fake_learning
 import numpy as np
 import pandas as pd
-from study.page import write_page
 
 from isarflow.core.sweep import snr_label
-from isarflow.learning import images
-from isarflow.learning.classifier import OTHER, build, choices
+from isarflow.learning.classifier import choices
 from isarflow.learning.experiments import label, runs
-from isarflow.learning.model_folder import CONFIG, SPLIT, write_json
 from isarflow.learning.predict import Tested, predict
-from isarflow.learning.split import Division
+from isarflow.learning.train import Training, train
 
 SNRS = [-18, -12, -6, 0, 3, 6, 12, 24]
 LISTS = {
@@ -27,24 +19,19 @@ LISTS = {
     "fcnn_tuned": {"width": [4, 756]},
 }
 SCORES = {"fcnn": ("softmax", "openmax"), "capsule": ("mse", "zncc", "length", "mixture")}
-SCORES |= {
-    "capsule_complex": ("mse", "coherence"),
-    **dict.fromkeys(("capsule_long", "capsule_listing"), ("mse", "zncc")),
-}
-CAPSULES = ("capsule", "capsule_long", "capsule_listing", "capsule_complex", "capsule_denoise")
+SCORES |= {"capsule_complex": ("mse", "coherence"), "capsule_long": ("mse", "zncc"), "capsule_listing": ("mse", "zncc")}
 FCNN = {"width": 6, "epochs": 2, "batch": 16, "learning_rate": 0.01, "openmax_tail": 5, "openmax_alpha": 1}
 
 
 def settings():
     """The config of a run that has all that the thesis has."""
-    config = copy.deepcopy(fake.SETTINGS)
-    config["targets"]["disc"] = {"mesh": "disc.stl", "role": "unknown"}
+    config = fake.changed(targets={"disc": {"mesh": "disc.stl", "role": "unknown"}})
     config["noise"] |= {"snr_db": list(SNRS), "definition": "mean"}
     models, experiments = config["learning"]["models"], config["learning"]["experiments"]
     models |= {name: {"kind": name.removesuffix("_tuned"), **lists} for name, lists in LISTS.items()}
     models |= {"fcnn": dict(FCNN), "fcnn_other": {"kind": "fcnn", "other": True, **FCNN}}
     models["capsule_complex"] = {"kind": "capsule", "width": 16, "capsules": 2, "complex": True}
-    clean, each = {"elevation": "all", "snr_db": "clean"}, {"elevation": "all", "snr_db": {"each": [-18, 0, 24]}}
+    clean, each = fake.CLEAN, {"elevation": "all", "snr_db": {"each": [-18, 0, 24]}}
     models["knn_magnitude"] = {"kind": "knn", "features": "magnitude"}
     models |= {name: {"kind": "capsule", **models["capsule"]} for name in ("capsule_long", "capsule_listing")}
     experiments["capsule_open"]["models"] = ["capsule", "capsule_long"]
@@ -54,9 +41,8 @@ def settings():
     experiments["noisy_training"] = {"train": each, "models": ["lr", "svm"]}
     experiments["upsampling"] = {"train": each, "models": ["lr", "svm"], "upsample": 64}
     experiments["fcnn_open"] = {"train": clean, "models": ["fcnn", "fcnn_other"], "open": True}
-    experiments["fcnn_listing"] = copy.deepcopy(experiments["fcnn_open"])
-    experiments["fcnn_listing"]["train"]["snr_db"] = 24
     listing = {"elevation": "all", "snr_db": 24}
+    experiments["fcnn_listing"] = experiments["fcnn_open"] | {"train": listing}
     experiments["capsule_listing"] = {"train": listing, "models": ["capsule_listing"], "open": True, "upsample": 32}
     experiments["sector"] = {"train": clean, "models": ["lr", "knn", "fcnn"], "open": True, "split": "sector"}
     experiments["capsule_sector"]["folds"] = [1, 2, 3]
@@ -69,18 +55,16 @@ def settings():
 
 def make(folder, config):
     """Fill `folder` (results/<name>) with results of the config, as far as the page of the thesis reads them."""
-    with mock.patch.dict(fake_learning.SCORES, SCORES), mock.patch.object(fake_learning, "DECODERS", CAPSULES):
-        fake.make(folder, config)
+    fake.make(folder, config, SCORES)
     _tell_apart(folder / "learning" / "scores.csv")
     for name, run in runs(config).items():
         for model in run["models"]:
-            path = folder / "learning" / "models" / name / model
             if model in LISTS:
-                _searched(path, model)
-            if model.startswith("fcnn") and model not in LISTS and run["split"] == "random":
-                _fit(folder, path, run, model, config)
-            if model in ("capsule", "capsule_long", "capsule_listing") and name in ("capsule_open", "capsule_listing"):
-                _capsule(folder / "learning" / "predictions" / name / model, config)
+                _searched(folder / "learning" / "models" / name / model, model)
+            elif model.startswith("fcnn") and run["split"] == "random":
+                _fit(folder, run, model, config)
+            elif name in ("capsule_open", "capsule_listing"):
+                _capsule(folder / "learning" / "predictions", name, model)
 
 
 def _tell_apart(path):
@@ -95,64 +79,33 @@ def _tell_apart(path):
     scores.to_csv(path, index=False)
 
 
-def write(folder, config):
-    """The results and their page; returns its folder."""
-    make(folder, config)
-    return again(folder, config)
-
-
-def again(folder, config):
-    page = folder / "report" / "thesis"
-    write_page(folder, config, fake.names(config), page)
-    return page
-
-
 def _searched(path, model):
     """The settings tried: each better than the one before."""
     tried = pd.DataFrame(choices({"kind": model, **LISTS[model]}))
     tried.assign(validation_accuracy=np.linspace(0.8, 0.9, len(tried))).to_csv(path / "search.csv", index=False)
 
 
-def _fit(folder, path, run, model, config):
-    """A small network fitted to the training azimuths, and its predictions at all SNRs."""
-    own, division = config["learning"]["models"][model], Division(**run["division"])
+def _fit(folder, run, model, config):
+    """A small network, fitted; one with a class OTHER has UFOs as its examples of that. Its predictions at all SNRs."""
+    own = config["learning"]["models"][model]
     roles = {name: target["role"] for name, target in config["targets"].items()}
-    store = {name: folder / "imaging" / name / f"{label(run['snrs'][0])}.zarr" for name in roles}
-    known = [name for name, role in roles.items() if role == "known"]
-    stores = [store[name] for name in known]
-    pixels, origin = images.read_side(stores, images.divide(stores, {}, division), "train")
-    labels = origin["target"].to_numpy(str)
-    if own.get("other"):
-        random = np.random.default_rng(7)
-        noise = random.normal(size=(40, *pixels.shape[1:], 2)) @ [0.1, 0.1j]
-        pixels, labels = np.concatenate([pixels, noise.astype(np.complex64)]), np.append(labels, [OTHER] * 40)
-    fitted = build("fcnn", own, config["seed"]).fit(pixels, labels)
-    fitted.save(path)
-    write_json(path / CONFIG, {"run": run, "model": model, "kind": "fcnn", "settings": own, "seed": config["seed"]})
-    write_json(path / SPLIT, {"division": asdict(division), "targets": {}})
+    learned = roles | ({"ufo": "other"} if own.get("other") else {})
+    trains = f"{label(run['snrs'][0])}.zarr"
+    stores = [folder / "imaging" / name / trains for name, role in learned.items() if role != "unknown"]
+    planes, fitted = dict.fromkeys(roles, ()), folder / "learning" / "models" / run["name"] / model
+    train(stores, Training(run, model, own, learned, planes, config["seed"]), fitted)
     stores = [folder / "imaging" / name / f"{snr_label(snr)}.zarr" for name in roles for snr in SNRS]
     tables = folder / "learning" / "predictions" / run["name"] / model
-    tested = Tested(roles, dict.fromkeys(roles, ()), True, 1)
-    predict(stores, tested, path, [tables / f"{snr_label(snr)}.csv" for snr in SNRS])
+    predict(stores, Tested(roles, planes, True, 1), fitted, [tables / f"{snr_label(snr)}.csv" for snr in SNRS])
 
 
-def _capsule(folder, config):
-    """Predictions at all SNRs: confidence scores of known and unknown targets that overlap, the more the more noise."""
-    random = np.random.default_rng(11)
-    roles = {name: target["role"] for name, target in config["targets"].items()}
-    known = sorted(name for name, role in roles.items() if role == "known")
+def _capsule(predictions, run, model):
+    """Predictions of a capsule network at all SNRs: the FCNN's, with confidence scores of its own about its softmax."""
+    random, folder = np.random.default_rng(11), predictions / run / model
+    folder.mkdir(parents=True, exist_ok=True)
     for snr in SNRS:
-        lines = itertools.product(sorted(roles), range(6), range(10))
-        table = pd.DataFrame(lines, columns=["target", "block", "image"])
-        table["role"] = table["target"].map(roles)
-        table["truth"] = table["target"].where(table["role"] == "known", OTHER)
-        right = random.uniform(size=len(table)) < 0.9
-        table["predicted"] = table["target"].where((table["role"] == "known") & right, random.choice(known, len(table)))
-        table["side"], table["fold"] = np.where(table["image"] < 6, "test", "validation"), 0
-        apart = (table["role"] == "known") * (snr + 24) / 20
+        table = pd.read_csv(predictions / "fcnn_open" / "fcnn" / f"{snr_label(snr)}.csv", keep_default_na=False)
         for score in SCORES["capsule"]:
-            table[f"known_{score}"] = (apart + random.normal(size=len(table))).round(2) - 5 * (score == "mse")
-        for bias, name in enumerate(known):  # the last is named more often than it is there
-            table[f"score_{name}"] = (bias + 2 * (table["target"] == name) + random.normal(size=len(table))).round(2)
-        folder.mkdir(parents=True, exist_ok=True)
+            noise = random.normal(scale=0.2, size=len(table))
+            table[f"known_{score}"] = (table["known_softmax"] + noise).round(2) - 5 * (score == "mse")
         table.to_csv(folder / f"{snr_label(snr)}.csv", index=False)

@@ -1,0 +1,287 @@
+"""The page "the thesis, figure by figure": all of it is there or named as missing, and its numbers are the run's."""
+
+import re
+
+import fake
+import fake_thesis
+import numpy as np
+import pandas as pd
+import pytest
+import study.figures
+import study.networks
+import study.sentences
+from study.anew import judged
+from study.selection import PAGE, images_of, networks_of
+from study.statements import JUDGED, READINGS
+from thesis_pages import ThesisPage, check_links, interval, tables
+
+from isarflow.core.sweep import snr_label
+from isarflow.learning import images
+from isarflow.learning.experiments import runs
+from isarflow.report.results import REFERENCE, Results
+from isarflow.setup.config import ROOT, load
+from isarflow.setup.yaml_file import read_yaml
+
+# All tables and figures of chapters 4 and 5 that show data, in the document's order.
+ITEMS = (
+    *("Table 4.1", "Fig. 4.7", "Fig. 4.8, Fig. 4.9", "Fig. 4.10", "Fig. 4.12", "Table 4.2", "Fig. 4.13", "Fig. 4.14"),
+    *("Fig. 4.15", "Fig. 4.16", "Fig. 4.17", "Table 4.3", "Fig. 5.3", "Table 5.1", "Fig. 5.4, Table 5.2", "Fig. 5.6"),
+    *("Fig. 5.7", "Table 5.3", "Fig. 5.8", "Fig. 5.9", "Fig. 5.10", "Fig. 5.11", "Fig. 5.12", "Fig. 5.13", "Fig. 5.14"),
+    *("Sec. 5.4.2, Sec. 5.4.4", "Slips of the document"),
+)
+OF_CAPSULES = (ITEMS[15], *ITEMS[17:-1])
+# What a table of values shows: experiment and metric of each figure; elevations that are tested.
+SHOWN = {
+    "Fig. 4.7": ("single_elevation", "accuracy", "trained"),
+    "Fig. 4.10": ("single_elevation", "accuracy", "all"),
+    "Fig. 4.12": ("multi_elevation", "accuracy", "all"),
+    "Fig. 5.3": ("fcnn_open", "accuracy", "all"),
+}
+SHOWN |= dict.fromkeys(("Fig. 5.6", "Fig. 5.10", "Fig. 5.14", ITEMS[-2]), ("capsule_open", "f1_weighted", "all"))
+# Where values by sector stand beside; of one training elevation there are none, nor of several training SNRs.
+BY_SECTOR = {"multi_elevation": "sector", "fcnn_open": "sector", "capsule_open": "capsule_sector"}
+SCORES = {"MSE": "mse", "ZNCC": "zncc", "capsule length": "length", "Gaussian mixture": "mixture"}
+FIG_412 = "[Fig. 4.12](#fig-412-trained-and-tested-at-all-elevations)"
+FIG_54 = "[Fig. 5.4, Table 5.2](#fig-54-table-52-three-adaptations-of-the-fcnn-to-the-open-set)"
+
+
+def test_what_the_page_s_data_names_is_there(thesis):
+    """Each part is a function or a sentence, each sentence is said and has its places filled, each statement shown."""
+    figures = [figure for every in PAGE["chapters"].values() for figure in every]
+    named = {name for figure in figures for name in (*figure["shows"], *figure.get("why", []))}
+    named |= {*PAGE["everywhere"], *PAGE["everywhere_learned"]}
+    said = {name for name in named if not (hasattr(study.figures, name) or hasattr(study.networks, name))}
+    assert {*PAGE["sentences"]} == said
+    filled = {name for name in said if hasattr(study.sentences, name)} | {*study.sentences.of_run(thesis.results)}
+    assert filled == {name for name in said if "{" in PAGE["sentences"][name]}
+    stated = pd.read_csv(REFERENCE / "thesis_results.csv", dtype=str, keep_default_na=False)
+    assert {*stated["figure"]} - {""} <= {figure["names"][0] for figure in figures}
+    assert {*stated["reading"]} == {*READINGS}
+    assert {reading.get("judged") for reading in PAGE["readings"].values()} == {None, *JUDGED}
+    # Every reading names rows of the reference experiment.
+    every = runs(load(read_yaml(ROOT / "config/thesis.yaml")))
+    fitted = {f"{name}/{model}" for name, run in every.items() for model in run["models"]}
+    named = [rows for reading in PAGE["readings"].values() for rows in reading.get("rows", {}).items()]
+    assert len(named) > 15 and {name for rows in named for name in rows} <= fitted
+
+
+def test_all_of_the_document_is_there_in_its_order_and_what_run_it_is(thesis):
+    assert tuple(thesis.entries) == ITEMS
+    assert thesis.absent == {} and "All of the document is part of this run." in thesis.head
+    for name, text in thesis.entries.items():
+        assert "*The document:* " in text and "**Not part of this run:**" not in text, name
+    drawn = check_links(thesis.folder)
+    assert sorted(drawn) == sorted(path.name for path in thesis.folder.glob("*.png")) and len(drawn) == 21
+    assert "![]" not in (thesis.folder / "README.md").read_text()
+    facts = tables(thesis.head)[1].set_index("")["this run"]
+    assert facts["config"] == "`fake`, seed 3" and facts["processor"] == "A processor"
+    assert facts["images"].startswith("4,608 noisy ones of 5 × 3 pixels: 4 targets, 3 elevations, 24 azimuths, 8 SNRs")
+    assert facts["capsule network"].startswith("reduced: 16 filters, 2 capsule channels; the thesis's has 256 and 32")
+    assert re.fullmatch(r"\d{4}-\d\d-\d\d, of the scores", facts["date"]) and "commit" in facts["code"]
+
+
+def _row(thesis, figure, label, snr):
+    """The row of scores.csv that a cell of a table of values must show. label: the row's, as 'KNN, split at random'."""
+    experiment, metric, elevation = SHOWN[figure]
+    sector = "split by sector" in label
+    experiment = BY_SECTOR[experiment] if sector else experiment
+    score = next((name for words, name in SCORES.items() if f"open set, {words}," in label), "")
+    assert bool(score) == label.startswith("open set")
+    threshold = ("blind" if sector else "thesis") if score else ""
+    model = {"LR": "lr", "SVM": "svm", "KNN": "knn"}.get(label.partition(",")[0])
+    model = model or ("fcnn" if figure == "Fig. 5.3" else "capsule")
+    case = {"experiment": experiment, "model": model, "score": score, "threshold": threshold, "elevation": elevation}
+    (row,) = thesis.scores(**case, metric=metric, test_snr_db=snr).to_dict("records")
+    return row
+
+
+def test_values_are_those_of_scores_csv(thesis):
+    """Sixty cells picked at random, and the numbers and signs around them."""
+    cells = []
+    for figure, (experiment, *_) in SHOWN.items():
+        (values,) = (table for table in tables(thesis.entries[figure]) if "24 dB" in table and "0 dB" in table)
+        labels = values.iloc[:, 0].tolist()
+        assert len(set(labels)) == len(labels) > 1
+        assert ("split by sector" in thesis.entries[figure]) == (experiment in BY_SECTOR), figure
+        cells += [(figure, row.iloc[0], head, row[head]) for _, row in values.iterrows() for head in values.columns[1:]]
+    assert len(cells) > 150
+    shown = set()
+    for place in np.random.default_rng(4).choice(len(cells), 60, replace=False):
+        figure, label, head, cell = cells[place]
+        assert cell == interval(_row(thesis, figure, label, float(head.removesuffix(" dB")))), (figure, label, head)
+        shown.add(cell)
+    assert len(shown) > 40  # curves differ, so that another one would be found out
+
+
+def test_trainings_and_up_sampling_are_those_of_scores_csv(thesis):
+    rows = thesis.scores(metric="accuracy", elevation="all", experiment=["noisy_training", "upsampling"])
+    rows = rows.set_index(["experiment", "model", "training", "test_snr_db"])["value"].sort_index()
+    values = {}
+    for name, experiment, model in (
+        ("Fig. 4.13", "noisy_training", "lr"),
+        ("Fig. 4.14", "noisy_training", "svm"),
+        ("Fig. 4.16", "upsampling", "lr"),
+        ("Fig. 4.17", "upsampling", "svm"),
+    ):
+        assert "split by sector" not in thesis.entries[name]
+        values[name] = tables(thesis.entries[name])
+        cells = next(table for table in values[name] if "trained at" in table).set_index("trained at")["-6 dB"]
+        for training in ("-18 dB", "0 dB", "24 dB"):
+            assert cells[training].startswith(f"{rows[experiment, model, training, -6]:.3f} [")
+    change = values["Fig. 4.16"][-1].set_index("trained at").loc["0 dB", "12 dB"]
+    difference = rows["upsampling", "lr", "0 dB", 12] - rows["noisy_training", "lr", "0 dB", 12]
+    assert change == f"{difference:+.3f}".replace("-", "−") != "+0.000"
+    # The largest of all training and test SNRs stands beside the published maximum.
+    assert f"{rows['upsampling', 'svm'].max():.3f} [" in values["Fig. 4.17"][0]["here, split at random"][0]
+
+
+def test_the_overview_has_every_published_score_once_and_judges_it(thesis):
+    printed = pd.read_csv(REFERENCE / "thesis_results.csv", dtype=str, keep_default_na=False)
+    overview = thesis.overview
+    left_out = printed.query("metric == 'training_accuracy' and model == 'svm'")  # not recorded; its figure says so
+    assert len(overview) == len(printed) - len(left_out) > 20 and (overview["as published"] != "–").all()
+    count, read = (overview["as published"] == "yes").sum(), overview["read otherwise"].str.contains("**", regex=False)
+    said = f"{count} of the {len(overview)} that this run has hold as the document's text reads, "
+    said += f"{count + read.sum()} by its text or by one of the readings"
+    assert said in thesis.head and not read[overview["as published"] == "yes"].any() and read.any()
+    for line in overview.to_dict("records"):
+        relation, value = line["published"].split()
+        here, there = float(line["here"].split()[0]), float(value)
+        low, high = map(float, re.findall(r"[\[,] ?([\d.]+)", line["here"]) or (np.nan, np.nan))
+        kept = {"≥": here >= there, "≤": here <= there, ">": here > there, "<": here < there}
+        kept["="] = round(here, len(value.partition(".")[2])) == there or low <= there <= high
+        assert line["as published"] == ("yes" if kept[relation] else "no"), line
+    # A maximum is that of the curve, at whatever SNR.
+    curve = thesis.scores(experiment="single_elevation", model="svm", metric="accuracy", elevation="all")
+    maximum = overview[(overview["stated"] == "maximum") & (overview["what"] == "SVM, accuracy")].iloc[0]
+    assert maximum["here"].startswith(f"{curve['value'].max():.3f} [")
+    # One of them by the run's own table: the share of wrong images is one less the accuracy of the open set.
+    case = {"experiment": "capsule_open", "model": "capsule", "score": "mse", "threshold": "thesis"}
+    row = thesis.scores(**case, metric="accuracy", test_snr_db=24).iloc[0]
+    wrong = overview[overview["what"] == "capsule, MSE, share of wrong images"].iloc[0]
+    assert wrong["published"] == "= 0.0032"
+    assert wrong["here"] == interval({"value": 1 - row["value"], "low": 1 - row["high"], "high": 1 - row["low"]})
+
+
+def test_readings_are_the_run_s_own_values_and_judged_alike(thesis):
+    """Each statement that does not hold has its readings beside it: rows of scores.csv, and predictions judged anew."""
+    overview = thesis.overview.set_index(["", "what", "stated"])["read otherwise"]
+    cell = overview[FIG_412, "KNN, accuracy", "down to 0 dB"]
+    said = dict(re.findall(r"\**([a-z][a-z ,]*?) ([\d.]+ \[[^\]]*\])", cell))
+    sources = {"magnitudes": ("multi_elevation", "knn_magnitude"), "shuffled": ("multi_shuffled", "knn")}
+    sources["tuned"] = "tuning", "knn_tuned"
+    assert said.keys() == sources.keys()
+    for reading, (experiment, model) in sources.items():
+        case = {"experiment": experiment, "model": model, "metric": "accuracy", "elevation": "all", "test_snr_db": 0}
+        assert said[reading] == interval(thesis.scores(**case).iloc[0])
+    # Of a network in the open set: other training images, thresholds by errors on the test images, all azimuths.
+    every = ("at 24 dB", "by errors", "at 24 dB, by errors", "all azimuths", "at 24 dB, all azimuths")
+    cell = overview[FIG_54, "FCNN, softmax, weighted F1", "24 dB"]
+    assert [re.match(r"\**(.+?) \d\.\d+", part)[1] for part in cell.split("; ")] == [*every]
+    for experiment, reading in (("fcnn_open", "by errors"), ("fcnn_listing", "at 24 dB, by errors")):
+        value = judged(thesis.results, experiment, "fcnn", "softmax", 24).metrics["errors"]["f1_weighted"]
+        assert re.search(rf"(?:^|; )\**{reading} {value:.3f}", cell)
+
+
+def test_hyper_parameters_and_times_stand_beside_those_published(thesis):
+    table = tables(thesis.entries["Table 4.1"])[0].set_index(["model", "setting"])
+    assert table.loc[("SVM", "C"), "published"] == "930.66 (T4.1)" and table.loc[("SVM", "C"), "here"] == "930.66"
+    # The last setting tried is the best: so the fake searches are made.
+    assert table.loc[("SVM", "C"), "chosen on validation images"] == "1000 of 1, 1000"
+    assert table.loc[("KNN", "k"), "chosen on validation images"] == "3 of 1, 3"
+    assert table.loc[("KNN", "k"), "at most with the published value"] == "0.8000"  # k = 1, the first of two
+    table = tables(thesis.entries["Table 4.2"])[0].set_index(["model", "experiment"])
+    assert table.loc[("KNN", "multi elevation"), "published [ms]"] == "48.8"
+    assert table.loc[("KNN", "single elevation"), "training images there"] == "340"
+    assert float(table.loc[("KNN", "multi elevation"), "here, in batches [ms]"]) == pytest.approx(0.04)  # the fourth
+    assert "KNN 1.33 times (19.5)" in thesis.entries["Table 4.2"]  # 0.04 / 0.03 here, 48.8 / 2.5 there
+    for name, times in (("Table 4.3", "0.0056 11.535 0.0606 3363.5"), ("Table 5.3", "0.6934 0.0445 1.3 48.8")):
+        assert tables(thesis.entries[name])[0]["published [ms]"].tolist() == times.split()
+
+
+def test_a_run_without_capsule_networks_says_so(thesis, tmp_path):
+    others = [name for name in thesis.settings["learning"]["experiments"] if "capsule" not in name]
+    page = thesis.anew(tmp_path, fake.changed(others, thesis.settings))
+    assert tuple(page.absent) == OF_CAPSULES and tuple(page.entries) == ITEMS
+    assert all("**Not part of this run:**" in page.entries[name] for name in OF_CAPSULES)
+    # What was published stays, and the rest is as it was.
+    assert "0.9314" in page.entries["Fig. 5.6"] and "54 of 16,872" in page.entries["Fig. 5.11"]
+    for name in ("Fig. 4.12", "Fig. 5.3", "Fig. 5.4, Table 5.2"):
+        assert page.entries[name] == thesis.entries[name]
+    assert set(page.overview["as published"]) == {"yes", "no", "–"}
+    assert not list(page.folder.glob("fig-5-1*.png"))
+    check_links(page.folder)
+
+
+def test_a_run_with_little_or_nothing_says_so(thesis, tmp_path):
+    few = fake.changed(["multi_elevation"], thesis.settings)
+    few["learning"]["experiments"]["multi_elevation"]["models"] = ["lr", "knn"]
+    page = thesis.anew(tmp_path, few)
+    assert page.absent["Fig. 4.12"] == "SVM in experiment `multi_elevation`"
+    assert "Fig. 5.7" not in page.absent and "Fig. 4.7" in page.absent
+    assert len(list(page.folder.glob("*.png"))) == 4  # Figs. 4.9, 4.12, 4.15 and 5.7
+    check_links(page.folder)
+    # No experiment at all; and a solver of radar cross-sections, which makes no image.
+    nothing = fake.changed([], thesis.settings)
+    single = fake.changed([], thesis.settings, radar={"frequencies": 1, "bandwidth": 0})
+    for name, settings in (("nothing", nothing), ("single", single)):
+        page = thesis.anew(tmp_path / name, settings)
+        assert tuple(page.entries) == ITEMS and "This run has none of them." in page.head
+        assert set(page.overview["as published"]) == {"–"}
+        check_links(page.folder)
+    # Experiments that are split otherwise are not the document's.
+    settings = fake_thesis.settings()
+    settings["learning"]["experiments"]["capsule_open"]["split"] = "sector"
+    assert ("capsule_open", "capsule") not in networks_of(fake.results("nowhere", settings).runs)
+    page = thesis.anew(tmp_path, settings)
+    assert page.absent["Fig. 5.14"] == "experiment `capsule_open` in the open set, split at random"
+
+
+def test_a_run_by_the_other_definition_shows_values_by_mean_power(tmp_path):
+    experiments = ["multi_elevation", "capsule_open", "sector"]
+    settings = fake.changed(experiments, fake_thesis.settings(), noise={"definition": "peak_3db"})
+    fake_thesis.make(tmp_path / "fake", settings)
+    page = ThesisPage(tmp_path / "fake", settings, tmp_path / "page")
+    case = {"experiment": "multi_elevation", "model": "knn", "metric": "accuracy", "test_snr_db": 0}
+    mean, peak = (page.scores(**case, snr_definition=of)["value"].item() for of in ("mean", "peak_3db"))
+    assert f"{mean:.3f}" != f"{peak:.3f}"
+    values = tables(page.entries["Fig. 4.12"])[-1].set_index("")
+    assert values.loc["KNN, split at random", "0 dB"].startswith(f"{mean:.3f} [")
+    assert "This run's SNRs are by peak_3db power" in page.head
+
+
+def test_the_same_stores_make_the_same_page_and_are_those_that_the_rule_names(thesis, tmp_path, monkeypatch):
+    taken, opened, images_read = set(), Results.images, images.read
+
+    def images_in(self, target, store):
+        taken.add((target, store))
+        return opened(self, target, store)
+
+    def read(stores, *arguments, **options):
+        taken.update((images.target_of(store), store.stem) for store in stores)
+        return images_read(stores, *arguments, **options)
+
+    monkeypatch.setattr(Results, "images", images_in)
+    monkeypatch.setattr(images, "read", read)
+    other = thesis.anew(tmp_path, thesis.settings)
+    for path in thesis.folder.iterdir():
+        assert (other.folder / path.name).read_bytes() == path.read_bytes(), path.name
+    assert taken == set(images_of(thesis.settings, thesis.results.runs))
+    assert ("trihedral", "clean") not in taken and ("ufo", snr_label(24)) in taken
+
+
+def test_differences_of_networks_and_ends_of_trainings_are_said():
+    """Of 1 filter and 2 capsules in 32 x 32 pixels, and of 256 and 32, by the layers' weights before the decoder."""
+    settings, models = fake.changed(), {"one": (1, 2), "full": (256, 32)}
+    for name, (width, capsules) in models.items():
+        settings["learning"]["models"][name] = {"kind": "capsule", "width": width, "capsules": capsules}
+    # The convolution, the primary capsules, and 8 x 8 places of capsules with 8 x 32 votes each.
+    large = 81 * 256 + 256 + 81 * 256 * 256 + 256 + 64 * 32 * 8 * 32
+    tiny = 82 + 81 * 16 + 16 + 64 * 2 * 8 * 32
+    assert study.sentences.weight_ratio("one", settings) == pytest.approx(large / tiny)
+    said = study.sentences.difference("capsule", settings)
+    assert "the thesis's has 256 and 32, 107 times the weights" in said
+    assert study.sentences.difference("full", settings) == ""
+    curve = pd.DataFrame({"epoch": [1, 2, 3], "learning_rate": [1e-3, 4e-4, 1e-9], "seconds": [1.5, 3.0, 4.5]})
+    ended = study.sentences.training_end(curve, 5)
+    assert ended == "after 3 of 5 epochs at 1.0×10⁻⁶ of its learning rate in 4.5 s"
