@@ -7,15 +7,15 @@ from isarflow.core.sweep import C0, unit_vectors
 from isarflow.imaging.formation import apertures, with_imager
 from isarflow.imaging.geometry import centres, imager_of
 from isarflow.imaging.imagers.centres import fit
+from isarflow.imaging.outline import OUTLINE, outline
 from isarflow.imaging.scatterers import waves
-from isarflow.report import draw_mesh
-from isarflow.report.draw_images import FLOOR_DB, OUTLINE, decibels, edges, outline, pixel_table
+from isarflow.report import plots
 from isarflow.report.layout import ON_DARK, VERMILION, Section, figure
-from isarflow.report.plots import draw_pixels, finish, panels
+from isarflow.report.plots import FLOOR_DB, decibels, draw_pixels, edges, finish, panels, pixel_table
 
 PLACE, NEEDS = ("imaging", 2), "compares_imagers"  # on the page, see page.py
 MOST = 30  # centres of a target, on its mesh
-VIEWS = {"from above": draw_mesh.TOP, "from the right": draw_mesh.SIDE}
+VIEWS = {"from above": plots.TOP, "from the right": plots.SIDE}
 LARGEST = 60  # square points of the strongest centre
 
 
@@ -105,8 +105,8 @@ def centres_figure(results, fields, elevation, azimuth):
         places, amplitudes = target_centres(near(fields[target], aperture, elevation, azimuth), vertices)
         strength = np.abs(amplitudes)
         for axes, view in zip(column, VIEWS.values(), strict=True):
-            draw_mesh.draw(axes, vertices, triangles, view, edges=False)
-            right, up, _ = draw_mesh.project(places, *view)
+            plots.draw_mesh(axes, vertices, triangles, view, edges=False)
+            right, up, _ = plots.project(places, *view)
             size = LARGEST * np.sqrt(strength / strength.max(initial=1e-30))
             axes.scatter(right, up, size, color=VERMILION, edgecolors="white", linewidths=0.6, alpha=0.8, zorder=3)
         column[0].set_title(f"{target}: {len(places)}")
