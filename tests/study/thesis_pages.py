@@ -27,7 +27,7 @@ class ThesisPage:
         self.head, heads, texts = pieces[0], pieces[1::2], pieces[2::2]
         self.entries = {head.partition(": ")[0]: text for head, text in zip(heads, texts, strict=True)}
         self.absent = dict(re.findall(r"^- \[([^\]]*)\]\(#[^)]*\): (.*)$", self.head, re.MULTILINE))
-        self.overview = tables(self.head)[0]
+        self.overview = next(table for table in tables(self.head) if "as published" in table)
 
     def scores(self, **case):
         """The rows of scores.csv of all folds together with these values, by mean power if they do not say."""

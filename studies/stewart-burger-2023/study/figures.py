@@ -97,12 +97,10 @@ def matrices(results, figure):
     for (above, below), name in zip(grid.T, figure.adaptations, strict=True):
         printed = select(results.published_confusion, model=name).set_index("true")[CLASSES]
         plots.draw_matrix(above, printed, f"{PAGE['headings'][name]},\npublished")
-        counts, text = (
-            open_counts(results, figure.experiment, *ADAPTATIONS[name]),
-            f"here at {nearest_snr(results):g} dB",
-        )
+        counts = open_counts(results, figure.experiment, *ADAPTATIONS[name])
         if len(counts):
-            plots.draw_matrix(below, counts.reindex(order).fillna(0), f"{text}, test images")
+            text = f"here at {nearest_snr(results):g} dB, test images"
+            plots.draw_matrix(below, counts.reindex(order).fillna(0), text)
     plots.finish(drawing, grid, "predicted class", "target", legend=False)
     words = listed([PAGE["headings"][name] for name in figure.adaptations])
     yield picture(figure, drawing, f"confusion matrices of {words}, as published and here.")
@@ -135,14 +133,9 @@ def histograms(results, figure):
         snr = nearest_snr(results, aim)
         test = select(results.predictions(*network, snr), side="test")
         values = plain(score, test[f"known_{score}"])
-        both, look = [values[test["role"] == role] for role in ("known", "unknown")], {"color": [BLUE, VERMILION]}
-        look |= {
-            "density": True,
-            "histtype": "stepfilled",
-            "alpha": 0.45,
-            "label": ["known targets", "unknown targets"],
-        }
-        axes.hist(both, BINS, **look)
+        both = [values[test["role"] == role] for role in ("known", "unknown")]
+        look = {"color": [BLUE, VERMILION], "label": ["known targets", "unknown targets"], "alpha": 0.45}
+        axes.hist(both, BINS, density=True, histtype="stepfilled", **look)
         found = anew.judged(results, *network, score, snr)
         for name, dash, side in (("validation", "--", "validation"), ("errors", ":", "test")):
             look = {"color": "black", "ls": dash, "lw": 1.2, "label": f"threshold from {side} images"}
