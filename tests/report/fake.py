@@ -66,7 +66,9 @@ SETTINGS = {
 SHAPES = {"ufo": (0.3, 0.3, 0.1), "disc": (0.2, 0.2, 0.02), "missile": (0.5, 0.08, 0.08), "drone": (0.25, 0.25, 0.06)}
 # What the solver made of a sphere, almost right.
 SPHERE = {"radius_wavelengths": 0.35, "unknowns": 570, "error_db": -0.012, "phase_deg": 0.3, "edges_per_wavelength": 10}
-ATTRS = {"snr_definition_offset_db": OFFSET, "range_extent": 1.5, "crossrange_extent": 1.0}  # of stores of images
+# Of stores of images.
+ATTRS = {"polarization": "VV", "aperture_angle": 75.0, "range_wavenumber": 21.0, "snr_definition_offset_db": OFFSET}
+ATTRS |= {"range_resolution": 0.3, "crossrange_resolution": 0.2, "range_extent": 1.5, "crossrange_extent": 1.0}
 
 
 def changed(experiments=None, settings=SETTINGS, **sections):
