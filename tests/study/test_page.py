@@ -238,7 +238,7 @@ def test_a_run_with_little_or_nothing_says_so(thesis, tmp_path):
 
 
 def test_a_run_by_the_other_definition_shows_values_by_mean_power(tmp_path):
-    experiments = ["multi_elevation", "capsule_open", "sector"]
+    experiments = ["multi_elevation", "fcnn_open", "capsule_open", "sector"]
     settings = fake.changed(experiments, fake_thesis.settings(), noise={"definition": "peak_3db"})
     fake_thesis.make(tmp_path / "fake", settings)
     page = ThesisPage(tmp_path / "fake", settings, tmp_path / "page")
