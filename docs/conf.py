@@ -10,7 +10,7 @@ ROOT = Path(__file__).resolve().parents[1]
 project = "isarflow"
 root_doc = "README"
 include_patterns = ["README.md", "CONTRIBUTING.md", "CHANGELOG.md", "config/README.md", "docs/*.md"]
-include_patterns += ["resources/fields/README.md", "resources/cad/README.md"]
+include_patterns += ["resources/fields/README.md", "resources/cad/README.md", "resources/glossary.md"]
 extensions = ["myst_parser"]
 myst_enable_extensions = ["dollarmath"]
 myst_fence_as_directive = {"math"}  # as GitHub has them
@@ -32,8 +32,16 @@ MENU = {
         "docs/own-fields",
         "docs/exported-images",
         "docs/comparing-runs",
+        "resources/glossary",
     ],
-    "What it computes": ["docs/method", "docs/imagers", "docs/recognition", "docs/validation", "docs/results"],
+    "What it computes": [
+        "docs/method",
+        "docs/imagers",
+        "docs/recognition",
+        "docs/benchmark",
+        "docs/validation",
+        "docs/results",
+    ],
     "The project": ["docs/README", "CONTRIBUTING", "CHANGELOG"],
 }
 

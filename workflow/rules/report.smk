@@ -22,7 +22,7 @@ rule report:
         reconstructions=[f"{RESULTS}/learning/reconstructions/{fitted}.zarr" for fitted in plan.decoders()],
         published=published("results", "prediction_times", "confusion", "galleries"),
         full_size=[in_repository(f"resources/results/{table}.csv.xz") for table in ("scores", "validation")],
-        page_files=[*files_of_page("*.html", "*.css", "*.js"), in_repository("docs/glossary.md")],
+        page_files=[*files_of_page("*.html", "*.css", "*.js"), in_repository("resources/glossary.md")],
     output:
         # Not in Snakemake's own report: browsers do not open so large a page from within another.
         page=f"{RESULTS}/report/index.html",

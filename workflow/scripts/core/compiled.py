@@ -1,4 +1,4 @@
-"""Compile functions, and keep what is compiled for the next job."""
+"""Keep compiled code for the next job."""
 
 import os
 import tempfile
@@ -13,14 +13,6 @@ def keep_compiled():
         jax.config.update("jax_compilation_cache_dir", folder())
         jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.1)
     return jax.devices()[0].device_kind
-
-
-def kernel(function=None, **settings):
-    """Compile a function by Numba, with these settings, so that several threads may run it; a decorator."""
-    import numba  # what learns does without it
-
-    numba.config.CACHE_DIR = numba.config.CACHE_DIR or folder()
-    return numba.njit(function, nogil=True, cache=True, error_model="numpy", **settings)
 
 
 def folder():

@@ -55,7 +55,7 @@ def _split(results, split, rows):
 
 @cache
 def glossary():
-    """Return the terms of docs/glossary.md, each with its meaning."""
-    text = (ROOT / "docs/glossary.md").read_text()
+    """Return the terms of resources/glossary.md, each with its meaning."""
+    text = (ROOT / "resources/glossary.md").read_text()
     found = re.findall(r"^- \*\*(.+?)\*\*: (.+(?:\n  .+)*)", text, re.MULTILINE)
     return {term: " ".join(meaning.split()) for term, meaning in found}

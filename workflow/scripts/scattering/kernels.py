@@ -15,7 +15,7 @@ import numpy as np
 from numba import njit, types
 from numba.extending import overload
 
-from isarflow.core import compiled
+from isarflow.scattering import compiled
 from isarflow.scattering.kernel import COS, SIN
 
 TILE = 384  # triangles of a tile, with those of functions that reach beyond its block; or directions at once

@@ -18,10 +18,10 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
-from isarflow.core.compiled import kernel
 from isarflow.core.errors import InputError
 from isarflow.core.sweep import C0, unit_vectors
 from isarflow.mesh import topology
+from isarflow.scattering.compiled import kernel
 from isarflow.scattering.solver import Solution
 
 CHUNK = 16  # directions of a task

@@ -13,8 +13,8 @@ has triangles. First hits are `optics`, which has no tubes that are too wide whe
 
 import numpy as np
 
-from isarflow.core.compiled import kernel
 from isarflow.core.sweep import unit_vectors
+from isarflow.scattering.compiled import kernel
 from isarflow.scattering.optics import Surface
 
 DENSITY = 10  # rays a wavelength, at the highest frequency
