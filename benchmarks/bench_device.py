@@ -21,6 +21,7 @@ from isarflow.core.store import SUMS
 from isarflow.core.sweep import sweeps
 from isarflow.scattering import needs
 from isarflow.scattering.band import solve_band
+from isarflow.scattering.solve import PARTS
 from isarflow.setup.config import load
 from isarflow.setup.yaml_file import read_yaml
 
@@ -72,7 +73,7 @@ def kept(target, name):
     solves = pd.read_csv(FIELDS / "solves.csv")
     solves = solves[(solves.target == target) & (solves.band == int(name.rsplit("-", 1)[1]))]
     error = float(abs(band - truth).max() / abs(truth).max())
-    took = solves[["assembly_s", "factorization_s", "directions_s"]].to_numpy().sum()
+    took = solves[[f"{part}_s" for part in PARTS]].to_numpy().sum()
     return {"kept_s": float(took), "error_db": 20 * np.log10(error)}
 
 

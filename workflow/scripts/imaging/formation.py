@@ -16,6 +16,15 @@ BYTES = 8  # one complex64
 SHARED = ("imager", "aperture", "polarizations")  # keys of the config's section that are no settings of an imager
 
 
+def resolution(frequency: np.ndarray, step: float, samples: int, turn: float) -> tuple[float, float]:
+    """Resolution in range and crossrange, m (thesis eqs. 3.4, 3.9), for the centre of frequencies `step` Hz apart.
+
+    samples: azimuths of an aperture, `turn` rad apart.
+    """
+    wavelength = C0 / ((frequency[0] + frequency[-1]) / 2)
+    return float(C0 / (2 * len(frequency) * step)), float(wavelength / (2 * samples * turn))
+
+
 class Formation:
     """A way to form images from apertures of one geometry.
 

@@ -14,7 +14,7 @@ import numpy as np
 from isarflow.core import sweep
 from isarflow.core.errors import InputError
 from isarflow.core.sweep import C0, closes_circle
-from isarflow.imaging.formation import BYTES, build
+from isarflow.imaging.formation import BYTES, build, resolution
 
 PURE_NOISE = "pure-noise"  # used in place of a target's name; the dash keeps it from being one
 LEAST_COSINE = 0.1  # of an elevation; steeper ones leave no cross-range
@@ -73,9 +73,10 @@ def geometry(frequency, elevation, azimuth, imaging):
     images, channels = len(elevation) * len(centres(azimuth, samples)), len(imaging["polarizations"])
     imager = imager_of(frequency, azimuth, imaging)
     down, cross = imager.axes()
+    range_resolution, crossrange_resolution = resolution(frequency, step, samples, turn)
     sizes = {
-        "range_resolution": float(C0 / (2 * len(frequency) * step)),  # eq. 3.4
-        "crossrange_resolution": float(wavelength / (2 * samples * turn)),  # eq. 3.9
+        "range_resolution": range_resolution,
+        "crossrange_resolution": crossrange_resolution,
         "range_extent": float(C0 / (2 * step)),  # eq. 3.11
         "crossrange_extent": float(wavelength / (2 * turn)),  # eq. 3.13
         "crossrange_extent_highest_frequency": float(C0 / frequency[-1] / (2 * turn)),

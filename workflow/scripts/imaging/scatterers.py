@@ -6,7 +6,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from isarflow.core.sweep import C0
-from isarflow.imaging.formation import Formation
+from isarflow.imaging.formation import Formation, resolution
 
 SPOT = 1.5  # pixels, the full width of a spot at half its height: a scatterer between two pixels shows in both
 
@@ -27,10 +27,9 @@ class Scatterers(Formation):
 
     @functools.cached_property
     def cell(self) -> np.ndarray:
-        """The resolution in range and crossrange in m (thesis eqs. 3.4, 3.9)."""
-        bandwidth = len(self.frequency) * (self.frequency[1] - self.frequency[0])
-        wavelength = 2 * C0 / (self.frequency[0] + self.frequency[-1])
-        return np.array([C0 / (2 * bandwidth), wavelength / (2 * len(self.angle) * (self.angle[1] - self.angle[0]))])
+        """The resolution in range and crossrange in m."""
+        step, turn = self.frequency[1] - self.frequency[0], self.angle[1] - self.angle[0]
+        return np.array(resolution(self.frequency, step, len(self.angle), turn))
 
     @functools.cached_property
     def wavevectors(self) -> np.ndarray:

@@ -47,10 +47,15 @@ class Surface:
 
     def backscatter(self, wavenumbers, elevation, azimuth):
         """Amplitudes f, m, of VV and HH, (2, D, F), at wavenumbers (F,) in rad/m; angles (D,) in degrees."""
-        axes = np.stack(unit_vectors(np.asarray(elevation, float), np.asarray(azimuth, float)), axis=1)
+        axes = axes_of(elevation, azimuth)
         field = np.zeros((len(axes), len(wavenumbers)), complex)
         _backscatter(field, axes, *self.arrays, self.is_closed, np.asarray(wavenumbers, float), self.cell, POINTS)
         return np.stack([field, field])
+
+
+def axes_of(elevation, azimuth):
+    """Unit vectors u to the radar, V and H of directions, (D, 3, 3). elevation, azimuth: (D,) in degrees."""
+    return np.stack(unit_vectors(np.asarray(elevation, float), np.asarray(azimuth, float)), axis=1)
 
 
 def over_directions(backscatter, ways, sweep, threads, progress, name):

@@ -13,9 +13,8 @@ has triangles. First hits are `optics`, which has no tubes that are too wide whe
 
 import numpy as np
 
-from isarflow.core.sweep import unit_vectors
 from isarflow.scattering.compiled import kernel
-from isarflow.scattering.optics import Surface
+from isarflow.scattering.optics import Surface, axes_of
 
 DENSITY = 10  # rays a wavelength, at the highest frequency
 BOUNCES = 5
@@ -36,7 +35,7 @@ class Scene:
 
     def backscatter(self, wavenumbers, elevation, azimuth):
         """Amplitudes f, m, of VV, VH, HV and HH, (4, D, F), at wavenumbers (F,) in rad/m; angles (D,) in degrees."""
-        axes = np.stack(unit_vectors(np.asarray(elevation, float), np.asarray(azimuth, float)), axis=1)
+        axes = axes_of(elevation, azimuth)
         wavenumbers = np.asarray(wavenumbers, float)
         field = np.zeros((len(axes), len(wavenumbers), 4), complex)
         for of_direction, own in zip(field, axes, strict=True):
