@@ -1,6 +1,7 @@
 """The page "the thesis, figure by figure": all of it is there or named as missing, and its numbers are the run's."""
 
 import re
+from string import Formatter
 
 import fake
 import fake_thesis
@@ -51,15 +52,19 @@ def test_what_the_page_s_data_names_is_there(thesis):
     named |= {*PAGE["everywhere"]}
     functions = {name for name in named if hasattr(study.figures, name) or hasattr(study.texts, name)}
     sentences = PAGE["sentences"]
-    assert {name for name in sentences if "{" not in sentences[name]} == named - functions
-    assert {name for name in sentences if "{" in sentences[name]} == functions & {*sentences}
+    measured = {name for name in sentences if not isinstance(sentences[name], str)}
+    assert {name for name in sentences if name in measured or "{" not in sentences[name]} == named - functions
+    assert {name for name in {*sentences} - measured if "{" in sentences[name]} == functions & {*sentences}
+    for name in measured:
+        places = [place for _, place, *_ in Formatter().parse(sentences[name]["says"]) if place]
+        assert sorted(places) == sorted(sentences[name]["values"]), name
     stated = pd.read_csv(REFERENCE / "thesis_results.csv", dtype=str, keep_default_na=False)
     assert {*stated["figure"]} - {""} <= {figure["names"][0] for figure in figures}
     assert {*stated["reading"]} == {*READINGS}
     assert {reading.get("judged") for reading in PAGE["readings"].values()} == {None, *JUDGED}
     # Every reading names rows of the reference experiment.
     every = runs(load(read_yaml(ROOT / "config/thesis.yaml")))
-    fitted = {f"{name}/{model}" for name, run in every.items() for model in run["models"]}
+    fitted = {f"{run['experiment']}/{model}" for run in every.values() for model in run["models"]}
     named = [rows for reading in PAGE["readings"].values() for rows in reading.get("rows", {}).items()]
     assert len(named) > 15 and {name for rows in named for name in rows} <= fitted
 

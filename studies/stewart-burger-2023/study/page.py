@@ -68,7 +68,8 @@ def parts(results, figure, name):
     for module in (figures, texts):
         if hasattr(module, name):
             return list(getattr(module, name)(results, figure))
-    return [PAGE["sentences"][name]]
+    sentence = PAGE["sentences"][name]
+    return [sentence] if isinstance(sentence, str) else list(texts.measured(results, **sentence))
 
 
 def page(results, chapters):

@@ -3,14 +3,14 @@
 from itertools import product
 
 import numpy as np
-from sklearn.metrics import roc_auc_score
+from sklearn.metrics import roc_auc_score, roc_curve
 
 from isarflow.core.words import number
 from isarflow.report.vocabulary import ACCURACY, F1, at_snrs, select, title, with_interval
 from study import anew
 from study.markdown import NONE, table
 from study.selection import LOW_SNR, PAGE, networks_of
-from study.statements import SPLIT, ours, rows
+from study.statements import SPLIT, on_curve, ours, rows
 
 NEARLY = 0.1  # relative: a setting tried that is so near to the published one stands for it
 # How `anew.judged` chooses thresholds, in words.
@@ -152,16 +152,23 @@ def epochs(results, figure):
 
 
 def class_bias(results, figure):
-    """Say how well the scores of two classes rank their images at -6 dB, and how many lie on the right side of zero."""
-    known, network = results.of_role("known"), (figure.experiment, *figure.models)
-    if len(known) != 2 or network not in networks_of(results.runs):
-        return
-    snr = anew.nearest_snr(results, LOW_SNR)
-    test = select(results.predictions(*network, snr), side="test", target=known)
-    first, difference = test["target"] == known[0], test[f"score_{known[0]}"] - test[f"score_{known[1]}"]
-    values = {"auroc": roc_auc_score(first, difference), "right": ((difference > 0) == first).mean()}
-    values |= {"named": known[0], "share": (difference > 0).mean()}
-    yield _say("class_bias", **values, model=results.names.model(network[1]).words, snr=snr)
+    """Say how well capsule networks rank images of two classes at -6 dB, and how many lie on the right side of zero."""
+    known, snr = results.of_role("known"), anew.nearest_snr(results, LOW_SNR)
+    networks = [network for network in networks_of(results.runs) if network[1].startswith("capsule")]
+    for run, model in networks if len(known) == 2 else ():
+        test = select(results.predictions(run, model, snr), side="test", target=known)
+        first, difference = test["target"] == known[0], test[f"score_{known[0]}"] - test[f"score_{known[1]}"]
+        others, own, _ = roc_curve(first, difference)
+        values = {"right": ((difference > 0) == first).mean(), "best": (own + 1 - others).max() / 2}
+        values |= {"auroc": roc_auc_score(first, difference), "named": known[0], "share": (difference > 0).mean()}
+        yield _say("class_bias", **values, model=results.names.model(model).words, snr=snr)
+
+
+def measured(results, says, values):
+    """Fill a sentence with values of this run; leave it out where the run lacks one. values: `on_curve` reads them."""
+    found = {place: on_curve(results, {"elevation": "all", "score": ""} | case) for place, case in values.items()}
+    if all(found.values()):
+        yield says.format(**{place: value["ours"] for place, value in found.items()})
 
 
 def power_offsets(results, figure):

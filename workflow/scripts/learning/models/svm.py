@@ -18,6 +18,7 @@ class Model(Classifier):
     LABELS = {
         "svm": ("SVM", "support vector machine (SVM)", 2),
         "svm_magnitude": ("SVM, magnitudes", "the SVM of magnitudes", 21),
+        "svm_narrow": ("SVM, narrow kernel", "the SVM with a narrow kernel", 23),
     }
     SCORES = {"margin": ("margin", 10)}
     SETTINGS = {
