@@ -25,9 +25,10 @@ from isarflow.scattering.solver import Solution
 
 OPERATORS = {"efie": efie, "cfie": cfie}
 DTYPES = {"single": np.complex64, "double": np.complex128}
-MAX_RESIDUAL = 1e-3  # above it (or PROMISE) the solution is refined once, and refused if the residual stays too large
-# Of a tolerance: the largest error of a tile; and the largest residual before the solution is refined.
-SHARE, PROMISE = 0.4, 10
+MAX_RESIDUAL = 1e-3  # above it (or PROMISE) the solution is refined, and refused if the residual stays too large
+# Of a tolerance: the largest error of a tile; and the largest residual, above which the matrix is compressed anew to a
+# tolerance so many times smaller.
+SHARE, PROMISE, FINER = 0.4, 10, 30
 MANY = 1e5  # unknowns, above which errors of tiles add up to more than the promise unless each error is smaller
 KINDS = {  # whole matrices: on JAX's device or not, symmetric or not
     (False, False): GeneralMatrix,
@@ -202,6 +203,7 @@ class _System:
 
     def __init__(self, entries, dtype, tolerance, threads):
         self.entries, self.dtype, self.tolerance, self.threads = entries, dtype, tolerance, threads
+        self.promise = min(MAX_RESIDUAL, PROMISE * (tolerance or 1))
 
     def assemble(self, progress):
         entries = self.entries(self.dtype)
@@ -210,12 +212,10 @@ class _System:
             kind = KINDS[jax.default_backend() != "cpu", entries.operator.SYMMETRIC]
             self.matrices = [kind(size, self.dtype) for size in sizes]
             assemble(entries, self.matrices, self.threads, progress)
-            self.promise = MAX_RESIDUAL
         else:
             self.matrices = [LowRankMatrix([block.spans[p] for block in entries.blocks]) for p in range(len(sizes))]
             share = SHARE * min(1, MANY / sum(sizes))
             fill(entries, self.matrices, share * self.tolerance, self.threads, progress)
-            self.promise = min(MAX_RESIDUAL, PROMISE * self.tolerance)
         # Kept, because the factorization overwrites the matrices.
         self.probed = [np.unique(np.linspace(0, n - 1, min(PROBED_ROWS // len(sizes), n)).astype(int)) for n in sizes]
         self.rows = entries.rows(self.probed)
@@ -236,8 +236,17 @@ class _System:
             list(pool.map(factorize, range(len(self.matrices))))
 
     def probe(self, excited):
-        """Measure `residual`, |A x - b| / |b|, of some right sides: if it is too large, all solutions are refined."""
+        """Measure `residual`, |A x - b| / |b|, of some right sides: if it is too large, all solutions are refined.
+
+        Before, a compressed matrix is made once more, and finer: that costs less than a refinement, which assembles the
+        whole matrix for each step and multiplies it by all right sides.
+        """
         self.residual = self._residual(excited, self._solve(excited))
+        if self.residual > self.promise and self.tolerance is not None:
+            self.tolerance /= FINER
+            self.assemble(_silent)
+            self.factorize(_silent)
+            self.residual = self._residual(excited, self._solve(excited))
         self.refines = self.residual > self.promise
         if self.refines:
             self.residual = 0.0  # from now on the largest of a refined solution
@@ -280,6 +289,10 @@ class _System:
     def _residual(self, right, currents):
         """|A x - b| / |b| over the probed rows, the largest over parities and columns of b and x, (N, D)."""
         return max(map(_residual, self.rows, self.probed, right, currents))
+
+
+def _silent(done):
+    """Say nothing of progress."""
 
 
 def _residual(rows, numbers, right, solution):
