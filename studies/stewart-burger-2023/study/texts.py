@@ -6,11 +6,12 @@ import numpy as np
 from sklearn.metrics import roc_auc_score, roc_curve
 
 from isarflow.core.words import number
+from isarflow.report.published import value_at
 from isarflow.report.vocabulary import ACCURACY, F1, at_snrs, select, title, with_interval
 from study import anew
 from study.markdown import NONE, table
 from study.selection import LOW_SNR, PAGE, networks_of
-from study.statements import SPLIT, on_curve, ours, rows
+from study.statements import SPLIT, ours, rows
 
 NEARLY = 0.1  # relative: a setting tried that is so near to the published one stands for it
 # How `anew.judged` chooses thresholds, in words.
@@ -165,10 +166,15 @@ def class_bias(results, figure):
 
 
 def measured(results, says, values):
-    """Fill a sentence with values of this run; leave it out where the run lacks one. values: `on_curve` reads them."""
-    found = {place: on_curve(results, {"elevation": "all", "score": ""} | case) for place, case in values.items()}
+    """Fill a sentence with values of this run; leave it out where the run lacks one. values: `_value` by place."""
+    found = {place: _value(results, **case) for place, case in values.items()}
     if all(found.values()):
         yield says.format(**{place: value["ours"] for place, value in found.items()})
+
+
+def _value(results, snr_db, **case):
+    """Return a value as of `value_at`; case: as of `ours`."""
+    return value_at(results, ours(results, **case), snr_db)
 
 
 def power_offsets(results, figure):
