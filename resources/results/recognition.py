@@ -128,7 +128,7 @@ def differences(predictions):
             folds = [one for one in folds if one.parent.name.split("_fold")[0] == EXPERIMENTS[split, part]]
             for snr in SNRS:
                 tables = pd.concat([scores.read_table(one / f"snr_{snr}dB.csv") for one in folds], ignore_index=True)
-                for one in judge.decide(tables, True, kept):
+                for one in judge.decide(tables, kept):
                     if (one.score, one.threshold) == (score, "kept"):
                         decided[name, snr] = one
         for name in AGAINST:
@@ -172,7 +172,7 @@ def mistakes(run, path):
     name, (_, model, score) = EXPERIMENTS["elevation", ""], METHODS["likelihood"]
     folds = sorted((run / "learning/predictions").glob(f"{name}_fold*/{model}/snr_6dB.csv"))
     table = pd.concat(map(scores.read_table, folds), ignore_index=True)
-    (decided,) = (one for one in judge.decide(table, True) if (one.score, one.threshold) == (score, "kept"))
+    (decided,) = (one for one in judge.decide(table) if (one.score, one.threshold) == (score, "kept"))
     rows = decided.test.assign(decided=decided.predicted, level=decided.test[f"known_{score}"])
     accepted = rows[(rows.role == "unknown") & (rows.decided != OTHER)].sort_values("level", ascending=False)
     rejected = rows[(rows.role == "known") & (rows.decided == OTHER)].sort_values("level")

@@ -70,8 +70,6 @@ def store(tmp_path):
     points, amplitudes = random.uniform(-0.25, 0.25, (6, 3)), random.uniform(0.2, 1, 6)
     sweep.field = point_field(points, amplitudes, sweep.frequency, sweep.elevation, sweep.azimuth)
     sweep.path = write_field(tmp_path / "field.zarr", sweep.field, sweep.frequency, sweep.elevation, sweep.azimuth)
-    sweep.mesh = tmp_path / "target.json"
-    sweep.mesh.write_text('{"source": {"reach": 0.2}}')
     return sweep
 
 

@@ -20,7 +20,7 @@ def made(store, *polarizations, noise=None, pure=False, **changes):
     if pure:
         make_pure_noise(RADAR, ASPECT, path, imaging, 4)
     elif noise is None:
-        make_clean(store.path, store.mesh, path, imaging)
+        make_clean(store.path, path, imaging)
     else:
         make_noisy(store.path, [path], imaging, "drone", store.noise | noise)
     return xr.open_zarr(path).load()

@@ -17,7 +17,7 @@ def noisy(store, name="noisy", target="drone", snr_db=6, **noise):
 
 
 def clean(store, path=None):
-    make_clean(path or store.path, store.mesh, store.folder / "clean.zarr", store.imaging)
+    make_clean(path or store.path, store.folder / "clean.zarr", store.imaging)
     return xr.open_zarr(store.folder / "clean.zarr").load()
 
 
@@ -36,17 +36,6 @@ def test_layout(store):
         assert data.attrs["polarization"] == "VV"
         assert data.attrs["window"] == "hamming" and data.attrs["aperture_angle"] == pytest.approx(30)
         np.testing.assert_allclose(np.abs(data.image).max(["range", "crossrange"]), 1, rtol=1e-6)
-
-
-def test_the_job_warns_of_a_target_that_folds_over(store, capsys):
-    clean(store)
-    assert "Warning" not in capsys.readouterr().out
-    make_clean(store.path, None, store.folder / "clean.zarr", store.imaging)
-    assert "no mesh: whether it fits" in capsys.readouterr().out
-    store.mesh.write_text('{"source": {"reach": 0.3}}')
-    clean(store)
-    (warning,) = (line for line in capsys.readouterr().out.splitlines() if "Warning" in line)
-    assert "reaches 0.30 m from the origin but the unambiguous crossrange extent is only 0.26 m" in warning
 
 
 def test_clean_states_the_offset_of_the_definitions(store):

@@ -36,7 +36,7 @@ def test_the_run_s_own_predictions_have_the_run_s_own_scores(run):
     found = isarflow.benchmark.score(folder, "multi", mine(predictions))
     for snr in (0, 30):
         table = predictions[f"snr_{snr}dB"]
-        for decision in judge.decide(table, True):
+        for decision in judge.decide(table):
             if decision.score not in ("", "softmax"):
                 continue
             for fold, metric, value, low, high, n in judge.rows(decision, 0):

@@ -7,7 +7,6 @@ import pytest
 from scenes import APERTURE, PLANES, ROLES, SPLIT, aspects, fitted, noisy, scene, tables_of, write
 
 import isarflow
-from isarflow.core.errors import InputError
 from isarflow.learning import images
 from isarflow.learning.classifier import build
 from isarflow.learning.export import export
@@ -80,12 +79,6 @@ def test_up_sampled_images_have_one_peak_over_their_channels(folders):
     assert finer.shape[1:] == (3, 12, 12)
     np.testing.assert_allclose(np.abs(finer).max(axis=(1, 2, 3)), 1, rtol=1e-6)
     assert np.abs(finer).max(axis=(2, 3)).min() < 0.5
-
-
-@pytest.mark.parametrize("place", [0, 1])
-def test_a_channel_that_is_not_there_is_named(folders, place):
-    with pytest.raises(InputError, match=r"snr_6dB.zarr has no channel VH; it has VV"):
-        read(folders[place], channels=["VH"])
 
 
 def test_a_run_on_one_channel_is_that_of_the_one_polarization(folders, tmp_path):

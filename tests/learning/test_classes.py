@@ -32,7 +32,7 @@ def test_several_targets_are_one_class(stores, tmp_path):
     assert set(table["target"]) == set(CLASSES) and set(table["predicted"]) == {"arrow", "lump"}
     assert (table["truth"] == table["target"].map(CLASSES)).all()
     assert {"score_arrow", "score_lump"} <= set(table)
-    (closed, *_) = judge.decide(table, False)
+    (closed, *_) = judge.decide(table)
     values = {name: value for fold, name, value, *_ in judge.rows(closed, 0) if not fold}
     test = table[table["side"] == "test"]
     right = test["truth"] == test["predicted"]

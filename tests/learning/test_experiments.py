@@ -33,7 +33,6 @@ def test_an_experiment_is_a_run():
         "snrs": ["clean"],
         "random_snr": False,
         "open": False,
-        "lacks_unknown": False,
         "split": "random",
         "division": {
             "scheme": "random",
@@ -111,9 +110,9 @@ def test_equal_steps_are_a_range_and_no_snr_is_lost():
 
 def test_without_unknown_targets_no_run_is_open():
     config = learning(a=one("clean", open=True))
-    assert runs(config)["a"]["open"] and not runs(config)["a"]["lacks_unknown"]
+    assert runs(config)["a"]["open"]
     del config["targets"]["u"]
-    assert not runs(config)["a"]["open"] and runs(config)["a"]["lacks_unknown"]
+    assert not runs(config)["a"]["open"]
 
 
 def test_two_runs_of_one_name_are_refused():

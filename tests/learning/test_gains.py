@@ -32,23 +32,24 @@ def table(seed, quality):
 
 @pytest.fixture
 def scores(tmp_path):
-    """Of the thesis's method, another on the same azimuths, one under another split, and one of other training SNRs."""
+    """Of the thesis's method, another on the same azimuths, and those of another split, training SNR or target."""
     shared = {
         "elevation": "all",
         "snrs": ["clean"],
         "random_snr": False,
         "open": True,
-        "lacks_unknown": False,
         "split": "random",
+        "without": [],
     }
     runs = {
         "theirs": shared | {"experiment": "theirs"},
         "ours": shared | {"experiment": "ours"},
         "far": shared | {"experiment": "far", "split": "sector"},
         "noisy": shared | {"experiment": "noisy", "snrs": ["clean", 0]},
+        "away": shared | {"experiment": "away", "without": ["b"]},
     }
     paths = []
-    learned = (("theirs", MODEL, 0.3), ("ours", "mine", 3.0), ("far", "mine", 3.0), ("noisy", "mine", 3.0))
+    learned = (("theirs", MODEL, 0.3), ("ours", "mine", 3.0), *((run, "mine", 3.0) for run in ("far", "noisy", "away")))
     for run, model, quality in learned:
         for snr in (0, 20):
             path = tmp_path / run / model / f"snr_{snr}dB.csv"
@@ -91,7 +92,7 @@ def test_the_gain_is_over_the_folds_that_both_have():
     references = [table(fold + 9, 0.3).assign(fold=fold, block=fold) for fold in (2, 3)]
 
     def decided(parts):
-        found = judge.decide(pd.concat(parts, ignore_index=True), True)
+        found = judge.decide(pd.concat(parts, ignore_index=True))
         return next(one for one in found if one.threshold == "blind")
 
     value, low, high, images = judge.gain(decided(frames), decided(references), 0)

@@ -97,8 +97,8 @@ def test_training_views_are_judged_where_the_split_is_at_random(stores, tmp_path
         assert thresholds.choose(table, "known_distance", protocol) == thresholds.choose(
             less, "known_distance", protocol
         )
-    seen = thresholds.seen(table, "kept")
-    assert set(seen.rows["side"]) == {"validation"}
+    validation = (table["side"] == "validation") & table["role"].isin({"known", "other"})
+    assert thresholds.chosen(table, "known_distance", "kept")[2] == validation.sum()
 
 
 @pytest.mark.parametrize(

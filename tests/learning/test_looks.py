@@ -71,8 +71,8 @@ def test_scores_have_rows_for_several_looks_of_models_that_add_up(tmp_path):
             frames.append(part.replace({"target": {"u": "o"}}) if role == "other" else part)
     frame = pd.concat(frames)
     frame["block"] = (frame["azimuth"] // 30).astype(int)
-    run = {"experiment": "e", "elevation": "all", "snrs": ["clean"], "random_snr": False, "open": True}
-    runs, paths, found = {"e": run | {"lacks_unknown": False, "split": "elevation"}}, [], {}
+    run = {"experiment": "e", "elevation": "all", "snrs": ["clean"], "random_snr": False, "open": True, "without": []}
+    runs, paths, found = {"e": run | {"split": "elevation"}}, [], {}
     for model in ("adds", "not"):
         paths.append(tmp_path / "e" / model / "snr_0dB.csv")
         paths[-1].parent.mkdir(parents=True)

@@ -437,14 +437,6 @@ def test_what_is_compared_on_validation_images_does_not_know_the_test_images(tmp
     assert files[0].read_bytes() == files[1].read_bytes()
 
 
-def test_an_open_run_without_unknown_targets_says_that_it_is_closed(tmp_path, capsys):
-    runs_of = {name: run | {"open": False, "lacks_unknown": run["open"]} for name, run in RUNS.items()}
-    score([], runs_of, "mean", 0, 1, *(tmp_path / f"{name}.csv" for name in ("scores", "confusion", "validation")))
-    lines = [line for line in capsys.readouterr().out.splitlines() if "Warning" in line]
-    assert [line.split("'")[1] for line in lines] == ["far", "open"]
-    assert all("is open, but no target has role unknown" in line for line in lines)
-
-
 def folds_table(seed=0):
     """Predictions of three folds, each of its own azimuths, the first with worse models than the others."""
     parts = []

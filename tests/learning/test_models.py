@@ -10,7 +10,7 @@ from isarflow.core.errors import InputError
 from isarflow.learning import openmax
 from isarflow.learning.classifier import build
 from isarflow.learning.conformance import of_fitted, refuse
-from isarflow.learning.features import KINDS, of, real_imaginary, squared_distances
+from isarflow.learning.features import KINDS, of, squared_distances
 
 FCNN = {"width": 32, "epochs": 20, "batch": 16, "learning_rate": 0.003, "openmax_tail": 5, "openmax_alpha": 1}
 SETTINGS = {
@@ -38,12 +38,11 @@ def fitted(name, images, labels, **settings):
 
 def test_features_are_real_then_imaginary_parts():
     images = np.arange(6).reshape(1, 2, 3) * (1 - 2j)
-    assert real_imaginary(images).tolist() == [[0, 1, 2, 3, 4, 5, 0, -2, -4, -6, -8, -10]]
+    assert of(images, "parts").tolist() == [[0, 1, 2, 3, 4, 5, 0, -2, -4, -6, -8, -10]]
 
 
 def test_features_are_what_their_names_say():
     images = np.array([[[[3 + 4j, 0.5], [0, 5e-5j]]], [[[0, 0], [0, 0]]]], np.complex64)
-    assert of(images, "parts").tolist() == real_imaginary(images).tolist()
     np.testing.assert_allclose(of(images, "magnitude"), [[5, 0.5, 0, 5e-5], [0, 0, 0, 0]], rtol=1e-6)
     np.testing.assert_allclose(of(images, "power"), [[25, 0.25, 0, 25e-10], [0, 0, 0, 0]], rtol=1e-6)
     # -20 dB is a third of the way down to the floor, at which all fainter pixels are.
@@ -101,15 +100,9 @@ def test_knn_equals_scikit_learn(classes, k):
     images, labels = clouds(classes)
     tests, _ = clouds(classes, seed=1)
     k = len(images) if k == "all" else k
-    neighbours = KNeighborsClassifier(k).fit(real_imaginary(images), labels)
+    neighbours = KNeighborsClassifier(k).fit(of(images, "parts"), labels)
     model = fitted("knn", images, labels, k=k)
-    assert (model.predict(tests) == neighbours.predict(real_imaginary(tests))).all()
-
-
-def test_knn_refuses_more_neighbours_than_images():
-    images, labels = clouds(2)
-    with pytest.raises(InputError, match=f"'k' is {len(images) + 1}, and there are {len(images)} training images"):
-        fitted("knn", images, labels, k=len(images) + 1)
+    assert (model.predict(tests) == neighbours.predict(of(tests, "parts"))).all()
 
 
 def test_knn_scores_are_minus_the_distance_to_each_class():
@@ -117,8 +110,8 @@ def test_knn_scores_are_minus_the_distance_to_each_class():
     tests, _ = clouds(3, seed=1)
     scores = fitted("knn", images, labels, k=5).evaluate(tests).scores
     for index, name in enumerate(["class0", "class1", "class2"]):
-        one = KNeighborsClassifier(1).fit(real_imaginary(images[labels == name]), labels[labels == name])
-        distance, _ = one.kneighbors(real_imaginary(tests))
+        one = KNeighborsClassifier(1).fit(of(images[labels == name], "parts"), labels[labels == name])
+        distance, _ = one.kneighbors(of(tests, "parts"))
         np.testing.assert_allclose(scores[:, index], -distance[:, 0], rtol=1e-5)
 
 
@@ -127,8 +120,8 @@ def test_lr_gives_scikit_learns_probabilities(classes):
     images, labels = clouds(classes)
     tests, _ = clouds(classes, seed=1)
     model = fitted("lr", images, labels)
-    other = LogisticRegression(C=0.02, tol=1e-8, max_iter=10_000).fit(real_imaginary(images, float), labels)
-    expected = other.predict_proba(real_imaginary(tests, float))
+    other = LogisticRegression(C=0.02, tol=1e-8, max_iter=10_000).fit(of(images, "parts", float), labels)
+    expected = other.predict_proba(of(tests, "parts", float))
     np.testing.assert_allclose(softmax(model.evaluate(tests).scores, axis=1), expected, atol=1e-4)
 
 
@@ -138,7 +131,7 @@ def test_svm_equals_scikit_learn(classes):
     tests, _ = clouds(classes, seed=1)
     model = fitted("svm", images, labels)
     machine = SVC(C=3.0, gamma=1 / 2.75**2)
-    x, y = real_imaginary(images, float), real_imaginary(tests, float)
+    x, y = of(images, "parts", float), of(tests, "parts", float)
     if classes == 2:
         expected = machine.fit(x, labels).decision_function(y)
         expected = np.stack([-expected, expected], axis=1)
@@ -151,7 +144,7 @@ def test_svm_keeps_its_support_vectors_only():
     images, labels = clouds(2)
     images[labels == "class1"] += 5  # far apart: few images carry the surface
     model = fitted("svm", images, labels, scale=30.0)
-    machine = SVC(C=3.0, gamma=1 / 30**2).fit(real_imaginary(images, float), labels)
+    machine = SVC(C=3.0, gamma=1 / 30**2).fit(of(images, "parts", float), labels)
     assert len(model.vectors_) == len(machine.support_) < len(images)
 
 
@@ -313,7 +306,7 @@ def test_the_networks_gradient_is_that_of_its_loss():
     # The curve's accuracy is that of the epoch's batches: here one, and weights that hardly change.
     assert start.curve_["accuracy"] == [(start.predict(images) == labels).mean()]
     after = build("fcnn", settings, seed=3).fit(images, labels)
-    x, y = real_imaginary(images).astype(float), np.searchsorted(start.classes_, labels)
+    x, y = of(images, "parts").astype(float), np.searchsorted(start.classes_, labels)
     names = ("hidden", "hidden_offset", "output", "output_offset")
 
     def loss(weights):

@@ -342,7 +342,7 @@ def test_solved_field_fed_back_gives_the_same_images(tmp_path):
     imaging |= {"polarizations": radar["polarizations"]}
     noise = {"seed": 1, "realizations": 2, "definition": "peak_3db", "per": "image"}
     for path in (solved, fed):
-        make_clean(path, None, path.with_suffix(".clean"), imaging)
+        make_clean(path, path.with_suffix(".clean"), imaging)
         make_noisy(path, [path.with_suffix(".noisy") / "snr_6dB.zarr"], imaging, "sphere", noise)
     for kind in ("clean", "noisy"):
         files = [sorted(p for p in path.with_suffix(f".{kind}").rglob("*") if p.is_file()) for path in (solved, fed)]

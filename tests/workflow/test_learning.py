@@ -376,7 +376,7 @@ def test_after_a_kill_and_on_one_core_the_bytes_are_the_same(project, results):
     every = project.folder / "workflow/scripts/learning/train.py"  # the loop is that of networks alone
     every.write_bytes(every.read_bytes() + b"\nADDED = 1\n")
     run = project.start("--cores", 1, model.relative_to(project.folder), *LEARN, start_new_session=True)
-    while not list((results / "learning/checkpoints" / name).glob("*[0-9a-f].npz")):
+    while not list((results / "learning/checkpoints" / name).glob("*.joblib")):
         assert run.poll() is None, "the run ended before it could be killed"
         time.sleep(0.05)
     os.killpg(run.pid, signal.SIGKILL)

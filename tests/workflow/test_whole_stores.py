@@ -43,7 +43,7 @@ def whole(tmp_path_factory):
         path = folder / f"scattering/bands/{name}.zarr"
         write_field(path, field[:, part], ["VV"], FREQUENCY[part], ELEVATION, AZIMUTH, attrs)
     join_bands([folder / f"scattering/bands/{name}.zarr" for name in parts], folder / "scattering/a.zarr")
-    make_clean(folder / "scattering/a.zarr", None, folder / "imaging/a/clean.zarr", IMAGING)
+    make_clean(folder / "scattering/a.zarr", folder / "imaging/a/clean.zarr", IMAGING)
     make_noisy(folder / "scattering/a.zarr", [folder / "imaging/a/snr_3dB.zarr"], IMAGING, "a", NOISE)
     make_pure_noise(RADAR, ASPECT, folder / "imaging/pure-noise/clean.zarr", IMAGING, 1)
     magnitudes = xr.Dataset(
@@ -66,7 +66,7 @@ READERS = {
     "bands, to join them": ("scattering/bands/a-1.zarr", _bands),
     "a field, to image it": (
         "scattering/a.zarr",
-        lambda folder: make_clean(folder / "scattering/a.zarr", None, folder / "again.zarr", IMAGING),
+        lambda folder: make_clean(folder / "scattering/a.zarr", folder / "again.zarr", IMAGING),
     ),
     "a field, to image it with noise": (
         "scattering/a.zarr",
@@ -184,7 +184,7 @@ def test_what_snakemake_and_desktops_leave_in_a_folder_does_no_harm(whole, tmp_p
 
 
 def test_a_store_that_is_written_twice_has_the_same_bytes(whole, tmp_path):
-    make_clean(whole / "scattering/a.zarr", None, tmp_path / "clean.zarr", IMAGING)
+    make_clean(whole / "scattering/a.zarr", tmp_path / "clean.zarr", IMAGING)
     first = whole / "imaging/a/clean.zarr"
     files = sorted(path.relative_to(first) for path in first.rglob("*") if path.is_file())
     assert all((first / file).read_bytes() == (tmp_path / "clean.zarr" / file).read_bytes() for file in files)

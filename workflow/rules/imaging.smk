@@ -1,5 +1,5 @@
 # imaging: a field over frequency and azimuth becomes ISAR images, clean and at every SNR.
-# takes: scattering/<target>.zarr, mesh/<target>.json (of a target that is a mesh)
+# takes: scattering/<target>.zarr
 # makes: imaging/<target>/clean.zarr, imaging/<target>/snr_<n>dB.zarr,
 #        imaging/pure-noise/clean.zarr for models that learn a class 'other'
 
@@ -7,7 +7,6 @@
 rule image:
     input:
         field=lambda w: for_images(f"{FIELDS}/scattering/{w.target}.zarr"),
-        mesh=lambda w: f"{FIELDS}/mesh/{w.target}.json" if w.target in plan.meshed else [],
     output:
         directory(f"{RESULTS}/imaging/{{target}}/clean.zarr"),
     log:

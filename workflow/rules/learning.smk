@@ -141,13 +141,8 @@ rule scores:
     params:
         code=code("learning/job_scores.py"),
         settings=lambda w: section(plan.seeded[w.root], "learning.kept", "noise.definition", "seed")
-        | {
-            "runs": {
-                name: section(run, *experiments.LEARNED, "open", "lacks_unknown")
-                for name, run in plan.runs_of[w.root].items()
-            },
-            "track": plan.track(),
-        },
+        | {"runs": {name: section(run, *experiments.LEARNED) for name, run in plan.runs_of[w.root].items()}}
+        | {"track": plan.track()},
     message:
         "scores of all predictions (progress in {log})"
     script:

@@ -104,14 +104,14 @@ def with_imager(imaging: Mapping[str, Any], settings: Mapping[str, Any]) -> dict
 def apertures(field: np.ndarray, azimuth: np.ndarray, aperture: int) -> np.ndarray:
     """Cut the samples of every image out of one elevation's sweep.
 
-    field: (frequency, azimuth); azimuth in degrees. On a closed circle the apertures wrap around.
-    Returns (images, frequency * aperture), the images in the order of `geometry.centres`.
+    field: ([channel,] frequency, azimuth); azimuth in degrees. On a closed circle the apertures wrap around.
+    Returns (images, [channel,] frequency * aperture), the images in the order of `geometry.centres`.
     """
     half = aperture // 2
     if closes_circle(azimuth):
-        field = np.concatenate([field[:, -half:], field, field[:, :half]], axis=1)
-    cut = np.lib.stride_tricks.sliding_window_view(field, aperture, axis=1)
-    return np.moveaxis(cut, 1, 0).reshape(cut.shape[1], -1)
+        field = np.concatenate([field[..., -half:], field, field[..., :half]], axis=-1)
+    cut = np.moveaxis(np.lib.stride_tricks.sliding_window_view(field, aperture, axis=-1), -2, 0)
+    return cut.reshape(*cut.shape[:-2], -1)
 
 
 def form_images(imager: Formation, samples: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -126,9 +126,7 @@ def form_images(imager: Formation, samples: np.ndarray) -> tuple[np.ndarray, np.
     shape = (samples[..., 0].size, *(len(axis) for axis in imager.axes()))
     if image.shape != shape or not np.isfinite(image).all():
         wrong = f"images of shape {image.shape}" if image.shape != shape else "values that are not finite"
-        raise InputError(
-            f"{imager.file}: its Imager makes {wrong}; by its axes finite images of shape {shape} are expected."
-        )
+        raise InputError(f"{imager.file}: its Imager makes {wrong}; its axes ask for finite images of shape {shape}.")
     image = image if imager.coherent else np.abs(image)
     image = image.reshape(*samples.shape[:-1], *shape[1:])
     peak = np.abs(image).max(axis=tuple(range(1, image.ndim)), keepdims=True)

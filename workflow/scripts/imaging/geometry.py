@@ -43,9 +43,7 @@ def centres(azimuth, aperture):
     InputError if the aperture is longer than the sweep.
     """
     if aperture > len(azimuth):
-        raise InputError(
-            f"config key 'imaging.aperture': {aperture} samples are more than the sweep's {len(azimuth)} azimuths."
-        )
+        raise InputError(f"config key 'imaging.aperture': {aperture} is more than the sweep's {len(azimuth)} azimuths.")
     half = aperture // 2
     return azimuth if closes_circle(azimuth) else azimuth[half : len(azimuth) - half]
 

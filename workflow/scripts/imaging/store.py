@@ -1,6 +1,5 @@
 """Make a target's stores of images, clean or at one SNR, from its field."""
 
-import json
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +10,7 @@ from isarflow.core import store as stores
 from isarflow.core import sweep
 from isarflow.core.errors import InputError
 from isarflow.imaging.formation import apertures, form_images
-from isarflow.imaging.geometry import PURE_NOISE, centres, describe, geometry, imager_of, warnings
+from isarflow.imaging.geometry import PURE_NOISE, centres, describe, geometry, imager_of
 from isarflow.imaging.noise import DEFINITIONS, definition_offset, generator, signal_power, variances, white_noise
 
 # Parts of the geometry that are attributes of every store.
@@ -36,23 +35,15 @@ COMMENTS = {
 }
 
 
-def make_clean(field_path, mesh_path, image_path, imaging):
+def make_clean(field_path, image_path, imaging):
     """Form the images of a scattering store without noise and write them.
 
     The store has `image` (elevation, azimuth, [channel,] range, crossrange), complex64, divided by its one peak
     magnitude, that `peak` (elevation, azimuth) in m, and snr_definition_offset in dB. imaging: the config's section;
     its polarizations are the channels; a single one has no axis. Every SNR is that of the first.
-    mesh_path: the mesh stage's file on the mesh, whose reach tells if the target fits the unambiguous extent, or None.
     """
     plan = _Plan(_open(field_path, imaging["polarizations"]), imaging)
     print(*describe(plan.geometry), sep="\n")
-    reach = 0.0
-    if mesh_path is None:
-        print("The target has no mesh: whether it fits the unambiguous extent is not known.")
-    else:
-        reach = json.loads(Path(mesh_path).read_text())["source"]["reach"]
-    for warning in warnings(plan.geometry, reach):
-        print(f"Warning: {warning}")
     formed = [(*form_images(plan.imager, samples), definition_offset(samples[:, 0])) for samples in plan.samples()]
     images, peaks, offsets = map(np.array, zip(*formed, strict=True))
     offset = float(np.nanmean(offsets)) if np.isfinite(offsets).any() else 0.0
@@ -112,11 +103,8 @@ class _Plan:
 
     def samples(self):
         """The apertures' samples of each elevation, (images, channel, S)."""
-        return (self._cut(self.field.values[:, :, elevation]) for elevation in range(len(self.elevation)))
-
-    def _cut(self, channels):
-        """Cut apertures of one elevation, (images, channel, S), out of its samples (channel, frequency, azimuth)."""
-        return np.stack([apertures(field, self.sweep, self.imaging["aperture"]) for field in channels], axis=1)
+        every = np.moveaxis(self.field.values, 2, 0)
+        return (apertures(channels, self.sweep, self.imaging["aperture"]) for channels in every)
 
     def randoms(self, seed, target, snr_db, number):
         """The random numbers of a realization, separate for each channel."""
@@ -129,7 +117,8 @@ class _Plan:
             samples = frequencies * self.imaging["aperture"]
             return np.stack([white_noise(variance, samples, random) for random in randoms], axis=1)
         shared = np.full(frequencies, variance[0])
-        return self._cut([white_noise(shared, len(self.sweep), random) for random in randoms])
+        drawn = np.stack([white_noise(shared, len(self.sweep), random) for random in randoms])
+        return apertures(drawn, self.sweep, self.imaging["aperture"])
 
     def write(self, path, image, peak, attrs, others=None):
         """Write images ([realization,] elevation, azimuth, channel, range, crossrange); others (elevation, azimuth)."""

@@ -126,16 +126,13 @@ def score(results, experiment, predictions, seed=0, kept=KEPT):
     if mine.duplicated(KEY).any():
         raise InputError(f"{where} has an image twice: {_named(mine[mine.duplicated(KEY)])}.")
     table = every.merge(mine[[*KEY, "predicted", *({SCORE} & {*mine})]], how="left", on=KEY)
-    if (missing := table["predicted"].isna()).any():
-        raise InputError(
-            f"{where} lacks {missing.sum():,} of {len(table):,} images; the first is {_named(table[missing])}."
-        )
-    if SCORE in table:
+    if (lost := table["predicted"].isna()).any():
+        raise InputError(f"{where} lacks {lost.sum():,} of {len(table):,} images; the first is {_named(table[lost])}.")
+    if SCORE in table and (table["role"] == "unknown").any():
         table = table.rename(columns={SCORE: KNOWN + SCORE}).astype({KNOWN + SCORE: float})
     rows = []
     for snr, part in table.groupby("test_snr_db"):
-        is_open = SCORE in mine and (part["role"] == "unknown").any()
-        for decision in judge.decide(part, is_open, kept):
+        for decision in judge.decide(part, kept):
             rows += [(snr, decision.score, decision.threshold, *row) for row in judge.rows(decision, seed)]
     return pd.DataFrame(rows, columns=COLUMNS)
 
@@ -204,9 +201,8 @@ def main(arguments=None):
         table = score(options.results, options.experiment, options.predictions)
     except InputError as error:
         raise SystemExit(str(error)) from None
-    board = leaderboard(
-        table.assign(experiment=options.experiment, split="", training="", model=options.predictions.stem)
-    )
+    method = {"experiment": options.experiment, "split": "", "training": "", "model": options.predictions.stem}
+    board = leaderboard(table.assign(**method))
     if (path := Path(options.results, LEADERBOARD)).exists():
         others = _read(path, [column for name in BOARD for column in _ends(name)])
         same = (others["experiment"] == options.experiment) & others["test_snr_db"].isin(board["test_snr_db"])

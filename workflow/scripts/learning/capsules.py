@@ -5,16 +5,13 @@ All but `initial_weights` take NumPy arrays as well as JAX's, and give the same 
 """
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
-from isarflow.learning.convolution import KERNEL, convolve, outputs, transformed, transforms_pay
+from isarflow.learning.convolution import KERNEL, STRIDE, convolve, outputs, transformed, transforms_pay
 from isarflow.learning.training_loop import glorot
 
-STRIDE = 2  # of the primary capsules' convolution
 PRIMARY, CLASS = 8, 16  # dimensions of a primary capsule, and of a class capsule
-SMALLEST = 2 * KERNEL - 1  # pixels a side that leave one primary capsule
 TINY = 1e-7  # under the root: the length of a zero vector has no gradient
 PRESENT, ABSENT, DOWN = 0.9, 0.1, 0.5  # m+, m- and lambda of the margin loss
 
@@ -51,7 +48,7 @@ def activations(weights, images, routings):
     """Activation vectors (n, classes, CLASS) of images (n, rows, columns, channels).
 
     A convolution with rectified outputs, then primary capsules, each of which votes for every class. weights: by name,
-    as of `initial_weights`; "primary" may be `prepared` instead.
+    as of `initial_weights` or `prepared`.
     """
     library = images.__array_namespace__()
     features = library.maximum(convolve(images, weights["convolution"], weights["convolution_offset"], 1), 0)
@@ -62,15 +59,11 @@ def activations(weights, images, routings):
     return route(votes.reshape(count, len(images), classes, CLASS), routings)
 
 
-def preparation_pays(weights, shape):
-    """Tell whether `prepared` weights save time for images (n, rows, columns, channels), all of them together."""
-    features = shape[0], *outputs(shape[1:3], 1), weights["convolution"].shape[-1]
-    return transforms_pay(features, weights["primary"].shape[-1], STRIDE)
-
-
-def prepared(weights):
-    """Transform the weights "primary" once for many calls of `activations`, which else may do so in each call."""
-    return transformed(weights["primary"], STRIDE)
+def prepared(weights, shape):
+    """Weights for many calls of `activations` on images of this shape in all: transformed once if it saves time."""
+    features, primary = (shape[0], *outputs(shape[1:3], 1), weights["convolution"].shape[-1]), weights["primary"]
+    pays = transforms_pay(features, primary.shape[-1])
+    return weights | {"primary": transformed(primary)} if pays else weights
 
 
 def reconstruct(weights, vectors, mask, bounded):
@@ -98,43 +91,23 @@ def margin_loss(vectors, truth):
     return (present + absent).sum(-1)
 
 
-def layers(shape, classes, width, capsules, decoder):
-    """The layers by name, each a `Layer`; arguments as of `initial_weights`."""
-    rows, columns, channels = shape
-    places = math.prod(outputs(outputs((rows, columns), 1), STRIDE))
-    pixels, votes = rows * columns * channels, places * capsules
-    return {
-        "convolution": Layer((KERNEL**2 * channels, width), KERNEL**2 * (channels + width)),
-        "primary": Layer((KERNEL**2 * width, capsules * PRIMARY), KERNEL**2 * (width + capsules * PRIMARY)),
-        "votes": Layer((votes, PRIMARY, classes * CLASS), classes * votes * (PRIMARY + CLASS), False),
-        "decoder0": Layer((classes * CLASS, decoder), classes * CLASS + decoder),
-        "decoder1": Layer((decoder, 2 * decoder), 3 * decoder),
-        "decoder2": Layer((2 * decoder, pixels), 2 * decoder + pixels),
-    }
-
-
-class Layer(NamedTuple):
-    """One layer's shape of weights, the sum of its inputs and outputs, and whether its outputs have an offset."""
-
-    shape: tuple
-    fans: int
-    has_offset: bool = True
-
-    @property
-    def count(self):
-        """Its weights and offsets."""
-        return math.prod(self.shape) + self.has_offset * self.shape[-1]
-
-
 def initial_weights(random, shape, classes, width, capsules, decoder):
     """Weights before training: a mapping of name to array, float32. random: a NumPy generator.
 
     shape: (rows, columns, channels) of an image; width: filters of the convolution; capsules: channels of primary
     capsules; decoder: outputs of its first layer, of which the second has twice as many.
     """
-    weights = {}
-    for name, layer in layers(shape, classes, width, capsules, decoder).items():
-        weights[name] = glorot(random, layer.shape, layer.fans)
-        if layer.has_offset:
-            weights[f"{name}_offset"] = np.zeros(layer.shape[-1], np.float32)
-    return weights
+    rows, columns, channels = shape
+    votes = capsules * math.prod(outputs(outputs((rows, columns), 1), STRIDE))
+    pixels, primary, vectors = rows * columns * channels, capsules * PRIMARY, classes * CLASS
+    layers = {  # the shape of each one's weights, and the sum of its inputs and outputs
+        "convolution": ((KERNEL**2 * channels, width), KERNEL**2 * (channels + width)),
+        "primary": ((KERNEL**2 * width, primary), KERNEL**2 * (width + primary)),
+        "votes": ((votes, PRIMARY, vectors), classes * votes * (PRIMARY + CLASS)),
+        "decoder0": ((vectors, decoder), vectors + decoder),
+        "decoder1": ((decoder, 2 * decoder), 3 * decoder),
+        "decoder2": ((2 * decoder, pixels), 2 * decoder + pixels),
+    }
+    weights = {name: glorot(random, *layer) for name, layer in layers.items()}
+    offset = [name for name in layers if name != "votes"]
+    return weights | {f"{name}_offset": np.zeros(weights[name].shape[-1], np.float32) for name in offset}

@@ -46,17 +46,16 @@ def of_fitted(model, labels, images):
 
     labels: those that it was trained with; images: some that it was not trained with.
     """
-    classes = getattr(model, "classes_", None)
-    if not isinstance(classes, np.ndarray) or classes.ndim != 1:
-        wanted = "a numpy array of the classes' names, as np.unique(labels) gives it"
-        yield f"after fit its classes_ must be {wanted}; it is {_shown(classes)}."
-    trained, stated = set(np.unique(labels).tolist()), classes.tolist()
-    if len(set(stated)) < len(stated) or not trained - {OTHER} <= set(stated) <= trained:
-        wanted, there = (", ".join(map(str, names)) or "none" for names in (sorted(trained), stated))
-        yield f"after fit its classes_ must be the classes it was trained with, {wanted}, each once; they are {there}."
+    classes, trained = getattr(model, "classes_", None), np.unique(labels)
+    is_array = isinstance(classes, np.ndarray) and classes.ndim == 1
+    stated = classes.tolist() if is_array else []
+    if sorted(map(str, stated)) not in (trained.tolist(), trained[trained != OTHER].tolist()) or not stated:
+        wanted = f"a numpy array of the classes it was trained with, {', '.join(trained)}, each once"
+        there = f"they are {', '.join(map(str, stated))}" if is_array else f"it is {_shown(classes)}"
+        yield f"after fit its classes_ must be {wanted}, as np.unique(labels) gives it; {there}."
     if model.curve_ is not None:
         shapes = {np.shape(values) for values in model.curve_.values()} if isinstance(model.curve_, Mapping) else set()
-        if {len(shape) for shape in shapes} != {1} or len(shapes) > 1 or not set(CURVE) <= set(model.curve_):
+        if [len(shape) for shape in shapes] != [1] or not set(CURVE) <= set(model.curve_):
             yield f"its curve_ must be a mapping with columns {', '.join(CURVE)}, each with a value an epoch."
     few = model.evaluate(images[:FEW])
     yield from of_outcome(few, min(FEW, len(images)), classes)
@@ -75,47 +74,41 @@ def of_outcome(outcome, count, classes, where=""):
     """Yield problems of a result that is no Outcome of `count` images. where: words after the number."""
     if not isinstance(outcome, Outcome):
         yield f"its evaluate must return an Outcome(labels, scores, known), not {_shown(outcome)}."
-    yield from _of_shape("labels", outcome.labels, (count,))
-    yield from _of_shape("scores", outcome.scores, (count, len(classes)))
-    for label in sorted({str(label) for label in outcome.labels} - set(classes.tolist())):
-        yield f"its evaluate gives the label '{label}', and its classes_ are {', '.join(classes.tolist())}."
-    if not isinstance(outcome.known, Mapping):
-        wanted = "a mapping of the known scores' names to their values, {} without any"
-        yield f"known of the Outcome that its evaluate returns must be {wanted}, not {_shown(outcome.known)}."
-    bad = {"scores are": np.isnan(outcome.scores).any(axis=1)}
-    for name, values in outcome.known.items():
+    known = outcome.known
+    if not isinstance(known, Mapping):
+        yield f"known of the Outcome that its evaluate gives must be a mapping, {{}} without any, not {_shown(known)}."
+    for name in known:
         if not isinstance(name, str) or not name:
             yield f"a known score's name must be text, not {name!r}."
-        yield from _of_shape(f"known score '{name}'", values, (count,))
-        bad[f"known score '{name}' is"] = ~np.isfinite(values)
-    for what, images in bad.items():
-        if wrong := np.count_nonzero(images):
-            yield f"its {what} not a finite number for {wrong} of {count} images{where}."
+    parts = {"labels": outcome.labels, "scores": outcome.scores}
+    for what, values in (parts | {f"known score '{name}'": values for name, values in known.items()}).items():
+        shape = (count, len(classes)) if what == "scores" else (count,)
+        kind, dtypes = ("names", "OSTU") if what == "labels" else ("real numbers", "fiub")
+        if not isinstance(values, np.ndarray) or values.shape != shape or values.dtype.kind not in dtypes:
+            wanted = f"must be a numpy array of {kind} of shape {shape}; it is {_shown(values)}"
+            yield f"the {what} that its evaluate gives for {count} images {wanted}."
+        if what == "labels":
+            continue
+        wrong = np.isnan(values).any(axis=1) if what == "scores" else ~np.isfinite(values)
+        if wrong.any():
+            verb = "are" if what == "scores" else "is"
+            yield f"its {what} {verb} not a finite number for {wrong.sum()} of {count} images{where}."
+    for label in sorted({str(label) for label in outcome.labels} - set(classes.tolist())):
+        yield f"its evaluate gives the label '{label}', and its classes_ are {', '.join(classes.tolist())}."
 
 
-def _of_shape(what, values, shape):
-    kind = "names" if what == "labels" else "real numbers"
-    numbers = what == "labels" or getattr(values, "dtype", np.dtype(object)).kind in "fiub"
-    if np.shape(values) != shape or not isinstance(values, np.ndarray) or not numbers:
-        wanted = f"must be a numpy array of {kind} of shape {shape}; it is {_shown(values)}"
-        yield f"the {what} that its evaluate gives for {shape[0]} images {wanted}."
-
-
-def of_restored(model, restored, images):
-    """Yield the problem of a model that, when it was loaded, gives another result for some images than when saved.
-
-    restored: a function without arguments that loads it.
-    """
-    images, loaded, why = images[:FEW], None, None
+def of_restored(model, fresh, folder, images):
+    """Yield the problem of a model that gives another result for some images when `fresh` loads it from a folder."""
+    images, loaded, why = images[:FEW], model, None
     before = model.evaluate(images)
     try:
-        loaded = restored()
+        loaded = fresh.load(folder)
         if not _alike(before, loaded.evaluate(images)):
             why = "it says something else of the same images"
     except Exception as error:  # of any kind: it worked before it was saved
         why = f"it ends with {type(error).__name__}: {error}"
     if why:
-        names = sorted(vars(model).keys() - vars(loaded).keys() - UNSAVED) if loaded else ()
+        names = sorted(vars(model).keys() - vars(loaded).keys() - UNSAVED)
         lost = f" (not loaded: {', '.join(names)})" if names else ""
         yield (
             f"after it was saved and loaded, {why}. What fit learns must be arrays whose names end with an "
@@ -133,17 +126,13 @@ def _near(one, other, near):
 
     The largest of all scores: the distance to a copy of a training image, 0, is rounding alone.
     """
-    numbers = ({"": outcome.scores, **outcome.known} for outcome in (one, other))
-    mine, theirs = ({name: np.asarray(values, float) for name, values in named.items()} for named in numbers)
-    every = np.concatenate([values.ravel() for values in mine.values()])
-    limit = near * np.abs(every[np.isfinite(every)]).max(initial=0)
-    return mine.keys() == theirs.keys() and all(np.allclose(mine[name], theirs[name], near, limit) for name in mine)
+    mine, theirs = (np.column_stack([of.scores, *of.known.values()]).astype(float) for of in (one, other))
+    limit = near * np.abs(mine[np.isfinite(mine)]).max(initial=0)
+    return one.known.keys() == other.known.keys() and np.allclose(mine, theirs, near, limit)
 
 
 def _shown(value):
     """Describe a value in a few words."""
-    if value is None:
-        return "nothing"
     if isinstance(value, np.ndarray):
         return f"one of {value.dtype} of shape {value.shape}"
-    return f"a {type(value).__name__}"
+    return "nothing" if value is None else f"a {type(value).__name__}"

@@ -26,9 +26,9 @@ def runs(config):
     with folds is a run for each: <experiment>_fold<number>.
     A run is a mapping of its name, experiment (that one's name), models, elevation (a list of degrees, or all), snrs
     (those of the training images, numbers or 'clean'), random_snr (whether each batch is drawn from one of them), open
-    (whether unknown targets are tested), lacks_unknown (whether they should be and there are none), split (a scheme),
-    division (the fields of its `Division`), first (whether its fold is the experiment's first), upsample (pixels a
-    side, or none), channels (a list of polarizations, or all) and without (the known targets that do not train).
+    (whether unknown targets are tested, as there are some), split (a scheme), division (the fields of its `Division`),
+    first (whether its fold is the experiment's first), upsample (pixels a side, or none), channels (a list of
+    polarizations, or all) and without (the known targets that do not train).
     InputError for two runs of one name.
     """
     every, learning = {}, config["learning"]
@@ -43,7 +43,6 @@ def runs(config):
             "elevation": elevation if elevation == "all" else sorted(elevation),
             "random_snr": kind == "random",
             "open": experiment.get("open", False) and unknown,
-            "lacks_unknown": experiment.get("open", False) and not unknown,
             "split": experiment.get("split", learning["split"]["scheme"]),
             "upsample": experiment.get("upsample", "none"),
             "channels": sorted(experiment["channels"]) if "channels" in experiment else "all",

@@ -16,13 +16,15 @@ def by_channel(images):
 def of(images, kind, dtype=np.float32):
     """Compute a model's features by its setting `features`: rows of real numbers (n, d), all channels in one.
 
-    log: 1 + log10(|x| / peak) / 3, so from 0 at -60 dB to 1 at the image's peak. InputError for an unknown kind.
+    parts: real parts of all pixels, then imaginary ones; log: 1 + log10(|x| / peak) / 3, so from 0 at -60 dB to 1 at
+    the image's peak. InputError for an unknown kind.
     """
     if kind not in KINDS:
         raise InputError(f"a model's setting 'features' is {kind!r}; it must be one of {', '.join(KINDS)}.")
+    rows = images.reshape(len(images), -1)
     if kind == "parts":
-        return real_imaginary(images, dtype)
-    rows = np.abs(images).reshape(len(images), -1).astype(dtype, copy=False)
+        return np.concatenate([rows.real, rows.imag], axis=1).astype(dtype, copy=False)
+    rows = np.abs(rows).astype(dtype, copy=False)
     if kind == "power":
         return rows**2
     if kind == "log":
@@ -30,12 +32,6 @@ def of(images, kind, dtype=np.float32):
         rows = np.maximum(rows / np.where(peak > 0, peak, 1), 10 ** (FLOOR_DB / 20))
         return 1 - 20 * np.log10(rows) / FLOOR_DB
     return rows
-
-
-def real_imaginary(images, dtype=np.float32):
-    """Real parts, then imaginary parts, of all pixels of an image: (n, 2 pixels)."""
-    flat = images.reshape(len(images), -1)
-    return np.concatenate([flat.real, flat.imag], axis=1).astype(dtype, copy=False)
 
 
 def unit(features):

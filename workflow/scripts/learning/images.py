@@ -77,8 +77,7 @@ def read(stores, azimuth, elevation="all", pixels="none", realizations=None, cha
     order, and a DataFrame with the origin of each: label (of its SNR, as 'clean' or 'snr_6dB'), target, elevation,
     azimuth (degrees) and realization, 0 in a store without noise; of noisy images also snr_<definition>, each one's own
     SNR in dB. Rows are in the order of the former columns, each store's angles in the store's order.
-    Raises InputError for an angle or a channel that a store does not have, for an image that is not finite, and for
-    fewer pixels than the images have.
+    Raises InputError for an image that is not finite, and KeyError for an angle that a store does not have.
     """
     stores = sorted(map(Path, stores), key=lambda store: (store.stem, target_of(store)))
     how = elevation, pixels, realizations, channels
@@ -88,25 +87,21 @@ def read(stores, azimuth, elevation="all", pixels="none", realizations=None, cha
 
 def _read(store, azimuth, elevation, pixels, realizations, channels):
     with open_store(store) as dataset:
-        dataset, is_part = _of_channels(dataset, channels, store)
+        dataset, is_part = _of_channels(dataset, channels)
         if "realization" in dataset.dims:
             dataset = dataset.isel(realization=slice(realizations))
         else:
             dataset = dataset[["image"]].expand_dims(realization=[0])
         if not isinstance(elevation, str):
-            dataset = _select(dataset, "elevation", elevation, store)
+            dataset = _at(dataset, elevation=elevation)
         # Loaded before azimuths are chosen: a chunk has all of them, and choosing while reading takes twice as long.
-        dataset = _select(dataset.load(), "azimuth", azimuth, store)
+        dataset = _at(dataset.load(), azimuth=azimuth)
     image = dataset["image"].transpose(*ORIGIN, "channel", "range", "crossrange", missing_dims="ignore")
     if not np.isfinite(image.values).all():
         raise InputError(f"{store} holds images that are not finite; delete it and make it again.")
     images = image.values.reshape(-1, *image.shape[len(ORIGIN) :])
     images = of_peak_one(images) if is_part else images
     if pixels != "none":
-        rows, columns = images.shape[-2:]
-        if pixels < max(rows, columns):
-            said = f"{store} has images of {rows} x {columns} pixels, more than the {pixels} a side"
-            raise InputError(f"{said} that 'upsample' of the experiment asks for.")
         images = upsample(images, image["range"].values, dataset.attrs["range_wavenumber"], pixels)
     origin = pd.MultiIndex.from_product([image[name].values for name in ORIGIN], names=ORIGIN).to_frame(index=False)
     origin.insert(0, "label", store.stem)
@@ -116,17 +111,13 @@ def _read(store, azimuth, elevation, pixels, realizations, channels):
     return images, origin
 
 
-def _of_channels(dataset, channels, store):
+def _of_channels(dataset, channels):
     """A store's dataset in these channels, without an axis for a single one, and whether it has other channels."""
-    several = "channel" in dataset.dims
-    have = dataset["channel"].values.tolist() if several else [dataset.attrs.get("polarization")]
-    wanted = have if channels == "all" else channels
-    if missing := [name for name in wanted if name not in have]:
-        raise InputError(f"{store} has no channel {missing[0]}; it has {', '.join(map(str, have))}.")
-    if several:
-        places = [place for place, name in enumerate(have) if name in wanted]
-        dataset = dataset.isel(channel=places if len(places) > 1 else places[0], drop=True)
-    return dataset, len(wanted) < len(have)
+    if channels == "all" or "channel" not in dataset.dims:
+        return dataset, False
+    wanted = np.flatnonzero(dataset["channel"].isin(channels))
+    some = dataset.isel(channel=wanted if len(wanted) > 1 else wanted[0], drop=True)
+    return some, len(wanted) < dataset.sizes["channel"]
 
 
 def aspects(origin, planes):
@@ -146,9 +137,7 @@ def among(angles, others):
     return (np.abs(np.asarray(angles)[:, None] - np.asarray(others, float)) < TOLERANCE).any(axis=1)
 
 
-def _select(dataset, name, angles, store):
-    have, angles = dataset[name].values, np.atleast_1d(np.asarray(angles, float))
-    missing = angles[~among(angles, have)]
-    if len(missing):
-        raise InputError(f"{store} has no {name} {missing[0]:g} degrees; it has {', '.join(f'{a:g}' for a in have)}.")
-    return dataset.isel({name: np.flatnonzero(among(have, angles))})
+def _at(dataset, **angles):
+    """A dataset at these angles, in its own order. KeyError if it has not all of them."""
+    wanted = {name: np.sort(np.ravel(values)) for name, values in angles.items()}
+    return dataset.sel(wanted, method="nearest", tolerance=TOLERANCE)

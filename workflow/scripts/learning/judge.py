@@ -75,8 +75,8 @@ def ordered(labels):
     return np.array(sorted(labels, key=lambda label: (label == OTHER, label)))
 
 
-def decide(table, is_open, kept=KEPT):
-    """The `Decision`s of a prediction table of all folds: the closed set's, and for an open run those of each score.
+def decide(table, kept=KEPT):
+    """The `Decision`s of a prediction table of all folds: the closed set's, and those of each confidence score in it.
 
     kept: the share of known images that the protocol of this name keeps.
     """
@@ -85,7 +85,7 @@ def decide(table, is_open, kept=KEPT):
     reached = metrics.metrics_of_labels(held_out["truth"], held_out["predicted"])
     validation = tuple((name, reached[name], len(held_out)) for name in BY_FOLD)
     closed = Decision("", "", test, test["predicted"].to_numpy(), (), validation)
-    return [closed, *(_opened(table, kept) if is_open else ())]
+    return [closed, *_opened(table, kept)]
 
 
 def _opened(table, kept):
@@ -93,18 +93,16 @@ def _opened(table, kept):
     test = table[(table["side"] == "test") & table["role"].isin(["known", "unknown"])]
     labels = test["predicted"].to_numpy(object)
     # Every fold has models of its own, and so thresholds.
-    folds = [((test["fold"] == fold).to_numpy(), rows) for fold, rows in table.groupby("fold")]
-    seen = {protocol: [thresholds.seen(rows, protocol) for _, rows in folds] for protocol in thresholds.ROLES}
+    folds = [((test["fold"] == fold).to_numpy(), rows) for fold, rows in table[table["side"] != "test"].groupby("fold")]
     for column in (name for name in table if name.startswith(KNOWN)):
         name, values = column.removeprefix(KNOWN), test[column].to_numpy()
         yield Decision(name, "", test, test["predicted"].to_numpy())
-        for protocol, of_folds in seen.items():
-            predicted, chosen, reached = np.empty(len(test), object), [], []
-            for (own, _), among in zip(folds, of_folds, strict=True):
-                chosen.append(thresholds.chosen(among, column, kept))
-                predicted[own] = thresholds.apply(values[own], labels[own], chosen[-1])
-                reached.append(thresholds.reached(among, column, chosen[-1]))
-            best, images = zip(*reached, strict=True)
+        for protocol in thresholds.ROLES:
+            predicted, found = np.empty(len(test), object), []
+            for own, rows in folds:
+                found.append(thresholds.chosen(rows, column, protocol, kept))
+                predicted[own] = thresholds.apply(values[own], labels[own], found[-1][0])
+            chosen, best, images = zip(*found, strict=True)
             validation = ("f1_weighted", np.average(best, weights=images), sum(images))
             fixed = ("threshold", float(np.mean(chosen)), np.nan, np.nan)
             yield Decision(name, protocol, test, predicted.astype(str), (fixed,), (validation,))

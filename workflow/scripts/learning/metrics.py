@@ -90,13 +90,11 @@ def around(value, error, freedom, share):
     Of a `share`, between 0 and 1, on the scale of log(value / (1 - value)), so that it stays within 0 and 1; else
     symmetric. Arguments are numbers or arrays.
     """
-    half, slope = stdtrit(freedom, (1 + LEVEL) / 2) * error, value * (1 - value)
-    ends = []
+    value, half = np.asarray(value), np.asarray(stdtrit(freedom, (1 + LEVEL) / 2) * error)
+    sides, slope = np.stack([-half, half]), value * (1 - value)
     with np.errstate(divide="ignore", invalid="ignore"):
-        for side in (-half, half):
-            of_share = np.where(slope > 0, expit(logit(value) + side / slope), value + 0 * side)
-            ends.append(np.where(share, of_share, value + side)[()])
-    return tuple(ends)
+        of_share = np.where(slope > 0, expit(logit(value) + sides / slope), value + 0 * sides)
+    return tuple(np.where(share, of_share, value + sides))
 
 
 def resampled(counts, labels, judged, seed):

@@ -8,7 +8,6 @@ import pandas as pd
 from isarflow.core.folders import SCORES, run_and_model
 from isarflow.learning import judge, metrics
 from isarflow.learning.model_folder import config_of
-from isarflow.learning.predict import KNOWN
 from isarflow.learning.scores import HEAD, read_table, tables_of_cases
 
 IMAGE = ["target", "elevation", "azimuth", "realization"]  # columns that identify an image
@@ -71,5 +70,4 @@ def _cases(root):
 def _decided(paths, kept):
     """The final `Decision`s of one SNR, by confidence score and protocol."""
     table = pd.concat(map(read_table, paths), ignore_index=True)
-    is_open = any(name.startswith(KNOWN) for name in table)
-    return {(one.score, one.threshold): one for one in judge.decide(table, is_open, kept) if one.is_final}
+    return {(one.score, one.threshold): one for one in judge.decide(table, kept) if one.is_final}

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -28,7 +27,7 @@ class Tested(NamedTuple):
     planes: dict  # of the targets, by name: their mirror planes
     is_open: bool  # True if tables have confidence scores, too
     realizations: int  # of each view's noise, at most
-    classes: Mapping = MappingProxyType({})  # of known targets, by name; one that is not there is its own class
+    classes: Mapping = {}  # of known targets, by name; one that is not there is its own class
 
 
 def predict(stores, tested, folder, outputs):

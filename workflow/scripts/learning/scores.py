@@ -34,32 +34,31 @@ def score(predictions, runs, definition, seed, threads, scores, confusions, vali
     docs/method.md describes the metrics and columns. Besides: `elevation` is never 'trained' if the model was trained
     at all elevations. The images of each fold are judged by its own models; the threshold of all folds is their mean.
     By the other definition than the config's only SNRs are listed at which all images have some. f1_weighted_gain is
-    left out where REFERENCE was not trained at the same SNRs; of several the first by name counts.
+    left out where REFERENCE was not trained at the same SNRs, without the same targets; of several the first by name
+    counts.
     f1_weighted_<n>_looks has no interval, as few tracks are independent. validation.csv has of each confidence score
     and protocol the weighted F1 that the threshold reaches on the images it was chosen with.
     """
-    tables, opened, cases = ([], [], []), {}, tables_of_cases(predictions, runs)
+    tables, opened, cases = ([], [], []), [], tables_of_cases(predictions, runs)
     work = (delayed(_judged)(head, *case, definition, seed, kept, track) for head, case in cases.items())
     judged = Parallel(n_jobs=threads, return_as="generator")(work)
     for *of_case, decisions in tqdm(judged, total=len(cases), unit="model", desc="scores", leave=False):
         for table, rows in zip(tables, of_case, strict=True):
             table += rows
-        opened |= decisions
+        opened += decisions
     tables[0].extend(_gains(opened, definition, seed))
     written = zip((scores, confusions, validation), tables, (COLUMNS, CONFUSION, VALIDATION), strict=True)
     for path, rows, columns in written:
         pd.DataFrame(rows, columns=columns).to_csv(path, index=False)
     print(f"{len(predictions)} prediction tables, {len(tables[0])} scores")
-    for name in sorted({run["experiment"] for run in runs.values() if run["lacks_unknown"]}):
-        print(f"Warning: experiment '{name}' is open, but no target has role unknown: scores are of a closed set.")
 
 
 def _judged(head, run, tables, definition, seed, kept, track):
-    """Rows of the three tables for one model, and the open set's `Decision`s by the values of the columns CASE."""
-    rows, cells, reached, opened = [], [], [], {}
+    """Rows of the three tables for one model, and the open set's `Decision`s as `_gains` takes them."""
+    rows, cells, reached, opened = [], [], [], []
     every = {snr: pd.concat(map(read_table, paths), ignore_index=True) for snr, paths in sorted(tables.items())}
     for subset, parts in _subsets(every, run["elevation"]):
-        decided = {snr: judge.decide(part, run["open"], kept) for snr, part in parts.items()}
+        decided = {snr: judge.decide(part, kept) for snr, part in parts.items()}
         for snr, decisions in decided.items():
             for decision in decisions:
                 key = (*head, snr, subset, decision.score, decision.threshold)
@@ -67,23 +66,23 @@ def _judged(head, run, tables, definition, seed, kept, track):
                 cells += [[*key, *cell] for cell in judge.cells(decision)]
                 reached += [[*key, *row] for row in decision.validation]
                 if decision.threshold and subset == "all":  # runs that trained at other elevations have other images
-                    opened[key] = decision
+                    opened.append((key, (*head[2:4], snr, decision.threshold, *run["without"]), decision))
         for snr, part in parts.items() if track and head[1] in track[0] else ():
-            for kind, row in _looks(part, run, kept, *track[1:]):
+            for kind, row in _looks(part, kept, *track[1:]):
                 rows.append([*head, snr, subset, *kind, definition, "", *row])
         for other, snr, kind, row in judge.by_other_definitions(decided, definition, seed):
             rows.append([*head, snr, subset, *kind, other, "", *row])
     return rows, cells, reached, opened
 
 
-def _looks(table, run, kept, step, aperture):
+def _looks(table, kept, step, aperture):
     """(score, threshold) and (metric, value, low, high, n) of the weighted F1 of several looks together."""
     table = table[table["side"] != LEFT_OUT]
     for count in LOOKS:
         together = fused(table, count, step, aperture)
         known = together[together["role"] == "known"]
         if known.groupby("fold")["side"].nunique().reindex(table["fold"].unique()).eq(2).all():  # chosen on some, too
-            for one in judge.decide(together, run["open"], kept):
+            for one in judge.decide(together, kept):
                 if one.is_final:
                     f1 = metrics.metrics_of_labels(one.test["truth"], one.predicted)["f1_weighted"]
                     yield (one.score, one.threshold), (f"f1_weighted_{count}_looks", f1, "", "", len(one.test))
@@ -116,15 +115,13 @@ def _subsets(tables, trained):
 
 
 def _gains(opened, definition, seed):
-    """Rows f1_weighted_gain. opened: a mapping of the values of the columns CASE to the `Decision`."""
+    """Rows f1_weighted_gain. opened: values of the columns CASE, what compared methods share, and the `Decision`."""
     rows, references = [], {}
-    where = [CASE.index(name) for name in ("split", "training", "test_snr_db", "elevation", "threshold")]
-    for key, decision in opened.items():
-        if (key[CASE.index("model")], key[CASE.index("score")]) == (REFERENCE[0], REFERENCE[2]):
-            references.setdefault(tuple(key[place] for place in where), decision)
-    for key, decision in opened.items():
-        reference = references.get(tuple(key[place] for place in where))
-        if reference and (gain := judge.gain(decision, reference, seed)):
+    for key, shared, decision in opened:
+        if (key[CASE.index("model")], decision.score) == (REFERENCE[0], REFERENCE[2]):
+            references.setdefault(shared, decision)
+    for key, shared, decision in opened:
+        if shared in references and (gain := judge.gain(decision, references[shared], seed)):
             rows.append([*key, definition, "", "f1_weighted_gain", *gain])
     return rows
 

@@ -5,10 +5,7 @@ It is chosen on validation images, for each SNR separately, as a radar knows the
 of the known ones, or of training views if the model can leave these out of its library in turn: they are many more.
 """
 
-from typing import NamedTuple
-
 import numpy as np
-import pandas as pd
 
 from isarflow.learning.classifier import OTHER
 from isarflow.learning.metrics import KEPT, metrics_of_labels
@@ -18,49 +15,31 @@ from isarflow.learning.split import LEFT_OUT
 ROLES = {"thesis": ("known", "unknown"), "blind": ("known", "other"), "kept": ("known", "other")}
 
 
-class Seen(NamedTuple):
-    """The validation rows of a prediction table that a protocol sees."""
-
-    rows: pd.DataFrame
-    weight: float  # number of images that each with truth OTHER counts for
-    by_share: pd.DataFrame | None  # the rows of known targets of which the threshold keeps a share
-
-
-def seen(table, protocol):
-    """The rows that a protocol sees of a prediction table, which has columns side, role, truth and predicted."""
-    rows = table[(table["side"] == "validation") & table["role"].isin(ROLES[protocol])]
-    known = (rows["role"] == "known").sum()
-    weight = known / (len(rows) - known) if protocol != "thesis" and 0 < known < len(rows) else 1.0
-    by_share = rows[rows["role"] == "known"] if protocol == "kept" or known == len(rows) else None
-    if protocol == "kept" and (left_out := table["side"] == LEFT_OUT).any():
-        by_share = table[left_out]
-    return Seen(rows, weight, by_share)
-
-
 def choose(table, score, protocol, kept=KEPT):
-    """Choose the threshold of a confidence score, a column of a prediction table, under a protocol."""
-    return chosen(seen(table, protocol), score, kept)
+    """The threshold of a confidence score, a column of a prediction table, under a protocol: the first of `chosen`."""
+    return chosen(table, score, protocol, kept)[0]
 
 
-def chosen(among, score, kept=KEPT):
-    """The threshold of a confidence score, chosen on the rows that a protocol sees, `Seen`.
+def chosen(table, score, protocol, kept=KEPT):
+    """The threshold of a score under a protocol, the weighted F1 that it reaches on validation rows, and their number.
 
-    It has the largest weighted F1 over the classes and OTHER; under the protocol `kept`, and if there are only known
-    images, it keeps this share of them. Under the blind protocol the images of role other together count as much as the
-    known ones, as the number of targets of that role says nothing of the number of unknown ones to come.
+    table: of predictions, with columns side, role, truth, predicted and the score's. The threshold has the largest
+    weighted F1 over the classes and OTHER; under the protocol `kept`, and if there are only known images, it keeps this
+    share of them. But under the thesis protocol the images of role other together count as much as the known ones, as
+    the number of targets of that role says nothing of the number of unknown ones to come.
     """
-    if among.by_share is not None:
-        return float(np.quantile(among.by_share[score], 1 - kept))
-    rows = among.rows
-    return best(rows[score].to_numpy(float), rows["truth"], rows["predicted"], among.weight)
-
-
-def reached(among, score, threshold):
-    """The weighted F1 of a threshold on the rows, which `chosen` makes as large as it can, and their number."""
-    rows = among.rows
+    rows = table[(table["side"] == "validation") & table["role"].isin(ROLES[protocol])]
+    is_known, left_out = rows["role"] == "known", table["side"] == LEFT_OUT
+    known = is_known.sum()
+    weight = known / (len(rows) - known) if protocol != "thesis" and 0 < known < len(rows) else 1.0
+    if protocol == "kept" or known == len(rows):
+        shared = table[left_out] if protocol == "kept" and left_out.any() else rows[is_known]
+        threshold = float(np.quantile(shared[score], 1 - kept))
+    else:
+        threshold = best(rows[score].to_numpy(float), rows["truth"], rows["predicted"], weight)
     predicted = apply(rows[score], rows["predicted"], threshold)
-    weights = np.where(rows["truth"] == OTHER, among.weight, 1.0)
-    return metrics_of_labels(rows["truth"], predicted, weights)["f1_weighted"], len(rows)
+    weights = np.where(rows["truth"] == OTHER, weight, 1.0)
+    return threshold, metrics_of_labels(rows["truth"], predicted, weights)["f1_weighted"], len(rows)
 
 
 def best(scores, truth, predicted, weight=1.0):

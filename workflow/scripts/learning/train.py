@@ -3,9 +3,9 @@
 import contextlib
 import os
 import shutil
+from collections import namedtuple
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -13,7 +13,7 @@ import pandas as pd
 from isarflow.learning import conformance, images
 from isarflow.learning.classifier import ANY_SNR, OTHER, build, choices
 from isarflow.learning.model_folder import CONFIG, SPLIT, write_json
-from isarflow.learning.split import Division, check
+from isarflow.learning.split import Division
 
 CURVE, SECONDS, SEARCH = "curve.csv", "seconds.csv", "search.csv"
 
@@ -31,13 +31,7 @@ class Training:
     classes: dict = field(default_factory=dict)  # of known targets, by name; one that is not there is its own class
 
 
-class Examples(NamedTuple):
-    """Arguments of `Classifier.fit`, each with n observations."""
-
-    images: np.ndarray
-    labels: np.ndarray
-    snrs: np.ndarray
-    views: np.ndarray
+Examples = namedtuple("Examples", "images labels snrs views")  # arguments of `Classifier.fit`, n observations each
 
 
 def train(stores, training, folder, checkpoints=None):
@@ -49,8 +43,7 @@ def train(stores, training, folder, checkpoints=None):
     checkpoints: a folder in which a long training keeps its state, to go on if killed; it is removed in the end.
     Writes model.npz (the learned arrays), config.json, split.json (the `Division`, and each target's sides) and, for a
     model that has one, curve.csv and the seconds until each epoch, seconds.csv; for one with choices search.csv.
-    Raises InputError for a known target without images on one of its sides, and for a model that is not what
-    `classifier.py` asks for.
+    Raises InputError for a model that is not what `classifier.py` asks for.
     """
     run, name, folder = training.run, training.model, Path(folder)
     kind = training.settings.get("kind", name)
@@ -58,8 +51,6 @@ def train(stores, training, folder, checkpoints=None):
     seed = int(np.random.SeedSequence([training.seed, *f"{run['name']}/{name}".encode()]).generate_state(1)[0])
     division = Division(**run["division"])
     divided = images.divide(stores, training.planes, division)
-    for target in sorted(target for target, role in training.roles.items() if role == "known"):
-        check(divided[target].sides, division, target, len(divided[target].azimuth))
     learned, noise, aspects = _read(stores, training, divided, "train")
     held_out, *_ = _read(stores, training, divided, "validation")
 
@@ -75,8 +66,8 @@ def train(stores, training, folder, checkpoints=None):
 
     folder.mkdir(parents=True, exist_ok=True)
     model.save(folder)
-    restored = conformance.of_restored(model, lambda: build(kind, model.settings, seed).load(folder), held_out.images)
-    conformance.refuse(who, restored)
+    fresh = build(kind, model.settings, seed)
+    conformance.refuse(who, conformance.of_restored(model, fresh, folder, held_out.images))
     if model.curve_ is not None:
         curve = pd.DataFrame(model.curve_)
         if "seconds" in curve:  # in a file of its own, as they differ every time

@@ -1,9 +1,7 @@
 """Training by gradient descent: epochs with a curve, progress, early stopping, and a state that outlives the job."""
 
-import json
 import os
 import time
-import zipfile
 from pathlib import Path
 
 import joblib
@@ -101,31 +99,25 @@ def minimize(
     now = {"weights": weights, "state": adam.init(weights), "best": weights}
     notes = {"rows": [], "least": np.inf, "waited": 0, "seconds": 0.0, "random": None}
     if checkpoint is not None and (kept := checkpoint.read()) is not None:
-        leaves, notes = kept
-        now = jax.tree.unflatten(jax.tree.structure(now), leaves)
+        now, notes = kept
         batches.random.bit_generator.state = notes["random"]
         print(f"goes on after epoch {len(notes['rows'])}, from {checkpoint.path}")
     rows, before, begin = notes["rows"], notes["seconds"], time.perf_counter()
-    much = {"total": epochs, "initial": len(rows), "unit": "epoch"}
-    bar, said = tqdm(**much, desc="training", leave=False, mininterval=5, miniters=0), "first epoch"
-    bar.set_postfix_str("compiling")
+    much = {"total": epochs * batches.count, "initial": len(rows) * batches.count, "unit": "batch"}
+    bar = tqdm(**much, desc="training", leave=False, mininterval=5, miniters=0)  # by time alone, as batches are long
     while len(rows) < epochs and (patience is None or notes["waited"] < patience):
         results, sizes, full = [], [], rate(len(rows))
         for batch in batches.epoch():
             arrays = [np.resize(array, (batches.size, *array.shape[1:])) for array in inputs(batch)]
-            made = len(rows) * batches.count + len(sizes) + 1
-            risen = full * min(1.0, made / (warm_up + 1))
+            risen = full * min(1.0, (len(rows) * batches.count + len(sizes) + 1) / (warm_up + 1))
             now["weights"], now["state"], result = step(now["weights"], now["state"], risen, len(batch), *arrays)
             results.append(result)
             sizes.append(len(batch))
-            bar.set_postfix_str(f"{said}, batch {len(sizes)} of {batches.count}", refresh=False)
-            bar.update(0)  # is written if the last line is old enough
+            bar.update()
         costs, right, of_class = np.array(results, float).T
         cost, accuracy = np.average(costs, weights=sizes), right.sum() / max(of_class.sum(), 1)
         if not np.isfinite(cost):
-            raise InputError(
-                f"training: the loss became {cost} in epoch {len(rows) + 1}; take a smaller learning rate."
-            )
+            raise InputError(f"the loss became {cost} in epoch {len(rows) + 1}; take a smaller learning rate.")
         held_out = validate(arrays_of(now["weights"])) if validate else (np.nan, np.nan)
         notes["seconds"] = before + time.perf_counter() - begin
         rows.append([len(rows) + 1, round(notes["seconds"], 3), *map(float, (cost, accuracy, *held_out, full))])
@@ -134,22 +126,18 @@ def minimize(
         notes["waited"] = 0 if better else notes["waited"] + 1
         if better:
             notes["least"], now["best"] = validation_loss, now["weights"]
-        said = f"loss {cost:.4g}, validation accuracy {validation_accuracy:.4f}"
-        bar.set_postfix_str(said)
-        bar.update()
+        bar.set_postfix_str(f"loss {cost:.4g}, validation accuracy {validation_accuracy:.4f}", refresh=False)
         if watch is not None:
             paused = time.perf_counter()
             watch(len(rows), arrays_of(now["weights"]))
             begin += time.perf_counter() - paused  # its time is no part of the training's
         if checkpoint is not None:
-            checkpoint.write(jax.tree.leaves(now), notes | {"random": batches.random.bit_generator.state})
+            checkpoint.write(jax.tree.map(np.asarray, now), notes | {"random": batches.random.bit_generator.state})
     bar.close()
     curve = {name: list(values) for name, values in zip(COLUMNS, zip(*rows, strict=True), strict=True)}
-    print(
-        f"{len(rows)} epochs in {notes['seconds']:.1f} s: loss {curve['loss'][-1]:.4g}, accuracy "
-        f"{curve['accuracy'][-1]:.4f} on the training images, {curve['validation_accuracy'][-1]:.4f} at the validation "
-        "azimuths"
-    )
+    reached = f"loss {curve['loss'][-1]:.4g}, accuracy {curve['accuracy'][-1]:.4f} on the training images"
+    validated = f"{curve['validation_accuracy'][-1]:.4f} at the validation azimuths"
+    print(f"{len(rows)} epochs in {notes['seconds']:.1f} s: {reached}, {validated}")
     return arrays_of(now["best"]), curve
 
 
@@ -167,23 +155,21 @@ class Checkpoint:
 
     def __init__(self, folder, *identity):
         parts = [part.read_bytes() if isinstance(part, Path) else part for part in (Path(__file__), *identity)]
-        self.path, self.written = Path(folder) / f"{joblib.hash(parts)}.npz", -np.inf
+        self.path, self.written = Path(folder) / f"{joblib.hash(parts)}.joblib", -np.inf
 
     def read(self):
         """The arrays and notes that `write` was last given; None if there is no whole file."""
         try:
-            with np.load(self.path, allow_pickle=False) as file:
-                notes = json.loads(str(file["notes"]))
-                return [file[f"{place:05d}"] for place in range(len(file.files) - 1)], notes
-        except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+            return joblib.load(self.path)
+        except Exception:  # of many kinds, by where a file was cut short
             return None
 
     def write(self, arrays, notes):
-        """Write arrays and notes (plain values), whole or not at all, at least BETWEEN seconds after the last time."""
+        """Write arrays and notes, whole or not at all, at least BETWEEN seconds after the last time."""
         if time.monotonic() - self.written < BETWEEN:
             return
         self.path.parent.mkdir(parents=True, exist_ok=True)
-        fresh = self.path.with_suffix(".part.npz")
-        np.savez(fresh, notes=json.dumps(notes), **{f"{place:05d}": array for place, array in enumerate(arrays)})
+        fresh = self.path.with_suffix(".part")
+        joblib.dump((arrays, notes), fresh)
         os.replace(fresh, self.path)
         self.written = time.monotonic()

@@ -23,10 +23,9 @@ def read_reference(reference, polarizations, needed):
     parts = []
     for transmitted, paths in field_files.by_transmission(reference, polarizations).items():
         for waves in map(ffe.read, paths):
-            where = {"frequency_hz": waves.frequency, "elevation_deg": waves.elevation, "azimuth_deg": waves.azimuth}
+            where = pd.DataFrame({column: waves[axis] for column, axis in WANTED.items()})
             for way in (pair[0] for pair in polarizations if pair[1] == transmitted):
-                levels = {"polarization": way + transmitted, "rcs_dbsm": rcs_dbsm(waves.received[way])}
-                parts.append(pd.DataFrame(where | levels))
+                parts.append(where.assign(polarization=way + transmitted, rcs_dbsm=rcs_dbsm(waves[way])))
     return pd.concat(parts, ignore_index=True)
 
 

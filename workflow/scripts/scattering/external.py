@@ -3,6 +3,7 @@
 import contextlib
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 
 from isarflow.core.errors import InputError
@@ -98,16 +99,13 @@ def _from_store(path, polarizations, wanted):
     with _opened(path) as dataset:
         field = dataset["field"].transpose(*COORDINATES).load()
         given = {name: np.asarray(field[name].values, float) for name in wanted}
-    convention, units = dataset.attrs.get("convention", CONVENTION), field.attrs.get("units", "m")
-    if convention != CONVENTION:
+    if (convention := dataset.attrs.get("convention", CONVENTION)) != CONVENTION:
         raise InputError(f"{path}: the store's convention is '{convention}'; wanted is '{CONVENTION}'.")
-    if units != "m":
-        raise InputError(f"{path}: the field is in '{units}', not in m.")
     if not np.iscomplexobj(field.values):
         raise InputError(f"{path}: the field is {field.dtype}; wanted are complex scattering amplitudes.")
-    for name, unit in UNITS.items():
-        if field[name].attrs.get("units", unit) != unit:
-            raise InputError(f"{path}: its {name} is in '{field[name].attrs['units']}', not in {unit}.")
+    for name, unit in ({"field": "m"} | UNITS).items():
+        if (stated := dataset[name].attrs.get("units", unit)) != unit:
+            raise InputError(f"{path}: its {name} is in '{stated}', not in {unit}.")
     ways = _places_of(path, field.polarization.values, polarizations)
     places = [_places(path, name, given[name], values) for name, values in wanted.items()]
     return field.values[np.ix_(ways, *places)]
@@ -134,36 +132,30 @@ def _from_ffe(field, polarizations, wanted):
 
 def _grid(paths, wanted):
     """Samples on the sweep, (frequency, elevation, azimuth), of each received polarization."""
-    parts = [ffe.read(path) for path in paths]
-    named = ", ".join(paths)
-    where = [f"{path}, line {line}" for path, part in zip(paths, parts, strict=True) for line in part.line]
-    waves = {way: np.concatenate([part.received[way] for part in parts]) for way in "VH"}
-    cell = []
+    waves = pd.concat([ffe.read(path).assign(path=path) for path in paths], ignore_index=True)
+    named, axes = ", ".join(paths), [*wanted]
     for name, values in wanted.items():
-        given, which = np.unique(np.concatenate([getattr(part, name) for part in parts]), return_inverse=True)
-        place = np.full(len(given), -1)
-        place[_places(named, name, given, values)] = np.arange(len(values))
-        cell.append(place[which])
-    shape = tuple(len(values) for values in wanted.values())
-    inside = np.flatnonzero(np.all(np.array(cell) >= 0, axis=0))
-    flat = np.ravel_multi_index([place[inside] for place in cell], shape)
-    first = np.full(np.prod(shape), -1)  # the first wave in the files, for every sample
-    first[flat[::-1]] = inside[::-1]
-    kept = first[flat]
-    apart = np.hypot(*(np.abs(of_wave[inside] - of_wave[kept]) for of_wave in waves.values()))
-    different = np.flatnonzero(apart > SAME * np.hypot(*(np.abs(of_wave[kept]) for of_wave in waves.values())))
+        given = np.unique(waves[name])
+        places = given[_places(named, name, given, values)]
+        waves[name] = waves[name].map(dict(zip(places, values, strict=True)))
+    waves = waves.dropna(subset=axes)
+    first = waves.drop_duplicates(axes).set_index(axes)
+    kept = first.loc[pd.MultiIndex.from_frame(waves[axes])]
+    mine, firsts = (table[["V", "H"]].to_numpy() for table in (waves, kept))
+    different = np.flatnonzero(np.linalg.norm(mine - firsts, axis=1) > SAME * np.linalg.norm(firsts, axis=1))
     if len(different):
-        one, other = where[kept[different[0]]], where[inside[different[0]]]
+        one, other = (table.iloc[different[0]] for table in (kept, waves))
         raise InputError(
-            f"{other}: another field for the frequency and direction of {one}. If these are two incident "
-            "polarizations, write them to separate files and name them {V: ..., H: ...}."
+            f"{other.path}, line {other.line}: another field for the frequency and direction of {one.path}, line "
+            f"{one.line}. If these are two incident polarizations, write them to separate files and name them "
+            "{V: ..., H: ...}."
         )
-    if (first < 0).any():
-        index = np.unravel_index(np.flatnonzero(first < 0)[0], shape)
-        places = zip(wanted.items(), index, strict=True)
-        at = ", ".join(f"{name} {_text(name, values[n])}" for (name, values), n in places)
-        raise InputError(f"{named}: {(first < 0).sum()} of {first.size} samples are missing; the first is at {at}.")
-    return {way: of_wave[first].reshape(shape) for way, of_wave in waves.items()}
+    every = pd.MultiIndex.from_product(wanted.values(), names=axes)
+    if len(missing := every.difference(first.index)):
+        at = ", ".join(f"{name} {_text(name, value)}" for name, value in zip(axes, missing[0], strict=True))
+        raise InputError(f"{named}: {len(missing)} of {len(every)} samples are missing; the first is at {at}.")
+    shape = [len(values) for values in wanted.values()]
+    return {way: first[way].reindex(every).to_numpy().reshape(shape) for way in "VH"}
 
 
 def _places(where, name, given, wanted):

@@ -8,9 +8,9 @@ incident direction is the one the wave comes from, so backscatter is the row at 
 """
 
 import re
-from typing import NamedTuple
 
 import numpy as np
+import pandas as pd
 
 from isarflow.core.errors import InputError
 
@@ -20,23 +20,15 @@ STRENGTH = 1e-3  # relative, for the incident field that a row's E and RCS imply
 AXES = {"Origin": (0, 0, 0), "U-Vector": (1, 0, 0), "V-Vector": (0, 1, 0)}
 
 
-class Backscatter(NamedTuple):
-    """The plane waves of a file, each array of shape (waves,). Amplitudes in m, for a unit incident wave."""
-
-    frequency: np.ndarray  # Hz
-    elevation: np.ndarray  # degrees above the horizon
-    azimuth: np.ndarray  # degrees, 0 to 360
-    received: dict  # {"V": along -theta, "H": along phi}
-    line: np.ndarray  # line of each in the file
-
-
 class _Wrong(Exception):
     """The number of a line, a colon, and what is wrong there."""
 
 
 def read(path):
-    """Read the backscatter of all plane waves in a .ffe file, in the file's order, as a `Backscatter`.
+    """Read the backscatter of all plane waves in a .ffe file, as a table in the file's order.
 
+    Columns: frequency in Hz, elevation and azimuth (0 to 360) in degrees, V (along -theta) and H (along phi), complex
+    amplitudes in m for a unit incident wave, and line, that of each in the file.
     RCS = 4 pi |E|^2 / |E0|^2 gives the incident field E0; amplitudes are divided by its magnitude. Its phase at the
     origin, which no file has, is taken as 0.
     Raises InputError, with the line, for anything but whole blocks of scattering from one plane wave each.
@@ -52,8 +44,8 @@ def read(path):
         strength = _incident_field(np.hypot(np.abs(e_theta), np.abs(e_phi)), rcs, line)
     except _Wrong as wrong:
         raise InputError(f"{path}, line {wrong}") from None
-    received = {"V": -e_theta / strength, "H": e_phi / strength}
-    return Backscatter(frequency, np.round(90 - theta, 6), np.round(phi, 6) % 360, received, line)
+    where = {"frequency": frequency, "elevation": np.round(90 - theta, 6), "azimuth": np.round(phi, 6) % 360}
+    return pd.DataFrame(where | {"V": -e_theta / strength, "H": e_phi / strength, "line": line})
 
 
 def _blocks(file):
@@ -130,20 +122,17 @@ class _Block:
         return frequency, theta, phi, *found[0]
 
     def _check_kind(self):
-        number, kind = self.header.get("Result Type", (self.line, "RCS"))
-        if kind != "RCS":
-            raise _Wrong(f"{number}: the result is '{kind}', not RCS: no scattering of a plane wave.")
-        number, system = self.header.get("Coordinate System", (self.line, "Spherical"))
-        if system != "Spherical":
-            raise _Wrong(f"{number}: coordinates are '{system}'; 'Spherical' are wanted.")
+        kinds = {"Result Type": ("the result is", "RCS"), "Coordinate System": ("coordinates are", "Spherical")}
+        for key, (said, wanted) in kinds.items():
+            number, given = self.header.get(key, (self.line, wanted))
+            if given != wanted:
+                raise _Wrong(f"{number}: {said} '{given}', not {wanted}, that of scattering of a plane wave.")
         for key in [key for key in AXES if key in self.header]:
             given = np.array(self._numbers(key, 3))
             # An axis may be of any length.
             if not np.allclose(given, np.array(AXES[key]) * max(np.linalg.norm(given), 1e-9), atol=1e-9):
                 number, text = self.header[key]
-                raise _Wrong(
-                    f"{number}: '{key}' is {text}; angles and phases are wanted in the global coordinates, {AXES[key]}."
-                )
+                raise _Wrong(f"{number}: '{key}' is {text}; it should be that of global coordinates, {AXES[key]}.")
 
     def _numbers(self, key, count):
         """The numbers of a header line, which may be in brackets."""

@@ -19,12 +19,7 @@ STEPS = 30  # evaluations of least squares, at most
 
 class Imager(Scatterers):
     SETTINGS = {
-        "pixels": {
-            "type": "integer",
-            "minimum": 1,
-            "maximum": 64,
-            "description": "pixels in a cell, 1 to 64",
-        },
+        "pixels": {"type": "integer", "minimum": 1, "maximum": 64, "description": "pixels in a cell, 1 to 64"},
         "centres": {"type": "integer", "minimum": 1, "maximum": 1000, "description": "scattering centres at most"},
     }
 

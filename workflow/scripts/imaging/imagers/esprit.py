@@ -22,12 +22,7 @@ WORST = 1e-3  # least squares leaves out what is weaker, relative: amplitudes of
 
 class Imager(Scatterers):
     SETTINGS = {
-        "pixels": {
-            "type": "integer",
-            "minimum": 1,
-            "maximum": 64,
-            "description": "pixels in a cell, 1 to 64",
-        },
+        "pixels": {"type": "integer", "minimum": 1, "maximum": 64, "description": "pixels in a cell, 1 to 64"},
         "scatterers": {"type": "integer", "minimum": 1, "maximum": 1000, "description": "scatterers at most"},
     }
 

@@ -25,12 +25,7 @@ class Imager(Scatterers):
             "exclusiveMaximum": 1,
             "description": "weight of the L1 norm, of that which leaves nothing: between 0 and 1; 0.1 is usual",
         },
-        "iterations": {
-            "type": "integer",
-            "minimum": 1,
-            "maximum": 100000,
-            "description": "steps of FISTA, 1 or more; 100 is usual",
-        },
+        "iterations": {"type": "integer", "minimum": 1, "maximum": 100000, "description": "of FISTA; 100 is usual"},
     }
 
     @functools.cached_property

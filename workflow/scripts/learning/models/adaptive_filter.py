@@ -24,9 +24,7 @@ class Model(Classifier):
 
     LABELS = {"adaptive_filter": ("adaptive filter", "the adaptive matched filter", 11)}
     SCORES = {"coherence": ("coherence", 16)}
-    SETTINGS = {
-        "loading": {"type": "number", "exclusiveMinimum": 0, "description": "diagonal loading, in mean eigenvalues"},
-    }
+    SETTINGS = {"loading": {"type": "number", "exclusiveMinimum": 0, "description": "diagonal, in mean eigenvalues"}}
     by_snr = True
     covariances = True
 

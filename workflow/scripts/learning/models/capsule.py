@@ -5,7 +5,6 @@ from pathlib import Path
 import numpy as np
 from scipy.special import logsumexp
 
-from isarflow.core.errors import InputError
 from isarflow.learning import capsules, confidence, convolution
 from isarflow.learning.classifier import OTHER, Classifier, Outcome
 from isarflow.learning.experiments import cleanest
@@ -64,20 +63,14 @@ class Model(Classifier):
         "patience": {"type": "integer", "minimum": 1, "description": "epochs without a smaller validation loss"},
         "batch": {"type": "integer", "minimum": 1, "description": "images a batch"},
         "learning_rate": {"type": "number", "exclusiveMinimum": 0, "description": "Adam's in the first epoch"},
-        "decay": {
-            "type": "number",
-            "exclusiveMinimum": 0,
-            "maximum": 1,
-            "description": "of the learning rate, an epoch",
-        },
+        "decay": {"type": "number", "exclusiveMinimum": 0, "maximum": 1, "description": "of the rate, an epoch"},
         "reconstruction": {"type": "number", "minimum": 0, "description": "weight of its mean squared error"},
         "denoise": {"type": "boolean", "description": "true: the decoder's aim is the image without noise"},
         "complex": {"type": "boolean", "description": "true: real and imaginary parts, instead of magnitudes"},
     }
     by_snr = True
-    smallest = 17  # capsules.SMALLEST, as a number that is read and not run
+    smallest = 17  # 2 KERNEL - 1 leave one primary capsule; a number, as it is read and not run
     watch = None  # as of `training_loop.minimize`
-    _ready = None, None  # the primary capsules' weights and their transforms: made once for all predictions
 
     def fit(self, images, labels, validation=None, snrs=None, views=None):
         self.classes_ = np.unique(labels[labels != OTHER])
@@ -102,9 +95,7 @@ class Model(Classifier):
         y = (labels[:, None] == self.classes_).astype(np.float32)
         if not self.settings["denoise"]:
             return x, np.arange(len(x)), y
-        rows = np.flatnonzero(snrs == "clean") if snrs is not None else []
-        if not len(rows) or views is None:
-            raise InputError("a capsule network with 'denoise' learns at snr_db: {random: [clean, ...]}.")
+        rows = np.flatnonzero(snrs == "clean")
         # An image of no class has no view without noise, and nothing is reconstructed.
         place = dict(zip(views[rows].tolist(), rows.tolist(), strict=True))
         return x, np.array([place.get(view, row) for row, view in enumerate(views.tolist())]), y
@@ -114,15 +105,9 @@ class Model(Classifier):
 
         Magnitudes, or for complex images real and imaginary parts of each polarization.
         """
-        rows, columns = images.shape[-2:]
-        if min(rows, columns) < self.smallest:
-            raise InputError(
-                f"a capsule network needs images of {self.smallest} pixels a side or more, these have "
-                f"{rows} x {columns}: give its experiment 'upsample: 32'."
-            )
         last = np.moveaxis(by_channel(images), 1, -1)
         channels = [last.real, last.imag] if self.settings["complex"] else [np.abs(last)]
-        stacked = np.stack(channels, axis=-1).reshape(len(images), rows, columns, -1)
+        stacked = np.stack(channels, axis=-1).reshape(*last.shape[:3], -1)
         return stacked.astype(np.float32, copy=False)
 
     def _train(self, x, sources, y, held_out, snrs):
@@ -142,11 +127,9 @@ class Model(Classifier):
             return seen, aims, y[rows]
 
         def validate(weights):
-            if capsules.preparation_pays(weights, held_out[0].shape):
-                weights = weights | {"primary": capsules.prepared(weights)}
-            chunks = [
-                [array[start : start + CHUNK] for array in held_out] for start in range(0, len(held_out[0]), CHUNK)
-            ]
+            weights = capsules.prepared(weights, held_out[0].shape)
+            starts = range(0, len(held_out[0]), CHUNK)
+            chunks = [[array[start : start + CHUNK] for array in held_out] for start in starts]
             costs, right, of_class = np.concatenate([loss(weights, *chunk) for chunk in chunks], axis=1, dtype=float)
             return costs.mean(), right.sum() / max(of_class.sum(), 1)
 
@@ -187,11 +170,7 @@ class Model(Classifier):
 
     def _vectors(self, x):
         """Activation vectors (n, classes, CLASS) of inputs (n, rows, columns, channels)."""
-        weights, routings = self._weights(), self.settings["routings"]
-        if capsules.preparation_pays(weights, x.shape):
-            if self._ready[0] is not self.primary_:
-                self._ready = self.primary_, capsules.prepared(weights)
-            weights["primary"] = self._ready[1]
+        weights, routings = capsules.prepared(self._weights(), x.shape), self.settings["routings"]
         parts = [capsules.activations(weights, x[i : i + CHUNK], routings) for i in range(0, len(x), CHUNK)]
         return np.concatenate(parts)
 

@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from isarflow.core.errors import InputError
 from isarflow.learning.classifier import OTHER, Classifier, Outcome
 from isarflow.learning.features import squared_distances
 
@@ -29,8 +28,6 @@ class Model(Classifier):
     leaves_out = True
 
     def fit(self, images, labels, validation=None, snrs=None, views=None):
-        if self.settings["k"] > len(images):
-            raise InputError(f"'k' is {self.settings['k']}, and there are {len(images)} training images; take fewer.")
         x = self.features(images)
         order = np.argsort(labels, kind="stable")
         self.classes_, self.starts_ = np.unique(labels[order], return_index=True)

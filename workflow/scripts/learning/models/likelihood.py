@@ -33,8 +33,8 @@ class Model(Classifier):
     n Q, with Q of trace 1 from images of noise alone. n follows from the image's faint pixels: for noise alone
     |x_p|^2 / Q_pp has an exponential distribution, with -log(1 - FAINT) as its quantile FAINT.
     A class's score is that of magnitudes (Rice 1945) plus COHERENCE times that of coherence (Kraut, Scharf and
-    McWhorter 2001), each of its best template. Confidence scores are the largest of a class: `likelihood`, and of its
-    parts alone `rice` and `coherence`.
+    McWhorter 2001), each of its best template. Confidence scores are the largest of a known class: `likelihood`, and of
+    its parts alone `rice` and `coherence`.
     templates_: (templates, N), complex64, of unit energy, grouped by class; starts_: (classes + 1,), where each class's
     begin, and their number; basis_: (N, directions) complex64 B with B^H Q B = 1 and B^H R B = diag(powers_), R being
     the covariance of the training images; noise_: (N,), the diagonal of Q; shape_: (channels, range, crossrange).
@@ -54,8 +54,7 @@ class Model(Classifier):
     def fit(self, images, labels, validation=None, snrs=None, views=None):
         for made in ("_white", "_bank"):  # of templates of an earlier fit
             vars(self).pop(made, None)
-        order = np.flatnonzero(labels != OTHER)
-        order = order[np.argsort(labels[order], kind="stable")]
+        order = np.argsort(labels, kind="stable")
         self.classes_, starts = np.unique(labels[order], return_index=True)
         self.starts_ = np.append(starts, len(order))
         self.shape_ = np.array(by_channel(images[:1]).shape[1:])
@@ -73,8 +72,9 @@ class Model(Classifier):
     def evaluate(self, images, without=None):
         parts = self._scored(images.reshape(len(images), -1), without)
         scores = parts[:, 0] + COHERENCE * parts[:, 1]
-        known = {"likelihood": scores.max(axis=1)}
-        known |= dict(zip(("rice", "coherence"), parts.max(axis=2).T, strict=True))
+        of_known = self.classes_ != OTHER
+        known = {"likelihood": scores[:, of_known].max(axis=1)}
+        known |= dict(zip(("rice", "coherence"), parts[:, :, of_known].max(axis=2).T, strict=True))
         return Outcome(self.classes_[scores.argmax(axis=1)], scores, known)
 
     def _scored(self, rows, without):
