@@ -70,29 +70,34 @@ def computed(solver, target, threads):
     return xr.open_zarr(path).load()
 
 
-def errors(fields, axis):
-    """How far fields are off over one axis: a row for each solver, target, polarization and value of the axis.
+def errors(fields, axis=None):
+    """How far fields are off: a row for each solver, target, polarization and value of an axis, or of all together.
 
-    error: root mean square over root mean square; level: differences in dB where the truth is near its peak.
+    error: root mean square over root mean square; level_db: the median difference where the truth is near its peak;
+    power_db: of the mean powers.
     """
     rows = []
     for solver, (target, true) in itertools.product(SOLVERS, fields["mom"].items()):
-        found = fields[solver][target]
         for way in true.polarization.values:
-            exact, other = true.sel(polarization=way), found.sel(polarization=way)
+            exact, found = (of.sel(polarization=way) for of in (true, fields[solver][target]))
             least = float(abs(exact).max()) * 10 ** (-SHOWN / 20)
-            for value in true[axis].values:
-                one, two = exact.sel({axis: value}).values.ravel(), other.sel({axis: value}).values.ravel()
-                power = (np.abs(one) ** 2).mean()
-                strong = np.abs(one) > least
-                level = 20 * np.log10(np.maximum(np.abs(two[strong]), 1e-9) / np.abs(one[strong]))
-                rows.append(
-                    {"solver": solver, "target": target, "polarization": str(way), axis: float(value)}
-                    | {"error": np.sqrt((np.abs(two - one) ** 2).mean() / power) if power > 0 else np.nan}
-                    | {"level_median_db": np.median(np.abs(level)) if strong.any() else np.nan}
-                    | {"power_db": 10 * np.log10((np.abs(two) ** 2).mean() / power) if (two != 0).any() else np.nan}
-                )
+            for at in [{axis: value} for value in true[axis].values] if axis else [{}]:
+                one, two = (of.sel(at).values.ravel() for of in (exact, found))
+                rows.append({"solver": solver, "target": target, "polarization": str(way)} | at | off(one, two, least))
     return pd.DataFrame(rows)
+
+
+def off(exact, found, least):
+    """The errors of fields (n,), see `errors`; levels are compared where the exact one is above `least`, m."""
+    power, strong = (np.abs(exact) ** 2).mean(), np.abs(exact) > least
+    if not found.any() or not strong.any():
+        return {"error": np.nan, "level_db": np.nan, "power_db": np.nan}
+    level = 20 * np.log10(np.maximum(np.abs(found[strong]), 1e-9) / np.abs(exact[strong]))
+    return {
+        "error": np.sqrt((np.abs(found - exact) ** 2).mean() / power),
+        "level_db": np.median(np.abs(level)),
+        "power_db": 10 * np.log10((np.abs(found) ** 2).mean() / power),
+    }
 
 
 def likeness(imaged):
@@ -204,13 +209,13 @@ def main():
         return
     fields = {"mom": {target: truth(target) for target in TARGETS}}
     fields |= {solver: {target: stores[solver, target].field for target in TARGETS} for solver in SOLVERS}
-    tables = {"times": times} | {axis: errors(fields, axis) for axis in ("frequency", "elevation")}
+    tables = {"times": times, "whole": errors(fields)}
+    tables |= {axis: errors(fields, axis) for axis in ("frequency", "elevation")}
     for axis in ("frequency", "elevation"):
         print(f"By {axis}, all targets, mean of {' and '.join(CHANNELS)}:")
         own = tables[axis][tables[axis].polarization.isin(CHANNELS)]
-        print(own.groupby(["solver", axis])[["error", "level_median_db", "power_db"]].mean().unstack(0).round(2))
-    whole = tables["frequency"].groupby(["target", "solver", "polarization"], sort=False)
-    print(whole[["error", "level_median_db", "power_db"]].mean().round(2).to_string())
+        print(own.groupby(["solver", axis])[["error", "level_db", "power_db"]].mean().unstack(0).round(2))
+    print(tables["whole"].round(2).to_string(index=False))
     imaged = {solver: Imaged(made, IMAGING) for solver, made in fields.items()}
     draw_images(imaged, options.out / "optics-images.png")
     tables["likeness"] = likeness(imaged)
