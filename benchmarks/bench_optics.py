@@ -44,7 +44,7 @@ MODELS = {"likelihood": ("likelihood", {"candidates": 8, "mismatch": 0.03})}  # 
 SHOWN = 30  # dB below a polarization's peak, down to which levels are compared
 VIEWS = 25  # random azimuths of each elevation and target, whose images are compared
 SNRS = [24, 12, 6, 0, -6]  # dB, of the mean power of VV in the aperture
-SHOWN_VIEW = 45.0, 0.0  # azimuth and elevation of the images drawn, degrees
+SHOWN_VIEW = 25.0, 15.0  # azimuth and elevation of the images drawn, degrees
 FLOOR = -40.0  # dB
 
 
@@ -140,8 +140,8 @@ def draw(by_frequency, by_elevation, alike, shares, path):
         axes[0].plot([], [], color=f"C{number}", label=target)
     for solver, line in lines.items():
         axes[0].plot([], [], "k", ls=line, label=MADE_BY[solver])
-    axes[0].set(xlabel="frequency [GHz]", ylabel="RMS error / RMS field [%]", title="Error, mean of VV and HH")
-    axes[1].set(xlabel="elevation [degrees]", ylabel="RMS error / RMS field [%]", title="Error, mean of VV and HH")
+    axes[0].set(xlabel="frequency [GHz]", ylabel="RMS error / RMS field [%]", title="Error of VV and HH, mean")
+    axes[1].set(xlabel="elevation [degrees]", title="The same over elevation")
     names = list(dict.fromkeys(alike.of))
     for number, (_, rows) in enumerate(alike.groupby("target", sort=False)):
         low, middle, high = rows.groupby("of")["zncc"].quantile([0.1, 0.5, 0.9]).unstack().loc[names].to_numpy().T
@@ -154,8 +154,8 @@ def draw(by_frequency, by_elevation, alike, shares, path):
         rows = of_true[of_true.library == own]
         look = {"marker": marker, "color": "k", "mfc": "w", "ls": line, "lw": 1.2, "label": MADE_BY[own]}
         axes[3].plot(rows.snr_db, 100 * rows.accuracy, **look)
-    axes[3].set(xlabel="SNR [dB]", ylabel="named rightly [%]", title="True images, by library")
-    axes[3].legend(fontsize="small", title="library by")
+    axes[3].set(xlabel="SNR [dB]", ylabel="named rightly [%]", title="True images recognised", ylim=(70, 101))
+    axes[3].legend(fontsize="small", title="library by", loc="lower right")
     for ax in axes:
         ax.grid(alpha=0.3)
     figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=7)
@@ -165,18 +165,20 @@ def draw(by_frequency, by_elevation, alike, shares, path):
 def draw_images(imaged, path):
     """Draw one view of every target by every solver, each image relative to its own peak."""
     figure, grid = plt.subplots(
-        len(imaged), len(TARGETS), figsize=(11, 7.4), layout="constrained", sharex=True, sharey=True
+        len(imaged), len(TARGETS), figsize=(11, 6.2), layout="constrained", sharex=True, sharey=True
     )
     true = imaged["mom"]
-    azimuth = np.abs(true.azimuth - SHOWN_VIEW[0]).argmin()
-    view = float(SHOWN_VIEW[1]), float(true.azimuth[azimuth])
+    azimuth, elevation = (
+        np.abs(of - at).argmin() for of, at in zip((true.azimuth, true.elevation), SHOWN_VIEW, strict=True)
+    )
+    view = float(true.elevation[elevation]), float(true.azimuth[azimuth])
     down, cross = true.imager.axes()
     half = (down[1] - down[0]) / 2, (cross[1] - cross[0]) / 2
     extent = cross[0] - half[1], cross[-1] + half[1], down[0] - half[0], down[-1] + half[0]
     for row, (solver, made) in zip(grid, imaged.items(), strict=True):
         row[0].set_ylabel(f"{MADE_BY[solver]}\nrange [m]")
         for ax, target in zip(row, TARGETS, strict=True):
-            image = np.abs(made.of(target, [len(true.elevation) // 2], np.array([[azimuth]]))[0, 0])
+            image = np.abs(made.of(target, [elevation], np.array([[azimuth]]))[0, 0])
             level = np.maximum(20 * np.log10(np.maximum(image, 1e-6)), FLOOR)
             shown = ax.imshow(level, vmin=FLOOR, vmax=0, origin="lower", extent=extent, cmap="viridis")
             mesh = read_ply(RESULTS / "mesh" / f"{target}-0.ply")
