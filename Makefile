@@ -18,7 +18,7 @@
 # make bench-imaging: 1,172,490 images from made-up fields, beside the disk's speed
 # make bench-imagers: two points by each imager, over distance, SNR and gaps (ten minutes)
 # make bench-imaged: what is recognised on images of each imager, after `make report` (five minutes)
-# make bench-optics: physical optics and rays beside the dataset: errors, images, recognition (half an hour, 2 GB)
+# make bench-optics: physical optics and rays beside the dataset: errors, images, recognition (a quarter of an hour)
 # make bench-bempp: the same sphere by bempp-cl, in an environment of its own, and here
 # make fields: the dataset of resources/fields anew where it is not complete (hours, 6 GB)
 # make bench-device BANDS="drone-0 drone-1": bands of the dataset on the device JAX finds, beside the kept fields
