@@ -17,6 +17,8 @@
 # make bench-shapes: fields of targets with fine features beside those of finer meshes (five minutes)
 # make bench-imaging: 1,172,490 images from made-up fields, beside the disk's speed
 # make bench-imagers: two points by each imager, over distance, SNR and gaps (ten minutes)
+# make bench-imaged: what is recognised on images of each imager, after `make report` (five minutes)
+# make bench-optics: physical optics and rays beside the dataset: errors, images, recognition (a quarter of an hour)
 # make bench-bempp: the same sphere by bempp-cl, in an environment of its own, and here
 # make fields: the dataset of resources/fields anew where it is not complete (hours, 6 GB)
 # make bench-device BANDS="drone-0 drone-1": bands of the dataset on the device JAX finds, beside the kept fields
@@ -32,7 +34,7 @@ export PATH := $(CURDIR)/$(BIN):$(PATH)
 
 .PHONY: smoke report thesis recognition benchmark test lint docs environment results validate fields check-fields bench-learning bench-capsules \
 	bench-scattering bench-bempp bench-thesis bench-imaging bench-compressed bench-mesh bench-meshing \
-	bench-device bench-habits bench-shapes bench-training bench-imagers
+	bench-device bench-habits bench-shapes bench-training bench-imagers bench-imaged bench-optics
 
 smoke: environment
 	snakemake --cores $(CORES) report --configfile config/smoke.yaml
@@ -110,6 +112,15 @@ bench-imaging: environment
 
 bench-imagers: environment
 	python benchmarks/bench_imagers.py --threads $(CORES)
+
+bench-imaged: environment
+	python benchmarks/bench_imaged.py --threads $(CORES)
+
+bench-optics: environment
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r envs/requirements-rays.lock
+	snakemake --cores $(CORES) $(foreach target,drone missile aircraft ufo trihedral,results/optics/mesh/$(target).json) \
+		--configfile config/thesis.yaml --config name=optics mesh='{bands: 1}'
+	python benchmarks/bench_optics.py --threads $(CORES)
 
 bench-learning: environment
 	python benchmarks/bench_learning.py --threads $(CORES)

@@ -50,6 +50,19 @@ def test_a_small_piece_has_twelve_edges_across_it(tmp_path):
     assert min(lengths) <= 0.02 / 12 and max(lengths) > 0.02
 
 
+def test_a_mesh_as_drawn_has_the_files_own_surface(tmp_path):
+    """Triangles are divided to a hundredth of the target, at any wavelength; they stay in the file's planes."""
+    vertices, triangles = cube(1.0)
+    path, waves = save(tmp_path / "bar.ply", vertices * [1, 0.05, 0.05], triangles), {"center_frequency": 100 * C0}
+    mesh = {"edges_per_wavelength": 10, "bands": 1, "remesh": False}
+    ((vertices, triangles),), measures = build(path, {"unit": "m"}, mesh, RADAR | waves)
+    (band,) = measures["bands"]
+    assert topology.is_watertight(triangles)
+    assert topology.edge_lengths(vertices, triangles).max() <= band["wanted_edge"] == pytest.approx(0.01)
+    assert band["area"]["after"] == pytest.approx(measures["source"]["area"], rel=1e-9)
+    assert band["volume"]["after"] == pytest.approx(measures["source"]["volume"], rel=1e-9)
+
+
 def test_a_sphere_far_smaller_than_the_wavelength_scatters_as_rayleigh_says(tmp_path):
     """ka = 0.01: its cross-section is 9 (ka)^4 of pi a^2; 0.02 dB away when this was written."""
     radius = 0.01 / (2 * np.pi)

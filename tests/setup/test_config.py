@@ -54,6 +54,7 @@ KNOWN = {"mesh": "resources/cad/drone.stl", "role": "known"}
 BAD = {
     "unknown key": ({"radar": {"bandwith": 1e9}}, "radar.bandwith", "did you mean 'bandwidth'"),
     "unknown section": ({"nosie": {}}, "nosie", "did you mean 'noise'"),
+    "triangles as drawn, for currents": ({"mesh": {"remesh": False}}, "mesh.remesh", "take po or sbr"),
     "a range of SNRs that descends": (
         {"noise": {"snr_db": {"start": 6, "stop": 0}}},
         "noise.snr_db",

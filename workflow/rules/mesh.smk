@@ -28,7 +28,7 @@ rule mesh:
         digest=lambda w: unwatched_digest(config["targets"][w.target]["mesh"]),
         settings=lambda w: {
             "radar": section(config["radar"], "bandwidth", "center_frequency", "frequencies"),
-            "mesh": section(config["mesh"], "bands", "edges_per_wavelength"),
+            "mesh": section(config["mesh"], "bands", "edges_per_wavelength", "remesh"),
             "target": section(
                 config["targets"][w.target],
                 *{"length", "rotate", "scale", "symmetry", "translate", "unit"}.intersection(

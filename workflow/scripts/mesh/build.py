@@ -18,7 +18,7 @@ from isarflow.mesh.measures import describe, size, warnings
 from isarflow.mesh.misses import GOAL, Followed
 from isarflow.mesh.progress import begin, say
 from isarflow.mesh.read import check_size, in_metres, read_cad
-from isarflow.mesh.remesh import P99, P99_LIMIT, Size, fitting, remesh, restore_chords, restore_volume
+from isarflow.mesh.remesh import P99, P99_LIMIT, Size, fitting, remesh, restore_chords, restore_volume, split
 from isarflow.mesh.repair import CLOSE, repair
 from isarflow.mesh.resolution import OF_PIECE, check_resolution, wanted_edges
 
@@ -97,7 +97,8 @@ def build_bands(source, path, target, mesh, radar):
     meshes, measures, edges = [], [], wanted_edges(mesh, radar, source.measures["box"])
     for band, edge in zip(sweep.bands(radar, mesh["bands"]), edges, strict=True):
         frequencies = {"first": float(band[0]), "last": float(band[-1]), "count": len(band)}
-        made, measured = _followed(source, edge, sweep.C0 / band[-1], symmetry.axes(symmetric), path)
+        make = _followed if mesh.get("remesh", True) else _as_drawn
+        made, measured = make(source, edge, sweep.C0 / band[-1], symmetry.axes(symmetric), path)
         meshes.append(made)
         measures.append({"frequencies": frequencies} | measured | {"missed": missed(measured)})
     return meshes, {"source": source.measures, "symmetry": symmetric, "repairs": source.repairs, "bands": measures}
@@ -118,6 +119,13 @@ def _followed(source, edge, wavelength, axes, name):
             raise InputError(f"{fault} 'mesh.edges_per_wavelength: {density}' was tried and does.")
     finest = f"{edge / FINER[-1] * 1000:.2g} mm"
     raise InputError(f"{fault} Edges of {finest} do not either: change the part there in the CAD program.")
+
+
+def _as_drawn(source, edge, wavelength, axes, name):
+    """A band's mesh of the source's own triangles, divided until no edge is longer than `edge`; its measures."""
+    made = split(source.vertices, source.triangles, Size(edge), 1.0)
+    nowhere = [(0.0, made[0][0])] * 2
+    return made, describe(made, source.measures, nowhere, wavelength, edge, axes)
 
 
 def _shortened(source, edge, wavelength, axes):

@@ -5,6 +5,7 @@ from isarflow.core.errors import InputError
 
 COARSEST = 5  # edges in a wavelength, the least that the config allows
 ACROSS = 20  # mean edges in a target's largest extent, at least: its field is then right for any long wave
+AS_DRAWN = 100  # the same of a mesh that keeps the CAD file's triangles: these are divided
 OF_PIECE = 12  # and in the largest extent of each of its pieces
 SINGLE = 300  # edges in a wavelength; with 500 a plate was not solved in single precision, with 302 it was to 4e-4
 FINEST = 10_000  # edges in a wavelength: beyond, double precision too loses the current's loops
@@ -12,6 +13,8 @@ FINEST = 10_000  # edges in a wavelength: beyond, double precision too loses the
 
 def wanted_edges(mesh, radar, box):
     """The mean edge in metres of each band's mesh, lowest band first, of a target of lengths `box` along x, y and z."""
+    if not mesh.get("remesh", True):
+        return [float(max(box)) / AS_DRAWN] * mesh["bands"]
     most = float(max(box)) / ACROSS
     bands = sweep.bands(radar, mesh["bands"])
     return [min(most, sweep.C0 / band[-1] / mesh["edges_per_wavelength"]) for band in bands]

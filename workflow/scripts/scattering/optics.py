@@ -27,7 +27,8 @@ from isarflow.scattering.solver import Solution
 CHUNK = 16  # directions of a task
 ACROSS = 400  # cells of the depth buffer along the target, at least
 FINE = 3  # cells along an edge of mean length, at least
-NEAR = 0.1  # rad: corners whose phases differ by less are computed together
+NEAR = 0.01  # rad: corners whose phases differ by less are computed together
+SAME = 1e-12  # of a wavenumber: steps between frequencies that differ by less are the same
 STEEP = 0.1  # cosine of incidence, below which a cell's depth may differ no more from its neighbours'
 # Barycentric coordinates of the points where a triangle is asked whether it is lit.
 POINTS = np.array([(1, 1, 1), (4, 1, 1), (1, 4, 1), (1, 1, 4)]) / np.array([[3], [6], [6], [6]])
@@ -109,16 +110,24 @@ def _backscatter(field, axes, vertices, triangles, normals, is_closed, wavenumbe
                 weights[a] -= strength / (ab * ca)
                 weights[b] -= strength / (bc * ab)
                 weights[c] -= strength / (ca * bc)
+        lit, by_themselves = np.flatnonzero(weights), np.flatnonzero(alone)
+        phases, turns, step = weights[lit] + 0j, np.ones(len(lit), np.complex128), 0.0
         for f in range(len(wavenumbers)):
-            k, total = wavenumbers[f], 0j
-            for v in range(len(vertices)):
-                if weights[v] != 0:
-                    total += weights[v] * np.exp(2j * k * depth[v])
+            k = wavenumbers[f]
+            # Frequencies are mostly evenly spaced: then a corner's phase always turns by the same angle.
+            now = k - wavenumbers[f - 1] if f else k
+            if abs(now - step) > SAME * k:
+                step = now
+                for n in range(len(lit)):
+                    turns[n] = np.exp(2j * step * depth[lit[n]])
+            total = 0j
+            for n in range(len(lit)):
+                phases[n] *= turns[n]
+                total += phases[n]
             total /= k * k
-            for t in range(len(triangles)):
-                if alone[t] > 0:
-                    a, b, c = triangles[t]
-                    total += alone[t] * _difference(2 * k * depth[a], 2 * k * depth[b], 2 * k * depth[c])
+            for t in by_themselves:
+                a, b, c = triangles[t]
+                total += alone[t] * _difference(2 * k * depth[a], 2 * k * depth[b], 2 * k * depth[c])
             field[d, f] = 1j * k / (2 * np.pi) * total
 
 

@@ -91,6 +91,8 @@ def _problems(config):
         planned(config)
         yield from _of_imagers(config)
     yield from _of_targets_solver(config)
+    if config["scattering"]["solver"] == "mom" and not config["mesh"]["remesh"]:
+        yield "'mesh.remesh': the solver 'mom' needs edges far below the wavelength; leave it true, or take po or sbr."
     yield from _of_names("targets", config["targets"])
     for name, target in config["targets"].items():
         for key, own in (("", name), (".class", target.get("class"))):

@@ -50,7 +50,8 @@ def swept(config):
     """Return in a line what a config (or the defaults) asks of all targets: frequencies and edges."""
     frequency, edges = frequencies(config["radar"]) / 1e9, config["mesh"]["edges_per_wavelength"]
     span = f"{frequency[0]:g} to {frequency[-1]:g} GHz" if len(frequency) > 1 else f"{frequency[0]:g} GHz"
-    return f"by 'radar' {span}, by 'mesh' {edges:g} edges a wavelength at each band's top"
+    wanted = f"{edges:g} edges a wavelength at each band's top" if config["mesh"]["remesh"] else "as drawn"
+    return f"by 'radar' {span}, by 'mesh' {wanted}"
 
 
 def _sizes(vertices, triangles, target):

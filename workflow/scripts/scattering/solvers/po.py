@@ -3,7 +3,7 @@
 from isarflow.scattering.solver import FieldSolver
 
 # Seconds of one core for each direction: of each triangle, and of each and each frequency.
-SHADOWS, PHASES = 1.5e-7, 2.5e-8
+SHADOWS, PHASES = 1e-7, 2e-9
 
 
 class Solver(FieldSolver):

@@ -10,8 +10,8 @@ from isarflow.scattering.solver import FieldSolver
 
 INSTALL = ".venv/bin/pip install --require-hashes -r envs/requirements-rays.lock"
 WAYS = "VV", "VH", "HV", "HH"  # of the field that `rays` gives
-# Seconds of one core for each ray: to trace it twice, and of each frequency.
-TRACED, PHASES = 1.5e-6, 6e-8
+# Seconds of one core for each ray, with its share of the first hits: to trace it, and of each frequency.
+TRACED, PHASES = 5e-7, 1e-8
 
 
 class Solver(FieldSolver):
