@@ -8,7 +8,7 @@ from isarflow.imaging.formation import build, form_images
 from isarflow.imaging.imagers.centres import fit
 from isarflow.imaging.imagers.sparse import fista
 from isarflow.imaging.scatterers import waves
-from isarflow.report.section_imagers import near, target_centres
+from isarflow.imaging.target_centres import near, target_centres
 
 FREQUENCY, ANGLE = np.linspace(2.025e9, 3.525e9, 14), np.radians(3.0) * (np.arange(11) - 5)
 SETTINGS = {

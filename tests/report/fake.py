@@ -95,9 +95,8 @@ def results(folder, settings=SETTINGS):
 def write(root, settings=SETTINGS):
     """Made-up results in `root`, and their report; returns its folder."""
     make(root, settings)
-    report = root / "report"
-    write_report(root, settings, names(settings), report / "index.html", report / "figures", report / "tables")
-    return report
+    write_report(root, settings, names(settings), root / "report" / "index.html")
+    return root / "report"
 
 
 def make(folder, settings=SETTINGS, scores=SCORES):

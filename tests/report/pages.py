@@ -3,7 +3,6 @@
 import base64
 import gzip
 import itertools
-import json
 import re
 from html import unescape
 from html.parser import HTMLParser
@@ -90,12 +89,9 @@ def unpacked(path):
     """The files that a page holds, by their path from it, put together as its scripts do."""
     packed = re.findall(r'<script type="text/plain" data-file="([^"]+)">(.+?)</script>', path.read_text())
     held = {names: gzip.decompress(base64.b64decode(content)).decode() for names, content in packed}
-    glyphs = json.loads(held["glyphs.json"])
-    return {name: _whole(name, text, glyphs).encode() for names, text in held.items() for name in names.split()}
+    return {name: _whole(text).encode() for names, text in held.items() for name in names.split()}
 
 
-def _whole(name, text, glyphs):
-    if name.endswith(".svg"):
-        return re.sub(r'<path id="([^"]*)"/>', lambda path: glyphs[path[1]], text)
+def _whole(text):
     _, *columns = [column.split("\n") for column in text.split("\x1e")]
     return "".join(f"{','.join(row)}\n" for row in zip(*columns, strict=True)) if columns else text

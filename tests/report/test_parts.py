@@ -268,12 +268,12 @@ def test_a_curve_has_its_band_and_the_panels_their_labels_at_the_edges():
 
 def test_a_section_is_one_file(results, tmp_path, monkeypatch):
     (tmp_path / "section_mine.py").write_text(SECTION)
-    before = page._outline(results)["recognition"]
+    before = page._modules(results)
     monkeypatch.setattr(report, "__path__", [*report.__path__, str(tmp_path)])
-    after = page._outline(results)["recognition"]
-    place = before.index(section_open.section) + 1
+    after = page._modules(results)
+    place = before.index(section_open) + 1
     assert [*after[:place], *after[place + 1 :]] == before
-    (section,) = page._drawn(after[place], results)
+    (section,) = page._drawn(after[place].section, results)
     assert section.title == "My own" and section.text == ("3 targets",)
 
 

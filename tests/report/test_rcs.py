@@ -179,8 +179,7 @@ def test_the_page_shows_what_meshes_warn_of(tmp_path):
     path.write_text(json.dumps(measures))
     report = tmp_path / "rcs"
     report.mkdir()
-    tables = {name: report / f"{name}.csv" for name in settings["targets"]}
-    write_rcs(tmp_path, settings, report / "index.html", tables, (report / "figures", report / "tables"))
+    write_rcs(tmp_path, settings, report / "index.html")
     words = check_whole(report).words
     glossary = words.partition("Glossary")[2]
     assert "RCS Radar cross section" in glossary

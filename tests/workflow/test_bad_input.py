@@ -8,7 +8,7 @@ CASES = {
     "missing mesh": ("targets: {a: {mesh: nowhere/a.stl, role: known}}", ["targets.a.mesh", "nowhere/a.stl"]),
     "unknown key": ("radar: {bandwith: 1.0e+9}", ["radar.bandwith", "bandwidth"]),
     "negative bandwidth": ("radar: {bandwidth: -1.5e9}", ["radar.bandwidth"]),
-    "section is a number": ("noise: 5", ["'noise': 5 is not a mapping"]),
+    "section is a number": ("noise: 5", ["'noise': 5 is not of type 'object'"]),
     "SNR as text": ("noise: {snr_db: [0, three]}", ["noise.snr_db", "three"]),
 }
 
@@ -69,4 +69,4 @@ def test_snakemake_says_it_before_it_reads_the_files_itself(option, project_of):
     finished = project.run("--cores", 1, "--dry-run", "report", option, "config/good.yaml", "config/bad.yaml")
     assert finished.returncode == 1
     (line,) = [line for line in finished.stdout.splitlines() if not line.startswith("Using workflow specific profile")]
-    assert line.startswith("config/bad.yaml, line 2, column 8: what the anchor")
+    assert line.startswith("config/bad.yaml, line 2, column 8: found unconstructable")

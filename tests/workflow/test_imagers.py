@@ -96,7 +96,7 @@ def test_an_imager_of_ones_own_is_one_file_and_lines_of_config(project):
 @pytest.mark.parametrize(
     ("settings", "message"),
     [
-        ("looks: 0", "'imaging.looks': 0 is less than 1. Expected: parts of the aperture"),
+        ("looks: 0", "'imaging.looks': 0 is less than the minimum of 1. Expected: parts of the aperture"),
         ("looks: 12", "'imaging.looks': there are more looks than"),
         (
             "looks: 2, window: hann",
@@ -150,7 +150,7 @@ def test_settings_of_imagers_rerun_what_they_change(project):
         ("{a: 1}", "'imagers.a': it names an 'imager' and its settings"),
         (
             "{a: {imager: sparse, pixels: 2, sparsity: 2, iterations: 5}}",
-            "'imagers.a': 'imaging.sparsity': 2 is not less",
+            "'imagers.a': 'imaging.sparsity': 2 is greater than",
         ),
         ("{a: {imager: esprit, pixels: 2}}", "'imagers.a': 'imaging.scatterers' is missing"),
         ("{a: {imager: espirt}}", "did you mean 'esprit'?"),

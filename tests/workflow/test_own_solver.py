@@ -110,7 +110,7 @@ BAD = {
     "a value": ({**OPTICS, "points": "middle"}, {}, "'scattering.points': 'middle' is not one of.*mean 'middles'"),
     "a target's own": (OPTICS, {"formulation": "cfie"}, "'targets.a.formulation': the solver 'physical_optics' has no"),
     "no class": ({"solver": "empty"}, {}, "empty.py has no class Solver with methods solve and plan"),
-    "the default's": ({"precision": "half"}, {}, "'scattering.precision': 'half' is not one of single, double"),
+    "the default's": ({"precision": "half"}, {}, "'scattering.precision': 'half' is not one of ..single', 'double'"),
 }
 
 

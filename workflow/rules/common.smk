@@ -77,19 +77,14 @@ def code(*scripts):
     return or_exit(digest, *scripts)
 
 
-def files_of_page(*names):
-    """The files of workflow/scripts/report of these names, patterns with a `*`: it finds its sections by their names."""
-    return sorted(in_repository(path) for name in names for path in Path(SCRIPTS, "report").glob(name))
+def of_page(*names):
+    """The files of the page of these names, patterns with a `*`, below workflow/scripts."""
+    return sorted(f"report/{path.name}" for name in names for path in Path(SCRIPTS, "report").glob(name))
 
 
-def sections():
-    """Return the files of the page's sections, below workflow/scripts."""
-    return [f"report/{os.path.basename(path)}" for path in files_of_page("section_*.py")]
-
-
-def in_report(path, caption, category, *patterns, **labels):
-    """An artefact that Snakemake's own report shows. caption: the name of its text in workflow/report."""
-    return report(path, f"../report/{caption}.rst", category, labels=labels, patterns=list(patterns))
+def in_report(path, category, *patterns, **labels):
+    """An artefact that Snakemake's own report shows."""
+    return report(path, category=category, labels=labels, patterns=list(patterns))
 
 
 def say_what_is_expected(refuse):

@@ -1,7 +1,5 @@
-# imaging: a field over frequency and azimuth becomes ISAR images, clean and at every SNR.
-# takes: scattering/<target>.zarr
-# makes: imaging/<target>/clean.zarr, imaging/<target>/snr_<n>dB.zarr,
-#        imaging/pure-noise/clean.zarr for models that learn a class 'other'
+# imaging: a field over frequency and azimuth becomes ISAR images, clean and at every SNR; and images of noise alone, for
+# models that learn a class 'other'.
 
 
 rule image:

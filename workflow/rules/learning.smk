@@ -1,8 +1,4 @@
 # learning: classifiers of images, one for each run and model, tested at every SNR.
-# takes: imaging/<target>/clean.zarr, imaging/<target>/snr_<n>dB.zarr
-# makes: learning/models/<run>/<model>/, learning/predictions/<run>/<model>/snr_<n>dB.csv,
-#        learning/reconstructions/<run>/<model>.zarr, learning/times.json, learning/scores.csv, learning/confusion.csv,
-#        learning/validation.csv, learning/leaderboard.csv
 # A run is an experiment; one that trains at each of several SNRs has a run for each, named <experiment>_snr_<n>dB.
 
 
@@ -100,7 +96,7 @@ rule timing:
         stores=expand(f"{RESULTS}/imaging/{{target}}/clean.zarr", target=plan.known),
         models=expand(f"{RESULTS}/learning/models/{{fitted}}", fitted=plan.timed),
     output:
-        times=in_report(f"{RESULTS}/learning/times.json", "times", "Learning", table="prediction times"),
+        times=in_report(f"{RESULTS}/learning/times.json", "Learning", table="prediction times"),
     log:
         f"{RESULTS}/logs/learning/timing.log",
     benchmark:
@@ -126,9 +122,9 @@ rule scores:
     input:
         predictions=expand("{{root}}/learning/predictions/{fitted}/{snr}.csv", fitted=plan.fitted, snr=plan.snrs),
     output:
-        scores=in_report("{root}/learning/scores.csv", "scores", "Learning", table="scores"),
-        confusion=in_report("{root}/learning/confusion.csv", "confusion", "Learning", table="confusion"),
-        validation=in_report("{root}/learning/validation.csv", "validation", "Learning", table="validation"),
+        scores=in_report("{root}/learning/scores.csv", "Learning", table="scores"),
+        confusion=in_report("{root}/learning/confusion.csv", "Learning", table="confusion"),
+        validation=in_report("{root}/learning/validation.csv", "Learning", table="validation"),
     log:
         "{root}/logs/learning/scores.log",
     benchmark:
@@ -154,7 +150,7 @@ rule benchmark:
     input:
         scores=f"{RESULTS}/learning/scores.csv",
     output:
-        leaderboard=in_report(f"{RESULTS}/learning/leaderboard.csv", "leaderboard", "Learning", table="leaderboard"),
+        leaderboard=in_report(f"{RESULTS}/learning/leaderboard.csv", "Learning", table="leaderboard"),
     log:
         f"{RESULTS}/logs/learning/benchmark.log",
     benchmark:
@@ -178,7 +174,7 @@ rule seeds:
     input:
         scores=expand("{root}/learning/scores.csv", root=plan.seeded),
     output:
-        in_report(f"{RESULTS}/learning/seeds.csv", "seeds", "Learning", table="scores over seeds"),
+        in_report(f"{RESULTS}/learning/seeds.csv", "Learning", table="scores over seeds"),
     log:
         f"{RESULTS}/logs/learning/seeds.log",
     benchmark:

@@ -1,13 +1,11 @@
 # mesh: a CAD file becomes, for every frequency band, a cleaned mesh of lambda/10 edges.
-# takes: targets.<target>.mesh
-# makes: mesh/<target>.json, mesh/<target>-source.ply (the repaired CAD surface), mesh/<target>-<band>.ply
 
 
 rule mesh:
     input:
         cad=lambda w: watched(config["targets"][w.target]["mesh"]),
     output:
-        measures=in_report(f"{FIELDS}/mesh/{{target}}.json", "mesh", "Meshes", target="{target}"),
+        measures=in_report(f"{FIELDS}/mesh/{{target}}.json", "Meshes", target="{target}"),
         source=f"{FIELDS}/mesh/{{target}}-source.ply",
         meshes=[f"{FIELDS}/mesh/{{target}}-{band}.ply" for band in plan.bands],
     log:

@@ -1,9 +1,5 @@
-# report: one page that shows what was run and what came out, with its figures and tables beside it.
-# takes: what it shows of every stage            makes: report/index.html, report/figures/*.svg, report/tables/*.csv
-# Besides, on demand, the run beside its other seeds and other runs.
-# takes: learning/ of each                       makes: report/compare.html, report/compare.csv
-# And the radar cross-section of every target as numbers and a page.
-# makes: rcs/<target>.csv, rcs/index.html, rcs/figures/*.svg, rcs/tables/*.csv
+# report: one page that shows what was run and what came out, with its figures and tables beside it. Besides, on demand,
+# the run beside its other seeds and other runs, and the radar cross-section of every target as numbers and a page.
 
 
 rule report:
@@ -22,12 +18,15 @@ rule report:
         reconstructions=[f"{RESULTS}/learning/reconstructions/{fitted}.zarr" for fitted in plan.decoders()],
         published=published("results", "prediction_times", "confusion", "galleries"),
         full_size=[in_repository(f"resources/results/{table}.csv.xz") for table in ("scores", "validation")],
-        page_files=[*files_of_page("*.html", "*.css", "*.js"), in_repository("resources/glossary.md")],
+        page_files=[
+            *(in_repository("workflow/scripts", file) for file in of_page("*.html", "*.css", "*.js")),
+            in_repository("resources/glossary.md"),
+        ],
     output:
         # Not in Snakemake's own report: browsers do not open so large a page from within another.
         page=f"{RESULTS}/report/index.html",
-        figures=in_report(directory(f"{RESULTS}/report/figures"), "figure", "Figures", "{name}.svg", figure="{name}"),
-        tables=in_report(directory(f"{RESULTS}/report/tables"), "table", "Tables", "{name}.csv", table="{name}"),
+        figures=in_report(directory(f"{RESULTS}/report/figures"), "Figures", "{name}.svg", figure="{name}"),
+        tables=in_report(directory(f"{RESULTS}/report/tables"), "Tables", "{name}.csv", table="{name}"),
     log:
         f"{RESULTS}/logs/report.log",
     benchmark:
@@ -38,7 +37,7 @@ rule report:
     resources:
         mem_mb=4000,
     params:
-        code=code("report/job_report.py", *sections(), *plan.imager_files(), plan.solver_file()),
+        code=code("report/job_report.py", *of_page("section_*.py"), *plan.imager_files(), plan.solver_file()),
         settings=section(config, *config),
         stated=page_names(plan.models),
     message:

@@ -1,9 +1,6 @@
 # scattering: a target's meshes become its backscatter over frequency and angle, one job for each frequency band.
-# takes: mesh/<target>-<band>.ply        makes: scattering/bands/<target>-<band>.zarr, scattering/<target>.zarr
 # Beside them a sphere, solved with the same settings and compared with the Mie series for the report.
-# makes: scattering/check/sphere.json
 # A target that is given by its field has no mesh and no bands.
-# takes: targets.<target>.field          makes: scattering/<target>.zarr
 
 
 rule solve:

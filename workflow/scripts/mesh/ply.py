@@ -79,22 +79,10 @@ def _element(body, start, count, properties, order):
     values = {name: ([], []) if len(kind) == 2 else [] for name, kind in properties}
     if count == 0 or not properties:
         return values, start
-    # Nearly always all lists of an element are as long as its first.
-    record, at = [], start
-    for k, (_, kind) in enumerate(properties):
-        record.append((f"first {k}", order + kind[0]))
-        if len(kind) == 2:
-            size = int(np.frombuffer(body, order + kind[0], 1, at)[0])
-            record.append((f"list {k}", order + kind[1], (size,)))
-        at = start + np.dtype(record).itemsize
-    record = np.dtype(record)
-    if start + count * record.itemsize <= len(body):
+    if not any(len(kind) == 2 for _, kind in properties):
+        record = np.dtype([(str(k), order + kind) for k, (_, kind) in enumerate(properties)])
         rows = np.frombuffer(body, record, count, start)
-        lists = {name: f"list {k}" for k, (name, kind) in enumerate(properties) if len(kind) == 2}
-        firsts = {name: rows[f"first {k}"] for k, (name, _) in enumerate(properties)}
-        if all((firsts[name] == rows[key].shape[1]).all() for name, key in lists.items()):
-            whole = firsts | {name: (firsts[name], rows[key].ravel()) for name, key in lists.items()}
-            return whole, start + count * record.itemsize
+        return {name: rows[str(k)] for k, (name, _) in enumerate(properties)}, start + rows.nbytes
     for _ in range(count):
         for name, kind in properties:
             (first,) = struct.unpack_from(order + kind[0], body, start)

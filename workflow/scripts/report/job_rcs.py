@@ -4,6 +4,5 @@ from isarflow.core.job import job
 from isarflow.report.rcs import write_rcs
 
 with job(snakemake):
-    output, settings = snakemake.output, snakemake.params.settings
-    tables = {Path(path).stem: path for path in output.samples}
-    write_rcs(Path(output.page).parents[1], settings, output.page, tables, (output.figures, output.tables))
+    page = snakemake.output.page
+    write_rcs(Path(page).parents[1], snakemake.params.settings, page)

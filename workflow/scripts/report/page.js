@@ -5,19 +5,10 @@ const page = (() => {
   const files = new Map([...document.querySelectorAll("script[data-file]")].flatMap((one) =>
     one.dataset.file.split(" ").map((path) => [path, one])));
 
-  async function unpacked(path) {
-    const packed = await fetch(`data:application/gzip;base64,${files.get(path).textContent}`);
-    return new Response(packed.body.pipeThrough(new DecompressionStream("gzip"))).text();
-  }
-
-  // The content of a file that the page holds, put together again (see page.py).
-  let glyphs = null;
+  // The content of a file that the page holds, unpacked and put together again (see page.py).
   async function text(path) {
-    const held = await unpacked(path);
-    if (path.endsWith(".svg")) {
-      const drawn = await (glyphs ||= unpacked("glyphs.json").then(JSON.parse));
-      return held.replace(/<path id="([^"]*)"\/>/g, (_, id) => drawn[id]);
-    }
+    const packed = await fetch(`data:application/gzip;base64,${files.get(path).textContent}`);
+    const held = await new Response(packed.body.pipeThrough(new DecompressionStream("gzip"))).text();
     if (!held.startsWith("\x1e")) return held;
     const columns = held.slice(1).split("\x1e").map((column) => column.split("\n"));
     return columns[0].map((_, row) => `${columns.map((column) => column[row]).join(",")}\n`).join("");

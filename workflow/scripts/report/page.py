@@ -24,18 +24,16 @@ from isarflow.report.results import Results
 PARTS = {"look": "Look around", "fields": "Meshes and fields", "imaging": "ISAR images"}
 PARTS |= {"recognition": "Recognition", "run": "The run"}
 Part = namedtuple("Part", "id title sections")  # foldable
-GLYPH = re.compile(r'<path id="(DejaVuSans[^"]*)" d="[^"]*" transform="[^"]*"/>')  # a letter's outline, see layout.py
 COLUMN = "\x1e"  # stands before each column
 # What a page may show besides its parts.
 BARE = dict.fromkeys(("summary", "checks", "warnings", "targets", "headline", "full_size", "facts"), ())
 
 
-def write_report(folder, settings, stated, page, figures, tables, threads=1):
-    """Write the report of the results in `folder` (results/<name>).
+def write_report(folder, settings, stated, page, threads=1):
+    """Write the report of the results in `folder` (results/<name>): an HTML file, `page`, and figures/, tables/ beside.
 
-    settings: the config's sections. stated: of `vocabulary.Names`. page: the HTML file; figures, tables: the folders
-    for an SVG file of each figure and a CSV file of each figure or table. The same inputs give the same bytes, but for
-    the commit and versions that the page names. threads: how many sections are drawn at a time.
+    settings: the config's sections. stated: of `vocabulary.Names`. threads: how many sections are drawn at a time. The
+    same inputs give the same bytes, but for the commit and versions that the page names.
     """
     results = Results(folder, settings, stated)
     warnings = section_run.warned(results)
@@ -50,15 +48,15 @@ def write_report(folder, settings, stated, page, figures, tables, threads=1):
             "facts": list(section_run.facts(results)),
         }
     shown["parts"] = _parts(results, threads)
-    write_page(f"Radar target recognition: {settings['name']}", settings["name"], shown, page, figures, tables)
+    write_page(f"Radar target recognition: {settings['name']}", settings["name"], shown, page)
 
 
-def write_page(title, name, shown, page, figures=None, tables=None):
-    """Write a page with a title and a run's name; the rest as in `write_report`.
+def write_page(title, name, shown, page, alone=False):
+    """Write an HTML file with a title and a run's name; beside it, unless it comes alone, its figures and tables.
 
-    shown: its `parts`, and what it has of BARE. Without folders for its figures and tables the page comes alone.
+    shown: its `parts`, and what it has of BARE.
     """
-    shown = {**BARE, **shown, "title": title, "name": name, "alone": figures is None}
+    shown = {**BARE, **shown, "title": title, "name": name, "alone": alone}
     sections = [section for part in shown["parts"] for section in part.sections]
     drawn = [picture for _, picture, _ in shown["targets"] if picture]
     drawn += [shown["headline"]] if shown["headline"] else []
@@ -69,42 +67,37 @@ def write_page(title, name, shown, page, figures=None, tables=None):
     files |= {f"tables/figure_{figure.name}.csv": _csv(figure) for figure in drawn}
     files |= {f"tables/{table.name}.csv": _csv(table) for table in listed}
     assert len(files) == 2 * len(drawn) + len(listed), "two of one name"
-    for kind, folder in (("figures", figures), ("tables", tables)) if figures else ():
-        Path(folder).mkdir(parents=True, exist_ok=True)
-        for path in (path for path in files if path.startswith(kind)):
-            Path(folder, path.split("/")[1]).write_text(files[path])
+    for folder in () if alone else ("figures", "tables"):
+        Path(page).with_name(folder).mkdir(parents=True, exist_ok=True)
+    for path, text in () if alone else files.items():
+        Path(page).parent.joinpath(path).write_text(text)
     kept = {"autoescape": True, "trim_blocks": True, "lstrip_blocks": True, "undefined": jinja2.StrictUndefined}
     loader = jinja2.FileSystemLoader(Path(__file__).parent)
     template = jinja2.Environment(loader=loader, **kept).get_template("template.html")
     words = _spoken(template.render(shown, glossary={}, data={}))
     data = embedded(files, {section.id: section.live for section in sections if section.live})
     # Last: whoever finds the page finds its files too.
-    Path(page).parent.mkdir(parents=True, exist_ok=True)
     Path(page).write_text(template.render(shown, glossary=words, data=data))
 
 
 def _parts(results, threads):
     """Return the parts of the page that have sections, which are drawn side by side."""
-    outline = _outline(results)
-    makers = [maker for of_part in outline.values() for maker in of_part]
+    modules, sections = _modules(results), {id: () for id in PARTS}
     # The same on every machine: the last bits of a product depend on how many threads BLAS uses.
     with parallel_config("loky", n_jobs=threads, inner_max_num_threads=1):
-        drawn = Parallel(return_as="generator", batch_size=1)(delayed(_drawn)(maker, results) for maker in makers)
-        made = dict(zip(makers, tqdm(drawn, "drawing", len(makers), unit="section", leave=False), strict=True))
-    sections = {id: [section for maker in of_part for section in made[maker]] for id, of_part in outline.items()}
-    return [Part(id, PARTS[id], tuple(of_part)) for id, of_part in sections.items() if of_part]
+        drawn = Parallel(return_as="generator", batch_size=1)(delayed(_drawn)(of.section, results) for of in modules)
+        for module, made in zip(
+            modules, tqdm(drawn, "drawing", len(modules), unit="section", leave=False), strict=True
+        ):
+            sections[module.PLACE[0]] += tuple(made)
+    return [Part(id, PARTS[id], of_part) for id, of_part in sections.items() if of_part]
 
 
-def _outline(results):
-    """Return the functions that make the sections of each part, by its id, in the order of the page."""
+def _modules(results):
+    """Return the files of the sections that the page has, those of a part in its order."""
     names = [module.name for module in iter_modules(report.__path__) if module.name.startswith("section_")]
     modules = [import_module(f"isarflow.report.{name}") for name in names]
-    placed = sorted((module for module in modules if hasattr(module, "PLACE")), key=lambda module: module.PLACE)
-    outline = {id: [] for id in PARTS}
-    for module in placed:
-        if getattr(results, module.NEEDS):
-            outline[module.PLACE[0]].append(module.section)
-    return outline
+    return sorted((module for module in modules if getattr(results, module.NEEDS)), key=lambda module: module.PLACE)
 
 
 def _drawn(maker, results):
@@ -127,20 +120,16 @@ def _csv(part):
 def embedded(files, live):
     """Return what the page holds, compressed, by its paths with blanks between: many a figure shows what a table lists.
 
-    files: texts by path. live: what scripts read, by name. What files share stands there once; `text` in page.js puts
-    them together again, to the letter.
+    files: texts by path. live: what scripts read, by name. `text` in page.js gives each to the letter.
     """
-    paths, glyphs, data = {}, {}, {}
+    paths, data = {}, {}
     for path, text in files.items():
         paths.setdefault(text, []).append(path)
     for text, same in paths.items():
-        held = GLYPH.sub(r'<path id="\1"/>', text)
-        glyphs |= {glyph[1]: glyph[0] for glyph in GLYPH.finditer(text)}
         if '"' not in text:  # no field holds a comma; by columns it takes half the room
             rows = [line.split(",") for line in text.removesuffix("\n").split("\n")]
-            held = "".join(COLUMN + "\n".join(column) for column in zip(*rows, strict=True))
-        data[" ".join(same)] = held
-    for name, part in (*live.items(), ("glyphs", glyphs)):
-        data[f"{name}.json"] = json.dumps(part, separators=(",", ":"), allow_nan=False)
+            text = "".join(COLUMN + "\n".join(column) for column in zip(*rows, strict=True))
+        data[" ".join(same)] = text
+    data |= {f"{name}.json": json.dumps(part, separators=(",", ":"), allow_nan=False) for name, part in live.items()}
     # The same bytes every time.
     return {name: base64.b64encode(gzip.compress(text.encode(), mtime=0)).decode() for name, text in data.items()}

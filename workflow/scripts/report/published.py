@@ -78,9 +78,8 @@ def statements_table(results, name, metrics):
         shown.append(row | {"as published": "yes" if here["holds"] else "no", "source": line["source"]})
     caption = (
         "What the reference thesis states, split at random, and the same here, the open set with thesis thresholds. "
-        f"{IN_KIND} All SNRs are by mean power, each image's own; values here are interpolated between test SNRs, or "
-        "those at the highest at which all images have one. “As published” rounds to the printed decimals; an equality "
-        "holds if the published value lies in the interval, too."
+        f"{IN_KIND} SNRs are by mean power; values here are interpolated between test SNRs, or those at the highest "
+        "that all images have. “As published”: rounded to the printed decimals, or of an equality within the interval."
     )
     data = pd.DataFrame(data).drop(columns=["elevation", "figure", "reading"], errors="ignore")
     return (table(name, data, shown, caption),) if shown else ()

@@ -1,5 +1,7 @@
 """The radar cross-section (RCS) of a run's targets: a CSV file of each, and one page for all."""
 
+from pathlib import Path
+
 from isarflow.report import rcs_figures, section_run
 from isarflow.report.layout import Section, figure, style, table
 from isarflow.report.page import Part, write_page
@@ -13,13 +15,11 @@ CURVES = 5  # cuts in one plot at most
 BISTATIC = "Bistatic: each figure is over the receivers, its name has the transmitter's elevation and azimuth."
 
 
-def write_rcs(folder, settings, page, tables, parts):
-    """Write RCS of the targets in `folder` (results/<name>), whose config's sections are `settings`.
-
-    page: the HTML file; tables: {target: CSV file}; parts: folders of the page's figures and tables.
-    """
+def write_rcs(folder, settings, page):
+    """Write RCS of the targets in `folder` (results/<name>), of a config's sections: a page and CSV files beside it."""
     results = Results(folder, settings, {"models": {}, "scores": {}})
-    for name, path in tables.items():
+    for name in results.targets:
+        path = Path(page).with_name(f"{name}.csv")
         as_table(results.scattering(name)).to_csv(path, index=False, float_format="%.9g")
         print(f"{path}: RCS of {name}")
     with style():
@@ -27,7 +27,7 @@ def write_rcs(folder, settings, page, tables, parts):
     made = Part("run", "The run", (section_run.section(results),))
     shown = {"facts": list(section_run.facts(results)), "warnings": section_run.warned(results), "targets": targets}
     shown["parts"] = (Part("rcs", "Radar cross-section", tuple(sections)), made)
-    write_page(f"Radar cross-section: {settings['name']}", settings["name"], shown, page, *parts)
+    write_page(f"Radar cross-section: {settings['name']}", settings["name"], shown, page)
 
 
 def _section(results, name):

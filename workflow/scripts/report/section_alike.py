@@ -39,10 +39,9 @@ def angle_figure(results):
     grid[0, 0].axvline(aperture, color=GREY, lw=0.8, ls="--", label="an aperture apart")
     finish(drawing, grid, "", "ZNCC of magnitudes")
     caption = (
-        "How much the images of two views of one target are alike, without noise, by the angle between the views: mean "
-        "and, shaded, from the 10th to the 90th of 100 pairs, over all views. It is why splits differ: at random the "
-        "nearest training image is a step of azimuth away, by elevation the step between elevations, by sector an "
-        f"aperture of azimuth (dashed, {aperture:.3g}°) or more."
+        "How much two views of one target are alike, without noise, by the angle between them: mean and, shaded, from "
+        "the 10th to the 90th of 100 pairs. The nearest training image is, at random, a step of azimuth away, by "
+        f"elevation a step of elevation, by sector an aperture of azimuth (dashed, {aperture:.3g}°) or more."
     )
     return figure("likeness_by_angle", drawing, data, caption, wide=True)
 
@@ -64,7 +63,6 @@ def alike_figure(results):
         said.append(f"{' and '.join(pair)}, {most:.2f}")
     caption = (
         "Of each unknown target the noise-free image that looks most like one of a known target, and that one, over "
-        f"all azimuths at elevation {float(image.elevation):g}°; with their ZNCC: {'; '.join(said)}. Whoever has only "
-        "seen the known targets may take one for the other."
+        f"all azimuths at elevation {float(image.elevation):g}°; with their ZNCC: {'; '.join(said)}."
     )
     return (gallery("images_alike", "", shown, None, caption),)

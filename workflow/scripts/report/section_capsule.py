@@ -23,9 +23,8 @@ def section(results):
     for _, model, run in every:
         run_of.setdefault(model, run)
     text = (
-        "A network with a decoder reconstructs each image from the class that it takes it for. What it cannot "
-        "reconstruct is none of the known classes: the confidence score compares the image with its reconstruction, by "
-        "minus the MSE or by the ZNCC. What these scores make of the test images stands with the open set."
+        "A network with a decoder reconstructs each image from the class that it takes it for; what it cannot "
+        "reconstruct is of no known class. Confidence scores compare both, by minus the MSE or by the ZNCC."
     )
     figures = []
     for model, run in run_of.items():

@@ -26,9 +26,8 @@ def section(results):
     figures = [learning_figure(results, *of) for of in names.groups(scores, "experiment")]
     text = (
         "Each model learns the known targets from its experiment's training images and is tested at every SNR on other "
-        "aspects: here on the known targets alone (the closed set). A view and its mirror image in a target's mirror "
-        f"planes fall on the same side. {meaning(scores['split'])} Scores are of the test images of all folds "
-        "together. Bands and brackets are 95 % intervals, wider where blocks of test images are few; of one fold none."
+        f"aspects: here on the closed set. A view and its mirror image share a side. {meaning(scores['split'])} "
+        "Scores are of the test images of all folds together, bands and brackets 95 % intervals; of one fold none."
     )
     snrs, columns = evenly(scores["test_snr_db"].unique(), TABLE_SNRS), [*METHOD[:-1], "elevation"]
     curves = [curve for _, curve in names.groups(scores, *columns)]
@@ -135,9 +134,8 @@ def times_table(results):
         "its training images": lambda row: number(row["published_training_observations"], 6),
     }
     caption = (
-        "Prediction time per image, from the complex image to its class, without its confidence scores. Here: "
-        f"{data['machine'].iloc[0]}, {several(data['threads'].iloc[0], 'thread')}, in batches of "
-        f"{data['batch_size'].max()}. The reference thesis: Intel i7-7700HQ, with other training sets, so only ratios "
-        "between models compare; networks of another size than its have no published time."
+        f"Prediction time per image, from complex image to class. Here: {data['machine'].iloc[0]}, "
+        f"{several(data['threads'].iloc[0], 'thread')}, in batches of {data['batch_size'].max()}. The thesis: "
+        "Intel i7-7700HQ and other training sets: only ratios compare. Networks of other sizes have no time of its."
     )
     return table("prediction_times", data, shown, caption)

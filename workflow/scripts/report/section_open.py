@@ -29,9 +29,8 @@ def section(results):
         "score is below a threshold is rejected as 'other'. Thresholds are chosen on the validation images, for each "
         "SNR and fold: for the largest weighted F1, under the thesis protocol with the unknown targets among these, "
         f"under the blind protocol with the known ones and those of role other{f' ({other})' if other else ''} alone; "
-        f"under the kept protocol so that {kept:g} % of the known ones are kept. Scores that put the images in the "
-        "same order, as softmax and energy of a linear model of two classes do, lie on each other. Rejecting "
-        f"everything gives a weighted F1 of {rejecting}: the dotted line."
+        f"under the kept protocol so that {kept:g} % of the known ones are kept. Rejecting everything gives a weighted "
+        f"F1 of {rejecting}: the dotted line."
     )
     figures = *(open_figure(results, name) for name in results.opened), *looks_figure(results, scores)
     ranks = summary(scores, select(results.validation, elevation="all"))
@@ -123,10 +122,9 @@ def tried_table(results, scores, ranks):
         top = select(own, test_snr_db=snrs[-1]).set_index("metric")["value"]
         shown.append(line | {text: f"{top[metric]:.3f}" for metric, text in SEPARATION.items()})
     caption = (
-        f"Everything tried: weighted F1 with {LEAD} thresholds at some SNRs with its 95 % interval, and its mean over "
-        f"{span_text(scores)}; validation mean: the same mean on the validation images, by which the rows are in "
-        f"order, split by split. Gains are over {names.method(REFERENCE[0], REFERENCE[2])}, trained at the same SNRs. "
-        f"The last columns are of {snrs[-1]:g} dB: how well a score tells known from unknown targets. The CSV file "
-        f"holds all SNRs, protocols and intervals.{conditions(results, scores)}"
+        f"Everything tried: weighted F1 with {LEAD} thresholds and its 95 % interval at some SNRs, and its mean over "
+        f"{span_text(scores)}; in order, split by split, of the same mean on the validation images. Gains are over "
+        f"{names.method(REFERENCE[0], REFERENCE[2])}, trained at the same SNRs; the last columns of {snrs[-1]:g} dB. "
+        f"The CSV file holds all SNRs, protocols and intervals.{conditions(results, scores)}"
     )
     return table("tried", scores, shown, caption)

@@ -20,9 +20,8 @@ COLUMNS, WIDTH, HEIGHT = 3, 2.7, 3.3  # panels in a row; inches of one
 TITLE = 34  # letters in a line of its title
 SUMMARY = (
     "Each figure has above the weighted F1 of each run on all its own test images, with 95 % intervals as bands, below "
-    "how much more it is than that of {first} on the test images that both have. Where the 95 % interval of a "
-    "difference, from a bootstrap over blocks of neighbouring views, leaves out zero, it is more than the draw of "
-    "images explains; of many such intervals one in twenty does by chance.",
+    "how much more it is than that of {first} on the test images that both have. Where a difference's 95 % interval "
+    "leaves out zero, it is more than the draw of images explains; of many intervals one in twenty does by chance.",
     "Of an open set's confidence scores the one is shown that is best on the validation images of {first}. All "
     "differences, of accuracy and of every score and protocol, stand in {table} beside this page.",
 )
@@ -49,7 +48,7 @@ def write_comparison(roots, definition, seed, kept, page, table, over_seeds=None
     summary = [text.format(first=first, table=Path(table).name) for text in SUMMARY]
     shown = {"summary": summary if sections else ["These runs have no method in common."]}
     shown["parts"] = (Part("runs", "Runs side by side", tuple(sections)),)
-    write_page(f"{first} beside {', '.join(others)}", first, shown, page)
+    write_page(f"{first} beside {', '.join(others)}", first, shown, page, alone=True)
     print(f"{len(found)} differences")
 
 

@@ -16,8 +16,8 @@ from isarflow.core.kinds import MODELS, SECTIONS, check_kind, of_model, settings
 from isarflow.core.sweep import images_are_made
 from isarflow.core.words import near
 from isarflow.imaging.formation import with_imager
-from isarflow.imaging.geometry import PURE_NOISE, centres, planned
-from isarflow.learning.classifier import NOT_HYPER, OTHER, choices
+from isarflow.imaging.geometry import centres, planned
+from isarflow.learning.classifier import OTHER, choices
 from isarflow.learning.experiments import CLEAN, TOLERANCE, channels_of, class_of, runs
 from isarflow.learning.split import Division, folds, split
 from isarflow.learning.split import check as check_sides
@@ -36,10 +36,6 @@ FORMATS = {
 ALONE = (".zarr", ".csv")
 WHERE = " (paths start at the folder you run snakemake in, or at the repository's)"
 MOST_PIXELS = 4096  # of an image, for a model with covariances: one of 64 x 64 pixels takes 270 MB, of 128 x 128 4.3 GB
-RESERVED = {
-    OTHER: f"'{OTHER}' is what images of no known class are called; take another name.",
-    PURE_NOISE: "images of noise alone are kept under this name; take another one.",
-}
 
 
 def rules(config):
@@ -95,11 +91,6 @@ def _problems(config):
         yield "'mesh.remesh': the solver 'mom' needs edges far below the wavelength; leave it true, or take po or sbr."
     yield from _of_names("targets", config["targets"])
     for name, target in config["targets"].items():
-        for key, own in (("", name), (".class", target.get("class"))):
-            if own in RESERVED:
-                yield f"'targets.{name}{key}': {RESERVED[own]}"
-        if "class" in target and target["role"] != "known":
-            yield f"'targets.{name}.class': only a target of role known has a class that models learn; leave it out."
         yield from _of_files(name, target, config)
     labels = {}
     for snr in config["noise"]["snr_db"]:
@@ -197,9 +188,6 @@ def _of_models(models):
         key, file = f"learning.models.{name}", settings.get("kind", name)
         check_kind(MODELS, file, f"config key '{key}{'.kind' if 'kind' in settings else ''}'")
         its = of_model(models, name)
-        for setting, value in settings.items():
-            if setting not in NOT_HYPER and value == []:
-                yield f"'{key}.{setting}': an empty list leaves nothing to choose from."
         smallest = its.stated.get("smallest", 1)
         if not isinstance(smallest, int):
             yield f"'{key}': {file}.py says smallest = {smallest!r}; it is a whole number of pixels a side."

@@ -12,24 +12,6 @@ from isarflow.core.words import near
 
 SCHEMA = ROOT / "config" / "schema.yaml"
 LONGEST = 100  # characters of a value that a message shows
-TYPES = {
-    "object": "a mapping of keys to values",
-    "array": "a list",
-    "string": "text",
-    "integer": "a whole number",
-    "number": "a finite number",
-    "boolean": "true or false",
-}
-BOUNDS = {
-    "minimum": "is less than {:.10g}",
-    "maximum": "is more than {:.10g}",
-    "exclusiveMinimum": "is not more than {:.10g}",
-    "exclusiveMaximum": "is not less than {:.10g}",
-    "minItems": "has fewer than {} entries",
-    "maxItems": "has more than {} entries",
-    "minProperties": "has fewer than {} keys",
-    "maxProperties": "has more than {} keys",
-}
 # A number with a fraction of zero (2.2e9 is one to YAML) is not a whole one; infinity and NaN are no numbers.
 BASE = jsonschema.Draft202012Validator
 NUMBERS = {
@@ -52,7 +34,7 @@ def check_schema(value, rules=None, path=()):
     rules = rules or schema()
     errors = list(VALIDATOR(rules).iter_errors(value))
     if errors:
-        raise InputError(_message(_first(errors), rules, path))
+        raise InputError(_message(_at_fault(errors), rules, path))
 
 
 def repeated(values):
@@ -70,69 +52,58 @@ def shown(value):
     return text if len(text) <= LONGEST else f"{text[:LONGEST]}..."
 
 
-def _first(errors):
-    # A misspelt key first: it is the cause of what is missing elsewhere. Then the outermost.
-    return min(errors, key=lambda error: (error.validator != "additionalProperties", len(error.absolute_path)))
+def _at_fault(errors):
+    """The error to show: of a misspelt key, the cause of what is missing elsewhere; else the outermost.
+
+    Of a oneOf it is within the branch whose form the value has: of several that with the fewest errors.
+    """
+    error = min(errors, key=lambda error: (error.validator != "additionalProperties", len(error.absolute_path)))
+    branches = {}
+    for inner in error.context:
+        branches.setdefault(inner.schema_path[0], []).append(inner)
+    fitting = [inside for inside in branches.values() if not any(map(_is_of_another_form, inside))]
+    return _at_fault(min(fitting, key=len)) if fitting else error
+
+
+def _is_of_another_form(error):
+    return not error.path and error.validator in ("type", "const", "oneOf")
 
 
 def _message(error, rules, above=()):
     """One error of jsonschema in words. above: the place in the config of the value that was checked."""
-    value, validator, rule = error.instance, error.validator, error.schema.get("description", "")
-    parts = [*above, *error.absolute_path]
-    if "propertyNames" in error.absolute_schema_path:
-        parts.append(value)
-    path = ".".join(map(str, parts))
+    value, validator, rule = error.instance, error.validator, _rule(error)
+    parts, is_name = [*above, *error.absolute_path], "propertyNames" in error.absolute_schema_path
+    path = ".".join(map(str, [*parts, value] if is_name else parts))
     if validator == "additionalProperties":
-        return _unknown_key(error, rules, path)
+        return _unknown_key(error, rules, path) + _expected(_rule(error.parent) if error.parent else "")
     if validator == "required":
         missing = next(key for key in error.validator_value if key not in value)
         rule = error.schema.get("properties", {}).get(missing, {}).get("description", "")
         return f"config key '{path}{'.' if path else ''}{missing}' is missing.{_expected(rule)}"
-    if validator == "oneOf" and len(parts) == 2 and parts[0] == "targets":
-        return _mesh_or_field(path, value)
-    if validator == "oneOf":
-        inside = [_message(inner, rules, above) for inner in _of_its_form(error)]
-        # Of several forms that may be meant, the one that has a key like a misspelt one.
-        meant = inside if len(inside) == 1 else [text for text in inside if "did you mean" in text]
-        if meant:
-            return meant[0] + _expected(rule)
-    problem = f"{shown(value)} is not allowed"
-    if "propertyNames" in error.absolute_schema_path and not isinstance(value, str):
+    problem = error.message.replace(repr(value), shown(value), 1)
+    if is_name and not isinstance(value, str):
         problem, rule = f"{shown(value)} is not text; put it in quotes", ""
-    elif validator == "type":
-        problem = f"{shown(value)} is not {TYPES[error.validator_value]}"
-        rule = rule or (f"keys {', '.join(error.schema['properties'])}" if "properties" in error.schema else "")
+    elif validator in ("oneOf", "not", "pattern"):
+        problem = f"{shown(value)} is not allowed"
     elif validator == "enum":
-        hint = near(value, error.validator_value).removesuffix(".")
-        problem = f"{shown(value)} is not one of {', '.join(error.validator_value)}{hint}"
+        problem += near(value, error.validator_value).removesuffix(".")
     elif validator == "uniqueItems":
         problem = f"{shown(repeated(value))} stands twice in the list"
-    elif validator in BOUNDS:
-        problem = f"{shown(value)} {BOUNDS[validator].format(error.validator_value)}"
-        if parts[0] == "radar" and validator == "minimum" and 0 < value < error.validator_value <= 1e9 * value:
-            problem += f" Hz; did you mean {value:g}e9?"
-    elif validator not in ("oneOf", "not", "pattern"):
-        problem = error.message
+    elif parts[:1] == ["radar"] and validator == "minimum" and 0 < value < error.validator_value <= 1e9 * value:
+        problem += f" Hz; did you mean {value:g}e9?"
     where = f"config key '{path}'" if path else "config"
     return f"{where}: {problem}{'' if problem.endswith('?') else '.'}{_expected(rule)}"
 
 
+def _rule(error):
+    """What the schema says of the value, or of the nearest one around it of which it says something."""
+    keys = error.schema.get("properties") if error.validator == "type" else None
+    rule = error.schema.get("description") or (f"keys {', '.join(keys)}" if keys else "")
+    return rule or (_rule(error.parent) if error.parent else "")
+
+
 def _expected(rule):
     return f" Expected: {rule.rstrip('.')}." if rule else ""
-
-
-def _of_its_form(error):
-    """The first error of each branch of a oneOf that has the value's form: the fault is within the form."""
-    branches = {}
-    for inner in error.context:
-        branches.setdefault(inner.schema_path[0], []).append(inner)
-    return [_first(errors) for errors in branches.values() if all(map(_within_form, errors))]
-
-
-def _within_form(error):
-    """Tell whether an error of a branch of a oneOf is within the branch's form, not that the value has another form."""
-    within = [part for part in error.schema_path if part != "$ref"]
-    return len(within) > 2 or error.validator not in ("type", "const", "oneOf")
 
 
 def _unknown_key(error, rules, path):
@@ -148,14 +119,3 @@ def _unknown_key(error, rules, path):
         hint = f"; did you mean '{outer}: {{{inner}: ...}}'?"
     keys = f"Known keys here: {', '.join(known) or 'none'}."
     return f"config key '{path}{'.' if path else ''}{unknown}' is unknown{hint} {keys}"
-
-
-def _mesh_or_field(path, target):
-    """Say what is wrong with a target that is not exactly one of a mesh and a field."""
-    either = "a target is either a 'mesh' (a CAD file) or a 'field' (.ffe, .zarr)"
-    if "field" not in target:
-        return f"config key '{path}.mesh' is missing: {either}."
-    if "mesh" in target:
-        return f"config key '{path}.field' stands beside 'mesh': {either}."
-    extra = next(key for key in target if key not in ("field", "role"))
-    return f"config key '{path}.{extra}' says something about a mesh, and this target is a 'field'; leave it out."

@@ -16,17 +16,8 @@ PARALLEL = 1e-6  # of a great circle's two directions, the sine of the least ang
 
 
 def with_band(radar):
-    """A config's radar with its center_frequency and bandwidth, which a list of frequencies implies.
-
-    Raises InputError where they are given beside a list, or are missing without one.
-    """
-    listed = isinstance(radar["frequencies"], list)
-    for key in ("center_frequency", "bandwidth"):
-        if listed and key in radar:
-            raise InputError(f"config key 'radar.{key}' stands beside a list of 'radar.frequencies'; leave it out.")
-        if not listed and key not in radar:
-            raise InputError(f"config key 'radar.{key}' is missing: 'radar.frequencies' is a number. Expected: Hz.")
-    if not listed:
+    """A config's radar with its center_frequency and bandwidth, which a list of frequencies implies."""
+    if not isinstance(radar["frequencies"], list):
         return radar
     first, last = sweep.frequencies(radar)[[0, -1]]
     return radar | {"center_frequency": float((first + last) / 2), "bandwidth": float(last - first)}

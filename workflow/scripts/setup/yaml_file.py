@@ -1,4 +1,4 @@
-"""Read a config file; of one that is not YAML, say where it is wrong and what is wrong, in plain words."""
+"""Read a config file; of one that is not YAML, say where it is wrong, and what YAML's reader says of it."""
 
 import re
 import stat
@@ -9,23 +9,11 @@ import yaml
 
 from isarflow.core.errors import InputError
 
-ESCAPE = "a backslash in double quotes begins an escape; write paths in single quotes or with /"
-# What libyaml says of frequent mistakes, and what the user did; for all others libyaml's words are shown. {opened}:
-# where the thing that it was reading begins.
-SLIPS = {
-    "expected ',' or '}'": "the brace '{{' that opens in {opened} is not closed before this, or a comma is missing",
-    "expected ',' or ']'": "the bracket '[' that opens in {opened} is not closed before this, or a comma is missing",
-    "found another document": "a second document begins with '---'; a config is one",
-    "found unexpected end of stream": "the quote that opens in {opened} is never closed",
-    "escape c": ESCAPE,
-    "hexdecimal": ESCAPE,
-    "mapping values are not allowed": "a ':' stands where no key can; is a space missing after a ':', is this line"
-    " indented too far, or is it text, which needs quotes",
-    "could not find expected ':'": "the key that begins in {opened} has no ':' after it",
-    "expected key": "no key is expected here; is it indented like the lines of its mapping, which begins in {opened}",
-    "recursive node": "what the anchor '&' names here holds an alias '*' to itself, without end",
-    "tab character": "a tab stands where the line is indented; indent with spaces alone",
-}
+# Beside libyaml's words for what it cannot read.
+ADVICE = (
+    ". Look at the brackets, quotes (a path with a \\ in single ones), colons (with a space after them) and "
+    "indentation (spaces alone) there and above"
+)
 
 
 def check_command_line(arguments, folder):
@@ -61,7 +49,9 @@ def read_yaml(path):
     try:
         content = _parsed(text)
     except yaml.MarkedYAMLError as error:
-        raise InputError(f"{path}, {_place(error.problem_mark)}: {_slip(error)}.") from None
+        began = f"{error.context} that begins in {_place(error.context_mark)}: " if error.context_mark else ""
+        advice = "" if isinstance(error, yaml.constructor.ConstructorError) else ADVICE
+        raise InputError(f"{path}, {_place(error.problem_mark)}: {began}{error.problem}{advice}.") from None
     except RecursionError:
         raise InputError(f"{path}: its brackets stand in one another more than a thousand deep.") from None
     except (yaml.YAMLError, ValueError) as error:
@@ -119,12 +109,3 @@ class _UniqueKeys(yaml.CSafeLoader):
 
 def _place(mark):
     return f"line {mark.line + 1}, column {mark.column + 1}"
-
-
-def _slip(error):
-    """Say for the user what is wrong, from libyaml's message."""
-    if "cannot start any token" in error.problem:
-        return "no value can begin with this character; put text in quotes, and indent with spaces"
-    said = f"{error.context or ''}; {error.problem}"
-    words = next((words for slip, words in SLIPS.items() if slip in said), error.problem.replace("{", "{{"))
-    return words.format(opened=_place(error.context_mark or error.problem_mark))
