@@ -63,7 +63,12 @@ class Model(Classifier):
         "patience": {"type": "integer", "minimum": 1, "description": "epochs without a smaller validation loss"},
         "batch": {"type": "integer", "minimum": 1, "description": "images a batch"},
         "learning_rate": {"type": "number", "exclusiveMinimum": 0, "description": "Adam's in the first epoch"},
-        "decay": {"type": "number", "exclusiveMinimum": 0, "maximum": 1, "description": "of the rate, an epoch"},
+        "decay": {
+            "type": "number",
+            "exclusiveMinimum": 0,
+            "maximum": 1,
+            "description": "of the learning rate, an epoch",
+        },
         "reconstruction": {"type": "number", "minimum": 0, "description": "weight of its mean squared error"},
         "denoise": {"type": "boolean", "description": "true: the decoder's aim is the image without noise"},
         "complex": {"type": "boolean", "description": "true: real and imaginary parts, instead of magnitudes"},
