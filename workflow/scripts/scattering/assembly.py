@@ -95,7 +95,7 @@ class Entries:
             begins.append(before + np.searchsorted(pairs[:, 0], np.arange(count + 1)))
             before += len(pairs)
         sources = np.concatenate([pairs[:, 1] for pairs in self.near.pairs])
-        values = np.concatenate([values.real, values.imag], 1).astype(self.real)
+        values = np.concatenate([values.real, values.imag], 1, dtype=self.real)
         return np.array(begins), sources, values
 
     def between(self, row, col):

@@ -14,6 +14,7 @@ last bit does not depend on how many threads there are. (A product that BLAS its
 """
 
 from concurrent.futures import ThreadPoolExecutor
+from functools import cache
 from itertools import pairwise, product
 from math import ceil
 
@@ -241,7 +242,7 @@ class Pool(ThreadPoolExecutor):
     """Threads that each call a BLAS of one thread."""
 
     def __enter__(self):
-        self.limit = threadpoolctl.threadpool_limits(1, "blas")
+        self.limit = _libraries().limit(limits=1, user_api="blas")
         return super().__enter__()
 
     def __exit__(self, *error):
@@ -252,6 +253,11 @@ class Pool(ThreadPoolExecutor):
     def wait(futures):
         for future in futures:
             future.result()
+
+
+@cache
+def _libraries():
+    return threadpoolctl.ThreadpoolController()  # to find the loaded libraries takes milliseconds
 
 
 def runs(length, step=RUN):

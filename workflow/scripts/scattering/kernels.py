@@ -36,10 +36,9 @@ def _of_type(turns):
     real, size = (np.float32, 4) if turns == types.float32 else (np.float64, 8)
     # Filled up with zeros, which the compiler drops.
     c, s = (tuple(real(c) for c in np.pad(of[size], (0, 12 - len(of[size])))) for of in (COS, SIN))
-    half = real(0.5)
 
     def of(turns):
-        t = turns - np.floor(turns + half)
+        t = turns - np.floor(turns + real(0.5))
         x = t * t
         cos = c[6] + x * (c[7] + x * (c[8] + x * (c[9] + x * (c[10] + x * c[11]))))
         sin = s[6] + x * (s[7] + x * (s[8] + x * (s[9] + x * (s[10] + x * s[11]))))
@@ -60,9 +59,10 @@ def _vector(array):
 def _green(x, y, z, turns, tiny, one):
     """exp(-j k R) / R between points (x, y, z) apart, both parts, and R; 0 where R = 0, which operators correct."""
     square = max(x * x + y * y + z * z, tiny)
-    r = np.sqrt(square)
+    inverse = one / np.sqrt(square)  # one instruction and a correction; R by division as well would take longer
+    r = square * inverse
     cos, sin = _cosine_sine(r * turns)
-    amplitude = (one if square > tiny else one - one) / r
+    amplitude = inverse if square > tiny else one - one
     return cos * amplitude, -sin * amplitude, r
 
 
@@ -81,8 +81,7 @@ def _electric(w, count, point, nu, turns, tiny, one):
 
     The sums over field points include the factor nu_a . nu'_j.
     """
-    nu = _vector(nu)
-    x, y, z = point
+    nu, (x, y, z) = _vector(nu), _vector(point)
     for s in range(count):
         r0, i0, _ = _green(x - w[s], y - w[TILE + s], z - w[2 * TILE + s], turns, tiny, one)
         r1, i1, _ = _green(x - w[3 * TILE + s], y - w[4 * TILE + s], z - w[5 * TILE + s], turns, tiny, one)
@@ -153,8 +152,7 @@ def _magnetic(w, count, point, nu, center, normal, own, constants):
     """
     turns, tiny, half, one = constants[0], constants[2], constants[3], constants[4]
     k, sixth = constants[5], constants[8]
-    nu, center, normal, own = _vector(nu), _vector(center), _vector(normal), _vector(own)
-    x, y, z = point
+    nu, center, normal, own, (x, y, z) = _vector(nu), _vector(center), _vector(normal), _vector(own), _vector(point)
     for s in range(count):
         r0, i0, d0 = _green(x - w[s], y - w[TILE + s], z - w[2 * TILE + s], turns, tiny, one)
         r1, i1, d1 = _green(x - w[3 * TILE + s], y - w[4 * TILE + s], z - w[5 * TILE + s], turns, tiny, one)
@@ -224,34 +222,28 @@ def tile(out, rows, cols, near, characters, constants, combined):
     constants: k / (2 pi), 4 / k^2, least R^2, 1/2, 1, k, alpha, (1 - alpha) / k, 1/6; combined: with the MFIE
     """
     triangles, points, nu, centers, normals, own, starts, functions, weights, row_ends = rows
-    sources, there, halves, signs, col_ends = cols
-    begins, of_pairs, corrections = near
-    turns, charge, tiny = constants[0], constants[1], constants[2]
-    half, one = constants[3], constants[4]
+    (sources, there, halves, signs, col_ends), (begins, of_pairs, corrections) = cols, near
+    turns, charge, tiny, half, one = constants[0], constants[1], constants[2], constants[3], constants[4]
     images, count = len(sources), len(there)
     w, z = np.empty((images, END), out.dtype), np.empty((images, SUMS - HALVES), out.dtype)
     place = np.full(begins.shape[1] + 1, -1, np.int64)
-    for s in range(count):
-        place[there[s]] = s
-    for g in range(images):
-        w[g, :HALVES] = sources[g]
-    row = np.empty((2, 3, col_ends[-1]), out.dtype)
+    place[there] = np.arange(count)
+    w[:, :HALVES] = sources
+    row = np.empty((6, col_ends[-1]), out.dtype)  # (part, i)
     for t in range(len(triangles)):
         z[:] = 0
         for g in range(images):
             v = w[g]
             v[SUMS:] = 0
             for a in range(3):
-                point = _vector(points[t, a])
-                _electric(v, count, point, nu[t, a], turns, tiny, one)
+                _electric(v, count, points[t, a], nu[t, a], turns, tiny, one)
             _electric_halves(v, count, nu[t, 0], charge, half, HALVES)
             _electric_halves(v, count, nu[t, 1], charge, half, HALVES + 3 * TILE)
             _electric_halves(v, count, nu[t, 2], charge, half, HALVES + 6 * TILE)
             if combined:
                 v[SUMS:] = 0
                 for a in range(3):
-                    point = _vector(points[t, a])
-                    _magnetic(v, count, point, nu[t, a], centers[t], normals[t], own[t, a], constants)
+                    _magnetic(v, count, points[t, a], nu[t, a], centers[t], normals[t], own[t, a], constants)
                 _combined_halves(v, count, 0, nu[t, 0], centers[t], normals[t], constants, HALVES)
                 _combined_halves(v, count, 1, nu[t, 1], centers[t], normals[t], constants, HALVES + 3 * TILE)
                 _combined_halves(v, count, 2, nu[t, 2], centers[t], normals[t], constants, HALVES + 6 * TILE)
@@ -268,13 +260,12 @@ def tile(out, rows, cols, near, characters, constants, combined):
         for p in range(images):
             first, width = col_ends[p], col_ends[p + 1] - col_ends[p]
             begin, end = end, end + 2 * width * (row_ends[p + 1] - row_ends[p])
-            for part in range(2):
-                for i in range(3):
-                    _gather(row[part, i], z[p, (9 * part + 3 * i) * TILE :], halves, signs, first, width)
+            for i in range(6):
+                _gather(row[i], z[p, 3 * i * TILE :], halves, signs, first, width)
             for i in range(3):
                 for e in range(starts[p, 3 * t + i], starts[p, 3 * t + i + 1]):
                     at = begin + 2 * width * functions[e]
-                    _scatter(out[at : at + 2 * width], row[0, i], row[1, i], weights[e], width)
+                    _scatter(out[at : at + 2 * width], row[i], row[3 + i], weights[e], width)
 
 
 @kernel
@@ -310,9 +301,8 @@ def excite(out, u, p, triangles, normals, starts, functions, weights, characters
     images, count = len(triangles), u.shape[1]
     w, z = np.empty(OF_WAVES, out.dtype), np.empty((images, OF_WAVES - OF_HALVES), out.dtype)
     coefficients, k = np.array(SERIES).astype(out.dtype), out.dtype.type(2 * np.pi * turns)
-    for x in range(3):
-        for s in range(count):
-            w[x * TILE + s] = u[x, s]
+    for s in range(count):
+        w[s], w[TILE + s], w[2 * TILE + s] = u[0, s], u[1, s], u[2, s]
     for t in range(triangles.shape[1]):
         z[:] = 0
         for g in range(images):
@@ -331,9 +321,8 @@ def excite(out, u, p, triangles, normals, starts, functions, weights, characters
                     z[parity, n] += character * w[OF_HALVES + n]
         for parity in range(images):
             for i in range(3):
-                real, imag = z[parity, i * TILE :], z[parity, (3 + i) * TILE :]
                 for e in range(starts[parity, 3 * t + i], starts[parity, 3 * t + i + 1]):
-                    _scatter(out[functions[e]], real, imag, weights[e], count)
+                    _scatter(out[functions[e]], z[parity, i * TILE :], z[parity, (3 + i) * TILE :], weights[e], count)
 
 
 @kernel

@@ -12,15 +12,17 @@ As in `factorization` every product is done by one thread: the last bit does not
 from itertools import pairwise
 
 import numpy as np
+from scipy.linalg import ldl
 from scipy.linalg.lapack import zpstrf, ztrtri
 
 from isarflow.scattering.device import give_back
-from isarflow.scattering.factorization import BLOCK, Pool, Symmetric, runs
+from isarflow.scattering.factorization import Pool, Symmetric, runs
 from isarflow.scattering.plan import SKETCH
 
 FREED = 8  # columns after which free memory is given back
 SPANNED = 2.0  # times a tile's tolerance: what may be left of a random column, in which all remainders add up
 SPARE = 8  # columns of SKETCH in which nothing may be left: else as many more are tried
+STRIPE = 64  # rows of a triangular block that are multiplied at once: fewer spare zeros, more make faster products
 KNOWN = 1 << 25  # numbers that a thread may keep in a substitution
 RANDOM = np.random.default_rng(0).standard_normal((1024, 1024)).astype(np.float32)
 
@@ -55,16 +57,47 @@ def _beside(basis, columns):
     return columns - basis @ (basis.conj().T @ columns)
 
 
-def _inverse(a):
-    """The inverse of a symmetric matrix; of a large one by those of its halves, as products are faster."""
-    if len(a) <= BLOCK:
-        return np.linalg.inv(a)
-    half = len(a) // 2
-    first = _inverse(a[:half, :half])
-    across = a[half:, :half] @ first
-    last = _inverse(a[half:, half:] - across @ a[half:, :half].T)
-    below = -last @ across
-    return np.block([[first - across.T @ below, below.T], [below, last]])
+class Inverse:
+    """The inverse of a complex-symmetric (n, n) block, W^T B W, with W and B from its own factors.
+
+    With pivoting by Bunch and Kaufman a block is P^T L D L^T P, D of 1 x 1 and 2 x 2 blocks: W is L^-1 P, B is D^-1.
+    """
+
+    def __init__(self, block):
+        lower, middle, self.order = ldl(block, hermitian=False, overwrite_a=True, check_finite=False)
+        lower = lower[self.order]
+        self.lower = (ztrtri(lower, lower=1)[0] if len(lower) else lower).astype(np.complex64)  # L^-1
+        main, off = np.diagonal(middle), np.diagonal(middle, -1)
+        below, above = np.append(off, 0), np.append(0, off)
+        partner = np.where(below, np.roll(main, -1), np.where(above, np.roll(main, 1), 1))
+        with np.errstate(all="ignore"):  # a singular block gives a solution that is not finite, which `solve` refuses
+            determinant = (main * partner - (below + above) ** 2)[:, None]
+            self.main, self.off = (
+                part.astype(np.complex64)
+                for part in (partner[:, None] / determinant, -off[:, None] / determinant[: len(off)])
+            )
+
+    def reduced(self, x):
+        """W x, (n, D)."""
+        x = x[self.order]
+        out = np.empty_like(x)
+        for rows in runs(len(x), STRIPE):
+            np.matmul(self.lower[rows, : rows.stop], x[: rows.stop], out=out[rows])
+        return out
+
+    def divided(self, x):
+        """B x, (n, D)."""
+        out = self.main * x
+        if self.off.any():
+            out[:-1] += self.off * x[1:]
+            out[1:] += self.off * x[:-1]
+        return out
+
+    def expanded(self, x):
+        """W^T x, (n, D)."""
+        out = np.empty_like(x)
+        out[self.order] = self.lower.T @ x
+        return out
 
 
 class Stack:
@@ -102,11 +135,11 @@ class LowRankMatrix(Symmetric):
     def __init__(self, spans):
         self.spans, self.size = spans, spans[-1].stop
         self.cut = None  # largest error of a tile, absolute
-        self.diagonal = [None] * len(spans)  # the matrix's blocks, then the inverse of D's
+        self.diagonal = [None] * len(spans)  # the matrix's blocks, then an Inverse of each of D's
         self.tiles = {}  # of the matrix, (i, j) with i > j: U (n_i, r), V (n_j, r); or the whole tile and None
         # For L D, for each row i: transposed U_ij, (r, n_i), for j < i.
         self.left = [Stack(span.stop - span.start) for span in spans]
-        self.right = [None] * len(spans)  # for each column j: transposed V_ij, (r, n_j), for i > j, stacked
+        self.right = [None] * len(spans)  # for each column j: W V_ij, (n_j, r), for i > j, beside each other
         self.ends = [None] * len(spans)  # for each column j: where in `right` the tiles end
 
     def factorize(self, threads=1, progress=lambda done: None):
@@ -123,8 +156,8 @@ class LowRankMatrix(Symmetric):
                     self.left[i].add(u.T)
                 self.ends[j] = np.cumsum([0] + [v.shape[1] for _, v in factors])
                 # The last column has no tiles, and those of others may be empty.
-                nothing = np.zeros((0, column.width), self.dtype)
-                self.right[j] = np.concatenate([nothing, *(v.T for _, v in factors)])
+                nothing = np.zeros((column.width, 0), self.dtype)
+                self.right[j] = self.diagonal[j].reduced(np.concatenate([nothing, *(v for _, v in factors)], 1))
                 del below, factors
                 if j % FREED == FREED - 1:
                     give_back()  # frees the matrix's tiles, which the factors replace
@@ -137,7 +170,8 @@ class LowRankMatrix(Symmetric):
         for j in reversed(range(len(self.spans))):
             if j + 1 < len(self.spans):
                 known = np.concatenate([above[i][j] for i in range(j + 1, len(self.spans))])
-                x[self.spans[j]] -= self.diagonal[j] @ (self.right[j].T @ known)
+                x[self.spans[j]] -= self.diagonal[j].divided(self.right[j] @ known)
+            x[self.spans[j]] = self.diagonal[j].expanded(x[self.spans[j]])
             for k in range(j):
                 above[j][k] = self.left[j].part(k) @ x[self.spans[j]]
 
@@ -146,14 +180,15 @@ class LowRankMatrix(Symmetric):
         return int(np.clip(KNOWN // max(sum(map(len, self.right)), 1), 32, 256))
 
     def _forward_run(self, y, divided):
-        """L^-1 y in place and D^-1 of it, for the columns of one task."""
+        """W L^-1 y in place and B of it, for the columns of one task."""
         known = []
         for j, span in enumerate(self.spans):
             if j:
                 stacked = np.concatenate([known[k][self.ends[k][j - k - 1] : self.ends[k][j - k]] for k in range(j)])
                 y[span] -= self.left[j].whole.T @ stacked
-            divided[span] = self.diagonal[j] @ y[span]
-            known.append(self.right[j] @ divided[span])
+            y[span] = self.diagonal[j].reduced(y[span])
+            divided[span] = self.diagonal[j].divided(y[span])
+            known.append(self.right[j].T @ divided[span])
 
 
 class _Column:
@@ -177,10 +212,10 @@ class _Column:
     def couple(self, k):
         """V_ik^T D_k^-1 V_jk for all i > j, stacked (R, r_jk), and for i = j; and the first times U_jk^T R."""
         right, ends, place = self.matrix.right[k], self.matrix.ends[k], self.j - k
-        mine = right[ends[place - 1] : ends[place]]  # V_jk^T
-        weighted = mine @ self.matrix.diagonal[k]  # D^-1 is symmetric
-        self.own[k] = mine @ weighted.T
-        self.coupling[k] = right[ends[place] :] @ weighted.T
+        mine = right[:, ends[place - 1] : ends[place]]
+        weighted = self.matrix.diagonal[k].divided(mine)
+        self.own[k] = mine.T @ weighted
+        self.coupling[k] = right[:, ends[place] :].T @ weighted
         self.coupled[k] = self.coupling[k] @ self.sketch(self.first)[self.ends[k] : self.ends[k + 1]]
 
     def _rows(self, i, k):
@@ -190,14 +225,14 @@ class _Column:
         return slice(ends[i - k - 1] - first, ends[i - k] - first)
 
     def invert(self):
-        """Invert the diagonal block: D^-1. In double precision, as its rounding would enter every later column."""
-        matrix, j = self.matrix, self.j
-        block = matrix.diagonal[j].astype(np.complex128)
-        if j:
-            inner = np.concatenate([self.own[k] @ self.left[self.ends[k] : self.ends[k + 1]] for k in range(j)])
-            block -= self.left.T @ inner
-        inverse = _inverse((block + block.T) / 2)
-        matrix.diagonal[j] = ((inverse + inverse.T) / 2).astype(matrix.dtype)
+        """Invert the diagonal block. In double precision, as its rounding would enter every later column."""
+        block = self.matrix.diagonal[self.j].astype(np.complex128)
+        if self.j:
+            inner = np.concatenate([self.own[k] @ self.left[self.ends[k] : self.ends[k + 1]] for k in range(self.j)])
+            for rows in runs(self.width, STRIPE):
+                # Only the lower triangle is read.
+                block[rows, : rows.stop] -= self.left[:, rows].T @ inner[:, : rows.stop]
+        self.matrix.diagonal[self.j] = Inverse(block)
 
     def tile(self, i):
         """U and V of the tile (i, j) of L D: the matrix's less the sum over k of U_ik (V_ik^T D_k^-1 V_jk) U_jk^T."""

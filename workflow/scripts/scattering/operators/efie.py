@@ -59,9 +59,9 @@ def corrections(near, surface, wavenumber, real):
         once, turned = _orders(pairs)
         change = partial(smooth_minus_coarse, _over_source, _smooth, green, real(wavenumber))
         smooth = by_chunks(change, pairs[once], surface.vertices, surface.vertices * signs, real)
-        z = np.empty((len(pairs), 3, 3), np.complex128)
-        z[once] = _from_moments(static + smooth, wavenumber, pairs[once], surface, signs)
-        z[turned] = z[once].transpose(0, 2, 1)
+        z = np.empty((len(pairs), 3, 3), np.result_type(real, np.complex64))
+        z[once] = own = _from_moments(static + smooth, wavenumber, pairs[once], surface, signs)
+        z[turned] = own.transpose(0, 2, 1)
         result.append(z)
     return result
 
