@@ -37,10 +37,9 @@ def fill(entries, matrices, tolerance, threads, progress=lambda done: None):
     panels, near = _panels(entries), _near_tiles(entries)
     total, done, wholes = max(count * (count - 1) // 2, 1), 0, 0
 
-    def whole(i, j):
+    def whole(i, j, kept=False):
         for matrix, block in zip(matrices, entries.between(placed[i], placed[j]), strict=True):
-            # Of high rank: they are compressed with their updates, once. The first column has none.
-            matrix.tiles[i, j] = (block.copy(), None) if j else _from_whole(block, matrix.cut)
+            matrix.tiles[i, j] = (block.copy(), None) if kept else _from_whole(block, matrix.cut)
         return 1, 1
 
     def far(j, here, there, columns, crossing, exact):
@@ -76,7 +75,8 @@ def fill(entries, matrices, tolerance, threads, progress=lambda done: None):
                 crossing = entries.between(there.placed, here.placed)
                 exact = entries.between(there.checking, here.checking)
                 tasks += [pool.submit(far, j, here, there, columns, crossing, exact) for j in here.patches]
-            tasks += [pool.submit(whole, *pair) for pair in near if pair[1] in here.patches]
+            # Near tiles have a high rank: they are compressed with their updates. The first column has none.
+            tasks += [pool.submit(whole, *pair, pair[1] > 0) for pair in near if pair[1] in here.patches]
             for task in tasks:
                 filled, failed = task.result()
                 done, wholes = done + filled, wholes + failed
