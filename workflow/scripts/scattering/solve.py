@@ -244,6 +244,7 @@ class _System:
         self.residual = self._residual(excited, self._solve(excited))
         if self.residual > self.promise and self.tolerance is not None:
             self.tolerance /= FINER
+            print(f"residual {self.residual:.1e}: the matrix is compressed once more, to {self.tolerance:.1e}")
             self.assemble(_silent)
             self.factorize(_silent)
             self.residual = self._residual(excited, self._solve(excited))
