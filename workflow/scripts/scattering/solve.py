@@ -30,7 +30,7 @@ MAX_RESIDUAL = 1e-3  # above it (or PROMISE) the solution is refined, and refuse
 # tolerance FINER times smaller, MOST times at most, until the residual, of which few directions are probed, is MARGIN
 # times smaller.
 SHARE, PROMISE = 0.4, 10
-FINER, MOST, MARGIN = 8, 2, 5
+FINER, MOST, MARGIN = 8, 2, 3
 MANY = 1e5  # unknowns, above which errors of tiles add up to more than the promise unless each error is smaller
 KINDS = {  # whole matrices: on JAX's device or not, symmetric or not
     (False, False): GeneralMatrix,
