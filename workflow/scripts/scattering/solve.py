@@ -26,11 +26,9 @@ from isarflow.scattering.solver import Solution
 OPERATORS = {"efie": efie, "cfie": cfie}
 DTYPES = {"single": np.complex64, "double": np.complex128}
 MAX_RESIDUAL = 1e-3  # above it (or PROMISE) the solution is refined, and refused if the residual stays too large
-# Of a tolerance: the largest error of a tile, and the largest residual. Above that the matrix is compressed anew to a
-# tolerance FINER times smaller, MOST times at most, until the residual, of which few directions are probed, is MARGIN
-# times smaller.
-SHARE, PROMISE = 0.4, 10
-FINER, MOST, MARGIN = 8, 2, 3
+# Of a tolerance: the largest error of a tile; and the largest residual. Above it the matrix is compressed anew, so that
+# the residual should be a MARGIN-th of it: few directions are probed.
+SHARE, PROMISE, MARGIN = 0.4, 10, 5
 MANY = 1e5  # unknowns, above which errors of tiles add up to more than the promise unless each error is smaller
 KINDS = {  # whole matrices: on JAX's device or not, symmetric or not
     (False, False): GeneralMatrix,
@@ -243,11 +241,10 @@ class _System:
         Before, a compressed matrix is made once more, and finer: that costs less than a refinement, which assembles the
         whole matrix for each step and multiplies it by all right sides.
         """
-        aim, self.residual = self.promise, self._residual(excited, self._solve(excited))
-        for _ in range(MOST if self.tolerance else 0):
-            if not self.residual > aim:
-                break
-            aim, self.tolerance = self.promise / MARGIN, self.tolerance / FINER
+        self.residual = self._residual(excited, self._solve(excited))
+        if self.tolerance is not None and self.promise < self.residual < np.inf:
+            finer = self.tolerance * self.promise / (MARGIN * self.residual)
+            self.tolerance = max(finer, float(np.finfo(self.dtype).eps))
             print(f"residual {self.residual:.1e}: the matrix is compressed once more, to {self.tolerance:.1e}")
             self.assemble(_silent)
             self.factorize(_silent)
