@@ -21,7 +21,7 @@ import threadpoolctl
 from scipy.ndimage import map_coordinates, maximum_filter
 
 from isarflow.imaging.formation import build
-from isarflow.imaging.scatterers import Scatterers, waves
+from isarflow.imaging.scatterers import Scatterers, slopes, waves
 
 FREQUENCY, ANGLE = np.linspace(4.05e9, 7.05e9, 27), np.radians(360 / 242) * (np.arange(21) - 10)
 IMAGERS = {
@@ -76,10 +76,8 @@ def pairs(count, apart, snr_db, random):
 
 def bound(places, amplitudes, power, there):
     """The Cramer-Rao bound of a pair: the mean squared distance of an estimate from its scatterer, in cells."""
-    shapes = waves(Q, places)
-    by_place = (1j * Q * CELL)[:, None, :] * (shapes * amplitudes)[:, :, None]
-    slopes = np.hstack([by_place.reshape(len(Q), -1), shapes, 1j * shapes])[there.ravel()]
-    variance = np.diag(np.linalg.inv(2 / power * (slopes.conj().T @ slopes).real))
+    by_unknown = slopes(Q, places, amplitudes, CELL)[there.ravel()]
+    variance = np.diag(np.linalg.inv(2 / power * (by_unknown.conj().T @ by_unknown).real))
     return variance[:4].sum() / 2
 
 

@@ -27,7 +27,7 @@ from imaged import Imaged, recognised
 
 from isarflow.core.sweep import Sweep
 from isarflow.imaging.outline import OUTLINE, outline
-from isarflow.learning.features import standardized
+from isarflow.learning.confidence import zncc
 from isarflow.mesh.io import read_ply
 from isarflow.scattering.solver import build
 from isarflow.scattering.store import write_field
@@ -117,9 +117,8 @@ def likeness(imaged):
         beside = {MADE_BY[solver]: seen(imaged[solver], target) for solver in SOLVERS}
         beside |= {"5° above": seen(true, target, 1), "another target": seen(true, other)}
         for (name, images), (number, way) in itertools.product(beside.items(), enumerate(CHANNELS)):
-            flat = (standardized(of[:, number].reshape(len(of), -1)) for of in (exact, images))
-            zncc = np.einsum("ip,ip->i", *flat)
-            rows += [{"target": target, "of": name, "polarization": way, "zncc": value} for value in zncc]
+            values = zncc(*(of[:, number].reshape(len(of), -1) for of in (exact, images)))
+            rows += [{"target": target, "of": name, "polarization": way, "zncc": value} for value in values]
     return pd.DataFrame(rows)
 
 

@@ -29,8 +29,8 @@ class Imaged:
         """Images (n, channels, range, crossrange) at elevations, by their numbers, and at azimuths, (E, n) numbers."""
         made = []
         for elevation, chosen in zip(elevations, azimuths, strict=True):
-            channels = self.fields[target].isel(elevation=elevation).values
-            samples = np.stack([apertures(of, self.azimuth, self.aperture)[chosen] for of in channels], axis=1)
+            field = self.fields[target].isel(elevation=elevation).values
+            samples = apertures(field, self.azimuth, self.aperture)[chosen]
             if snr_db is not None:
                 variance = signal_power(samples[:, 0], "mean") / 10 ** (snr_db / 10)
                 samples = samples + self._noise(variance, random)

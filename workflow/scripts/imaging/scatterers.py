@@ -71,3 +71,13 @@ class Scatterers(Formation):
 def waves(wavevectors: np.ndarray, places: np.ndarray) -> np.ndarray:
     """The samples (S, M) of scatterers of amplitude 1 at places (M, D), m. wavevectors: (S, D) in rad/m."""
     return np.exp(1j * wavevectors @ places.T)
+
+
+def slopes(wavevectors: np.ndarray, places: np.ndarray, amplitudes: np.ndarray, cell: np.ndarray) -> np.ndarray:
+    """Derivatives (S, M * (D + 2)) of the samples of scatterers, arguments as of `waves`, of amplitudes (M,) in m.
+
+    By the places in cells (D,), m, scatterer by scatterer, then by the real and by the imaginary parts of amplitudes.
+    """
+    shapes = waves(wavevectors, places)
+    by_place = (1j * wavevectors * cell)[:, None, :] * (shapes * amplitudes)[:, :, None]
+    return np.hstack([by_place.reshape(len(shapes), -1), shapes, 1j * shapes])

@@ -10,7 +10,7 @@ import functools
 import numpy as np
 from scipy.optimize import least_squares
 
-from isarflow.imaging.scatterers import Scatterers, waves
+from isarflow.imaging.scatterers import Scatterers, slopes, waves
 
 SEARCHED = 2  # places in a cell at which the next centre is looked for
 CLEAN = 1e-8  # of the samples' power: what is left below it counts as noise, as that of numbers of single precision
@@ -78,10 +78,7 @@ def refined(samples, wavevectors, places, cell):
         return parts(waves(wavevectors, moved) @ amplitudes - samples)
 
     def slope(unknowns):
-        moved, amplitudes = split(unknowns)
-        shapes = waves(wavevectors, moved)
-        by_place = (1j * wavevectors * cell)[:, None, :] * (shapes * amplitudes)[:, :, None]
-        return parts(np.hstack([by_place.reshape(len(samples), -1), shapes, 1j * shapes]))
+        return parts(slopes(wavevectors, *split(unknowns), cell))
 
     amplitudes = np.linalg.lstsq(waves(wavevectors, places), samples)[0]
     scale = np.abs(samples).max()
