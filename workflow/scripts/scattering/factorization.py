@@ -47,8 +47,9 @@ class Symmetric:
     def solve(self, right, threads=1):
         """A^-1 right, (N, D)."""
         _, x = self._forward(right, threads)
-        with Pool(threads):
-            self._backward(x)
+        with Pool(threads) as pool:
+            parts = even_runs(x.shape[1], self._step())
+            pool.wait([pool.submit(self._backward, x[:, part]) for part in parts])
         return x
 
     def _forward(self, right, threads):

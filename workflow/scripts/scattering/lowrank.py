@@ -142,6 +142,25 @@ class LowRankMatrix(Symmetric):
         self.right = [None] * len(spans)  # for each column j: W V_ij, (n_j, r), for i > j, beside each other
         self.ends = [None] * len(spans)  # for each column j: where in `right` the tiles end
 
+    def times(self, x, threads=1):
+        """A x, (N, D), before the factors replace A."""
+        out = np.empty_like(x)
+
+        def row(i):
+            out[self.spans[i]] = self.diagonal[i] @ x[self.spans[i]]
+            for j, span in enumerate(self.spans):
+                if j != i:
+                    u, v = self.tiles[max(i, j), min(i, j)]
+                    if v is None:
+                        product = (u if j < i else u.T) @ x[span]
+                    else:
+                        product = u @ (v.T @ x[span]) if j < i else v @ (u.T @ x[span])
+                    out[self.spans[i]] += product
+
+        with Pool(threads) as pool:
+            pool.wait([pool.submit(row, i) for i in range(len(self.spans))])
+        return out
+
     def factorize(self, threads=1, progress=lambda done: None):
         """Replace the matrix by its factors."""
         count = len(self.spans)

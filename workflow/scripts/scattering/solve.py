@@ -26,8 +26,8 @@ from isarflow.scattering.solver import Solution
 OPERATORS = {"efie": efie, "cfie": cfie}
 DTYPES = {"single": np.complex64, "double": np.complex128}
 MAX_RESIDUAL = 1e-3  # above it (or PROMISE) the solution is refined, and refused if the residual stays too large
-# Of a tolerance: the largest error of a tile; and the largest residual. Above it the matrix is compressed anew, so that
-# the residual should be a MARGIN-th of it: few directions are probed.
+# Of a tolerance: the largest error of a tile; and the largest residual. Above it the solution is refined by a finer
+# matrix, whose residual should be a MARGIN-th of it: few directions are probed.
 SHARE, PROMISE, MARGIN = 0.4, 10, 5
 MANY = 1e5  # unknowns, above which errors of tiles add up to more than the promise unless each error is smaller
 KINDS = {  # whole matrices: on JAX's device or not, symmetric or not
@@ -129,8 +129,7 @@ class _Monostatic:
         """f (P, D) at one wavenumber; of_waves: the `Excitation` there."""
         samples = self.probe(system, wavenumber, of_waves)
         field = np.empty((len(self.polarizations), *self.shape), np.complex128)
-        # The refinement assembles the matrix once more, and therefore takes all directions at once.
-        for numbers, u, polarization, groups in samples.parts(self.ways, np.inf if system.refines else COLUMNS):
+        for numbers, u, polarization, groups in samples.parts(self.ways, system.columns):
             progress(numbers[0] / len(samples.rings))
             received = of_waves(u, polarization)
             alpha = self.operator.ALPHA
@@ -204,6 +203,7 @@ class _System:
     def __init__(self, entries, dtype, tolerance, threads):
         self.entries, self.dtype, self.tolerance, self.threads = entries, dtype, tolerance, threads
         self.promise = min(MAX_RESIDUAL, PROMISE * (tolerance or 1))
+        self.columns = COLUMNS  # right sides at a time
 
     def assemble(self, progress):
         entries = self.entries(self.dtype)
@@ -213,12 +213,16 @@ class _System:
             self.matrices = [kind(size, self.dtype) for size in sizes]
             assemble(entries, self.matrices, self.threads, progress)
         else:
-            self.matrices = [LowRankMatrix([block.spans[p] for block in entries.blocks]) for p in range(len(sizes))]
-            share = SHARE * min(1, MANY / sum(sizes))
-            fill(entries, self.matrices, share * self.tolerance, self.threads, progress)
+            self.matrices = self._compressed(entries, self.tolerance, progress)
         # Kept, because the factorization overwrites the matrices.
         self.probed = [np.unique(np.linspace(0, n - 1, min(PROBED_ROWS // len(sizes), n)).astype(int)) for n in sizes]
         self.rows = entries.rows(self.probed)
+
+    def _compressed(self, entries, tolerance, progress):
+        matrices = [LowRankMatrix(list(spans)) for spans in zip(*(block.spans for block in entries.blocks), strict=True)]
+        share = SHARE * min(1, MANY / sum(matrix.size for matrix in matrices))
+        fill(entries, matrices, share * tolerance, self.threads, progress)
+        return matrices
 
     def factorize(self, progress):
         finished = [0.0] * len(self.matrices)
@@ -236,20 +240,16 @@ class _System:
             list(pool.map(factorize, range(len(self.matrices))))
 
     def probe(self, excited):
-        """Measure `residual`, |A x - b| / |b|, of some right sides: if it is too large, all solutions are refined.
-
-        Before, a compressed matrix is made once more, and finer: that costs less than a refinement, which assembles the
-        whole matrix for each step and multiplies it by all right sides.
-        """
+        """Measure `residual`, |A x - b| / |b|, of some right sides: if it is too large, all solutions are refined."""
         self.residual = self._residual(excited, self._solve(excited))
-        if self.tolerance is not None and self.promise < self.residual < np.inf:
+        self.refines = self.promise < self.residual < np.inf
+        if self.refines and self.tolerance is None:
+            self.columns = np.inf  # the whole matrix is assembled for each step
+        elif self.refines:
             finer = self.tolerance * self.promise / (MARGIN * self.residual)
-            self.tolerance = max(finer, float(np.finfo(self.dtype).eps))
-            print(f"residual {self.residual:.1e}: the matrix is compressed once more, to {self.tolerance:.1e}")
-            self.assemble(_silent)
-            self.factorize(_silent)
-            self.residual = self._residual(excited, self._solve(excited))
-        self.refines = self.residual > self.promise
+            finer = max(finer, float(np.finfo(self.dtype).eps))
+            print(f"residual {self.residual:.1e}: the solution is refined by a matrix compressed to {finer:.1e}")
+            self.finer = self._compressed(self.entries(self.dtype), finer, _silent)
         if self.refines:
             self.residual = 0.0  # from now on the largest of a refined solution
 
@@ -277,10 +277,14 @@ class _System:
         return [matrix.solve(b, self.threads) for matrix, b in zip(self.matrices, right, strict=True)]
 
     def _refined(self, right, currents):
-        """Currents after one step of iterative refinement with a matrix of double precision (Golub, Van Loan, 3.5.3).
+        """Currents after one step of iterative refinement (Golub, Van Loan, 3.5.3) with a matrix better than the factors.
 
-        The matrix is assembled again, tile by tile, because its factors have replaced it.
+        A compressed one is compressed less; a whole one is of double precision, assembled again, tile by tile.
         """
+        if self.tolerance is not None:
+            products = [matrix.times(x, self.threads) for matrix, x in zip(self.finer, currents, strict=True)]
+            corrections = self._solve([b - product for b, product in zip(right, products, strict=True)])
+            return [x + dx for x, dx in zip(currents, corrections, strict=True)]
         entries = self.entries(np.complex128)
         self.rows = entries.rows(self.probed)
         products = [Product(x, entries.operator.SYMMETRIC) for x in currents]
