@@ -219,7 +219,7 @@ class _System:
         self.rows = entries.rows(self.probed)
 
     def _compressed(self, entries, tolerance, progress):
-        matrices = [LowRankMatrix(list(spans)) for spans in zip(*(block.spans for block in entries.blocks), strict=True)]
+        matrices = [LowRankMatrix([block.spans[p] for block in entries.blocks]) for p in range(len(entries.bases))]
         share = SHARE * min(1, MANY / sum(matrix.size for matrix in matrices))
         fill(entries, matrices, share * tolerance, self.threads, progress)
         return matrices
@@ -277,7 +277,7 @@ class _System:
         return [matrix.solve(b, self.threads) for matrix, b in zip(self.matrices, right, strict=True)]
 
     def _refined(self, right, currents):
-        """Currents after one step of iterative refinement (Golub, Van Loan, 3.5.3) with a matrix better than the factors.
+        """Currents after one step of iterative refinement (Golub, Van Loan, 3.5.3) by a better matrix than the factors'.
 
         A compressed one is compressed less; a whole one is of double precision, assembled again, tile by tile.
         """
