@@ -277,7 +277,7 @@ class _System:
         return [matrix.solve(b, self.threads) for matrix, b in zip(self.matrices, right, strict=True)]
 
     def _refined(self, right, currents):
-        """Currents after one step of iterative refinement (Golub, Van Loan, 3.5.3) by a better matrix than the factors'.
+        """Currents after one step of iterative refinement by a better matrix (Golub, Van Loan, 3.5.3).
 
         A compressed one is compressed less; a whole one is of double precision, assembled again, tile by tile.
         """
