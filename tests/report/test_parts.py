@@ -8,7 +8,6 @@ import matplotlib.colors
 import numpy as np
 import pandas as pd
 import pytest
-import xarray as xr
 from study.selection import at_highest
 
 from isarflow import report
@@ -17,7 +16,7 @@ from isarflow.core.sweep import C0
 from isarflow.imaging.outline import OUTLINE, outline
 from isarflow.imaging.range_profiles import range_profiles
 from isarflow.report import layout, page, plots, section_open, selection, vocabulary
-from isarflow.report.published import _offset, beside
+from isarflow.report.published import beside
 from isarflow.report.section_headline import curves
 from isarflow.report.thesis import full_size, size
 from isarflow.report.vocabulary import Names, select
@@ -181,7 +180,7 @@ def test_published_values_are_drawn_beside_curves_by_their_definition_of_snr():
     assert words.startswith(" Published values are left out")
 
 
-def test_published_statements_count_to_their_printed_decimals_and_matrices_have_the_mean_offset():
+def test_published_statements_count_to_their_printed_decimals():
     for relation, printed, holding, failing in (
         (">=", "1.00", 0.9996, 0.994),
         (">", "0.99", 0.991, 0.99),
@@ -189,16 +188,6 @@ def test_published_statements_count_to_their_printed_decimals_and_matrices_have_
         ("=", "0.7981", 0.79814, 0.79816),
     ):
         assert plots.holds(holding, relation, printed) and not plots.holds(failing, relation, printed), relation
-    # The matrices are sought by the mean offset of the open set.
-    measured = {"a": 2.0, "b": 3.0, "u": 7.0, "other": 90.0}
-    results = SimpleNamespace(
-        definition="peak_3db",
-        of_role={"known": ["a", "b"], "unknown": ["u"]}.get,
-        images=lambda target, store: xr.Dataset(attrs={"snr_definition_offset_db": measured[target]}),
-    )
-    assert _offset(results) == 4.0
-    results.definition = "mean"
-    assert _offset(results) == 0.0
 
 
 def test_models_and_scores_have_the_names_that_their_files_state_and_all_come_in_order():

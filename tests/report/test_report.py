@@ -35,7 +35,7 @@ def test_a_network_of_ones_own_has_the_capsules_section(tmp_path, few_pictures):
     page = check_whole(report)
     shown = " ".join(page.headings()[7:-4])
     assert shown == "imaging images recognition compare matrices learning open capsule alike"
-    assert {"capsule_reconstructions", "open_mine"} <= page.figures and "published_confusion" not in page.figures
+    assert {"capsule_reconstructions", "open_mine"} <= page.figures
     assert set(pd.read_csv(report / "tables" / "figure_open_mine.csv")["score"].dropna()) == {"fit", "my_error"}
 
 

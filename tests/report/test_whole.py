@@ -47,7 +47,6 @@ CAPTIONS = {
     "open_noisy_capsule": [f"capsule and capsule, denoising {CAPSULE}", THRESHOLDS, AT_RANDOM],
     "open_capsule_sector": [CAPSULE, THRESHOLDS, "split by sector (3 folds; of capsule sector only no. 2)"],
     "open_fcnn_open": [FCNN, THRESHOLDS, AT_RANDOM],
-    "published_confusion": [FCNN, "Thresholds: thesis", AT_RANDOM],
     "learning_sector_fcnn": [FCNN, "split by sector (3 folds; of sector FCNN only no. 1 and 3)"],
 }
 
@@ -86,7 +85,7 @@ def test_the_page_shows_all_stages(page):
     expected |= {f"learning_{experiment}" for experiment in fake.SETTINGS["learning"]["experiments"]}
     expected |= {"open_fcnn_open", "capsule_reconstructions", "capsule_reconstructions_capsule_denoise"}
     assert expected <= page.figures
-    assert {"headline", "gallery_snr", "training_curves", "published_confusion", "images_alike"} <= page.figures
+    assert {"headline", "gallery_snr", "training_curves", "images_alike"} <= page.figures
 
 
 def test_the_page_says_what_was_run_and_how_well_it_was_solved(page):
@@ -108,10 +107,6 @@ def test_numbers_on_the_page_are_those_of_the_results(page, whole, scores):
     rcs = pd.read_csv(whole / "tables" / "figure_rcs_drone.csv").query("azimuth == 90 and elevation == 0")
     expected = 10 * np.log10(4 * np.pi * np.array([0.15, 0.225]) ** 2)
     np.testing.assert_allclose(rcs.set_index("polarization").loc[["VV", "HH"], "rcs_dbsm"], expected, atol=1e-4)
-    times = pd.read_csv(whole / "tables" / "prediction_times.csv").set_index(["experiment", "model"])["published_ms"]
-    assert (times["multi_elevation", "knn"], times["single_elevation", "lr"]) == (48.8, 0.0365)
-    # 16 filters here, 256 there: a reduced network has no published time beside it, though the thesis timed that.
-    assert np.isnan(times["capsule_open", "capsule"])
     # The last fold chooses otherwise than the other two.
     assert page.table("table-search_lr_tuned") == [
         ["penalty", "sector"],

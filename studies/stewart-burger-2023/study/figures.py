@@ -14,7 +14,7 @@ from isarflow.core.words import number
 from isarflow.learning import images
 from isarflow.report import plots
 from isarflow.report.layout import BLACK, BLUE, VERMILION
-from isarflow.report.published import ADAPTATIONS, CLASSES
+from isarflow.report.published import ADAPTATIONS
 from isarflow.report.selection import evenly, nearest
 from isarflow.report.vocabulary import MEASURES, listed, select, snr_axis
 from study import anew
@@ -95,7 +95,7 @@ def matrices(results, figure):
     order, columns = results.of_role("known") + results.of_role("unknown"), len(figure.adaptations)
     drawing, grid = plots.panels(2, columns, 0.6 + 3.2 * columns, 5.9, False, False)
     for (above, below), name in zip(grid.T, figure.adaptations, strict=True):
-        printed = select(results.published_confusion, model=name).set_index("true")[CLASSES]
+        printed = select(results.published_confusion, model=name).set_index("true")[["drone", "missile", "other"]]
         plots.draw_matrix(above, printed, f"{PAGE['headings'][name]},\npublished")
         counts = open_counts(results, figure.experiment, *ADAPTATIONS[name])
         if len(counts):

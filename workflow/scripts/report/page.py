@@ -86,9 +86,8 @@ def _parts(results, threads):
     # The same on every machine: the last bits of a product depend on how many threads BLAS uses.
     with parallel_config("loky", n_jobs=threads, inner_max_num_threads=1):
         drawn = Parallel(return_as="generator", batch_size=1)(delayed(_drawn)(of.section, results) for of in modules)
-        for module, made in zip(
-            modules, tqdm(drawn, "drawing", len(modules), unit="section", leave=False), strict=True
-        ):
+        drawn = tqdm(drawn, "drawing", len(modules), unit="section", leave=False)
+        for module, made in zip(modules, drawn, strict=True):
             sections[module.PLACE[0]] += tuple(made)
     return [Part(id, PARTS[id], of_part) for id, of_part in sections.items() if of_part]
 

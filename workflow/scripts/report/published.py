@@ -1,20 +1,17 @@
-"""What the reference thesis published, beside the same here: markers in figures, a table, confusion matrices."""
+"""What the reference thesis published, beside the same here: markers in figures and a table."""
 
 import numpy as np
 import pandas as pd
 
 from isarflow.report import thesis
-from isarflow.report.conditions import conditions
-from isarflow.report.layout import figure, table
-from isarflow.report.plots import MEANT, RELATIONS, draw_matrix, finish, holds, matrix, panels
-from isarflow.report.selection import nearest
-from isarflow.report.vocabulary import ACCURACY, ELEVATIONS, F1, heading, select, title, with_interval
+from isarflow.report.layout import table
+from isarflow.report.plots import MEANT, RELATIONS, holds
+from isarflow.report.vocabulary import ACCURACY, ELEVATIONS, F1, select, title, with_interval
 
 MARKERS = ", ".join(f"{sign} {words}" for sign, words in zip("▲▼●", MEANT.values(), strict=True))
 FREQUENCY = f"{thesis.CENTER_FREQUENCY / 1e9:g} GHz"
 FULL_SIZE = f"thesis, full-size network, {FREQUENCY}"
 IN_KIND = f"Its networks are full-size ones at {FREQUENCY}, its targets other models: expect agreement in kind only."
-CLASSES = ["drone", "missile", "other"]  # of its confusion matrices
 # What a published metric is called in scores.csv, and on the page: of the closed set and of the open one.
 CLOSED = {"accuracy": (ACCURACY, "accuracy"), "f1": (F1, "weighted F1")}
 OPEN = {"weighted_f1": (F1, "weighted F1")}
@@ -22,7 +19,6 @@ OPEN = {"weighted_f1": (F1, "weighted F1")}
 ADAPTATIONS = {"softmax_threshold": ("fcnn", "softmax"), "openmax": ("fcnn", "openmax")}
 ADAPTATIONS |= {"other_class": ("fcnn_other", "softmax")}
 ADAPTATIONS |= {f"capsule_{score}": ("capsule", score) for score in ("mse", "zncc")}
-OPENED = ["fcnn_open", "capsule_open"]  # experiments with them
 POINT = ["test_snr_db", "value", "low", "high", "n", "snr_definition"]  # the other columns of scores tell curves apart
 
 
@@ -83,42 +79,3 @@ def statements_table(results, name, metrics):
     )
     data = pd.DataFrame(data).drop(columns=["elevation", "figure", "reading"], errors="ignore")
     return (table(name, data, shown, caption),) if shown else ()
-
-
-def confusion_figure(results):
-    """Draw our confusion matrices of the thesis's adaptations, each beside its own, at the SNR nearest to its."""
-    theirs, ours = results.published_confusion, select(results.confusion, elevation="all", threshold="thesis")
-    ours, snr, shown = select(ours, experiment=OPENED), theirs["snr_db"].iloc[0], []
-    if len(ours):
-        ours = select(ours, test_snr_db=nearest(ours["test_snr_db"], snr + _offset(results)))
-    for adaptation, (model, score) in ADAPTATIONS.items():
-        cells = select(ours, model=model, score=score)
-        if len(cells[["experiment", "training"]].drop_duplicates()) == 1:
-            printed = select(theirs, model=adaptation).set_index("true")[CLASSES]
-            shown.append((f"{heading(adaptation)}, here", matrix(cells)))
-            shown += [(f"{heading(adaptation)}, thesis, full size", printed)] if len(printed) else []
-    if not shown:
-        return ()
-    order = {target: place for place, target in enumerate(results.targets)}
-    columns = min(4, len(shown))
-    rows, targets, classes = -(-len(shown) // columns), *np.max([counts.shape for _, counts in shown], axis=0)
-    width, height = 0.6 + (0.9 + 0.7 * classes) * columns, 0.4 + (0.7 + 0.7 * targets) * rows
-    drawing, grid = panels(rows, columns, width, height, sharex=False, sharey=False)
-    for axes, (text, counts) in zip(grid.flat, shown, strict=False):
-        # Targets that only the thesis has come first.
-        draw_matrix(axes, counts.sort_index(key=lambda index: index.map(order).fillna(-1)), text)
-    finish(drawing, grid, "predicted class", "target", legend=False)
-    caption = (
-        f"Confusion matrices of the open set at {ours['test_snr_db'].iloc[0]:g} dB: share of each target's images and "
-        f"their number. The thesis's, where there are any, are at {snr:g} dB by mean power, to which ours are the "
-        f"nearest. {IN_KIND}{conditions(results, ours)}"
-    )
-    return (figure("published_confusion", drawing, ours, caption, wide=columns > 2),)
-
-
-def _offset(results):
-    """Return how many dB higher SNRs are by this run's definition than by the thesis's: the mean of the open set."""
-    if results.definition == thesis.DEFINITION:
-        return 0.0
-    clean = [results.images(name, "clean") for name in results.of_role("known") + results.of_role("unknown")]
-    return float(np.mean([images.attrs["snr_definition_offset_db"] for images in clean]))

@@ -57,7 +57,6 @@ class Results:
     # Columns as the files have them; what was printed stays text, because its decimals say how exactly it was.
     published_scores = _published("results", {"value": str, "snr_db": float})
     published_times = _published("prediction_times")
-    published_galleries = _published("galleries", str)  # what the figures of images show, by target
     published_confusion = _published("confusion")
     published_settings = _published("settings", str)  # columns model, setting, value and source
 

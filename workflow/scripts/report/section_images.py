@@ -10,8 +10,7 @@ from isarflow.imaging.point_response import by_way
 from isarflow.report.conditions import noise_words
 from isarflow.report.layout import Section, figure
 from isarflow.report.plots import FLOOR_DB, draw_pixels, edges, finish, gallery, panels, pixel_table
-from isarflow.report.selection import GALLERY_AZIMUTHS, GALLERY_ELEVATIONS, around, evenly, noise_snrs
-from isarflow.report.vocabulary import select
+from isarflow.report.selection import GALLERY_VIEWS, around, evenly, noise_snrs
 
 PLACE, NEEDS = ("imaging", 1), "images_are_made"  # on the page, see page.py
 PLACES = 13  # of scatterers, along each axis of the extent
@@ -68,14 +67,12 @@ def galleries(results):
     """Yield the figures of noise-free images over the angles, of every target over azimuth, and of ever more noise."""
     for target in results.targets:
         image = results.images(target, "clean").image.sel(elevation=0, method="nearest")
-        image = image.isel(azimuth=around(image.sizes["azimuth"], GALLERY_AZIMUTHS))
+        image = image.isel(azimuth=around(image.sizes["azimuth"], GALLERY_VIEWS))
         note = "At azimuth 0° the radar is on the x axis, before the nose of what has one."
-        for line in select(results.published_galleries, target=target).to_dict("records"):
-            note += f" The thesis's figure {line['figure']} is of a target of this kind: {line['shows']}."
         yield _over(results, f"images_{target}", target, image, "azimuth", "elevation", note)
     target, noise = results.targets[0], results.settings["noise"]
     image = results.images(target, "clean").image
-    image = image.sel(elevation=evenly(image.elevation.values.tolist(), GALLERY_ELEVATIONS))
+    image = image.sel(elevation=evenly(image.elevation.values.tolist(), GALLERY_VIEWS))
     image = image.isel(azimuth=image.sizes["azimuth"] // 8)
     note = "Away from the horizon the image plane is inclined: cross-range shrinks with the cosine of the elevation."
     yield _over(results, "gallery_elevation", target, image, "elevation", "azimuth", note)

@@ -7,7 +7,6 @@ from matplotlib.ticker import MaxNLocator
 
 from isarflow.core.words import number, several
 from isarflow.learning.experiments import training_noise
-from isarflow.report import thesis
 from isarflow.report.conditions import conditions, meaning
 from isarflow.report.layout import Section, figure, table
 from isarflow.report.plots import draw_scores, finish, panels, training_look
@@ -17,8 +16,6 @@ from isarflow.report.vocabulary import ACCURACY, ELEVATIONS, METHOD, at_snrs, he
 
 PLACE, NEEDS = ("recognition", 1), "learns"  # on the page, see page.py
 DASHES = "-", "--", ":", "-."  # of a model's training curves
-# Columns of the published prediction times beside ours.
-PUBLISHED = {"training_observations": "published_training_observations", "milliseconds_per_observation": "published_ms"}
 
 
 def section(results):
@@ -120,22 +117,16 @@ def search_tables(results):
 
 
 def times_table(results):
-    """Return prediction times per image beside the published ones of networks of the same size."""
-    published = results.published_times.drop(columns=["source", "condition"]).rename(columns=PUBLISHED)
-    published = published[[thesis.full_size(model, results.settings) for model in published["model"]]]
-    data = results.times.merge(published, how="left", on=["model", "experiment"])
+    """Return the prediction times per image."""
     shown = {
         "run": lambda row: run_title(results.runs[row["run"]]),
         "model": lambda row: results.names.model(row["model"]).label,
         "training images": "{training_observations:,}",
         "one at a time [ms]": lambda row: number(row["single_ms"]),
         "in batches [ms]": lambda row: number(row["batch_ms"]),
-        "reference thesis [ms]": lambda row: number(row["published_ms"]),
-        "its training images": lambda row: number(row["published_training_observations"], 6),
     }
     caption = (
-        f"Prediction time per image, from complex image to class. Here: {data['machine'].iloc[0]}, "
-        f"{several(data['threads'].iloc[0], 'thread')}, in batches of {data['batch_size'].max()}. The thesis: "
-        "Intel i7-7700HQ and other training sets: only ratios compare. Networks of other sizes have no time of its."
+        f"Prediction time per image, from complex image to class. Here: {results.times['machine'].iloc[0]}, "
+        f"{several(results.times['threads'].iloc[0], 'thread')}, in batches of {results.times['batch_size'].max()}."
     )
-    return table("prediction_times", data, shown, caption)
+    return table("prediction_times", results.times, shown, caption)

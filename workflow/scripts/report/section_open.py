@@ -7,7 +7,7 @@ from isarflow.learning.experiments import REFERENCE
 from isarflow.report.conditions import conditions
 from isarflow.report.layout import BLACK, PALETTE, Section, figure, table
 from isarflow.report.plots import draw_scores, finish, panels
-from isarflow.report.published import ADAPTATIONS, FULL_SIZE, OPEN, beside, confusion_figure, statements_table
+from isarflow.report.published import ADAPTATIONS, FULL_SIZE, OPEN, beside, statements_table
 from isarflow.report.selection import evenly, nearest
 from isarflow.report.vocabulary import F1, METHOD, PROTOCOLS, at_snrs, heading, middle, ranked, select, span_text, title
 
@@ -35,7 +35,7 @@ def section(results):
     figures = *(open_figure(results, name) for name in results.opened), *looks_figure(results, scores)
     ranks = summary(scores, select(results.validation, elevation="all"))
     tables = tried_table(results, scores, ranks), *statements_table(results, "published_open", OPEN)
-    return Section("open", "Open set", (text,), (*figures, *confusion_figure(results)), tables)
+    return Section("open", "Open set", (text,), figures, tables)
 
 
 def open_figure(results, name):

@@ -5,8 +5,7 @@ import numpy as np
 from isarflow.core.sweep import evenly, snr_label
 
 ROLES = ("known", "unknown", "other")
-GALLERY_AZIMUTHS = 8  # images of each target
-GALLERY_ELEVATIONS = 8  # images of one target
+GALLERY_VIEWS = 8  # images of each target over azimuth, and of one over elevation
 DECODED_SNRS = (3, 24)  # dB
 GALLERY_SNRS = 7  # noisy images of one target, beside the clean one
 TABLE_SNRS = 7  # columns of the accuracy table
