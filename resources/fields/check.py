@@ -32,7 +32,7 @@ from isarflow.setup.config import load
 from isarflow.setup.yaml_file import read_yaml
 
 HERE = Path(__file__).parent
-CONFIG = "config/thesis.yaml"
+CONFIG = "config/thesis.yaml", "config/fields.yaml"
 FINER = 14  # edges a wavelength
 SHOWN = 30  # dB below the peak over all directions, down to which levels are compared
 REFERENCES = ["cfie", "finer"]
@@ -45,7 +45,7 @@ def main():
     parser.add_argument("--frequencies", type=int, nargs="+", default=[0, 13, 26], help="their numbers")
     parser.add_argument("--references", nargs="+", choices=REFERENCES, default=REFERENCES)
     options = parser.parse_args()
-    config, path = load(read_yaml(CONFIG)), HERE / "accuracy.csv"
+    config, path = load(*map(read_yaml, CONFIG)), HERE / "accuracy.csv"
     rows = pd.read_csv(path).to_dict("records") if path.exists() else []
     targets = options.targets or [name for name in config["targets"] if (HERE / f"{name}.zarr").exists()]
     for reference in options.references:
@@ -95,7 +95,7 @@ def compared(config, target, reference, field, attrs, threads):
 
 def own_mesh(config, target, frequency, threads):
     """The path of the mesh of the band that a frequency (Hz) is in, and its figures."""
-    figures = meshed(target, threads, Path("results", config["name"]), CONFIG)
+    figures = meshed(target, threads, Path("results", config["name"]), *CONFIG)
     bands = sweeps(config["radar"], config["aspect"], config["mesh"]["bands"])
     (number,) = (n for n, band in enumerate(bands) if np.isclose(band.frequency, frequency).any())
     return figures.with_name(f"{target}-{number}.ply"), json.loads(figures.read_text())["bands"][number]
@@ -109,7 +109,7 @@ def finer_mesh(_, target, frequency, threads):
     radar = {"center_frequency": float(frequency), "bandwidth": 0, "frequencies": 1}
     mesh = {"edges_per_wavelength": FINER, "bands": 1}
     overlay.write_text(yaml.safe_dump({"name": name, "mesh": mesh, "radar": radar}))
-    figures = meshed(target, threads, Path("results", name), CONFIG, str(overlay))
+    figures = meshed(target, threads, Path("results", name), *CONFIG, str(overlay))
     return figures.with_name(f"{target}-0.ply"), json.loads(figures.read_text())["bands"][0]
 
 
