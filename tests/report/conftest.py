@@ -21,7 +21,7 @@ def results(whole):
 @pytest.fixture
 def few_pictures(monkeypatch):
     """Smaller galleries, for tests that look at something else."""
-    for name in ("GALLERY_AZIMUTHS", "GALLERY_ELEVATIONS", "PLACES"):
+    for name in ("GALLERY_VIEWS", "PLACES"):
         monkeypatch.setattr(section_images, name, 2)
     monkeypatch.setattr(selection, "GALLERY_SNRS", 2)
 
