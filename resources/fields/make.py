@@ -218,7 +218,7 @@ def draw_accuracy(accuracy, path):
     styles = {"finer": ("o-", "14 edges a wavelength"), "cfie": ("d--", "CFIE, same mesh")}
     worst = accuracy.groupby(["target", "ghz", "reference"], sort=False).max(numeric_only=True).reset_index()
     figure, axes = plt.subplots(1, 2, figsize=(10, 4), layout="constrained")
-    colors = dict(zip(worst.target.unique(), plt.cm.tab10.colors, strict=False))
+    colors = dict(zip(worst.target.unique(), plt.cm.tab20.colors, strict=False))
     for (target, reference), line in worst.groupby(["target", "reference"], sort=False):
         look, color = styles[reference][0], colors[target]
         axes[0].plot(line.ghz, line.level_median_db, look, color=color)
