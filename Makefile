@@ -118,8 +118,8 @@ bench-imaged: environment
 
 bench-optics: environment
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r envs/requirements-rays.lock
-	snakemake --cores $(CORES) $(foreach target,drone missile aircraft ufo trihedral,results/optics/mesh/$(target).json) \
-		--configfile config/thesis.yaml --config name=optics mesh='{bands: 1}'
+	snakemake --cores $(CORES) $(patsubst resources/fields/%.zarr,results/optics/mesh/%.json,$(wildcard resources/fields/*.zarr)) \
+		--configfile config/thesis.yaml config/fields.yaml --config name=optics mesh='{bands: 1}'
 	python benchmarks/bench_optics.py --threads $(CORES)
 
 bench-learning: environment
