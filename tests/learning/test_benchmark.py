@@ -8,7 +8,7 @@ from scenes import ALL_TARGETS, fitted, tables_of
 import isarflow
 from isarflow.core.errors import InputError
 from isarflow.learning import judge
-from isarflow.learning.benchmark import KEY, main
+from isarflow.learning.benchmark import BOARD, KEY, leaderboard, main
 
 
 @pytest.fixture(scope="module")
@@ -64,14 +64,37 @@ def test_what_cannot_be_scored_is_said(run, tmp_path, capsys):
         (table.drop(columns="fold"), "has no column fold"),
         (table.iloc[1:], f"lacks 1 of {len(table)} images; the first is test_snr_db"),
         (pd.concat([table, table.iloc[:1]]), "has an image twice"),
+        (table.iloc[:0], "has no row"),
+        (table.assign(predicted="zeppelin"), "has a class 'zeppelin'; classes are .*other"),
+        (table.assign(confidence=np.nan), "image 1: confidence is 'nan', which is no finite number"),
+        (table.assign(fold="first"), "image 1: fold is 'first', which is no finite number"),
+        (table.assign(test_snr_db=13), "has no predictions at 13 dB, but at .*0"),
+        (tmp_path / "none.csv", "none.csv cannot be read as a CSV file"),
+        (tmp_path, "cannot be read as a CSV file"),
     ):
         with pytest.raises(InputError, match=text):
             isarflow.benchmark.score(folder, "multi", wrong)
     with pytest.raises(InputError, match="no predictions of an experiment 'none'"):
         isarflow.benchmark.images(folder, "none")
+    with pytest.raises(InputError, match="is no folder"):
+        isarflow.benchmark.images(tmp_path / "none", "multi")
     table.round(2).to_csv(tmp_path / "mine.csv", index=False)
     main([str(folder), "multi", str(tmp_path / "mine.csv")])
     assert "f1_weighted" in capsys.readouterr().out
     table.iloc[1:].to_csv(tmp_path / "mine.csv", index=False)
     with pytest.raises(SystemExit, match="lacks 1 of"):
         main([str(folder), "multi", str(tmp_path / "mine.csv")])
+
+
+def test_scores_that_order_images_alike_have_rows_of_the_first_alone():
+    """At every SNR or at none: a difference of rounding at one SNR leaves no row of its own."""
+    case = {"experiment": "one", "split": "random", "training": "clean", "model": "lr", "fold": "", "n": 9}
+    rows = []
+    for score, snr, shift in (("a", 0, 0), ("a", 6, 0), ("b", 0, 0), ("b", 6, 1e-4), ("c", 0, 0), ("c", 6, 0.01)):
+        for name, (threshold, metric) in BOARD.items():
+            low = 0.5 + shift
+            of = {"score": "" if name == "accuracy" else score, "threshold": threshold, "metric": metric}
+            rows.append(case | of | {"test_snr_db": snr, "value": low + 0.1, "low": low, "high": low + 0.2})
+    table = pd.DataFrame(rows).drop_duplicates(["score", "threshold", "metric", "test_snr_db"])
+    found = leaderboard(table)
+    assert sorted(zip(found["score"], found["test_snr_db"], strict=True)) == [("a", 0), ("a", 6), ("c", 0), ("c", 6)]

@@ -8,7 +8,7 @@ from paths import both
 from isarflow.core.errors import InputError
 from isarflow.core.sweep import C0
 from isarflow.scattering.basis import fundamental_domain, rwg, unknowns
-from isarflow.scattering.solve import MAX_RESIDUAL, solve
+from isarflow.scattering.solve import MAX_RESIDUAL, _System, solve
 
 path = both(__name__, 60)  # triangles, so that these small meshes have several patches
 FREQUENCY = C0  # wavelength 1 m, so that lengths read in wavelengths
@@ -183,6 +183,21 @@ def test_every_polarization_is_probed(polarizations):
     plate = sheet([6e-4, 0, 0], [0, 6e-4, 0], 8, 8)  # wavelengths
     with pytest.raises(InputError, match=r"residual is .*far smaller than the wavelength"):
         solve(*plate, [FREQUENCY], [0.0], [0.0, 45.0], polarizations)
+
+
+@pytest.mark.parametrize("parity", [0, 1])
+def test_a_solution_that_is_no_number_is_refused(ellipsoid, parity, monkeypatch):
+    """Whichever parity it is in."""
+    sound = _System._solve
+
+    def broken(system, right):
+        currents = sound(system, right)
+        currents[parity][0] = np.nan
+        return currents
+
+    monkeypatch.setattr(_System, "_solve", broken)
+    with pytest.raises(InputError, match="residual is nan"):
+        solve(*ellipsoid, [FREQUENCY], ELEVATION, AZIMUTH, ["VV"], symmetry=["xz"])
 
 
 def test_large_residual_is_refined(ellipsoid):

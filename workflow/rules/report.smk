@@ -16,7 +16,7 @@ rule report:
         times=f"{RESULTS}/learning/times.json" if plan.fitted else [],
         curves=[f"{RESULTS}/learning/models/{fitted}" for fitted in plan.fitted],
         reconstructions=[f"{RESULTS}/learning/reconstructions/{fitted}.zarr" for fitted in plan.decoders()],
-        published=published("results", "prediction_times", "confusion", "galleries"),
+        published=published("results"),
         full_size=[in_repository(f"resources/results/{table}.csv.xz") for table in ("scores", "validation")],
         page_files=[
             *(in_repository("workflow/scripts", file) for file in of_page("*.html", "*.css", "*.js")),

@@ -19,6 +19,7 @@ from isarflow.core.errors import InputError
 from isarflow.core.store import open_store
 from isarflow.core.sweep import snr_label, snr_of_label
 from isarflow.learning import judge
+from isarflow.learning.classifier import OTHER
 from isarflow.learning.experiments import CLEAN
 from isarflow.learning.images import ORIGIN
 from isarflow.learning.metrics import KEPT
@@ -31,6 +32,7 @@ KEY = ["test_snr_db", "fold", "target", "elevation", "azimuth", "realization"]
 OURS = ["truth", "role", "side", "block"]  # what the protocol adds to an image
 SCORE = "confidence"
 COLUMNS = ["test_snr_db", "score", "threshold", "fold", "metric", "value", "low", "high", "n"]
+NUMBERS = ["test_snr_db", "fold", "elevation", "azimuth", "realization", SCORE]
 METHOD = ["experiment", "split", "training", "test_snr_db", "model"]
 VALUES = ["value", "low", "high"]
 # Columns of a leaderboard: threshold and metric of learning/scores.csv. All but the first are of the open set.
@@ -43,6 +45,7 @@ BOARD = {
     "oscr": ("", "oscr"),
 }
 RANK = "f1_weighted_blind"
+ALIKE = 2e-3  # confidence scores whose metrics differ by no more at any SNR order images alike, but for rounding
 LEADERBOARD = "learning/leaderboard.csv"
 
 
@@ -51,17 +54,27 @@ def images(results, experiment, snrs=None):
 
     results: the run's folder, results/<name>; snrs: in dB, all by default. Thresholds are chosen on the images whose
     `side` is validation, by the blind protocol on those whose `role` is known or other; `role` unknown is never trained
-    on. Raises InputError for a folder without predictions of such an experiment.
+    on. Raises InputError for a folder without predictions of such an experiment at these SNRs.
     """
+    folders = [
+        Path(results, "learning", "predictions", model.parent.name, model.name)
+        for model in _models(results, experiment)
+    ]
+    paths = sorted(path for folder in folders for path in folder.glob("*.csv"))
+    there = {snr_of_label(path.stem) for path in paths}
+    if not there:
+        lacking = f"has no predictions of an experiment '{experiment}'; make its leaderboard first"
+        raise InputError(f"{results} {lacking if Path(results).is_dir() else 'is no folder'}.")
+    asked = there if snrs is None else {*snrs}
+    if strange := sorted(asked - there):
+        one, other = (", ".join(f"{snr:g}" for snr in of) for of in (strange, sorted(there)))
+        raise InputError(f"{results} has no predictions at {one} dB, but at {other} dB.")
     tables = []
-    for model in _models(results, experiment):
-        folder = Path(results, "learning", "predictions", model.parent.name, model.name)
-        paths = folder.glob("*.csv") if snrs is None else [folder / f"{snr_label(snr)}.csv" for snr in snrs]
-        for path in sorted(path for path in paths if path.exists()):
-            table = read_table(path).assign(test_snr_db=snr_of_label(path.stem))
+    for path in paths:
+        snr = snr_of_label(path.stem)
+        if snr in asked:
+            table = read_table(path).assign(test_snr_db=snr)
             tables.append(table.loc[table["side"] != LEFT_OUT, [*KEY, *OURS]])
-    if not tables:
-        raise InputError(f"{results}: no predictions of an experiment '{experiment}'; make its report first.")
     return pd.concat(tables, ignore_index=True).drop_duplicates(KEY, ignore_index=True)
 
 
@@ -116,11 +129,11 @@ def score(results, experiment, predictions, seed=0, kept=KEPT):
     and OSCR. seed, kept: the config's `seed` and `learning.kept`. Raises InputError for what cannot be scored.
     """
     where = "the table" if isinstance(predictions, pd.DataFrame) else predictions
-    mine = predictions if isinstance(predictions, pd.DataFrame) else pd.read_csv(predictions, keep_default_na=False)
-    lacking = [name for name in (*KEY, "predicted") if name not in mine]
-    if lacking:
-        raise InputError(f"{where} has no column {', '.join(lacking)}; it needs {', '.join((*KEY, 'predicted'))}.")
+    mine = _checked(predictions, where)
     every = images(results, experiment, sorted(mine["test_snr_db"].unique()))
+    classes = {*every["truth"], OTHER}
+    if strange := sorted({*mine["predicted"].astype(str)} - classes):
+        raise InputError(f"{where} has a class '{strange[0]}'; classes are {', '.join(sorted(classes))}.")
     # Angles may have been written with fewer digits.
     mine, every = (table.assign(**table[["elevation", "azimuth"]].astype(float).round(3)) for table in (mine, every))
     if mine.duplicated(KEY).any():
@@ -137,6 +150,26 @@ def score(results, experiment, predictions, seed=0, kept=KEPT):
     return pd.DataFrame(rows, columns=COLUMNS)
 
 
+def _checked(predictions, where):
+    """A table of predictions, a DataFrame or the path of a CSV file, whose columns of numbers hold finite numbers."""
+    try:
+        csv = not isinstance(predictions, pd.DataFrame)
+        mine = pd.read_csv(predictions, keep_default_na=False) if csv else predictions.reset_index(drop=True)
+    except (OSError, ValueError) as error:
+        raise InputError(f"{where} cannot be read as a CSV file: {error}") from None
+    needed = [*KEY, "predicted"]
+    if lacking := [name for name in needed if name not in mine]:
+        raise InputError(f"{where} has no column {', '.join(lacking)}; it needs {', '.join(needed)}.")
+    if mine.empty:
+        raise InputError(f"{where} has no row.")
+    numbers = mine[[name for name in NUMBERS if name in mine]].apply(pd.to_numeric, errors="coerce")
+    for name, wrong in (~np.isfinite(numbers)).items():
+        if wrong.any():
+            row = wrong.idxmax()
+            raise InputError(f"{where}, image {row + 1}: {name} is '{mine[name][row]}', which is no finite number.")
+    return mine.assign(**numbers)
+
+
 def _named(table):
     return ", ".join(f"{name} {value}" for name, value in table[KEY].iloc[0].items())
 
@@ -146,16 +179,26 @@ def leaderboard(scores):
 
     scores: rows of learning/scores.csv, of all elevations and by one definition of SNR. Columns: METHOD, score, n, the
     number of tested images, and those of BOARD, each with the ends of its 95 % interval, <name>_low and <name>_high.
-    Of scores that order images alike, as softmax and logits do of two classes, only the first has a row.
+    Of scores that order images alike, as softmax and logits do of two classes, only the first has rows.
     """
     scores = scores[scores["fold"].astype(str) == ""]
     board = _of_metric(scores[scores["score"] == ""], "accuracy").drop(columns=["score", "n"])
     for name in list(BOARD)[1:]:
         board = board.merge(_of_metric(scores[scores["score"] != ""], name), how="left")
     values = [column for name in BOARD for column in _ends(name)]
-    board = board.drop_duplicates([*METHOD, *values])
+    parts, others = [], {}
+    for (*method, _), rows in board.groupby(["experiment", "split", "training", "model", "score"], sort=False):
+        numbers, seen = rows.set_index("test_snr_db")[values].sort_index(), others.setdefault(tuple(method), [])
+        if not any(_alike(numbers, other) for other in seen):
+            seen.append(numbers)
+            parts.append(rows)
+    board = pd.concat(parts)
     board = board.sort_values(["experiment", "test_snr_db", RANK], ascending=[True, False, False], ignore_index=True)
     return board[[*METHOD, "score", "n", *values]]
+
+
+def _alike(one, other):
+    return one.index.equals(other.index) and np.allclose(one, other, atol=ALIKE, equal_nan=True)
 
 
 def _of_metric(scores, name):

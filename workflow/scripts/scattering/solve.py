@@ -183,7 +183,7 @@ class _Bistatic(_Monostatic):
         """f = -V_p(u_r)^T z^-1 V_q(u_t), (P, D, R); arguments as of `_Monostatic`."""
         self.probe(system, wavenumber, of_waves)
         field = np.empty((len(self.polarizations), *self.shape), np.complex128)
-        here, there = (runs(count, COLUMNS) for count in self.shape)
+        here, there = runs(self.shape[0], system.columns), runs(self.shape[1], COLUMNS)
         transmitted = sorted({way[1] for way in self.polarizations})
         for number, (letter, sent) in enumerate(product(transmitted, here)):
             progress(number / (len(transmitted) * len(here)))
@@ -244,7 +244,7 @@ class _System:
         self.residual = self._residual(excited, self._solve(excited))
         self.refines = self.promise < self.residual < np.inf
         if self.refines and self.tolerance is None:
-            self.columns = np.inf  # the whole matrix is assembled for each step
+            self.columns = 1 << 30  # all: the whole matrix is assembled for each step
         elif self.refines:
             finer = self.tolerance * self.promise / (MARGIN * self.residual)
             finer = max(finer, float(np.finfo(self.dtype).eps))
@@ -294,7 +294,8 @@ class _System:
 
     def _residual(self, right, currents):
         """|A x - b| / |b| over the probed rows, the largest over parities and columns of b and x, (N, D)."""
-        return max(map(_residual, self.rows, self.probed, right, currents))
+        # Not Python's max, which loses a NaN.
+        return float(np.max([*map(_residual, self.rows, self.probed, right, currents)]))
 
 
 def _silent(done):
