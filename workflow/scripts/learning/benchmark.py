@@ -187,8 +187,10 @@ def leaderboard(scores):
         board = board.merge(_of_metric(scores[scores["score"] != ""], name), how="left")
     values = [column for name in BOARD for column in _ends(name)]
     parts, others = [], {}
-    for (*method, _), rows in board.groupby(["experiment", "split", "training", "model", "score"], sort=False):
-        numbers, seen = rows.set_index("test_snr_db")[values].sort_index(), others.setdefault(tuple(method), [])
+    columns = [name for name in METHOD if name != "test_snr_db"]
+    for (*method, _), rows in board.groupby([*columns, "score"], sort=False, dropna=False):
+        numbers = rows.set_index("test_snr_db")[values].astype(float).sort_index()
+        seen = others.setdefault(tuple(method), [])
         if not any(_alike(numbers, other) for other in seen):
             seen.append(numbers)
             parts.append(rows)
