@@ -19,6 +19,7 @@
 # make bench-imagers: two points by each imager, over distance, SNR and gaps (ten minutes)
 # make bench-imaged: what is recognised on images of each imager, after `make report` (five minutes)
 # make bench-optics: physical optics and rays beside the dataset: errors, images, recognition (a quarter of an hour)
+# make bench-centres: where scattering centres lie on five targets, against edges and tips (a quarter of an hour)
 # make bench-bempp: the same sphere by bempp-cl, in an environment of its own, and here
 # make fields: the dataset of resources/fields anew where it is not complete (hours, 6 GB)
 # make bench-device BANDS="drone-0 drone-1": bands of the dataset on the device JAX finds, beside the kept fields
@@ -32,9 +33,9 @@ RUN ?= thesis
 BIN := .venv/bin
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
-.PHONY: smoke report thesis recognition benchmark test lint docs environment results validate fields check-fields bench-learning bench-capsules \
+.PHONY: smoke optics-meshes report thesis recognition benchmark test lint docs environment results validate fields check-fields bench-learning bench-capsules \
 	bench-scattering bench-bempp bench-thesis bench-imaging bench-compressed bench-mesh bench-meshing \
-	bench-device bench-habits bench-shapes bench-training bench-imagers bench-imaged bench-optics
+	bench-device bench-habits bench-shapes bench-training bench-imagers bench-imaged bench-optics bench-centres
 
 smoke: environment
 	snakemake --cores $(CORES) report --configfile config/smoke.yaml
@@ -116,11 +117,17 @@ bench-imagers: environment
 bench-imaged: environment
 	python benchmarks/bench_imaged.py --threads $(CORES)
 
-bench-optics: environment
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r envs/requirements-rays.lock
+# The meshes of both: ten edges a wavelength at the highest frequency.
+optics-meshes: environment
 	snakemake --cores $(CORES) $(patsubst resources/fields/%.zarr,results/optics/mesh/%.json,$(wildcard resources/fields/*.zarr)) \
 		--configfile config/thesis.yaml config/fields.yaml --config name=optics mesh='{bands: 1}'
+
+bench-optics: optics-meshes
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r envs/requirements-rays.lock
 	python benchmarks/bench_optics.py --threads $(CORES)
+
+bench-centres: optics-meshes
+	python benchmarks/bench_centres.py
 
 bench-learning: environment
 	python benchmarks/bench_learning.py --threads $(CORES)
