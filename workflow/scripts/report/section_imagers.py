@@ -24,8 +24,7 @@ def section(results):
     made = {name: imager_of(*sweep, with_imager(imaging, settings)) for name, settings in named}
     elevation = float(first.elevation.sel(elevation=0, method="nearest"))
     whole = centres(first.azimuth.values, imaging["aperture"])
-    number = len(whole) // 8  # an eighth of the way round
-    channel = results.polarizations[0]
+    number, channel = len(whole) // 8, results.polarizations[0]  # an eighth of the way round
     fields = {name: results.scattering(name).field.sel(polarization=channel) for name in results.targets}
     text = (
         f"{channel} without noise, azimuth {whole[number]:.0f}°, elevation {elevation:g}°: the same "
@@ -43,7 +42,8 @@ def images_figure(results, made, fields, number, view):
     # Imagers do not span quite the same: what all of them show.
     ylim, xlim = (min((edges(imager.axes()[axis]) for imager in made.values()), key=np.ptp) for axis in (0, 1))
     shape = np.ptp(ylim) / np.ptp(xlim)
-    inches = 1.6 + 1.3 * len(made), 0.6 + (1.2 * shape + 0.1) * len(fields)
+    side = max(1.3, 3.8 / max(len(made), len(fields)))
+    inches = 1.6 + side * len(made), 0.6 + ((side - 0.1) * shape + 0.1) * len(fields)
     drawing, grid = panels(len(fields), len(made), *inches, layout="compressed")
     tables = []
     for row, (target, field) in zip(grid, fields.items(), strict=True):
@@ -64,7 +64,7 @@ def images_figure(results, made, fields, number, view):
     finish(drawing, grid, "cross-range [m]", legend=False)
     drawing.colorbar(picture, ax=grid, label="|image| [dB]", shrink=0.6, aspect=30, pad=0.02)
     caption = "Every target by each imager, each image relative to its own peak. White: the outline of the mesh."
-    return figure("imagers", drawing, pd.concat(tables), caption, wide=True)
+    return figure("imagers", drawing, pd.concat(tables), caption, wide=len(made) > 2)
 
 
 def centres_figure(results, fields, elevation, azimuth):
@@ -92,4 +92,4 @@ def centres_figure(results, fields, elevation, azimuth):
         f"amplitude, as few as the Bayesian criterion asks for, {MOST} at most, fitted to all samples within an "
         f"aperture of azimuth {azimuth:.0f}°, elevation {elevation:g}°. A circle's area is the root of its amplitude."
     )
-    return figure("scattering_centres", drawing, pd.concat(tables).round(5), caption, wide=True)
+    return figure("scattering_centres", drawing, pd.concat(tables).round(5), caption, wide=columns > 2)
