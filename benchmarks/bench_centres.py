@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import xarray as xr
+from imaged import TARGETS
 from scipy.spatial import cKDTree
 
 from isarflow.core.sweep import C0
@@ -19,7 +20,6 @@ from isarflow.imaging.target_centres import near, target_centres
 from isarflow.mesh import topology
 from isarflow.mesh.io import read_ply
 
-TARGETS = ("drone", "missile", "aircraft", "ufo", "trihedral")
 FIELDS, MESHES = Path("resources/fields"), Path("results/optics/mesh")
 APERTURE, ELEVATIONS, AZIMUTHS = 21, (0,), (0, 45, 90, 135, 180)  # samples; degrees, one side of a mirror plane
 SHARP = 40  # degrees by which an edge bends at a tip

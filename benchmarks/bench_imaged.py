@@ -13,9 +13,8 @@ from pathlib import Path
 import pandas as pd
 import threadpoolctl
 import xarray as xr
-from imaged import Imaged, recognised
+from imaged import TARGETS, Imaged, recognised
 
-TARGETS = ("drone", "missile", "aircraft", "ufo", "trihedral")
 SHARED = {"aperture": 11, "polarizations": ["VV"]}
 IMAGERS = {
     "fourier, Hamming": {"imager": "fourier", "window": "hamming", "reformat": "polar", "upsample": "none"},

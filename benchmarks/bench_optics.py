@@ -23,7 +23,7 @@ import numpy as np
 import pandas as pd
 import threadpoolctl
 import xarray as xr
-from imaged import Imaged, recognised
+from imaged import TARGETS, Imaged, recognised
 
 from isarflow.core.sweep import Sweep
 from isarflow.imaging.outline import OUTLINE, outline
@@ -33,8 +33,7 @@ from isarflow.scattering.solver import build
 from isarflow.scattering.store import write_field
 
 FIELDS, RESULTS = Path("resources/fields"), Path("results/optics")
-TARGETS = ["drone", "missile", "aircraft", "ufo", "trihedral"]  # of the reference experiment
-ALL = TARGETS + sorted({path.stem for path in FIELDS.glob("*.zarr")} - set(TARGETS))
+ALL = [*TARGETS, *sorted({path.stem for path in FIELDS.glob("*.zarr")} - {*TARGETS})]
 SOLVERS = ("po", "sbr")
 MADE_BY = {"mom": "method of moments", "po": "physical optics", "sbr": "rays"}
 ASKED = "frequency", "elevation", "azimuth", "polarization"

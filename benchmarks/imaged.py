@@ -9,6 +9,7 @@ from isarflow.imaging.noise import signal_power, white_noise
 from isarflow.learning.classifier import build
 from isarflow.learning.predict import classify
 
+TARGETS = ("drone", "missile", "aircraft", "ufo", "trihedral")  # of the reference experiment
 NOISES = 2000  # images of noise alone, for models that learn from them
 
 

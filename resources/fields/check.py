@@ -21,6 +21,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 import yaml
+from make import CONFIG
 
 from isarflow.core.sweep import Sweep, sweeps
 from isarflow.mesh.io import read_ply
@@ -32,7 +33,6 @@ from isarflow.setup.config import load
 from isarflow.setup.yaml_file import read_yaml
 
 HERE = Path(__file__).parent
-CONFIG = "config/thesis.yaml", "config/fields.yaml"
 FINER = 14  # edges a wavelength
 SHOWN = 30  # dB below the peak over all directions, down to which levels are compared
 REFERENCES = ["cfie", "finer"]

@@ -32,7 +32,7 @@ KEY = ["test_snr_db", "fold", "target", "elevation", "azimuth", "realization"]
 OURS = ["truth", "role", "side", "block"]  # what the protocol adds to an image
 SCORE = "confidence"
 COLUMNS = ["test_snr_db", "score", "threshold", "fold", "metric", "value", "low", "high", "n"]
-NUMBERS = ["test_snr_db", "fold", "elevation", "azimuth", "realization", SCORE]
+NUMBERS = [name for name in (*KEY, SCORE) if name != "target"]
 METHOD = ["experiment", "split", "training", "test_snr_db", "model"]
 VALUES = ["value", "low", "high"]
 # Columns of a leaderboard: threshold and metric of learning/scores.csv. All but the first are of the open set.

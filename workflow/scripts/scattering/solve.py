@@ -218,7 +218,7 @@ class _System:
         self.probed = [np.unique(np.linspace(0, n - 1, min(PROBED_ROWS // len(sizes), n)).astype(int)) for n in sizes]
         self.rows = entries.rows(self.probed)
 
-    def _compressed(self, entries, tolerance, progress):
+    def _compressed(self, entries, tolerance, progress=lambda done: None):
         matrices = [LowRankMatrix([block.spans[p] for block in entries.blocks]) for p in range(len(entries.bases))]
         share = SHARE * min(1, MANY / sum(matrix.size for matrix in matrices))
         fill(entries, matrices, share * tolerance, self.threads, progress)
@@ -249,7 +249,7 @@ class _System:
             finer = self.tolerance * self.promise / (MARGIN * self.residual)
             finer = max(finer, float(np.finfo(self.dtype).eps))
             print(f"residual {self.residual:.1e}: the solution is refined by a matrix compressed to {finer:.1e}")
-            self.finer = self._compressed(self.entries(self.dtype), finer, _silent)
+            self.finer = self._compressed(self.entries(self.dtype), finer)
         if self.refines:
             self.residual = 0.0  # from now on the largest of a refined solution
 
@@ -296,10 +296,6 @@ class _System:
         """|A x - b| / |b| over the probed rows, the largest over parities and columns of b and x, (N, D)."""
         # Not Python's max, which loses a NaN.
         return float(np.max([*map(_residual, self.rows, self.probed, right, currents)]))
-
-
-def _silent(done):
-    """Say nothing of progress."""
 
 
 def _residual(rows, numbers, right, solution):
