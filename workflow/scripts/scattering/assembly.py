@@ -68,11 +68,12 @@ class Entries:
     """Entries of every parity's matrix, in m^3, without the factor |G| of the group's order.
 
     operator: a module of `operators`; surface: Surface; bases: a Basis for each of surface.parities; wavenumber: rad/m;
-    near: the operator's `near_terms` of the surface; dtype: complex64 or complex128
+    near: the operator's `near_terms` of the surface; dtype: complex64 or complex128; threads: for `corrections`
     """
 
-    def __init__(self, operator, surface, bases, wavenumber, near, dtype):
+    def __init__(self, operator, surface, bases, wavenumber, near, dtype, threads=1):
         self.operator, self.surface, self.bases, self.near, self.dtype = operator, surface, bases, near, dtype
+        self.threads = threads
         self.real = np.float32 if dtype == np.complex64 else np.float64
         self.wavenumber, alpha = wavenumber, operator.ALPHA
         scales = wavenumber / (2 * np.pi), 4 / wavenumber**2, TINY**2, 1 / 2, 1, wavenumber, alpha
@@ -88,7 +89,7 @@ class Entries:
     def corrections(self):
         """Corrections of the three points a triangle between near pairs, in the form of `kernels.tile`."""
         count = len(self.surface.vertices)
-        values = self.operator.corrections(self.near, self.surface, self.wavenumber, self.real)
+        values = self.operator.corrections(self.near, self.surface, self.wavenumber, self.real, self.threads)
         values = np.concatenate(values).reshape(-1, 9)
         begins, before = [], 0
         for pairs in self.near.pairs:

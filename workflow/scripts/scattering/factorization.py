@@ -54,11 +54,14 @@ class Symmetric:
 
     def _forward(self, right, threads):
         """L^-1 right and D^-1 L^-1 right, (N, D)."""
-        y = np.array(right, self.dtype, order="C")
-        divided = np.empty_like(y)
+        y, divided = np.empty((2, *right.shape), self.dtype)
+
+        def run(part):
+            y[:, part] = right[:, part]
+            self._forward_run(y[:, part], divided[:, part])
+
         with Pool(threads) as pool:
-            tasks = [(y[:, part], divided[:, part]) for part in even_runs(y.shape[1], self._step())]
-            pool.wait([pool.submit(self._forward_run, *task) for task in tasks])
+            list(pool.map(run, even_runs(right.shape[1], self._step())))
         return y, divided
 
 
@@ -267,9 +270,12 @@ def runs(length, step=RUN):
 
 
 def even_runs(length, most):
-    """An even number of equal slices of `length` items, up to `most` in each: two threads finish together."""
+    """About equal slices of `length` items, about `most` in each, an even number, so that two threads finish together.
+
+    Each but the last has a multiple of 16 items, with which products are faster.
+    """
     count = 2 * max(ceil(length / (2 * most)), 1)
-    return runs(length, max(ceil(length / count), 1))
+    return runs(length, 16 * max(ceil(length / count / 16), 1))
 
 
 def _multiply(c, a, b, rows):

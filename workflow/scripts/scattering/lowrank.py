@@ -9,10 +9,9 @@ multiplies it by a few dozen random columns (Halko, Martinsson, Tropp, SIAM Rev.
 As in `factorization` every product is done by one thread: the last bit does not depend on how many there are.
 """
 
-from itertools import pairwise
+from itertools import pairwise, starmap
 
 import numpy as np
-from scipy.linalg import ldl
 from scipy.linalg.lapack import zpstrf, ztrtri
 
 from isarflow.scattering.device import give_back
@@ -27,13 +26,14 @@ KNOWN = 1 << 25  # numbers that a thread may keep in a substitution
 RANDOM = np.random.default_rng(0).standard_normal((1024, 1024)).astype(np.float32)
 
 
-def compress(times, project, width, tolerance):
+def compress(times, project, width, tolerance, first=SKETCH):
     """Compress a tile X, given as two products, to U (M, r) and V (N, r), U V^T within `tolerance` (2-norm, about).
 
     times(run) is X R with R a run (slice) of the columns of RANDOM's first N = width rows; project(Q) is Q^H X.
+    first: columns of the first run.
     """
-    basis = None
-    for run in runs(width, SKETCH) or [slice(0, 0)]:
+    basis, ends = None, [0, *range(min(first, width), width, SKETCH), width]
+    for run in starmap(slice, pairwise(ends)):
         found = times(run)
         if basis is not None:
             found = _beside(basis, found)
@@ -58,46 +58,43 @@ def _beside(basis, columns):
 
 
 class Inverse:
-    """The inverse of a complex-symmetric (n, n) block, W^T B W, with W and B from its own factors.
+    """The inverse of a complex-symmetric (n, n) block, W^T B W: W lower triangular, B of blocks on the diagonal.
 
-    With pivoting by Bunch and Kaufman a block is P^T L D L^T P, D of 1 x 1 and 2 x 2 blocks: W is L^-1 P, B is D^-1.
+    A block is L D L^T, D of blocks of STRIPE rows: W is L^-1, B is D^-1. Pivoting stays within D's blocks. LAPACK's
+    factorization of such a block, in SciPy, would keep all other threads waiting.
     """
 
     def __init__(self, block):
-        lower, middle, self.order = ldl(block, hermitian=False, overwrite_a=True, check_finite=False)
-        lower = lower[self.order]
-        self.lower = (ztrtri(lower, lower=1)[0] if len(lower) else lower).astype(np.complex64)  # L^-1
-        main, off = np.diagonal(middle), np.diagonal(middle, -1)
-        below, above = np.append(off, 0), np.append(0, off)
-        partner = np.where(below, np.roll(main, -1), np.where(above, np.roll(main, 1), 1))
-        with np.errstate(all="ignore"):  # a singular block gives a solution that is not finite, which `solve` refuses
-            determinant = (main * partner - (below + above) ** 2)[:, None]
-            self.main, self.off = (
-                part.astype(np.complex64)
-                for part in (partner[:, None] / determinant, -off[:, None] / determinant[: len(off)])
-            )
+        lower, self.runs, self.blocks = np.eye(len(block), dtype=block.dtype), runs(len(block), STRIPE), []
+        for rows in self.runs:
+            below = slice(rows.stop, None)
+            try:
+                inverse = np.linalg.inv(block[rows, rows])
+            except np.linalg.LinAlgError:  # a singular block gives a solution that is not finite, which `solve` refuses
+                inverse = np.full_like(block[rows, rows], np.nan)
+            factor = block[below, rows] @ inverse
+            block[below, below] -= factor @ block[below, rows].T
+            lower[below, : rows.stop] -= factor @ lower[rows, : rows.stop]
+            self.blocks.append((inverse.astype(np.complex64) + inverse.T.astype(np.complex64)) / 2)
+        self.lower = lower.astype(np.complex64)
 
     def reduced(self, x):
         """W x, (n, D)."""
-        x = x[self.order]
         out = np.empty_like(x)
-        for rows in runs(len(x), STRIPE):
+        for rows in self.runs:
             np.matmul(self.lower[rows, : rows.stop], x[: rows.stop], out=out[rows])
         return out
 
     def divided(self, x):
         """B x, (n, D)."""
-        out = self.main * x
-        if self.off.any():
-            out[:-1] += self.off * x[1:]
-            out[1:] += self.off * x[:-1]
+        out = np.empty_like(x)
+        for rows, block in zip(self.runs, self.blocks, strict=True):
+            np.matmul(block, x[rows], out=out[rows])
         return out
 
     def expanded(self, x):
         """W^T x, (n, D)."""
-        out = np.empty_like(x)
-        out[self.order] = self.lower.T @ x
-        return out
+        return self.lower.T @ x
 
 
 class Stack:
@@ -265,7 +262,7 @@ class _Column:
         def times(run):
             random = RANDOM[: self.width, run]
             if run.start == 0:
-                inner = [self.coupled[k][place] for k, place in enumerate(places)]
+                inner = [self.coupled[k][place, : run.stop] for k, place in enumerate(places)]
             else:
                 parts = np.split(self.sketch(run), self.ends[1:-1])
                 inner = [self.coupling[k][place] @ parts[k] for k, place in enumerate(places)]
@@ -282,4 +279,6 @@ class _Column:
             own = adjoint @ u if v is None else (adjoint @ u) @ v.T
             return own - inner @ self.left
 
-        return compress(times, project, self.width, matrix.cut)
+        # The products raise the rank of the matrix's tile, most often by less than a quarter.
+        first = SKETCH if v is None else min(SKETCH, u.shape[1] * 5 // 4 + 2 * SPARE)
+        return compress(times, project, self.width, matrix.cut, first)

@@ -4,6 +4,8 @@ Three points a triangle do not resolve exp(-j k R) / R between triangles that to
 distance against size, not by shared corners: the two skins of a thin wing are nearer than an edge without touching.
 """
 
+from concurrent.futures import ThreadPoolExecutor
+
 import jax.numpy as jnp
 import numpy as np
 from scipy.spatial import cKDTree
@@ -33,13 +35,13 @@ def _pairs(field, source):
     return pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
 
 
-def by_chunks(moments, pairs, field, source, dtype):
+def by_chunks(moments, pairs, field, source, dtype, threads=1):
     """Evaluate `moments(field triangles, source triangles)` for all pairs, CHUNK at a time: (P, 8).
 
     It gets triangles (3, 3, CHUNK), pairs last, which vectorizes, and returns (8, CHUNK), or both parts as a tuple.
     """
-    parts = [np.zeros((8, 0))]
-    for begin in range(0, len(pairs), CHUNK):
+
+    def values(begin):
         chunk = pairs[begin : begin + CHUNK]
         filled = np.pad(chunk, ((0, CHUNK - len(chunk)), (0, 0)), mode="edge")
         ends = field[filled[:, 0]], source[filled[:, 1]]
@@ -47,8 +49,11 @@ def by_chunks(moments, pairs, field, source, dtype):
         middle = ends[0].mean(1, keepdims=True)
         found = moments(*((end - middle).transpose(1, 2, 0).astype(dtype) for end in ends))
         value = np.asarray(found[0]) + 1j * np.asarray(found[1]) if isinstance(found, tuple) else np.asarray(found)
-        parts.append(value[:, : len(chunk)])
-    return np.concatenate(parts, 1).T
+        return value[:, : len(chunk)]
+
+    with ThreadPoolExecutor(threads) as pool:
+        parts = pool.map(values, range(0, len(pairs), CHUNK))
+        return np.concatenate([np.zeros((8, 0)), *parts], 1).T
 
 
 def of_images(moments, surface, pairs):

@@ -14,7 +14,6 @@ from itertools import pairwise
 
 import numpy as np
 from scipy import sparse
-from scipy.linalg.lapack import zposv
 
 from isarflow.scattering.assembly import Block, Placed, block_of
 from isarflow.scattering.factorization import Pool
@@ -35,6 +34,7 @@ def fill(entries, matrices, tolerance, threads, progress=lambda done: None):
     """
     placed, count = entries.placed, len(entries.placed)
     panels, near = _panels(entries), _near_tiles(entries)
+    entries.corrections  # noqa: B018 (once, before there are threads)
     total, done, wholes = max(count * (count - 1) // 2, 1), 0, 0
 
     def whole(i, j, kept=False):
@@ -161,7 +161,8 @@ def _inverse(crossing, cut):
     """W^+."""
     adjoint = crossing.conj().T
     damping = max(DAMPING * cut, ROUNDING * np.linalg.norm(crossing)) ** 2
-    return zposv(adjoint @ crossing + damping * np.eye(len(crossing)), adjoint)[1]
+    # SciPy's routines would keep other threads waiting.
+    return np.linalg.solve(adjoint @ crossing + damping * np.eye(len(crossing)), adjoint)
 
 
 def _left_out(columns, rows, crossing, cut):

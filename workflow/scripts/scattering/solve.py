@@ -91,7 +91,9 @@ def solve(
     for n, frequency in enumerate(frequencies):
         k = 2 * np.pi * frequency / C0
         times = [time.perf_counter()]
-        system = _System(partial(Entries, operator, surface, bases, k, near), dtype, tolerance, threads)
+        system = _System(
+            partial(Entries, operator, surface, bases, k, near, threads=threads), dtype, tolerance, threads
+        )
         for part, work in zip(PARTS, (system.assemble, system.factorize), strict=False):
             work(partial(progress, n, part))
             times.append(time.perf_counter())

@@ -52,13 +52,13 @@ def near_terms(surface):
     return replace(electric, magnetic=of_images(_static_moments, surface, electric.pairs))
 
 
-def corrections(near, surface, wavenumber, real):
+def corrections(near, surface, wavenumber, real, threads=1):
     """Corrections of near pairs as `efie.corrections`, the term of f_m . f_n included."""
     result = []
-    z = efie.corrections(near, surface, wavenumber, real)
+    z = efie.corrections(near, surface, wavenumber, real, threads)
     for g, (pairs, signs) in enumerate(zip(near.pairs, surface.reflections, strict=True)):
         change = partial(smooth_minus_coarse, _over_source, _smooth, _whole, real(wavenumber))
-        moments = near.magnetic[g] + by_chunks(change, pairs, surface.vertices, surface.vertices * signs, real)
+        moments = near.magnetic[g] + by_chunks(change, pairs, surface.vertices, surface.vertices * signs, real, threads)
         m = _from_moments(moments, pairs, surface, signs)
         result.append(ALPHA * z[g] + (1 - ALPHA) * 1j / wavenumber * m)
     own = near.pairs[0][:, 0] == near.pairs[0][:, 1]

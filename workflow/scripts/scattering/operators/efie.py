@@ -52,13 +52,13 @@ def _orders(pairs):
     return once, np.lexsort((pairs[:, 0], pairs[:, 1]))[once]
 
 
-def corrections(near, surface, wavenumber, real):
+def corrections(near, surface, wavenumber, real, threads=1):
     """Near minus three-point integral between half functions, without their l / 6: (P, 3, 3) for each reflection."""
     result = []
     for pairs, static, signs in zip(near.pairs, near.static, surface.reflections, strict=True):
         once, turned = _orders(pairs)
         change = partial(smooth_minus_coarse, _over_source, _smooth, green, real(wavenumber))
-        smooth = by_chunks(change, pairs[once], surface.vertices, surface.vertices * signs, real)
+        smooth = by_chunks(change, pairs[once], surface.vertices, surface.vertices * signs, real, threads)
         z = np.empty((len(pairs), 3, 3), np.result_type(real, np.complex64))
         z[once] = own = _from_moments(static + smooth, wavenumber, pairs[once], surface, signs)
         z[turned] = own.transpose(0, 2, 1)
