@@ -2,13 +2,14 @@
 # make report: the default experiment, from CAD to results/quick/report/index.html
 # make thesis: the reference experiment at full size, from the fields of resources/fields (hours of learning)
 # make recognition: the same at full size in three polarizations: docs/recognition.md (half an hour), published
+# make models: what the thesis's figures are with other drones and missiles, for docs/results.md (two hours), published
 # make benchmark: fifteen targets, four protocols, the leaderboard of docs/benchmark.md (half an hour), published
 # make test:   the whole test suite;   make lint: what CI checks besides
 # make docs: the pages as a site, results/docs/index.html
 # make bench-scattering: what a solve costs against what the machine can do (run nothing beside it)
 # make bench-learning: prediction times at the reference experiment's size
 # make bench-capsules: what the capsule network's training and prediction take, also with other convolutions
-# make bench-training: F1 of the full-size capsule network against steps of training (hours; RESULTS=results/thesis)
+# make bench-training: F1 of the full-size capsule network against steps of training, by several readings (on a GPU)
 # make bench-thesis: solves at full size (ten minutes, 6 GB), and the whole reference experiment projected from them
 # make bench-compressed: compressed matrices beside whole ones, over unknowns and tolerance (half an hour, 6 GB)
 # make bench-mesh: 200 random vehicles of overlapping solids meshed, which are refused or miss a goal (an hour)
@@ -33,7 +34,7 @@ RUN ?= thesis
 BIN := .venv/bin
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
-.PHONY: smoke optics-meshes report thesis recognition benchmark test lint docs environment results validate fields check-fields bench-learning bench-capsules \
+.PHONY: smoke optics-meshes report thesis recognition models benchmark test lint docs environment results validate fields check-fields bench-learning bench-capsules \
 	bench-scattering bench-bempp bench-thesis bench-imaging bench-compressed bench-mesh bench-meshing \
 	bench-device bench-habits bench-shapes bench-training bench-imagers bench-imaged bench-optics bench-centres
 
@@ -50,6 +51,9 @@ recognition: environment
 	snakemake --cores $(CORES) results/recognition/learning/scores.csv \
 		--configfile config/thesis.yaml config/thesis-fields.yaml config/recognition.yaml
 	PYTHONPATH=studies/stewart-burger-2023 python resources/results/recognition.py results/recognition
+
+models: environment
+	python resources/results/models.py --cores $(CORES)
 
 benchmark: environment
 	snakemake --cores $(CORES) benchmark --configfile config/benchmark.yaml
@@ -136,7 +140,7 @@ bench-capsules: environment
 	python benchmarks/bench_capsules.py --threads $(CORES)
 
 bench-training: environment
-	python benchmarks/bench_training.py $(or $(RESULTS),results/thesis) results/steps.csv
+	python benchmarks/bench_training.py
 
 bench-thesis: environment
 	python benchmarks/bench_thesis.py --threads $(CORES)

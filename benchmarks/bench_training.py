@@ -1,105 +1,208 @@
-"""How good the capsule network becomes with steps of training (make bench-training): F1 at validation azimuths.
+"""How good the thesis's capsule network becomes with steps of training, by several readings: `make bench-training`.
 
-On the images of a run at full size (RESULTS=results/thesis), split at random: the network of config/thesis.yaml learns
-the known targets' and is scored after some epochs: weighted F1 of the closed set and, with the threshold that is best
-on the same images, of the open set. Each score is written as soon as it is there, and a killed training goes on.
+    bench_training.py                       all READINGS, 60,000 steps: minutes on a GPU, days on a processor
+    bench_training.py program --epochs 2    one of them, for fewer epochs
+    bench_training.py --draw                the figure alone, docs/img/capsule-training.png
+
+Images are made from the fields of resources/fields as config/thesis.yaml makes them. After some epochs the network is
+judged on the images that do not train, one realization of the noise. Closed: the weighted F1, the AUROC of the
+difference of both lengths, and the F1 with the best zero of that difference. Open, with the unknown targets: the F1 by
+ZNCC with the best threshold on the same images, and the AUROC. A row of resources/results/capsule_training.csv for each
+epoch and SNR.
 """
 
 import argparse
 import time
+from functools import cache
+from itertools import product
 from pathlib import Path
 
+import jax
+import jax.numpy as jnp
 import numpy as np
+import optax
 import pandas as pd
+import xarray as xr
+from sklearn.metrics import f1_score, roc_auc_score
 
-from isarflow.learning import images, thresholds
-from isarflow.learning.classifier import OTHER, build
-from isarflow.learning.experiments import CLEAN, label
-from isarflow.learning.metrics import metrics_of_labels
-from isarflow.learning.split import divisions
+from isarflow.core.compiled import keep_compiled
+from isarflow.imaging.formation import apertures, form_images
+from isarflow.imaging.geometry import imager_of
+from isarflow.imaging.noise import generator, signal_power, variances, white_noise
+from isarflow.learning import capsules, confidence, convolution, thresholds
+from isarflow.learning.classifier import OTHER
+from isarflow.learning.split import divisions, split
 from isarflow.setup.config import load
 from isarflow.setup.yaml_file import read_yaml
 
+TABLE, FIGURE = Path("resources/results/capsule_training.csv"), Path("docs/img/capsule-training.png")
 CONFIG = load(*map(read_yaml, ("config/thesis.yaml", "config/thesis-fields.yaml")))
-ROLES = {name: target["role"] for name, target in CONFIG["targets"].items()}
-KNOWN, UNKNOWN = (tuple(name for name, own in ROLES.items() if own == role) for role in ("known", "unknown"))
-PLANES = {name: tuple(target["symmetry"]) for name, target in CONFIG["targets"].items()}
-EPOCHS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96)  # after which it is scored, and after the last
-CLOSED, OPENED = (-6, 0), {6: "zncc", 15: "mse", 24: "mse"}  # dB
-SCORED = 400  # images of each target at an SNR
+KNOWN, UNKNOWN, REALIZATIONS = ("drone", "missile"), ("aircraft", "ufo"), 3
+MODEL = CONFIG["learning"]["models"]["capsule"]
+SNRS = 24, 15, 6, 0, -3, -6  # dB, of the images judged
+EPOCHS = 1, 2, 4, 8, 16, 20, 32, 64, 100  # after which, and after the last
+# What the thesis's program states (listing D.1), and what a reading changes: training at 24 dB in batches of 114, the
+# learning rate times 0.9 after every `per` batches, which are called an epoch.
+PROGRAM = {"snr_db": 24, "batch": 114, "per": 169, "epochs": 64, "decay": 0.9, "seed": 0, "known": KNOWN}
+PROGRAM |= {"split": "random", "reformat": "polar"}
+CLEAN = {"snr_db": "clean", "per": 56, "epochs": 40}
+READINGS = {
+    "program": {},
+    "program, another seed": {"seed": 1, "epochs": 32},
+    "without noise": CLEAN,
+    "batches of 16": {"batch": 16, "epochs": 32},
+    "decay 0.98": {"decay": 0.98, "epochs": 60},
+    "shuffled": {"split": "shuffled", "epochs": 16},
+    "reformat none": {"reformat": "none", "epochs": 16},
+    "other models, decay 0.98": {"known": ("drone_guarded", "missile_plain"), "decay": 0.98, "epochs": 50},
+    **{
+        f"{drone} and {missile}": {"known": (drone, missile), "epochs": 8}
+        for drone, missile in product(("drone", "drone_hexa", "drone_guarded"), ("missile_plain", "missile_cruciform"))
+    },
+}
 
 
-def read(folder, side, snr, targets, realizations):
-    """Images (n, 32, 32) of a side of these targets at an SNR, and the targets' names (n,)."""
-    (division,) = divisions("random", CONFIG["learning"]["split"], CONFIG["seed"], CONFIG["imaging"]["aperture"])
-    stores = [Path(folder) / "imaging" / target / f"{label(snr)}.zarr" for target in targets]
-    divided = images.divide(stores, PLANES, division)
-    pixels, origin = images.read_side(stores, divided, side, pixels=32, realizations=realizations)
-    return pixels, origin["target"].to_numpy(str)
+@cache
+def sweep(target):
+    dataset = xr.open_zarr(f"resources/fields/{target}.zarr")
+    return dataset.field.sel(polarization="VV").transpose("elevation", "frequency", "azimuth").load()
 
 
-def scores(network, held_out):
-    """The weighted F1 of a fitted network on images and targets by SNR, closed and open."""
-    found = {}
-    for snr, (pixels, targets) in held_out.items():
-        outcome, known = network.evaluate(pixels), np.isin(targets, KNOWN)
-        truth = np.where(known, targets, OTHER)
-        found[f"closed_{snr}dB"] = metrics_of_labels(truth[known], outcome.labels[known])["f1_weighted"]
-        if score := OPENED.get(snr):
-            threshold = thresholds.best(outcome.known[score], truth, outcome.labels)
-            predicted = thresholds.apply(outcome.known[score], outcome.labels, threshold)
-            found[f"{score}_{snr}dB"] = metrics_of_labels(truth, predicted)["f1_weighted"]
-    return found
+def images(target, azimuths, snr, realization, reformat):
+    """Magnitudes (n, 32, 32, 1) at all elevations and some azimuths, numbers of the sweep's."""
+    field, definition = sweep(target), CONFIG["noise"]["definition"]
+    how = CONFIG["imaging"] | {"reformat": reformat, "upsample": 32}
+    imager, random = imager_of(field.frequency.values, field.azimuth.values, how), generator(0, target, 0, realization)
+    made = []
+    for of_elevation in field.values:
+        samples = apertures(of_elevation, field.azimuth.values, how["aperture"])[azimuths].astype(np.complex64)
+        if snr != "clean":
+            variance = variances(signal_power(samples, definition), snr, "image")
+            samples = samples + white_noise(variance, samples.shape[1], random)
+        made.append(np.abs(form_images(imager, samples)[0]))
+    return np.concatenate(made)[..., None].astype(np.float32)
+
+
+def divided(target, scheme):
+    """Numbers of the azimuths that train, and of the others."""
+    (division,) = divisions(scheme, CONFIG["learning"]["split"], CONFIG["seed"], CONFIG["imaging"]["aperture"])
+    planes = read_yaml("config/config.yaml")["targets"] | read_yaml("config/fields.yaml")["targets"]
+    field = sweep(target)
+    sides = split(field.elevation.values, field.azimuth.values, planes[target]["symmetry"], division)
+    return sides["train"].azimuth, np.sort(np.concatenate([sides[name].azimuth for name in ("validation", "test")]))
+
+
+def judged(evaluate, weights, seen, truth, classes):
+    """Scores of a network on images of an SNR; truth: labels, OTHER of unknown targets."""
+    parts = [evaluate(weights, seen[begin : begin + 512]) for begin in range(0, len(seen), 512)]
+    lengths, made = (np.concatenate([np.asarray(part[n]) for part in parts]) for n in range(2))
+    zncc = confidence.zncc(seen.reshape(made.shape), made)
+    known, predicted = truth != OTHER, classes[lengths.argmax(1)]
+    difference, second = (lengths[:, 1] - lengths[:, 0])[known], truth[known] == classes[1]
+    zeros = np.unique(np.quantile(difference, np.linspace(0.02, 0.98, 49)))
+    opened = thresholds.apply(zncc, predicted, thresholds.best(zncc, truth, predicted))
+    values = {
+        "closed_f1": f1_score(truth[known], predicted[known], average="weighted"),
+        "closed_auroc": roc_auc_score(second, difference),
+        "closed_f1_best_zero": max(f1_score(second, difference > zero, average="weighted") for zero in zeros),
+        "zncc_f1": f1_score(truth, opened, average="weighted"),
+        "zncc_auroc": roc_auc_score(known, zncc),
+    }
+    return {name: round(float(value), 4) for name, value in values.items()}
+
+
+def train(name, reading):
+    """Train by a reading, and yield rows of the table as they are there."""
+    how = PROGRAM | reading
+    realizations, begun = range(1 if how["snr_db"] == "clean" else REALIZATIONS), time.perf_counter()
+    sides = {target: divided(target, how["split"]) for target in (*how["known"], *UNKNOWN)}
+    learned = [images(t, sides[t][0], how["snr_db"], n, how["reformat"]) for t in how["known"] for n in realizations]
+    truth = np.repeat(np.eye(2, dtype=np.float32), [len(learned[0]) * len(realizations)] * 2, axis=0)
+    x, y = jnp.asarray(np.concatenate(learned)), jnp.asarray(truth)
+    classes, held_out = np.array(how["known"]), {}
+    for snr in SNRS:
+        seen = [images(target, sides[target][1], snr, "judged", how["reformat"]) for target in sides]
+        labels = [target if target in how["known"] else OTHER for target in sides]
+        held_out[snr] = np.concatenate(seen), np.repeat(np.array(labels), [len(part) for part in seen])
+
+    random, adam = np.random.default_rng(how["seed"]), optax.scale_by_adam(eps=1e-7)  # Keras's
+    weights = capsules.initial_weights(random, (32, 32, 1), 2, MODEL["width"], MODEL["capsules"], MODEL["decoder"])
+    weights = jax.tree.map(jnp.asarray, weights)
+    state, order = adam.init(weights), np.zeros(0, int)
+
+    def loss(weights, x, y):
+        vectors = capsules.activations(weights, x, MODEL["routings"])
+        error = ((capsules.reconstruct(weights, vectors, y, True) - x.reshape(len(x), -1)) ** 2).mean(-1)
+        return (capsules.margin_loss(vectors, y) + 0.392 * error).mean(), error.mean()  # its weight, listing D.1
+
+    def step(carried, batch):
+        (weights, state), (rows, rate) = carried, batch
+        values, gradient = jax.value_and_grad(loss, has_aux=True)(weights, x[rows], y[rows])
+        change, state = adam.update(gradient, state)
+        return (jax.tree.map(lambda weight, by: weight - rate * by, weights, change), state), values
+
+    @jax.jit
+    def epoch(weights, state, rows, rate):
+        return jax.lax.scan(step, (weights, state), (rows, jnp.full(len(rows), rate)))
+
+    @jax.jit
+    def evaluate(weights, seen):
+        vectors = capsules.activations(weights, seen, MODEL["routings"])
+        lengths = capsules.lengths(vectors)
+        mask = (lengths.argmax(-1)[:, None] == jnp.arange(2)).astype(jnp.float32)
+        return lengths, capsules.reconstruct(weights, vectors, mask, True)
+
+    for number in range(1, how["epochs"] + 1):
+        while len(order) < how["per"] * how["batch"]:
+            order = np.concatenate([order, random.permutation(len(x))])
+        rows, order = np.split(order, [how["per"] * how["batch"]])
+        rate = MODEL["learning_rate"] * how["decay"] ** (number - 1)
+        (weights, state), (cost, error) = epoch(weights, state, rows.reshape(how["per"], -1), rate)
+        if number in EPOCHS or number == how["epochs"]:
+            about = {"reading": name, "drone": how["known"][0], "missile": how["known"][1], "batch": how["batch"]}
+            about |= {"epoch": number, "steps": number * how["per"], "seconds": round(time.perf_counter() - begun, 1)}
+            about |= {"loss": f"{cost.mean():.3g}", "squared_error": f"{error.mean():.3g}"}
+            for snr, (seen, labels) in held_out.items():
+                yield about | {"snr_db": snr} | judged(evaluate, weights, seen, labels, classes)
+
+
+def draw(table):
+    """Closed and open F1 against steps, a curve for each reading of several epochs."""
+    import matplotlib.pyplot as plt
+
+    long = [name for name, rows in table.groupby("reading", sort=False) if rows["epoch"].nunique() > 1]
+    panels = [("closed_f1", snr, f"closed set, {snr} dB") for snr in (0, -3, -6)] + [
+        ("zncc_f1", 6, "open set, ZNCC, 6 dB")
+    ]
+    figure, axes = plt.subplots(1, len(panels), figsize=(12, 3.6), sharey=True, layout="constrained")
+    for axis, (column, snr, title) in zip(axes, panels, strict=True):
+        for name in long:
+            rows = table[(table["reading"] == name) & (table["snr_db"] == snr)]
+            axis.plot(rows["steps"], rows[column], marker=".", label=name)
+        axis.set(title=title, xlabel="steps", xscale="log", ylim=(0.3, 1.01))
+        axis.grid(alpha=0.3)
+    axes[0].set_ylabel("weighted F1")
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=4, frameon=False)
+    figure.savefig(FIGURE, dpi=110)
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("results", help="folder with imaging/, as results/thesis")
-    parser.add_argument("output", type=Path, help="CSV file of a row for each score")
-    parser.add_argument("--snr", default=CLEAN, help="dB of the training images, all realizations, or clean")
-    parser.add_argument("--batch", type=int, default=16)
-    parser.add_argument("--steps", type=int, default=25_350, help="as many as 150 epochs of 169 batches")
-    parser.add_argument("--end", type=float, default=0.05, help="of the learning rate, at the last step")
-    parser.add_argument("--seed", type=int, default=0, help="of the weights to begin with and the order of the images")
-    arguments = parser.parse_args()
-    snr = CLEAN if arguments.snr == CLEAN else float(arguments.snr)
-    learned = read(arguments.results, "train", snr, KNOWN, None)
-    random = np.random.default_rng(0)
-    held_out = {}
-    for each in (*CLOSED, *OPENED):
-        pixels, targets = read(arguments.results, "validation", each, KNOWN + UNKNOWN, 1)
-        rows = np.concatenate(
-            [random.permutation(np.flatnonzero(targets == target))[:SCORED] for target in KNOWN + UNKNOWN]
-        )
-        held_out[each] = pixels[rows], targets[rows]
-    known = np.isin(held_out[24][1], KNOWN)
-
-    epochs = max(1, round(arguments.steps * arguments.batch / len(learned[0])))
-    settings = CONFIG["learning"]["models"]["capsule"] | {"epochs": epochs, "patience": epochs}
-    settings |= {"batch": arguments.batch, "decay": arguments.end ** (1 / epochs)}
-    network, scored = (build("capsule", settings, arguments.seed) for _ in range(2))
-    network.checkpoints = arguments.output.with_suffix(".state")
-    about = {key: getattr(arguments, key) for key in ("snr", "batch", "seed")} | {"epochs": epochs}
-    begun = time.perf_counter()
-
-    def watch(epoch, weights):
-        if epoch not in EPOCHS and epoch != epochs:
-            return
-        scored.classes_ = network.classes_
-        scored._keep(weights)
-        scored.mixture_logits_ = scored.mixture_means_ = scored.mixture_whitening_ = np.zeros(0)
-        scored._mixture_score = lambda vectors, y: np.zeros(len(vectors))
-        row = about | {"epoch": epoch, "steps": epoch * -(-len(learned[0]) // arguments.batch)}
-        row |= {name: round(float(value), 4) for name, value in scores(scored, held_out).items()}
-        rows = pd.read_csv(arguments.output, dtype={"snr": str}) if arguments.output.exists() else pd.DataFrame()
-        # A training that goes on makes the epochs after its last checkpoint once more.
-        rows = pd.concat([rows, pd.DataFrame([row])]).drop_duplicates([*about, "epoch"], keep="last")
-        arguments.output.parent.mkdir(parents=True, exist_ok=True)
-        rows.to_csv(arguments.output, index=False)
-        print(f"{time.perf_counter() - begun:.0f} s: {row}", flush=True)
-
-    network.watch = watch
-    network.fit(*learned, (held_out[24][0][known], held_out[24][1][known]), None, np.arange(len(learned[0])))
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("readings", nargs="*", help=", ".join(READINGS))
+    parser.add_argument("--epochs", type=int, help="at most")
+    parser.add_argument("--out", type=Path, default=TABLE)
+    parser.add_argument("--draw", action="store_true", help="the figure alone, of what the table has")
+    options = parser.parse_args()
+    if not options.draw:
+        print(keep_compiled())
+        if jax.default_backend() != "cpu":  # transforms save multiplications, of which a GPU has plenty
+            convolution.transforms_pay = lambda *_: False
+        for name in options.readings or READINGS:
+            reading = READINGS[name] | ({"epochs": options.epochs} if options.epochs else {})
+            for row in train(name, reading):
+                print(row, flush=True)
+                pd.DataFrame([row]).to_csv(options.out, mode="a", header=not options.out.exists(), index=False)
+    draw(pd.read_csv(options.out))
 
 
 if __name__ == "__main__":
