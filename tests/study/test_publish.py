@@ -9,6 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 import pytest
+from study.selection import PAGE as SELECTED
 from study.statements import kept
 from thesis_pages import check_links, interval, tables
 
@@ -84,6 +85,37 @@ def test_the_published_verdicts_are_those_of_the_committed_scores():
         assert printed["here"] == interval(here), line
         holds = kept({"ours": here["value"], **here}, line)
         assert printed["as published"] == ("yes" if holds else "no"), line
+
+
+def test_the_published_verdicts_with_other_models_are_those_of_the_committed_scores():
+    """Every value that the page has of other models, again from the table of the pairs."""
+    table = pd.read_csv(COMMITTED.with_name("models.csv.xz"), keep_default_na=False)
+    overview = next(table for table in tables(PAGE.read_text()) if "read otherwise" in table)
+    readings = {name: reading for name, reading in SELECTED["readings"].items() if "models" in reading}
+    stated = pd.read_csv(ROOT / "resources/reference/thesis_results.csv", dtype=str, keep_default_na=False)
+    compared = 0
+    for line in stated[stated["metric"].isin(CURVES) & (stated["reading"] == "")].to_dict("records"):
+        model, score = ADAPTATIONS.get(line["model"], (line["model"], ""))
+        shown = overview[(overview["stated"] == line["stated"]) & overview["what"].str.startswith(NAMES[line["model"]])]
+        shown = shown[shown["published"].str.split().str[1] == line["value"]]
+        shown = next((text for text in shown["read otherwise"] if text), "")
+        for name, reading in readings.items():
+            own = f"{line['experiment']}/{model}"
+            experiment, _, judged = reading.get("rows", {own: own}).get(own, "").partition("/")
+            case = dict(zip(("drone", "missile"), reading["models"], strict=True)) | {"experiment": experiment}
+            case |= {"model": judged, "score": score, "metric": CURVES[line["metric"]], "elevation": line["elevation"]}
+            rows = select(table, **case, threshold="thesis" if score else "").sort_values("test_snr_db")
+            if not shown or rows.empty:
+                assert f"{name} 0" not in shown and f"{name} 1" not in shown
+                continue
+            snr = float(line["snr_db"])
+            here = {
+                key: np.interp(snr, rows["test_snr_db"], rows[key].astype(float)) for key in ("value", "low", "high")
+            }
+            text = f"{name} {interval(here)}"
+            assert (f"**{text}**" if kept({"ours": here["value"], **here}, line) else text) in shown.split("; "), line
+            compared += 1
+    assert compared >= 10
 
 
 def test_the_tables_of_recognition_are_of_the_committed_scores(monkeypatch):

@@ -85,6 +85,8 @@ def page(results, chapters):
         f"## {EVERYWHERE}",
         table([*sweep(results.settings)]),
         bullets(words for name in PAGE["everywhere"] for words in parts(results, None, name)),
+        "## Models of the known targets",
+        texts.models_of_targets(results, built),
     ]
     for title, every in chapters.items():
         blocks += [f"## {title}", *(text for figure in every for text in _written(figure))]

@@ -12,7 +12,7 @@ from isarflow.learning.metrics import metrics_of_labels
 from isarflow.report.plots import RELATIONS, holds, matrix
 from isarflow.report.published import ADAPTATIONS, CLOSED, OPEN, value_at
 from isarflow.report.vocabulary import ACCURACY, F1, METHOD, select
-from study import anew
+from study import anew, pairs
 from study.selection import PAGE, at_highest, everywhere_networks, networks_of
 
 # What a published metric is called in scores.csv and on the page.
@@ -93,6 +93,9 @@ def read(results, line, reading):
     own = f"{line['experiment']}/{line['model']}"
     experiment, _, model = reading.get("rows", {own: own}).get(own, "").partition("/")
     line = line | {"experiment": experiment, "model": model}
+    if "models" in reading:  # of which there are scores alone
+        results = pairs.results(*reading["models"])
+        return None if line["reading"] == "rejected" else _stated(line, READINGS[line["reading"]](results, line))
     if "judged" in reading:
         is_judged = line["score"] and (experiment, model) in networks_of(results.runs)
         return _stated(line, JUDGED[reading["judged"]](results, line)) if is_judged else None

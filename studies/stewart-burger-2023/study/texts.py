@@ -8,10 +8,10 @@ from sklearn.metrics import roc_auc_score, roc_curve
 from isarflow.core.words import number
 from isarflow.report.published import value_at
 from isarflow.report.vocabulary import ACCURACY, F1, at_snrs, select, title, with_interval
-from study import anew
+from study import anew, pairs
 from study.markdown import NONE, table
 from study.selection import LOW_SNR, PAGE, networks_of
-from study.statements import SPLIT, ours, rows
+from study.statements import SPLIT, kept, ours, read, rows
 
 NEARLY = 0.1  # relative: a setting tried that is so near to the published one stands for it
 # How `anew.judged` chooses thresholds, in words.
@@ -58,6 +58,22 @@ def overview(built):
     held = PAGE["held"].format(text=by_text, read=by_any, all=len(every))
     readings = [PAGE["readings_are"], table(read)] if read else []
     return "\n\n".join([held, *readings, "## All published scores", PAGE["read_otherwise"], table(stated)])
+
+
+def models_of_targets(results, built):
+    """Say what holds with each pair of known targets, by any of the readings of other models."""
+    lines = [line for figure in built for line in figure.found]
+    readings, stated = [reading for reading in PAGE["readings"].values() if "models" in reading], []
+    for pair in pairs.every():
+        found = [[read(results, line, reading | {"models": pair}) for reading in readings] for line in lines]
+        judged = [[kept(here, line) for here in own if here] for own, line in zip(found, lines, strict=True)]
+        row = dict(zip(("drone", "missile"), pair, strict=True))
+        row |= {"statements": sum(map(bool, judged)), "hold": sum(map(any, judged))}
+        for words, (snr, *case) in PAGE["pairs"]["shown"].items():
+            there = pairs.results(*pair)
+            row[words] = value_text(value_at(there, ours(there, *case), snr), snr)
+        stated.append(row)
+    return f"{PAGE['pairs']['words']}\n\n{table(stated)}"
 
 
 def statements(results, figure):
