@@ -12,7 +12,7 @@ from isarflow.scattering import sampled
 from isarflow.scattering.assembly import Entries, assemble
 from isarflow.scattering.basis import fundamental_domain, rwg
 from isarflow.scattering.factorization import SymmetricMatrix
-from isarflow.scattering.lowrank import LowRankMatrix, compress
+from isarflow.scattering.lowrank import STRIPE, Inverse, LowRankMatrix, compress
 from isarflow.scattering.operators import efie
 from isarflow.scattering.solve import SHARE, solve
 
@@ -43,6 +43,34 @@ def test_nothing_is_compressed_to_nothing():
     zeros = np.zeros((5, 7))
     left, right = compress(lambda run: zeros[:, run], lambda basis: basis.conj().T @ zeros, 7, 1e-3)
     assert left.shape == (5, 0) and right.shape == (7, 0)
+
+
+def test_a_tile_that_is_not_finite_stays_so():
+    tile = product(10).astype(np.complex64)
+    tile[3, 4] = np.nan
+    left, right = sampled._from_whole(tile, 1e-3)
+    assert np.isnan(left @ right.T).any()
+
+
+@pytest.mark.parametrize("size", [1, STRIPE, 3 * STRIPE + 5])
+@pytest.mark.parametrize("singular", [False, True])
+def test_a_block_and_its_inverse(size, singular):
+    """W^T B W inverts the block that its lower triangle states, also where its first rows alone are singular."""
+    random = np.random.default_rng(1)
+    block = random.standard_normal((size, size)) + 1j * random.standard_normal((size, size)) + 9 * np.eye(size)
+    block = block + block.T
+    if singular and size > STRIPE:
+        block[:STRIPE, :STRIPE] = 0
+    right = random.standard_normal((size, 3)) + 1j * random.standard_normal((size, 3))
+    stripe = np.arange(size) // STRIPE
+    factors = Inverse(np.where(stripe[:, None] < stripe, np.nan, block))  # what is above the stripes is not read
+    found = factors.expanded(factors.divided(factors.reduced(right.astype(np.complex64))))
+    np.testing.assert_allclose(found, np.linalg.solve(block, right), rtol=0, atol=2e-5 * np.abs(found).max())
+
+
+def test_a_singular_block_has_an_inverse_that_is_not_finite():
+    zeros, right = np.zeros((STRIPE + 1, STRIPE + 1), complex), np.ones((STRIPE + 1, 1), np.complex64)
+    assert np.isnan(Inverse(zeros).divided(right)).any()
 
 
 @pytest.fixture(scope="module")

@@ -54,7 +54,7 @@ class Symmetric:
 
     def _forward(self, right, threads):
         """L^-1 right and D^-1 L^-1 right, (N, D)."""
-        y, divided = np.empty((2, *right.shape), self.dtype)
+        y, divided = (np.empty(right.shape, self.dtype) for _ in range(2))
 
         def run(part):
             y[:, part] = right[:, part]
@@ -270,12 +270,12 @@ def runs(length, step=RUN):
 
 
 def even_runs(length, most):
-    """About equal slices of `length` items, about `most` in each, an even number, so that two threads finish together.
+    """Equal slices of `length` items, about `most` in each, an even number, so that two threads finish together.
 
-    Each but the last has a multiple of 16 items, with which products are faster.
+    Long ones, all but the last, have a multiple of 16 items, with which products are faster.
     """
-    count = 2 * max(ceil(length / (2 * most)), 1)
-    return runs(length, 16 * max(ceil(length / count / 16), 1))
+    step = max(ceil(length / (2 * max(ceil(length / (2 * most)), 1))), 1)
+    return runs(length, step if step < 64 else 16 * ceil(step / 16))
 
 
 def _multiply(c, a, b, rows):

@@ -10,6 +10,7 @@ As in `factorization` every product is done by one thread: the last bit does not
 """
 
 from itertools import pairwise, starmap
+from math import ceil
 
 import numpy as np
 from scipy.linalg.lapack import zpstrf, ztrtri
@@ -37,6 +38,8 @@ def compress(times, project, width, tolerance, first=SKETCH):
         found = times(run)
         if basis is not None:
             found = _beside(basis, found)
+        if np.isnan(found).any():  # which would count as nothing
+            return found[:, :1], np.full((width, 1), np.nan, np.complex64)
         # Columns of X R, each as far as possible from the span of those before it, until the remainder of all is small.
         found = found.astype(np.complex128)
         gram, pivots, rank, _ = zpstrf(found.conj().T @ found, tol=(SPANNED * tolerance) ** 2)
@@ -65,17 +68,24 @@ class Inverse:
     """
 
     def __init__(self, block):
-        lower, self.runs, self.blocks = np.eye(len(block), dtype=block.dtype), runs(len(block), STRIPE), []
-        for rows in self.runs:
-            below = slice(rows.stop, None)
+        for rows in (STRIPE, len(block)):  # where a block of D is singular, one of all rows may not be
             try:
-                inverse = np.linalg.inv(block[rows, rows])
-            except np.linalg.LinAlgError:  # a singular block gives a solution that is not finite, which `solve` refuses
-                inverse = np.full_like(block[rows, rows], np.nan)
+                return self._factorize(block.copy(), runs(len(block), rows) if rows else [])
+            except np.linalg.LinAlgError:
+                continue
+        # A solution that is not finite, which `solve` refuses.
+        self._factorize(np.full_like(block, np.nan), runs(len(block)))
+
+    def _factorize(self, block, spans):
+        """Of the block the lower triangle is read."""
+        lower, self.runs, self.blocks = np.eye(len(block), dtype=block.dtype), spans, []
+        for rows in spans:
+            below, own = slice(rows.stop, None), np.tril(block[rows, rows])
+            inverse = np.linalg.inv(own + np.tril(own, -1).T)
             factor = block[below, rows] @ inverse
             block[below, below] -= factor @ block[below, rows].T
             lower[below, : rows.stop] -= factor @ lower[rows, : rows.stop]
-            self.blocks.append((inverse.astype(np.complex64) + inverse.T.astype(np.complex64)) / 2)
+            self.blocks.append(((inverse + inverse.T) / 2).astype(np.complex64))
         self.lower = lower.astype(np.complex64)
 
     def reduced(self, x):
@@ -280,5 +290,5 @@ class _Column:
             return own - inner @ self.left
 
         # The products raise the rank of the matrix's tile, most often by less than a quarter.
-        first = SKETCH if v is None else min(SKETCH, u.shape[1] * 5 // 4 + 2 * SPARE)
+        first = SKETCH if v is None else min(SKETCH, 16 * ceil((u.shape[1] * 5 / 4 + 2 * SPARE) / 16))
         return compress(times, project, self.width, matrix.cut, first)

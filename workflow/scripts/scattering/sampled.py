@@ -160,7 +160,7 @@ def _from_samples(columns, rows, crossing, checked, exact, cut):
 def _inverse(crossing, cut):
     """W^+."""
     adjoint = crossing.conj().T
-    damping = max(DAMPING * cut, ROUNDING * np.linalg.norm(crossing)) ** 2
+    damping = max(DAMPING * cut, ROUNDING * np.linalg.norm(crossing)) ** 2 or 1.0  # where W is zero
     # SciPy's routines would keep other threads waiting.
     return np.linalg.solve(adjoint @ crossing + damping * np.eye(len(crossing)), adjoint)
 
