@@ -29,7 +29,7 @@ rule thesis_page:
         ],
         published=published("results", "prediction_times", "confusion", "settings"),
         page=in_repository(STUDY, "page.yaml"),
-        models=in_repository("resources/results/models.csv.xz"),
+        pairs=in_repository("resources/results/models.csv.xz"),
     output:
         page=directory(f"{RESULTS}/report/thesis"),
     log:

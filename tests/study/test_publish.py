@@ -16,6 +16,7 @@ from thesis_pages import check_links, interval, tables
 from isarflow.report.published import ADAPTATIONS
 from isarflow.report.vocabulary import select
 from isarflow.setup.config import ROOT
+from isarflow.setup.yaml_file import read_yaml
 
 # Metrics of scores.csv by what the thesis calls them; and what the page calls its models.
 CURVES = {"accuracy": "accuracy", "f1": "f1_weighted", "weighted_f1": "f1_weighted", "error": "accuracy"}
@@ -90,6 +91,14 @@ def test_the_published_verdicts_are_those_of_the_committed_scores():
 def test_the_published_verdicts_with_other_models_are_those_of_the_committed_scores():
     """Every value that the page has of other models, again from the table of the pairs."""
     table = pd.read_csv(COMMITTED.with_name("models.csv.xz"), keep_default_na=False)
+    of_pairs = table.groupby(["drone", "missile"])
+    config = read_yaml(ROOT / "config/models.yaml")
+    asked = config["learning"]["experiments"]
+    models = {name: set(of["models"]) for name, of in asked.items() if of and name != "capsule_listing"}
+    assert len(of_pairs) == 9
+    for _, rows in of_pairs:
+        assert set(rows["test_snr_db"]) == set(config["noise"]["snr_db"])
+        assert all(set(select(rows, experiment=name)["model"]) == own for name, own in models.items())
     overview = next(table for table in tables(PAGE.read_text()) if "read otherwise" in table)
     readings = {name: reading for name, reading in SELECTED["readings"].items() if "models" in reading}
     stated = pd.read_csv(ROOT / "resources/reference/thesis_results.csv", dtype=str, keep_default_na=False)

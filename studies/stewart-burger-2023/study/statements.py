@@ -78,7 +78,9 @@ def judge(results, line):
     case = results, line["experiment"], model, metric, score
     curves = {"blind": ours(*case, line["elevation"], "blind"), "sector": by_sector(*case)}
     line |= {name: _stated(line, value_at(results, curve, line["snr_db"])) for name, curve in curves.items()}
-    others = {name: read(results, line, reading) for name, reading in PAGE["readings"].items()}
+    # Runs with other models say nothing of a statement that this run cannot judge.
+    readings = {name: own for name, own in PAGE["readings"].items() if line["here"] or "models" not in own}
+    others = {name: read(results, line, reading) for name, reading in readings.items()}
     otherwise = [(name, here, kept(here, line)) for name, here in others.items() if here]
     return line | {"holds": kept(line["here"], line), "otherwise": otherwise}
 

@@ -54,15 +54,19 @@ def overview(built):
             links = dict.fromkeys(link for link, by_text, by_it in own if by_it and not by_text)
             read.append(row | {"by it, not by the text": ", ".join(links) or NONE})
     by_text = sum(line["holds"] for _, line in every)
-    by_any = sum(line["holds"] or any(holds for *_, holds in line["otherwise"]) for _, line in every)
-    held = PAGE["held"].format(text=by_text, read=by_any, all=len(every))
+    of_text = [name for name, reading in PAGE["readings"].items() if "models" not in reading]
+    by_any, with_models = (
+        sum(line["holds"] or any(holds for name, _, holds in line["otherwise"] if name in names) for _, line in every)
+        for names in (of_text, PAGE["readings"])
+    )
+    held = PAGE["held"].format(text=by_text, read=by_any, models=with_models, all=len(every))
     readings = [PAGE["readings_are"], table(read)] if read else []
     return "\n\n".join([held, *readings, "## All published scores", PAGE["read_otherwise"], table(stated)])
 
 
 def models_of_targets(results, built):
     """Say what holds with each pair of known targets, by any of the readings of other models."""
-    lines = [line for figure in built for line in figure.found]
+    lines = [line for figure in built for line in figure.found if line["experiment"] not in PAGE["pairs"]["without"]]
     readings, stated = [reading for reading in PAGE["readings"].values() if "models" in reading], []
     for pair in pairs.every():
         found = [[read(results, line, reading | {"models": pair}) for reading in readings] for line in lines]
