@@ -13,6 +13,7 @@ from itertools import pairwise, starmap
 from math import ceil
 
 import numpy as np
+from scipy.linalg import ldl
 from scipy.linalg.lapack import zpstrf, ztrtri
 
 from isarflow.scattering.device import give_back
@@ -61,50 +62,46 @@ def _beside(basis, columns):
 
 
 class Inverse:
-    """The inverse of a complex-symmetric (n, n) block, W^T B W: W lower triangular, B of blocks on the diagonal.
+    """The inverse of a complex-symmetric (n, n) block, W^T B W, with W and B from its own factors.
 
-    A block is L D L^T, D of blocks of STRIPE rows: W is L^-1, B is D^-1. Pivoting stays within D's blocks. LAPACK's
-    factorization of such a block, in SciPy, would keep all other threads waiting.
+    With pivoting by Bunch and Kaufman a block is P^T L D L^T P, D of 1 x 1 and 2 x 2 blocks: W is L^-1 P, B is D^-1.
     """
 
     def __init__(self, block):
-        for rows in (STRIPE, len(block)):  # where a block of D is singular, one of all rows may not be
-            try:
-                return self._factorize(block.copy(), runs(len(block), rows) if rows else [])
-            except np.linalg.LinAlgError:
-                continue
-        # A solution that is not finite, which `solve` refuses.
-        self._factorize(np.full_like(block, np.nan), runs(len(block)))
-
-    def _factorize(self, block, spans):
-        """Of the block the lower triangle is read."""
-        lower, self.runs, self.blocks = np.eye(len(block), dtype=block.dtype), spans, []
-        for rows in spans:
-            below, own = slice(rows.stop, None), np.tril(block[rows, rows])
-            inverse = np.linalg.inv(own + np.tril(own, -1).T)
-            factor = block[below, rows] @ inverse
-            block[below, below] -= factor @ block[below, rows].T
-            lower[below, : rows.stop] -= factor @ lower[rows, : rows.stop]
-            self.blocks.append(((inverse + inverse.T) / 2).astype(np.complex64))
-        self.lower = lower.astype(np.complex64)
+        lower, middle, self.order = ldl(block, hermitian=False, overwrite_a=True, check_finite=False)
+        lower = lower[self.order]
+        self.lower = (ztrtri(lower, lower=1)[0] if len(lower) else lower).astype(np.complex64)  # L^-1
+        main, off = np.diagonal(middle), np.diagonal(middle, -1)
+        below, above = np.append(off, 0), np.append(0, off)
+        partner = np.where(below, np.roll(main, -1), np.where(above, np.roll(main, 1), 1))
+        with np.errstate(all="ignore"):  # a singular block gives a solution that is not finite, which `solve` refuses
+            determinant = (main * partner - (below + above) ** 2)[:, None]
+            self.main, self.off = (
+                part.astype(np.complex64)
+                for part in (partner[:, None] / determinant, -off[:, None] / determinant[: len(off)])
+            )
 
     def reduced(self, x):
         """W x, (n, D)."""
+        x = x[self.order]
         out = np.empty_like(x)
-        for rows in self.runs:
+        for rows in runs(len(x), STRIPE):
             np.matmul(self.lower[rows, : rows.stop], x[: rows.stop], out=out[rows])
         return out
 
     def divided(self, x):
         """B x, (n, D)."""
-        out = np.empty_like(x)
-        for rows, block in zip(self.runs, self.blocks, strict=True):
-            np.matmul(block, x[rows], out=out[rows])
+        out = self.main * x
+        if self.off.any():
+            out[:-1] += self.off * x[1:]
+            out[1:] += self.off * x[:-1]
         return out
 
     def expanded(self, x):
         """W^T x, (n, D)."""
-        return self.lower.T @ x
+        out = np.empty_like(x)
+        out[self.order] = self.lower.T @ x
+        return out
 
 
 class Stack:
