@@ -29,7 +29,7 @@ MAX_RESIDUAL = 1e-3  # above it (or PROMISE) the solution is refined, and refuse
 # Of a tolerance: the largest error of a tile; and the largest residual. Above it the solution is refined by a finer
 # matrix, whose residual should be a MARGIN-th of it: few directions are probed.
 SHARE, PROMISE, MARGIN = 0.4, 10, 5
-MANY = 1e5  # unknowns, above which errors of tiles add up to more than the promise unless each error is smaller
+MANY = 6e4  # unknowns, above which errors of tiles add up to more than the promise unless each error is smaller
 KINDS = {  # whole matrices: on JAX's device or not, symmetric or not
     (False, False): GeneralMatrix,
     (False, True): SymmetricMatrix,
