@@ -36,6 +36,7 @@ from isarflow.setup.yaml_file import read_yaml
 
 OUT, KEPT = Path("results/benchmarks/capsule_training.csv"), Path("resources/results/capsule_training.csv")
 CONFIG = load(*map(read_yaml, ("config/thesis.yaml", "config/thesis-fields.yaml")))
+TARGETS = load(read_yaml("config/fields.yaml"))["targets"]  # all of the dataset
 KNOWN, UNKNOWN, REALIZATIONS = ("drone", "missile"), ("aircraft", "ufo"), 3
 MODEL = CONFIG["learning"]["models"]["capsule"]
 SNRS = 24, 15, 6, 0, -3, -6  # dB, of the images judged
@@ -85,9 +86,8 @@ def images(target, azimuths, snr, realization, reformat):
 def divided(target, scheme):
     """Numbers of the azimuths that train, and of the others."""
     (division,) = divisions(scheme, CONFIG["learning"]["split"], CONFIG["seed"], CONFIG["imaging"]["aperture"])
-    planes = read_yaml("config/config.yaml")["targets"] | read_yaml("config/fields.yaml")["targets"]
     field = sweep(target)
-    sides = split(field.elevation.values, field.azimuth.values, planes[target]["symmetry"], division)
+    sides = split(field.elevation.values, field.azimuth.values, TARGETS[target]["symmetry"], division)
     return sides["train"].azimuth, np.sort(np.concatenate([sides[name].azimuth for name in ("validation", "test")]))
 
 

@@ -30,10 +30,11 @@ def main():
     parser.add_argument("--capsule", default="drone_hexa-missile_plain", choices=["none", *map("-".join, pairs)])
     options = parser.parse_args()
     for pair in pairs:
-        config = [f"name=models_{'_'.join(pair)}", f"targets={{drone: {target(pair[0])}, missile: {target(pair[1])}}}"]
+        name = f"models_{'_'.join(pair)}"
+        config = [f"name={name}", f"targets={{drone: {target(pair[0])}, missile: {target(pair[1])}}}"]
         if options.capsule != "-".join(pair):
             config.append(f"learning={{experiments: {{{CAPSULE}: null}}}}")
-        scores = Path("results", config[0].removeprefix("name="), "learning", "scores.csv")
+        scores = Path("results", name, "learning", "scores.csv")
         how = "--cores", str(options.cores), str(scores), "--configfile", *CONFIGS, "--config", *config
         subprocess.run(["snakemake", *how], cwd=ROOT, check=True)
         of_pair = select(read_learned(ROOT / scores), **CASE)

@@ -73,23 +73,22 @@ class Entries:
 
     def __init__(self, operator, surface, bases, wavenumber, near, dtype, threads=1):
         self.operator, self.surface, self.bases, self.near, self.dtype = operator, surface, bases, near, dtype
-        self.threads = threads
         self.real = np.float32 if dtype == np.complex64 else np.float64
         self.wavenumber, alpha = wavenumber, operator.ALPHA
         scales = wavenumber / (2 * np.pi), 4 / wavenumber**2, TINY**2, 1 / 2, 1, wavenumber, alpha
         self.constants = np.array([*scales, (1 - alpha) / wavenumber, 1 / 6], self.real)
         self.characters = surface.parities.astype(self.real)
         self.blocks = blocks_of(bases, surface.patches)
+        self.corrections = self._corrections(threads)  # now, before there are threads that would each compute them
 
     @cached_property
     def placed(self):
         return [Placed(block, self.surface, self.real) for block in self.blocks]
 
-    @cached_property
-    def corrections(self):
+    def _corrections(self, threads):
         """Corrections of the three points a triangle between near pairs, in the form of `kernels.tile`."""
         count = len(self.surface.vertices)
-        values = self.operator.corrections(self.near, self.surface, self.wavenumber, self.real, self.threads)
+        values = self.operator.corrections(self.near, self.surface, self.wavenumber, self.real, threads)
         values = np.concatenate(values).reshape(-1, 9)
         begins, before = [], 0
         for pairs in self.near.pairs:
@@ -123,7 +122,6 @@ def assemble(entries, matrices, threads=1, progress=lambda done: None):
     are; progress(done) is called with the fraction done. For a symmetric matrix only the lower triangle is filled.
     """
     symmetric, placed = entries.operator.SYMMETRIC, entries.placed
-    entries.corrections  # noqa: B018 (once, before there are threads)
 
     def store(row, col):
         for matrix, rows, cols, block in zip(matrices, row.spans, col.spans, entries.between(row, col), strict=True):

@@ -4,12 +4,11 @@ Three points a triangle do not resolve exp(-j k R) / R between triangles that to
 distance against size, not by shared corners: the two skins of a thin wing are nearer than an edge without touching.
 """
 
-from concurrent.futures import ThreadPoolExecutor
-
 import jax.numpy as jnp
 import numpy as np
 from scipy.spatial import cKDTree
 
+from isarflow.scattering.factorization import Pool
 from isarflow.scattering.kernel import distances
 from isarflow.scattering.quadrature import cross, dot, points_of
 
@@ -51,7 +50,7 @@ def by_chunks(moments, pairs, field, source, dtype, threads=1):
         value = np.asarray(found[0]) + 1j * np.asarray(found[1]) if isinstance(found, tuple) else np.asarray(found)
         return value[:, : len(chunk)]
 
-    with ThreadPoolExecutor(threads) as pool:
+    with Pool(threads) as pool:
         parts = pool.map(values, range(0, len(pairs), CHUNK))
         return np.concatenate([np.zeros((8, 0)), *parts], 1).T
 

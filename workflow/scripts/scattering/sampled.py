@@ -34,7 +34,6 @@ def fill(entries, matrices, tolerance, threads, progress=lambda done: None):
     """
     placed, count = entries.placed, len(entries.placed)
     panels, near = _panels(entries), _near_tiles(entries)
-    entries.corrections  # noqa: B018 (once, before there are threads)
     total, done, wholes = max(count * (count - 1) // 2, 1), 0, 0
 
     def whole(i, j, kept=False):
