@@ -13,11 +13,11 @@ import shutil
 import sys
 from pathlib import Path
 
-import pandas as pd
 from study import markdown
 from study.selection import PAGE
 
-from isarflow.report.vocabulary import select
+from isarflow.report.results import read_learned
+from isarflow.report.vocabulary import F1, at_snrs, select
 
 ROOT = Path(__file__).parents[2]
 PUBLISHED = PAGE["published"]
@@ -41,7 +41,7 @@ def publish(run, root):
         row = {"file": f"`{name}.csv.xz`", "what": words, "rows": f"{table.count(bytes([10])) - 1:,}"}
         files.append(row | {"MB": f"{len(table) / 1e6:.2f}", "compressed, MB": f"{len(packed) / 1e6:.2f}"})
     facts = re.search(r"^\|  \| this run \|\n(?:^\|.*\n)+", text, re.MULTILINE)[0].strip()
-    table = scores_table(pd.read_csv(learning / "scores.csv", keep_default_na=False))
+    table = scores_table(read_learned(learning / "scores.csv"))
     about = PUBLISHED["about"].format(files=markdown.table(files), facts=facts, name=run.name, table=table)
     (folder / "README.md").write_text(about)
     print(f"docs/results.md with {len(list(pictures.iterdir()))} pictures, and {len(files)} tables")
@@ -50,28 +50,15 @@ def publish(run, root):
 
 
 def scores_table(scores):
-    """Return weighted F1 at some SNRs with its 95 % intervals, as Markdown. scores: the table, empty cells as ''."""
-    shown = select(scores, metric="f1_weighted", elevation="all")
-    shown = shown[shown.fold.astype(str) == ""]
+    """Return weighted F1 at some SNRs with its 95 % intervals, as Markdown. scores: as of `read_learned`."""
+    shown, rows = select(scores, metric=F1, elevation="all", fold=""), []
     shown = shown[shown.snr_definition == shown.snr_definition.iloc[0]]  # the config's comes first
-    snrs = PUBLISHED["snrs"]
-    head = " | ".join(f"{snr} dB" for snr in snrs).replace("-", "\N{MINUS SIGN}")
-    lines = [f"| SNR | {head} |", "|---" * (1 + len(snrs)) + "|"]
     for name, (split, threshold) in PUBLISHED["sets"].items():
-        rows = []
         for method, (experiment, model, score) in PUBLISHED["methods"].items():
             case = {"experiment": experiment, "model": model, "score": score if threshold else ""}
-            mine = select(shown, split=split, threshold=threshold, **case).set_index("test_snr_db")
-            rows += [f"| {method} | {' | '.join(_cell(mine, float(snr)) for snr in snrs)} |"] if len(mine) else []
-        lines += [f"| **{name}** {'| ' * len(snrs)}|", *rows] if rows else []
-    return "\n".join(lines)
-
-
-def _cell(rows, snr):
-    if snr not in rows.index:
-        return ""
-    value, low, high = (float(rows.loc[snr, name]) for name in ("value", "low", "high"))
-    return f"{value:.2f} ({low:.2f}\N{EN DASH}{high:.2f})"
+            mine = select(shown, split=split, threshold=threshold, **case)
+            rows += [{"images": name, "method": method} | at_snrs(mine, PUBLISHED["snrs"])] if len(mine) else []
+    return markdown.table(rows)
 
 
 def check(page, learning):

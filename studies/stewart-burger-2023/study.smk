@@ -29,7 +29,7 @@ rule thesis_page:
         ],
         published=published("results", "prediction_times", "confusion", "settings"),
         page=in_repository(STUDY, "page.yaml"),
-        pairs=in_repository("resources/results/models.csv.xz"),
+        others=[in_repository("resources/results", name) for name in ("models.csv.xz", "capsule_training.csv")],
     output:
         page=directory(f"{RESULTS}/report/thesis"),
     log:

@@ -102,6 +102,17 @@ def test_a_few_images_keep_slices_and_their_bits(random):
     assert (convolution.convolve(images, weights, offset, 2) == by_slices(images, weights, offset, 2)).all()
 
 
+def test_a_gpu_takes_slices(random, monkeypatch):
+    """It trains by JAX; predictions, by NumPy, are the processor's."""
+    images, weights, offset, _ = arrays_of(random, (24, 24), count=16, channels=16, filters=16)
+    by_numpy = convolution.convolve(images, weights, offset, 2)
+    assert (by_numpy == by_tiles(images, transformed(weights), offset)).all()
+    monkeypatch.setattr(jax, "default_backend", lambda: "gpu")
+    on_device = [jax.numpy.asarray(array) for array in (images, weights, offset)]
+    assert (convolution.convolve(*on_device, 2) == by_slices(*on_device, 2)).all()
+    assert (convolution.convolve(images, weights, offset, 2) == by_numpy).all()
+
+
 def test_a_network_with_prepared_weights_gives_the_same_activations(random):
     images = random.random((40, 32, 32, 1)).astype(np.float32)
     weights = capsules.initial_weights(random, images.shape[1:], 2, width=128, capsules=16, decoder=4)

@@ -55,7 +55,7 @@ def test_a_tile_that_is_not_finite_stays_so():
 @pytest.mark.parametrize("size", [1, STRIPE, 3 * STRIPE + 5])
 @pytest.mark.parametrize("singular", [False, True])
 def test_a_block_and_its_inverse(size, singular):
-    """W^T B W inverts the block that its lower triangle states, also where its first rows alone are singular."""
+    """W^T W inverts the block that its lower triangle states, also where its first rows alone are singular."""
     random = np.random.default_rng(1)
     block = random.standard_normal((size, size)) + 1j * random.standard_normal((size, size)) + 9 * np.eye(size)
     block = block + block.T
@@ -63,13 +63,13 @@ def test_a_block_and_its_inverse(size, singular):
         block[:STRIPE, :STRIPE] = 0
     right = random.standard_normal((size, 3)) + 1j * random.standard_normal((size, 3))
     factors = Inverse(np.tril(block))
-    found = factors.expanded(factors.divided(factors.reduced(right.astype(np.complex64))))
+    found = factors.expanded(factors.reduced(right.astype(np.complex64)))
     np.testing.assert_allclose(found, np.linalg.solve(block, right), rtol=0, atol=2e-5 * np.abs(found).max())
 
 
 def test_a_singular_block_has_an_inverse_that_is_not_finite():
     zeros, right = np.zeros((STRIPE + 1, STRIPE + 1), complex), np.ones((STRIPE + 1, 1), np.complex64)
-    assert not np.isfinite(Inverse(zeros).divided(right)).all()
+    assert not np.isfinite(Inverse(zeros).reduced(right)).all()
 
 
 @pytest.fixture(scope="module")

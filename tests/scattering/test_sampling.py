@@ -40,6 +40,23 @@ def test_excitation_follows_from_the_samples(ellipsoid, symmetry, dtype):
             assert np.abs(follows - b).max() < 1e-5 * np.abs(whole[0]).max()
 
 
+@pytest.mark.parametrize("symmetry", PLANES)
+def test_an_excitation_follows_from_its_skeletons(ellipsoid, symmetry):
+    """V and H of each ring from fewer columns, in every parity; a parity that nothing excites needs none."""
+    surface = fundamental_domain(*ellipsoid, symmetry)
+    bases = [rwg(surface, parity) for parity in surface.parities]
+    samples = sampling.sample(surface, K, ELEVATION, AZIMUTH, np.complex64)
+    (part,) = samples.parts("HV")
+    _, u, polarization, groups = part
+    for excitation in Excitation(surface, bases, np.complex64)(K, u, polarization):
+        kept, few, weights = sampling.skeletons(excitation, groups)
+        assert kept.shape[1] == few[-1].stop < 0.95 * len(u)
+        for group, own, weight in zip(groups, few, weights, strict=True):
+            assert np.abs(kept[:, own] @ weight - excitation[:, group]).max() < 1e-5 * np.abs(excitation).max()
+        nothing, few, weights = sampling.skeletons(0 * excitation, groups)
+        assert nothing.shape == (len(excitation), 0) and [len(w) for w in weights] == [0] * len(few)
+
+
 @pytest.mark.parametrize(("count", "bound"), [(10, 1e-6), (40, 1e-13)])
 def test_samples_hold_a_plane_wave(count, bound):
     """Of a point at radius rho, whose excitation has a closed form, in both precisions."""

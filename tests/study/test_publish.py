@@ -2,6 +2,7 @@
 
 import lzma
 import os
+import re
 import runpy
 import shutil
 from types import SimpleNamespace
@@ -14,6 +15,7 @@ from study.statements import kept
 from thesis_pages import check_links, interval, tables
 
 from isarflow.report.published import ADAPTATIONS
+from isarflow.report.results import read_learned
 from isarflow.report.vocabulary import select
 from isarflow.setup.config import ROOT
 from isarflow.setup.yaml_file import read_yaml
@@ -44,9 +46,8 @@ def test_a_page_is_published_with_its_pictures_and_scores(thesis, tmp_path):
     assert "| processor | A processor |" in about and "commit" in about
     case = {"experiment": "capsule_open", "model": "capsule", "metric": "f1_weighted", "test_snr_db": 12}
     at_12 = thesis.scores(**case, elevation="all", score="").iloc[0]
-    closed = about.split("## Weighted F1")[1].split("closed set, at random")[1].splitlines()[1].split(" | ")
-    assert closed[0] == "| capsule network"
-    assert closed[5] == "{value:.2f} ({low:.2f}\N{EN DASH}{high:.2f})".format(**at_12)
+    rows = next(table for table in tables(about) if "method" in table).set_index(["images", "method"])
+    assert rows.loc[("closed set, at random", "capsule network"), "12 dB"] == interval(at_12)
 
 
 def test_nothing_is_published_of_a_run_without_a_page_or_with_an_older_one(thesis, tmp_path):
@@ -63,7 +64,7 @@ def test_the_published_verdicts_are_those_of_the_committed_scores():
     """Every statement that is read off scores, again by the thesis's conditions from the committed table."""
     scores = pd.read_csv(COMMITTED, dtype={"fold": str}, keep_default_na=False)
     # The table beside the scores is of them, and nothing is made up.
-    assert PUBLISHER.scores_table(scores) in (COMMITTED.parent / "README.md").read_text()
+    assert PUBLISHER.scores_table(read_learned(COMMITTED)) in (COMMITTED.parent / "README.md").read_text()
     assert "`fake`" not in PAGE.read_text()
     scores = scores.query("split == 'random' and fold == '' and snr_definition == 'mean'")
     stated = pd.read_csv(ROOT / "resources/reference/thesis_results.csv", dtype=str, keep_default_na=False)
@@ -86,6 +87,14 @@ def test_the_published_verdicts_are_those_of_the_committed_scores():
         assert printed["here"] == interval(here), line
         holds = kept({"ours": here["value"], **here}, line)
         assert printed["as published"] == ("yes" if holds else "no"), line
+
+
+def test_the_published_training_of_the_capsule_network_is_that_of_the_committed_table():
+    table = pd.read_csv(COMMITTED.with_name("capsule_training.csv"))
+    case = {"snr_db": -6, "batch": 114, "epoch": [32, 150]}
+    for reading in ("decay 0.98", "hexacopter, plain missile, decay 0.98"):
+        half, full = select(table, **case, reading=reading).sort_values("epoch")["closed_f1"]
+        assert re.search(rf"{half:.2f} (after 5,408 steps )?and {full:.2f}", PAGE.read_text()), reading
 
 
 def test_the_published_verdicts_with_other_models_are_those_of_the_committed_scores():

@@ -1,7 +1,11 @@
-"""Scores of runs with other models of the known targets: resources/results/models.csv.xz, of models.py beside it."""
+"""Committed scores of other runs: with other models of the known targets (models.csv.xz, `make models`), and of the
+capsule network while it learns, by several readings (capsule_training.csv, `make bench-training`).
+"""
 
 from functools import cache
 from types import SimpleNamespace
+
+import pandas as pd
 
 from isarflow.report.results import FULL_SIZE, read_learned
 from isarflow.report.vocabulary import select
@@ -25,3 +29,9 @@ def results(drone, missile):
     runs = {name: {"experiment": name, "split": split, "models": own} for (name, split), own in models.items()}
     settings = {"noise": {"snr_db": sorted(set(table["test_snr_db"]))}}
     return SimpleNamespace(mean_scores=table, runs=runs, curves={}, settings=settings)
+
+
+def trained(reading, epoch, column, snr_db):
+    """Return what a capsule network has by a reading after some epochs, as of `value_at`, without interval."""
+    table = select(pd.read_csv(FULL_SIZE / "capsule_training.csv"), reading=reading, epoch=epoch, snr_db=snr_db)
+    return {"ours": table[column].iloc[0]}

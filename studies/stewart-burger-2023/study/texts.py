@@ -193,7 +193,9 @@ def measured(results, says, values):
 
 
 def _value(results, snr_db, **case):
-    """Return a value as of `value_at`; case: as of `ours`."""
+    """Return a value as of `value_at`; case: as of `ours`, or of `pairs.trained`."""
+    if "reading" in case:
+        return pairs.trained(**case, snr_db=snr_db)
     return value_at(results, ours(results, **case), snr_db)
 
 

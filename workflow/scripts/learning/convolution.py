@@ -24,9 +24,18 @@ def convolve(images, weights, offset, stride):
 
     weights: (KERNEL^2 channels, filters), or for STRIDE the result of `transformed`; offset: (filters,).
     """
-    if stride == STRIDE and weights.ndim == 2 and transforms_pay(images.shape, weights.shape[-1]):
-        weights = transformed(weights)
+    if stride == STRIDE and weights.ndim == 2 and not _on_device(images):
+        weights = transformed(weights) if transforms_pay(images.shape, weights.shape[-1]) else weights
     return by_tiles(images, weights, offset) if weights.ndim == 3 else by_slices(images, weights, offset, stride)
+
+
+def _on_device(images):
+    """Tell whether JAX computes with these images on a GPU, which has multiplications to spare: slices are faster."""
+    if images.__array_namespace__() is np:
+        return False
+    import jax  # predictions do without it
+
+    return jax.default_backend() != "cpu"
 
 
 def by_slices(images, weights, offset, stride):

@@ -27,7 +27,12 @@ RUN = 512  # rows or columns of a task
 
 
 class Symmetric:
-    """What matrices with factors L D L^T share, in whatever way they store them."""
+    """What matrices with factors L D L^T share, in whatever way they store them.
+
+    rooted: whether D^-1 is stored as W^T W, and W belongs to L^-1: then what follows has 1 for D.
+    """
+
+    rooted = False
 
     def between(self, left, right, groups, threads=1):
         """left^T A^-1 right for groups (slices) of their columns, (N, D) each: a list of (K, K) complex128.
@@ -54,7 +59,8 @@ class Symmetric:
 
     def _forward(self, right, threads):
         """L^-1 right and D^-1 L^-1 right, (N, D)."""
-        y, divided = (np.empty(right.shape, self.dtype) for _ in range(2))
+        y = np.empty(right.shape, self.dtype)
+        divided = y if self.rooted else np.empty_like(y)
 
         def run(part):
             y[:, part] = right[:, part]

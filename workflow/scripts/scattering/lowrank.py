@@ -62,45 +62,42 @@ def _beside(basis, columns):
 
 
 class Inverse:
-    """The inverse of a complex-symmetric (n, n) block, W^T B W, with W and B from its own factors.
+    """The inverse of a complex-symmetric (n, n) block as W^T W.
 
-    With pivoting by Bunch and Kaufman a block is P^T L D L^T P, D of 1 x 1 and 2 x 2 blocks: W is L^-1 P, B is D^-1.
+    With pivoting by Bunch and Kaufman a block is P^T L D L^T P, D of 1 x 1 and 2 x 2 blocks: W is C L^-1 P, where
+    D^-1 = C^T C. Of a 2 x 2 block C begins with the sum or the difference of its rows: its diagonal may be zero.
     """
 
     def __init__(self, block):
         lower, middle, self.order = ldl(block, hermitian=False, overwrite_a=True, check_finite=False)
-        lower = lower[self.order]
-        self.lower = (ztrtri(lower, lower=1)[0] if len(lower) else lower).astype(np.complex64)  # L^-1
+        inverse = ztrtri(lower[self.order], lower=1)[0] if len(lower) else lower  # L^-1
         main, off = np.diagonal(middle), np.diagonal(middle, -1)
-        below, above = np.append(off, 0), np.append(0, off)
-        partner = np.where(below, np.roll(main, -1), np.where(above, np.roll(main, 1), 1))
+        first = np.flatnonzero(off)
+        second, a, b, d = first + 1, main[first], off[first], main[first + 1]
+        sign = np.where(abs(a + d + 2 * b) < abs(a + d - 2 * b), -1, 1)
+        # Of the rows' sum or difference, and of the other, each times the root of a half.
+        p, q = (a + d) / 2 + sign * b, (a - d) / 2
+        above, below = inverse[first], sign[:, None] * inverse[second]
         with np.errstate(all="ignore"):  # a singular block gives a solution that is not finite, which `solve` refuses
-            determinant = (main * partner - (below + above) ** 2)[:, None]
-            self.main, self.off = (
-                part.astype(np.complex64)
-                for part in (partner[:, None] / determinant, -off[:, None] / determinant[: len(off)])
-            )
+            inverse /= np.sqrt(main)[:, None]
+            inverse[first] = (above + below) / np.sqrt(2 * p)[:, None]
+            other = above - below - (q / p)[:, None] * (above + below)
+            inverse[second] = other / np.sqrt(2 * (a * d - b**2) / p)[:, None]
+        self.root = inverse.astype(np.complex64)
 
     def reduced(self, x):
         """W x, (n, D)."""
         x = x[self.order]
         out = np.empty_like(x)
         for rows in runs(len(x), STRIPE):
-            np.matmul(self.lower[rows, : rows.stop], x[: rows.stop], out=out[rows])
-        return out
-
-    def divided(self, x):
-        """B x, (n, D)."""
-        out = self.main * x
-        if self.off.any():
-            out[:-1] += self.off * x[1:]
-            out[1:] += self.off * x[:-1]
+            # A 2 x 2 block may begin with the last of the rows.
+            np.matmul(self.root[rows, : rows.stop + 1], x[: rows.stop + 1], out=out[rows])
         return out
 
     def expanded(self, x):
         """W^T x, (n, D)."""
         out = np.empty_like(x)
-        out[self.order] = self.lower.T @ x
+        out[self.order] = self.root.T @ x
         return out
 
 
@@ -134,7 +131,7 @@ class LowRankMatrix(Symmetric):
     spans: the slices of its blocks. Filled by `sampled.fill`, then used like SymmetricMatrix.
     """
 
-    dtype = np.dtype(np.complex64)
+    dtype, rooted = np.dtype(np.complex64), True
 
     def __init__(self, spans):
         self.spans, self.size = spans, spans[-1].stop
@@ -193,7 +190,7 @@ class LowRankMatrix(Symmetric):
         for j in reversed(range(len(self.spans))):
             if j + 1 < len(self.spans):
                 known = np.concatenate([above[i][j] for i in range(j + 1, len(self.spans))])
-                x[self.spans[j]] -= self.diagonal[j].divided(self.right[j] @ known)
+                x[self.spans[j]] -= self.right[j] @ known
             x[self.spans[j]] = self.diagonal[j].expanded(x[self.spans[j]])
             for k in range(j):
                 above[j][k] = self.left[j].part(k) @ x[self.spans[j]]
@@ -202,16 +199,15 @@ class LowRankMatrix(Symmetric):
         # A run has U^T y of all tiles at hand.
         return int(np.clip(KNOWN // max(sum(map(len, self.right)), 1), 32, 256))
 
-    def _forward_run(self, y, divided):
-        """W L^-1 y in place and B of it, for the columns of one task."""
+    def _forward_run(self, y, _):
+        """W L^-1 y in place, for the columns of one task."""
         known = []
         for j, span in enumerate(self.spans):
             if j:
                 stacked = np.concatenate([known[k][self.ends[k][j - k - 1] : self.ends[k][j - k]] for k in range(j)])
                 y[span] -= self.left[j].whole.T @ stacked
             y[span] = self.diagonal[j].reduced(y[span])
-            divided[span] = self.diagonal[j].divided(y[span])
-            known.append(self.right[j].T @ divided[span])
+            known.append(self.right[j].T @ y[span])
 
 
 class _Column:
@@ -236,9 +232,8 @@ class _Column:
         """V_ik^T D_k^-1 V_jk for all i > j, stacked (R, r_jk), and for i = j; and the first times U_jk^T R."""
         right, ends, place = self.matrix.right[k], self.matrix.ends[k], self.j - k
         mine = right[:, ends[place - 1] : ends[place]]
-        weighted = self.matrix.diagonal[k].divided(mine)
-        self.own[k] = mine.T @ weighted
-        self.coupling[k] = right[:, ends[place] :].T @ weighted
+        self.own[k] = mine.T @ mine
+        self.coupling[k] = right[:, ends[place] :].T @ mine
         self.coupled[k] = self.coupling[k] @ self.sketch(self.first)[self.ends[k] : self.ends[k + 1]]
 
     def _rows(self, i, k):

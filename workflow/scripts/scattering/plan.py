@@ -59,9 +59,9 @@ def at_one_frequency(measures, planes, sweep, formulation, precision, tolerance)
     way = _whole if tolerance is None else _compressed
     kept, sampled, *seconds = way(unknowns / parities, columns, matrices, tolerance)
     assembly, factorization, substitution = (parities * part for part in seconds)
-    # For a part of the right sides: themselves, and the results of a substitution for one parity. Projection and
-    # excitation differ if the operator is not symmetric.
-    right = unknowns * min(COLUMNS, columns) * (matrices + 2 / parities)
+    # For a part of the right sides: themselves, their skeletons or, if the operator is not symmetric, the projection,
+    # which differs from the excitation; and the results of a substitution for one parity.
+    right = unknowns * min(COLUMNS, columns) * (2 + 2 / parities)
     numbers = (8 if single else 16) * (parities * kept + max(right, parities * sampled))
     slower = 1 if single else 2
     return BASE + (numbers + near_bytes * measures["triangles"]) / 1e6, {

@@ -13,11 +13,14 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+from scipy.linalg import solve_triangular
+from scipy.linalg.lapack import zpstrf
 from scipy.special import jv
 
 from isarflow.core.sweep import unit_vectors
 
 TOLERANCE = {np.dtype(np.complex64): 1e-6, np.dtype(np.complex128): 1e-13}  # of the excitation's largest value
+ROWS = 8  # times the columns: rows of an excitation that choose its skeleton
 
 
 @dataclass(frozen=True)
@@ -90,6 +93,31 @@ def sample(surface, wavenumber, elevation, azimuth, dtype):
         end += len(sampled)
     u, v, h = np.concatenate(waves, 1)
     return Samples(u, {"V": v, "H": h}, rings, weights)
+
+
+def skeletons(excitation, groups):
+    """An excitation (N, D) by few columns of each group (slice): (N, d), their groups, and the `skeleton` weights."""
+    found = [skeleton(excitation[:, group]) for group in groups]
+    columns = [group.start + numbers for group, (numbers, _) in zip(groups, found, strict=True)]
+    ends = np.cumsum([0, *map(len, columns)]).tolist()
+    kept = np.take(excitation, np.concatenate(columns), axis=1)
+    return kept, [slice(*pair) for pair in pairwise(ends)], [weights for _, weights in found]
+
+
+def skeleton(excitation):
+    """Numbers (k,) of columns of an excitation (N, K) of single precision, and the (k, K) that makes all of these.
+
+    An interpolative decomposition to TOLERANCE (Cheng, Gimbutas, Martinsson, Rokhlin, SIAM J. Sci. Comput. 26, 2005)
+    of a part of the rows: on a ring V and H together span less than the bound for each allows.
+    """
+    count, columns = excitation.shape
+    rows = excitation[:: max(count // (ROWS * columns), 1)].astype(np.complex128)
+    gram = rows.conj().T @ rows
+    upper, pivots, rank, _ = zpstrf(gram, tol=TOLERANCE[excitation.dtype] ** 2 * gram.diagonal().real.max(initial=0))
+    order, upper = pivots - 1, np.triu(upper[:rank])
+    weights, ascending = np.empty((rank, columns), np.complex128), np.argsort(order[:rank])
+    weights[:, order] = solve_triangular(upper[:, :rank], upper)[ascending]
+    return order[ascending], weights
 
 
 def middle_of(surface):

@@ -20,7 +20,7 @@ from isarflow.scattering.lowrank import LowRankMatrix
 from isarflow.scattering.operators import cfie, efie
 from isarflow.scattering.plan import COLUMNS
 from isarflow.scattering.sampled import fill
-from isarflow.scattering.sampling import middle_of, rings, sample
+from isarflow.scattering.sampling import middle_of, rings, sample, skeletons
 from isarflow.scattering.solver import Solution
 
 OPERATORS = {"efie": efie, "cfie": cfie}
@@ -256,12 +256,23 @@ class _System:
             self.residual = 0.0  # from now on the largest of a refined solution
 
     def between(self, received, excited, groups):
-        """V_p^T z^-1 V_q for each parity between the columns of each group: of received and excited, (N, K)."""
+        """V_p^T z^-1 V_q for each parity between the columns of each group: of received and excited, (N, K).
+
+        If they are the same, in single precision, by those columns that all others of their group follow from.
+        """
+        if excited is not received or self.dtype != np.complex64:
+            return self._between(received, excited, [groups] * len(received))
+        few, own, weights = zip(*(skeletons(waves, groups) for waves in received), strict=True)
+        sides = zip(self._between(few, few, own), weights, strict=True)
+        return [[w.T @ found @ w for found, w in zip(*of_parity, strict=True)] for of_parity in sides]
+
+    def _between(self, received, excited, groups):
+        """As `between`, groups for each parity."""
         if self.refines:
-            sides = zip(received, self.currents(excited), strict=True)
-            return [[left[:, group].T @ right[:, group] for group in groups] for left, right in sides]
-        sides = zip(self.matrices, received, excited, strict=True)
-        return [matrix.between(left, right, groups, self.threads) for matrix, left, right in sides]
+            sides = zip(received, self.currents(excited), groups, strict=True)
+            return [[left[:, group].T @ right[:, group] for group in own] for left, right, own in sides]
+        sides = zip(self.matrices, received, excited, groups, strict=True)
+        return [matrix.between(left, right, own, self.threads) for matrix, left, right, own in sides]
 
     def currents(self, excited):
         """Currents (N, D) of each parity, after up to two steps of refinement if one does not keep the promise."""
