@@ -1,7 +1,7 @@
 """How good the thesis's capsule network becomes with steps of training, by several readings: `make bench-training`.
 
-    bench_training.py                       all READINGS, 130,000 steps: 15 minutes on a GPU, days on a processor
-    bench_training.py program --epochs 2    one of them, for fewer epochs
+    bench_training.py                       all READINGS, 130,000 steps: 15 minutes on a GPU, a day on a processor
+    bench_training.py program --epochs 2    one of them, for so many epochs
     bench_training.py --draw                the figure of docs/method.md, of the table that is kept
 
 Images are made from the fields of resources/fields as config/thesis.yaml makes them. After some epochs the network is
@@ -50,7 +50,7 @@ READINGS = {
     "program": {},
     "program, another seed": {"seed": 1, "epochs": 32},
     "without noise": CLEAN,
-    # Without a warm-up, as that of the project's own trainings, they learn nothing: their loss stays at 0.41.
+    # Without a warm-up, which the project's own trainings have, its loss may stay at 0.41.
     "batches of 16": {"batch": 16, "epochs": 32, "warm_up": 1024},
     "decay 0.98": LONG,
     "decay 0.98, without noise": LONG | {"snr_db": "clean"},
@@ -117,7 +117,7 @@ def train(name, reading):
     how = PROGRAM | reading
     realizations = range(1 if how["snr_db"] == "clean" else REALIZATIONS)
     scheme, reformat = how["split"], how["reformat"]
-    learned = [images(name, scheme, 0, how["snr_db"], n, reformat) for name in how["known"] for n in realizations]
+    learned = [images(target, scheme, 0, how["snr_db"], n, reformat) for target in how["known"] for n in realizations]
     counts = np.reshape([len(part) for part in learned], (2, -1)).sum(1)
     truth = np.repeat(np.eye(2, dtype=np.float32), counts, axis=0)
     x, y = jnp.asarray(np.concatenate(learned)), jnp.asarray(truth)
@@ -191,7 +191,7 @@ def draw(table, path):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("readings", nargs="*", metavar="READING", help=", ".join(READINGS))
-    parser.add_argument("--epochs", type=int, help="at most")
+    parser.add_argument("--epochs", type=int, help="instead of the reading's own")
     parser.add_argument("--draw", action="store_true", help=f"the figure of {KEPT} alone")
     options = parser.parse_args()
     if options.draw:

@@ -67,6 +67,17 @@ def test_a_block_and_its_inverse(size, singular):
     np.testing.assert_allclose(found, np.linalg.solve(block, right), rtol=0, atol=2e-5 * np.abs(found).max())
 
 
+def test_pivots_of_two_rows_across_stripes():
+    """A block whose pairs of rows begin with the last row of a stripe: it has one row before them."""
+    block = np.zeros((141, 141), complex)
+    block[0, 0] = 3
+    block[1:, 1:] = np.kron(np.eye(70), [[0, 1], [1, 0]])
+    right = np.random.default_rng(2).standard_normal((141, 2)).astype(np.complex64)
+    factors = Inverse(np.tril(block))
+    found = factors.expanded(factors.reduced(right))
+    np.testing.assert_allclose(found, np.linalg.solve(block, right), rtol=0, atol=1e-6)
+
+
 def test_a_singular_block_has_an_inverse_that_is_not_finite():
     zeros, right = np.zeros((STRIPE + 1, STRIPE + 1), complex), np.ones((STRIPE + 1, 1), np.complex64)
     assert not np.isfinite(Inverse(zeros).reduced(right)).all()

@@ -1,16 +1,20 @@
 """Sweeps that follow from fewer directions than they have."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
 from test_magnetic import outward
-from test_solve import octasphere
+from test_solve import octasphere, sheet
 
 from isarflow.scattering import sampling
+from isarflow.scattering.assembly import Entries
 from isarflow.scattering.basis import fundamental_domain, rwg
+from isarflow.scattering.factorization import Pool
 from isarflow.scattering.farfield import Excitation
-from isarflow.scattering.solve import solve
+from isarflow.scattering.operators import efie
+from isarflow.scattering.solve import _System, solve
 
 K = 2 * np.pi  # wavelength 1 m
 ELEVATION, AZIMUTH = np.array([-30.0, 0.0, 25.0, 90.0]), np.arange(0.0, 360.0, 2.0)
@@ -48,13 +52,54 @@ def test_an_excitation_follows_from_its_skeletons(ellipsoid, symmetry):
     samples = sampling.sample(surface, K, ELEVATION, AZIMUTH, np.complex64)
     (part,) = samples.parts("HV")
     _, u, polarization, groups = part
-    for excitation in Excitation(surface, bases, np.complex64)(K, u, polarization):
-        kept, few, weights = sampling.skeletons(excitation, groups)
-        assert kept.shape[1] == few[-1].stop < 0.95 * len(u)
-        for group, own, weight in zip(groups, few, weights, strict=True):
-            assert np.abs(kept[:, own] @ weight - excitation[:, group]).max() < 1e-5 * np.abs(excitation).max()
-        nothing, few, weights = sampling.skeletons(0 * excitation, groups)
-        assert nothing.shape == (len(excitation), 0) and [len(w) for w in weights] == [0] * len(few)
+    with Pool(2) as pool:
+        for excitation in Excitation(surface, bases, np.complex64)(K, u, polarization):
+            kept, few, weights = sampling.skeletons(excitation, groups, pool)
+            assert kept.shape[1] == few[-1].stop < 0.95 * len(u)
+            for group, own, weight in zip(groups, few, weights, strict=True):
+                assert np.abs(kept[:, own] @ weight - excitation[:, group]).max() < 1e-5 * np.abs(excitation).max()
+            nothing, few, weights = sampling.skeletons(0 * excitation, groups, pool)
+            assert nothing.shape == (len(excitation), 0) and [len(w) for w in weights] == [0] * len(few)
+
+
+@pytest.mark.parametrize(("length", "across"), [(34, 5), (60, 45)])
+def test_a_skeleton_knows_all_edges_of_a_regular_mesh(length, across):
+    """A plate on edge, seen face on and obliquely: edges of one direction are excited by one polarization alone."""
+    vertices, triangles = sheet([length / 10, 0, 0], [0, across / 10, 0], length, across)
+    surface = fundamental_domain(vertices[:, [2, 0, 1]], triangles, [])
+    excitation = Excitation(surface, [rwg(surface, surface.parities[0])], np.complex64)
+    u, *waves = (x.reshape(-1, 3) for x in sampling.directions([0.0], np.linspace(0, 30, 2 if across < 9 else 40)))
+    (right,) = excitation(K, np.concatenate([u, u]), np.concatenate(waves))
+    numbers, weights = sampling.skeleton(right)
+    assert np.abs(right[:, numbers] @ weights - right).max() < 1e-4 * np.abs(right).max()
+
+
+def test_a_skeleton_of_rare_rows_and_of_what_is_not_finite():
+    """What a few of 20,000 rows alone have is found; an excitation that is not a number is kept whole."""
+    right = np.zeros((20_000, 6), np.complex64)
+    right[:, :3] = np.random.default_rng(1).standard_normal((20_000, 3))
+    right[::100, 3:] = np.random.default_rng(2).standard_normal((200, 3))
+    numbers, weights = sampling.skeleton(right)
+    assert np.abs(right[:, numbers] @ weights - right).max() < 1e-4
+    right[7, 2] = np.nan
+    assert len(sampling.skeleton(np.repeat(right[7:8], 9, axis=0))[0]) == 6
+
+
+def test_skeletons_change_no_field(ellipsoid):
+    """The quadratic forms between all excitations, from those of a few of them and without."""
+    surface = fundamental_domain(*ellipsoid, ["xz"])
+    bases = [rwg(surface, parity) for parity in surface.parities]
+    system = _System(partial(Entries, efie, surface, bases, K, efie.near_terms(surface)), np.complex64, None, 2)
+    system.assemble(lambda done: None)
+    system.factorize(lambda done: None)
+    samples = sampling.sample(surface, K, ELEVATION, AZIMUTH, np.complex64)
+    ((_, u, polarization, groups),) = samples.parts("HV")
+    right = Excitation(surface, bases, np.complex64)(K, u, polarization)
+    system.probe(right)
+    few, whole = system.between(right, right, groups), system.between(right, list(right), groups)
+    for of_parity in zip(few, whole, strict=True):
+        for a, b in zip(*of_parity, strict=True):
+            assert np.abs(a - b).max() < 2e-5 * np.abs(b).max()
 
 
 @pytest.mark.parametrize(("count", "bound"), [(10, 1e-6), (40, 1e-13)])

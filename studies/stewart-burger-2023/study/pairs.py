@@ -31,7 +31,11 @@ def results(drone, missile):
     return SimpleNamespace(mean_scores=table, runs=runs, curves={}, settings=settings)
 
 
+@cache
+def _trainings():
+    return pd.read_csv(FULL_SIZE / "capsule_training.csv")
+
+
 def trained(reading, epoch, column, snr_db):
     """Return what a capsule network has by a reading after some epochs, as of `value_at`, without interval."""
-    table = select(pd.read_csv(FULL_SIZE / "capsule_training.csv"), reading=reading, epoch=epoch, snr_db=snr_db)
-    return {"ours": table[column].iloc[0]}
+    return {"ours": select(_trainings(), reading=reading, epoch=epoch, snr_db=snr_db)[column].iloc[0]}

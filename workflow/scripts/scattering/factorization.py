@@ -29,7 +29,7 @@ RUN = 512  # rows or columns of a task
 class Symmetric:
     """What matrices with factors L D L^T share, in whatever way they store them.
 
-    rooted: whether D^-1 is stored as W^T W, and W belongs to L^-1: then what follows has 1 for D.
+    rooted: whether W is part of L^-1, with D^-1 = W^T W; D is then 1.
     """
 
     rooted = False

@@ -59,8 +59,8 @@ def at_one_frequency(measures, planes, sweep, formulation, precision, tolerance)
     way = _whole if tolerance is None else _compressed
     kept, sampled, *seconds = way(unknowns / parities, columns, matrices, tolerance)
     assembly, factorization, substitution = (parities * part for part in seconds)
-    # For a part of the right sides: themselves, their skeletons or, if the operator is not symmetric, the projection,
-    # which differs from the excitation; and the results of a substitution for one parity.
+    # Of a part of the right sides: the excitation; its skeletons, or the projection if the operator is not symmetric;
+    # and the results of a substitution for one parity.
     right = unknowns * min(COLUMNS, columns) * (2 + 2 / parities)
     numbers = (8 if single else 16) * (parities * kept + max(right, parities * sampled))
     slower = 1 if single else 2

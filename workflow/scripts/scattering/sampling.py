@@ -20,7 +20,9 @@ from scipy.special import jv
 from isarflow.core.sweep import unit_vectors
 
 TOLERANCE = {np.dtype(np.complex64): 1e-6, np.dtype(np.complex128): 1e-13}  # of the excitation's largest value
-ROWS = 8  # times the columns: rows of an excitation that choose its skeleton
+# Rows of an excitation that choose its skeleton: so many times the columns, and at least so many; and what may be left
+# of an entry, times TOLERANCE: a function at a target's tip is rarely among them.
+ROWS, LEAST, LEFT = 8, 512, 100
 
 
 @dataclass(frozen=True)
@@ -95,9 +97,12 @@ def sample(surface, wavenumber, elevation, azimuth, dtype):
     return Samples(u, {"V": v, "H": h}, rings, weights)
 
 
-def skeletons(excitation, groups):
-    """An excitation (N, D) by few columns of each group (slice): (N, d), their groups, and the `skeleton` weights."""
-    found = [skeleton(excitation[:, group]) for group in groups]
+def skeletons(excitation, groups, pool):
+    """Keep some columns of each group (slice) of an excitation (N, D), of single precision: those of its `skeleton`.
+
+    Returns them (N, d), the groups that they form, and the weights of each. pool: a `Pool`.
+    """
+    found = list(pool.map(lambda group: skeleton(excitation[:, group]), groups))
     columns = [group.start + numbers for group, (numbers, _) in zip(groups, found, strict=True)]
     ends = np.cumsum([0, *map(len, columns)]).tolist()
     kept = np.take(excitation, np.concatenate(columns), axis=1)
@@ -105,19 +110,28 @@ def skeletons(excitation, groups):
 
 
 def skeleton(excitation):
-    """Numbers (k,) of columns of an excitation (N, K) of single precision, and the (k, K) that makes all of these.
+    """Choose columns of an excitation (N, K) from which all follow: their numbers (k,), and the weights (k, K).
 
-    An interpolative decomposition to TOLERANCE (Cheng, Gimbutas, Martinsson, Rokhlin, SIAM J. Sci. Comput. 26, 2005)
-    of a part of the rows: on a ring V and H together span less than the bound for each allows.
+    V and H of a ring span less than K dimensions. An interpolative decomposition to TOLERANCE of random rows (Cheng,
+    Gimbutas, Martinsson, Rokhlin, SIAM J. Sci. Comput. 26, 2005). As many other rows check it; twice as many are taken
+    where these do not follow.
     """
-    count, columns = excitation.shape
-    rows = excitation[:: max(count // (ROWS * columns), 1)].astype(np.complex128)
-    gram = rows.conj().T @ rows
-    upper, pivots, rank, _ = zpstrf(gram, tol=TOLERANCE[excitation.dtype] ** 2 * gram.diagonal().real.max(initial=0))
-    order, upper = pivots - 1, np.triu(upper[:rank])
-    weights, ascending = np.empty((rank, columns), np.complex128), np.argsort(order[:rank])
-    weights[:, order] = solve_triangular(upper[:, :rank], upper)[ascending]
-    return order[ascending], weights
+    (count, columns), tolerance = excitation.shape, TOLERANCE[excitation.dtype]
+    order, size = np.random.default_rng(0).permutation(count), max(ROWS * columns, LEAST)
+    while True:
+        chosen, others = (excitation[part].astype(np.complex128) for part in (order[:size], order[size : 2 * size]))
+        gram, largest = chosen.conj().T @ chosen, abs(chosen).max(initial=0)
+        if not np.isfinite(largest):  # its rank would be zero
+            return np.arange(columns), np.eye(columns)
+        upper, pivots, rank, _ = zpstrf(gram, tol=tolerance**2 * gram.diagonal().real.max(initial=0))
+        upper, numbers = np.triu(upper[:rank]), pivots - 1
+        weights, ascending = np.empty((rank, columns), np.complex128), np.argsort(numbers[:rank])
+        weights[:, numbers] = solve_triangular(upper[:, :rank], upper)[ascending]
+        numbers = numbers[ascending]
+        left = others - others[:, numbers] @ weights
+        if abs(left).max(initial=0) <= LEFT * tolerance * largest:
+            return numbers, weights
+        size *= 2
 
 
 def middle_of(surface):

@@ -258,13 +258,15 @@ class _System:
     def between(self, received, excited, groups):
         """V_p^T z^-1 V_q for each parity between the columns of each group: of received and excited, (N, K).
 
-        If they are the same, in single precision, by those columns that all others of their group follow from.
+        If both are the same list, in single precision, only the columns of `skeletons` are solved for.
         """
         if excited is not received or self.dtype != np.complex64:
             return self._between(received, excited, [groups] * len(received))
-        few, own, weights = zip(*(skeletons(waves, groups) for waves in received), strict=True)
+        with Pool(self.threads) as pool:
+            few, own, weights = zip(*(skeletons(waves, groups, pool) for waves in received), strict=True)
         sides = zip(self._between(few, few, own), weights, strict=True)
-        return [[w.T @ found @ w for found, w in zip(*of_parity, strict=True)] for of_parity in sides]
+        with Pool(1):
+            return [[w.T @ found @ w for found, w in zip(*of_parity, strict=True)] for of_parity in sides]
 
     def _between(self, received, excited, groups):
         """As `between`, groups for each parity."""
