@@ -14,7 +14,7 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
-from publish import TABLES, _cell
+from publish import TABLES
 
 from isarflow.learning import features, images, judge, paired, scores
 from isarflow.learning.classifier import OTHER
@@ -100,6 +100,11 @@ def by_split(table, methods, metric, threshold):
             rows = of_method(table, split, method, metric, threshold)
             lines.append(f"| {name} | {' | '.join(_cell(rows, float(snr)) for snr in SNRS)} |")
     return "\n".join(lines) + "\n"
+
+
+def _cell(rows, snr):
+    value, low, high = (float(rows.loc[snr, name]) for name in ("value", "low", "high"))
+    return f"{value:.2f} ({low:.2f}\N{EN DASH}{high:.2f})"
 
 
 def looks(table):

@@ -20,9 +20,9 @@ from scipy.special import jv
 from isarflow.core.sweep import unit_vectors
 
 TOLERANCE = {np.dtype(np.complex64): 1e-6, np.dtype(np.complex128): 1e-13}  # of the excitation's largest value
-# Rows of an excitation that choose its skeleton: so many times the columns, and at least so many; and what may be left
-# of an entry, times TOLERANCE: a function at a target's tip is rarely among them.
-ROWS, LEAST, LEFT = 8, 512, 100
+# Rows of an excitation that choose its skeleton: so many times the columns, and at least so many. Then relative errors:
+# of these rows, thrice the rounding, and of an entry of others: a function at a target's tip is rarely among them.
+ROWS, LEAST, CHOSEN, LEFT = 8, 512, 2e-7, 1e-4
 
 
 @dataclass(frozen=True)
@@ -112,24 +112,24 @@ def skeletons(excitation, groups, pool):
 def skeleton(excitation):
     """Choose columns of an excitation (N, K) from which all follow: their numbers (k,), and the weights (k, K).
 
-    V and H of a ring span less than K dimensions. An interpolative decomposition to TOLERANCE of random rows (Cheng,
-    Gimbutas, Martinsson, Rokhlin, SIAM J. Sci. Comput. 26, 2005). As many other rows check it; twice as many are taken
-    where these do not follow.
+    V and H of a ring span less than K dimensions. An interpolative decomposition of random rows (Cheng, Gimbutas,
+    Martinsson, Rokhlin, SIAM J. Sci. Comput. 26, 2005). As many other rows check it; where these do not follow, twice
+    as many are taken.
     """
-    (count, columns), tolerance = excitation.shape, TOLERANCE[excitation.dtype]
+    count, columns = excitation.shape
     order, size = np.random.default_rng(0).permutation(count), max(ROWS * columns, LEAST)
     while True:
         chosen, others = (excitation[part].astype(np.complex128) for part in (order[:size], order[size : 2 * size]))
         gram, largest = chosen.conj().T @ chosen, abs(chosen).max(initial=0)
         if not np.isfinite(largest):  # its rank would be zero
             return np.arange(columns), np.eye(columns)
-        upper, pivots, rank, _ = zpstrf(gram, tol=tolerance**2 * gram.diagonal().real.max(initial=0))
+        upper, pivots, rank, _ = zpstrf(gram, tol=CHOSEN**2 * gram.diagonal().real.max(initial=0))
         upper, numbers = np.triu(upper[:rank]), pivots - 1
         weights, ascending = np.empty((rank, columns), np.complex128), np.argsort(numbers[:rank])
         weights[:, numbers] = solve_triangular(upper[:, :rank], upper)[ascending]
         numbers = numbers[ascending]
         left = others - others[:, numbers] @ weights
-        if abs(left).max(initial=0) <= LEFT * tolerance * largest:
+        if abs(left).max(initial=0) <= LEFT * largest:
             return numbers, weights
         size *= 2
 
