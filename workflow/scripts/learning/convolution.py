@@ -24,8 +24,9 @@ def convolve(images, weights, offset, stride):
 
     weights: (KERNEL^2 channels, filters), or for STRIDE the result of `transformed`; offset: (filters,).
     """
-    if stride == STRIDE and weights.ndim == 2 and not _on_device(images):
-        weights = transformed(weights) if transforms_pay(images.shape, weights.shape[-1]) else weights
+    pays = stride == STRIDE and weights.ndim == 2 and transforms_pay(images.shape, weights.shape[-1])
+    if pays and not _on_device(images):
+        weights = transformed(weights)
     return by_tiles(images, weights, offset) if weights.ndim == 3 else by_slices(images, weights, offset, stride)
 
 
