@@ -136,18 +136,31 @@ def test_samples_that_say_too_little_are_found_out(parities, monkeypatch):
             assert np.linalg.norm(tile - whole[matrix.spans[i], matrix.spans[j]], 2) < 3 * matrix.cut
 
 
-def test_samples_that_do_not_follow_from_each_other_are_found_out():
-    """A tile of rank 60, of which 24 triangles' samples say all, and one that the last of them see nothing of."""
+@pytest.mark.parametrize(("rank", "used"), [(20, 48), (60, 72)])
+def test_samples_that_do_not_follow_from_each_other_are_found_out(rank, used):
+    """Half of the samples say all of a tile of rank 20, of one of rank 60 three quarters: the next quarter shows it."""
     random = np.random.default_rng(0)
-    count = 3 * sampled.SAMPLES
-    left, inner, right = (random.standard_normal(shape) for shape in ((400, 60), (60, 60), (60, 300)))
-    ends = random.standard_normal((count, 60)), random.standard_normal((60, count))
-    parts = left @ inner @ ends[1], ends[0] @ inner @ right, ends[0] @ inner @ ends[1]
-    assert sampled._left_out(*parts, 1e-3) < 1e-3
-    for part, place in ((0, (slice(None), [-1])), (1, [-1])):
-        changed = [part.copy() for part in parts]
-        changed[part][place] += 1.0
-        assert sampled._left_out(*changed, 1e-3) > 1
+    count, checked, cut = 3 * sampled.SAMPLES, (np.arange(0, 400, 25), np.arange(0, 300, 20)), 1e-3
+    left, right = np.linalg.qr(random.standard_normal((400, rank)))[0], random.standard_normal((rank, 300)) / 20
+    ends = random.standard_normal((count, rank)) / 20, random.standard_normal((rank, count)) / 20
+    parts, whole = [left @ ends[1], ends[0] @ right, ends[0] @ ends[1]], left @ right
+    exact = whole[np.ix_(*checked)]
+
+    def error(parts, exact):
+        tile = sampled._from_samples(*parts, checked, exact, cut)
+        return np.inf if tile is None else np.linalg.norm(tile[0] @ tile[1].T - whole, 2)
+
+    assert error(parts, exact) < 2 * cut
+    assert error(parts, exact + 1.0) == np.inf
+    for part, axis in ((0, 1), (1, 0)):
+        for number in (used, used + count // 4 - 1):
+            changed = [part.copy() for part in parts]
+            np.moveaxis(changed[part], axis, 0)[number] += 1.0
+            assert error(changed, exact) == np.inf
+        if used < count // 2 + 1:
+            changed = [part.copy() for part in parts]
+            np.moveaxis(changed[part], axis, 0)[-1] += 1.0  # which is not asked
+            assert error(changed, exact) < 2 * cut
 
 
 def test_true_rows_are_those_of_the_whole_matrix(parities):

@@ -53,12 +53,13 @@ def test_an_excitation_follows_from_its_skeletons(ellipsoid, symmetry):
     (part,) = samples.parts("HV")
     _, u, polarization, groups = part
     with Pool(2) as pool:
-        for excitation in Excitation(surface, bases, np.complex64)(K, u, polarization):
-            kept, few, weights = sampling.skeletons(excitation, groups, pool)
+        excitations = Excitation(surface, bases, np.complex64)(K, u, polarization)
+        found = sampling.skeletons(excitations, groups, pool)
+        for excitation, (kept, few, weights) in zip(excitations, found, strict=True):
             assert kept.shape[1] == few[-1].stop < 0.95 * len(u)
             for group, own, weight in zip(groups, few, weights, strict=True):
                 assert np.abs(kept[:, own] @ weight - excitation[:, group]).max() < 1e-5 * np.abs(excitation).max()
-            nothing, few, weights = sampling.skeletons(0 * excitation, groups, pool)
+            ((nothing, few, weights),) = sampling.skeletons([0 * excitation], groups, pool)
             assert nothing.shape == (len(excitation), 0) and [len(w) for w in weights] == [0] * len(few)
 
 

@@ -10,7 +10,6 @@ As in `factorization` every product is done by one thread: the last bit does not
 """
 
 from itertools import pairwise, starmap
-from math import ceil
 
 import numpy as np
 from scipy.linalg import ldl
@@ -22,10 +21,12 @@ from isarflow.scattering.plan import SKETCH
 
 FREED = 8  # columns after which free memory is given back
 SPANNED = 2.0  # times a tile's tolerance: what may be left of a random column, in which all remainders add up
-SPARE = 8  # columns of SKETCH in which nothing may be left: else as many more are tried
+SPARE = 8  # columns of a run in which nothing may be left: else more are tried
+FEW, RAISED = (24, 32), 7 + SPARE  # columns of a shorter first run, and how many more than the matrix's tile has
 STRIPE = 64  # rows of a triangular block that are multiplied at once: fewer spare zeros, more make faster products
 KNOWN = 1 << 25  # numbers that a thread may keep in a substitution
-RANDOM = np.random.default_rng(0).standard_normal((1024, 1024)).astype(np.float32)
+UPPER = np.triu(np.ones((SKETCH, SKETCH)))
+RANDOM = np.random.default_rng(0).standard_normal((1024, 1024)).astype(np.complex64)
 
 
 def compress(times, project, width, tolerance, first=SKETCH):
@@ -34,17 +35,18 @@ def compress(times, project, width, tolerance, first=SKETCH):
     times(run) is X R with R a run (slice) of the columns of RANDOM's first N = width rows; project(Q) is Q^H X.
     first: columns of the first run.
     """
-    basis, ends = None, [0, *range(min(first, width), width, SKETCH), width]
+    basis, ends = None, [0, *sorted({min(first, width), *range(SKETCH, width, SKETCH), width})]
     for run in starmap(slice, pairwise(ends)):
         found = times(run)
         if basis is not None:
             found = _beside(basis, found)
-        if np.isnan(found).any():  # which would count as nothing
-            return found[:, :1], np.full((width, 1), np.nan, np.complex64)
         # Columns of X R, each as far as possible from the span of those before it, until the remainder of all is small.
         found = found.astype(np.complex128)
-        gram, pivots, rank, _ = zpstrf(found.conj().T @ found, tol=(SPANNED * tolerance) ** 2)
-        inverse = np.triu(ztrtri(gram[:rank, :rank])[0]) if rank else np.zeros((0, 0))
+        gram = found.conj().T @ found
+        if not np.isfinite(gram.trace()):  # which would count as nothing
+            return found[:, :1].astype(np.complex64), np.full((width, 1), np.nan, np.complex64)
+        gram, pivots, rank, _ = zpstrf(gram, tol=(SPANNED * tolerance) ** 2)
+        inverse = ztrtri(gram[:rank, :rank])[0] * UPPER[:rank, :rank] if rank else UPPER[:0, :0]
         more = (found[:, pivots[:rank] - 1] @ inverse).astype(np.complex64)
         # Once more: what rounding left of the others in small columns is no longer small.
         basis = more if basis is None else np.concatenate([basis, _beside(basis, more)], 1)
@@ -121,8 +123,17 @@ class Stack:
     def whole(self):
         return self.room[: self.ends[-1]]
 
-    def part(self, k):
-        return self.room[self.ends[k] : self.ends[k + 1]]
+    @property
+    def parts(self):
+        return [slice(*pair) for pair in pairwise(self.ends)]
+
+
+def _stacked(ranks):
+    """Where the rows of tiles (i, k), ranks[i, k] of each, lie when stacked row i by row: slices of i, numbers of k."""
+    of_rows = np.repeat(np.tile(np.arange(len(ranks)), ranks.shape[1]), ranks.T.reshape(-1))
+    numbers = np.argsort(np.argsort(of_rows, kind="stable"))
+    rows, columns = (np.cumsum(ranks.sum(axis)).tolist() for axis in (1, 0))
+    return [slice(*pair) for pair in pairwise([0, *rows])], np.split(numbers, columns[:-1])
 
 
 class LowRankMatrix(Symmetric):
@@ -141,7 +152,8 @@ class LowRankMatrix(Symmetric):
         # For L D, for each row i: transposed U_ij, (r, n_i), for j < i.
         self.left = [Stack(span.stop - span.start) for span in spans]
         self.right = [None] * len(spans)  # for each column j: W V_ij, (n_j, r), for i > j, beside each other
-        self.ends = [None] * len(spans)  # for each column j: where in `right` the tiles end
+        self.ranks = np.zeros(2 * (len(spans),), int)
+        self.rows, self.places = [], []  # of U^T or V^T of all tiles, row by row: those of a row i, and of a column j
 
     def times(self, x, threads=1):
         """A x, (N, D), before the factors replace A."""
@@ -167,14 +179,13 @@ class LowRankMatrix(Symmetric):
         count = len(self.spans)
         with Pool(threads) as pool:
             for j in range(count):
-                column = _Column(self, j)
-                list(pool.map(column.couple, range(j)))
+                column = _Column(self, j, pool)
                 below = [pool.submit(column.tile, i) for i in range(j + 1, count)]
                 column.invert()
                 factors = [future.result() for future in below]
-                for i, (u, _) in enumerate(factors, j + 1):
+                for i, (u, v) in enumerate(factors, j + 1):
                     self.left[i].add(u.T)
-                self.ends[j] = np.cumsum([0] + [v.shape[1] for _, v in factors])
+                    self.ranks[i, j] = v.shape[1]
                 # The last column has no tiles, and those of others may be empty.
                 nothing = np.zeros((column.width, 0), self.dtype)
                 self.right[j] = self.diagonal[j].reduced(np.concatenate([nothing, *(v for _, v in factors)], 1))
@@ -183,44 +194,46 @@ class LowRankMatrix(Symmetric):
                     give_back()  # frees the matrix's tiles, which the factors replace
                 done = (j + 1) / count
                 progress(done * done * (3 - 2 * done))
+        self.rows, self.places = _stacked(self.ranks)
 
     def _backward(self, x):
         """L^-T x in place."""
-        above = [[None] * i for i in range(len(self.spans))]
-        for j in reversed(range(len(self.spans))):
-            if j + 1 < len(self.spans):
-                known = np.concatenate([above[i][j] for i in range(j + 1, len(self.spans))])
-                x[self.spans[j]] -= self.right[j] @ known
-            x[self.spans[j]] = self.diagonal[j].expanded(x[self.spans[j]])
-            for k in range(j):
-                above[j][k] = self.left[j].part(k) @ x[self.spans[j]]
+        known = np.empty((self.ranks.sum(), x.shape[1]), x.dtype)
+        for j, span in reversed(list(enumerate(self.spans))):
+            x[span] -= self.right[j] @ known[self.places[j]]
+            x[span] = self.diagonal[j].expanded(x[span])
+            known[self.rows[j]] = self.left[j].whole @ x[span]
 
     def _step(self):
-        # A run has U^T y of all tiles at hand.
-        return int(np.clip(KNOWN // max(sum(map(len, self.right)), 1), 32, 256))
+        # A run has V^T y of all tiles at hand.
+        return int(np.clip(KNOWN // max(self.ranks.sum(), 1), 32, 256))
 
     def _forward_run(self, y, _):
         """W L^-1 y in place, for the columns of one task."""
-        known = []
+        known = np.empty((self.ranks.sum(), y.shape[1]), y.dtype)
         for j, span in enumerate(self.spans):
-            if j:
-                stacked = np.concatenate([known[k][self.ends[k][j - k - 1] : self.ends[k][j - k]] for k in range(j)])
-                y[span] -= self.left[j].whole.T @ stacked
+            y[span] -= self.left[j].whole.T @ known[self.rows[j]]
             y[span] = self.diagonal[j].reduced(y[span])
-            known.append(self.right[j].T @ y[span])
+            known[self.places[j]] = self.right[j].T @ y[span]
 
 
 class _Column:
     """A column j while its tiles are made: the products of finished columns k < j that are subtracted."""
 
-    def __init__(self, matrix, j):
+    def __init__(self, matrix, j, pool):
         self.matrix, self.j = matrix, j
-        self.left, self.ends = matrix.left[j].whole, matrix.left[j].ends  # transposed U_jk of all k, (K, n_j)
+        self.left, self.parts = matrix.left[j].whole, matrix.left[j].parts  # transposed U_jk of all k, (K, n_j)
         self.width = matrix.spans[j].stop - matrix.spans[j].start
         self.first = slice(0, min(SKETCH, self.width))
         self.sketches = {}  # U_jk^T R of all k, by the first of R's columns
         self.sketch(self.first)  # before there are threads
-        self.coupling, self.coupled, self.own = [None] * j, [None] * j, [None] * j
+        self.begins = matrix.ranks[:j, :j].sum(0).tolist()
+        # For each row i > j: where its tiles are in the `coupling` of each k.
+        ranks = matrix.ranks[j + 1 :, :j]
+        ends = np.cumsum(ranks, 0)
+        self.places = [list(map(slice, *pair)) for pair in zip((ends - ranks).tolist(), ends.tolist(), strict=True)]
+        # V_ik^T D_k^-1 V_jk for i = j, and for all i > j, stacked (R, r_jk); and these times U_jk^T R.
+        self.own, self.coupling, self.coupled = zip(*pool.map(self.couple, range(j)), strict=True) if j else 3 * ((),)
 
     def sketch(self, run):
         """U_jk^T R of all k, (K, run)."""
@@ -229,24 +242,16 @@ class _Column:
         return self.sketches[run.start]
 
     def couple(self, k):
-        """V_ik^T D_k^-1 V_jk for all i > j, stacked (R, r_jk), and for i = j; and the first times U_jk^T R."""
-        right, ends, place = self.matrix.right[k], self.matrix.ends[k], self.j - k
-        mine = right[:, ends[place - 1] : ends[place]]
-        self.own[k] = mine.T @ mine
-        self.coupling[k] = right[:, ends[place] :].T @ mine
-        self.coupled[k] = self.coupling[k] @ self.sketch(self.first)[self.ends[k] : self.ends[k + 1]]
-
-    def _rows(self, i, k):
-        """Rows of the tile i in the coupling of k."""
-        ends = self.matrix.ends[k]
-        first = ends[self.j - k]
-        return slice(ends[i - k - 1] - first, ends[i - k] - first)
+        part = self.parts[k]
+        right, rank = self.matrix.right[k][:, self.begins[k] :], part.stop - part.start
+        coupling = right.T @ right[:, :rank]
+        return coupling[:rank], coupling[rank:], coupling[rank:] @ self.sketch(self.first)[part]
 
     def invert(self):
         """Invert the diagonal block. In double precision, as its rounding would enter every later column."""
         block = self.matrix.diagonal[self.j].astype(np.complex128)
         if self.j:
-            inner = np.concatenate([self.own[k] @ self.left[self.ends[k] : self.ends[k + 1]] for k in range(self.j)])
+            inner = np.concatenate([own @ self.left[part] for own, part in zip(self.own, self.parts, strict=True)])
             for rows in runs(self.width, STRIPE):
                 # Only the lower triangle is read.
                 block[rows, : rows.stop] -= self.left[:, rows].T @ inner[:, : rows.stop]
@@ -258,16 +263,16 @@ class _Column:
         u, v = matrix.tiles.pop((i, j))
         if not j:
             return u, v
-        places = [self._rows(i, k) for k in range(j)]
-        left = matrix.left[i].whole  # (K_i, n_i)
+        left, parts = matrix.left[i].whole, matrix.left[i].parts  # (K_i, n_i)
+        places = self.places[i - j - 1]
 
         def times(run):
             random = RANDOM[: self.width, run]
-            if run.start == 0:
-                inner = [self.coupled[k][place, : run.stop] for k, place in enumerate(places)]
+            if run.stop <= self.first.stop:
+                inner = [coupled[place, run] for coupled, place in zip(self.coupled, places, strict=True)]
             else:
-                parts = np.split(self.sketch(run), self.ends[1:-1])
-                inner = [self.coupling[k][place] @ parts[k] for k, place in enumerate(places)]
+                sketch, of_columns = self.sketch(run), zip(self.coupling, places, self.parts, strict=True)
+                inner = [coupling[place] @ sketch[part] for coupling, place, part in of_columns]
             own = u @ random if v is None else u @ (v.T @ random)
             return own - left.T @ np.concatenate(inner)
 
@@ -275,12 +280,11 @@ class _Column:
             adjoint = basis.conj().T
             mine = adjoint @ left.T
             inner = np.empty((len(adjoint), len(self.left)), matrix.dtype)
-            for k, (begin, end) in enumerate(pairwise(matrix.left[i].ends)):
-                part = inner[:, self.ends[k] : self.ends[k + 1]]
-                np.matmul(mine[:, begin:end], self.coupling[k][places[k]], out=part)
+            for coupling, place, here, there in zip(self.coupling, places, parts, self.parts, strict=True):
+                np.matmul(mine[:, here], coupling[place], out=inner[:, there])
             own = adjoint @ u if v is None else (adjoint @ u) @ v.T
             return own - inner @ self.left
 
-        # The products raise the rank of the matrix's tile, most often by less than a quarter.
-        first = SKETCH if v is None else min(SKETCH, 16 * ceil((u.shape[1] * 5 / 4 + 2 * SPARE) / 16))
+        # The products raise the rank of the matrix's tile, most often by two to seven.
+        first = SKETCH if v is None else next((few for few in FEW if few >= u.shape[1] + RAISED), SKETCH)
         return compress(times, project, self.width, matrix.cut, first)

@@ -3,8 +3,9 @@
 In every patch some triangles are chosen, as far apart as possible. The coupling of their half functions with another
 patch's functions gives columns C and rows R of a tile, and W where both cross: the tile is C W^+ R
 (cross approximation: Goreinov, Tyrtyshnikov, Zamarashkin, Linear Algebra Appl. 261, 1997), with W's pseudo-inverse
-regularized (Tikhonov). Two things check every tile: a quarter of its samples must follow from the others, and so must
-true entries between a few functions. One that fails, and every tile with near pairs, is filled whole.
+regularized (Tikhonov). Half of the samples are tried first, then three quarters. Two things check every tile: the next
+quarter of the samples must follow, and so must true entries between a few functions. One that fails, and every tile
+with near pairs, is filled whole.
 
 The samples of twelve patches make one panel of a tile's usual size, and so do functions for checks. Every task of a
 thread computes the entries that it compresses.
@@ -94,7 +95,8 @@ class _Panel:
         sampled = [_spread(entries.surface, entries.blocks[number].triangles) for number in checks]
         ends = np.cumsum([0, *map(len, sampled)]).tolist()
         self.patches = {n: slice(3 * a, 3 * b) for n, (a, b) in zip(checks, pairwise(ends), strict=True)}
-        of_patches = [(TILE * np.arange(3)[:, None] + np.arange(*pair)).reshape(-1) for pair in pairwise(ends)]
+        # Triangle by triangle, so that the first of a patch's samples are a sample of fewer triangles.
+        of_patches = [(TILE * np.arange(3) + np.arange(*pair)[:, None]).reshape(-1) for pair in pairwise(ends)]
         halves = np.repeat(np.concatenate(of_patches)[:, None], 2, 1)
         parities, signs = len(entries.bases), np.tile([1.0, 0.0], (len(halves), 1))
         spans = [slice(0, len(halves))] * parities
@@ -137,23 +139,35 @@ def _spread(surface, triangles):
 
 
 def _from_samples(columns, rows, crossing, checked, exact, cut):
-    """U and V of a tile from C (M, S), R (S, N), W (S, S); None if its `exact` entries at `checked` contradict them."""
+    """U and V of a tile from C (M, S), R (S, N), W (S, S); None if its samples or `exact` entries contradict them."""
     if exact.size == 0:  # no functions to check it with
         return None
     # W's pseudo-inverse is large, but its product with C or R is not: only these are of single precision.
     crossing, width = crossing.astype(np.complex128), rows.shape[1]
-    if _left_out(columns, rows, crossing, cut) > cut:
-        return None
-    inverse = _inverse(crossing, cut)
-    difference = exact - columns[checked[0]] @ (inverse @ rows[:, checked[1]])
-    if not np.linalg.norm(difference) < 2 * cut * np.sqrt(exact.size / (len(columns) * width)):
+    most = 2 * cut * np.sqrt(exact.size / (len(columns) * width))
+    for quarters in (2, 3):
+        (here, out_here), (there, out_there) = (_few(count, quarters) for count in crossing.shape)
+        c, r, inverse = columns[:, there], rows[here], _inverse(crossing[here, there], cut)
+        of_rows = rows[out_here] - (crossing[out_here, there] @ inverse).astype(np.complex64) @ r
+        of_columns = columns[:, out_there] - c @ (inverse @ crossing[here, out_there]).astype(np.complex64)
+        follow = max(np.linalg.norm(of_rows), np.linalg.norm(of_columns)) <= cut
+        if follow and np.linalg.norm(exact - c[checked[0]] @ (inverse @ r[:, checked[1]])) < most:
+            break
+    else:
         return None
     return compress(
-        lambda run: columns @ (inverse @ (rows @ RANDOM[:width, run])).astype(np.complex64),
-        lambda basis: ((basis.conj().T @ columns) @ inverse).astype(np.complex64) @ rows,
+        lambda run: c @ (inverse @ (r @ RANDOM[:width, run])).astype(np.complex64),
+        lambda basis: ((basis.conj().T @ c) @ inverse).astype(np.complex64) @ r,
         width,
         cut,
+        2 * c.shape[1] // 3,
     )
+
+
+def _few(count, quarters):
+    """Of `count` samples, three functions a triangle, so many quarters, and the next quarter: two slices."""
+    ends = [3 * (count // 3 * share // 4) for share in (quarters, quarters + 1)]
+    return slice(0, ends[0]), slice(*ends)
 
 
 def _inverse(crossing, cut):
@@ -164,19 +178,6 @@ def _inverse(crossing, cut):
     return np.linalg.solve(adjoint @ crossing + damping * np.eye(len(crossing)), adjoint)
 
 
-def _left_out(columns, rows, crossing, cut):
-    """Distance (Frobenius) of a quarter of the samples' true rows and columns from those by the other samples."""
-    count = len(crossing) // 3
-    others, out = np.split(np.arange(3 * count).reshape(3, count), [count - count // 4], axis=1)
-    others, out = others.reshape(-1), out.reshape(-1)
-    inverse = _inverse(crossing[np.ix_(others, others)], cut)
-    for_rows = (crossing[np.ix_(out, others)] @ inverse).astype(np.complex64)
-    for_columns = (inverse @ crossing[np.ix_(others, out)]).astype(np.complex64)
-    of_rows = rows[out] - for_rows @ rows[others]
-    of_columns = columns[:, out] - columns[:, others] @ for_columns
-    return max(np.linalg.norm(of_rows), np.linalg.norm(of_columns))
-
-
 def _from_whole(block, cut):
     """U and V of a tile (M, N)."""
     width = block.shape[1]
@@ -184,12 +185,12 @@ def _from_whole(block, cut):
 
 
 def _norm(block):
-    """Compute the 2-norm, to a few per cent, by iteration."""
+    """Compute the 2-norm of a symmetric block, to a few per cent, by iteration."""
     if block.size == 0:
         return 0.0
     x = RANDOM[: len(block), :1]
     for _ in range(20):
-        x = block.conj().T @ (block @ (x / np.linalg.norm(x)))
+        x = (block @ (block @ (x / np.linalg.norm(x))).conj()).conj()
     return float(np.sqrt(np.linalg.norm(x)))
 
 

@@ -10,7 +10,7 @@ rounding, and the matrix between the few, V_i^T z^-1 V_j, determines the amplitu
 """
 
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import islice, pairwise, product
 
 import numpy as np
 from scipy.linalg import solve_triangular
@@ -97,16 +97,17 @@ def sample(surface, wavenumber, elevation, azimuth, dtype):
     return Samples(u, {"V": v, "H": h}, rings, weights)
 
 
-def skeletons(excitation, groups, pool):
-    """Keep some columns of each group (slice) of an excitation (N, D), of single precision: those of its `skeleton`.
+def skeletons(excitations, groups, pool):
+    """Keep some columns of each group (slice) of excitations (N, D), of single precision: those of its `skeleton`.
 
-    Returns them (N, d), the groups that they form, and the weights of each. pool: a `Pool`.
+    Yields for each excitation these, (N, d), the groups that they form, and the weights of each. pool: a `Pool`.
     """
-    found = list(pool.map(lambda group: skeleton(excitation[:, group]), groups))
-    columns = [group.start + numbers for group, (numbers, _) in zip(groups, found, strict=True)]
-    ends = np.cumsum([0, *map(len, columns)]).tolist()
-    kept = np.take(excitation, np.concatenate(columns), axis=1)
-    return kept, [slice(*pair) for pair in pairwise(ends)], [weights for _, weights in found]
+    found = pool.map(lambda part: skeleton(part[0][:, part[1]]), product(excitations, groups))
+    for excitation in excitations:
+        numbers, weights = zip(*islice(found, len(groups)), strict=True)
+        ends = np.cumsum([0, *map(len, numbers)]).tolist()
+        columns = np.concatenate([group.start + own for group, own in zip(groups, numbers, strict=True)])
+        yield np.take(excitation, columns, axis=1), [slice(*pair) for pair in pairwise(ends)], weights
 
 
 def skeleton(excitation):
