@@ -157,10 +157,23 @@ def test_samples_that_do_not_follow_from_each_other_are_found_out(rank, used):
             changed = [part.copy() for part in parts]
             np.moveaxis(changed[part], axis, 0)[number] += 1.0
             assert error(changed, exact) == np.inf
-        if used < count // 2 + 1:
+            np.moveaxis(changed[part], axis, 0)[number] = np.nan
+            assert error(changed, exact) == np.inf
+        if used == count // 2:
             changed = [part.copy() for part in parts]
             np.moveaxis(changed[part], axis, 0)[-1] += 1.0  # which is not asked
             assert error(changed, exact) < 2 * cut
+
+
+def test_patches_with_few_triangles_have_fewer_samples():
+    """Of a tile of rank 8, sampled on 20 triangles of one patch and 32 of the other."""
+    random = np.random.default_rng(0)
+    left, right = random.standard_normal((90, 8)), random.standard_normal((8, 300))
+    ends, checked = (random.standard_normal((60, 8)), random.standard_normal((8, 96))), (np.arange(16), np.arange(16))
+    whole = left @ right
+    parts = left @ ends[1], ends[0] @ right, ends[0] @ ends[1]
+    left, right = sampled._from_samples(*parts, checked, whole[:16, :16], 1e-2)
+    assert np.linalg.norm(left @ right.T - whole, 2) < 2e-2
 
 
 def test_true_rows_are_those_of_the_whole_matrix(parities):

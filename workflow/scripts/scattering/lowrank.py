@@ -22,7 +22,8 @@ from isarflow.scattering.plan import SKETCH
 FREED = 8  # columns after which free memory is given back
 SPANNED = 2.0  # times a tile's tolerance: what may be left of a random column, in which all remainders add up
 SPARE = 8  # columns of a run in which nothing may be left: else more are tried
-FEW, RAISED = (24, 32), 7 + SPARE  # columns of a shorter first run, and how many more than the matrix's tile has
+FEW = 24, 32  # columns of a shorter first run
+RAISED = 7 + SPARE  # columns more than the rank of the matrix's tile, which updates raise
 STRIPE = 64  # rows of a triangular block that are multiplied at once: fewer spare zeros, more make faster products
 KNOWN = 1 << 25  # numbers that a thread may keep in a substitution
 UPPER = np.triu(np.ones((SKETCH, SKETCH)))
@@ -189,7 +190,7 @@ class LowRankMatrix(Symmetric):
                 # The last column has no tiles, and those of others may be empty.
                 nothing = np.zeros((column.width, 0), self.dtype)
                 self.right[j] = self.diagonal[j].reduced(np.concatenate([nothing, *(v for _, v in factors)], 1))
-                del below, factors
+                del column, below, factors  # the next column makes couplings of its own
                 if j % FREED == FREED - 1:
                     give_back()  # frees the matrix's tiles, which the factors replace
                 done = (j + 1) / count
@@ -232,7 +233,6 @@ class _Column:
         ranks = matrix.ranks[j + 1 :, :j]
         ends = np.cumsum(ranks, 0)
         self.places = [list(map(slice, *pair)) for pair in zip((ends - ranks).tolist(), ends.tolist(), strict=True)]
-        # V_ik^T D_k^-1 V_jk for i = j, and for all i > j, stacked (R, r_jk); and these times U_jk^T R.
         self.own, self.coupling, self.coupled = zip(*pool.map(self.couple, range(j)), strict=True) if j else 3 * ((),)
 
     def sketch(self, run):
@@ -242,6 +242,7 @@ class _Column:
         return self.sketches[run.start]
 
     def couple(self, k):
+        """V_ik^T D_k^-1 V_jk for i = j, and for all i > j below each other, (., r_jk); and these times U_jk^T R."""
         part = self.parts[k]
         right, rank = self.matrix.right[k][:, self.begins[k] :], part.stop - part.start
         coupling = right.T @ right[:, :rank]

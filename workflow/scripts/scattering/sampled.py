@@ -150,7 +150,7 @@ def _from_samples(columns, rows, crossing, checked, exact, cut):
         c, r, inverse = columns[:, there], rows[here], _inverse(crossing[here, there], cut)
         of_rows = rows[out_here] - (crossing[out_here, there] @ inverse).astype(np.complex64) @ r
         of_columns = columns[:, out_there] - c @ (inverse @ crossing[here, out_there]).astype(np.complex64)
-        follow = max(np.linalg.norm(of_rows), np.linalg.norm(of_columns)) <= cut
+        follow = all(np.linalg.norm(left) <= cut for left in (of_rows, of_columns))  # not so with a NaN
         if follow and np.linalg.norm(exact - c[checked[0]] @ (inverse @ r[:, checked[1]])) < most:
             break
     else:
@@ -160,7 +160,7 @@ def _from_samples(columns, rows, crossing, checked, exact, cut):
         lambda basis: ((basis.conj().T @ c) @ inverse).astype(np.complex64) @ r,
         width,
         cut,
-        2 * c.shape[1] // 3,
+        first=2 * c.shape[1] // 3,  # what so few samples determine is of a lower rank
     )
 
 
@@ -175,7 +175,7 @@ def _inverse(crossing, cut):
     adjoint = crossing.conj().T
     damping = max(DAMPING * cut, ROUNDING * np.linalg.norm(crossing)) ** 2 or 1.0  # where W is zero
     # SciPy's routines would keep other threads waiting.
-    return np.linalg.solve(adjoint @ crossing + damping * np.eye(len(crossing)), adjoint)
+    return np.linalg.solve(adjoint @ crossing + damping * np.eye(len(adjoint)), adjoint)
 
 
 def _from_whole(block, cut):

@@ -98,7 +98,7 @@ def sample(surface, wavenumber, elevation, azimuth, dtype):
 
 
 def skeletons(excitations, groups, pool):
-    """Keep some columns of each group (slice) of excitations (N, D), of single precision: those of its `skeleton`.
+    """Keep some columns of each group (slice) of a list of excitations (N, D), of single precision: their `skeleton`.
 
     Yields for each excitation these, (N, d), the groups that they form, and the weights of each. pool: a `Pool`.
     """
