@@ -26,7 +26,7 @@ FEW = 24, 32  # columns of a shorter first run
 RAISED = 7 + SPARE  # columns more than the rank of the matrix's tile, which updates raise
 STRIPE = 64  # rows of a triangular block that are multiplied at once: fewer spare zeros, more make faster products
 KNOWN = 1 << 25  # numbers that a thread may keep in a substitution
-UPPER = np.triu(np.ones((SKETCH, SKETCH)))
+UPPER = np.triu(np.ones((SKETCH, SKETCH)))  # to multiply with: np.triu takes as long as a small inverse
 RANDOM = np.random.default_rng(0).standard_normal((1024, 1024)).astype(np.complex64)
 
 
@@ -130,9 +130,9 @@ class Stack:
 
 
 def _stacked(ranks):
-    """Where the rows of tiles (i, k), ranks[i, k] of each, lie when stacked row i by row: slices of i, numbers of k."""
-    of_rows = np.repeat(np.tile(np.arange(len(ranks)), ranks.shape[1]), ranks.T.reshape(-1))
-    numbers = np.argsort(np.argsort(of_rows, kind="stable"))
+    """Where tiles (i, k), ranks[i, k] rows of each, lie when stacked row i by row: slices of i, numbers of k."""
+    of_rows = np.repeat(np.tile(np.arange(len(ranks)), len(ranks)), ranks.T.reshape(-1))
+    numbers = np.argsort(np.argsort(of_rows, kind="stable"))  # stacked column by column, each row's new place
     rows, columns = (np.cumsum(ranks.sum(axis)).tolist() for axis in (1, 0))
     return [slice(*pair) for pair in pairwise([0, *rows])], np.split(numbers, columns[:-1])
 
@@ -153,8 +153,9 @@ class LowRankMatrix(Symmetric):
         # For L D, for each row i: transposed U_ij, (r, n_i), for j < i.
         self.left = [Stack(span.stop - span.start) for span in spans]
         self.right = [None] * len(spans)  # for each column j: W V_ij, (n_j, r), for i > j, beside each other
-        self.ranks = np.zeros(2 * (len(spans),), int)
-        self.rows, self.places = [], []  # of U^T or V^T of all tiles, row by row: those of a row i, and of a column j
+        self.ranks = np.zeros(2 * (len(spans),), int)  # of L D's tiles (i, j)
+        # Where U^T or V^T of all tiles lie when stacked row i by row: those of a row, and those of a column.
+        self.rows, self.places = [], []
 
     def times(self, x, threads=1):
         """A x, (N, D), before the factors replace A."""
@@ -242,7 +243,7 @@ class _Column:
         return self.sketches[run.start]
 
     def couple(self, k):
-        """V_ik^T D_k^-1 V_jk for i = j, and for all i > j below each other, (., r_jk); and these times U_jk^T R."""
+        """Make V_ik^T D_k^-1 V_jk for i = j, and for all i > j below each other, (., r_jk); these times U_jk^T R."""
         part = self.parts[k]
         right, rank = self.matrix.right[k][:, self.begins[k] :], part.stop - part.start
         coupling = right.T @ right[:, :rank]
