@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 import time
+from functools import partial
 from types import SimpleNamespace
 
 import pytest
@@ -13,7 +14,7 @@ from tqdm import tqdm
 
 from isarflow.core import job
 from isarflow.core.errors import InputError
-from isarflow.scattering.band import _Progress
+from isarflow.scattering.band import _show
 from isarflow.setup import disk
 from isarflow.setup.config import ROOT
 
@@ -33,7 +34,7 @@ def test_progress_bar_becomes_lines_in_the_log(tty, quiet, monkeypatch):
     stream = job._Tee(terminal, log)
     print("begun", file=stream)
     with tqdm(total=4, bar_format="{desc}: {percentage:.0f} %", file=stream, mininterval=0) as bar:
-        progress = _Progress(bar, [1e9, 2e9, 3e9, 4e9])
+        progress = partial(_show, bar, [1e9, 2e9, 3e9, 4e9])
         progress(1, "factorization", 0.5, 0.6)
         progress(2, "directions", 0.5)  # of a solver that has no other parts
         progress(3, "done", 1.0)

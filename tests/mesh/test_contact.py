@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from shapes_made import cube, fine_cube, lofted, sphere, together, torus
+from stored import unknowns
 
 from isarflow.core.errors import InputError
 from isarflow.mesh import arrange, symmetry, topology
@@ -10,7 +11,7 @@ from isarflow.mesh.boxes import near_boxes
 from isarflow.mesh.build import build
 from isarflow.mesh.io import write_ply
 from isarflow.mesh.repair import repair
-from isarflow.scattering.basis import fundamental_domain, unknowns
+from isarflow.scattering.basis import fundamental_domain
 
 RADAR = {"center_frequency": 1.0e9, "bandwidth": 0.0, "frequencies": 1, "polarizations": ["VV"]}
 MESH = {"edges_per_wavelength": 10, "bands": 1}

@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 from shapes_made import cube, save, sphere
+from stored import unknowns
 
 from isarflow.core.errors import InputError
 from isarflow.mesh import read, symmetry, topology
@@ -13,7 +14,7 @@ from isarflow.mesh.ground import samples
 from isarflow.mesh.io import read_ply, write_ply
 from isarflow.mesh.misses import Followed
 from isarflow.mesh.repair import repair
-from isarflow.scattering.basis import fundamental_domain, unknowns
+from isarflow.scattering.basis import fundamental_domain
 
 RADAR = {"center_frequency": 1.0e9, "bandwidth": 0.0, "frequencies": 1, "polarizations": ["VV"]}
 MESH = {"edges_per_wavelength": 10, "bands": 1}

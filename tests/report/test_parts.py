@@ -8,7 +8,6 @@ import matplotlib.colors
 import numpy as np
 import pandas as pd
 import pytest
-from study.selection import at_highest
 
 from isarflow import report
 from isarflow.core import kinds, words
@@ -16,7 +15,7 @@ from isarflow.core.sweep import C0
 from isarflow.imaging.outline import OUTLINE, outline
 from isarflow.imaging.range_profiles import range_profiles
 from isarflow.report import layout, page, plots, section_open, selection, vocabulary
-from isarflow.report.published import beside
+from isarflow.report.published import beside, holds
 from isarflow.report.section_headline import curves
 from isarflow.report.thesis import full_size, size
 from isarflow.report.vocabulary import Names, select
@@ -187,7 +186,9 @@ def test_published_statements_count_to_their_printed_decimals():
         ("<=", "0.63", 0.634, 0.64),
         ("=", "0.7981", 0.79814, 0.79816),
     ):
-        assert plots.holds(holding, relation, printed) and not plots.holds(failing, relation, printed), relation
+        line = {"relation": relation, "value": printed}
+        ours = [{"ours": value, "low": np.nan, "high": np.nan} for value in (holding, failing)]
+        assert [holds(here, line) for here in ours] == [True, False], relation
 
 
 def test_models_and_scores_have_the_names_that_their_files_state_and_all_come_in_order():
@@ -222,7 +223,6 @@ def test_rows_are_selected_and_values_runs_and_tables_are_written_as_a_reader_ex
     table = pd.DataFrame({"model": ["lr", "lr", "svm"], "test_snr_db": [0, 6, 6]})
     assert select(table, model="lr", test_snr_db=6).index.tolist() == [1]
     assert select(table, test_snr_db=[0, 6], model=("svm",)).index.tolist() == [2]
-    assert at_highest(table).index.tolist() == [1, 2]
     data = pd.DataFrame({"target": ["a", "b"], "count": [1234, 5], "share": [0.25, np.nan]})
     shown = {"target": "{target}", "count": "{count:,}", "share": lambda row: words.number(row["share"], 1)}
     table = layout.table("x", data, shown, "")

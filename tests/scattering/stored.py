@@ -1,6 +1,8 @@
-"""Matrices of the solver as plain arrays."""
+"""Matrices of the solver as plain arrays, and their size."""
 
 import numpy as np
+
+from isarflow.scattering.basis import rwg
 
 
 def dense(matrix):
@@ -12,3 +14,8 @@ def dense(matrix):
         result[a:b, :b] = block[0] + 1j * block[1]
         result[:a, a:b] = result[a:b, :a].T
     return result
+
+
+def unknowns(surface):
+    """Count the RWG functions of a Surface over all parities."""
+    return sum(len(rwg(surface, parity)) for parity in surface.parities)

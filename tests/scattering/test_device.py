@@ -10,20 +10,22 @@ from test_solve import AZIMUTH, ELEVATION, FREQUENCY, octasphere
 
 from isarflow.core.errors import InputError
 from isarflow.scattering import solve as solver
-from isarflow.scattering.device import GeneralOnDevice, SymmetricOnDevice, holds
+from isarflow.scattering.device import OnDevice, holds
+from isarflow.scattering.factorization import GeneralMatrix, SymmetricMatrix
 
 
 @pytest.mark.parametrize(("dtype", "bound"), [(np.complex64, 1e-4), (np.complex128, 1e-12)])
-@pytest.mark.parametrize("kind", [SymmetricOnDevice, GeneralOnDevice])
+@pytest.mark.parametrize("kind", [SymmetricMatrix, GeneralMatrix])
 def test_factorization_solves(kind, dtype, bound):
-    if kind is GeneralOnDevice:
-        a, matrix = general(201, dtype, 64, kind)
+    if kind is GeneralMatrix:
+        a, matrix = general(201, dtype, 64)
     else:
         a = symmetric(201)
-        matrix = filled(a, dtype, 64, kind)
+        matrix = filled(a, dtype, 64)
     left, right = np.random.default_rng(1).normal(size=(2, 201, 5)).astype(dtype)
     numbers = np.array([0, 63, 64, 200])
     assert np.allclose(dense(matrix)[numbers], a[numbers], rtol=1e-6)
+    matrix = OnDevice(matrix)
     matrix.factorize()
     truth = np.linalg.solve(a, right)
     assert np.abs(matrix.solve(right) - truth).max() < bound * np.abs(truth).max()
@@ -47,7 +49,7 @@ def test_matrix_that_does_not_fit_is_an_error_with_a_remedy(monkeypatch):
         raise jax.errors.JaxRuntimeError("RESOURCE_EXHAUSTED: Out of memory")
 
     monkeypatch.setattr("isarflow.scattering.device.jax.scipy.linalg.lu_factor", exhausted)
-    matrix = SymmetricOnDevice(10, np.complex64)
+    matrix = OnDevice(SymmetricMatrix(10, np.complex64))
     with pytest.raises(InputError, match="JAX_PLATFORMS=cpu"):
         matrix.factorize()
 

@@ -27,10 +27,10 @@ def outward(vertices, triangles):
     return vertices, np.where(inward[:, None], triangles[:, ::-1], triangles)
 
 
-def general(size, dtype, block, kind=GeneralMatrix, seed=0):
+def general(size, dtype, block, seed=0):
     random = np.random.default_rng(seed)
     a = random.normal(size=(size, size)) + 1j * random.normal(size=(size, size)) + 3 * np.sqrt(size) * np.eye(size)
-    matrix = kind(size, dtype, block)
+    matrix = GeneralMatrix(size, dtype, block)
     edges = np.append(np.arange(0, size, 37), size)
     for i, j in np.ndindex(len(edges) - 1, len(edges) - 1):
         tile = a[edges[i] : edges[i + 1], edges[j] : edges[j + 1]].astype(dtype)

@@ -29,9 +29,9 @@ def symmetric(size, seed=0):
     return a + a.T + 3 * np.sqrt(size) * np.eye(size)
 
 
-def filled(a, dtype, block, kind=SymmetricMatrix):
+def filled(a, dtype, block):
     """The matrix put in tile by tile, as assembly does it."""
-    matrix = kind(len(a), dtype, block)
+    matrix = SymmetricMatrix(len(a), dtype, block)
     edges = np.append(np.arange(0, len(a), 37), len(a))
     for i in range(len(edges) - 1):
         for j in range(i + 1):
@@ -186,7 +186,7 @@ def test_near_moments_agree_in_both_precisions(count, module, kernel):
     """A whole chunk of pairs: what is compiled for it is not what is compiled for a few."""
     edge = 0.1
     vertices = fundamental_domain(*mie.icosphere(0.5, edge), ()).vertices
-    pairs = nearfield._pairs(vertices, vertices)[: nearfield.CHUNK]
+    pairs = nearfield.near_pairs(vertices, vertices)[: nearfield.CHUNK]
     assert len(pairs) == nearfield.CHUNK
     single, double = (
         nearfield.by_chunks(

@@ -97,7 +97,8 @@ def peak_of_solve(count, symmetry, tolerance, formulation):
         (26, ["xz"], "efie", 1e-5),
     ],
 )
-def test_memory_is_that_of_a_process(count, symmetry, formulation, tolerance):
+def test_memory_is_that_of_a_process(count, symmetry, formulation, tolerance, monkeypatch):
+    monkeypatch.setenv("JAX_PLATFORMS", "cpu")  # the driver of a GPU has half a gigabyte of its own
     with multiprocessing.get_context("spawn").Pool(1) as pool:
         peak, measures = pool.apply(peak_of_solve, (count, symmetry, tolerance, formulation))
     sweep = Sweep(np.array([C0]), *DIRECTIONS, WAVES)

@@ -4,10 +4,11 @@ import mie
 import numpy as np
 import pytest
 from paths import both
+from stored import unknowns
 
 from isarflow.core.errors import InputError
 from isarflow.core.sweep import C0
-from isarflow.scattering.basis import fundamental_domain, rwg, unknowns
+from isarflow.scattering.basis import fundamental_domain, rwg
 from isarflow.scattering.solve import MAX_RESIDUAL, _System, solve
 
 path = both(__name__, 60)  # triangles, so that these small meshes have several patches

@@ -9,14 +9,16 @@ import mie
 import numpy as np
 import pytest
 from paths import both
+from stored import unknowns
 from test_magnetic import outward
 from test_solve import ELEVATION, FREQUENCY, decibel, octasphere, sheet, weld
 
+from isarflow.mesh import topology
 from isarflow.scattering.assembly import Entries, assemble
-from isarflow.scattering.basis import fundamental_domain, rwg, unknowns
+from isarflow.scattering.basis import fundamental_domain, rwg
 from isarflow.scattering.factorization import SymmetricMatrix
 from isarflow.scattering.farfield import Excitation
-from isarflow.scattering.operators import cfie, efie
+from isarflow.scattering.operators import efie
 from isarflow.scattering.sampling import sample
 from isarflow.scattering.solve import solve
 
@@ -177,7 +179,7 @@ def test_near_skins_converge(mesh):
 
 
 def test_wing_is_closed():
-    cfie.check_mesh(*wing(6))
+    topology.check_closed(*wing(6))
 
 
 @pytest.fixture(scope="module")

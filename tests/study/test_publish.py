@@ -10,10 +10,9 @@ import numpy as np
 import pandas as pd
 import pytest
 from study.selection import PAGE as SELECTED
-from study.statements import kept
 from thesis_pages import check_links, interval, tables
 
-from isarflow.report.published import ADAPTATIONS
+from isarflow.report.published import ADAPTATIONS, holds
 from isarflow.report.results import read_learned
 from isarflow.report.vocabulary import select
 from isarflow.setup.config import ROOT
@@ -84,8 +83,8 @@ def test_the_published_verdicts_are_those_of_the_committed_scores():
         printed = printed[printed["published"].str.split().str[1] == line["value"]]
         printed = printed[printed["what"].str.startswith(NAMES[line["model"]])].iloc[0]
         assert printed["here"] == interval(here), line
-        holds = kept({"ours": here["value"], **here}, line)
-        assert printed["as published"] == ("yes" if holds else "no"), line
+        is_kept = holds({"ours": here["value"], **here}, line)
+        assert printed["as published"] == ("yes" if is_kept else "no"), line
 
 
 def test_the_published_training_of_the_capsule_network_is_that_of_the_committed_table():
@@ -135,7 +134,7 @@ def test_the_published_verdicts_with_other_models_are_those_of_the_committed_sco
                 key: np.interp(snr, rows["test_snr_db"], rows[key].astype(float)) for key in ("value", "low", "high")
             }
             text = f"{name} {interval(here)}"
-            assert (f"**{text}**" if kept({"ours": here["value"], **here}, line) else text) in shown.split("; "), line
+            assert (f"**{text}**" if holds({"ours": here["value"], **here}, line) else text) in shown.split("; "), line
             compared += 1
     assert compared >= 10
 

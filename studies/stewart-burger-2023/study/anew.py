@@ -66,7 +66,7 @@ def nearest_snr(results, aim=HIGH_SNR):
 
 
 @cache
-def _everywhere(results, run, model):
+def everywhere(results, run, model):
     """Return target, truth, predicted and known_<score> of all images of the open set at the high SNR, by a network."""
     folder, snr, tables = results.folder / "learning" / "models" / run / model, nearest_snr(results), []
     network, own = load(folder), config_of(folder)["run"]
@@ -80,10 +80,3 @@ def _everywhere(results, run, model):
         tables.append(pd.DataFrame({"target": target, "truth": truth, "predicted": outcome.labels, **known}))
         print(f"{run}/{model}: {len(origin)} images of {target} at {snr:g} dB")
     return pd.concat(tables, ignore_index=True)
-
-
-def at_all_azimuths(results, run, model, score):
-    """Return the same; below the threshold that is chosen as always an image is predicted OTHER."""
-    rows = _everywhere(results, run, model)
-    threshold = judged(results, run, model, score, nearest_snr(results)).thresholds["validation"]
-    return rows.assign(predicted=thresholds.apply(rows[KNOWN + score], rows["predicted"], threshold))

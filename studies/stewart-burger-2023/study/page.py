@@ -7,7 +7,6 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from isarflow.core.sweep import images_are_made
 from isarflow.core.words import number, several
 from isarflow.report import section_run
 from isarflow.report.layout import style
@@ -16,7 +15,7 @@ from isarflow.report.vocabulary import listed, select
 from study import figures, texts
 from study.markdown import anchor, bullets, folded, table
 from study.selection import PAGE
-from study.statements import has, judge
+from study.statements import AT_RANDOM, judge
 
 EVERYWHERE = "What differs in every figure"
 
@@ -26,8 +25,6 @@ def write_page(folder, settings, stated, output):
 
     settings, stated: as of `page.write_report`.
     """
-    if not images_are_made(settings):  # there is nothing to learn from
-        settings = settings | {"learning": settings["learning"] | {"experiments": {}}}
     results, output = Results(folder, settings, stated), Path(output)
     output.mkdir(parents=True, exist_ok=True)
     with style():
@@ -51,7 +48,9 @@ def build(results, keys, folder):
     figure.experiment, figure.models = next(iter(figure.uses.items()), ("", []))
     figure.there, figure.lacks = [], []
     for experiment, models in figure.uses.items():
-        there = [model for model in models if has(results, experiment, model, figure.open)]
+        runs = [run for run in results.runs.values() if run["experiment"] == experiment and run["split"] in AT_RANDOM]
+        named = {model for run in runs if run["open"] or not figure.open for model in run["models"]}
+        there = [model for model in models if model in named]
         figure.there += there
         if len(there) < len(models):
             labels = listed([results.names.model(model).label for model in models if model not in there])
@@ -64,12 +63,13 @@ def build(results, keys, folder):
 
 
 def parts(results, figure, name):
-    """Return what a part makes of the results: blocks of its function, or the sentence of its name."""
-    for module in (figures, texts):
-        if hasattr(module, name):
-            return list(getattr(module, name)(results, figure))
-    sentence = PAGE["sentences"][name]
-    return [sentence] if isinstance(sentence, str) else list(texts.measured(results, **sentence))
+    """Return what a part makes of the results: blocks of its function, or its sentence for each of its values."""
+    sentence = PAGE["sentences"].get(name)
+    if isinstance(sentence, dict):
+        return list(texts.measured(results, **sentence))
+    functions = [getattr(module, name) for module in (figures, texts) if hasattr(module, name)]
+    made = functions[0](results, figure) if functions else [{}]  # a sentence that stands as it is
+    return [sentence.format(**values) for values in made] if sentence else list(made)
 
 
 def page(results, chapters):
@@ -86,7 +86,7 @@ def page(results, chapters):
         table([*sweep(results.settings)]),
         bullets(words for name in PAGE["everywhere"] for words in parts(results, None, name)),
         "## Models of the known targets",
-        texts.models_of_targets(results, built),
+        texts.models_of_targets(built),
     ]
     for title, every in chapters.items():
         blocks += [f"## {title}", *(text for figure in every for text in _written(figure))]

@@ -18,11 +18,6 @@ def networks_of(runs):
     return [(run, model) for run, model in named if run in alike and model in runs[run]["models"]]
 
 
-def everywhere_networks(runs):
-    """Return those of `networks_of` that classify the images of all azimuths, too: the fully connected ones."""
-    return [(run, model) for run, model in networks_of(runs) if model.startswith("fcnn")]
-
-
 def images_of(settings, runs):
     """Return (target, label of the SNR) of the stores of images that the page takes pictures and facts from.
 
@@ -33,11 +28,6 @@ def images_of(settings, runs):
     opened = [name for name in target_order(targets) if targets[name]["role"] in ("known", "unknown")]
     stores = [(name, "clean") for name in opened]
     stores += [(name, snr_label(nearest(snrs, LOW_SNR))) for name in opened if targets[name]["role"] == "known"]
-    if everywhere_networks(runs):
+    if any(model.startswith("fcnn") for _, model in networks_of(runs)):
         stores += [(name, snr_label(nearest(snrs, HIGH_SNR))) for name in opened]
     return list(dict.fromkeys(stores))
-
-
-def at_highest(table):
-    """Return the rows at the highest test SNR."""
-    return table[table["test_snr_db"] == table["test_snr_db"].max()]

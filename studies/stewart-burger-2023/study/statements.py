@@ -7,13 +7,14 @@ harder ones: split by sector, thresholds chosen without them (`blind`), SNR by m
 import numpy as np
 import pandas as pd
 
+from isarflow.learning import thresholds
 from isarflow.learning.classifier import OTHER
 from isarflow.learning.metrics import metrics_of_labels
-from isarflow.report.plots import RELATIONS, holds, matrix
-from isarflow.report.published import ADAPTATIONS, CLOSED, OPEN, value_at
+from isarflow.report.plots import RELATIONS, matrix
+from isarflow.report.published import ADAPTATIONS, CLOSED, OPEN, holds, value_at
 from isarflow.report.vocabulary import ACCURACY, F1, METHOD, select
 from study import anew, pairs
-from study.selection import PAGE, at_highest, everywhere_networks, networks_of
+from study.selection import PAGE, networks_of
 
 # What a published metric is called in scores.csv and on the page.
 METRICS = {
@@ -30,17 +31,10 @@ COLUMNS = [*METHOD, *("elevation", "threshold", "metric", "test_snr_db", "target
 
 def rows(results, name, **case):
     """Return the rows of a table of `Results` with these values, of what the config names: it may hold others."""
-    if not results.runs:
-        return pd.DataFrame(columns=COLUMNS)
     named = [(run["experiment"], run["split"], model) for run in results.runs.values() for model in run["models"]]
     named = pd.DataFrame(named, columns=["experiment", "split", "model"]).drop_duplicates()
-    return select(getattr(results, name), **case).merge(named)
-
-
-def has(results, experiment, model, is_open):
-    """Return whether an experiment of the run has a model, split at random, and tested in the open set if asked for."""
-    runs = [run for run in results.runs.values() if run["experiment"] == experiment and run["split"] in AT_RANDOM]
-    return any(model in run["models"] and (run["open"] or not is_open) for run in runs)
+    table = getattr(results, name) if len(named) else pd.DataFrame(columns=COLUMNS)
+    return select(table, **case).merge(named)
 
 
 def ours(results, experiment, model, metric, score="", elevation="all", threshold="thesis", split=AT_RANDOM):
@@ -81,13 +75,8 @@ def judge(results, line):
     # Runs with other models say nothing of a statement that this run cannot judge.
     readings = {name: own for name, own in PAGE["readings"].items() if line["here"] or "models" not in own}
     others = {name: read(results, line, reading) for name, reading in readings.items()}
-    otherwise = [(name, here, kept(here, line)) for name, here in others.items() if here]
-    return line | {"holds": kept(line["here"], line), "otherwise": otherwise}
-
-
-def kept(here, line):
-    """Return whether our value, as of `value_at`, fulfils a statement; None without ours."""
-    return bool(holds(here["ours"], line["relation"], line["value"], here["low"], here["high"])) if here else None
+    otherwise = [(name, here, holds(here, line)) for name, here in others.items() if here]
+    return line | {"holds": line["here"] and holds(line["here"], line), "otherwise": otherwise}
 
 
 def read(results, line, reading):
@@ -121,35 +110,30 @@ def by_errors(results, line):
 
 def all_azimuths(results, line):
     """Judge fully connected networks on the images of all azimuths, those that trained among them."""
-    network = line["experiment"], line["model"]
-    if network not in everywhere_networks(results.runs):
+    network, score, snr = (line["experiment"], line["model"]), line["score"], anew.nearest_snr(results)
+    if not line["model"].startswith("fcnn"):
         return None
-    every = anew.at_all_azimuths(results, *network, line["score"])
-    is_rejected = select(every, target="ufo")["predicted"] == OTHER
-    f1 = metrics_of_labels(every["truth"], every["predicted"])[F1]
-    return _value(f1 if line["metric"] else is_rejected.mean(), anew.nearest_snr(results))
+    every = anew.everywhere(results, *network)
+    threshold = anew.judged(results, *network, score, snr).thresholds["validation"]
+    predicted = thresholds.apply(every[f"known_{score}"], every["predicted"], threshold)
+    is_rejected = predicted[every["target"] == "ufo"] == OTHER
+    f1 = metrics_of_labels(every["truth"], predicted)[F1]
+    return _value(f1 if line["metric"] else is_rejected.mean(), snr)
 
 
 # What a reading makes of predictions: `judged` in page.yaml.
 JUDGED = {"by_errors": by_errors, "all_azimuths": all_azimuths}
 
 
-def _ours(results, line):
-    return ours(results, *(line[key] for key in ("experiment", "model", "metric", "score", "elevation")))
-
-
 def on_curve(results, line):
-    """Read our curve at the statement's SNR."""
-    return value_at(results, _ours(results, line), line["snr_db"])
-
-
-def largest(results, line):
-    """Take the largest value of all training and test SNRs; or of the noisiest training at the highest test SNR."""
-    every = _ours(results, line)
-    if len(every) and line["reading"] == "noisiest training":
-        every = at_highest(select(every, train_snr_db=every["train_snr_db"].min()))
-    if not len(every):
+    """Read our curve at the statement's SNR, or take its maximum; of the noisiest training at the highest test SNR."""
+    every = ours(results, *(line[key] for key in ("experiment", "model", "metric", "score", "elevation")))
+    if every.empty:
         return None
+    if line["reading"] in ("", "wrong"):
+        return value_at(results, every, line["snr_db"])
+    if line["reading"] == "noisiest training":
+        every = select(every, train_snr_db=every["train_snr_db"].min()).tail(1)
     row = every.loc[every["value"].idxmax()]
     return _value(row["value"], row["test_snr_db"], row["low"], row["high"]) | {"training": row["training"]}
 
@@ -174,8 +158,7 @@ def _value(value, snr, low=np.nan, high=np.nan):
 
 # How a statement is read off our results: column `reading` of thesis_results.csv.
 READINGS = {
-    **dict.fromkeys(("", "wrong"), on_curve),
-    **dict.fromkeys(("maximum", "best training", "noisiest training"), largest),
+    **dict.fromkeys(("", "wrong", "maximum", "best training", "noisiest training"), on_curve),
     "last epoch": last_epoch,
     "rejected": rejected,
 }

@@ -6,17 +6,14 @@ import numpy as np
 from sklearn.metrics import roc_auc_score, roc_curve
 
 from isarflow.core.words import number
-from isarflow.report.published import value_at
+from isarflow.report.published import holds, value_at
 from isarflow.report.vocabulary import ACCURACY, F1, at_snrs, select, title, with_interval
 from study import anew, pairs
 from study.markdown import NONE, table
 from study.selection import LOW_SNR, PAGE, networks_of
-from study.statements import SPLIT, kept, ours, read, rows
+from study.statements import SPLIT, ours, read, rows
 
 NEARLY = 0.1  # relative: a setting tried that is so near to the published one stands for it
-# How `anew.judged` chooses thresholds, in words.
-FROM = {"validation": "threshold from validation images", "best": "the best threshold there is"}
-FROM |= {"errors": "from test images, the fewest errors"}
 KEPT = {None: NONE, True: "yes", False: "no"}  # whether a statement holds, in words
 
 
@@ -53,28 +50,26 @@ def overview(built):
             row |= {"hold by the text": sum(of[1] for of in own), "hold by it": sum(of[2] for of in own)}
             links = dict.fromkeys(link for link, by_text, by_it in own if by_it and not by_text)
             read.append(row | {"by it, not by the text": ", ".join(links) or NONE})
-    by_text = sum(line["holds"] for _, line in every)
     of_text = [name for name, reading in PAGE["readings"].items() if "models" not in reading]
-    by_any, with_models = (
+    by_text, by_any, with_models = (
         sum(line["holds"] or any(holds for name, _, holds in line["otherwise"] if name in names) for _, line in every)
-        for names in (of_text, PAGE["readings"])
+        for names in ((), of_text, PAGE["readings"])
     )
     held = PAGE["held"].format(text=by_text, read=by_any, models=with_models, all=len(every))
     readings = [PAGE["readings_are"], table(read)] if read else []
     return "\n\n".join([held, *readings, "## All published scores", PAGE["read_otherwise"], table(stated)])
 
 
-def models_of_targets(results, built):
+def models_of_targets(built):
     """Say what holds with each pair of known targets, by any of the readings of other models."""
     lines = [line for figure in built for line in figure.found if line["experiment"] not in PAGE["pairs"]["without"]]
     readings, stated = [reading for reading in PAGE["readings"].values() if "models" in reading], []
-    for pair in pairs.every():
-        found = [[read(results, line, reading | {"models": pair}) for reading in readings] for line in lines]
-        judged = [[kept(here, line) for here in own if here] for own, line in zip(found, lines, strict=True)]
-        row = dict(zip(("drone", "missile"), pair, strict=True))
-        row |= {"statements": sum(map(bool, judged)), "hold": sum(map(any, judged))}
+    for pair in pairs.EVERY:
+        there, models = pairs.results(*pair.values()), {"models": pair.values()}
+        found = [[read(there, line, reading | models) for reading in readings] for line in lines]
+        judged = [[holds(here, line) for here in own if here] for own, line in zip(found, lines, strict=True)]
+        row = pair | {"statements": sum(map(bool, judged)), "hold": sum(map(any, judged))}
         for words, (snr, *case) in PAGE["pairs"]["shown"].items():
-            there = pairs.results(*pair)
             row[words] = value_text(value_at(there, ours(there, *case), snr), snr)
         stated.append(row)
     return f"{PAGE['pairs']['words']}\n\n{table(stated)}"
@@ -146,7 +141,7 @@ def by_thresholds(results, figure):
         area = select(results.scores, **case, elevation="all", test_snr_db=snr).to_dict("records")
         row = {"weighted F1 of": f"{results.names.method(model, score)}, {snr:g} dB"}
         for name, level in found.thresholds.items():
-            row[FROM[name]] = f"{found.metrics[name][F1]:.4f} at {number(anew.plain(score, level))}"
+            row[PAGE["headings"][name]] = f"{found.metrics[name][F1]:.4f} at {number(anew.plain(score, level))}"
         listed.append(row | {"what that adds": found.gain, "AUROC": with_interval(area[0]) if area else NONE})
     yield table(listed)
 
@@ -158,18 +153,13 @@ def values_table(curves, head=""):
     return table([{head: words} | at_snrs(of, snrs, with_interval) for words, of in curves if len(of)])
 
 
-def _say(name, **values):
-    """Return a sentence of page.yaml, its {places} filled."""
-    return PAGE["sentences"][name].format(**values)
-
-
 def epochs(results, figure):
     """Say how long a network trained, and when it first knew most of its training images."""
     curve = results.curves.get((figure.experiment, *figure.models))
     if curve is not None:
         best = curve.loc[curve["accuracy"].round(4).idxmax()]  # the first of equals
         theirs = select(results.published_settings, model=figure.models[0], setting="epochs")["value"].iloc[0]
-        yield _say("epochs", model=results.names.model(figure.models[0]).words, count=len(curve), theirs=theirs, **best)
+        yield {"model": results.names.model(figure.models[0]).words, "count": len(curve), "theirs": theirs, **best}
 
 
 def class_bias(results, figure):
@@ -182,7 +172,7 @@ def class_bias(results, figure):
         others, own, _ = roc_curve(first, difference)
         values = {"right": ((difference > 0) == first).mean(), "best": (own + 1 - others).max() / 2}
         values |= {"auroc": roc_auc_score(first, difference), "named": known[0], "share": (difference > 0).mean()}
-        yield _say("class_bias", **values, model=results.names.model(model).words, snr=snr)
+        yield values | {"model": results.names.model(model).words, "snr": snr}
 
 
 def measured(results, says, values):
@@ -193,9 +183,10 @@ def measured(results, says, values):
 
 
 def _value(results, snr_db, **case):
-    """Return a value as of `value_at`; case: as of `ours`, or of `pairs.trained`."""
+    """Return a value as of `value_at`; case: as of `ours`, or reading, epoch and column of `pairs.TRAININGS`."""
     if "reading" in case:
-        return pairs.trained(**case, snr_db=snr_db)
+        column = case.pop("column")
+        return {"ours": select(pairs.TRAININGS, **case, snr_db=snr_db)[column].iloc[0]}
     return value_at(results, ours(results, **case), snr_db)
 
 
@@ -204,4 +195,4 @@ def power_offsets(results, figure):
     every = results.of_role("known") + results.of_role("unknown") if results.images_are_made else []
     offsets = {name: results.images(name, "clean").attrs["snr_definition_offset_db"] for name in every}
     if offsets:
-        yield _say("power_offsets", offsets=", ".join(f"{name} {offset:.1f} dB" for name, offset in offsets.items()))
+        yield {"offsets": ", ".join(f"{name} {offset:.1f} dB" for name, offset in offsets.items())}

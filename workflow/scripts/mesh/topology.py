@@ -144,6 +144,20 @@ def tetrahedra(vertices, triangles):
     return (a * np.cross(b, c)).sum(axis=1) / 6
 
 
+def check_closed(vertices, triangles):
+    """Raise InputError unless every part is closed, with normals that point outwards, as `formulation: cfie` needs."""
+    _, sides, count = edges(triangles)
+    forward = triangles < np.roll(triangles, -1, axis=1)
+    wrong = np.bincount(sides.ravel(), np.where(forward, 1, -1).ravel()) != 0
+    remedy = "'formulation: cfie' needs closed surfaces with outward normals; use efie for this target."
+    if wrong.any():
+        raise InputError(f"the mesh is open or its triangles disagree at {wrong.sum()} of {len(count)} edges. {remedy}")
+    pieces, piece = edge_pieces(triangles)
+    volume = np.bincount(piece, tetrahedra(vertices - vertices.mean(axis=0), triangles), pieces)
+    if not (volume > 0).all():
+        raise InputError(f"normals point inwards on {(volume <= 0).sum()} of {pieces} closed surfaces. {remedy}")
+
+
 def normals(corners):
     """Return the normals of triangles (T, 3, 3), each twice the area long, (T, 3)."""
     return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])

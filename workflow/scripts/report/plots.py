@@ -147,13 +147,6 @@ def matrix(cells):
     return cells.pivot(index="target", columns="predicted", values="count").fillna(0)
 
 
-def holds(ours, relation, value, low=np.nan, high=np.nan):
-    """Whether our value fulfils a printed statement to its decimals; an equality also if it lies in our interval."""
-    rounded, printed = round(ours, len(value.partition(".")[2])), float(value)
-    kept = {">=": rounded >= printed, "<=": rounded <= printed, ">": ours > printed, "<": ours < printed}
-    return (kept | {"=": rounded == printed or bool(low <= printed <= high)})[relation]
-
-
 def decibels(image):
     """Return the magnitude of a peak-normalised complex image in dB, no lower than -100."""
     return 20 * np.log10(np.maximum(np.abs(image), 1e-5))

@@ -5,7 +5,7 @@ import pandas as pd
 
 from isarflow.report import thesis
 from isarflow.report.layout import table
-from isarflow.report.plots import MEANT, RELATIONS, holds
+from isarflow.report.plots import MEANT, RELATIONS
 from isarflow.report.vocabulary import ACCURACY, ELEVATIONS, F1, select, title, with_interval
 
 MARKERS = ", ".join(f"{sign} {words}" for sign, words in zip("▲▼●", MEANT.values(), strict=True))
@@ -53,6 +53,14 @@ def value_at(results, curve, snr):
     return {"ours": value, "low": low, "high": high, "here_at_snr_db": at}
 
 
+def holds(here, line):
+    """Whether our value fulfils a printed statement to its decimals; an equality also if it lies in our interval."""
+    ours, value, printed = here["ours"], line["value"], float(line["value"])
+    rounded = round(ours, len(value.partition(".")[2]))
+    kept = {">=": rounded >= printed, "<=": rounded <= printed, ">": ours > printed, "<": ours < printed}
+    return bool((kept | {"=": rounded == printed or here["low"] <= printed <= here["high"]})[line["relation"]])
+
+
 def statements_table(results, name, metrics):
     """Return published statements with our value beside each: one table, or none. metrics: CLOSED or OPEN."""
     data, shown = [], []
@@ -64,7 +72,7 @@ def statements_table(results, name, metrics):
         here = value_at(results, curve, line["snr_db"])
         if here is None:
             continue
-        here["holds"] = holds(here["ours"], line["relation"], line["value"], here["low"], here["high"])
+        here["holds"] = holds(here, line)
         data.append(line | {"model": model, "score": score} | here)
         reduced = "" if thesis.full_size(model, results.settings) else " (here reduced)"
         row = {"experiment": title(line["experiment"]), "model": results.names.method(model, score) + reduced}

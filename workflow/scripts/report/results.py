@@ -73,7 +73,8 @@ class Results:
     polarizations = property(lambda self: self.settings["imaging"]["polarizations"])  # the channels of an image
     finest = property(lambda self: self.settings["mesh"]["bands"] - 1)  # the band of the finest meshes
     definition = property(lambda self: self.settings["noise"]["definition"])  # of SNR
-    runs = cached_property(lambda self: dict(sorted(runs(self.settings).items())))  # as `experiments.runs`, by name
+    # As `experiments.runs`, by name; none where no images are made.
+    runs = cached_property(lambda self: dict(sorted(runs(self.settings).items())) if self.images_are_made else {})
     # The classes of the known targets, in the order of the page.
     classes = cached_property(lambda self: list(dict.fromkeys(map(self.class_of, self.of_role("known")))))
     # Measures, and vertices in m with triangles of the finest mesh, by target that has a mesh.

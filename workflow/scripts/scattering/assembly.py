@@ -12,7 +12,6 @@ sources are also taken at their images; the sums with the characters of the grou
 """
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -39,29 +38,27 @@ class Block:
 
 def blocks_of(bases, patches):
     """A Block for each of a Surface's `patches`; one whose functions touch too many triangles is cut in two."""
-    touched = [basis.halves // 3 for basis in bases]
-    first = [t.min(1) for t in touched]
+    first = [basis.halves.min(1) // 3 for basis in bases]
     blocks, runs = [], list(pairwise(patches))[::-1]
     while runs:
         begin, end = runs.pop()
         spans = [slice(*np.searchsorted(f, [begin, end]).tolist()) for f in first]
-        used = np.unique(np.concatenate([t[span].reshape(-1) for t, span in zip(touched, spans, strict=True)]))
-        if len(used) > TILE:
+        block = replace(block_of(bases, spans), spans=spans)
+        if len(block.triangles) <= TILE:
+            blocks.append(block)
+        else:
             middle = (begin + end) // 2
             runs += [(middle, end), (begin, middle)]
-            continue
-        block = block_of(bases, [np.arange(span.start, span.stop) for span in spans])
-        blocks.append(replace(block, spans=spans))
     return blocks
 
 
 def block_of(bases, numbers):
-    """The Block of chosen functions, `numbers` of each parity, on no more than TILE triangles."""
+    """The Block of chosen functions, `numbers` or a slice of each parity, on no more than TILE triangles."""
     chosen = [basis.halves[own] for basis, own in zip(bases, numbers, strict=True)]
     used = np.unique(np.concatenate([halves.reshape(-1) // 3 for halves in chosen]))
     halves = [mine % 3 * TILE + np.searchsorted(used, mine // 3) for mine in chosen]
     signs = [basis.signs[own] for basis, own in zip(bases, numbers, strict=True)]
-    return Block(used, [slice(0, len(own)) for own in numbers], halves, signs)
+    return Block(used, [slice(0, len(mine)) for mine in chosen], halves, signs)
 
 
 class Entries:
@@ -78,25 +75,19 @@ class Entries:
         scales = wavenumber / (2 * np.pi), 4 / wavenumber**2, TINY**2, 1 / 2, 1, wavenumber, alpha
         self.constants = np.array([*scales, (1 - alpha) / wavenumber, 1 / 6], self.real)
         self.characters = surface.parities.astype(self.real)
-        self.blocks = blocks_of(bases, surface.patches)
+        self.blocks = [Placed(block, surface, self.real) for block in blocks_of(bases, surface.patches)]
         self.corrections = self._corrections(threads)  # now, before there are threads that would each compute them
-
-    @cached_property
-    def placed(self):
-        return [Placed(block, self.surface, self.real) for block in self.blocks]
 
     def _corrections(self, threads):
         """Corrections of the three points a triangle between near pairs, in the form of `kernels.tile`."""
-        count = len(self.surface.vertices)
+        count, every = len(self.surface.vertices), self.near.pairs
         values = self.operator.corrections(self.near, self.surface, self.wavenumber, self.real, threads)
         values = np.concatenate(values).reshape(-1, 9)
-        begins, before = [], 0
-        for pairs in self.near.pairs:
-            begins.append(before + np.searchsorted(pairs[:, 0], np.arange(count + 1)))
-            before += len(pairs)
-        sources = np.concatenate([pairs[:, 1] for pairs in self.near.pairs])
+        fields = np.concatenate([g * count + pairs[:, 0] for g, pairs in enumerate(every)])
+        begins = np.searchsorted(fields, count * np.arange(len(every))[:, None] + np.arange(count + 1))
+        sources = np.concatenate([pairs[:, 1] for pairs in every])
         values = np.concatenate([values.real, values.imag], 1, dtype=self.real)
-        return np.array(begins), sources, values
+        return begins, sources, values
 
     def between(self, row, col):
         """The tile between two placed Blocks for each parity, (rows, cols)."""
@@ -111,7 +102,7 @@ class Entries:
     def rows(self, numbers):
         """Whole rows of every parity's matrix, (len(numbers), N), of functions on no more than TILE triangles."""
         row = Placed(block_of(self.bases, numbers), self.surface, self.real)
-        wholes = zip(*(self.between(row, col) for col in self.placed), strict=True)
+        wholes = zip(*(self.between(row, col) for col in self.blocks), strict=True)
         return [np.concatenate(whole, axis=1) for whole in wholes]
 
 
@@ -121,7 +112,7 @@ def assemble(entries, matrices, threads=1, progress=lambda done: None):
     matrices: for each parity an object that takes dense blocks, `put(row, col, block)`, from several threads if there
     are; progress(done) is called with the fraction done. For a symmetric matrix only the lower triangle is filled.
     """
-    symmetric, placed = entries.operator.SYMMETRIC, entries.placed
+    symmetric, placed = entries.operator.SYMMETRIC, entries.blocks
 
     def store(row, col):
         for matrix, rows, cols, block in zip(matrices, row.spans, col.spans, entries.between(row, col), strict=True):
@@ -141,31 +132,21 @@ class Placed:
     """A Block's spans and arrays for `kernels.tile`: as rows, at the identity, and as columns, at every image."""
 
     def __init__(self, block, surface, real):
-        self.spans = block.spans
+        self.spans, self.triangles = block.spans, block.triangles
         corners, lengths = surface.vertices[block.triangles], surface.lengths[block.triangles]
         center = corners.mean(1)
         nu, points = corners - center[:, None], RULES[3][0] @ corners
         # (rho_a - nu_i) . rho_a with rho_a = nu_a / 2
         own = (nu**2).sum(2)[:, :, None] / 4 - np.einsum("tax,tix->tai", nu, nu) / 2
         halves, signs = np.concatenate(block.halves), np.concatenate(block.signs)
-        # Half functions lack their l / 6.
-        weights = signs * lengths.T.reshape(-1)[halves // TILE * len(lengths) + halves % TILE] / 6
+        triangle, corner = halves % TILE, halves // TILE
+        weights = signs * lengths[triangle, corner] / 6  # half functions lack their l / 6
         ends = np.cumsum([0, *map(len, block.halves)])
-        places = halves % TILE * 3 + halves // TILE
-        parities = (np.split(of, ends[1:-1]) for of in (places, weights))
-        starts, functions, of_rows = by_half(*parities, 3 * len(corners))
-        geometry = (points, nu, center, surface.normals[block.triangles], own)
-        self.rows = (
-            block.triangles,
-            *(np.ascontiguousarray(x, real) for x in geometry),
-            starts,
-            np.concatenate(functions),
-            of_rows.astype(real),
-            ends,
-        )
-        sources = np.zeros((len(surface.reflections), 27, TILE), real)
-        for image, sign in zip(sources, surface.reflections, strict=True):
-            for rows, vectors in zip((image[:9], image[9:18], image[18:]), (points, nu, corners), strict=True):
-                rows[:, : len(corners)] = (vectors * sign).reshape(-1, 9).T
+        starts, functions, of_rows = by_half(3 * triangle + corner, weights, np.diff(ends), 3 * len(corners))
+        geometry = (np.ascontiguousarray(x, real) for x in (points, nu, center, surface.normals[block.triangles], own))
+        self.rows = block.triangles, *geometry, starts, functions, of_rows.astype(real), ends
+        vectors = np.concatenate([points, nu, corners], 1) * surface.reflections[:, None, None]  # (G, T, 9, 3)
+        sources = np.zeros((len(vectors), 27, TILE), real)
+        sources[:, :, : len(corners)] = vectors.reshape(*vectors.shape[:2], 27).swapaxes(1, 2)
         columns = sources.reshape(len(sources), -1), block.triangles
         self.cols = *columns, halves.T.astype(np.uint32), np.ascontiguousarray(weights.T, real), ends

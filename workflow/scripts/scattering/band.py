@@ -1,6 +1,7 @@
 """Solve one band of frequencies on its mesh."""
 
 import sys
+from functools import partial
 
 import numpy as np
 from tqdm import tqdm
@@ -33,7 +34,7 @@ def solve_band(mesh_path, store_path, sweep, scattering, symmetry, threads, targ
     form = "{desc}: {percentage:.0f} %, {elapsed} so far, about {remaining} left"
     with tqdm(total=len(frequency), bar_format=form, file=sys.stderr) as bar:
         try:
-            progress = _Progress(bar, frequency)
+            progress = partial(_show, bar, frequency)
             solution = build(scattering).solve(vertices, triangles, sweep, symmetry, threads, progress)
         except InputError as error:
             raise InputError(f"config key 'targets.{target}': {error}") from None
@@ -74,13 +75,8 @@ def _check_shape(field, sweep, solver):
         )
 
 
-class _Progress:
-    """A tqdm bar that shows the frequency and the part of it that runs."""
-
-    def __init__(self, bar, frequency):
-        self.bar, self.frequency = bar, frequency
-
-    def __call__(self, n, part, done, so_far=None):
-        self.bar.n = n + (done if so_far is None else so_far)
-        at = f"{self.frequency[n] / 1e9:.4f} GHz ({n + 1} of {len(self.frequency)})"
-        self.bar.set_description_str(f"{at}, {part}" if part == "done" else f"{at}, {part} {100 * done:.0f} %")
+def _show(bar, frequency, n, part, done, so_far=None):
+    """Show on a tqdm bar the frequency and the part of it that runs; from n on as `FieldSolver.solve` calls it."""
+    bar.n = n + (done if so_far is None else so_far)
+    at = f"{frequency[n] / 1e9:.4f} GHz ({n + 1} of {len(frequency)})"
+    bar.set_description_str(f"{at}, {part}" if part == "done" else f"{at}, {part} {100 * done:.0f} %")

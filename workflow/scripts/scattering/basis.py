@@ -23,6 +23,7 @@ from itertools import product
 import numpy as np
 
 from isarflow.core.errors import InputError
+from isarflow.mesh import topology
 
 PATCH = 330  # triangles of a patch: with its neighbours it fills a tile of the matrix (see `assembly`)
 AXES = {"yz": 0, "xz": 1, "xy": 2}  # mirror plane -> the coordinate that changes sign
@@ -45,8 +46,7 @@ class Surface:
     @property
     def normals(self):
         """(T, 3) unit normals, outward if the mesh is."""
-        normal = np.cross(self.vertices[:, 1] - self.vertices[:, 0], self.vertices[:, 2] - self.vertices[:, 0])
-        return normal / np.linalg.norm(normal, axis=1, keepdims=True)
+        return topology.unit(topology.normals(self.vertices))
 
     @property
     def reflections(self):
@@ -98,39 +98,27 @@ def fundamental_domain(vertices, triangles, symmetry):
 def rwg(surface, parity):
     """The Basis of one parity; `parity` is (G,), a row of `surface.parities`."""
     count = len(surface.vertices)
-    negative = {
-        axis
-        for axis in surface.axes
-        for g, signs in enumerate(surface.reflections)
-        if (signs < 0).sum() == 1 and signs[axis] < 0 and parity[g] < 0
-    }
-    of_edges = (np.stack([np.roll(of, -1, 1), np.roll(of, -2, 1)], 2) for of in (surface.corners, surface.vertices))
-    ends, points = (of.reshape(3 * count, 2, -1) for of in of_edges)
-    alive, single = np.ones(count, bool), np.zeros(3 * count, bool)
+    # The reflections in one plane alone are numbers 1, 2 and 4 of the group, the last axis first.
+    negative = [axis for place, axis in enumerate(reversed(surface.axes)) if parity[2**place] < 0]
+    alive, single = np.ones(count, bool), np.zeros((count, 3), bool)
     for axis in negative:
+        on_plane = surface.vertices[:, :, axis] == 0
         # A triangle that lies in a plane of negative parity is its own image and cancels.
-        alive &= ~(surface.vertices[:, :, axis] == 0).all(1)
-        single |= (points[:, :, axis] == 0).all(1)
+        alive &= ~on_plane.all(1)
+        single |= np.roll(on_plane, -1, 1) & np.roll(on_plane, -2, 1)
 
     halves = np.flatnonzero(np.repeat(alive, 3))
-    key = np.sort(ends[halves, :, 0], 1)
-    order = np.lexsort((halves, key[:, 1], key[:, 0]))
-    halves, key = halves[order], key[order]
-    first = np.ones(len(halves), bool)
-    first[1:] = (key[1:] != key[:-1]).any(1)
+    edge = np.roll(topology.edges(surface.corners).sides, -1, 1).reshape(-1)  # opposite each corner
+    halves = halves[np.argsort(edge[halves], kind="stable")]
+    first = np.diff(edge[halves], prepend=-1) != 0
     leader = halves[np.maximum.accumulate(np.where(first, np.arange(len(halves)), 0))]
 
-    alone = single[halves]
+    alone = single.reshape(-1)[halves]
     pair = ~first & ~alone
     functions = np.concatenate([np.stack([leader[pair], halves[pair]], 1), np.stack([halves[alone]] * 2, 1)])
     signs = np.concatenate([np.tile([1.0, -1.0], (pair.sum(), 1)), np.tile([1.0, 0.0], (alone.sum(), 1))])
     order = np.argsort(functions.min(1), kind="stable")
     return Basis(functions[order], signs[order])
-
-
-def unknowns(surface):
-    """Total number of RWG functions over all parities."""
-    return sum(len(rwg(surface, parity)) for parity in surface.parities)
 
 
 def _patches(points, parts):
@@ -148,18 +136,15 @@ def _patches(points, parts):
     return bisect(np.arange(len(points)), parts)
 
 
-def by_half(places, weights, count):
+def by_half(places, weights, sizes, count):
     """Functions in which each of `count` half functions takes part, and the weights.
 
-    places: half functions of each parity's functions, (n, 2); weights: also (n, 2), 0 for no part. Returns where each
-    half function's functions begin, (parities, count + 1), each parity's functions, and all their weights as one array.
+    places: half functions of all parities' functions, (N, 2), `sizes` of each parity; weights: also (N, 2), 0 for no
+    part. Returns where each half function's functions begin, (parities, count + 1), these functions, numbers among the
+    N, and their weights.
     """
-    starts, functions, parts, before = [], [], [], 0
-    for place, weight in zip(places, weights, strict=True):
-        order = np.argsort(place, axis=None, kind="stable")
-        order = order[weight.reshape(-1)[order] != 0]
-        starts.append(before + np.searchsorted(place.reshape(-1)[order], np.arange(count + 1)))
-        functions.append(order // 2)
-        parts.append(weight.reshape(-1)[order])
-        before += len(order)
-    return np.array(starts), functions, np.concatenate(parts)
+    first = count * np.arange(len(sizes))[:, None]
+    places = (places + np.repeat(first, sizes, axis=0)).reshape(-1)
+    order = np.argsort(places, kind="stable")
+    order = order[weights.reshape(-1)[order] != 0]
+    return np.searchsorted(places[order], first + np.arange(count + 1)), order // 2, weights.reshape(-1)[order]

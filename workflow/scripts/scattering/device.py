@@ -14,7 +14,7 @@ import jax.scipy.linalg
 import numpy as np
 
 from isarflow.core.errors import InputError
-from isarflow.scattering.factorization import GeneralMatrix, SymmetricMatrix
+from isarflow.scattering.factorization import SymmetricMatrix
 
 SIZE, COLUMNS = 1024, 256  # matrices and numbers of right sides are multiples of these
 
@@ -37,7 +37,12 @@ def holds(unknowns, parities):
     return 8 * (unknowns / parities) ** 2 * (parities + 3) < jax.devices()[0].memory_stats()["bytes_limit"]
 
 
-class _OnDevice:
+class OnDevice:
+    """A filled SymmetricMatrix or GeneralMatrix, moved to JAX's device and factorized there."""
+
+    def __init__(self, matrix):
+        self.matrix, self.size, self.dtype = matrix, matrix.size, matrix.dtype
+
     def factorize(self, threads=1, progress=lambda done: None):
         """Factorize the whole matrix by LU on JAX's device. `threads` are not used."""
         try:
@@ -64,35 +69,16 @@ class _OnDevice:
 
     def _move(self):
         """The enlarged matrix on the device, strip by strip; those of the host are dropped."""
-        size, begin = _round_up(self.size, SIZE), 0
-        whole = jnp.zeros((size, size), self.dtype)
-        while self.strips:
-            strip = self._rows(self.strips.pop(0))
+        symmetric, size, begin = isinstance(self.matrix, SymmetricMatrix), _round_up(self.size, SIZE), 0
+        strips, whole = self.matrix.blocks if symmetric else self.matrix.columns, jnp.zeros((size, size), self.dtype)
+        while strips:
+            strip = strips.pop(0)
+            strip = strip[0] + 1j * strip[1] if symmetric else strip.T
             rows = np.zeros((len(strip), size), self.dtype)
             rows[:, : strip.shape[1]] = strip
             whole = _write(whole, rows, begin)
             begin += len(rows)
-        return _complete(whole, self.size, isinstance(self, SymmetricMatrix))
-
-
-class SymmetricOnDevice(_OnDevice, SymmetricMatrix):
-    """A SymmetricMatrix that is factorized on JAX's device."""
-
-    strips = property(lambda self: self.blocks)
-
-    @staticmethod
-    def _rows(block):
-        return block[0] + 1j * block[1]
-
-
-class GeneralOnDevice(_OnDevice, GeneralMatrix):
-    """A GeneralMatrix that is factorized on JAX's device."""
-
-    strips = property(lambda self: self.columns)
-
-    @staticmethod
-    def _rows(column):
-        return column.T
+        return _complete(whole, self.size, symmetric)
 
 
 @partial(jax.jit, donate_argnums=0)

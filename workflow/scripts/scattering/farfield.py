@@ -10,8 +10,6 @@ sec. 7-3)
 For an operator other than the EFIE, z is its matrix and V_q, but not V_p, is its right side (see `operators.cfie`).
 """
 
-from itertools import pairwise
-
 import numpy as np
 
 from isarflow.scattering.basis import by_half
@@ -29,11 +27,10 @@ class Excitation:
         flips = surface.reflections[:, None]
         self.triangles, self.normals = surface.vertices * flips[:, None], surface.normals * flips
         self.characters, self.ends = surface.parities.astype(self.real), np.cumsum([0, *map(len, bases)]).tolist()
-        lengths = surface.lengths.reshape(-1)
-        weights = [basis.signs * lengths[basis.halves] / 2 for basis in bases]
-        starts, functions, weights = by_half([basis.halves for basis in bases], weights, len(lengths))
-        functions = [begin + own for begin, own in zip(self.ends, functions, strict=False)]
-        self.places = starts, np.concatenate(functions), weights.astype(self.real)
+        lengths, halves = surface.lengths.reshape(-1), np.concatenate([basis.halves for basis in bases])
+        weights = np.concatenate([basis.signs for basis in bases]) * lengths[halves] / 2
+        starts, functions, weights = by_half(halves, weights, np.diff(self.ends), len(lengths))
+        self.places = starts, functions, weights.astype(self.real)
 
     def __call__(self, wavenumber, u, polarization, alpha=1.0, threads=1):
         """Compute (N, D) for each parity; wavenumber: rad/m; u, polarization: (D, 3); alpha: an operator's ALPHA."""
@@ -47,4 +44,4 @@ class Excitation:
 
         with Pool(threads) as pool:
             list(pool.map(work, even_runs(len(u), CHUNK)))
-        return [whole[slice(*ends)] for ends in pairwise(self.ends)]
+        return np.split(whole, self.ends[1:-1])

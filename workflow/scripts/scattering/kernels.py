@@ -264,7 +264,7 @@ def tile(out, rows, cols, near, characters, constants, combined):
                 _gather(row[i], z[p, 3 * i * TILE :], halves, signs, first, width)
             for i in range(3):
                 for e in range(starts[p, 3 * t + i], starts[p, 3 * t + i + 1]):
-                    at = begin + 2 * width * functions[e]
+                    at = begin + 2 * width * (functions[e] - row_ends[p])
                     _scatter(out[at : at + 2 * width], row[i], row[3 + i], weights[e], width)
 
 

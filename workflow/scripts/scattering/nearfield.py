@@ -18,12 +18,7 @@ CHUNK = 8192  # pairs at once: bounds the memory of temporaries and lets one com
 FINE = 7  # points
 
 
-def pairs_of(surface):
-    """Near pairs of a Surface's triangles for each reflection: (P, 2) field and source, in both orders."""
-    return [_pairs(surface.vertices, surface.vertices * signs) for signs in surface.reflections]
-
-
-def _pairs(field, source):
+def near_pairs(field, source):
     """(P, 2) numbers of near triangles, sorted."""
     centers = field.mean(1), source.mean(1)
     radii = np.linalg.norm(field - centers[0][:, None], axis=2).max(1)

@@ -33,7 +33,7 @@ def fill(entries, matrices, tolerance, threads, progress=lambda done: None):
 
     tolerance: of a tile, relative to the 2-norm of the diagonal blocks; progress(done) gets the fraction done
     """
-    placed, count = entries.placed, len(entries.placed)
+    placed, count = entries.blocks, len(entries.blocks)
     panels, near = _panels(entries), _near_tiles(entries)
     total, done, wholes = max(count * (count - 1) // 2, 1), 0, 0
 

@@ -11,9 +11,10 @@ import numpy as np
 
 from isarflow.core.errors import InputError
 from isarflow.core.sweep import C0, Sweep, unit_vectors
+from isarflow.mesh import topology
 from isarflow.scattering.assembly import Entries, assemble
 from isarflow.scattering.basis import fundamental_domain, rwg
-from isarflow.scattering.device import GeneralOnDevice, SymmetricOnDevice, give_back
+from isarflow.scattering.device import OnDevice, give_back
 from isarflow.scattering.factorization import GeneralMatrix, Pool, Product, SymmetricMatrix, runs
 from isarflow.scattering.farfield import Excitation
 from isarflow.scattering.lowrank import LowRankMatrix
@@ -30,12 +31,6 @@ MAX_RESIDUAL = 1e-3  # above it (or PROMISE) the solution is refined, and refuse
 # matrix, whose residual should be a MARGIN-th of it: few directions are probed.
 SHARE, PROMISE, MARGIN = 0.4, 10, 5
 MANY = 6e4  # unknowns, above which errors of tiles add up to more than the promise unless each error is smaller
-KINDS = {  # whole matrices: on JAX's device or not, symmetric or not
-    (False, False): GeneralMatrix,
-    (False, True): SymmetricMatrix,
-    (True, False): GeneralOnDevice,
-    (True, True): SymmetricOnDevice,
-}
 PARTS = ("assembly", "factorization", "directions")
 PROBED_ROWS, PROBED_DIRECTIONS = 128, 4  # where the residual is measured
 
@@ -74,7 +69,8 @@ def solve(
         raise ValueError("compressed matrices are those of the EFIE, in single precision")
     operator, dtype = OPERATORS[formulation], DTYPES[precision]
     sweep = Sweep(frequencies, np.asarray(elevation), np.asarray(azimuth), polarizations, paired, receivers)
-    operator.check_mesh(vertices, triangles)
+    if operator.ALPHA != 1:  # the magnetic equation is that of closed surfaces
+        topology.check_closed(vertices, triangles)
     surface = fundamental_domain(vertices, triangles, symmetry)
     bases = [rwg(surface, parity) for parity in surface.parities]
     unknowns = sum(map(len, bases))
@@ -211,9 +207,11 @@ class _System:
         entries = self.entries(self.dtype)
         sizes = [len(basis) for basis in entries.bases]
         if self.tolerance is None:
-            kind = KINDS[jax.default_backend() != "cpu", entries.operator.SYMMETRIC]
+            kind = SymmetricMatrix if entries.operator.SYMMETRIC else GeneralMatrix
             self.matrices = [kind(size, self.dtype) for size in sizes]
             assemble(entries, self.matrices, self.threads, progress)
+            if jax.default_backend() != "cpu":
+                self.matrices = [OnDevice(matrix) for matrix in self.matrices]
         else:
             self.matrices = self._compressed(entries, self.tolerance, progress)
         # Kept, because the factorization overwrites the matrices.

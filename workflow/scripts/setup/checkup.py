@@ -11,7 +11,6 @@ from isarflow.mesh.ground import Ground, from_mirror_image
 from isarflow.mesh.read import UNITS, in_metres, read_cad, states_unit
 from isarflow.mesh.resolution import wanted_edges
 from isarflow.scattering import needs
-from isarflow.scattering.closed import check_closed
 
 SAMPLED = 2000  # triangles at which the thickness and the gaps between walls are measured
 GIGA = 1000  # MB
@@ -43,7 +42,7 @@ def checkup(config, name):
 def check_formulation(config, name, source):
     """Raise InputError if a target's Source does not suit the equation that it is to be solved with."""
     if needs.method(config, name).get("formulation") == "cfie":
-        check_closed(source.vertices, source.triangles)
+        topology.check_closed(source.vertices, source.triangles)
 
 
 def swept(config):

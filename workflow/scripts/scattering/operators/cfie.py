@@ -24,7 +24,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from isarflow.scattering.closed import check_closed
 from isarflow.scattering.kernel import cosine, inverse, sine
 from isarflow.scattering.nearfield import FINE, area_of, by_chunks, of_images, smooth_minus_coarse
 from isarflow.scattering.operators import efie
@@ -42,8 +41,6 @@ from isarflow.scattering.quadrature import cross, dot, points_of, static_gradien
 ALPHA = 0.9
 
 SYMMETRIC = False
-
-check_mesh = check_closed
 
 
 def near_terms(surface):

@@ -13,15 +13,11 @@ import jax.numpy as jnp
 import numpy as np
 
 from isarflow.scattering.kernel import cosine, green, inverse, sine
-from isarflow.scattering.nearfield import FINE, area_of, by_chunks, of_images, pairs_of, smooth_minus_coarse
+from isarflow.scattering.nearfield import FINE, area_of, by_chunks, near_pairs, of_images, smooth_minus_coarse
 from isarflow.scattering.quadrature import dot, points_of, static_potentials, weighted_sum
 
 ALPHA = 1  # the EFIE alone: see `cfie`
 SYMMETRIC = True
-
-
-def check_mesh(vertices, triangles):
-    """Accept any mesh."""
 
 
 @dataclass(frozen=True)
@@ -29,34 +25,31 @@ class Near:
     """Near pairs of a Surface and their moments valid at every frequency, lists over the reflections of the sources."""
 
     pairs: list  # (P, 2) triangle numbers, field and source, in both orders
+    orders: list  # numbers of those whose field triangle is not after the source, and of the same in the other order
     static: list  # moments of 1 / R (see `_moments`) of those whose field triangle is not after the source
     magnetic: list = ()  # of grad (1 / R), where `cfie` needs them
 
 
 def near_terms(surface):
     """Terms of the near pairs of a Surface that are computed once for all frequencies."""
-    pairs, static = pairs_of(surface), []
+    pairs = [near_pairs(surface.vertices, surface.vertices * signs) for signs in surface.reflections]
+    orders, static = [], []
     of_both = of_images(_static_moments, surface, pairs)
     for of_image, moments, signs in zip(pairs, of_both, surface.reflections, strict=True):
+        once = np.flatnonzero(of_image[:, 0] <= of_image[:, 1])
+        turned = np.lexsort((of_image[:, 0], of_image[:, 1]))[once]
+        orders.append((once, turned))
         # The closed form is over the source triangle; each of a pair is the source once: keep the mean.
-        once, turned = _orders(of_image)
         other = moments[turned]
         turned_back = [other[:, :1], other[:, 4:7] * signs, other[:, 1:4] * signs, other[:, 7:]]
         static.append((moments[once] + np.concatenate(turned_back, 1)) / 2)
-    return Near(pairs, static)
-
-
-def _orders(pairs):
-    """Numbers of the pairs whose field triangle is not after the source, and of the same pairs in the other order."""
-    once = np.flatnonzero(pairs[:, 0] <= pairs[:, 1])
-    return once, np.lexsort((pairs[:, 0], pairs[:, 1]))[once]
+    return Near(pairs, orders, static)
 
 
 def corrections(near, surface, wavenumber, real, threads=1):
     """Near minus three-point integral between half functions, without their l / 6: (P, 3, 3) for each reflection."""
-    result = []
-    for pairs, static, signs in zip(near.pairs, near.static, surface.reflections, strict=True):
-        once, turned = _orders(pairs)
+    result, terms = [], zip(near.pairs, near.orders, near.static, surface.reflections, strict=True)
+    for pairs, (once, turned), static, signs in terms:
         change = partial(smooth_minus_coarse, _over_source, _smooth, green, real(wavenumber))
         smooth = by_chunks(change, pairs[once], surface.vertices, surface.vertices * signs, real, threads)
         z = np.empty((len(pairs), 3, 3), np.result_type(real, np.complex64))
