@@ -98,7 +98,7 @@ def peak_of_solve(count, symmetry, tolerance, formulation):
     ],
 )
 def test_memory_is_that_of_a_process(count, symmetry, formulation, tolerance, monkeypatch):
-    monkeypatch.setenv("JAX_PLATFORMS", "cpu")  # the driver of a GPU has half a gigabyte of its own
+    monkeypatch.setenv("JAX_PLATFORMS", "cpu")  # the driver of a GPU has memory of its own
     with multiprocessing.get_context("spawn").Pool(1) as pool:
         peak, measures = pool.apply(peak_of_solve, (count, symmetry, tolerance, formulation))
     sweep = Sweep(np.array([C0]), *DIRECTIONS, WAVES)

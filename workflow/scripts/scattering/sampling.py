@@ -23,6 +23,7 @@ TOLERANCE = {np.dtype(np.complex64): 1e-6, np.dtype(np.complex128): 1e-13}  # of
 # Rows of an excitation that choose its skeleton: so many times the columns, and at least so many. Then relative errors:
 # of these rows, thrice the rounding, and of an entry of others: a function at a target's tip is rarely among them.
 ROWS, LEAST, CHOSEN, LEFT = 8, 512, 2e-7, 1e-4
+COMMON = 1e-5  # the tolerance of a compressed matrix, unless a finer one is asked for
 
 
 @dataclass(frozen=True)
@@ -97,12 +98,15 @@ def sample(surface, wavenumber, elevation, azimuth, dtype):
     return Samples(u, {"V": v, "H": h}, rings, weights)
 
 
-def skeletons(excitations, groups, pool):
+def skeletons(excitations, groups, pool, tolerance=None):
     """Keep some columns of each group (slice) of a list of excitations (N, D), of single precision: their `skeleton`.
 
-    Yields for each excitation these, (N, d), the groups that they form, and the weights of each. pool: a `Pool`.
+    Yields for each excitation these, (N, d), the groups that they form, and the weights of each. pool: a `Pool`;
+    tolerance: of the matrix that they are solved with. Weights add up its errors, thrice with few columns: below COMMON
+    more are kept.
     """
-    found = pool.map(lambda part: skeleton(part[0][:, part[1]]), product(excitations, groups))
+    chosen = CHOSEN * min(1, (tolerance or COMMON) / COMMON)
+    found = pool.map(lambda part: skeleton(part[0][:, part[1]], chosen), product(excitations, groups))
     for excitation in excitations:
         numbers, weights = zip(*islice(found, len(groups)), strict=True)
         ends = np.cumsum([0, *map(len, numbers)]).tolist()
@@ -110,7 +114,7 @@ def skeletons(excitations, groups, pool):
         yield np.take(excitation, columns, axis=1), [slice(*pair) for pair in pairwise(ends)], weights
 
 
-def skeleton(excitation):
+def skeleton(excitation, chosen=CHOSEN):
     """Choose columns of an excitation (N, K) from which all follow: their numbers (k,), and the weights (k, K).
 
     V and H of a ring span less than K dimensions. An interpolative decomposition of random rows (Cheng, Gimbutas,
@@ -120,11 +124,11 @@ def skeleton(excitation):
     count, columns = excitation.shape
     order, size = np.random.default_rng(0).permutation(count), max(ROWS * columns, LEAST)
     while True:
-        chosen, others = (excitation[part].astype(np.complex128) for part in (order[:size], order[size : 2 * size]))
-        gram, largest = chosen.conj().T @ chosen, abs(chosen).max(initial=0)
+        rows, others = (excitation[part].astype(np.complex128) for part in (order[:size], order[size : 2 * size]))
+        gram, largest = rows.conj().T @ rows, abs(rows).max(initial=0)
         if not np.isfinite(largest):  # its rank would be zero
             return np.arange(columns), np.eye(columns)
-        upper, pivots, rank, _ = zpstrf(gram, tol=CHOSEN**2 * gram.diagonal().real.max(initial=0))
+        upper, pivots, rank, _ = zpstrf(gram, tol=chosen**2 * gram.diagonal().real.max(initial=0))
         upper, numbers = np.triu(upper[:rank]), pivots - 1
         weights, ascending = np.empty((rank, columns), np.complex128), np.argsort(numbers[:rank])
         weights[:, numbers] = solve_triangular(upper[:, :rank], upper)[ascending]

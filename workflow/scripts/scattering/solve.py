@@ -261,7 +261,7 @@ class _System:
         if excited is not received or self.dtype != np.complex64:
             return self._between(received, excited, [groups] * len(received))
         with Pool(self.threads) as pool:
-            few, own, weights = zip(*skeletons(received, groups, pool), strict=True)
+            few, own, weights = zip(*skeletons(received, groups, pool, self.tolerance), strict=True)
         sides = zip(self._between(few, few, own), weights, strict=True)
         with Pool(1):
             return [[w.T @ found @ w for found, w in zip(*of_parity, strict=True)] for of_parity in sides]
