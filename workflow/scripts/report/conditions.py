@@ -48,8 +48,9 @@ def _split(results, split, rows):
         return SPLITS[split]
     words = [f"{count} folds"]
     for name in sorted(rows[rows["split"] == split]["experiment"].unique()):
-        if len(results.folds[name]) < count:
-            words.append(f"of {title(name)} only no. {listed(map(str, results.folds[name]))}")
+        tested = sorted({run["division"]["fold"] for run in results.runs.values() if run["experiment"] == name})
+        if len(tested) < count:
+            words.append(f"of {title(name)} only no. {listed(map(str, tested))}")
     return f"{SPLITS[split]} ({'; '.join(words)})"
 
 

@@ -142,14 +142,6 @@ class Results:
             found[round(value, 2)] = value
         return sorted(found.values())
 
-    @cached_property
-    def folds(self):
-        """The numbers of the folds that each experiment is tested on; 0 for one split at random, which has none."""
-        folds = {}
-        for run in self.runs.values():
-            folds.setdefault(run["experiment"], []).append(run["division"]["fold"])
-        return {experiment: sorted(set(numbers)) for experiment, numbers in folds.items()}
-
     def _fitted(self, file):
         cases = [(run, model) for run, settings in self.runs.items() for model in settings["models"]]
         paths = {case: self.folder.joinpath("learning/models", *case, file) for case in cases}
