@@ -64,10 +64,10 @@ def build(results, keys, folder):
 
 def parts(results, figure, name):
     """Return what a part makes of the results: blocks of its function, or its sentence for each of its values."""
-    sentence = PAGE["sentences"].get(name)
+    functions = [getattr(module, name) for module in (figures, texts) if hasattr(module, name)]
+    sentence = PAGE["sentences"].get(name) if functions else PAGE["sentences"][name]
     if isinstance(sentence, dict):
         return list(texts.measured(results, **sentence))
-    functions = [getattr(module, name) for module in (figures, texts) if hasattr(module, name)]
     made = functions[0](results, figure) if functions else [{}]  # a sentence that stands as it is
     return [sentence.format(**values) for values in made] if sentence else list(made)
 

@@ -115,7 +115,7 @@ def all_azimuths(results, line):
         return None
     every = anew.everywhere(results, *network)
     threshold = anew.judged(results, *network, score, snr).thresholds["validation"]
-    predicted = thresholds.apply(every[f"known_{score}"], every["predicted"], threshold)
+    predicted = thresholds.apply(every[anew.KNOWN + score], every["predicted"], threshold)
     is_rejected = predicted[every["target"] == "ufo"] == OTHER
     f1 = metrics_of_labels(every["truth"], predicted)[F1]
     return _value(f1 if line["metric"] else is_rejected.mean(), snr)
@@ -126,7 +126,7 @@ JUDGED = {"by_errors": by_errors, "all_azimuths": all_azimuths}
 
 
 def on_curve(results, line):
-    """Read our curve at the statement's SNR, or take its maximum; of the noisiest training at the highest test SNR."""
+    """Read our curve at the statement's SNR, or where it states a maximum, the maximum; see READINGS."""
     every = ours(results, *(line[key] for key in ("experiment", "model", "metric", "score", "elevation")))
     if every.empty:
         return None

@@ -146,6 +146,7 @@ def tetrahedra(vertices, triangles):
 
 def check_closed(vertices, triangles):
     """Raise InputError unless every part is closed, with normals that point outwards, as `formulation: cfie` needs."""
+    vertices, triangles = np.asarray(vertices, float), np.asarray(triangles)
     _, sides, count = edges(triangles)
     forward = triangles < np.roll(triangles, -1, axis=1)
     wrong = np.bincount(sides.ravel(), np.where(forward, 1, -1).ravel()) != 0
@@ -153,7 +154,7 @@ def check_closed(vertices, triangles):
     if wrong.any():
         raise InputError(f"the mesh is open or its triangles disagree at {wrong.sum()} of {len(count)} edges. {remedy}")
     pieces, piece = edge_pieces(triangles)
-    volume = np.bincount(piece, tetrahedra(vertices - vertices.mean(axis=0), triangles), pieces)
+    volume = np.bincount(piece, tetrahedra(vertices - vertices[triangles].mean((0, 1)), triangles), pieces)
     if not (volume > 0).all():
         raise InputError(f"normals point inwards on {(volume <= 0).sum()} of {pieces} closed surfaces. {remedy}")
 

@@ -129,7 +129,7 @@ def assemble(entries, matrices, threads=1, progress=lambda done: None):
 
 
 class Placed:
-    """A Block's spans and arrays for `kernels.tile`: as rows, at the identity, and as columns, at every image."""
+    """A Block's triangles, spans and arrays for `kernels.tile`: as rows at the identity, as columns at all images."""
 
     def __init__(self, block, surface, real):
         self.spans, self.triangles = block.spans, block.triangles

@@ -23,7 +23,7 @@ TOLERANCE = {np.dtype(np.complex64): 1e-6, np.dtype(np.complex128): 1e-13}  # of
 # Rows of an excitation that choose its skeleton: so many times the columns, and at least so many. Then relative errors:
 # of these rows, thrice the rounding, and of an entry of others: a function at a target's tip is rarely among them.
 ROWS, LEAST, CHOSEN, LEFT = 8, 512, 2e-7, 1e-4
-COMMON = 1e-5  # the tolerance of a compressed matrix, unless a finer one is asked for
+COMMON, LEAST_CHOSEN = 1e-5, 3e-8  # a matrix's tolerance down to which CHOSEN holds; half the rounding
 
 
 @dataclass(frozen=True)
@@ -102,10 +102,10 @@ def skeletons(excitations, groups, pool, tolerance=None):
     """Keep some columns of each group (slice) of a list of excitations (N, D), of single precision: their `skeleton`.
 
     Yields for each excitation these, (N, d), the groups that they form, and the weights of each. pool: a `Pool`;
-    tolerance: of the matrix that they are solved with. Weights add up its errors, thrice with few columns: below COMMON
-    more are kept.
+    tolerance: of the compressed matrix that they are solved with, None for a whole one. The weights sum that matrix's
+    errors, some three times as large where few columns are kept: with a tolerance finer than COMMON more are.
     """
-    chosen = CHOSEN * min(1, (tolerance or COMMON) / COMMON)
+    chosen = max(CHOSEN * min(1, (tolerance or COMMON) / COMMON), LEAST_CHOSEN)
     found = pool.map(lambda part: skeleton(part[0][:, part[1]], chosen), product(excitations, groups))
     for excitation in excitations:
         numbers, weights = zip(*islice(found, len(groups)), strict=True)
@@ -117,6 +117,7 @@ def skeletons(excitations, groups, pool, tolerance=None):
 def skeleton(excitation, chosen=CHOSEN):
     """Choose columns of an excitation (N, K) from which all follow: their numbers (k,), and the weights (k, K).
 
+    chosen: the relative error at which no more are added.
     V and H of a ring span less than K dimensions. An interpolative decomposition of random rows (Cheng, Gimbutas,
     Martinsson, Rokhlin, SIAM J. Sci. Comput. 26, 2005). As many other rows check it; where these do not follow, twice
     as many are taken.
