@@ -10,7 +10,7 @@
 # make bench-learning: prediction times at the reference experiment's size
 # make bench-capsules: what the capsule network's training and prediction take, also with other convolutions
 # make bench-training: F1 of the full-size capsule network against steps of training, by several readings (on a GPU)
-# make bench-thesis: solves at full size (ten minutes, 6 GB), and the whole reference experiment projected from them
+# make bench-thesis: solves at full size (20 minutes, 6 GB), and the whole reference experiment projected from them
 # make bench-compressed: compressed matrices beside whole ones, over unknowns and tolerance (half an hour, 6 GB)
 # make bench-mesh: 200 random vehicles of overlapping solids meshed, which are refused or miss a goal (an hour)
 # make bench-habits: CAD files of forty makers' habits meshed: fans, rivets, capped halves, patches, slivers (ten minutes)

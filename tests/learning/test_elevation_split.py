@@ -8,11 +8,10 @@ import scenes
 import xarray as xr
 
 from isarflow.learning import experiments, images, timing
+from isarflow.learning.classifier import config_of, load
 from isarflow.learning.export import export
 from isarflow.learning.judge import Decision, gain
-from isarflow.learning.model_folder import config_of, load
 from isarflow.learning.scores import score
-from isarflow.learning.split import Division
 
 ELEVATIONS = [-20.0, -10.0, 0.0, 10.0, 20.0]  # the first, third and last train
 FOLDS = (1, 2)
@@ -70,9 +69,10 @@ def test_a_model_has_its_training_elevations_alone(made):
     model = load(folder / "e_fold1" / "knn")
     assert len(model.references_) == 2 * 3 * scenes.AZIMUTHS
     stores = [str(folder / target / "clean.zarr") for target in ("dart", "disc")]
-    divided = images.divide(stores, scenes.PLANES, Division(**config_of(folder / "e_fold1" / "knn")["run"]["division"]))
+    run = config_of(folder / "e_fold1" / "knn")["run"]
+    divided = images.divide(stores, scenes.PLANES, run)
     distances = {
-        side: -model.evaluate(images.read_side(stores, divided, side)[0]).scores.max(axis=1)
+        side: -model.evaluate(images.read_side(stores, divided, run, side)[0]).scores.max(axis=1)
         for side in ("train", "validation", "test")
     }
     assert (distances["train"] < 0.01).all() and min(distances["validation"].min(), distances["test"].min()) > 0.01

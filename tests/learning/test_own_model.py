@@ -11,7 +11,7 @@ import pytest
 from scenes import ROLES, digest, fitted, tables_of
 
 from isarflow.core.errors import InputError
-from isarflow.learning.model_folder import load
+from isarflow.learning.classifier import load
 from isarflow.setup.config import ROOT
 
 PLAIN = """

@@ -29,8 +29,7 @@ from scenes import (
 
 from isarflow.core.errors import InputError
 from isarflow.learning import images, timing
-from isarflow.learning.classifier import build
-from isarflow.learning.model_folder import load
+from isarflow.learning.classifier import build, load
 from isarflow.learning.predict import classify
 from isarflow.learning.thresholds import choose
 

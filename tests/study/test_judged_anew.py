@@ -8,8 +8,7 @@ from sklearn.metrics import f1_score
 from study import anew
 
 from isarflow.learning import images, thresholds
-from isarflow.learning.classifier import OTHER
-from isarflow.learning.model_folder import load
+from isarflow.learning.classifier import OTHER, load
 from isarflow.report.vocabulary import select
 
 

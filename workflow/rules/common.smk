@@ -141,10 +141,6 @@ def solve_threads(wildcards, input):
     return 1 if is_short else 16
 
 
-def solve_megabytes(wildcards, input):
-    return STARTING + planned_solve(wildcards, input)["megabytes"]
-
-
 def solve_minutes(wildcards, input, attempt):
     """The time a cluster gives a solve: four times the plan, which nodes were seen to exceed by 2.5 times."""
     return max(10, ceil(4 * planned_solve(wildcards, input)["seconds"] / 60)) * attempt

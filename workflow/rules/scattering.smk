@@ -20,7 +20,7 @@ rule solve:
         "../../envs/scattering.yaml"
     threads: solve_threads
     resources:
-        mem_mb=solve_megabytes,
+        mem_mb=lambda w, input: STARTING + planned_solve(w, input)["megabytes"],
         runtime=solve_minutes,
     params:
         code=code("scattering/job_solve.py", plan.solver_file()),

@@ -9,9 +9,8 @@ import pandas as pd
 from isarflow.core.sweep import snr_label
 from isarflow.core.words import signed
 from isarflow.learning import images, judge, thresholds
-from isarflow.learning.classifier import OTHER
+from isarflow.learning.classifier import OTHER, config_of, load
 from isarflow.learning.metrics import metrics_of_labels
-from isarflow.learning.model_folder import config_of, load
 from isarflow.learning.predict import KNOWN, classify
 from isarflow.report.selection import nearest
 from study.markdown import NONE

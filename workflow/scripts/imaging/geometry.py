@@ -62,7 +62,7 @@ def geometry(frequency, elevation, azimuth, imaging):
     step and the aperture angle aperture x step: extent = samples x resolution (thesis eqs. 3.10, 3.12).
     Cross-range resolution and extent are for the centre frequency. `polar` keeps the inscribed rectangle's part of the
     sector: its pixels, and those of `exact`, are somewhat larger than these resolutions, and so is what they span.
-    bytes: of one target's clean images; words, coherent and warnings are the imager's. InputError if none can be made.
+    bytes: of one target's clean images; coherent and warnings are the imager's. InputError if none can be made.
     """
     step = uniform_step("frequency", frequency)
     turn = np.radians(uniform_step("azimuth", azimuth))
@@ -90,7 +90,7 @@ def geometry(frequency, elevation, azimuth, imaging):
         "bytes": images * channels * len(down) * len(cross) * BYTES,
         "working_bytes": imager.working_bytes(len(down) * len(cross)),
     }
-    return sizes | {"words": imager.words(), "coherent": imager.coherent, "warnings": imager.warnings(sizes)}
+    return sizes | {"coherent": imager.coherent, "warnings": imager.warnings(sizes)}
 
 
 def planned(config):
@@ -105,13 +105,9 @@ def megabytes(geometry, copies):
     return 500 + (2.5 * copies * geometry["bytes"] + geometry["working_bytes"]) / 1e6
 
 
-def of_channels(geometry):
-    """The number of polarizations of an image in words; '' for one."""
-    return f" of {geometry['channels']} polarizations" if geometry["channels"] > 1 else ""
-
-
 def describe(geometry):
     """Write the result of `geometry` as lines of text."""
+    channels = f" of {geometry['channels']} polarizations" if geometry["channels"] > 1 else ""
     return [
         *(
             f"{axis}: resolution {geometry[f'{axis}_resolution']:.4f} m, unambiguous extent "
@@ -121,7 +117,7 @@ def describe(geometry):
         ),
         f"crossrange extent at the highest frequency: {geometry['crossrange_extent_highest_frequency']:.3f} m",
         f"aperture {geometry['aperture_angle']:.2f} degrees, bandwidth {100 * geometry['fractional_bandwidth']:.1f} %",
-        f"{geometry['images']} images{of_channels(geometry)}, {geometry['bytes'] / 1e6:.3g} MB",
+        f"{geometry['images']} images{channels}, {geometry['bytes'] / 1e6:.3g} MB",
     ]
 
 

@@ -19,11 +19,10 @@ from isarflow.core.errors import InputError
 from isarflow.core.store import open_store
 from isarflow.core.sweep import snr_label, snr_of_label
 from isarflow.learning import judge
-from isarflow.learning.classifier import OTHER
+from isarflow.learning.classifier import OTHER, SPLIT, config_of
 from isarflow.learning.experiments import CLEAN
 from isarflow.learning.images import ORIGIN
 from isarflow.learning.metrics import KEPT
-from isarflow.learning.model_folder import SPLIT, config_of
 from isarflow.learning.predict import KNOWN
 from isarflow.learning.scores import read_table
 from isarflow.learning.split import LEFT_OUT

@@ -1,7 +1,8 @@
-"""The interface of every model: `fit`, `evaluate`, `predict`, `save` and `load`."""
+"""The interface of every model, `fit`, `evaluate`, `predict`, `save` and `load`, and a fitted model's folder."""
 
 import contextlib
 import itertools
+import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple, Self
@@ -12,7 +13,7 @@ from isarflow.core.errors import InputError
 from isarflow.core.kinds import MODELS, file_of, load_class
 from isarflow.learning.features import of
 
-STATE = "model.npz"
+CONFIG, SPLIT, STATE = "config.json", "split.json", "model.npz"  # in a fitted model's folder, models/<run>/<model>
 NOT_HYPER = ("kind", "other")  # settings of a model that are not its own hyper-parameters
 OTHER = "other"  # the label of images of none of the known classes
 ANY_SNR = "any"  # in place of the SNR, for images that go with every SNR
@@ -150,6 +151,17 @@ def build(kind: str, settings: Mapping[str, Any], seed: int) -> Classifier:
     """
     model: Classifier = load_class(MODELS, kind, Classifier)(_Settings(kind, settings), seed)
     return model
+
+
+def config_of(folder: str | Path) -> dict[str, Any]:
+    """What a fitted model's folder says of it: run (as of `experiments.runs`), model (its name), kind, settings ..."""
+    return json.loads((Path(folder) / CONFIG).read_text())
+
+
+def load(folder: str | Path) -> Classifier:
+    """The fitted model of a folder."""
+    config = config_of(folder)
+    return build(config["kind"], config["settings"], config["seed"]).load(Path(folder))
 
 
 class _Settings(dict):

@@ -10,7 +10,7 @@ from isarflow.core.errors import InputError
 from isarflow.core.store import open_store
 from isarflow.learning.experiments import TOLERANCE
 from isarflow.learning.features import of_peak_one, upsample
-from isarflow.learning.split import blocks, folded, split
+from isarflow.learning.split import Division, blocks, folded, split
 
 ORIGIN = ("elevation", "azimuth", "realization")
 
@@ -40,8 +40,12 @@ class Divided(NamedTuple):
         return self.elevation[index[0]], self.azimuth[index[1]]
 
 
-def divide(stores, planes, division):
-    """The `Divided` of each target of the stores, by its name. planes: of the targets by name; pure noise has none."""
+def divide(stores, planes, run):
+    """The `Divided` of each target of the stores, by its name.
+
+    planes: of the targets by name; pure noise has none. run: one of `experiments.runs`.
+    """
+    division = Division(**run["division"])
     divided, one_of_each = {}, {target_of(store): store for store in stores}  # a target's stores have the same views
     for target, store in sorted(one_of_each.items()):
         with open_store(store) as dataset:
@@ -51,20 +55,17 @@ def divide(stores, planes, division):
     return divided
 
 
-def seen_by(run):
-    """The arguments of `read` for the images that a run's models see."""
-    return {"pixels": run["upsample"], "channels": run["channels"]}
+def read_side(stores, divided, run, *sides, elevation="all", realizations=None):
+    """Read the views of these sides of each target, as a run's models see them. divided: the result of `divide`.
 
-
-def read_side(stores, divided, *sides, elevation="all", **how):
-    """Read the views of these sides of each target. divided: the result of `divide`; how: arguments of `read`.
-
-    elevation: as of `read`, of a run that trains at some elevations alone, which no split by elevation has.
+    elevation, realizations: as of `read`; the former of a run that trains at some elevations alone, which no split by
+    elevation has.
     """
     angles = {target: of.angles(*sides) for target, of in divided.items()}
     every = next(iter(angles.values()))[0]  # the sweep's, and so the same for all targets
     azimuth = {target: of[1] for target, of in angles.items()}
-    return read(stores, azimuth, every if isinstance(elevation, str) else elevation, **how)
+    at = azimuth, every if isinstance(elevation, str) else elevation
+    return read(stores, *at, run["upsample"], realizations, run["channels"])
 
 
 def read(stores, azimuth, elevation="all", pixels="none", realizations=None, channels="all"):

@@ -7,7 +7,7 @@ import pandas as pd
 
 from isarflow.core.folders import SCORES, run_and_model
 from isarflow.learning import judge, metrics
-from isarflow.learning.model_folder import config_of
+from isarflow.learning.classifier import config_of
 from isarflow.learning.scores import HEAD, read_table, tables_of_cases
 
 IMAGE = ["target", "elevation", "azimuth", "realization"]  # columns that identify an image

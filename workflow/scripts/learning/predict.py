@@ -10,10 +10,9 @@ from tqdm import tqdm
 
 from isarflow.core.errors import InputError
 from isarflow.learning import images
-from isarflow.learning.classifier import OTHER, Outcome
+from isarflow.learning.classifier import OTHER, Outcome, config_of, load
 from isarflow.learning.conformance import describe, of_outcome, refuse
-from isarflow.learning.model_folder import config_of, load
-from isarflow.learning.split import LEFT_OUT, Division
+from isarflow.learning.split import LEFT_OUT
 
 BATCH = 1024  # images at a time: bounds the memory; as it is constant, results stay the same bit for bit
 SCORE, KNOWN = "score_", "known_"
@@ -38,7 +37,7 @@ def predict(stores, tested, folder, outputs):
     are, too, if the model can leave their own aspects out of its library.
     """
     model, config = load(folder), config_of(folder)
-    divided = images.divide(stores, tested.planes, Division(**config["run"]["division"]))
+    divided = images.divide(stores, tested.planes, config["run"])
     for output in tqdm(sorted(map(Path, outputs)), unit="SNR", desc="predicting", leave=False):
         at_snr = [store for store in stores if Path(store).stem == output.stem]
         table = predict_at(model, at_snr, tested, divided, config)
@@ -75,8 +74,7 @@ def predict_at(model, stores, tested, divided, config):
         for part in [*parts, *([("train",)] if leaves_out and trained else [])]:
             left_out = part == ("train",)
             realizations = 1 if left_out else tested.realizations  # they are many already
-            how = images.seen_by(run) | {"realizations": realizations}
-            pixels, origin = images.read_side([store], {target: of}, *part, **how)
+            pixels, origin = images.read_side([store], {target: of}, run, *part, realizations=realizations)
             outcome = classify(model, pixels, images.aspects(origin, tested.planes) if left_out else None)
             refuse(who, of_outcome(outcome, len(pixels), model.classes_, f" of {store}"))
             if is_open and not outcome.known:

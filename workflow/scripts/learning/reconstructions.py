@@ -8,9 +8,8 @@ import xarray as xr
 from isarflow.core.store import write
 from isarflow.core.sweep import snr_of_label
 from isarflow.learning import images
+from isarflow.learning.classifier import config_of, load
 from isarflow.learning.experiments import CLEAN
-from isarflow.learning.model_folder import config_of, load
-from isarflow.learning.split import Division
 
 EXAMPLES = 5  # of each target
 
@@ -27,12 +26,11 @@ def reconstruct(stores, planes, folder, output):
     model, run = load(folder), config_of(folder)["run"]
     targets = sorted({images.target_of(store) for store in stores})
     labels = sorted({Path(store).stem for store in stores} - {CLEAN}, key=snr_of_label)
-    divided = images.divide(stores, planes, Division(**run["division"]))
+    divided = images.divide(stores, planes, run)
     shown, decoded = {}, {}  # by target, origins of its examples; by target and label, what is made
     for store in map(Path, stores):
         target = images.target_of(store)
-        own = {target: divided[target]}
-        pixels, origin = images.read_side([store], own, "test", realizations=1, **images.seen_by(run))
+        pixels, origin = images.read_side([store], {target: divided[target]}, run, "test", realizations=1)
         rows = np.linspace(0, len(pixels) - 1, EXAMPLES + 2).astype(int)[1:-1]
         shown[target], decoded[target, store.stem] = origin.iloc[rows], model.reconstruct(pixels[rows])
     noisy = [[decoded[target, label] for target in targets] for label in labels]

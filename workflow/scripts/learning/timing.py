@@ -10,8 +10,7 @@ import numpy as np
 import threadpoolctl
 
 from isarflow.learning import images
-from isarflow.learning.model_folder import config_of, load
-from isarflow.learning.split import Division
+from isarflow.learning.classifier import config_of, load
 
 BATCH = 256
 SIZES = {"single": 1, "batch": BATCH}  # images a call
@@ -30,8 +29,8 @@ def measure(stores, planes, folders, threads, output):
         model, config = load(folder), config_of(folder)
         run, name = config["run"], config["model"]
         learned = [store for store in stores if images.target_of(store) in config["classes"]]
-        divided = images.divide(learned, planes, Division(**run["division"]))
-        pool, _ = images.read_side(learned, divided, "test", **images.seen_by(run))
+        divided = images.divide(learned, planes, run)
+        pool, _ = images.read_side(learned, divided, run, "test")
         record = {"experiment": run["experiment"], "run": run["name"], "model": name}
         record |= {"training_observations": sum(config["observations"].values()), "image_shape": config["image_shape"]}
         with threadpoolctl.threadpool_limits(threads):

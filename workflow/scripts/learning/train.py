@@ -1,6 +1,7 @@
 """Fit one model of one run and store it."""
 
 import contextlib
+import json
 import os
 import shutil
 from collections import namedtuple
@@ -11,8 +12,7 @@ import numpy as np
 import pandas as pd
 
 from isarflow.learning import conformance, images
-from isarflow.learning.classifier import ANY_SNR, OTHER, build, choices
-from isarflow.learning.model_folder import CONFIG, SPLIT, write_json
+from isarflow.learning.classifier import ANY_SNR, CONFIG, OTHER, SPLIT, build, choices
 from isarflow.learning.split import Division
 
 CURVE, SECONDS, SEARCH = "curve.csv", "seconds.csv", "search.csv"
@@ -49,8 +49,7 @@ def train(stores, training, folder, checkpoints=None):
     kind = training.settings.get("kind", name)
     # Every model has its own random numbers, independent of the rest of the config.
     seed = int(np.random.SeedSequence([training.seed, *f"{run['name']}/{name}".encode()]).generate_state(1)[0])
-    division = Division(**run["division"])
-    divided = images.divide(stores, training.planes, division)
+    divided = images.divide(stores, training.planes, run)
     learned, noise, aspects = _read(stores, training, divided, "train")
     held_out, *_ = _read(stores, training, divided, "validation")
 
@@ -79,9 +78,11 @@ def train(stores, training, folder, checkpoints=None):
     observations = dict(zip(labels.tolist(), counts.tolist(), strict=True))
     config = {"run": run, "model": name, "kind": kind, "settings": model.settings, "seed": seed}
     config |= {"classes": model.classes_.tolist(), "observations": observations}
-    write_json(folder / CONFIG, config | {"image_shape": list(learned.images.shape[1:])})
+    config["image_shape"] = list(learned.images.shape[1:])
     views = {target: {side: _listed(of, side) for side in of.sides} for target, of in divided.items()}
-    write_json(folder / SPLIT, {"division": asdict(division), "targets": views})
+    split = {"division": asdict(Division(**run["division"])), "targets": views}
+    for path, content in ((CONFIG, config), (SPLIT, split)):
+        (folder / path).write_text(json.dumps(content, indent=1) + "\n")
     if checkpoints is not None:
         shutil.rmtree(checkpoints, ignore_errors=True)
         with contextlib.suppress(OSError):  # other jobs still use the folders around it, or removed them
@@ -113,8 +114,8 @@ def _read(stores, training, divided, side):
 
     Images of noise, where they are read, are among the examples of a model with a class OTHER, too.
     """
-    how = {"elevation": training.run["elevation"], **images.seen_by(training.run)}
-    pixels, origin = images.read_side(stores, divided, side, **how)
+    run = training.run
+    pixels, origin = images.read_side(stores, divided, run, side, elevation=run["elevation"])
     role = origin["target"].map(training.roles)
     labels = np.where(role == "known", origin["target"].replace(training.classes), OTHER).astype(str)
     # Pure noise, which has no role, is the same at every SNR.

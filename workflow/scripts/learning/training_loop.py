@@ -55,9 +55,7 @@ def glorot(random, shape, fans):
     return random.uniform(-bound, bound, shape).astype(np.float32)
 
 
-def minimize(
-    loss, weights, batches, inputs, rate, epochs, validate=None, patience=None, checkpoint=None, watch=None, warm_up=0
-):
+def minimize(loss, weights, batches, inputs, rate, epochs, validate=None, patience=None, checkpoint=None, warm_up=0):
     """Weights after training by Adam, a mapping of name to NumPy array, and the curve, a mapping of COLUMNS to lists.
 
     loss: a function of weights and a batch's arrays, in JAX, to three arrays (n,): the loss of each image, and 1 or 0
@@ -69,7 +67,6 @@ def minimize(
     patience: None, or the number of epochs without a smaller validation loss after which training stops; the weights
     with the smallest are then the result, else the last ones.
     checkpoint: None, or a `Checkpoint`: training goes on from what it holds, as if it had never stopped.
-    watch: None, or a function of an epoch's number and the weights after it, called before its checkpoint is written.
     warm_up: the number of first steps in which the rate rises linearly.
     Raises InputError for a loss that is not a finite number.
     """
@@ -127,10 +124,6 @@ def minimize(
         if better:
             notes["least"], now["best"] = validation_loss, now["weights"]
         bar.set_postfix_str(f"loss {cost:.4g}, validation accuracy {validation_accuracy:.4f}", refresh=False)
-        if watch is not None:
-            paused = time.perf_counter()
-            watch(len(rows), arrays_of(now["weights"]))
-            begin += time.perf_counter() - paused  # its time is no part of the training's
         if checkpoint is not None:
             checkpoint.write(jax.tree.map(np.asarray, now), notes | {"random": batches.random.bit_generator.state})
     bar.close()

@@ -7,7 +7,6 @@ from types import SimpleNamespace
 
 import pandas as pd
 
-from isarflow.core.benchmarks import seconds
 from isarflow.core.folders import ROOT, of_fields
 from isarflow.core.store import open_store
 from isarflow.core.sweep import images_are_made, snr_label
@@ -71,7 +70,6 @@ class Results:
         self.learns = self.images_are_made and bool(settings["learning"]["experiments"])
 
     polarizations = property(lambda self: self.settings["imaging"]["polarizations"])  # the channels of an image
-    finest = property(lambda self: self.settings["mesh"]["bands"] - 1)  # the band of the finest meshes
     definition = property(lambda self: self.settings["noise"]["definition"])  # of SNR
     # As `experiments.runs`, by name; none where no images are made.
     runs = cached_property(lambda self: dict(sorted(runs(self.settings).items())) if self.images_are_made else {})
@@ -79,6 +77,7 @@ class Results:
     classes = cached_property(lambda self: list(dict.fromkeys(map(self.class_of, self.of_role("known")))))
     # Measures, and vertices in m with triangles of the finest mesh, by target that has a mesh.
     meshes = cached_property(lambda self: {name: _json(self.fields / "mesh" / f"{name}.json") for name in self.meshed})
+    finest = property(lambda self: self.settings["mesh"]["bands"] - 1)  # the band of the finest meshes
     surfaces = cached_property(lambda self: {name: self.mesh(name, self.finest) for name in self.meshed})
     # What the run's solver made of a sphere (see scattering/sphere.py); None where nothing is solved.
     sphere = cached_property(lambda self: _json(self.fields / "scattering/check/sphere.json") if self.meshed else None)
@@ -188,6 +187,14 @@ class Results:
 
     @cached_property
     def benchmarks(self):
-        """Seconds of every job of a stage that kept a record: columns stage, step, job and s. May be empty."""
+        """Seconds of every job that Snakemake kept a record of: columns stage, step, job and s. May be empty."""
         # The folder may still hold records of targets and experiments that the config no longer names.
-        return seconds(self.folder / "benchmarks", {*self.targets, PURE_NOISE, *self.runs})
+        folder, named, rows = self.folder / "benchmarks", {*self.targets, PURE_NOISE, *self.runs}, []
+        for path in sorted(folder.glob("*/**/*.tsv")):
+            stage, *job = path.relative_to(folder).with_suffix("").parts
+            step, *job = job if stage == "learning" else [stage, *job]
+            # Solves stand in a folder of their own, <target>-<band>: a target's name may hold hyphens, too.
+            whose = job[1].rpartition("-")[0] if job[:1] == ["bands"] else "".join(job[:1])
+            if not job or whose in named:
+                rows.append((stage, step, "/".join(job), pd.read_csv(path, sep="\t", na_values="-").iloc[-1]["s"]))
+        return pd.DataFrame(rows, columns=["stage", "step", "job", "s"])

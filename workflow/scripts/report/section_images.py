@@ -1,12 +1,15 @@
 """ISAR images: every target over azimuth, one over elevation and SNR, and what image formation does to a scatterer."""
 
+from contextlib import suppress
+
 import numpy as np
 import pandas as pd
 from matplotlib.ticker import MaxNLocator
 
+from isarflow.core.errors import InputError
 from isarflow.core.sweep import snr_label
 from isarflow.imaging.geometry import imager_of, planned
-from isarflow.imaging.point_response import by_way
+from isarflow.imaging.point_response import point_response
 from isarflow.report.conditions import noise_words
 from isarflow.report.layout import Section, figure
 from isarflow.report.plots import FLOOR_DB, draw_pixels, edges, finish, gallery, panels, pixel_table
@@ -109,7 +112,10 @@ def response_figure(results, target):
     # Half a cell from the edges, where an echo lies on both sides of the image at once.
     places = (np.arange(PLACES) - PLACES // 2) / PLACES
     down, cross = (places * attrs[f"{axis}_extent"] for axis in ("range", "crossrange"))
-    responses = by_way(*sweep, imaging, down, cross)
+    responses = {}
+    for way, changes in (imager.compared or {imaging["imager"]: {}}).items():
+        with suppress(InputError):  # this sweep's sector holds no rectangle
+            responses[way] = point_response(imager_of(*sweep, imaging | changes), down, cross)
     drawing, grid = panels(len(responses), len(RESPONSE), 6.6, 0.5 + 1.75 * len(responses), layout="compressed")
     tables, extent = [], (*edges(cross), *edges(down))
     for row, (way, response) in zip(grid, responses.items(), strict=True):

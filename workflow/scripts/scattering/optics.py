@@ -38,8 +38,7 @@ class Surface:
     """A mesh as the kernels read it. vertices: (V, 3) m; triangles: (T, 3), both of whose sides count if it is open."""
 
     def __init__(self, vertices, triangles):
-        corners = vertices[triangles]
-        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])  # of length 2 A
+        normals = topology.normals(vertices[triangles])  # of length 2 A
         size = np.ptp(vertices, axis=0).max()
         edge = topology.edge_lengths(vertices, triangles).mean()
         self.cell = max(min(edge / FINE, size / ACROSS), size / 4000)

@@ -75,7 +75,6 @@ class Model(Classifier):
     }
     by_snr = True
     smallest = 17  # 2 KERNEL - 1 leave one primary capsule; a number, as it is read and not run
-    watch = None  # as of `training_loop.minimize`
 
     def fit(self, images, labels, validation=None, snrs=None, views=None):
         self.classes_ = np.unique(labels[labels != OTHER])
@@ -151,7 +150,7 @@ class Model(Classifier):
         warm_up = len(weights["votes"]) // 2
         how = {"rate": lambda epochs: settings["learning_rate"] * settings["decay"] ** epochs}
         how |= {"epochs": settings["epochs"], "patience": settings["patience"], "validate": held_out and validate}
-        how |= {"checkpoint": checkpoint, "watch": self.watch, "warm_up": warm_up}
+        how |= {"checkpoint": checkpoint, "warm_up": warm_up}
         learned, self.curve_ = minimize(loss, weights, batches, inputs, **how)
         self._keep(learned)
 
