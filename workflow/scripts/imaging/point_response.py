@@ -1,8 +1,12 @@
 """Compute the image of one scatterer at any place, which shows how good a way to form images is."""
 
+from contextlib import suppress
+
 import numpy as np
 
+from isarflow.core.errors import InputError
 from isarflow.core.sweep import C0
+from isarflow.imaging.geometry import imager_of
 
 FINE = 4  # points per pixel on which peaks are searched
 MAIN_LOBE = 2.5  # pixels; an echo farther away is a ghost or a sidelobe (a Hamming main lobe ends at 2)
@@ -49,3 +53,15 @@ def _vertex(values, top):
     bend = before - 2 * middle + after
     shift = 0.5 * (before - after) / bend if bend else 0.0
     return top + shift, middle - 0.25 * (before - after) * shift
+
+
+def by_way(frequency, azimuth, imaging, down, cross):
+    """Return `point_response` of each way to form images that the imager compares and that this sweep allows.
+
+    frequency: Hz; azimuth: degrees; imaging: the config's section.
+    """
+    responses, ways = {}, imager_of(frequency, azimuth, imaging).compared or {imaging["imager"]: {}}
+    for way, changes in ways.items():
+        with suppress(InputError):  # this sweep's sector holds no rectangle
+            responses[way] = point_response(imager_of(frequency, azimuth, imaging | changes), down, cross)
+    return responses

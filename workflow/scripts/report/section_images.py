@@ -1,19 +1,16 @@
 """ISAR images: every target over azimuth, one over elevation and SNR, and what image formation does to a scatterer."""
 
-from contextlib import suppress
-
 import numpy as np
 import pandas as pd
 from matplotlib.ticker import MaxNLocator
 
-from isarflow.core.errors import InputError
 from isarflow.core.sweep import snr_label
 from isarflow.imaging.geometry import imager_of, planned
-from isarflow.imaging.point_response import point_response
+from isarflow.imaging.point_response import by_way
 from isarflow.report.conditions import noise_words
 from isarflow.report.layout import Section, figure
 from isarflow.report.plots import FLOOR_DB, draw_pixels, edges, finish, gallery, panels, pixel_table
-from isarflow.report.selection import GALLERY_VIEWS, around, evenly, noise_snrs
+from isarflow.report.selection import GALLERY_VIEWS, evenly, noise_snrs
 
 PLACE, NEEDS = ("imaging", 1), "images_are_made"  # on the page, see page.py
 PLACES = 13  # of scatterers, along each axis of the extent
@@ -70,7 +67,8 @@ def galleries(results):
     """Yield the figures of noise-free images over the angles, of every target over azimuth, and of ever more noise."""
     for target in results.targets:
         image = results.images(target, "clean").image.sel(elevation=0, method="nearest")
-        image = image.isel(azimuth=around(image.sizes["azimuth"], GALLERY_VIEWS))
+        # Evenly spread on a circle: the last is not the first.
+        image = image.isel(azimuth=np.unique(np.arange(GALLERY_VIEWS) * image.sizes["azimuth"] // GALLERY_VIEWS))
         note = "At azimuth 0° the radar is on the x axis, before the nose of what has one."
         yield _over(results, f"images_{target}", target, image, "azimuth", "elevation", note)
     target, noise = results.targets[0], results.settings["noise"]
@@ -112,10 +110,7 @@ def response_figure(results, target):
     # Half a cell from the edges, where an echo lies on both sides of the image at once.
     places = (np.arange(PLACES) - PLACES // 2) / PLACES
     down, cross = (places * attrs[f"{axis}_extent"] for axis in ("range", "crossrange"))
-    responses = {}
-    for way, changes in (imager.compared or {imaging["imager"]: {}}).items():
-        with suppress(InputError):  # this sweep's sector holds no rectangle
-            responses[way] = point_response(imager_of(*sweep, imaging | changes), down, cross)
+    responses = by_way(*sweep, imaging, down, cross)
     drawing, grid = panels(len(responses), len(RESPONSE), 6.6, 0.5 + 1.75 * len(responses), layout="compressed")
     tables, extent = [], (*edges(cross), *edges(down))
     for row, (way, response) in zip(grid, responses.items(), strict=True):

@@ -1,8 +1,6 @@
 """The first screen: what was run, how well it works and whether it is right; at the page's end facts and the config."""
 
 import platform
-import subprocess
-import tomllib
 from contextlib import suppress
 from importlib import metadata
 
@@ -11,7 +9,7 @@ import pandas as pd
 import yaml
 
 from isarflow.core import sweep
-from isarflow.core.folders import ROOT
+from isarflow.core.code import commit, version
 from isarflow.core.words import duration, number, several
 from isarflow.imaging.geometry import planned
 from isarflow.learning.caveats import warnings
@@ -43,21 +41,11 @@ def facts(results):
         seconds = results.benchmarks.groupby("stage")["s"].sum()
         parts = ", ".join(f"{stage} {duration(seconds[stage])}" for stage in STAGES if stage in seconds)
         yield "Computed in", f"{duration(seconds.sum())} of jobs ({parts})"
-    version = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["version"]
-    made = [f"isarflow {version}", f"commit {commit()}", f"Python {platform.python_version()}"]
+    made = [f"isarflow {version()}", f"commit {commit()}", f"Python {platform.python_version()}"]
     for package in PACKAGES:
         with suppress(metadata.PackageNotFoundError):
             made.append(f"{package} {metadata.version(package)}")
     yield "Made with", ", ".join(made)
-
-
-def commit():
-    """Return the commit of the code, with '-dirty' where files were changed since; 'unknown' outside a git checkout."""
-    describe = ["git", "describe", "--always", "--dirty"]
-    try:
-        return subprocess.run(describe, cwd=ROOT, capture_output=True, text=True, check=True).stdout.strip()
-    except (OSError, subprocess.CalledProcessError):
-        return "unknown"
 
 
 def warned(results):

@@ -1,7 +1,5 @@
 """Which of the results the report shows. The rule reads it too, so that only these files are the job's inputs."""
 
-import numpy as np
-
 from isarflow.core.sweep import evenly, snr_label
 
 ROLES = ("known", "unknown", "other")
@@ -14,11 +12,6 @@ TABLE_SNRS = 7  # columns of the accuracy table
 def target_order(targets):
     """Return target names in the order of the page: by role, then by name. The first is shown at several SNRs."""
     return sorted(targets, key=lambda name: (ROLES.index(targets[name]["role"]), name))
-
-
-def around(size, count):
-    """Return at most `count` of `size` azimuths by number, evenly spread on a circle: the last is not the first."""
-    return np.unique(np.arange(count) * size // count)
 
 
 def nearest(values, aim):
