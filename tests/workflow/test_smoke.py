@@ -224,6 +224,12 @@ def test_second_run_has_nothing_to_do(smoke):
     assert smoke.planned("report", *SMOKE) == {}
 
 
+def test_files_that_no_rule_makes_are_no_inputs(smoke):
+    """Of those Snakemake looks at the date alone; what they hold is a param."""
+    records = [json.loads(path.read_text()) for path in (smoke.folder / ".snakemake/metadata").iterdir()]
+    assert {path.split("/")[0] for record in records for path in record["input"]} == {"results"}
+
+
 def test_artefact_that_no_rule_makes_is_refused(smoke):
     finished = smoke.run("--cores", 1, f"{RESULTS}/scattering/dron.zarr", *SMOKE)
     assert finished.returncode != 0
@@ -274,10 +280,11 @@ def test_a_run_takes_the_meshes_and_fields_of_another(smoke):
 
 @contextlib.contextmanager
 def edited(*files, statement=b"ADDED = 1"):
-    """The files of Python with a statement more, others with a comment, for a while."""
+    """The files of Python with a statement more, others with a comment and an old date, for a while."""
     contents = [file.read_bytes() for file in files]
     for file, content in zip(files, contents, strict=True):
         file.write_bytes(content + b"\n" + (statement if file.suffix == ".py" else b"# A comment.") + b"\n")
+        os.utime(file, (1e9, 1e9))  # as `cp -p`, unzip and tar bring along
     try:
         yield
     finally:

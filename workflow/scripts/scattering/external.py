@@ -20,11 +20,11 @@ MIRRORED = 0.1  # relative: largest rms difference of a field from that of its m
 SAME = 1e-4  # relative: samples of one direction that agree so well count as one, as at both ends of a closed circle
 
 
-def write_external(field, store_path, radar, aspect, symmetry=()):
+def write_external(field, store_path, radar, aspect, symmetry=(), origin=None):
     """Write the store of a target with a `field` in its config: the samples at the sweep's frequencies and directions.
 
     field: a path to a zarr store or .ffe file, a list of .ffe files, or {V: ..., H: ...} of those. symmetry: the
-    target's mirror planes in the config.
+    target's mirror planes in the config. origin: the SHA-256 of each path, where it is known already.
     Raises InputError if a sample of the sweep is missing, given twice or not finite, and if mirror images differ.
     """
     wanted = {"frequency": frequencies(radar), "elevation": elevations(aspect), "azimuth": azimuths(aspect)}
@@ -37,7 +37,7 @@ def write_external(field, store_path, radar, aspect, symmetry=()):
         _check_not_zero(named, way, part, wanted)
         for plane in symmetry:
             _check_mirrored(named, way, part, wanted, plane)
-    origin = {path: field_files.digest(path) for path in field_files.paths(field)}
+    origin = origin or {path: field_files.digest(path) for path in field_files.paths(field)}
     attrs = {"formulation": "external", "origin": origin, "unknowns": None, "residual": None}
     attrs["versions"] = versions("numpy", "xarray")
     write_field(store_path, samples, radar["polarizations"], *wanted.values(), attrs)
