@@ -100,11 +100,17 @@ def numbered(number, mark):
 
 
 def contents_of(*paths):
-    """The SHA-256 of files that no rule makes, by path, for params: what they hold reruns a job, their dates do not.
+    """{path: SHA-256} of files that are not made here, for params. What they hold reruns a job, their dates do not.
 
     They are no inputs: Snakemake would look at their dates alone, and take braces in their paths for wildcards.
     """
     return {path: or_exit(contents.sha256, path) for path in paths}
+
+
+def judged(is_seed):
+    """The tables that are compared: of this run's seeds, which rules make, or of other runs."""
+    roots = [root for root in or_exit(plan.roots).values() if (root in plan.seeded) == is_seed]
+    return [table for root in roots for table in plan.judged(root)]
 
 
 def one_of(names):

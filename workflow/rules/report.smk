@@ -47,12 +47,6 @@ rule report:
         "../scripts/report/job_report.py"
 
 
-def judged(is_seed):
-    """The tables that are compared: of this run's seeds, which rules make, or of other runs."""
-    roots = [root for root in or_exit(plan.roots).values() if (root in plan.seeded) == is_seed]
-    return [table for root in roots for table in plan.judged(root)]
-
-
 # Of other runs it takes what is there: they have configs of their own.
 rule compare:
     input:
