@@ -27,9 +27,6 @@ rule thesis_page:
             f"{RESULTS}/imaging/{target}/{images}.zarr"
             for target, images in (images_of(config, plan.runs) if images_are_made(config) else ())
         ],
-        published=published("results", "prediction_times", "confusion", "settings"),
-        page=in_repository(STUDY, "page.yaml"),
-        others=[in_repository("resources/results", name) for name in ("models.csv.xz", "capsule_training.csv")],
     output:
         page=directory(f"{RESULTS}/report/thesis"),
     log:
@@ -44,6 +41,11 @@ rule thesis_page:
         mem_mb=plan.most_megabytes(JUDGED, 2000),
     params:
         code=code(*STUDY_CODE, *plan.model_files(*JUDGED)),
+        files=lambda w: contents_of(
+            in_repository(STUDY, "page.yaml"),
+            *published("results", "prediction_times", "confusion", "settings"),
+            *(in_repository("resources/results", name) for name in ("models.csv.xz", "capsule_training.csv")),
+        ),
         settings=section(config, *config),
         stated=page_names(plan.models),
     message:

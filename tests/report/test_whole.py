@@ -2,6 +2,7 @@
 
 import json
 import re
+import shutil
 
 import fake
 import fake_learning
@@ -200,6 +201,39 @@ def test_is_it_right_says_what_is_not(results):
     results.sphere["error_db"] = -0.19
     rows = section_run.checks(results, [("ufo", "folds")])
     assert rows[0][0] and not rows[-1][0]
+
+
+def test_the_time_is_that_of_the_run_s_own_jobs(tmp_path):
+    """Meshes and fields of another run are named apart; records of jobs that the config no longer has do not count."""
+    records = {
+        "base/mesh/drone": 1,
+        "base/mesh/gone": 2,
+        "base/scattering/bands/drone-1": 4,
+        "base/scattering/bands/drone-2": 8,  # there are two bands, 0 and 1
+        "base/scattering/check/sphere": 16,
+        "base/imaging/drone/clean": 32,
+        "mine/mesh/drone": 64,  # of before it took them from another run
+        "mine/imaging/drone/clean": 0.5,
+        "mine/imaging/gone/clean": 128,
+        "mine/learning/predict/capsule_open/capsule-2": 0.25,
+        "mine/learning/timing": 1,
+        "mine/report": 256,
+    }
+    for record, seconds in records.items():
+        run, _, job = record.partition("/")
+        path = tmp_path / run / "benchmarks" / f"{job}.tsv"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(f"s\th:m:s\n{seconds}\t-\n")
+    taken = dict(section_run.facts(fake.results(tmp_path / "mine", fake.SETTINGS | {"from": "base"})))
+    assert taken["Computed in"] == "1.8 s of jobs (imaging 0.5 s, learning 1.2 s)"
+    where = "taken from the run base, where they took 21.0 s of jobs (mesh 1.0 s, scattering 20.0 s)"
+    assert taken["Meshes and fields"] == where
+    of_base = dict(section_run.facts(fake.results(tmp_path / "base")))
+    assert of_base["Computed in"] == "53.0 s of jobs (mesh 1.0 s, scattering 20.0 s, imaging 32.0 s)"
+    assert "Meshes and fields" not in of_base
+    shutil.rmtree(tmp_path / "base")
+    without = dict(section_run.facts(fake.results(tmp_path / "mine", fake.SETTINGS | {"from": "base"})))
+    assert without["Meshes and fields"] == "taken from the run base"
 
 
 def test_the_sentences_say_what_the_scores_say(results, page):

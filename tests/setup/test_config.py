@@ -434,6 +434,8 @@ BAD_FIELDS = {
     "list of stores": ({"field": ["a.zarr", "b.zarr"]}, "targets.a.field", "named alone"),
     "not transmitted": ({"field": {"H": "here.ffe"}}, "targets.a.field", "incident waves in V"),
     "own results": ({"field": "results/mine/scattering/a.zarr"}, "targets.a.field", "copy it elsewhere"),
+    "own mesh": ({"mesh": "results/mine/a.stl"}, "targets.a.mesh", "copy it elsewhere"),
+    "own RCS": ({"field": "here.ffe", "reference": "results/mine/a.csv"}, "targets.a.reference", "copy it elsewhere"),
 }
 
 
@@ -446,6 +448,8 @@ def test_bad_field_is_refused_with_its_key(case, tmp_path, monkeypatch):
     (tmp_path / "here.ffe").touch()
     (tmp_path / "README.md").touch()
     (tmp_path / "results/mine/scattering/a.zarr").mkdir(parents=True)
+    for name in ("a.stl", "a.csv"):
+        (tmp_path / "results/mine" / name).touch()
     target, key, hint = BAD_FIELDS[case]
     with pytest.raises(InputError) as caught:
         targets = {"a": {**target, "role": "other"}}

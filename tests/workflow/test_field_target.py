@@ -1,7 +1,7 @@
 """Targets that are given by their field: no mesh and no solve, and the rest as ever."""
 
 import json
-import time
+import os
 
 import feko
 import numpy as np
@@ -20,8 +20,8 @@ CONFIG = """
 name: tiny
 targets:
   '*': null
-  pair: {field: fields/pair.ffe, role: known}
-  copy: {field: fields/copy.zarr, role: unknown}
+  pair: {field: "fields/{pair} 1.ffe", role: known, reference: "fields/{target}.csv"}
+  copy: {field: "fields/{copy}.zarr", role: unknown}
 mesh: {bands: 1}
 radar: {center_frequency: 1.0e+9, bandwidth: 0.2e+9, frequencies: 3, polarizations: [VV]}
 aspect: {elevation: {start: 0, stop: 10, step: 10}, azimuth: {start: -20, stop: 20, step: 10}}
@@ -29,6 +29,9 @@ imaging: {aperture: 3}
 noise: {snr_db: [10], realizations: 1}
 learning: {experiments: {'*': null}}
 """
+# Files of a user, with braces in their names, which Snakemake takes for wildcards in names that it knows of.
+PAIR, COPY, REFERENCE = "fields/{pair} 1.ffe", "fields/{copy}.zarr", "fields/{target}.csv"
+OLD = (1e9, 1e9)  # s, an old date, as `cp -p`, unzip and tar bring along
 
 
 @pytest.fixture(scope="module")
@@ -37,13 +40,14 @@ def project(project_of):
     (project.folder / "fields").mkdir()
     config = read_yaml(project.folder / project.write("config/tiny.yaml", CONFIG))
     sweep = frequencies(config["radar"]), elevations(config["aspect"]), azimuths(config["aspect"])
-    project.write("fields/pair.ffe", feko.sweep(*sweep))
+    project.write(PAIR, feko.sweep(*sweep))
+    project.write(REFERENCE, "frequency_hz,elevation_deg,azimuth_deg,rcs_dbsm\n1.0e9,10,0,-1.5\n")
     axes = dict(zip(("frequency", "elevation", "azimuth"), sweep, strict=True))
     field = feko.amplitudes(*sweep)["VV"].astype(np.complex64)[None]
     data = xr.Dataset({"field": (("polarization", *axes), field)}, {"polarization": ["VV"], **axes})
-    data.to_zarr(project.folder / "fields/copy.zarr", zarr_format=2)
+    data.to_zarr(project.folder / COPY, zarr_format=2)
     assert project.planned("report", *TINY) == {"field": 2, "image": 2, "noise": 1, "report": 1}
-    finished = project.run("--cores", 2, "report", *TINY)
+    finished = project.run("--cores", 2, "report", "rcs", *TINY)
     assert finished.returncode == 0, finished.stdout
     return project
 
@@ -71,28 +75,39 @@ def test_report_says_where_the_fields_came_from(project):
     folder = project.folder / "results/tiny"
     page = (folder / "report/index.html").read_text()
     assert "No mesh: pair, copy, given by the field alone." in page
-    for name, path in (("pair", "fields/pair.ffe"), ("copy", "fields/copy.zarr")):
+    for name, path in (("pair", PAIR), ("copy", COPY)):
         origin = json.loads((folder / f"scattering/{name}.zarr/.zattrs").read_text())["origin"]
         assert f"The field of {name} was not solved here; it comes from {path} (SHA-256 {origin[path][:12]}" in page
 
 
-def test_nothing_reruns_by_itself(project):
-    assert project.planned("report", *TINY) == {}
+def test_the_reference_stands_beside_the_rcs(project):
+    assert f"beside {REFERENCE}" in (project.folder / "results/tiny/rcs/index.html").read_text()
 
 
-def test_changed_file_reruns_its_own_chain(kept):
-    path = kept.folder / "fields/pair.ffe"
-    path.write_text(path.read_text().replace("StandardConfiguration1", "Again", 1))
+def test_nothing_reruns_by_itself_or_for_a_new_date(project):
+    for path in (project.folder / "fields").rglob("*"):
+        os.utime(path)
+    assert project.planned("report", "rcs", *TINY) == {}
+
+
+def test_an_older_file_with_another_content_reruns_its_own_chain(kept):
+    path = kept.folder / PAIR
+    path.write_text(path.read_text().replace("StandardConfiguration1", "AnotherConfiguration", 1)[:-1])
+    os.utime(path, OLD)
     assert kept.planned("report", *TINY) == {"field": 1, "image": 1, "noise": 1, "report": 1}
 
 
-def test_changed_chunk_of_a_store_reruns_its_own_chain(kept):
-    data = xr.open_zarr(kept.folder / "fields/copy.zarr").load()
-    time.sleep(0.01)
-    (2 * data.isel(frequency=[0])).drop_vars(["polarization", "elevation", "azimuth"]).to_zarr(
-        kept.folder / "fields/copy.zarr", region={"frequency": slice(0, 1)}
-    )
+def test_an_older_chunk_of_a_store_reruns_its_own_chain(kept):
+    chunk = max(path for path in (kept.folder / COPY / "field").iterdir() if path.name[0] != ".")
+    chunk.write_bytes(chunk.read_bytes()[:-1] + b"\1")
+    os.utime(chunk, OLD)
     assert kept.planned("report", *TINY) == {"field": 1, "image": 1, "report": 1}
+
+
+def test_an_older_reference_reruns_what_it_is_compared_in(kept):
+    kept.edit(REFERENCE, "-1.5", "-2.5")
+    os.utime(kept.folder / REFERENCE, OLD)
+    assert kept.planned("report", "rcs", *TINY) == {"rcs": 1}
 
 
 def test_meshed_target_beside_fields_gets_its_mesh_and_solve(kept):
@@ -135,7 +150,7 @@ def test_sweep_that_the_file_lacks_is_refused_with_both(kept):
     finished = kept.run("--cores", 1, "results/tiny/scattering/pair.zarr", *TINY)
     assert finished.returncode != 0
     assert (
-        "fields/pair.ffe: no azimuth -12, -4, 4, 12 degrees, which config key 'aspect.azimuth' asks for; "
+        f"{PAIR}: no azimuth -12, -4, 4, 12 degrees, which config key 'aspect.azimuth' asks for; "
         "there is 0, 10, 20, 340, 350 degrees." in finished.stdout
     )
     assert "Traceback" not in finished.stdout

@@ -1,5 +1,6 @@
 """Meshes whose paths have what shells and Snakemake give a meaning to: spaces, braces, quotes, brackets."""
 
+import os
 import shutil
 
 import pytest
@@ -38,4 +39,5 @@ def test_any_path_is_meshed_once_and_again_when_its_file_changes(project):
     assert project.planned(*MESHES, *configured) == {}
     for name in NAMES.values():
         shutil.copy(project.folder / "resources/cad/missile.stl", project.folder / "CAD files" / name)
+        os.utime(project.folder / "CAD files" / name, (1e9, 1e9))  # as `cp -p`, unzip and tar bring old dates along
     assert project.planned(*MESHES, *configured) == {"mesh": 3}

@@ -1,6 +1,7 @@
 # What all rules share: the checked config, names of artefacts, and functions of wildcards.
 
 import contextlib
+import hashlib
 import os
 import re
 import sys
@@ -32,7 +33,7 @@ from isarflow.imaging.geometry import PURE_NOISE
 from isarflow.learning import experiments
 from isarflow.report import selection
 from isarflow.scattering import field_files, needs
-from isarflow.setup import disk, lock, together
+from isarflow.setup import contents, disk, lock, together
 from isarflow.setup.closure import digest
 from isarflow.setup.config import load, of_command_line, section, unnamed
 from isarflow.setup.overview import overview
@@ -98,14 +99,18 @@ def numbered(number, mark):
     return f"{mark}{number}" if number > 1 else ""
 
 
-def watched(path):
-    """A file that the user chose, as an input; none if Snakemake would take braces in its path for wildcards."""
-    return [] if "{" in path else path
+def contents_of(*paths):
+    """{path: SHA-256} of files that are not made here, for params. What they hold reruns a job, their dates do not.
+
+    They are no inputs: Snakemake would look at their dates alone, and take braces in their paths for wildcards.
+    """
+    return {path: or_exit(contents.sha256, path) for path in paths}
 
 
-def unwatched_digest(path):
-    """For the params, the checksum of a file that is no input, so that its job runs again when the file changes."""
-    return "" if watched(path) else field_files.digest(path)
+def judged(is_seed):
+    """The tables that are compared: of this run's seeds, which rules make, or of other runs."""
+    roots = [root for root in or_exit(plan.roots).values() if (root in plan.seeded) == is_seed]
+    return [table for root in roots for table in plan.judged(root)]
 
 
 def one_of(names):

@@ -2,8 +2,6 @@
 
 
 rule mesh:
-    input:
-        cad=lambda w: watched(config["targets"][w.target]["mesh"]),
     output:
         measures=in_report(f"{FIELDS}/mesh/{{target}}.json", "Meshes", target="{target}"),
         source=f"{FIELDS}/mesh/{{target}}-source.ply",
@@ -23,7 +21,7 @@ rule mesh:
     params:
         code=code("mesh/job_mesh.py"),
         cad=lambda w: config["targets"][w.target]["mesh"],
-        digest=lambda w: unwatched_digest(config["targets"][w.target]["mesh"]),
+        files=lambda w: contents_of(config["targets"][w.target]["mesh"]),
         settings=lambda w: {
             "radar": section(config["radar"], "bandwidth", "center_frequency", "frequencies"),
             "mesh": section(config["mesh"], "bands", "edges_per_wavelength", "remesh"),
@@ -42,8 +40,6 @@ rule mesh:
 
 # On demand: what the CAD files are and what would become of them, without making it.
 rule check:
-    input:
-        cad=[watched(config["targets"][target]["mesh"]) for target in plan.meshed],
     output:
         f"{RESULTS}/check.txt",
     log:

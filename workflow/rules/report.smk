@@ -1,6 +1,12 @@
 # report: one page that shows what was run and what came out, with its figures and tables beside it. Besides, on demand,
 # the run beside its other seeds and other runs, and the radar cross-section of every target as numbers and a page.
 
+PAGE_FILES = [
+    *(in_repository("workflow/scripts", file) for file in of_page("*.html", "*.css", "*.js")),
+    in_repository("resources/glossary.md"),
+]
+FULL_SIZE = [in_repository(f"resources/results/{table}.csv.xz") for table in ("scores", "validation")]
+
 
 rule report:
     input:
@@ -16,12 +22,6 @@ rule report:
         times=f"{RESULTS}/learning/times.json" if plan.fitted else [],
         curves=[f"{RESULTS}/learning/models/{fitted}" for fitted in plan.fitted],
         reconstructions=[f"{RESULTS}/learning/reconstructions/{fitted}.zarr" for fitted in plan.decoders()],
-        published=published("results"),
-        full_size=[in_repository(f"resources/results/{table}.csv.xz") for table in ("scores", "validation")],
-        page_files=[
-            *(in_repository("workflow/scripts", file) for file in of_page("*.html", "*.css", "*.js")),
-            in_repository("resources/glossary.md"),
-        ],
     output:
         # Not in Snakemake's own report: browsers do not open so large a page from within another.
         page=f"{RESULTS}/report/index.html",
@@ -38,6 +38,7 @@ rule report:
         mem_mb=4000,
     params:
         code=code("report/job_report.py", *of_page("section_*.py"), *plan.imager_files(), plan.solver_file()),
+        files=lambda w: contents_of(*PAGE_FILES, *FULL_SIZE, *published("results")),
         settings=section(config, *config),
         stated=page_names(plan.models),
     message:
@@ -49,10 +50,9 @@ rule report:
 # Of other runs it takes what is there: they have configs of their own.
 rule compare:
     input:
-        tables=lambda w: [table for root in or_exit(plan.roots).values() for table in plan.judged(root)],
+        tables=lambda w: judged(is_seed=True),
         over_seeds=rules.seeds.output if len(plan.seeded) > 1 else [],
         validation=f"{RESULTS}/learning/validation.csv",
-        page_files=rules.report.input.page_files,
     output:
         page=f"{RESULTS}/report/compare.html",
         table=f"{RESULTS}/report/compare.csv",
@@ -67,6 +67,9 @@ rule compare:
         mem_mb=2000,
     params:
         code=code("report/job_compare.py"),
+        files=lambda w: contents_of(*PAGE_FILES),
+        # One text for hundreds of tables.
+        others=lambda w: hashlib.sha256(repr(contents_of(*judged(is_seed=False))).encode()).hexdigest(),
         settings=lambda w: section(config, "learning.kept", "noise.definition", "seed") | {"roots": or_exit(plan.roots)},
     message:
         "compare: write {output.page} (progress in {log})"
@@ -79,12 +82,6 @@ rule rcs:
         mesh_measures=rules.report.input.mesh_measures,
         meshes=rules.report.input.meshes,
         scattering=rules.report.input.scattering,
-        references=[
-            path
-            for target in plan.targets
-            for path in field_files.paths(config["targets"][target].get("reference", []))
-        ],
-        page_files=rules.report.input.page_files,
     output:
         page=f"{RESULTS}/rcs/index.html",
         samples=expand(f"{RESULTS}/rcs/{{target}}.csv", target=plan.targets),
@@ -101,6 +98,14 @@ rule rcs:
         mem_mb=2000,
     params:
         code=code("report/job_rcs.py", plan.solver_file()),
+        files=lambda w: contents_of(
+            *PAGE_FILES,
+            *(
+                path
+                for target in sorted(plan.targets)
+                for path in field_files.paths(config["targets"][target].get("reference", []))
+            ),
+        ),
         settings=section(config, *config),
     message:
         "rcs: write {output.page} (progress in {log})"

@@ -62,8 +62,6 @@ rule scattering:
 
 
 rule field:
-    input:
-        files=lambda w: field_files.files(config["targets"][w.target]["field"]),
     output:
         directory(f"{FIELDS}/scattering/{{target}}.zarr"),
     log:
@@ -81,6 +79,7 @@ rule field:
         mem_mb=1000,
     params:
         code=code("scattering/job_field.py"),
+        files=lambda w: contents_of(*field_files.paths(config["targets"][w.target]["field"])),
         settings=lambda w: section(config, "aspect", "radar")
         | section(config["targets"][w.target], "field", *{"symmetry"}.intersection(config["targets"][w.target])),
     message:

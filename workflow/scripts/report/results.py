@@ -187,14 +187,34 @@ class Results:
 
     @cached_property
     def benchmarks(self):
-        """Seconds of every job that Snakemake kept a record of: columns stage, step, job and s. May be empty."""
-        # The folder may still hold records of targets and experiments that the config no longer names.
-        folder, named, rows = self.folder / "benchmarks", {*self.targets, PURE_NOISE, *self.runs}, []
-        for path in sorted(folder.glob("*/**/*.tsv")):
-            stage, *job = path.relative_to(folder).with_suffix("").parts
-            step, *job = job if stage == "learning" else [stage, *job]
-            # Solves stand in a folder of their own, <target>-<band>: a target's name may hold hyphens, too.
-            whose = job[1].rpartition("-")[0] if job[:1] == ["bands"] else "".join(job[:1])
-            if not job or whose in named:
-                rows.append((stage, step, "/".join(job), pd.read_csv(path, sep="\t", na_values="-").iloc[-1]["s"]))
-        return pd.DataFrame(rows, columns=["stage", "step", "job", "s"])
+        """Seconds of every job that Snakemake kept a record of: columns run, by whose name it was made, stage and s.
+
+        May be empty. Meshes and fields, and so their jobs, may be another run's.
+        """
+        rows = []
+        for folder, stages in (self.fields, ("mesh", "scattering")), (self.folder, ("imaging", "learning")):
+            for stage in stages:
+                records = folder / "benchmarks" / stage
+                for path in sorted(records.rglob("*.tsv")):
+                    if self._is_made(stage, *path.relative_to(records).with_suffix("").parts):
+                        seconds = pd.read_csv(path, sep="\t", na_values="-").iloc[-1]["s"]
+                        rows.append((folder.name, stage, seconds))
+        return pd.DataFrame(rows, columns=["run", "stage", "s"])
+
+    def _is_made(self, *record):
+        """Tell whether the config has the job of a record: a folder keeps those of targets that it had before, too."""
+        match record:
+            case "mesh", target:
+                return target in self.meshed
+            case "scattering", "check", _:
+                return bool(self.meshed)
+            case "scattering", "bands", solve:
+                target, _, band = solve.rpartition("-")
+                return target in self.meshed and int(band) < self.settings["mesh"]["bands"]
+            case ("scattering", target) | ("imaging", target, _):
+                return target in (*self.targets, PURE_NOISE)
+            case "learning", _, run, _:
+                return run in self.runs
+            case "learning", _:
+                return True
+        return False

@@ -22,7 +22,6 @@ from isarflow.report.selection import nearest
 from isarflow.report.vocabulary import POWERS, PROTOCOLS, SPLITS, at_snrs, listed, select
 
 PLACE, NEEDS = ("run", 2), "targets"  # on the page, see page.py
-STAGES = ("mesh", "scattering", "imaging", "learning")
 PACKAGES = ("snakemake", "numpy", "scipy", "jax", "pymeshlab", "scikit-learn", "xarray", "zarr", "matplotlib")
 # Within these a run's numbers are taken for right.
 SPHERE_DB = 0.2  # of the exact backscatter; with ten edges a wavelength it is 0.01
@@ -37,15 +36,25 @@ def facts(results):
     yield "Run", f"{settings['name']}, seed {settings['seed']}; its whole config is at the end of the page"
     if not results.images_are_made:
         yield "Images", f"none: {sweep.why_no_images(settings)}"
-    if len(results.benchmarks):
-        seconds = results.benchmarks.groupby("stage")["s"].sum()
-        parts = ", ".join(f"{stage} {duration(seconds[stage])}" for stage in STAGES if stage in seconds)
-        yield "Computed in", f"{duration(seconds.sum())} of jobs ({parts})"
+    records = results.benchmarks
+    own = records["run"] == results.folder.name
+    if own.any():
+        yield "Computed in", _took(records[own])
+    if "from" in settings:
+        took = "" if own.all() else f", where they took {_took(records[~own])}"
+        yield "Meshes and fields", f"taken from the run {settings['from']}{took}"
     made = [f"isarflow {version()}", f"commit {commit()}", f"Python {platform.python_version()}"]
     for package in PACKAGES:
         with suppress(metadata.PackageNotFoundError):
             made.append(f"{package} {metadata.version(package)}")
     yield "Made with", ", ".join(made)
+
+
+def _took(records):
+    """Return as text the seconds of jobs, in all and by stage. records: as of Results.benchmarks."""
+    seconds = records.groupby("stage", sort=False)["s"].sum()
+    parts = ", ".join(f"{stage} {duration(total)}" for stage, total in seconds.items())
+    return f"{duration(seconds.sum())} of jobs ({parts})"
 
 
 def warned(results):

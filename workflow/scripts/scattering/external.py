@@ -13,11 +13,11 @@ from isarflow.scattering.store import versions, write_field
 MIRRORED = 0.1  # relative: largest rms difference of a field from that of its mirror image; meshes are not symmetric
 
 
-def write_external(field, store_path, radar, aspect, symmetry=()):
+def write_external(field, store_path, radar, aspect, symmetry=(), origin=None):
     """Write the store of a target with a `field` in its config: the samples at the sweep's frequencies and directions.
 
     field: a path to a zarr store or .ffe file, a list of .ffe files, or {V: ..., H: ...} of those. symmetry: the
-    target's mirror planes in the config.
+    target's mirror planes in the config. origin: the SHA-256 of each path, where it is known already.
     Raises InputError if a sample of the sweep is missing, given twice with two values or not finite, and if mirror
     images differ. Warnings are printed and become the store's attribute `warnings`.
     """
@@ -34,7 +34,7 @@ def write_external(field, store_path, radar, aspect, symmetry=()):
         _check_not_zero(named, way, part, wanted)
         for plane in symmetry:
             _check_mirrored(named, way, part, wanted, plane)
-    origin = {path: field_files.digest(path) for path in field_files.paths(field)}
+    origin = origin or {path: field_files.digest(path) for path in field_files.paths(field)}
     attrs = {"formulation": "external", "origin": origin, "unknowns": None, "residual": None}
     attrs["versions"] = versions("numpy", "xarray")
     attrs |= {"warnings": warnings} if warnings else {}

@@ -1,6 +1,7 @@
 """Paths of a field from another program: the values of `targets.<target>.field`. Light to import."""
 
 import hashlib
+import os
 from pathlib import Path
 
 from isarflow.core.errors import InputError
@@ -15,7 +16,7 @@ def paths(field):
 
 def is_store(field):
     """True for a zarr store, False for FEKO's files."""
-    return isinstance(field, str) and Path(field).suffix.lower() == ".zarr"
+    return isinstance(field, str | os.PathLike) and Path(field).suffix.lower() == ".zarr"
 
 
 def by_transmission(field, polarizations):
@@ -40,20 +41,20 @@ def by_transmission(field, polarizations):
     return files
 
 
-def files(field):
-    """Every file that a field is read from, for Snakemake to watch: those inside a store, too."""
-    if is_store(field):
-        inside = (path for path in Path(field).rglob("*") if path.is_file() and path.name != ".snakemake_timestamp")
-        return [str(path) for path in sorted(inside)]
-    return paths(field)
+def files(path):
+    """The files that a path names: itself, or those in a store, also where its folders are links."""
+    if not is_store(path):
+        return [Path(path)]
+    inside = (Path(folder, name) for folder, _, names in os.walk(path, followlinks=True) for name in names)
+    return sorted(file for file in inside if file.is_file() and file.name != ".snakemake_timestamp")
 
 
 def digest(path):
     """SHA-256 of a file; for a store, that of its files' names and contents."""
     sha = hashlib.sha256()
-    for file in files(str(path)):
-        if is_store(str(path)):
-            sha.update(f"{Path(file).relative_to(path)}\0{Path(file).stat().st_size}\0".encode())
+    for file in files(path):
+        if is_store(path):
+            sha.update(f"{file.relative_to(path)}\0{file.stat().st_size}\0".encode())
         with open(file, "rb") as stream:
             while block := stream.read(1 << 20):
                 sha.update(block)

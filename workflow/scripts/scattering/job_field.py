@@ -4,4 +4,5 @@ from isarflow.scattering.external import write_external
 with job(snakemake):
     settings = snakemake.params.settings
     sweep = settings["radar"], settings["aspect"]
-    write_external(settings["field"], snakemake.output[0], *sweep, settings.get("symmetry", ()))
+    planes, origin = settings.get("symmetry", ()), snakemake.params.files
+    write_external(settings["field"], snakemake.output[0], *sweep, planes, origin)

@@ -135,9 +135,9 @@ def _of_names(key, names):
 
 def _of_files(name, target, config):
     """Check the files that a target names: where they are, their formats, and what they are for."""
-    results = of_fields(Path("results", config["name"]), config)
+    results = Path("results", config["name"])
     for what in (what for what in FORMATS if what in target):
-        key = f"'targets.{name}.{what}'"
+        key, written = f"'targets.{name}.{what}'", results if what == "reference" else of_fields(results, config)
         for path in map(Path, field_files.paths(target[what])):
             suffix, kind = path.suffix.lower(), "store" if path.suffix.lower() == ".zarr" else "file"
             if suffix not in FORMATS[what]:
@@ -147,8 +147,8 @@ def _of_files(name, target, config):
             # Neither asks more of a path that is too long, or in a folder that may not be read.
             if not (os.path.isdir(path) if kind == "store" else os.path.isfile(path)):
                 yield f"{key}: there is no {kind} {path}{WHERE}."
-            if what == "field" and path.resolve().is_relative_to(results.resolve()):
-                yield f"{key}: {path} lies in {results}, where this run writes; copy it elsewhere."
+            if path.resolve().is_relative_to(written.resolve()):
+                yield f"{key}: {path} lies in {written}, where this run writes; copy it elsewhere."
     mesh, field, reference = (target.get(what, "") for what in FORMATS)
     if Path(mesh).suffix.lower() in cad_kernel.FORMATS:
         cad_kernel.check_installed(f"config key 'targets.{name}.mesh': {mesh}")
