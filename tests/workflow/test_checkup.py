@@ -50,6 +50,33 @@ def test_one_cad_file_is_a_config(tmp_path, monkeypatch):
     assert config["name"] == "mine" and config["targets"]["my_plate_2"]["unit"] == "mm"
 
 
+ODD_NAMES = {
+    "3D_cube.stl": "cad_3d_cube",
+    "747.stl": "cad_747",
+    "other.stl": "cad_other",
+    "OTHER.STL": "cad_other",
+    "pure-noise.stl": "pure_noise",
+    "Flügel é.stl": "flugel_e",
+    "飛行機.stl": "cad",
+    "飛 2.stl": "cad_2",
+    "...stl.stl": "stl",
+    "a.b-c (1).v2.stl": "a_b_c_1_v2",
+    f"{'9' * 120}.stl": f"cad_{'9' * 96}",
+    f"{'x' * 96} y.stl": "x" * 96,
+    "none.stl": "none",
+    "1e5.stl": "cad_1e5",
+}
+
+
+def test_a_cad_file_of_any_name_is_a_config(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    write_ascii_stl(tmp_path / "whole", *block([0.3, 0.2, 0.1]))
+    for file, name in ODD_NAMES.items():
+        (tmp_path / file).symlink_to("whole")
+        config = load(of_command_line({"cad": file}))
+        assert (config["name"], config["targets"]) == (name, {name: {"mesh": file, "role": "other"}})
+
+
 def test_a_plate_is_measured(said):
     text = said(*block([300.0, 200.0, 2.0], [0, 0, 7.0]), unit="mm", symmetry=["xz"])
     assert "size 0.3 x 0.2 x 0.002 m, 12 triangles" in text
