@@ -1,5 +1,6 @@
 """The text of STEP and IGES files: what the CAD kernel stumbles over is mended, what it would leave out is found."""
 
+import itertools
 import re
 
 from isarflow.core.errors import InputError
@@ -75,8 +76,8 @@ def left_out_of_step(reader, data):
         return [f"the file {elsewhere.FileName(number + 1)}" for number in range(elsewhere.NbExternRefs())]
     entities, made = _transferred(reader)
     parts = [list(_parts(entity)) for entity in entities]
-    shapes = {id(part) for several in parts for part in several if STEP_SHAPES.search(type(part).__name__)}
-    unknown = any(None in several for several in parts)  # a part of a type that the kernel does not know is None
+    shapes = {id(part) for part in itertools.chain(*parts) if STEP_SHAPES.search(type(part).__name__)}
+    unknown = None in itertools.chain(*parts)  # a part of a type that the kernel does not know is None
 
     def lost(entity, its_parts):
         kind, result = type(entity).__name__, made.get(id(entity))
@@ -86,24 +87,24 @@ def left_out_of_step(reader, data):
             return unknown and STEP_SHAPES.search(entity.StepType().title().replace("_", ""))
         return (id(entity) in shapes and result is None) or (kind in STEP_SHELLS and None in its_parts)
 
-    found = [number for number, pair in enumerate(zip(entities, parts, strict=True)) if lost(*pair)]
-    names = list(INSTANCE.finditer(data)) if found else []
-    at = [(names[number][1].decode(), data.count(b"\n", 0, names[number].start(1)) + 1) for number in found]
+    missing = [number for number, pair in enumerate(zip(entities, parts, strict=True)) if lost(*pair)]
+    names = list(INSTANCE.finditer(data)) if missing else []
+    at = [(names[number][1].decode(), data.count(b"\n", 0, names[number].start(1)) + 1) for number in missing]
     return [f"{name} in line {line}" for name, line in at]
 
 
 def left_out_of_iges(reader):
     """Texts that name what a reader of an IGES file made no shape of, though it is, or may be, a surface."""
     entities, made = _transferred(reader)
-    found = []
+    missing = []
     for number, entity in enumerate(entities):
         kind, result = entity.TypeNumber(), made.get(id(entity))
         surface = kind in IGES_SURFACES and (kind, entity.FormNumber()) != (108, 0)
         alone = entity.SubordinateStatus() in (0, 2)  # of another entity, which has it as a part, it is no surface
         failed = result is not None and result.Check().NbFails() > 0 and kind in IGES_SURFACES | IGES_BORDERS
         if failed or kind == 416 or (surface and alone and result is None):
-            found.append(f"the entity of type {kind} in line {2 * number + 1} of section D")
-    return found
+            missing.append(f"the entity of type {kind} in line {2 * number + 1} of section D")
+    return missing
 
 
 def _transferred(reader):

@@ -108,11 +108,11 @@ def read_obj(data):
     points, sizes, corners, lines, face_lines = array("d"), array("q"), array("q"), array("q"), array("q")
     joined, begun, width = b"", 0, 0
     for number, line in numbered(data):
-        said = line.split(b"#", 1)[0].rstrip()
-        if said.endswith(b"\\"):
-            joined, begun = joined + said[:-1] + b" ", begun or number
+        content = line.split(b"#", 1)[0].rstrip()
+        if content.endswith(b"\\"):
+            joined, begun = joined + content[:-1] + b" ", begun or number
             continue
-        words, at = (joined + said).split(), begun or number
+        words, at = (joined + content).split(), begun or number
         joined, begun = b"", 0
         if not words:
             continue

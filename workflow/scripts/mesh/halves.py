@@ -29,7 +29,7 @@ def completed(vertices, triangles, planes, tolerance):
     metres. The face of a closed body there becomes an inner wall and is dropped; other triangles in the plane occur
     once. Returns vertices, triangles, and the names of the planes.
     """
-    found = []
+    cuts = []
     for axis in symmetry.axes(planes):
         beside = _beside(*_joined(vertices, triangles), axis, tolerance)
         if not beside.side or not (len(beside.cut) or beside.capped):
@@ -41,8 +41,8 @@ def completed(vertices, triangles, planes, tolerance):
         vertices[:, axis] = beside.side * np.maximum(beside.side * vertices[:, axis], 0.0)
         vertices[in_plane, axis] = 0.0
         vertices, triangles = symmetry.with_mirror(*topology.compact(vertices, half), axis)
-        found.append(symmetry.PLANES[axis])
-    return vertices, triangles, found
+        cuts.append(symmetry.PLANES[axis])
+    return vertices, triangles, cuts
 
 
 def cut_open(vertices, triangles, tolerance):
@@ -65,11 +65,11 @@ def cut_open(vertices, triangles, tolerance):
     return [symmetry.PLANES[axis] for axis, cut in cuts.items() if not np.isin(line[cut[:, 0]], going_on).all()]
 
 
-def sentences(vertices, triangles, found, planes, tolerance):
-    """Sentences on a target that was completed at planes `found`, or may be a half model beside more than `planes`."""
-    if found:
-        part, images = {1: ("half", "image"), 2: ("a quarter", "images"), 3: ("an eighth", "images")}[len(found)]
-        yield f"The file has {part} of the target, beside {_named(found)}; its mirror {images} completed it."
+def sentences(vertices, triangles, cuts, planes, tolerance):
+    """Sentences on a target completed at the planes `cuts`, or that may be half of one beside more than `planes`."""
+    if cuts:
+        part, images = {1: ("half", "image"), 2: ("a quarter", "images"), 3: ("an eighth", "images")}[len(cuts)]
+        yield f"The file has {part} of the target, beside {_named(cuts)}; its mirror {images} completed it."
     if cut := cut_open(vertices, triangles, tolerance):
         use = f"'symmetry: [{', '.join([*planes, *cut])}]' completes it"
         yield f"It lies on one side of {_named(cut)} and is cut open there: is it a half model? If so, {use}."

@@ -60,10 +60,10 @@ def read_ply(data):
 
 def _corners(name, element):
     """The lists of vertices of an element, by property: their lengths, and the entries one after the other."""
-    found = [element[key] for key in LISTS if isinstance(element.get(key), tuple)]
-    if not found and any(len(value[0] if isinstance(value, tuple) else value) for value in element.values()):
+    lists = [element[key] for key in LISTS if isinstance(element.get(key), tuple)]
+    if not lists and any(len(value[0] if isinstance(value, tuple) else value) for value in element.values()):
         raise InputError(f"its element '{name}' has no list {' or '.join(LISTS)}, but {', '.join(element)}.")
-    return found[0] if found else ([], [])
+    return lists[0] if lists else ([], [])
 
 
 def _header(lines):
