@@ -40,6 +40,11 @@ def words_of(data, start, width):
     return b"\n".join([*lines[:start], *wrapped, b""])
 
 
+def extended(element, body):
+    """The text PLY with one more element: what its header says, and its lines."""
+    return PLY.replace(b"end_header", b"element " + element + b"\nend_header") + body
+
+
 # PLY: vertices from line 11, faces from 19 to 30. OFF: vertices from 3, faces from 11 to 22. OBJ: from 1, and from 9.
 # STL: a facet from line 2, its vertices in lines 4 to 6.
 CUBE = None
@@ -59,6 +64,11 @@ FILES = {
     "four_numbers.stl": (line(STL, 4, b"vertex 0 1 2 3"), "line 4: 'vertex 0 1 2 3' does not give three"),
     "four_vertices.stl": (line(STL, 4, b"vertex 0 0 0\nvertex 1 0 0"), "line 9: 'endfacet': a facet must have three"),
     "one_line.stl": (STL.replace(b"\n  ", b" "), "line 3: 'endfacet': a facet must have three vertices, .*on lines"),
+    "short_exponent.stl": (STL.replace(b"e-0", b"-00"), CUBE),
+    "end_of_file.stl": (STL + b"\x1a", CUBE),
+    "comments.stl": (STL.replace(b" facet", b"# facet\n facet", 1).replace(b"  outer", b"color 1 0 0\n outer"), CUBE),
+    "unknown.stl": (line(STL, 9, b"strip 0 1\n facet normal 0 0 0"), "line 9: 'strip 0 1' is no line of a text STL"),
+    "binary_after.stl": (STL + BINARY, "line 87: .* is no line of a text STL file, so that a part may be left out"),
     # Binary STL.
     "more.stl": (BINARY + b"\n", "has 685 bytes, not the 684 of the 12 triangles that its header says"),
     "one_more.stl": (BINARY + bytes(50), "has 734 bytes, not the 684 of"),
@@ -78,7 +88,23 @@ FILES = {
     "fraction.obj": (line(OBJ, 9, b"f 1 3 4.5"), "line 9: 'f 1 3 4.5' does not name"),
     "f_before_v.obj": (b"f -1 -2 -3\n" + OBJ, "vertex -1 in line 1.*of 0 vertices"),
     "goes_on.obj": (OBJ + b"f 1 2 \\\n", "line 21: .* goes on, but it is the last"),
+    "capitals.obj": (OBJ.upper(), CUBE),
+    "short_exponent.obj": (OBJ.replace(b"0.1", b"1.0-001"), CUBE),
+    "end_of_file.obj": (OBJ + b"\x1a\r\n", CUBE),
+    "path_in_comment.obj": (b"# C:\\cad\\\n" + OBJ.replace(b"f 1 3 4", b"f 1 3 4 # \\"), CUBE),
+    "curves.obj": (OBJ + b"p 1\nl 1 2\nvp 0 0\ncstype bezier\ndeg 1\ncurv 0 1 1 2\nparm u 0 1\nend\nusemtl a\n", CUBE),
+    "surf.obj": (
+        OBJ + b"cstype bspline\ndeg 1 1\nsurf 0 1 0 1 \\\n1 2 3 4\nparm u 0 0 1 1\nparm v 0 0 1 1\nend\n",
+        "line 23: '.*' is a free-form surface, which is not read; convert it to polygons",
+    ),
+    "patch.obj": (OBJ + b"bzp 1 2 3 4 5 6 7 8 1 2 3 4 5 6 7 8\n", "line 21: 'bzp .*' is a free-form surface"),
+    "call.obj": (OBJ + b"call rest.obj\n", "line 21: 'call rest.obj' is another file, which is not read"),
+    "misspelt.obj": (line(OBJ, 9, b"face 1 3 4"), "line 9: 'face 1 3 4' is no statement of an OBJ file"),
     # OFF.
+    "short_exponent.off": (OFF.replace(b"0.1", b"1.0-001"), CUBE),
+    "end_of_file.off": (OFF + b"\x1a", CUBE),
+    "three_more.off": (line(OFF, 12, b"3 0 5 3 1 4 6"), "line 12: .* does not give a face: .* .3. as on"),
+    "three_more_on_vertices.off": (more(OFF, 4, b" 1 2 3", 2), "line 4: .* does not give a vertex: .* .3. as on"),
     "colour_on_some.off": (more(OFF, 11, b" 255 0 0", 4), CUBE),
     "colour_index.off": (more(OFF, 11, b" 4"), CUBE),
     "wrapped.off": (words_of(OFF, 2, 8), CUBE),
@@ -138,6 +164,20 @@ FILES = {
         PLY.replace(b"end_header", b"element edge 2\nproperty int a\nproperty int b\nend_header") + b"0 1\n1 2\n",
         CUBE,
     ),
+    "short_exponent.ply": (PLY.replace(b"0.1", b"1.0-001"), CUBE),
+    "end_of_file.ply": (PLY + b"\x1a", CUBE),
+    "edges_as_lists.ply": (extended(b"edge 1\nproperty list uchar int vertex_indices", b"2 0 1\n"), CUBE),
+    "materials.ply": (extended(b"material 1\nproperty list uchar uchar name\nproperty int n", b"3 98 99 97 0\n"), CUBE),
+    "patches.ply": (
+        extended(b"multi_patch 1\nproperty list uchar int vertex_indices", b"4 0 1 3 2\n"),
+        "has lists of vertices, vertex_indices, in its element 'multi_patch', which is not read",
+    ),
+    "faces_twice.ply": (
+        extended(b"face 1\nproperty list uchar int vertex_indices", b"3 0 1 2\n"),
+        "'element face 1', which no PLY file should have",
+    ),
+    "other_list.ply": (ply(T, "", name="corners"), "element 'face' has no list vertex_indices or .*, but corners"),
+    "misspelt.ply": (PLY.replace(b"element face", b"elements face"), "its header has 'elements face 12', which no PLY"),
     # Binary PLY.
     "newline_after.ply": (LITTLE + b"\r\n", CUBE),
     "more_after.ply": (LITTLE + b"\3\1", "goes on for 2 bytes after all that its header announces"),

@@ -1,6 +1,7 @@
 """STEP and IGES files through Open CASCADE, an extra: what it writes itself comes back in metres."""
 
 import importlib.util
+import re
 from types import SimpleNamespace
 
 import numpy as np
@@ -35,6 +36,18 @@ def write_shape(path, shape, solid=None):
         writer.AddShape(shape)
     assert writer.Write(str(path))
     return path
+
+
+def compound(*shapes):
+    """Several shapes of the kernel as one."""
+    from OCP.BRep import BRep_Builder
+    from OCP.TopoDS import TopoDS_Compound
+
+    both, builder = TopoDS_Compound(), BRep_Builder()
+    builder.MakeCompound(both)
+    for shape in shapes:
+        builder.Add(both, shape)
+    return both
 
 
 @pytest.fixture
@@ -96,11 +109,9 @@ def test_solid_comes_back_and_makes_a_good_mesh(tmp_path, shapes, name, file, so
 @pytest.mark.parametrize("gap", [0.0, 0.1])
 def test_a_bolt_and_the_plate_around_it_are_one(tmp_path, gap):
     """A plate with a hole of 5 mm radius and a bolt that is `gap` mm narrower, turned, so that facets do not match."""
-    from OCP.BRep import BRep_Builder
     from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut, BRepAlgoAPI_Fuse
     from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCylinder
     from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
-    from OCP.TopoDS import TopoDS_Compound
 
     def rod(low, radius, height, along=(1.0, 0.0, 0.0)):
         axes = gp_Ax2(gp_Pnt(-45.0, 0.0, low), gp_Dir(0.0, 0.0, 1.0), gp_Dir(*along))
@@ -109,10 +120,7 @@ def test_a_bolt_and_the_plate_around_it_are_one(tmp_path, gap):
     plate = BRepPrimAPI_MakeBox(gp_Pnt(-60.0, -40.0, 0.0), 120.0, 80.0, 20.0).Shape()
     turned = (0.9, 0.436, 0.0)
     bolt = BRepAlgoAPI_Fuse(rod(-10.0, 5.0 - gap, 30.0, turned), rod(20.0, 8.0, 6.0, turned)).Shape()
-    both, builder = TopoDS_Compound(), BRep_Builder()
-    builder.MakeCompound(both)
-    builder.Add(both, BRepAlgoAPI_Cut(plate, rod(-5.0, 5.0, 40.0)).Shape())
-    builder.Add(both, bolt)
+    both = compound(BRepAlgoAPI_Cut(plate, rod(-5.0, 5.0, 40.0)).Shape(), bolt)
     source = load_source(write_shape(tmp_path / "bolt.step", both), {}, MESH, RADAR | {"center_frequency": 5e9})
     volume = 120 * 80 * 20 + np.pi * (10 * (5 - gap) ** 2 + 6 * 8**2)
     assert source.measures["volume"] == pytest.approx(1e-9 * volume, rel=1e-3)
@@ -187,6 +195,173 @@ def test_a_file_cut_short_is_refused(tmp_path, shapes, file, part, message):
     path.write_bytes(path.read_bytes()[: int(part * path.stat().st_size)])
     with pytest.raises(InputError, match=rf"{file}.*{message}"):
         build(path, {}, MESH, RADAR)
+
+
+@pytest.fixture
+def option():
+    """Set one of the kernel's options, option(name, value), until the test ends."""
+    from OCP.Interface import Interface_Static
+    from OCP.STEPControl import STEPControl_Writer
+
+    STEPControl_Writer()  # which brings the options
+    before = {}
+
+    def put(name, value):
+        before.setdefault(name, Interface_Static.CVal_s(name))
+        assert Interface_Static.SetCVal_s(name, value)
+
+    yield put
+    for name, value in before.items():
+        Interface_Static.SetCVal_s(name, value)
+
+
+def triangles_alone(shape):
+    """The same faces of a shape by their triangles, 1 mm from it or less, without any surface."""
+    from OCP.BRep import BRep_Builder, BRep_Tool
+    from OCP.BRepMesh import BRepMesh_IncrementalMesh
+    from OCP.TopAbs import TopAbs_ShapeEnum
+    from OCP.TopExp import TopExp_Explorer
+    from OCP.TopLoc import TopLoc_Location
+    from OCP.TopoDS import TopoDS, TopoDS_Face, TopoDS_Shell
+
+    BRepMesh_IncrementalMesh(shape, 1.0)
+    explorer, builder, shell = TopExp_Explorer(shape, TopAbs_ShapeEnum.TopAbs_FACE), BRep_Builder(), TopoDS_Shell()
+    builder.MakeShell(shell)
+    while explorer.More():
+        face, old = TopoDS_Face(), TopoDS.Face(explorer.Current())
+        builder.MakeFace(face, BRep_Tool.Triangulation_s(old, TopLoc_Location()))
+        builder.Add(shell, face.Oriented(old.Orientation()))
+        explorer.Next()
+    return shell
+
+
+@needs_kernel
+@pytest.mark.parametrize("name", ["box", "tin", "both"])
+def test_a_body_of_triangles_alone_is_read(tmp_path, shapes, option, name):
+    """As AP242 files have them. With chords of 1 mm the tin has 0.8 % less volume, both 0.6 %."""
+    option("write.step.schema", "AP242DIS")
+    option("write.step.tessellated", "On")
+    path = write_shape(tmp_path / "t.step", triangles_alone(getattr(shapes, name)))
+    assert "TRIANGULATED_FACE" in path.read_text() and "ADVANCED_FACE" not in path.read_text()
+    box, volume, area = SIZES[name]
+    vertices, triangles = cad_kernel.read_surfaces(path, 0.0)
+    assert np.ptp(vertices, axis=0) == pytest.approx(box, rel=5e-3)
+    assert topology.areas(vertices, triangles).sum() == pytest.approx(area, rel=0.01)
+    assert topology.tetrahedra(vertices, triangles).sum() == pytest.approx(volume, rel=0.01)
+    source = load_source(path, {}, MESH, RADAR)
+    assert topology.is_watertight(source.triangles)
+    path.write_text(path.read_text().replace("SI_UNIT(.MILLI.,.METRE.)", "SI_UNIT(.CENTI.,.METRE.)"))
+    assert np.ptp(cad_kernel.read_surfaces(path, 0.0)[0], axis=0) == pytest.approx(10 * np.array(box), rel=5e-3)
+
+
+@needs_kernel
+def test_triangles_beside_the_surfaces_that_they_show_are_not_read(tmp_path, shapes, option):
+    option("write.step.schema", "AP242DIS")
+    option("write.step.tessellated", "On")
+    plain = cad_kernel.read_surfaces(write_shape(tmp_path / "plain.step", shapes.tin), 0.0)
+    triangles_alone(shapes.tin)  # gives the tin triangles, too
+    path = write_shape(tmp_path / "both.step", shapes.tin)
+    text = path.read_text()
+    assert text.count("TRIANGULATED_FACE") == text.count("ADVANCED_FACE") == 3
+    alone = re.sub(r"(TESSELLATED_SOLID\([^)]*\)),#\d+\)", r"\1,$)", text)  # the same without saying of which solid
+    assert alone != text
+    for content in (text, alone):
+        path.write_text(content)
+        assert np.array_equal(cad_kernel.read_surfaces(path, 0.0)[0], plain[0])
+
+
+BOM = b"\xef\xbb\xbf"
+HABITS = {  # what other programs do to a STEP and to an IGES file
+    "bom.step": lambda text: BOM + text,
+    "after.step": lambda text: text + b"\nwritten by hand\n\x1a\0\0",
+    "fortran.step": lambda text: text.replace(b"100.,", b"1.0D+02,").replace(b"(0.,0.,300.)", b"(0.,1.0-103,3.0d2)"),
+    "mac.step": lambda text: text.replace(b"\n", b"\r"),
+    "bom.igs": lambda text: BOM + text,
+    "after.igs": lambda text: text + b"written by hand\n" + b"-" * 100 + b"\n\x1a",
+    "padded.igs": lambda text: text + b" " * 80 + b"\r\n" + b"\0" * 900,
+    "fortran.igs": lambda text: text.replace(b"E", b"D"),
+    "short_exponent.igs": lambda text: text.replace(b"110,0.,0.,1.,0.,0.,0.;     ", b"110,1.0-103,0.,1.,0.,0.,0.;"),
+    "one_line.igs": lambda text: text.replace(b"\n", b""),
+    "crlf.igs": lambda text: text.replace(b"\n", b"\r\n"),
+}
+
+
+@needs_kernel
+@pytest.mark.parametrize("file", HABITS)
+def test_a_text_with_the_habits_of_other_programs_is_read(tmp_path, shapes, file):
+    path = write_shape(tmp_path / file, shapes.tin, 0)
+    plain, text = cad_kernel.read_surfaces(path, 0.0)[0], path.read_bytes()
+    path.write_bytes(HABITS[file](text))
+    assert path.read_bytes() != text
+    assert cad_kernel.read_surfaces(path, 0.0)[0] == pytest.approx(plain, abs=1e-12)
+
+
+def with_more(text, item, entities):
+    """A STEP file's text with one more item of its shape, and more entities."""
+    text = re.sub(rb"(SHAPE_REPRESENTATION\('',\(#\d+)", rb"\1," + item, text, count=1)
+    place = b"#901=AXIS2_PLACEMENT_3D('',#902,$,$);#902=CARTESIAN_POINT('',(0.,0.,0.));\n"
+    return text.replace(b"ENDSEC;\nEND-ISO", place + entities + b"\nENDSEC;\nEND-ISO")
+
+
+LOOSE = b"#900=FACE_SURFACE('',(),#903,.T.);#903=PLANE('',#901);"
+LEFT_OUT = {
+    "surface.step": (lambda text: text.replace(b"CYLINDRICAL_", b"FANCY_"), r"ADVANCED_FACE in line \d+"),
+    "face.step": (lambda text: text.replace(b"ADVANCED_FACE", b"FANCY_FACE", 1), r"CLOSED_SHELL in .* and 1 more"),
+    "block.step": (lambda text: with_more(text, b"#900", b"#900=BLOCK('',#901,1.,2.,3.);"), r"BLOCK in line \d+"),
+    "unknown.step": (lambda text: with_more(text, b"#900", b"#900=FANCY_SOLID('',#901);"), "FANCY_SOLID in line .*"),
+    "loose.step": (lambda text: with_more(text, b"#901", LOOSE), r"FACE_SURFACE in line \d+"),
+    "twice.step": (lambda text: text + text, r"another file begins in line \d+"),
+    "twice.igs": (lambda text: text + text, r"another file begins in line \d+"),
+    "surface.igs": (
+        lambda text: text.replace(b"     120   ", b"     190   ").replace(b"\n120,", b"\n190,"),
+        "the entity of type 190 in line 5 of section D",
+    ),
+    "sphere.igs": (
+        lambda text: text.replace(b"   402   ", b"   158   ").replace(b"\n402,3,3,35,45;   ", b"\n158,1.,0.,0.,0.;  "),
+        "the entity of type 158 in line 1 of section D",
+    ),
+}
+
+
+@needs_kernel
+@pytest.mark.parametrize("file", LEFT_OUT)
+def test_what_the_kernel_leaves_out_is_refused_with_its_place(tmp_path, shapes, file):
+    path, (change, message) = write_shape(tmp_path / file, shapes.tin, 0), LEFT_OUT[file]
+    text = path.read_bytes()
+    path.write_bytes(change(text))
+    assert path.read_bytes() != text
+    with pytest.raises(InputError, match=rf"{file}: .*{message}"):
+        cad_kernel.read_surfaces(path, 0.0)
+
+
+@needs_kernel
+def test_parts_in_other_files_are_refused(tmp_path, shapes, monkeypatch):
+    """An assembly of a box and a tin, of which the writer makes three files."""
+    from OCP.STEPCAFControl import STEPCAFControl_Writer
+    from OCP.STEPControl import STEPControl_StepModelType
+    from OCP.TCollection import TCollection_ExtendedString
+    from OCP.TDocStd import TDocStd_Document
+    from OCP.XCAFApp import XCAFApp_Application
+    from OCP.XCAFDoc import XCAFDoc_DocumentTool
+
+    document, writer = TDocStd_Document(TCollection_ExtendedString("XmlXCAF")), STEPCAFControl_Writer()
+    XCAFApp_Application.GetApplication_s().InitDocument(document)
+    XCAFDoc_DocumentTool.ShapeTool_s(document.Main()).AddShape(compound(shapes.box, shapes.tin), True)
+    monkeypatch.chdir(tmp_path)
+    assert writer.Transfer(document, STEPControl_StepModelType.STEPControl_AsIs, "part_")
+    writer.Write("all.step")
+    assert len(list(tmp_path.iterdir())) == 3
+    with pytest.raises(InputError, match=r"all\.step: .* does not read the file part_.*\.stp and 1 more, perhaps"):
+        cad_kernel.read_surfaces("all.step", 0.0)
+
+
+@needs_kernel
+def test_an_error_of_the_kernel_is_a_sentence_with_the_file(tmp_path, shapes, monkeypatch):
+    """A deflection that is no number makes the kernel raise an error of its own."""
+    path = write_shape(tmp_path / "box.step", shapes.box)
+    monkeypatch.setattr(cad_kernel, "DEFLECTION", (-1.0, -1.0))
+    with pytest.raises(InputError, match=r"box\.step: Open CASCADE fails \(Standard_NumericError: .*\)\. Heal it"):
+        cad_kernel.read_surfaces(path, 0.0)
 
 
 @needs_kernel

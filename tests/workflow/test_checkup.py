@@ -50,6 +50,33 @@ def test_one_cad_file_is_a_config(tmp_path, monkeypatch):
     assert config["name"] == "mine" and config["targets"]["my_plate_2"]["unit"] == "mm"
 
 
+ODD_NAMES = {
+    "3D_cube.stl": "cad_3d_cube",
+    "747.stl": "cad_747",
+    "other.stl": "cad_other",
+    "OTHER.STL": "cad_other",
+    "pure-noise.stl": "pure_noise",
+    "Flügel é.stl": "flugel_e",
+    "飛行機.stl": "cad",
+    "飛 2.stl": "cad_2",
+    "...stl.stl": "stl",
+    "a.b-c (1).v2.stl": "a_b_c_1_v2",
+    f"{'9' * 120}.stl": f"cad_{'9' * 96}",
+    f"{'x' * 96} y.stl": "x" * 96,
+    "none.stl": "none",
+    "1e5.stl": "cad_1e5",
+}
+
+
+def test_a_cad_file_of_any_name_is_a_config(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    write_ascii_stl(tmp_path / "whole", *block([0.3, 0.2, 0.1]))
+    for file, name in ODD_NAMES.items():
+        (tmp_path / file).symlink_to("whole")
+        config = load(of_command_line({"cad": file}))
+        assert (config["name"], config["targets"]) == (name, {name: {"mesh": file, "role": "other"}})
+
+
 def test_a_plate_is_measured(said):
     text = said(*block([300.0, 200.0, 2.0], [0, 0, 7.0]), unit="mm", symmetry=["xz"])
     assert "size 0.3 x 0.2 x 0.002 m, 12 triangles" in text
@@ -82,8 +109,23 @@ def test_what_would_be_repaired_and_what_is_refused_is_said(said):
     assert "refused" not in said(vertices, triangles, formulation="cfie")
 
 
+def half_block():
+    """Half of a block of 0.3 x 0.2 x 0.1 m, cut open at y = 0."""
+    vertices, triangles = block([0.3, 0.1, 0.1], [0, 0.05, 0])
+    return vertices, triangles[(vertices[triangles][:, :, 1] > 1e-9).any(axis=1)]
+
+
+def test_a_half_model_is_described_as_the_whole_or_asked_about(said):
+    text = said(*half_block(), symmetry=["xz"])
+    assert "size 0.3 x 0.2 x 0.1 m, 20 triangles" in text and "surface: closed, 1 piece" in text
+    assert "warning: The file has half of the target, beside the plane xz" in text
+    text = said(*half_block())
+    assert "size 0.3 x 0.1 x 0.1 m, 10 triangles" in text and "surface: open" in text
+    assert "warning: It lies on one side of the plane xz" in text and "'symmetry: [xz]' completes it" in text
+
+
 def config_of(folder, **targets):
-    """A config of blocks in a folder, by name: whole, open, cracked, and beside the plane xz. targets: keys of each."""
+    """A config of blocks in a folder, by name: whole, open, cracked, beside the plane xz, half. targets: their keys."""
     vertices, triangles = block([0.3, 0.2, 0.1])
     cracked = np.concatenate([vertices, vertices[:1] + np.array([0, 1e-5, 0])])
     surfaces = {
@@ -91,6 +133,7 @@ def config_of(folder, **targets):
         "open": (vertices, triangles[:-2]),
         "cracked": (cracked, np.concatenate([[[8, 1, 3]], triangles[1:]])),
         "beside": (block([0.3, 0.2, 0.1], [0, 0.05, 0])[0], triangles),
+        "half": half_block(),
     }
     keys = {name: {"mesh": f"{name}.stl", "role": "other", "unit": "m", **own} for name, own in targets.items()}
     for name in targets:
@@ -119,6 +162,16 @@ def test_a_target_that_fits_its_keys_once_it_is_repaired_is_not_refused(tmp_path
     fitting = {"formulation": "cfie", "symmetry": ["xz"]}
     config = load(config_of(tmp_path, whole=fitting, cracked={"formulation": "cfie"}))
     assert not any("Warning" in line or "not known" in line for line in overview(config, tmp_path, refuse=True))
+
+
+@pytest.mark.parametrize(
+    ("own", "sentence"), [({"symmetry": ["xz"]}, "The file has half"), ({}, "It lies on one side of the plane xz")]
+)
+def test_a_half_model_is_warned_of_before_any_work(own, sentence, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    lines = overview(load(config_of(tmp_path, half=own)), tmp_path, refuse=True)
+    (line,) = [line for line in lines if line.startswith("Warning:")]
+    assert line.startswith(f"Warning: half: {sentence}")
 
 
 def test_check_says_all_of_every_target_and_ends_in_an_error_where_one_is_refused(project_of):

@@ -10,14 +10,14 @@ import numpy as np
 from isarflow.core import sweep
 from isarflow.core.errors import InputError
 from isarflow.core.words import counted
-from isarflow.mesh import symmetry, topology
+from isarflow.mesh import halves, symmetry, topology
 from isarflow.mesh.arrange import first_crossing
 from isarflow.mesh.ground import Ground, from_mirror_image, samples
 from isarflow.mesh.io import write_ply
 from isarflow.mesh.measures import describe, size, warnings
 from isarflow.mesh.misses import GOAL, Followed
 from isarflow.mesh.progress import begin, say
-from isarflow.mesh.read import check_size, in_metres, read_cad
+from isarflow.mesh.read import check_size, read_target
 from isarflow.mesh.remesh import P99, P99_LIMIT, Size, fitting, remesh, restore_chords, restore_volume, split
 from isarflow.mesh.repair import CLOSE, repair
 from isarflow.mesh.resolution import OF_PIECE, check_resolution, wanted_edges
@@ -46,26 +46,30 @@ def load(path, target, mesh, radar, precision="double"):
     Raises InputError for an unusable file, an implausible size, too little symmetry, or one too small for `precision`.
     """
     edge = sweep.C0 / sweep.frequencies(radar)[-1] / mesh["edges_per_wavelength"]  # of a target of any size
-    vertices, triangles = read_cad(path, CHORD * edge / target.get("scale", 1.0))
-    vertices = in_metres(vertices, target)
+    vertices, triangles, completed = read_target(path, target, mesh, radar, CHORD * edge)
     used = vertices[topology.used(triangles)]
     edge = wanted_edges(mesh, radar, np.ptp(used, axis=0))[-1]
     check_size(used, target, mesh, radar, path, precision)
     check_resolution(np.ptp(used, axis=0), mesh, radar, path, precision)
     raw = {"triangles": len(triangles)} | size(*topology.compact(vertices, triangles))
     vertices, triangles, repairs, tolerances = repair(vertices, triangles, edge, path)
-    for axis in symmetry.axes(target.get("symmetry", [])):
+    planes, near = target.get("symmetry", []), halves.IN_PLANE * edge
+    tolerances["warnings"] += halves.sentences(vertices, triangles, completed, planes, near)
+    for axis in symmetry.axes(planes):
         limit = symmetry.allowed(radar)
         apart, place = from_mirror_image(vertices, triangles, edge, axis)
         if apart - 2 * tolerances["thinned_by"] > limit:  # the file itself is off by this much
             off = f"it is off its mirror image by {apart * 1000:.3g} mm (at most {limit * 1000:.3g} mm)"
             where = f"about {'xyz'[axis]} = 0: near {topology.place(place)} {off}"
-            raise InputError(f"{path} is not symmetric {where}; mend it or leave this plane out.")
+            advice = halves.advice(vertices, triangles, axis, near)
+            raise InputError(f"{path} is not symmetric {where}; {advice}.")
     measures = size(vertices, triangles) | {"vertices": len(vertices), "triangles": len(triangles)} | tolerances
     for kind in ("area", "volume"):  # meshes are held to the CAD surface
         if measures[kind] is not None:
             measures[kind] += tolerances[f"thinned_{kind}"]
-    return Source(vertices, triangles, repairs, measures | {"raw": raw})
+    return Source(
+        vertices, triangles, repairs, measures | {"raw": raw} | ({"completed": completed} if completed else {})
+    )
 
 
 def _whole(half, source, edge, axes):

@@ -1,11 +1,13 @@
 """Surfaces of STEP and IGES files as triangles, by Open CASCADE: an extra package, imported only to read one."""
 
 import importlib.util
+import tempfile
 from pathlib import Path
 
 import numpy as np
 
 from isarflow.core.errors import InputError
+from isarflow.mesh.exchange import is_iges, left_out_of_iges, left_out_of_step, mended
 
 FORMATS = (".step", ".stp", ".iges", ".igs")
 INSTALL = ".venv/bin/pip install --require-hashes -r envs/requirements-step.lock"
@@ -35,7 +37,13 @@ def read_surfaces(path, chord):
         raise InputError(f"{path}: Open CASCADE is installed but cannot be loaded: {error}.") from None
     for printer in Message.DefaultMessenger_s().Printers():  # otherwise statistics fill the terminal instead of the log
         printer.SetTraceLevel(Message_Gravity.Message_Fail)
-    faces = _faces(_shape(Path(path)), chord / MILLIMETRE)
+    try:
+        faces = _faces(_shape(Path(path)), chord / MILLIMETRE)
+    except InputError:
+        raise
+    except Exception as error:  # the kernel's own, of many kinds
+        reason = f"{type(error).__name__}: {error}".rstrip(": .")
+        raise InputError(f"{path}: Open CASCADE fails ({reason}). Heal it in the CAD program, or use STL.") from error
     if not faces:
         raise InputError(f"{path} holds no surfaces; curves and points alone reflect nothing.")
     missing = [number for number, face in enumerate(faces) if face is None]
@@ -51,18 +59,30 @@ def _shape(path):
     """All shapes of a file as one, in millimetres."""
     from OCP.IFSelect import IFSelect_ReturnStatus
     from OCP.IGESControl import IGESControl_Reader
+    from OCP.Interface import Interface_Static
     from OCP.STEPControl import STEPControl_Reader
 
-    iges = path.suffix.lower() in (".iges", ".igs")
-    if iges and path.read_bytes().rstrip()[-80:][72:73] != b"T":  # the kernel reads the rest
-        raise InputError(f"{path} does not end as an IGES file does, with its section T; it may have been cut short.")
+    data = path.read_bytes()
+    text, iges = mended(path, data), is_iges(path)
     reader = IGESControl_Reader() if iges else STEPControl_Reader()
-    if reader.ReadFile(str(path)) != IFSelect_ReturnStatus.IFSelect_RetDone:  # going on would crash the kernel
+    # A part's triangles stand for it where its surfaces are not in the file; beside these they would be it twice.
+    Interface_Static.SetCVal_s("read.step.tessellated", "OnNoBRep")
+    with tempfile.TemporaryDirectory() as folder:
+        given = path
+        if text != data:
+            given = Path(folder, f"mended{path.suffix}")
+            given.write_bytes(text)
+        state = reader.ReadFile(str(given))
+    if state != IFSelect_ReturnStatus.IFSelect_RetDone:  # going on would crash the kernel
         raise InputError(f"{path} cannot be read as {'an IGES' if iges else 'a STEP'} file. Export it anew.")
     parts = reader.NbRootsForTransfer()
     lost = parts - reader.TransferRoots()
     if lost:
         raise InputError(f"{path}: {lost} of its {parts} parts cannot be translated. Export it anew, or as STL.")
+    left = left_out_of_iges(reader) if iges else left_out_of_step(reader, text)
+    if left:
+        rest = f" and {len(left) - 1} more" if len(left) > 1 else ""
+        raise InputError(f"{path}: Open CASCADE does not read {left[0]}{rest}, perhaps surfaces. Export STL, or anew.")
     return reader.OneShape()
 
 
@@ -82,8 +102,9 @@ def _faces(shape, chord):
         return []
     box = Bnd_Box()
     BRepBndLib.AddOptimal_s(shape, box, False, False)
-    least, most = (share * box.SquareExtent() ** 0.5 for share in DEFLECTION)
-    BRepMesh_IncrementalMesh(shape, min(max(chord, least), most), False, TURN)
+    if not box.IsVoid():  # else all faces are triangles already
+        least, most = (share * box.SquareExtent() ** 0.5 for share in DEFLECTION)
+        BRepMesh_IncrementalMesh(shape, min(max(chord, least), most), False, TURN)
     faces = []
     while explorer.More():
         face, place = TopoDS.Face(explorer.Current()), TopLoc_Location()

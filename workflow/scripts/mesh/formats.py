@@ -11,7 +11,8 @@ from typing import NamedTuple
 import numpy as np
 
 from isarflow.core.errors import InputError
-from isarflow.mesh.text import BOM, elements_of, numbered, point, quoted, rows, unix
+from isarflow.core.text import BOM
+from isarflow.mesh.text import elements_of, numbered, point, quoted, rows, unix
 
 STL_RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 # Other formats saved under the name of an STL file, by their first bytes.
@@ -24,6 +25,18 @@ OTHERS = {
     b"ply": "a PLY file; name it so",
 }
 TEXT_STL = re.compile(rb"[\r\n]\s*(facet|end\s*solid)", re.IGNORECASE)
+STL_REST = b"outer", b"endloop", b"end", b"color"  # words that begin a line of a text STL without surface
+# Statements of OBJ files, small letters, beside v, f and fo: those of curves, points, groups and looks, and the others.
+OBJ_REST = frozenset(
+    b"vn vt vp p l o g s mg usemtl mtllib usemap maplib lod shadow_obj trace_obj bevel c_interp d_interp ctech stech "
+    b"cstype deg bmat step curv curv2 parm trim hole scrv sp end con cdc res".split()
+)
+FREE_FORM = "a free-form surface, which is not read; convert it to polygons before the export"
+OBJ_UNREAD = {
+    **dict.fromkeys((b"surf", b"bsp", b"bzp", b"cdp"), FREE_FORM),
+    b"call": "another file, which is not read; put its lines here",
+    b"csh": "a command, which is not run; put the lines that it makes here",
+}
 OBJ_VERTEX = 3, 4, 6, 7  # numbers: x, y, z, perhaps a weight, perhaps a colour
 XYZ, CORNERS = [("x", "d"), ("y", "d"), ("z", "d")], [("vertex_indices", "dd")]
 
@@ -65,9 +78,9 @@ def read_stl(data):
 
 def _stl_text(data):
     """The corners (3 T, 3) of all facets in a text STL."""
-    points, begun, inside, ended, place, line = array("d"), 0, False, False, 0, b""
+    points, begun, inside, ended, place, line, odd = array("d"), 0, False, False, 0, b"", None
     for place, line in numbered(data):
-        words = line.split()
+        words = line.split(b"#", 1)[0].split()
         word = words[0].lower() if words else b""
         if word == b"end" and len(words) > 1:
             word += words[1].lower()
@@ -79,33 +92,39 @@ def _stl_text(data):
             begun, inside, ended = len(points), not inside, False
         elif word in (b"solid", b"endsolid"):
             ended = word == b"endsolid"
+        elif word and word not in STL_REST:
+            odd = odd or quoted(place, line)
     if inside or len(points) != begun:
         raise InputError(f"its last facet does not end before {quoted(place, line)}; it may have been cut short.")
     if not ended:
         raise InputError(f"it does not end with a line 'endsolid', but with {quoted(place, line)}; is it cut short?")
+    if odd:
+        raise InputError(f"{odd} is no line of a text STL file, so that a part may be left out. Mend or delete it.")
     return np.frombuffer(points, float).reshape(-1, 3)
 
 
 def read_obj(data):
-    """Read all faces of an OBJ file, of any object, group and material."""
+    """Read all faces of an OBJ file, of any object, group and material; other surfaces are refused."""
     points, sizes, corners, lines, face_lines = array("d"), array("q"), array("q"), array("q"), array("q")
     joined, begun, width = b"", 0, 0
     for number, line in numbered(data):
-        if line.rstrip().endswith(b"\\"):
-            joined, begun = joined + line.rstrip()[:-1] + b" ", begun or number
+        content = line.split(b"#", 1)[0].rstrip()
+        if content.endswith(b"\\"):
+            joined, begun = joined + content[:-1] + b" ", begun or number
             continue
-        words, at = (joined + line).split(b"#", 1)[0].split(), begun or number
+        words, at = (joined + content).split(), begun or number
         joined, begun = b"", 0
         if not words:
             continue
-        if words[0] == b"v":
+        word = words[0].lower()
+        if word == b"v":
             points.extend(point(words[1:4], at, line))
             lines.append(at)
             if len(words) - 1 not in OBJ_VERTEX or width not in (0, len(words)):  # within an object
                 others = f"but the vertex before it {width - 1}" if width else "not 3, 4, 6 or 7"
                 raise InputError(f"{quoted(at, line)} gives {len(words) - 1} numbers of a vertex, {others}.")
             width = len(words)
-        elif words[0] in (b"f", b"fo"):
+        elif word in (b"f", b"fo"):
             try:
                 face = [int(word.split(b"/", 1)[0]) for word in words[1:]]
             except ValueError:
@@ -117,10 +136,15 @@ def read_obj(data):
             sizes.append(len(face))
             face_lines.append(at)
             corners.extend(corner - 1 if corner > 0 else count + corner for corner in face)
-        elif words[0] in (b"o", b"g"):
+        elif word in (b"o", b"g"):
             width = 0
-        elif words[0][:1] in b"+-.0123456789":
-            raise InputError(f"{quoted(at, line)} begins with a number, where an OBJ file says what the line is.")
+        elif word not in OBJ_REST:
+            why = "is no statement of an OBJ file, so that a part may be left out. Mend or delete the line"
+            if word[:1] in b"+-.0123456789":
+                why = "begins with a number, where an OBJ file says what the line is"
+            elif word in OBJ_UNREAD:
+                why = f"is {OBJ_UNREAD[word]}"
+            raise InputError(f"{quoted(at, line)} {why}.")
     if joined:
         raise InputError(f"{quoted(number, line)} goes on, but it is the last; the file may have been cut short.")
     return Surface(np.frombuffer(points, float).reshape(-1, 3), *map(np.array, (sizes, corners, lines, face_lines)))

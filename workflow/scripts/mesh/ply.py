@@ -6,8 +6,9 @@ import struct
 import numpy as np
 
 from isarflow.core.errors import InputError
+from isarflow.core.text import BOM
 from isarflow.mesh.formats import Surface
-from isarflow.mesh.text import BOM, elements_of, rows, unix
+from isarflow.mesh.text import elements_of, rows, unix
 
 # Names of the types for both numpy and struct.
 TYPES = {
@@ -15,6 +16,8 @@ TYPES = {
     **{"int8": "b", "uint8": "B", "int16": "h", "uint16": "H", "int32": "i", "uint32": "I"},
     **{"float32": "f", "float64": "d"},
 }
+LISTS = "vertex_indices", "vertex_index"  # of the vertices of a face
+REST = "ply", "comment", "obj_info", "end_header"  # words of a header that announce nothing
 ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 
 
@@ -36,13 +39,16 @@ def read_ply(data):
             raise InputError("its numbers do not go with its header; it may have been cut short.") from None
         if body[start:].strip(b" \t\r\n\0"):
             raise InputError(f"it goes on for {len(body) - start} bytes after all that its header announces.")
-    points = values.get("vertex", {})
+    points = values.pop("vertex", {})
     if not {"x", "y", "z"} <= set(points) or any(isinstance(points[axis], tuple) for axis in "xyz"):
         raise InputError("it has no vertices with x, y and z.")
-    faces = values.get("face", {})
-    listed = (faces[key] for key in ("vertex_indices", "vertex_index") if isinstance(faces.get(key), tuple))
-    sizes, corners = next(listed, ([], []))
-    strips = [strip for lengths, ends in values.get("tristrips", {}).values() for strip in _strips(lengths, ends)]
+    sizes, corners = _corners("face", values.pop("face", {}))
+    strips = list(_strips(*_corners("tristrips", values.pop("tristrips", {}))))
+    for name, other in values.items():
+        lists = {key: value for key, value in other.items() if "vert" in key and isinstance(value, tuple)}
+        if any(max(lengths, default=0) > 2 for lengths, _ in lists.values()):
+            wrong = f"lists of vertices, {', '.join(lists)}, in its element '{name}'"
+            raise InputError(f"it has {wrong}, which is not read: write them as 'face' with the list {LISTS[0]}.")
     return Surface(
         np.stack([np.asarray(points[axis], float) for axis in "xyz"], axis=1),
         np.concatenate([np.asarray(sizes, np.int64), np.full(len(strips), 3)]),
@@ -50,6 +56,14 @@ def read_ply(data):
         lines.get("vertex"),
         None if strips else lines.get("face"),
     )
+
+
+def _corners(name, element):
+    """The lists of vertices of an element, by property: their lengths, and the entries one after the other."""
+    lists = [element[key] for key in LISTS if isinstance(element.get(key), tuple)]
+    if not lists and any(len(value[0] if isinstance(value, tuple) else value) for value in element.values()):
+        raise InputError(f"its element '{name}' has no list {' or '.join(LISTS)}, but {', '.join(element)}.")
+    return lists[0] if lists else ([], [])
 
 
 def _header(lines):
@@ -60,13 +74,15 @@ def _header(lines):
             if words[:1] == ["format"]:
                 form = words[1]
             elif words[:1] == ["element"]:
-                elements.append((words[1], int(words[2]), []))
-                if elements[-1][1] < 0:
+                if int(words[2]) < 0 or words[1] in (name for name, *_ in elements):
                     raise ValueError
+                elements.append((words[1], int(words[2]), []))
             elif words[:2] == ["property", "list"]:
                 elements[-1][2].append((words[4], TYPES[words[2]] + TYPES[words[3]]))
             elif words[:1] == ["property"]:
                 elements[-1][2].append((words[2], TYPES[words[1]]))
+            elif words and words[0] not in REST:
+                raise ValueError
         except (KeyError, IndexError, ValueError):
             raise InputError(f"its header has '{' '.join(words)}', which no PLY file should have.") from None
     if form not in ORDERS:

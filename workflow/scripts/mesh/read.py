@@ -6,10 +6,10 @@ import numpy as np
 
 from isarflow.core.errors import InputError
 from isarflow.core.sweep import C0
-from isarflow.mesh import cad_kernel, topology
+from isarflow.mesh import cad_kernel, halves, topology
 from isarflow.mesh.formats import read_obj, read_off, read_stl, triangulated
 from isarflow.mesh.ply import read_ply
-from isarflow.mesh.resolution import too_fine
+from isarflow.mesh.resolution import too_fine, wanted_edges
 
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}  # metres
 # A target is plausible between these numbers of wavelengths at the centre frequency. Longer ones are beyond a dense
@@ -50,6 +50,22 @@ def read_cad(path, chord=0.0):
     if np.ptp(used, axis=0).max() == 0:
         raise InputError(f"{path}: all corners of its triangles are at one place.")
     return vertices, triangles
+
+
+def read_target(path, target, mesh, radar, chord=0.0):
+    """Read a target's surface: vertices (V, 3) in metres, triangles (T, 3), and planes at which a half was completed.
+
+    `target`, `mesh` and `radar` are those parts of the config, `chord` in metres is that of `read_cad`.
+    """
+    vertices, triangles = read_cad(path, chord / target.get("scale", 1.0))
+    vertices = in_metres(vertices, target)
+    return halves.completed(vertices, triangles, target.get("symmetry", []), in_plane(vertices, triangles, mesh, radar))
+
+
+def in_plane(vertices, triangles, mesh, radar):
+    """Metres from a mirror plane within which parts of a surface lie in it."""
+    box = np.ptp(vertices[topology.used(triangles)], axis=0)
+    return halves.IN_PLANE * wanted_edges(mesh, radar, box)[-1]
 
 
 def _check_numbers(surface, path):

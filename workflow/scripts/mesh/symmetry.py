@@ -8,6 +8,7 @@ from isarflow.core import sweep
 from isarflow.mesh import topology
 
 AXES = {"yz": 0, "xz": 1, "xy": 2}  # mirror plane -> the coordinate that is zero there, by which a plane is given
+PLANES = tuple(AXES)  # of the coordinates
 ASYMMETRY = 1 / 100  # wavelengths at the top frequency between a target and its mirror image
 
 

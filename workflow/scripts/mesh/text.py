@@ -6,10 +6,10 @@ from typing import NamedTuple
 import numpy as np
 
 from isarflow.core.errors import InputError
+from isarflow.core.text import BOM, number
 
-BOM = b"\xef\xbb\xbf"  # some editors put it in front of text
-FORTRAN = bytes.maketrans(b"Dd", b"ee")  # as in 1.0D-03
-COLOURS = 3, 4  # numbers; OFF files may give them to some faces alone
+PADDING = b" \t\r\n\0\x1a"  # after a text; the last is the end of a file to DOS
+COLOURS = 3, 4  # numbers; OFF files may give them to some faces alone, but not to one alone: that is a mistake
 
 
 class Rows(NamedTuple):
@@ -22,8 +22,8 @@ class Rows(NamedTuple):
 
 
 def unix(data):
-    """A text's bytes with line ends of one kind."""
-    return data.removeprefix(BOM).replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    """A text's bytes with line ends of one kind, without a byte-order mark and padding at its end."""
+    return data.removeprefix(BOM).rstrip(PADDING).replace(b"\r\n", b"\n").replace(b"\r", b"\n") + b"\n"
 
 
 def numbered(data):
@@ -33,11 +33,6 @@ def numbered(data):
 
 def quoted(place, line):
     return f"line {place}: {line.decode('latin-1').strip()[:80]!r}"
-
-
-def number(word):
-    """A word as a number, also in Fortran's form. Raises ValueError."""
-    return float(word.translate(FORTRAN))
 
 
 def point(words, place, line):
@@ -143,18 +138,22 @@ def _element(found, start, end, line, name, properties):
             before = np.cumsum(lengths) - lengths
             values[key] = lengths, numbers[np.repeat(at - before, lengths) + np.arange(lengths.sum())]
             size, at = size + lengths, at + lengths
-    k = _odd(size, end - at)
+    k = _odd(size, end - at, name == "face")
     if k is not None:
         _refuse(found, line[k], name, f"not as many numbers follow after it ({end[k] - at[k]}) as on other lines")
     return values
 
 
-def _odd(size, more):
-    """The first row, or None, with an unusual number, `more`, of numbers after its list of `size`, not announced."""
+def _odd(size, more, coloured):
+    """The first row, or None, with an unusual number, `more`, of numbers after its list of `size`, not announced.
+
+    With `coloured` some rows may have a colour.
+    """
     if (more == more[:1]).all():
         return None
     plain = more == 0
-    if set(more.tolist()) in ({0, count} for count in COLOURS) and np.isin(size[plain], size[~plain]).all():
+    some = coloured and set(more.tolist()) in ({0, count} for count in COLOURS) and (~plain).sum() > 1
+    if some and np.isin(size[plain], size[~plain]).all():
         return None
     kinds, count = np.unique(np.stack([size, more]), axis=1, return_counts=True)
     if (np.diff(kinds[0]) > 0).all() and (np.diff(kinds[1]) >= 0).all():  # it grows with the list: of each corner

@@ -8,7 +8,7 @@ from isarflow.core.words import counted
 from isarflow.mesh import symmetry, topology
 from isarflow.mesh.build import load
 from isarflow.mesh.ground import Ground, from_mirror_image
-from isarflow.mesh.read import UNITS, in_metres, read_cad, states_unit
+from isarflow.mesh.read import UNITS, read_target, states_unit
 from isarflow.mesh.resolution import wanted_edges
 from isarflow.scattering import needs
 
@@ -24,13 +24,13 @@ def checkup(config, name):
     """
     target, mesh, radar, lines = config["targets"][name], config["mesh"], config["radar"], []
     try:
-        vertices, triangles = read_cad(target["mesh"])
-        vertices, triangles = topology.compact(in_metres(vertices, target), triangles)
+        vertices, triangles = topology.compact(*read_target(target["mesh"], target, mesh, radar)[:2])
         lines += [*_sizes(vertices, triangles, target), _symmetry(vertices, triangles, target, radar)]
         source = load(target["mesh"], target, mesh, radar, needs.precision(config))
     except InputError as error:
         return [*lines, f"{REFUSED} {error}"]
     lines += [f"  repairs: {counted(source.repairs) or 'none needed'}", _closed(source)]
+    lines += [f"  warning: {sentence}" for sentence in source.measures["warnings"]]
     lines += _thinnest(source, wanted_edges(mesh, radar, source.measures["box"])[-1])
     for solve, band in zip(needs.expected(config, name, source.measures), bands(radar, mesh["bands"]), strict=True):
         cost = f"{solve['megabytes'] / GIGA:.1f} GB, {solve['seconds']:,.0f} s on two cores"

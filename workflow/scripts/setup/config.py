@@ -3,6 +3,7 @@
 import functools
 import os
 import re
+import unicodedata
 from pathlib import Path
 
 import yaml
@@ -14,13 +15,14 @@ from isarflow.learning.experiments import CLEAN
 from isarflow.setup import overlay, sweeps
 from isarflow.setup.check import check, check_experiments, check_fewest, rules
 from isarflow.setup.overlay import ALL, EXPERIMENTS
-from isarflow.setup.schema import check_schema
+from isarflow.setup.schema import check_schema, schema
 from isarflow.setup.yaml_file import read_yaml
 
 BASE = ROOT / "config" / "config.yaml"
 
 # YAML 1.1 reads 2.775e9 (no sign in the exponent) as text; everyone means the number.
 EXPONENT = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+")
+LONGEST_NAME = 96  # characters of a file's name in that of its run: four more may come before it
 
 
 def load(*overlays):
@@ -70,10 +72,18 @@ def of_command_line(settings):
     if "cad" not in said:
         return said
     path = str(said.pop("cad"))
-    name = re.sub(r"[^A-Za-z0-9]+", "_", Path(path).stem).strip("_").lower() or "cad"
+    name = _name_of(path)
     unit = {"unit": said.pop("unit")} if "unit" in said else {}
     targets = {ALL: None, name: {"mesh": path, "role": "other"} | unit}
     return overlay.merge({"name": name, "targets": targets, "learning": {"experiments": {ALL: None}}}, said)
+
+
+def _name_of(path):
+    """A name that a target and a run may have, from that of a file."""
+    stem = unicodedata.normalize("NFKD", Path(path).stem).encode("ascii", "ignore").decode().lower()
+    name = re.sub("[^a-z0-9]+", "_", stem).strip("_")[:LONGEST_NAME] or "cad"
+    rules = schema()["$defs"]
+    return f"cad_{name}" if refusal(check_schema, name, rules["free_name"] | {"$defs": rules}) else name
 
 
 def unnamed(config, *overlays):

@@ -10,9 +10,9 @@ from isarflow.core.folders import of_fields
 from isarflow.core.sweep import images_are_made, why_no_images
 from isarflow.imaging.geometry import describe, planned
 from isarflow.learning.caveats import LEARNING, warnings
-from isarflow.mesh import cad_kernel, measures, symmetry, topology
+from isarflow.mesh import cad_kernel, halves, measures, symmetry, topology
 from isarflow.mesh.ground import from_mirror_image
-from isarflow.mesh.read import check_size, in_metres, read_cad
+from isarflow.mesh.read import check_size, in_plane, read_target
 from isarflow.mesh.resolution import check_resolution
 from isarflow.scattering import field_files, needs
 from isarflow.setup.config import BASE, read_yaml
@@ -34,6 +34,7 @@ def overview(config, results, refuse=False, seeds=1):
     for name, target in config["targets"].items():
         try:
             sizes[name] = _size(config, name, fields / "mesh" / f"{name}.json")
+            lines += [f"Warning: {name}: {sentence}" for sentence in (sizes[name] or {}).get("halves", ())]
             if field_files.is_store(target.get("field")):
                 from isarflow.scattering.given_store import check_polarizations  # xarray takes a second
 
@@ -121,7 +122,7 @@ def _untrained(learning):
 
 
 def _size(config, name, mesh_json):
-    """Area in m^2, box and reach from the origin in m of a target's CAD file; None where they are not known yet.
+    """Area in m^2, box and reach from the origin in m of a target's CAD file, and sentences on it as `halves`, or None.
 
     mesh_json: the mesh job's file. Raises InputError for a file that cannot be read, or that is of another size,
     less symmetric than it says, or open and to be solved as a closed one.
@@ -131,15 +132,17 @@ def _size(config, name, mesh_json):
         return None
     if Path(target["mesh"]).suffix.lower() in cad_kernel.FORMATS:  # they take long to read
         return json.loads(mesh_json.read_text())["source"] if mesh_json.exists() else None
-    vertices, triangles = read_cad(target["mesh"])
-    vertices, triangles = topology.compact(in_metres(vertices, target), triangles)
+    vertices, triangles, completed = read_target(target["mesh"], target, config["mesh"], config["radar"])
+    vertices, triangles = topology.compact(vertices, triangles)
     check_size(vertices, target, config["mesh"], config["radar"], target["mesh"], needs.precision(config))
     if len(triangles) <= LOOKED_AT and _is_doubtful(config, name, vertices, triangles):
         from isarflow.mesh.build import load  # with MeshLab, which takes long to load
         from isarflow.setup.checkup import check_formulation
 
         check_formulation(config, name, load(target["mesh"], target, config["mesh"], config["radar"]))
-    return measures.size(vertices, triangles)
+    near, planes = in_plane(vertices, triangles, config["mesh"], config["radar"]), target.get("symmetry", [])
+    halved = [*halves.sentences(vertices, triangles, completed, planes, near)]
+    return measures.size(vertices, triangles) | {"halves": halved}
 
 
 def _is_doubtful(config, name, vertices, triangles):
