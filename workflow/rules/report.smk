@@ -17,7 +17,7 @@ rule report:
         curves=[f"{RESULTS}/learning/models/{fitted}" for fitted in plan.fitted],
         reconstructions=[f"{RESULTS}/learning/reconstructions/{fitted}.zarr" for fitted in plan.decoders()],
         published=published("results"),
-        full_size=[in_repository(f"resources/results/{table}.csv.xz") for table in ("scores", "validation")],
+        full_size=[in_repository(path) for path in selection.full_size(config["name"]).values()],
         page_files=[
             *(in_repository("workflow/scripts", file) for file in of_page("*.html", "*.css", "*.js")),
             in_repository("resources/glossary.md"),
