@@ -3,7 +3,8 @@ import pandas as pd
 import pytest
 from sklearn.metrics import f1_score
 
-from isarflow.learning import thresholds
+from isarflow.core.errors import InputError
+from isarflow.learning import judge, thresholds
 
 
 def validation(seed=0, count=60):
@@ -99,6 +100,19 @@ def test_no_threshold_depends_on_test_images(protocol):
     tests = validation(seed=1).assign(side="test", known_x=100.0)
     both = pd.concat([table, tests], ignore_index=True)
     assert thresholds.choose(both, "known_x", protocol) == thresholds.choose(table, "known_x", protocol)
+
+
+def test_a_fold_without_validation_images_of_known_targets_is_refused():
+    """It has no threshold, and so its test images no label."""
+    table, tests = validation().assign(fold=1), validation(seed=1).assign(side="test", block=0)
+    both = pd.concat([table, tests.assign(fold=1), tests.assign(fold=2)], ignore_index=True)
+    for more in (table.iloc[:0], table.query("role != 'known'"), table.assign(side="left out")):
+        with pytest.raises(InputError, match="fold 2 has no validation image of a known target: no threshold can be"):
+            judge.decide(pd.concat([both, more.assign(fold=2)], ignore_index=True))
+    decided = judge.decide(pd.concat([both, table.assign(fold=2)], ignore_index=True))
+    assert {label for one in decided if one.threshold for label in one.predicted} == {"a", "b", "other"}
+    closed, *opened = judge.decide(both.drop(columns="known_x"))  # needs none
+    assert len(closed.test) == 2 * 120 and opened == []
 
 
 def test_with_known_images_alone_95_percent_are_kept():

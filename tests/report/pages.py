@@ -10,6 +10,7 @@ from html.parser import HTMLParser
 import pandas as pd
 
 VOID = {"meta", "link", "img", "br", "input"}
+MOST_SENTENCES = 3  # of a caption
 
 
 class Page(HTMLParser):
@@ -48,6 +49,12 @@ class Page(HTMLParser):
         figure = self.html[self.html.index(f'id="figure-{name}"') :]
         return unescape(re.search(r"<figcaption>(.*?) <a ", figure, re.DOTALL)[1])
 
+    def captions(self):
+        """The captions of all figures and tables as text, without their links."""
+        found = re.findall(r'<(figcaption|p class="caption")[^>]*>(.*?)</(?:figcaption|p)>', self.html, re.DOTALL)
+        texts = [unescape(re.sub(r"<a .*?</a>,?|<[^>]+>", "", text, flags=re.DOTALL)) for _, text in found]
+        return [" ".join(text.split()) for text in texts if text]
+
     def table(self, label):
         """The cells of a table as text, row by row, the heading first."""
         table = self.html[self.html.index(f'aria-labelledby="{label}">\n<thead>') :].partition("</table>")[0]
@@ -73,6 +80,10 @@ def check_whole(report):
     for attrs in page.attributes("a"):
         target = attrs["href"]
         assert target[1:] in ids if target.startswith("#") else held[target] and "download" in attrs
+    captions = page.captions()
+    assert len(captions) >= len(page.figures) + page.html.count("<table aria-labelledby")
+    # A full stop within a number or a file's name ends none.
+    assert [text for text in captions if len(re.findall(r"[.!?…]”?(?=\s|$)", text)) > MOST_SENTENCES] == []
     levels = [int(tag[1]) for tag, _ in page.tags if tag in ("h1", "h2", "h3")]
     assert levels[0] == 1 and levels.count(1) == 1
     assert all(after <= before + 1 for before, after in itertools.pairwise(levels))

@@ -53,7 +53,7 @@ def test_further_seeds_have_folders_of_their_own(plan):
     assert f"{further}/imaging/trihedral/snr_6dB.zarr" in other
     assert other[-1] == f"{further}/imaging/pure-noise/clean.zarr"
     assert plan.roots() == {"mine": "results/mine", "seed_5": further}
-    assert len(plan.judged(further)) == 1 + len(plan.fitted) * (1 + len(plan.snrs))
+    assert len(plan.judged(further)) == 2 + len(plan.fitted) * (1 + len(plan.snrs))
 
 
 def test_memory_follows_from_the_images(plan):

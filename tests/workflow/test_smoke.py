@@ -177,6 +177,7 @@ def test_every_artefact_of_the_contract_is_there(results):
         *(f"learning/models/{run}/config.json" for run in runs),
         *(f"learning/predictions/{run}/snr_{snr}dB.csv" for run in runs for snr in (0, 20)),
         "learning/scores.csv",
+        "learning/scores.json",
         "report/index.html",
         "report/figures",
         "report/tables",

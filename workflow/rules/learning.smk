@@ -125,6 +125,7 @@ rule scores:
         scores=in_report("{root}/learning/scores.csv", "Learning", table="scores"),
         confusion=in_report("{root}/learning/confusion.csv", "Learning", table="confusion"),
         validation=in_report("{root}/learning/validation.csv", "Learning", table="validation"),
+        record="{root}/learning/scores.json",
     log:
         "{root}/logs/learning/scores.log",
     benchmark:

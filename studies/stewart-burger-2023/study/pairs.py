@@ -7,9 +7,11 @@ from types import SimpleNamespace
 
 import pandas as pd
 
-from isarflow.report.results import FULL_SIZE, read_learned
+from isarflow.core.folders import ROOT
+from isarflow.report.results import read_learned
 from isarflow.report.vocabulary import select
 
+FULL_SIZE = ROOT / "resources" / "results"
 SCORES = read_learned(FULL_SIZE / "models.csv.xz")
 EVERY = SCORES[["drone", "missile"]].drop_duplicates().to_dict("records")  # the known targets of each run
 TRAININGS = pd.read_csv(FULL_SIZE / "capsule_training.csv")

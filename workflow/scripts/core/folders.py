@@ -3,6 +3,7 @@
 from pathlib import Path
 
 SCORES = "learning/scores.csv"
+RECORD = "learning/scores.json"  # the settings and prediction tables that the scores are made of
 # The repository that this file is in, also where a copy has folders in place of links; none of an installed package.
 ROOT = next((path for path in Path(__file__).resolve().parents if (path / "config/schema.yaml").exists()), Path())
 SCRIPTS = ROOT / "workflow" / "scripts"

@@ -140,16 +140,21 @@ def _said(file: str, name: str) -> Kind:
 
 
 def page_names(models: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
-    """The page's names for a config's models and their confidence scores: `models` and `scores`, mappings.
+    """The page's names for a config's models and their confidence scores: `models`, `scores` and `main`, mappings.
 
     models: the config's. A kind states it as LABELS, of each model's name its label, its name within a sentence and its
-    place on the page, and SCORES, of each confidence score's name its label and place. Names not stated are left out.
+    place on the page, and SCORES, of each confidence score's name its label and place. The first of SCORES is the
+    model's main one: `main` has it by the model's name in the config. Names not stated are left out.
     """
     labels: dict[str, Any] = {}
     scores: dict[str, Any] = {}
+    main: dict[str, str] = {}
     for name in models:
         stated = of_model(models, name).stated
         labels |= stated.get("LABELS", {})
         scores |= stated.get("SCORES", {})
+        if "SCORES" in stated:
+            main[name] = next(iter(stated["SCORES"]))
     # Sorted, as Snakemake compares params by their text.
-    return {"models": dict(sorted(labels.items())), "scores": dict(sorted(scores.items()))}
+    every = {"models": labels, "scores": scores, "main": main}
+    return {kind: dict(sorted(names.items())) for kind, names in every.items()}

@@ -1,14 +1,17 @@
-"""A run's leaderboard, and anybody's predictions scored by its images, sides, folds, thresholds, metrics and intervals.
+"""A finished run's leaderboard, and anybody's predictions scored as the run's own models were.
 
     python -m isarflow.learning.benchmark results/<name> <experiment> mine.csv
 
 A table of predictions has a row for each image that the experiment validates or tests (see `images`), with columns KEY,
 `predicted`, a class or 'other', and, to be scored in the open set, `confidence`, larger for images of known classes.
-docs/benchmark.md goes through it.
+Images, folds, seed and settings are those of the run's record, whatever else its folder holds. docs/benchmark.md goes
+through it.
 """
 
 import argparse
 import json
+import sys
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -16,13 +19,13 @@ import pandas as pd
 import xarray as xr
 
 from isarflow.core.errors import InputError
+from isarflow.core.folders import SCORES, run_and_model
 from isarflow.core.store import open_store
 from isarflow.core.sweep import snr_label, snr_of_label
-from isarflow.learning import judge
+from isarflow.learning import judge, record
 from isarflow.learning.classifier import OTHER, SPLIT, config_of
 from isarflow.learning.experiments import CLEAN
-from isarflow.learning.images import ORIGIN
-from isarflow.learning.metrics import KEPT
+from isarflow.learning.images import ORIGIN, among
 from isarflow.learning.predict import KNOWN
 from isarflow.learning.scores import read_table
 from isarflow.learning.split import LEFT_OUT
@@ -44,7 +47,6 @@ BOARD = {
     "oscr": ("", "oscr"),
 }
 RANK = "f1_weighted_blind"
-ALIKE = 2e-3  # confidence scores whose metrics differ by no more at any SNR order images alike, but for rounding
 LEADERBOARD = "learning/leaderboard.csv"
 
 
@@ -55,15 +57,8 @@ def images(results, experiment, snrs=None):
     `side` is validation, by the blind protocol on those whose `role` is known or other; `role` unknown is never trained
     on. Raises InputError for a folder without predictions of such an experiment at these SNRs.
     """
-    folders = [
-        Path(results, "learning", "predictions", model.parent.name, model.name)
-        for model in _models(results, experiment)
-    ]
-    paths = sorted(path for folder in folders for path in folder.glob("*.csv"))
+    paths = _tables(results, experiment)
     there = {snr_of_label(path.stem) for path in paths}
-    if not there:
-        lacking = f"has no predictions of an experiment '{experiment}'; make its leaderboard first"
-        raise InputError(f"{results} {lacking if Path(results).is_dir() else 'is no folder'}.")
     asked = there if snrs is None else {*snrs}
     if strange := sorted(asked - there):
         one, other = (", ".join(f"{snr:g}" for snr in of) for of in (strange, sorted(there)))
@@ -77,14 +72,18 @@ def images(results, experiment, snrs=None):
     return pd.concat(tables, ignore_index=True).drop_duplicates(KEY, ignore_index=True)
 
 
-def _models(results, experiment):
-    """The folder of one fitted model of each of an experiment's runs."""
-    runs = {}
-    for path in sorted(Path(results, "learning", "models").glob("*/*/config.json")):
-        run = config_of(path.parent)["run"]
-        if run["experiment"] == experiment:
-            runs.setdefault(run["name"], path.parent)
-    return [*runs.values()]
+def _tables(results, experiment):
+    """The prediction tables of one model of each of an experiment's runs, sorted paths."""
+    made, models = record.read(results), {}
+    for run, model, _ in (table.split("/") for table in made.tables):
+        if made.runs[run]["experiment"] == experiment:
+            models.setdefault(run, model)
+    if not models:
+        there = sorted({run["experiment"] for run in made.runs.values()})
+        lacking = f"has no predictions of an experiment '{experiment}', but of {', '.join(there) or 'none'}"
+        raise InputError(f"{results} {lacking}.")
+    wanted = {*models.items()}
+    return record.paths(results, made, sorted(table for table in made.tables if run_and_model(table) in wanted))
 
 
 def training(results, experiment):
@@ -94,14 +93,17 @@ def training(results, experiment):
     """
     held_out = images(results, experiment).query("role == 'known' and side == 'validation'")
     classes, parts = dict(zip(held_out["target"], held_out["truth"], strict=True)), []
-    for model in _models(results, experiment):
-        split = json.loads((model / SPLIT).read_text())
+    models = {Path(results, "learning/models", *run_and_model(path)) for path in _tables(results, experiment)}
+    for model in sorted(models):
+        split, trained = json.loads((model / SPLIT).read_text()), config_of(model)["run"]["elevation"]
         for target in sorted(classes):
             side = split["targets"][target]["train"]
-            views = pd.MultiIndex.from_product([side["elevation"], side["azimuth"]], names=["elevation", "azimuth"])
+            elevation = [angle for angle in side["elevation"] if trained == "all" or among([angle], trained)]
+            views = pd.MultiIndex.from_product([elevation, side["azimuth"]], names=["elevation", "azimuth"])
             own = {"fold": split["division"]["fold"], "target": target, "truth": classes[target]}
             parts.append(views.to_frame(index=False).assign(**own))
-    return pd.concat(parts, ignore_index=True)[["fold", "target", "elevation", "azimuth", "truth"]]
+    views = pd.concat(parts, ignore_index=True)[["fold", "target", "elevation", "azimuth", "truth"]]
+    return views.drop_duplicates(ignore_index=True)  # runs that train at several SNRs train at the same views
 
 
 def pixels(results, table):
@@ -120,15 +122,15 @@ def pixels(results, table):
     return np.stack([found[row] for row in table.index])
 
 
-def score(results, experiment, predictions, seed=0, kept=KEPT):
+def score(results, experiment, predictions):
     """Return the scores of a table of predictions, by SNR: rows of COLUMNS, as in learning/scores.csv.
 
     predictions: a DataFrame, or the path of a CSV file. At each SNR that it has it must have all images of the
-    experiment. threshold is empty in the closed set; in the open set blind, thesis or kept, and empty for AUROC, FPR
-    and OSCR. seed, kept: the config's `seed` and `learning.kept`. Raises InputError for what cannot be scored.
+    experiment; of other rows a warning says how many there are. threshold is empty in the closed set; in the open set
+    blind, thesis or kept, and empty for AUROC, FPR and OSCR. Raises InputError for what cannot be scored.
     """
     where = "the table" if isinstance(predictions, pd.DataFrame) else predictions
-    mine = _checked(predictions, where)
+    made, mine = record.read(results), _checked(predictions, where)
     every = images(results, experiment, sorted(mine["test_snr_db"].unique()))
     classes = {*every["truth"], OTHER}
     if strange := sorted({*mine["predicted"].astype(str)} - classes):
@@ -138,14 +140,20 @@ def score(results, experiment, predictions, seed=0, kept=KEPT):
     if mine.duplicated(KEY).any():
         raise InputError(f"{where} has an image twice: {_named(mine[mine.duplicated(KEY)])}.")
     table = every.merge(mine[[*KEY, "predicted", *({SCORE} & {*mine})]], how="left", on=KEY)
+    matched = mine[KEY].merge(every[KEY], how="left", on=KEY, indicator="of")["of"].eq("both").to_numpy()
+    strays = f"{(~matched).sum():,} of its {len(mine):,} rows match no image of '{experiment}'"
+    strays = "" if matched.all() else f"{strays}; the first is {_named(mine[~matched])}."
     if (lost := table["predicted"].isna()).any():
-        raise InputError(f"{where} lacks {lost.sum():,} of {len(table):,} images; the first is {_named(table[lost])}.")
+        lacking = f"{where} lacks {lost.sum():,} of {len(table):,} images; the first is {_named(table[lost])}."
+        raise InputError(f"{lacking} {strays}".rstrip())
+    if strays:
+        warnings.warn(f"{where}: {strays} These rows are left out.", stacklevel=2)
     if SCORE in table and (table["role"] == "unknown").any():
         table = table.rename(columns={SCORE: KNOWN + SCORE}).astype({KNOWN + SCORE: float})
     rows = []
     for snr, part in table.groupby("test_snr_db"):
-        for decision in judge.decide(part, kept):
-            rows += [(snr, decision.score, decision.threshold, *row) for row in judge.rows(decision, seed)]
+        for decision in judge.decide(part, made.kept):
+            rows += [(snr, decision.score, decision.threshold, *row) for row in judge.rows(decision, made.seed)]
     return pd.DataFrame(rows, columns=COLUMNS)
 
 
@@ -178,28 +186,13 @@ def leaderboard(scores):
 
     scores: rows of learning/scores.csv, of all elevations and by one definition of SNR. Columns: METHOD, score, n, the
     number of tested images, and those of BOARD, each with the ends of its 95 % interval, <name>_low and <name>_high.
-    Of scores that order images alike, as softmax and logits do of two classes, only the first has rows.
     """
     scores = scores[scores["fold"].astype(str) == ""]
     board = _of_metric(scores[scores["score"] == ""], "accuracy").drop(columns=["score", "n"])
     for name in list(BOARD)[1:]:
         board = board.merge(_of_metric(scores[scores["score"] != ""], name), how="left")
-    values = [column for name in BOARD for column in _ends(name)]
-    parts, others = [], {}
-    columns = [name for name in METHOD if name != "test_snr_db"]
-    for (*method, _), rows in board.groupby([*columns, "score"], sort=False, dropna=False):
-        numbers = rows.set_index("test_snr_db")[values].astype(float).sort_index()
-        seen = others.setdefault(tuple(method), [])
-        if not any(_alike(numbers, other) for other in seen):
-            seen.append(numbers)
-            parts.append(rows)
-    board = pd.concat(parts)
     board = board.sort_values(["experiment", "test_snr_db", RANK], ascending=[True, False, False], ignore_index=True)
-    return board[[*METHOD, "score", "n", *values]]
-
-
-def _alike(one, other):
-    return one.index.equals(other.index) and np.allclose(one, other, atol=ALIKE, equal_nan=True)
+    return board[[*METHOD, "score", "n", *(column for name in BOARD for column in _ends(name))]]
 
 
 def _of_metric(scores, name):
@@ -215,9 +208,14 @@ def _ends(name):
 
 def write_leaderboard(scores, definition, output):
     """Write the `leaderboard` of a run. scores: its learning/scores.csv; definition: the config's of SNR."""
-    table = _read(scores, VALUES)
-    table = table[(table["elevation"] == "all") & (table["snr_definition"] == definition)]
-    leaderboard(table).to_csv(output, index=False, float_format="%.4g")
+    leaderboard(_scores(scores, definition)).to_csv(output, index=False, float_format="%.4g")
+
+
+def _scores(path, definition):
+    """The rows of a run's learning/scores.csv that `leaderboard` takes."""
+    # Only columns of numbers have empty cells; other ones have empty text.
+    table = pd.read_csv(path, keep_default_na=False, na_values=dict.fromkeys(VALUES, ""))
+    return table[(table["elevation"] == "all") & (table["snr_definition"] == definition)]
 
 
 def in_words(board):
@@ -230,11 +228,6 @@ def in_words(board):
     return words
 
 
-def _read(path, numbers):
-    """A table of a CSV file, in which only these columns have empty cells instead of empty text."""
-    return pd.read_csv(path, keep_default_na=False, na_values=dict.fromkeys(numbers, ""))
-
-
 def main(arguments=None):
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("results", help="a finished run's folder, results/<name>")
@@ -242,15 +235,16 @@ def main(arguments=None):
     parser.add_argument("predictions", type=Path, help="a CSV file of a row for each image")
     options = parser.parse_args(arguments)
     try:
-        table = score(options.results, options.experiment, options.predictions)
+        with warnings.catch_warnings(record=True, action="always") as said:
+            table = score(options.results, options.experiment, options.predictions)
     except InputError as error:
         raise SystemExit(str(error)) from None
+    for warning in said:
+        print(warning.message, file=sys.stderr)
+    others = _scores(Path(options.results, SCORES), record.read(options.results).definition)
+    others = others[(others["experiment"] == options.experiment) & others["test_snr_db"].isin(table["test_snr_db"])]
     method = {"experiment": options.experiment, "split": "", "training": "", "model": options.predictions.stem}
-    board = leaderboard(table.assign(**method))
-    if (path := Path(options.results, LEADERBOARD)).exists():
-        others = _read(path, [column for name in BOARD for column in _ends(name)])
-        same = (others["experiment"] == options.experiment) & others["test_snr_db"].isin(board["test_snr_db"])
-        board = pd.concat([others[same], board]).sort_values(["test_snr_db", RANK], ascending=False)
+    board = leaderboard(pd.concat([others, table.assign(**method)]))
     print(in_words(board).drop(columns=METHOD[:3]).to_string(index=False))
 
 

@@ -1,4 +1,5 @@
 from isarflow.core.job import job
+from isarflow.learning import record
 from isarflow.learning.scores import score
 
 with job(snakemake):
@@ -6,3 +7,4 @@ with job(snakemake):
     tables = output.scores, output.confusion, output.validation
     how = settings["runs"], settings["noise.definition"], settings["seed"], snakemake.threads
     score(snakemake.input.predictions, *how, *tables, settings["learning.kept"], settings["track"])
+    record.write(output.record, settings, snakemake.input.predictions)

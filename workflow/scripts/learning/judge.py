@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 import pandas as pd
 
+from isarflow.core.errors import InputError
 from isarflow.learning import metrics, thresholds
 from isarflow.learning.classifier import OTHER
 from isarflow.learning.metrics import KEPT
@@ -78,7 +79,8 @@ def ordered(labels):
 def decide(table, kept=KEPT):
     """The `Decision`s of a prediction table of all folds: the closed set's, and those of each confidence score in it.
 
-    kept: the share of known images that the protocol of this name keeps.
+    kept: the share of known images that the protocol of this name keeps. Raises InputError for a fold of an open set
+    that has no validation image of a known target.
     """
     known = table[table["role"] == "known"]
     test, held_out = (known[known["side"] == side] for side in ("test", "validation"))
@@ -92,9 +94,9 @@ def _opened(table, kept):
     """Known and unknown targets by each confidence score: without a threshold, and with that of each protocol."""
     test = table[(table["side"] == "test") & table["role"].isin(["known", "unknown"])]
     labels = test["predicted"].to_numpy(object)
-    # Every fold has models of its own, and so thresholds.
-    folds = [((test["fold"] == fold).to_numpy(), rows) for fold, rows in table[table["side"] != "test"].groupby("fold")]
-    for column in (name for name in table if name.startswith(KNOWN)):
+    columns = [name for name in table if name.startswith(KNOWN)]
+    folds = _folds(table, test) if columns else ()
+    for column in columns:
         name, values = column.removeprefix(KNOWN), test[column].to_numpy()
         yield Decision(name, "", test, test["predicted"].to_numpy())
         for protocol in thresholds.ROLES:
@@ -106,6 +108,18 @@ def _opened(table, kept):
             validation = ("f1_weighted", np.average(best, weights=images), sum(images))
             fixed = ("threshold", float(np.mean(chosen)), np.nan, np.nan)
             yield Decision(name, protocol, test, predicted.astype(str), (fixed,), (validation,))
+
+
+def _folds(table, test):
+    """(which of the test rows, the rows that thresholds are chosen by) of each fold, as each has models of its own."""
+    others, parts = table[table["side"] != "test"], []
+    for fold in np.unique(test["fold"]):
+        rows = others[others["fold"] == fold]
+        if not ((rows["role"] == "known") & (rows["side"] == "validation")).any():
+            missing = f"fold {fold} has no validation image of a known target"
+            raise InputError(f"{missing}: no threshold can be chosen for its test images of the open set.")
+        parts.append(((test["fold"] == fold).to_numpy(), rows))
+    return parts
 
 
 def rows(decision, seed):

@@ -1,13 +1,9 @@
 """Compare runs: the scores of one minus those of another on the test images that both have."""
 
-from pathlib import Path
-
 import numpy as np
 import pandas as pd
 
-from isarflow.core.folders import SCORES, run_and_model
-from isarflow.learning import judge, metrics
-from isarflow.learning.classifier import config_of
+from isarflow.learning import judge, metrics, record
 from isarflow.learning.scores import HEAD, read_table, tables_of_cases
 
 IMAGE = ["target", "elevation", "azimuth", "realization"]  # columns that identify an image
@@ -20,7 +16,7 @@ def differences(roots, seed, kept):
     """Differences of the scores of each other run from the first one's, a DataFrame with COLUMNS.
 
     roots: the runs' folders by name, results/<run>, the first the reference. seed: of the resamples; kept: the share
-    of known images that thresholds of this name keep, in all runs.
+    of known images that thresholds of this name keep, in all runs. Raises InputError for a run that is not finished.
     Compared are the same experiment, model, split, training, confidence score and protocol at the same test SNR, in the
     closed set and, of open runs, with thresholds. Both values count only the test images that both runs have (`n`);
     `low` and `high` are the 95 % interval of the difference, in whose resamples both runs are drawn alike.
@@ -54,17 +50,10 @@ def difference(decision, reference, seed):
 
 
 def _cases(root):
-    """Map the columns HEAD and the SNR of every run and model in a folder to its tables in order of folds.
-
-    Only those that its scores.csv names: the folder may still hold tables of runs that the config no longer has.
-    """
-    scores = pd.read_csv(Path(root, SCORES), keep_default_na=False)
-    named = set(zip(*(scores[name] for name in HEAD[:4]), scores["test_snr_db"], strict=True))
-    tables = sorted(Path(root, "learning/predictions").glob("*/*/*.csv"))
-    fitted = sorted(set(map(run_and_model, tables)))
-    runs = {run: config_of(Path(root, "learning/models", run, model))["run"] for run, model in fitted}
-    cases = {(*head, snr): of[snr] for head, (_, of) in tables_of_cases(tables, runs).items() for snr in sorted(of)}
-    return {case: paths for case, paths in cases.items() if (*case[:4], case[-1]) in named}
+    """Map the columns HEAD and the SNR of every run and model of a finished run to its tables in order of folds."""
+    made = record.read(root)
+    cases = tables_of_cases(record.paths(root, made, made.tables), made.runs)
+    return {(*head, snr): tables[snr] for head, (_, tables) in cases.items() for snr in sorted(tables)}
 
 
 def _decided(paths, kept):

@@ -23,7 +23,7 @@ page.live.compare = ({ curves: data, rejecting, axis }) => {
   function draw() {
     const [set] = checked("set"), experiments = checked("experiment"), models = checked("model");
     const curves = data.filter((curve) => curve.set === set && experiments.includes(curve.experiment) &&
-      models.includes(curve.model) && (curve.best || curve.shown || form.elements.every.checked));
+      models.includes(curve.model) && (curve.main || curve.shown || form.elements.every.checked));
     const rejected = rejecting[set] || [], width = plot.clientWidth, right = width - RIGHT;
     const points = (curves.length ? curves : data).flatMap((curve) => curve.points), snrs = points.map(([snr]) => snr);
     const [first, last] = [Math.min(...snrs), Math.max(...snrs)], apart = first === last ? 1 : 0;

@@ -10,13 +10,17 @@ from isarflow.report.vocabulary import POWERS, PROTOCOLS, SPLITS, listed, title
 
 
 def conditions(results, rows):
-    """Return networks' sizes, thresholds, splits and SNR of what is drawn, rows of scores.csv or confusion.csv."""
+    """Return a sentence of the thresholds, splits, SNR and networks' sizes of what is drawn.
+
+    rows: of scores.csv or confusion.csv.
+    """
     splits = [_split(results, split, rows) for split in SPLITS if split in set(rows["split"])]
     protocols = [protocol for protocol in PROTOCOLS if protocol in set(rows["threshold"])]
     definition = rows["snr_definition"].iloc[0] if "snr_definition" in rows else results.definition
-    thresholds = f" Thresholds: {listed(protocols)}." if protocols else ""
-    power = noise_words(results.settings["noise"], definition)
-    return f"{_networks(results, rows)}{thresholds} Images {listed(splits)}. SNR by {power}."
+    parts = [f"thresholds {listed(protocols)}"] if protocols else []
+    parts += [f"images {listed(splits)}", f"SNR by {noise_words(results.settings['noise'], definition)}"]
+    parts += _networks(results, rows)
+    return f" {parts[0][0].upper()}{parts[0][1:]}; {'; '.join(parts[1:])}."
 
 
 def meaning(splits):
@@ -38,7 +42,7 @@ def _networks(results, rows):
             there = "" if own else f"; the thesis's {' and '.join(map(str, thesis.SIZES[kind].values()))}"
             labels.setdefault(f"{size}{there}", []).append(results.names.model(model).label)
     sizes = "; ".join(f"{' and '.join(named)} ({words})" for words, named in labels.items())
-    return f" Networks: {sizes}." if sizes else ""
+    return [f"networks: {sizes}"] if sizes else []
 
 
 def _split(results, split, rows):
@@ -50,7 +54,7 @@ def _split(results, split, rows):
     for name in sorted(rows[rows["split"] == split]["experiment"].unique()):
         tested = sorted({run["division"]["fold"] for run in results.runs.values() if run["experiment"] == name})
         if len(tested) < count:
-            words.append(f"of {title(name)} only no. {listed(map(str, tested))}")
+            words.append(f"of {title(name)} only {'fold' if len(tested) == 1 else 'folds'} {listed(map(str, tested))}")
     return f"{SPLITS[split]} ({'; '.join(words)})"
 
 

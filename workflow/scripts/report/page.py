@@ -26,7 +26,7 @@ PARTS |= {"recognition": "Recognition", "run": "The run"}
 Part = namedtuple("Part", "id title sections")  # foldable
 COLUMN = "\x1e"  # stands before each column
 # What a page may show besides its parts.
-BARE = dict.fromkeys(("summary", "checks", "warnings", "targets", "headline", "full_size", "facts"), ())
+BARE = dict.fromkeys(("summary", "checks", "warnings", "targets", "headline", "facts"), ())
 
 
 def write_report(folder, settings, stated, page, threads=1):
@@ -44,7 +44,6 @@ def write_report(folder, settings, stated, page, threads=1):
             "warnings": warnings,
             "targets": section_run.cards(results),
             "headline": section_headline.headline(results) if results.learns else None,
-            "full_size": section_run.full_size_table(results),
             "facts": list(section_run.facts(results)),
         }
     shown["parts"] = _parts(results, threads)
@@ -61,7 +60,7 @@ def write_page(title, name, shown, page, alone=False):
     drawn = [picture for _, picture, _ in shown["targets"] if picture]
     drawn += [shown["headline"]] if shown["headline"] else []
     drawn += [figure for section in sections for figure in section.figures]
-    listed = [*shown["full_size"], *(table for section in sections for table in section.tables)]
+    listed = [table for section in sections for table in section.tables]
     print(f"writing {len(sections)} sections, {len(drawn)} figures and {len(listed)} tables")
     files = {f"figures/{figure.name}.svg": figure.svg.decode() for figure in drawn}
     files |= {f"tables/figure_{figure.name}.csv": _csv(figure) for figure in drawn}

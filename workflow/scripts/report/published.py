@@ -82,8 +82,8 @@ def statements_table(results, name, metrics):
         shown.append(row | {"as published": "yes" if here["holds"] else "no", "source": line["source"]})
     caption = (
         "What the reference thesis states, split at random, and the same here, the open set with thesis thresholds. "
-        f"{IN_KIND} SNRs are by mean power; values here are interpolated between test SNRs, or those at the highest "
-        "that all images have. “As published”: rounded to the printed decimals, or of an equality within the interval."
+        f"{IN_KIND} SNRs are by mean power, values here interpolated between test SNRs, or those at the highest that "
+        "all images have; “as published”: rounded to the printed decimals, or of an equality within the interval."
     )
     data = pd.DataFrame(data).drop(columns=["elevation", "figure", "reading"], errors="ignore")
     return (table(name, data, shown, caption),) if shown else ()

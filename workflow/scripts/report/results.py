@@ -1,9 +1,8 @@
 """Read what the other stages made, as far as the page shows it."""
 
 import json
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
-from types import SimpleNamespace
 
 import pandas as pd
 
@@ -13,12 +12,18 @@ from isarflow.core.sweep import images_are_made, snr_label
 from isarflow.imaging.geometry import PURE_NOISE
 from isarflow.learning.experiments import class_of, runs
 from isarflow.mesh.io import read_ply
-from isarflow.report.selection import target_order
+from isarflow.report.selection import full_size, target_order
 from isarflow.report.thesis import DEFINITION
 from isarflow.report.vocabulary import PROTOCOLS, Names, select
 
 REFERENCE = ROOT / "resources" / "reference"  # published values
-FULL_SIZE = REFERENCE.parent / "results"  # of the run of config/thesis.yaml, once it is made
+# Of the full-size runs (see selection.FULL_SIZE): the experiments that train at all elevations, by the polarizations of
+# their images, sorted; and the targets, known and unknown ones.
+SIZED = {
+    "thesis": {"VV": ("multi_elevation", "fcnn_open", "sector", "capsule_open", "capsule_sector", "noisy_capsule")},
+    "recognition": {"HH, HV, VV": ("random", "elevation"), "VV": ("random_vv", "elevation_vv")},
+}
+SIZED_TARGETS = [["drone", "missile"], ["aircraft", "ufo"]]
 # What of a model's prediction times is read, and what its column is called.
 TIMES = {name: name for name in ("experiment", "run", "model", "training_observations")}
 TIMES |= {f"{how}.milliseconds_per_observation": f"{how}_ms" for how in ("single", "batch")}
@@ -35,6 +40,12 @@ def read_learned(path):
     text = dict.fromkeys(("elevation", "training", "score", "threshold", "fold"), str)
     numbers = {column: [""] for column in ("train_snr_db", "test_snr_db", "value", "low", "high")}
     return pd.read_csv(path, dtype=text, keep_default_na=False, na_values=numbers)  # a target may be called NA
+
+
+@cache
+def _sized(path):
+    """Return the rows as in `mean_scores` of a full-size run. path: of its scores in the repository."""
+    return select(read_learned(ROOT / path), snr_definition=DEFINITION, fold="")
 
 
 def _published(table, types=None):
@@ -177,13 +188,12 @@ class Results:
 
     @cached_property
     def full_size(self):
-        """`scores`, `validation` and `definition` of the full-size run in the repository; None for that run itself."""
-        paths = [FULL_SIZE / f"{name}.csv.xz" for name in ("scores", "validation")]
-        if self.settings["name"] == "thesis" or not all(path.exists() for path in paths):
-            return None
-        scores, validation = map(read_learned, paths)
-        scores = select(scores, snr_definition=DEFINITION, fold="")
-        return SimpleNamespace(scores=scores, validation=validation, definition=DEFINITION)
+        """Rows as in `mean_scores` of the repository's full-size runs of the same targets, with their polarizations."""
+        parts = [self.mean_scores.iloc[:0].assign(polarizations="")]
+        same = [self.of_role(role) for role in ("known", "unknown")] == SIZED_TARGETS
+        for run, path in full_size(self.settings["name"]).items() if same else ():
+            parts += [select(_sized(path), experiment=of).assign(polarizations=seen) for seen, of in SIZED[run].items()]
+        return pd.concat(parts)
 
     @cached_property
     def benchmarks(self):

@@ -4,17 +4,29 @@ import pandas as pd
 from matplotlib.lines import Line2D
 
 from isarflow.learning.experiments import CLEAN, REFERENCE
-from isarflow.report.conditions import conditions, meaning
+from isarflow.report.conditions import conditions
 from isarflow.report.layout import BLACK, Section, figure
 from isarflow.report.plots import draw_scores, matrix
 from isarflow.report.published import FULL_SIZE, beside
-from isarflow.report.vocabulary import F1, METHOD, PROTOCOLS, SPLITS, ranked, select, snr_axis, span_text, title
+from isarflow.report.vocabulary import (
+    F1,
+    LEAD,
+    METHOD,
+    PROTOCOLS,
+    SPLITS,
+    THESIS,
+    ranked,
+    select,
+    snr_axis,
+    span_text,
+    title,
+)
 
 PLACE, NEEDS = ("recognition", 0), "learns"  # on the page, see page.py
 # The sets of test images, as the page calls them, and the threshold in scores.csv.
 SETS = {**{f"open set, {protocol} thresholds": protocol for protocol in PROTOCOLS}, "closed set": ""}
 # The set of what the reference thesis states of its own method: by model and metric of the published table.
-PUBLISHED = {"capsule f1": "closed set", "capsule_zncc weighted_f1": "open set, thesis thresholds"}
+PUBLISHED = {"capsule f1": "closed set", "capsule_zncc weighted_f1": f"open set, {THESIS} thresholds"}
 THESIS_PROTOCOL = {"ls": (0, (4, 2)), "lw": 1}
 # Of the live curves by split, as SVG has them.
 DASHES = {"solid": "", "dashed": "6 4", "dash-dotted": "8 3 2 3", "dotted": "2 3"}
@@ -34,33 +46,38 @@ def sets_of(tables):
             yield name, scores, select(tables.validation, **case)
 
 
-def lead(tables, names):
-    """Return the `curves` of the best method and of the thesis's in all sets that are drawn."""
-    drawn = [of for of in sets_of(tables) if SETS[of[0]] != "kept"]
-    return pd.concat(curves(part, validation, names) for _, part, validation in drawn)
+def lead(results):
+    """Return the `curves` of the best method and of the thesis's: by the protocol that asks for least, and closed.
+
+    The thesis's is there by the protocol that chose the thesis's thresholds, too.
+    """
+    parts = {SETS[name]: curves(*of, results.names) for name, *of in sets_of(results)}
+    shown = [parts[threshold] for threshold in (LEAD, "") if threshold in parts]
+    shown += [select(parts[THESIS], theirs=True)] if THESIS in parts else []
+    return pd.concat(shown)
 
 
 def curves(part, validation, names):
-    """Return the rows of the best method and of the thesis's in one set, with the columns curve (words) and theirs.
+    """Return the rows of the best method and of the thesis's in one set, with columns curve (words), best and theirs.
 
-    part, validation: rows of weighted F1 on the test and validation images; the best one under the first split is
-    chosen by the latter.
+    part, validation: rows of weighted F1 on the test and validation images. The best method is that model, by its main
+    confidence score, which reaches most under the first split on the latter; it may be the thesis's.
     """
-    means, found = ranked(validation), []
-    model, trained, score = REFERENCE
-    theirs = select(means, model=model, training=trained, score=["", score])
-    for chosen, is_theirs in ((means.drop(theirs.index).head(1), False), (theirs.head(1), True)):
-        for row in chosen.itertuples():
-            same = select(means, model=row.model, training=row.training, score=row.score).drop_duplicates("split")
-            rows = same[METHOD].merge(part.sort_values("test_snr_db"), on=METHOD)[[*part]]
-            words = f"{'thesis' if is_theirs else 'best'}: {names.method(row.model, row.score)}"
-            found.append(rows.assign(curve=words + " (" + rows["split"] + ")", theirs=is_theirs))
+    means, (model, trained, score), found = ranked(validation), REFERENCE, []
+    best = ranked(names.by_main_score(validation)).head(1).assign(best=True)
+    theirs = select(means, model=model, training=trained, score=["", score]).head(1).assign(best=False)
+    for row in pd.concat([best, theirs]).drop_duplicates(METHOD).itertuples():
+        same = select(means, model=row.model, training=row.training, score=row.score).drop_duplicates("split")
+        rows = same[METHOD].merge(part.sort_values("test_snr_db"), on=METHOD)[[*part]]
+        words = f"{'best' if row.best else 'thesis'}: {names.method(row.model, row.score)}"
+        is_theirs = (row.model, row.training) == (model, trained) and row.score in ("", score)
+        found.append(rows.assign(curve=words + " (" + rows["split"] + ")", best=row.best, theirs=is_theirs))
     return pd.concat(found)
 
 
 def headline(results):
     """Draw the best method of this run and the thesis's: a row for open and closed set, a column per split."""
-    names, statements, drawn = results.names, results.published_scores, lead(results, results.names)
+    names, statements, drawn = results.names, results.published_scores, lead(results)
     statements = statements.assign(set=(statements["model"] + " " + statements["metric"]).map(PUBLISHED))
     statements = select(statements, set=list(drawn[drawn["theirs"]]["set"]))
     drawn, statements, words = beside(results, drawn, statements, FULL_SIZE)
@@ -71,26 +88,26 @@ def headline(results):
     published = statements.assign(panel=statements["set"].str.split(",").str[0] + f", {SPLITS['random']}")
 
     def look(row):  # squares for the thesis's method, broken lines for thresholds as it chose them
-        model, broken = names.model(row["model"]), SETS[row["set"]] == PROTOCOLS[1]
+        model, broken = names.model(row["model"]), SETS[row["set"]] == THESIS
         own = {"color": model.color, "marker": "o", "label": f"best: {model.label}", "band": not broken}
         theirs = {"marker": "s", "label": f"{model.label}, as in the thesis", "mfc": "white"} if row["theirs"] else {}
         return own | theirs | (THESIS_PROTOCOL if broken else {})
 
     size, reference = (0.9 + 2.9 * len(splits), 1.1 + 2.0 * len(kinds)), names.model(REFERENCE[0])
-    broken = Line2D([], [], color=BLACK, label=f"{PROTOCOLS[1]} thresholds", **THESIS_PROTOCOL)
-    more = [broken] if "open set" in kinds else []
+    broken = Line2D([], [], color=BLACK, label=f"{THESIS} thresholds", **THESIS_PROTOCOL)
+    more = [broken] if THESIS in set(drawn["threshold"]) else []
     marks = published, reference.color, "thesis, full size"
     drawing = draw_scores(results, shown, len(splits), size, ("set", "curve"), look, *marks, more)
     drawing.axes[0].set_ylim(0, 1.03)  # of all panels
     red = drawn["theirs"].any()
     whose = f", and, with squares, of {reference.words}, trained without noise, with ZNCC" if red else ""
-    broken = "Broken lines: thresholds chosen with images of unknown targets, as in the thesis. " if more else ""
+    broken = f"; broken lines: its {THESIS} thresholds, chosen with images of unknown targets" if more else ""
+    by = " by its main confidence score" if "open set" in kinds else ""
     caption = (
-        f"Weighted F1 on the test images, with 95 % intervals, of the method that is best on the validation images "
-        f"by its mean over {span_text(results.validation)}{whose}. {broken}{meaning(drawn['split'])}{words}"
-        f"{conditions(results, drawn)}"
+        f"Weighted F1 on the test images, with 95 % intervals, of the model that is best on the validation images{by} "
+        f"(mean over {span_text(results.validation)}){whose}{broken}.{words}{conditions(results, drawn)}"
     )
-    alt = f"Weighted F1 against test SNR of the best method{' and of the thesis’s' if red else ''}, by set and split."
+    alt = f"Weighted F1 against test SNR of the best model{' and of the thesis’s' if red else ''}, by set and split."
     return figure("headline", drawing, drawn, caption, True, alt)
 
 
@@ -102,16 +119,16 @@ def _in_words(names, split, experiment, model, training, score):
 def comparison(results):
     """Return all curves of weighted F1 for the page's live plot, a mapping for JSON.
 
-    shown: whether a curve stands in the headline; best: whether its confidence score is its model's best on the
-    validation images; points: [SNR, value, low, high]; rejecting: the weighted F1 of rejecting all, by open set.
+    shown: whether a curve is the best one of its set, or the thesis's; main: whether it is by its model's main
+    confidence score; points: [SNR, value, low, high]; rejecting: the weighted F1 of rejecting all, by open set.
     """
     names, listed, levels, parts = results.names, [], {}, list(sets_of(results))
     used = {run["split"] for run in results.runs.values()}
     dashes = dict(zip([split for split in SPLITS if split in used], DASHES.items(), strict=False))
     for name, part, validation in parts:
-        # Of each model the best confidence score: the others are drawn when asked for.
-        best, shown = ranked(validation).drop_duplicates(METHOD[:-1]), curves(part, validation, names)
-        best, shown = (set(rows[METHOD].itertuples(index=False, name=None)) for rows in (best, shown))
+        # Of each model the main confidence score: the others are drawn when asked for.
+        main, shown = names.by_main_score(part), curves(part, validation, names)
+        main, shown = (set(rows[METHOD].itertuples(index=False, name=None)) for rows in (main, shown))
         if SETS[name]:
             levels[name] = [round(value, 4) for value in results.rejecting(part["experiment"].unique())]
         for method, curve in names.groups(part, *METHOD):
@@ -120,7 +137,7 @@ def comparison(results):
             points = points.where(points.notna(), None).to_numpy().tolist()  # JSON knows no NaN
             entry = {"set": name, "experiment": title(experiment), "model": names.model(model).label}
             entry |= {"words": _in_words(names, *method), "color": names.model(model).color, "dashes": dashes[split][1]}
-            listed.append(entry | {"shown": method in shown, "best": method in best, "points": points})
+            listed.append(entry | {"shown": method in shown, "main": method in main, "points": points})
     lines = "; ".join(f"{look} lines: {SPLITS[split]}" for split, (look, _) in dashes.items())
     caption = conditions(results, pd.concat(part for _, part, _ in parts)).strip()
     data = {"curves": listed, "rejecting": levels, "axis": snr_axis(results.definition)}
@@ -130,12 +147,11 @@ def comparison(results):
 def matrices(results):
     """Return for JSON `entries`, one per method and set of images: its SNRs in dB and counts (SNR, target, class).
 
-    Of each model in an open set that confidence score is there which is best on the validation images.
+    Each model in an open set is there by its main confidence score.
     """
     entries = []
-    for name, _, validation in sets_of(results):
-        best = ranked(validation).drop_duplicates(METHOD[:-1])[METHOD]
-        cells = select(results.confusion, elevation="all", threshold=SETS[name]).merge(best, on=METHOD)
+    for name, *_ in sets_of(results):
+        cells = results.names.by_main_score(select(results.confusion, elevation="all", threshold=SETS[name]))
         for method, rows in results.names.groups(cells, *METHOD):
             by_snr = rows.groupby("test_snr_db")
             counts = [matrix(part).reindex(results.targets).dropna().astype(int) for _, part in by_snr]

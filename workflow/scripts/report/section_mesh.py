@@ -107,9 +107,9 @@ def quality_table(results):
     data = pd.concat([table_of_bands(*pair) for pair in results.meshes.items()], ignore_index=True)
     caption = (
         "Mesh quality per target and band, with what is asked in parentheses; ✗ marks what misses it. Edges are in "
-        "wanted lengths; ideal are equilateral triangles of that edge. Angles are the smallest of each triangle but "
-        "the thin ones between creases. Off CAD is the largest distance to the CAD surface and from it. Area and "
-        "volume are changes, without the area that thin rods gain. Rims have one triangle, junctions more than two."
+        "wanted lengths; ideal are equilateral triangles of that edge; angles are the smallest of each triangle but "
+        "the thin ones between creases. Off CAD is the largest distance to the CAD surface and from it; area and "
+        "volume are changes, without the area that thin rods gain; rims have one triangle, junctions more than two."
     )
     return table("meshes", data, shown, caption)
 

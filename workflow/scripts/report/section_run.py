@@ -15,18 +15,17 @@ from isarflow.imaging.geometry import planned
 from isarflow.learning.caveats import warnings
 from isarflow.mesh import measures
 from isarflow.report import section_headline, thesis
-from isarflow.report.layout import Section, canvas, figure, table
+from isarflow.report.layout import Section, canvas, figure
 from isarflow.report.plots import OBLIQUE, draw_mesh
 from isarflow.report.section_mesh import missed
 from isarflow.report.selection import nearest
-from isarflow.report.vocabulary import POWERS, PROTOCOLS, SPLITS, at_snrs, listed, select
+from isarflow.report.vocabulary import LEAD, POWERS, SPLITS, listed, select
 
 PLACE, NEEDS = ("run", 2), "targets"  # on the page, see page.py
 PACKAGES = ("snakemake", "numpy", "scipy", "jax", "pymeshlab", "scikit-learn", "xarray", "zarr", "matplotlib")
 # Within these a run's numbers are taken for right.
 SPHERE_DB = 0.2  # of the exact backscatter; with ten edges a wavelength it is 0.01
 RESIDUAL = 1e-3  # relative; ten times what compressed matrices are allowed to leave out at most
-SNRS = (-6, 0, 12, 24)  # dB, of the table beside a run of full size
 BESIDE = {"sector": "far from all in training", "random": "with near copies in training"}  # beside the first split
 
 
@@ -117,21 +116,21 @@ def _done(results):
 def _reached(results):
     if not results.learns:
         return ""
-    drawn = section_headline.lead(results, results.names)
-    drawn = drawn[~drawn["theirs"] & drawn["threshold"].isin(("", PROTOCOLS[0]))]
+    drawn = select(section_headline.lead(results), best=True, threshold=[LEAD, ""])
     snr = nearest(drawn["test_snr_db"], 12)
     at = select(drawn, test_snr_db=snr)
-    opened, method = PROTOCOLS[0] in set(at["threshold"]), results.names.method
-    case = select(at, threshold=PROTOCOLS[0] if opened else "").drop_duplicates("split").set_index("split")
+    opened, method = LEAD in set(at["threshold"]), results.names.method
+    case = select(at, threshold=LEAD if opened else "").drop_duplicates("split").set_index("split")
     first, *others = [split for split in SPLITS if split in case.index]
-    best, images, blind, least = case.loc[first], "closed", "", "naming one class for all"
+    best, images, how, by, least = case.loc[first], "closed", "", "", "naming one class for all"
     if opened:
-        images, blind, least = "open", ", with blind thresholds", "rejecting everything"
+        how, by = ", with thresholds chosen by known targets alone", " by its main confidence score"
+        images, least = "open", "rejecting everything"
     level = (results.rejecting if opened else results.guessing)([best["experiment"]])[-1]
     parts = [
-        f"At {snr:g} dB by {POWERS[results.definition]}, {SPLITS[first]}{blind}, "
-        f"{method(best['model'], best['score'])}, the best one on the validation images, reaches a weighted F1 of "
-        f"{_f1(best)} on the {images} set, where {least} has {level:.2f}"
+        f"At {snr:g} dB by {POWERS[results.definition]}, {SPLITS[first]}{how}, "
+        f"{method(best['model'], best['score'])}, the best model on the validation images{by}, reaches a weighted F1 "
+        f"of {_f1(best)} on the {images} set, where {least} has {level:.2f}"
     ]
     for split in (split for split in others if split in BESIDE):
         parts.append(f"{SPLITS[split]}, {BESIDE[split]}, the same has {case.loc[split, 'value']:.2f}")
@@ -142,8 +141,8 @@ def _reached(results):
     return f"{'; '.join(parts)}."
 
 
-def _f1(row, to=" to "):
-    return f"{row['value']:.2f}" + ("" if pd.isna(row["low"]) else f" ({row['low']:.2f}{to}{row['high']:.2f})")
+def _f1(row):
+    return f"{row['value']:.2f}" + ("" if pd.isna(row["low"]) else f" ({row['low']:.2f} to {row['high']:.2f})")
 
 
 def _bounds(results):
@@ -189,26 +188,6 @@ def checks(results, warnings):
         rows.append((not count, "Meshes", text, "meshes"))
     text = f"{len(warnings)} on this run, below" if warnings else "none on this run"
     return [*rows, (not warnings, "Warnings", text, "")]
-
-
-def full_size_table(results):
-    """Return weighted F1 of the best method and of the thesis's, here and in the full-size run that is kept, if any."""
-    if not results.learns or results.full_size is None:
-        return ()
-    runs = {"this run": results, "full size": results.full_size}
-    data = pd.concat(section_headline.lead(of, results.names).assign(run=run) for run, of in runs.items())
-    shown, snrs = [], sorted({nearest(data["test_snr_db"], aim) for aim in SNRS})
-    for (name, split, theirs, run), curve in data.groupby(["set", "split", "theirs", "run"], sort=False):
-        method = results.names.method(curve["model"].iloc[0], curve["score"].iloc[0])
-        head = {"images": f"{name}, {SPLITS[split]}", "run, and its SNR": f"{run}, {runs[run].definition}"}
-        head["method"] = f"{'thesis’s: ' if theirs else ''}{method}"
-        shown.append(head | at_snrs(curve, snrs, lambda row: _f1(row, "–")))
-    shown.sort(key=lambda row: row["images"])
-    caption = (
-        "Weighted F1 of the method that is best on the validation images and of the thesis's, with 95 % intervals, "
-        "here and in the full-size run (config/thesis.yaml, docs/results.md). By peak_3db power noise has more dB."
-    )
-    return (table("full_size", data, shown, caption),)
 
 
 def section(results):

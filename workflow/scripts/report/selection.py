@@ -7,6 +7,13 @@ GALLERY_VIEWS = 8  # images of each target over azimuth, and of one over elevati
 DECODED_SNRS = (3, 24)  # dB
 GALLERY_SNRS = 7  # noisy images of one target, beside the clean one
 TABLE_SNRS = 7  # columns of the accuracy table
+# The runs of full size whose scores the repository keeps, by name, and the folder of each.
+FULL_SIZE = {"thesis": "resources/results", "recognition": "resources/results/recognition"}
+
+
+def full_size(name):
+    """Return the scores of the full-size runs other than that of this name: by run, their paths in the repository."""
+    return {run: f"{folder}/scores.csv.xz" for run, folder in FULL_SIZE.items() if run != name}
 
 
 def target_order(targets):

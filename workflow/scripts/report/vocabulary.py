@@ -13,7 +13,10 @@ MEASURES = {ACCURACY: "accuracy", F1: "weighted F1"}  # as axes call them
 SPLITS = {"elevation": "split by elevation", "sector": "split by sector", "random": "split at random"}
 SPLITS["shuffled"] = "split at random, mirror images apart"
 ELEVATIONS = {"all": "all elevations", "trained": "trained elevations"}  # that are tested
-PROTOCOLS = ("blind", "thesis", "kept")  # of thresholds; the first is the one that methods are chosen by
+# Of thresholds, by what they ask for: validation images of known targets alone, also of targets of role other, also of
+# unknown ones. By the one that asks for least methods are chosen, and shown first.
+PROTOCOLS = ("kept", "blind", "thesis")
+LEAD, *_, THESIS = PROTOCOLS
 # What tells one thing tried from another.
 METHOD = ["split", "experiment", "model", "training", "score"]
 HEADINGS = {"training": "training SNR", "score": "confidence score", "elevation": "tested at"}  # in tables
@@ -41,8 +44,9 @@ Look = namedtuple("Look", "place label words color marker curve")
 class Names:
     """What models and confidence scores are called, how they are drawn, and in what order they come.
 
-    stated: what the files of models say of themselves (see `core.kinds.page_names`); those that state nothing come
-    last, under their own name. models: names of all of the run, so that each has a colour of its own.
+    stated: what the files of models state (see `core.kinds.page_names`); those that state nothing come last, under
+    their own name, and their main confidence score is the first in a table. models: names of all of the run, so that
+    each has a colour of its own.
     """
 
     def __init__(self, stated, models=()):
@@ -68,8 +72,19 @@ class Names:
         return Look((*(place or [np.inf]), name), label, words, color, marker, curve)
 
     def method(self, model, score):
-        """Return a model, and the confidence score with which it rejects, in words."""
-        return f"{self.model(model).label}{f', {self.score(score).label}' if score else ''}"
+        """Return a model, and the confidence score with which it rejects unless it is called alike, in words."""
+        return ", ".join(dict.fromkeys([self.model(model).label, *([self.score(score).label] if score else [])]))
+
+    def by_main_score(self, rows):
+        """Return the rows of each model's main confidence score, and those of the closed set, which has none.
+
+        rows: of scores.csv, validation.csv or confusion.csv.
+        """
+        main = {}
+        for model, scores in rows[rows["score"] != ""].groupby("model")["score"]:
+            stated = self.stated["main"].get(model)
+            main[model] = stated if stated in set(scores) else scores.iloc[0]
+        return rows[(rows["score"] == "") | (rows["score"] == rows["model"].map(main))]
 
     def cells(self, row, *columns):
         """Return what a row has in these columns as cells of a table: {heading: text}."""

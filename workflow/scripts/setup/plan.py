@@ -1,5 +1,6 @@
 """What a config makes: names of targets, runs and models, the paths of their artefacts, and what their jobs take."""
 
+import itertools
 import json
 import os
 from errno import ENOENT
@@ -7,7 +8,7 @@ from pathlib import Path
 
 from isarflow.core import sweep
 from isarflow.core.errors import InputError
-from isarflow.core.folders import SCORES, of_fields
+from isarflow.core.folders import RECORD, SCORES, of_fields
 from isarflow.core.kinds import IMAGERS, SOLVERS, kind, of_model
 from isarflow.core.sweep import images_are_made
 from isarflow.imaging.geometry import PURE_NOISE, megabytes, planned
@@ -170,20 +171,20 @@ class Plan:
         if len(roots) < 2:
             runs = "Name other runs of this folder (--config compare='[quick]'), or give 'seed' several values."
             raise InputError(f"config key 'compare': there is nothing to compare this run with. {runs}")
-        for root in roots.values():
-            if root not in self.seeded and not Path(root, SCORES).is_file():
-                have = sorted(path.parents[1].name for path in Path("results").glob(f"*/{SCORES}"))
-                missing = f"there is no {root}/{SCORES}; make that run first, with its own config"
+        for root, file in itertools.product(roots.values(), (SCORES, RECORD)):
+            if root not in self.seeded and not Path(root, file).is_file():
+                have = sorted(path.parents[1].name for path in Path("results").glob(f"*/{RECORD}"))
+                missing = f"there is no {root}/{file}; make that run first, with its own config"
                 raise InputError(f"config key 'compare': {missing}. There are: {', '.join(have) or 'none'}.")
         return roots
 
     def judged(self, root):
         """What a run's differences to another come from: its scores, predictions, and what its models are."""
-        scores, learning = f"{root}/{SCORES}", Path(root, "learning")
+        scores, learning = [f"{root}/{SCORES}", f"{root}/{RECORD}"], Path(root, "learning")
         if root in self.seeded:
             models = [f"{learning}/models/{fitted}" for fitted in self.fitted]
             tables = [f"{learning}/predictions/{fitted}/{snr}.csv" for fitted in self.fitted for snr in self.snrs]
-            return [scores, *models, *tables]
+            return [*scores, *models, *tables]
         # Another run has a config of its own: what it has made says what it is.
         files = [*learning.glob("predictions/*/*/*.csv"), *learning.glob("models/*/*/config.json")]
-        return [scores, *sorted(map(str, files))]
+        return [*scores, *sorted(map(str, files))]

@@ -47,8 +47,8 @@ class Model(Classifier):
         "capsule_listing": ("capsule, listing", "the capsule network trained as by the thesis's listing", 20),
     }
     SCORES = {
-        "mse": ("MSE", 11),
         "zncc": ("ZNCC", 12),
+        "mse": ("MSE", 11),
         "noise_zncc": ("ZNCC, noise taken out", 13),
         "length": ("capsule length", 14),
         "mixture": ("Gaussian mixture", 15),
