@@ -14,6 +14,7 @@ from scipy.optimize import minimize_scalar
 from scipy.special import i0e, i1e
 from scipy.stats import rice
 
+from isarflow.core.errors import InputError
 from isarflow.learning.classifier import OTHER, build
 from isarflow.learning.models import likelihood
 from isarflow.learning.models.likelihood import _cosine, _log_i0, _rician
@@ -247,3 +248,25 @@ def test_what_is_no_class_is_learned_as_the_class_other(tmp_path):
     np.testing.assert_array_equal(loaded.evaluate(images).scores, model.evaluate(images).scores)
     zero = model.evaluate(np.zeros((1, *SHAPE), np.complex64))
     assert np.isfinite(zero.scores).all() and all(np.isfinite(of).all() for of in zero.known.values())
+
+
+def of_noise(noise):
+    """What the model takes for the noise's covariance from these images of noise alone."""
+    model = build("likelihood", SETTINGS, 0)
+    model.noise, model.shape_ = noise, np.array(SHAPE)
+    return model._of_noise()
+
+
+@pytest.mark.parametrize("case", ["none", "empty", "other pixels", "not finite"])
+def test_without_images_of_noise_there_is_one_message(case):
+    noise = coloured(np.random.default_rng(5), 40)
+    given = {"none": None, "empty": noise[:0], "other pixels": noise[..., :7], "not finite": noise * np.nan}
+    with pytest.raises(InputError, match=r"learns from images of noise alone, \(m, 3, 14, 11\); .*'noise' is"):
+        of_noise(given[case])
+
+
+def test_empty_images_of_noise_say_nothing_of_it():
+    """As those of an imager that finds points: the others count alone, and without any the noise is white."""
+    noise = coloured(np.random.default_rng(5), 40)
+    np.testing.assert_allclose(of_noise(np.concatenate([0 * noise, noise])), of_noise(noise), atol=1e-8)
+    np.testing.assert_array_equal(of_noise(0 * noise), np.eye(14 * 11) / (14 * 11))

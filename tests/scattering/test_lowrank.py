@@ -8,6 +8,7 @@ from test_magnetic import outward
 from test_solve import AZIMUTH, ELEVATION, FREQUENCY, octasphere, sheet, weld
 from threadpoolctl import threadpool_limits
 
+from isarflow.core.errors import InputError
 from isarflow.scattering import sampled
 from isarflow.scattering.assembly import Entries, assemble
 from isarflow.scattering.basis import fundamental_domain, rwg
@@ -268,7 +269,7 @@ def test_parts_in_the_mirror_plane():
 
 def test_only_the_efie_in_single_precision_is_compressed(body):
     for other in ({"formulation": "cfie"}, {"precision": "double"}):
-        with pytest.raises(ValueError, match="EFIE, in single precision"):
+        with pytest.raises(InputError, match="EFIE, in single precision"):
             solve(*body, [FREQUENCY], [0.0], AZIMUTH, tolerance=TOLERANCE, **other)
 
 

@@ -25,8 +25,9 @@ def chosen(table, score, protocol, kept=KEPT):
 
     table: of predictions, with columns side, role, truth, predicted and the score's. The threshold has the largest
     weighted F1 over the classes and OTHER; under the protocol `kept`, and if there are only known images, it keeps this
-    share of them. But under the thesis protocol the images of role other together count as much as the known ones, as
-    the number of targets of that role says nothing of the number of unknown ones to come.
+    share of them. Under `blind` and `kept` the images of role other together count as much as the known ones in this
+    F1, as the number of targets of that role says nothing of the number of unknown ones to come. Under `thesis` every
+    image counts once.
     """
     rows = table[(table["side"] == "validation") & table["role"].isin(ROLES[protocol])]
     is_known, left_out = rows["role"] == "known", table["side"] == LEFT_OUT

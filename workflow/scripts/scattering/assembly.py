@@ -17,6 +17,7 @@ from itertools import pairwise
 import numpy as np
 
 from isarflow.scattering.basis import by_half
+from isarflow.scattering.checks import finite
 from isarflow.scattering.factorization import Pool
 from isarflow.scattering.kernel import TINY
 from isarflow.scattering.kernels import TILE, tile
@@ -96,7 +97,7 @@ class Entries:
         out = np.zeros(2 * ends[-1], self.real)
         combined = self.operator.ALPHA != 1
         tile(out, row.rows, col.cols, self.corrections, self.characters, self.constants, combined)
-        entries = out.view(self.dtype)
+        entries = finite(out, "the matrix", self.wavenumber).view(self.dtype)
         return [entries[slice(*pair)].reshape(shape) for pair, shape in zip(pairwise(ends), shapes, strict=True)]
 
     def rows(self, numbers):

@@ -10,11 +10,8 @@ from isarflow.core.errors import InputError
 from isarflow.mesh import topology
 from isarflow.mesh.io import read_ply
 from isarflow.scattering import needs
-from isarflow.scattering.solver import build
+from isarflow.scattering.solver import build, check_solution
 from isarflow.scattering.store import versions, write_field
-
-# The least share of the planned memory that is needed: a plan of 25.4 GB was seen where a solve took 21.3.
-SURE_SHARE = 0.8
 
 
 def solve_band(mesh_path, store_path, sweep, scattering, symmetry, threads, target):
@@ -24,8 +21,8 @@ def solve_band(mesh_path, store_path, sweep, scattering, symmetry, threads, targ
     Raises InputError, with the target's name, if the mesh cannot be solved as the config asks.
     """
     vertices, triangles = read_ply(mesh_path)
-    _check_memory(vertices, triangles, len(symmetry), sweep, scattering, target)
-    frequency = sweep.frequency
+    frequency, unknowns = sweep.frequency, topology.unknowns(triangles)
+    measures = {"unknowns": unknowns, "triangles": len(triangles), "box": np.ptp(vertices, axis=0)}
     print(
         f"{len(triangles)} triangles, {len(frequency)} frequencies from {frequency[0] / 1e9:g} to "
         f"{frequency[-1] / 1e9:g} GHz, {' x '.join(map(str, sweep.shape))} directions"
@@ -34,11 +31,13 @@ def solve_band(mesh_path, store_path, sweep, scattering, symmetry, threads, targ
     form = "{desc}: {percentage:.0f} %, {elapsed} so far, about {remaining} left"
     with tqdm(total=len(frequency), bar_format=form, file=sys.stderr) as bar:
         try:
+            planned = needs.need(measures, len(symmetry), sweep, scattering)
+            needs.check_memory(planned["megabytes"], unknowns, frequency[-1])
             progress = partial(_show, bar, frequency)
             solution = build(scattering).solve(vertices, triangles, sweep, symmetry, threads, progress)
         except InputError as error:
             raise InputError(f"config key 'targets.{target}': {error}") from None
-    _check_shape(solution.field, sweep, scattering["solver"])
+    check_solution(solution, sweep, scattering["solver"])
     residual = [None] * len(frequency) if solution.residual is None else solution.residual.tolist()
     for n, f in enumerate(frequency):
         parts = [f"{part} {seconds[n]:.1f} s" for part, seconds in solution.seconds.items()]
@@ -48,31 +47,6 @@ def solve_band(mesh_path, store_path, sweep, scattering, symmetry, threads, targ
     attrs["versions"] = versions("jax", "numpy", "scipy")
     where = sweep.polarizations, frequency, sweep.elevation, sweep.azimuth
     write_field(store_path, solution.field.astype(np.complex64), *where, attrs, sweep.receivers)
-
-
-def _check_memory(vertices, triangles, planes, sweep, scattering, target):
-    """Refuse a solve that this machine certainly has no memory for."""
-    unknowns = topology.unknowns(triangles)
-    measures = {"unknowns": unknowns, "triangles": len(triangles), "box": np.ptp(vertices, axis=0)}
-    needed, memory = needs.need(measures, planes, sweep, scattering)["megabytes"], needs.memory_megabytes()
-    if SURE_SHARE * needed > memory:
-        raise InputError(
-            f"config key 'targets.{target}': its solve up to {sweep.frequency[-1] / 1e9:g} GHz takes about "
-            f"{unknowns:,} unknowns and {needed / 1000:.1f} GB; this machine has {memory / 1000:.1f} GB. "
-            "Lower 'mesh.edges_per_wavelength' or the frequency, or name a mirror plane in the target's 'symmetry'."
-        )
-
-
-def _check_shape(field, sweep, solver):
-    """Refuse a field of another shape than the sweep asks for, which a user's own solver may return."""
-    axes = {"polarization": len(sweep.polarizations), "frequency": len(sweep.frequency)}
-    axes |= dict(zip(("direction",) if sweep.paired else ("elevation", "azimuth"), sweep.shape, strict=True))
-    axes |= {"receiver": len(sweep.receivers[0])} if sweep.receivers else {}
-    if np.shape(field) != tuple(axes.values()):
-        raise InputError(
-            f"config key 'scattering.solver': '{solver}' gives a field of shape {np.shape(field)}, where "
-            f"{tuple(axes.values())} is asked for ({', '.join(axes)})."
-        )
 
 
 def _show(bar, frequency, n, part, done, so_far=None):

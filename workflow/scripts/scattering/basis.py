@@ -21,11 +21,13 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from isarflow.core.errors import InputError
 from isarflow.mesh import topology
 
 PATCH = 330  # triangles of a patch: with its neighbours it fills a tile of the matrix (see `assembly`)
+MIRRORED = 1e-3  # mean edges between a triangle's middle and its mirror image's, at most
 AXES = {"yz": 0, "xz": 1, "xy": 2}  # mirror plane -> the coordinate that changes sign
 
 
@@ -89,10 +91,26 @@ def fundamental_domain(vertices, triangles, symmetry):
                 f"the mesh is not symmetric about the plane {plane}: {upper.sum() - inside.sum()} triangles on one "
                 f"side, {lower.sum() - inside.sum()} on the other, {(~(upper | lower)).sum()} across it."
             )
+        _check_images(corners[upper & ~inside], corners[lower & ~inside], plane)
     patches = _patches(corners[kept].mean(1), -(-kept.sum() // PATCH))
     order = np.flatnonzero(kept)[np.concatenate(patches)]
-    axes, bounds = sorted(AXES[plane] for plane in symmetry), np.cumsum([0, *map(len, patches)]).tolist()
+    axes, bounds = sorted({AXES[plane] for plane in symmetry}), np.cumsum([0, *map(len, patches)]).tolist()
     return Surface(corners[order], np.asarray(triangles, np.int64)[order], tuple(axes), tuple(bounds))
+
+
+def _check_images(upper, lower, plane):
+    """Raise InputError unless every triangle (T, 3, 3) on either side of a plane has its mirror image on the other."""
+    middles, images = upper.mean(1), lower.mean(1) * np.where(np.arange(3) == AXES[plane], -1.0, 1.0)
+    if len(upper) == 0:
+        return
+    limit = MIRRORED * np.linalg.norm(upper - np.roll(upper, 1, axis=1), axis=2).mean()
+    for these, others in ((middles, images), (images, middles)):
+        apart = cKDTree(others).query(these)[0]
+        if apart.max() > limit:
+            raise InputError(
+                f"the mesh is not symmetric about the plane {plane}: the mirror image of its triangle near "
+                f"{topology.place(middles[apart.argmax()])} is {apart.max():.3g} m off (at most {limit:.3g} m)."
+            )
 
 
 def rwg(surface, parity):

@@ -13,6 +13,7 @@ For an operator other than the EFIE, z is its matrix and V_q, but not V_p, is it
 import numpy as np
 
 from isarflow.scattering.basis import by_half
+from isarflow.scattering.checks import finite
 from isarflow.scattering.factorization import Pool, even_runs
 from isarflow.scattering.kernels import TILE, excite
 
@@ -44,4 +45,4 @@ class Excitation:
 
         with Pool(threads) as pool:
             list(pool.map(work, even_runs(len(u), CHUNK)))
-        return np.split(whole, self.ends[1:-1])
+        return np.split(finite(whole, "the excitation", wavenumber), self.ends[1:-1])

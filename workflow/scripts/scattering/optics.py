@@ -21,6 +21,7 @@ import numpy as np
 from isarflow.core.errors import InputError
 from isarflow.core.sweep import C0, unit_vectors
 from isarflow.mesh import topology
+from isarflow.scattering.checks import checked_mesh, checked_sweep
 from isarflow.scattering.compiled import kernel
 from isarflow.scattering.solver import Solution
 
@@ -35,14 +36,18 @@ POINTS = np.array([(1, 1, 1), (4, 1, 1), (1, 4, 1), (1, 1, 4)]) / np.array([[3],
 
 
 class Surface:
-    """A mesh as the kernels read it. vertices: (V, 3) m; triangles: (T, 3), both of whose sides count if it is open."""
+    """A mesh as the kernels read it. vertices: (V, 3) m; triangles: (T, 3), both of whose sides count if it is open.
+
+    Raises InputError for a mesh with NaN, vertices that do not exist, or triangles without area or doubled.
+    """
 
     def __init__(self, vertices, triangles):
+        vertices, triangles = checked_mesh(vertices, triangles)
         normals = topology.normals(vertices[triangles])  # of length 2 A
         size = np.ptp(vertices, axis=0).max()
         edge = topology.edge_lengths(vertices, triangles).mean()
         self.cell = max(min(edge / FINE, size / ACROSS), size / 4000)
-        self.arrays = np.ascontiguousarray(vertices, float), np.ascontiguousarray(triangles, np.int64), normals
+        self.arrays = np.ascontiguousarray(vertices), np.ascontiguousarray(triangles), normals
         self.is_closed = topology.is_watertight(triangles)
 
     def backscatter(self, wavenumbers, elevation, azimuth):
@@ -61,9 +66,10 @@ def axes_of(elevation, azimuth):
 def over_directions(backscatter, ways, sweep, threads, progress, name):
     """Return the Solution of a Sweep by a function of wavenumbers (F,), elevations and azimuths (D,), as above.
 
-    ways: the polarizations that it gives, (W, D, F); others are zero. name: the solver's. Raises InputError for a sweep
-    with separate receivers.
+    ways: the polarizations that it gives, (W, D, F); others are zero. name: the solver's. Raises InputError for what is
+    no sweep, and for one with separate receivers.
     """
+    sweep = checked_sweep(sweep)
     if sweep.receivers:
         raise InputError(f"the solver '{name}' is of backscatter alone; leave out 'scattering.bistatic'.")
     begun, wavenumbers = time.perf_counter(), 2 * np.pi * sweep.frequency / C0

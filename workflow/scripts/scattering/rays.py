@@ -22,15 +22,15 @@ LIFT = 1e-6  # of the target's size, by which a reflected ray begins off the sur
 
 
 class Scene:
-    """A mesh for rays. vertices: (V, 3) m; triangles: (T, 3), of which both sides reflect."""
+    """A mesh for rays. vertices: (V, 3) m; triangles: (T, 3), of which both sides reflect. Errors: as of `Surface`."""
 
     def __init__(self, vertices, triangles):
         from embreex.mesh_construction import TriangleMesh
         from embreex.rtcore_scene import EmbreeScene
 
-        self.vertices, self.scene = np.asarray(vertices, float), EmbreeScene()
+        self.surface, self.scene = Surface(vertices, triangles), EmbreeScene()
+        self.vertices, triangles, _ = self.surface.arrays
         self.mesh = TriangleMesh(self.scene, self.vertices[triangles].astype(np.float32))
-        self.surface = Surface(vertices, triangles)
         self.size = float(np.ptp(self.vertices, axis=0).max())
 
     def backscatter(self, wavenumbers, elevation, azimuth):

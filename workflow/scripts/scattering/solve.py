@@ -12,14 +12,15 @@ import numpy as np
 from isarflow.core.errors import InputError
 from isarflow.core.sweep import C0, Sweep, unit_vectors
 from isarflow.mesh import topology
+from isarflow.scattering import checks, needs
 from isarflow.scattering.assembly import Entries, assemble
-from isarflow.scattering.basis import fundamental_domain, rwg
+from isarflow.scattering.basis import AXES, fundamental_domain, rwg
 from isarflow.scattering.device import OnDevice, give_back
 from isarflow.scattering.factorization import GeneralMatrix, Pool, Product, SymmetricMatrix, runs
 from isarflow.scattering.farfield import Excitation
 from isarflow.scattering.lowrank import LowRankMatrix
 from isarflow.scattering.operators import cfie, efie
-from isarflow.scattering.plan import COLUMNS
+from isarflow.scattering.plan import COLUMNS, planned
 from isarflow.scattering.sampled import fill
 from isarflow.scattering.sampling import middle_of, rings, sample, skeletons
 from isarflow.scattering.solver import Solution
@@ -54,37 +55,49 @@ def solve(
 ) -> Solution:
     """Backscatter amplitude of a perfectly conducting mesh, in metres (see `farfield` for signs and references).
 
-    vertices: (V, 3) m; triangles: (T, 3); frequencies: (F,) Hz; elevation: (E,), azimuth: (A,) degrees;
-    polarizations: receive and transmit, from VV, HH, HV, VH; symmetry: mirror planes of the mesh, e.g. ['xz'];
+    vertices: (V, 3) m; triangles: (T, 3), with edges of about a tenth of a wavelength; frequencies: (F,) Hz;
+    elevation: (E,), azimuth: (A,) degrees; polarizations: receive and transmit, from VV, HH, HV, VH;
+    symmetry: mirror planes of the mesh, e.g. ['xz'];
     precision: single or double; threads: for the linear algebra, without effect on the result;
     progress(number, part, fraction) is called as the work goes on; formulation: efie, or cfie for closed meshes;
     tolerance: None for whole matrices, or for compressed ones their largest error, relative to the diagonal's norm
     (efie and single precision; see `sampled` and `lowrank`);
     paired: elevation and azimuth, (D,) each, are directions one by one, and the field is (P, F, D);
     receivers: elevation and azimuth (R,) of separate receivers, the field's last dimension, (..., R).
-    Raises InputError if the mesh lacks the symmetry or, for cfie, is open or turned inwards, or if a frequency cannot
-    be solved to a residual of 1e-3.
+    Raises InputError for arguments that are none of these, as a mesh with NaN, without the symmetry, with edges of a
+    wavelength (see `checks`) or, for cfie, open or turned inwards; for a solve that this machine has no memory for; and
+    if a frequency cannot be solved to a residual of 1e-3. Warns of edges longer than a third of a wavelength.
     """
-    if tolerance is not None and (formulation, precision) != ("efie", "single"):
-        raise ValueError("compressed matrices are those of the EFIE, in single precision")
+    checks.check_word("formulation", formulation, OPERATORS)
+    checks.check_word("precision", precision, DTYPES)
+    checks.check_tolerance(tolerance, formulation, precision)
     operator, dtype = OPERATORS[formulation], DTYPES[precision]
-    sweep = Sweep(frequencies, np.asarray(elevation), np.asarray(azimuth), polarizations, paired, receivers)
+    sweep = checks.checked_sweep(Sweep(frequencies, elevation, azimuth, polarizations, paired, receivers))
+    checks.check_words("symmetry", symmetry, AXES)
+    vertices, triangles = checks.checked_mesh(vertices, triangles)
     if operator.ALPHA != 1:  # the magnetic equation is that of closed surfaces
         topology.check_closed(vertices, triangles)
     surface = fundamental_domain(vertices, triangles, symmetry)
     bases = [rwg(surface, parity) for parity in surface.parities]
     unknowns = sum(map(len, bases))
     if unknowns == 0:
-        raise InputError("the mesh has no inner edge, so there is no current to solve for.")
+        touching = "Triangles that touch share vertices."
+        raise InputError(f"the mesh has no inner edge, so there is no current to solve for. {touching}")
+    checks.check_edges(vertices, triangles, sweep.frequency.max())
+    rising = replace(sweep, frequency=np.sort(sweep.frequency))
+    measures = {"unknowns": unknowns, "triangles": len(triangles), "box": np.ptp(vertices, axis=0)}
+    megabytes, _ = planned(measures, len(surface.axes), rising, formulation, precision, tolerance)
+    needs.check_memory(megabytes, unknowns, rising.frequency[-1])
     # About its middle a target needs the fewest directions, and single precision has the most digits of coordinates.
     middle = middle_of(surface)
     surface = replace(surface, vertices=surface.vertices - middle)
     near, excitation = operator.near_terms(surface), Excitation(surface, bases, dtype)
-    directions = (_Bistatic if receivers else _Monostatic)(surface, middle, sweep, operator)
+    directions = (_Bistatic if sweep.receivers else _Monostatic)(surface, middle, sweep, operator)
 
-    field = np.empty((len(polarizations), len(frequencies), *directions.shape), np.complex128)
-    residual, seconds = np.zeros(len(frequencies)), np.zeros((len(PARTS), len(frequencies)))
-    for n, frequency in enumerate(frequencies):
+    count = len(sweep.frequency)
+    field = np.empty((len(polarizations), count, *directions.shape), np.complex128)
+    residual, seconds = np.zeros(count), np.zeros((len(PARTS), count))
+    for n, frequency in enumerate(sweep.frequency):
         k = 2 * np.pi * frequency / C0
         times = [time.perf_counter()]
         system = _System(
@@ -105,6 +118,7 @@ def solve(
                 "The mesh may overlap itself, hold slivers, or be far smaller than the wavelength; "
                 "'scattering.precision: double' may help."
             )
+        checks.finite(field[:, n], "the field", k)
         progress(n, "done", 1.0)
     field = field.reshape(*field.shape[:2], *sweep.shape, *field.shape[3:])
     return Solution(field, residual, dict(zip(PARTS, seconds, strict=True)), unknowns)
@@ -315,5 +329,5 @@ def _residual(rows, numbers, right, solution):
     difference = rows @ solution - right[numbers]
     scale = np.linalg.norm(right, axis=0) * np.sqrt(len(numbers) / max(len(right), 1))
     # A parity that a direction does not excite has no right side to compare with.
-    excited = scale > 1e-6 * scale.max(initial=0)
+    excited = ~(scale <= 1e-6 * scale.max(initial=0))  # written so that a NaN counts
     return float((np.linalg.norm(difference, axis=0)[excited] / scale[excited]).max(initial=0.0))

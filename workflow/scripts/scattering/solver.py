@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from isarflow.core.errors import InputError
 from isarflow.core.kinds import SOLVERS, load_class
 from isarflow.core.sweep import Sweep
 
@@ -74,3 +75,34 @@ def build(scattering: Mapping[str, Any]) -> FieldSolver:
     own = {key: value for key, value in scattering.items() if key not in ("solver", "bistatic")}
     solver: FieldSolver = load_class(SOLVERS, scattering["solver"], FieldSolver)(own)
     return solver
+
+
+def check_solution(solution: Any, sweep: Sweep, solver: str) -> None:
+    """Raise InputError, with the solver's name, for a result that is no Solution of the sweep, as a user's own may be.
+
+    The field's shape, complex numbers, all finite, and the residual's and seconds' shapes.
+    """
+    key, count = f"config key 'scattering.solver': '{solver}' gives", len(sweep.frequency)
+    if not isinstance(solution, Solution):
+        raise InputError(f"{key} a {type(solution).__name__}, where a Solution is asked for.")
+    axes = {"polarization": len(sweep.polarizations), "frequency": count}
+    axes |= dict(zip(("direction",) if sweep.paired else ("elevation", "azimuth"), sweep.shape, strict=True))
+    axes |= {"receiver": len(sweep.receivers[0])} if sweep.receivers else {}
+    field = np.asarray(solution.field)
+    if field.shape != tuple(axes.values()):
+        asked = f"{tuple(axes.values())} is asked for ({', '.join(axes)})"
+        raise InputError(f"{key} a field of shape {field.shape}, where {asked}.")
+    if field.dtype.kind != "c":
+        raise InputError(f"{key} a field of {field.dtype}, where complex numbers are asked for.")
+    finite = np.isfinite(field)
+    if not finite.all():
+        first = dict(zip(axes, np.argwhere(~finite)[0].tolist(), strict=True))
+        where = ", ".join(f"{axis} {number}" for axis, number in first.items())
+        wrong = f"{(~finite).sum()} of {field.size} numbers are not finite (NaN or infinite)"
+        raise InputError(f"{key} a field of which {wrong}, the first at {where}, counted from 0.")
+    residual = {} if solution.residual is None else {"residual": solution.residual}
+    for name, values in {**residual, **solution.seconds}.items():
+        if np.shape(values) != (count,):
+            raise InputError(f"{key} '{name}' of shape {np.shape(values)}, where {(count,)} is asked for (frequency).")
+    if residual and not np.isfinite(np.asarray(solution.residual)).all():
+        raise InputError(f"{key} a residual that is not finite; without a linear system it is None.")

@@ -13,7 +13,7 @@ from scipy.special import spherical_jn, spherical_yn
 
 from isarflow.core.errors import InputError
 from isarflow.core.sweep import C0, Sweep
-from isarflow.scattering.solver import build
+from isarflow.scattering.solver import build, check_solution
 
 RADIUS = 0.35  # wavelengths: ka = 2.2, between the sphere's inner resonances, and solved in a second
 DIRECTION = 20.0, 10.0  # azimuth and elevation in degrees, off the mesh's axes of symmetry
@@ -30,6 +30,7 @@ def check(path, scattering, edges_per_wavelength, threads):
     sweep = Sweep(np.array([C0]), elevation, azimuth, ["VV"])  # a wavelength of 1 m
     try:
         solution = build(scattering).solve(vertices, triangles, sweep, [], threads, lambda *progress: None)
+        check_solution(solution, sweep, scattering["solver"])
     except InputError as error:  # a user's own solver may accept no sphere
         Path(path).write_text(json.dumps({"refused": str(error)}, indent=1))
         return
@@ -52,7 +53,7 @@ def check(path, scattering, edges_per_wavelength, threads):
 
 
 def backscatter(wavenumber, radius):
-    """Amplitude f towards the source, m (complex), phase referred to the centre."""
+    """Amplitude f towards the source, m (complex), phase referred to the centre. wavenumber: rad/m; radius: m."""
     n, a, b = coefficients(wavenumber * radius)
     return np.sum((-1.0) ** n * (2 * n + 1) * (a - b)) * (1j / (2 * wavenumber))
 
@@ -70,8 +71,12 @@ def icosphere(radius, edge):
     """Faceted sphere with the volume of the true one, its mean edge length as near as possible to `edge`, in m.
 
     Returns vertices (V, 3) and triangles (T, 3), outward. Caspar, Klug, Cold Spring Harbor Symp. 27, 1962: a step of
-    (b, c) in a triangular lattice is an icosahedron's edge, which gives 20 (b^2 + b c + c^2) triangles.
+    (b, c) in a triangular lattice is an icosahedron's edge, which gives 20 (b^2 + b c + c^2) triangles. Raises
+    InputError for a radius or an edge that is not above 0.
     """
+    for name, length in (("radius", radius), ("edge", edge)):
+        if not 0 < length < np.inf:
+            raise InputError(f"'{name}' of a sphere is {length}; it is a length above 0, in m.")
     wanted = (1.2035 * radius / edge) ** 2
     steps = [(b, c) for b in range(1, int(wanted**0.5) + 3) for c in range(b + 1)]
     b, c = min(steps, key=lambda step: (abs(step[0] ** 2 + step[0] * step[1] + step[1] ** 2 - wanted), step))

@@ -3,8 +3,10 @@
 import importlib.metadata
 import platform
 
+import numpy as np
 import xarray as xr
 
+from isarflow.core.errors import InputError
 from isarflow.core.store import open_store, write
 
 CONVENTION = (
@@ -24,6 +26,7 @@ def write_field(store_path, field, polarizations, frequency, elevation, azimuth,
 
     For directions one by one the field is (polarization, frequency, direction), elevation and azimuth (direction,).
     receivers: elevation and azimuth (R,) of a bistatic field, whose last dimension they are.
+    Raises InputError for a field that is not finite.
     """
     axes = dict(zip(COORDINATES, COORDINATES, strict=True))
     if field.ndim == 3 + bool(receivers):
@@ -61,6 +64,8 @@ def versions(*packages):
 
 
 def _write(dataset, path):
+    if not np.isfinite(dataset.field.values).all():
+        raise InputError(f"{path}: the field holds numbers that are not finite (NaN or infinite); it is not written.")
     # An image needs the whole sweep of an elevation.
     chunks = [1 if name == "elevation" else dataset.sizes[name] for name in dataset.field.dims]
     write(dataset, path, {"field": {"chunks": tuple(chunks)}})

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.linalg import eigh
 from scipy.ndimage import uniform_filter
 
+from isarflow.core.errors import InputError
 from isarflow.learning.classifier import OTHER, Classifier, Outcome
 from isarflow.learning.features import by_channel, standardized, unit, unit_rows
 
@@ -59,8 +60,7 @@ class Model(Classifier):
         self.starts_ = np.append(starts, len(order))
         self.shape_ = np.array(by_channel(images[:1]).shape[1:])
         self.templates_, self.aspects_ = unit_rows(images[order]), self._aspects(order)
-        noise = unit(by_channel(self.noise).reshape(-1, np.prod(self.shape_[1:])))  # all channels have the same
-        covariance = np.kron(np.eye(self.shape_[0]), noise.T @ noise.conj() / len(noise)) / self.shape_[0]
+        covariance = np.kron(np.eye(self.shape_[0]), self._of_noise()) / self.shape_[0]  # all channels have the same
         self.noise_ = np.maximum(np.diag(covariance).real, 1e-12).astype(np.float32)
         covariance[np.diag_indices(len(covariance))] += LOADING / len(covariance)
         spread = self.templates_.T @ self.templates_.conj() / len(order)
@@ -68,6 +68,24 @@ class Model(Classifier):
         powers, basis = eigh(*both, subset_by_value=(WEAK, np.inf))
         self.powers_, self.basis_ = powers.astype(np.float32), basis.astype(np.complex64)
         return self
+
+    def _of_noise(self):
+        """The covariance of the noise over one channel's pixels, of trace 1.
+
+        It is white if all images of noise are empty, as those of an imager that finds points are.
+        Raises InputError where there are no images of noise, or of another shape or not finite.
+        """
+        size = np.prod(self.shape_[1:])
+        noise = np.zeros(0) if self.noise is None else np.asarray(self.noise)
+        asked = f"images of noise alone, (m, {', '.join(map(str, self.shape_))})"
+        if noise.ndim < 3 or len(noise) == 0 or by_channel(noise).shape[1:] != tuple(self.shape_):
+            there = "none" if noise.size == 0 else f"an array {noise.shape}"
+            raise InputError(f"the likelihood learns from {asked}; its attribute 'noise' is {there} when it is fitted.")
+        if not np.isfinite(noise).all():
+            raise InputError(f"the likelihood learns from {asked}; some of its 'noise' is not finite.")
+        rows = unit(noise.reshape(-1, size))
+        rows = rows[rows.any(axis=1)]
+        return rows.T @ rows.conj() / len(rows) if len(rows) else np.eye(size) / size
 
     def evaluate(self, images, without=None):
         parts = self._scored(images.reshape(len(images), -1), without)

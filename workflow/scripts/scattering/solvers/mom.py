@@ -32,9 +32,11 @@ class Solver(FieldSolver):
 
     def solve(self, vertices, triangles, sweep, symmetry, threads, progress):
         from isarflow.core.compiled import keep_compiled
+        from isarflow.scattering.checks import checked_mesh
         from isarflow.scattering.device import holds
         from isarflow.scattering.solve import solve
 
+        vertices, triangles = checked_mesh(vertices, triangles)
         box = np.ptp(vertices, axis=0)
         measures = {"unknowns": topology.unknowns(triangles), "triangles": len(triangles), "box": box}
         settings = self._settings(measures, len(symmetry), sweep)
