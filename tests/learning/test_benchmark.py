@@ -102,6 +102,10 @@ def test_what_an_earlier_config_left_behind_is_not_taken(run, copy):
     for spoilt, said in (
         (lambda: None, "multi/lr is of another config than .*scores.json; finish the run"),
         (lambda: (copy / "learning/predictions/multi/lr/snr_0dB.csv").unlink(), "snr_0dB.csv is missing"),
+        (
+            lambda: (copy / "learning/scores.json").write_text('{"seed": 0}'),
+            "scores.json: it is not what a run of this",
+        ),
         (lambda: (copy / "learning/scores.json").unlink(), "scores.json is missing, which says how"),
     ):
         spoilt()

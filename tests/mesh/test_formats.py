@@ -126,7 +126,8 @@ def test_a_face_with_a_hole_keeps_it(tmp_path):
 
 
 REFUSED = {
-    "page.stl": (b"<!DOCTYPE html><html>" + bytes(100), "not an STL file, but a web page"),
+    "page.stl": (b"<!DOCTYPE html><html>" + bytes(100), "is no CAD file, but a web page"),
+    "page.obj": (b"<html>\n", "is no CAD file, but a web page"),
     "pointer.stl": (
         b"version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 9\n" + bytes(50),
         "pointer of Git",

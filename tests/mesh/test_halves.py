@@ -48,6 +48,7 @@ BALL, BOX = sphere(0.1, 3), moved(cube(0.2), 0, 0.1, 0)
 WHOLE = topology.areas(*BALL).sum(), topology.tetrahedra(*BALL).sum()
 OPEN = without(BOX, 1, 0.0)
 STANDING = plate([-0.1, 0, 0], [0.1, 0, 0], [0.1, 0, 0.2], [-0.1, 0, 0.2])
+FIN = plate([0.1, 0, -0.1], [0.3, 0, -0.1], [0.3, 0, 0.1], [0.1, 0, 0.1])
 # Each with the target's keys, and the area and volume of the whole.
 HALVES = {
     "half": (half(BALL, 1), {"symmetry": ["xz"]}, *WHOLE),
@@ -62,6 +63,9 @@ HALVES = {
     "with_a_face_in_the_plane": (BOX, {"symmetry": ["xz"]}, 0.4, 0.016),
     "quarter_with_faces": (moved(BOX, 0.1, 0, 0), {"symmetry": ["xz", "yz"]}, 0.64, 0.032),
     "with_a_face_and_open_beyond": (without(BOX, 1, 0.2), {"symmetry": ["xz"]}, 0.36, None),
+    # The fin stands on an edge of the box's face in the plane, or goes on beyond another one.
+    "with_a_face_and_a_fin_on_it": (together(BOX, moved(STANDING, 0, 0, 0.1)), {"symmetry": ["xz"]}, 0.44, None),
+    "with_a_face_and_a_fin_beyond": (together(BOX, FIN), {"symmetry": ["xz"]}, 0.44, None),
     "sheet": (STANDING, {"symmetry": ["xy"]}, 0.08, None),
     "with_a_plate_in_the_plane": (together(OPEN, moved(STANDING, 0, 0, 0.1)), {"symmetry": ["xz"]}, 0.44, None),
 }  # fmt: skip
@@ -136,6 +140,7 @@ TURNED = (cube(0.2)[0] @ np.array([[1, 1, 0], [-1, 1, 0], [0, 0, np.sqrt(2)]]) /
 BOLT = moved((cube(0.2)[0] * [0.1, 0.4, 0.1], cube()[1]), 0, 0, 0.3)
 REFUSED = {
     "beside_the_plane": (moved(half(BALL, 1), 0, 0.01, 0), r"cut open at y = 0\.01 m, .* translate it, or leave"),
+    "with_a_face_beside_the_plane": (moved(BOX, 0, 0.01, 0), r"has a flat face at y = 0\.01 m, .* translate it, or"),
     "beyond_the_plane": (
         moved(half(BALL, 1), 0, -0.01, 0),
         r"cut open at y = -0\.01 m, .* translate it, or leave this",

@@ -93,6 +93,8 @@ FILES = {
     "end_of_file.obj": (OBJ + b"\x1a\r\n", CUBE),
     "path_in_comment.obj": (b"# C:\\cad\\\n" + OBJ.replace(b"f 1 3 4", b"f 1 3 4 # \\"), CUBE),
     "curves.obj": (OBJ + b"p 1\nl 1 2\nvp 0 0\ncstype bezier\ndeg 1\ncurv 0 1 1 2\nparm u 0 1\nend\nusemtl a\n", CUBE),
+    "names_of_windows.obj": (OBJ.replace(b"f 1 3 4", b"usemtl C:\\cad\\\nf 1 3 4"), CUBE),
+    "tags.obj": (OBJ + b"t crease 2/1/0 1 2 3.0\n", CUBE),
     "surf.obj": (
         OBJ + b"cstype bspline\ndeg 1 1\nsurf 0 1 0 1 \\\n1 2 3 4\nparm u 0 0 1 1\nparm v 0 0 1 1\nend\n",
         "line 23: '.*' is a free-form surface, which is not read; convert it to polygons",

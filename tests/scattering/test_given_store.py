@@ -11,6 +11,7 @@ import zarr
 from isarflow.core.errors import InputError
 from isarflow.core.store import SUMS, open_store, write
 from isarflow.scattering.external import write_external
+from isarflow.scattering.given_store import check_polarizations
 from isarflow.scattering.store import COORDINATES
 
 RADAR = {"frequencies": [1.0e9, 1.1e9, 1.2e9], "polarizations": ["VV", "HV"]}
@@ -142,8 +143,9 @@ def test_a_lost_chunk_that_the_sweep_does_not_ask_for_is_said(taken, form, capsy
 def test_a_lost_coordinate_is_refused(taken, form, name):
     folder = store(form, FIELD.shape, elevation=[0, 10])
     (folder / name / {"2": "0", "3": "c/0"}[form]).unlink()
-    with pytest.raises(InputError, match=rf"^given\.zarr: 1 chunk\(s\) of the coordinate '{name}' are absent"):
-        taken()
+    for read in (taken, lambda: check_polarizations("given.zarr", ["VV"])):  # the latter before any work is done
+        with pytest.raises(InputError, match=rf"^given\.zarr: 1 chunk\(s\) of the coordinate '{name}' are absent"):
+            read()
 
 
 def test_one_place_of_zero_may_be_without_a_chunk(taken):

@@ -60,7 +60,7 @@ def test_another_content_of_the_same_size_is_seen_whatever_the_date(asked, tmp_p
     assert asked(str(path)) == hashlib.sha256(b"other").hexdigest()
 
 
-@pytest.mark.parametrize("change", ["a chunk", "its date", "a chunk less", "a name", "nothing"])
+@pytest.mark.parametrize("change", ["a chunk", "its date", "a chunk less", "a name", "a desktop", "nothing"])
 def test_a_store_is_the_names_and_contents_of_its_files(asked, tmp_path, change):
     for name in ("0.0", "0.1"):
         (tmp_path / "a.zarr/field").mkdir(parents=True, exist_ok=True)
@@ -73,10 +73,12 @@ def test_a_store_is_the_names_and_contents_of_its_files(asked, tmp_path, change)
         os.utime(chunk)
     if change == "a chunk less":
         chunk.unlink()
+    if change == "a desktop":
+        written(tmp_path / "a.zarr/.DS_Store", b"icons")
     if change == "a name":
         chunk.rename(chunk.with_name("1.0"))
-    assert (asked("a.zarr") == first) == (change in ("its date", "nothing"))
-    assert len(asked.read) == (1 if change == "nothing" else 2)
+    assert (asked("a.zarr") == first) == (change in ("its date", "a desktop", "nothing"))
+    assert len(asked.read) == (1 if change in ("a desktop", "nothing") else 2)
 
 
 def test_a_folder_of_a_store_may_be_a_link(asked, tmp_path):

@@ -34,9 +34,14 @@ def open_store(path: str | Path) -> xr.Dataset:
     return xr.open_zarr(path)
 
 
+def has_list(path: str | Path) -> bool:
+    """Tell whether a store has a list of its files."""
+    return Path(path, SUMS).exists()
+
+
 def check_given(path: str | Path) -> bool:
     """Tell whether a store that came from elsewhere has a list of its files. InputError if they differ from it."""
-    listed = Path(path, SUMS).exists()
+    listed = has_list(path)
     problem = _problem(path) if listed else None
     if problem:
         raise InputError(f"{path}: {problem}. Copy it anew; if you changed it on purpose, delete its {SUMS}.")

@@ -39,7 +39,11 @@ def read(results):
         raise InputError(f"{results} is no folder.")
     if not path.is_file():
         raise InputError(f"{path} is missing, which says how the run was scored; finish the run, with its own config.")
-    return Record(**json.loads(path.read_text()))
+    try:
+        return Record(**json.loads(path.read_text()))
+    except (TypeError, ValueError) as error:
+        why = f"it is not what a run of this version writes ({error})"
+        raise InputError(f"{path}: {why}. Delete it and finish the run, with its own config.") from None
 
 
 def paths(results, record, tables):

@@ -15,22 +15,22 @@ from isarflow.core.text import BOM
 from isarflow.mesh.text import elements_of, numbered, point, quoted, rows, unix
 
 STL_RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
-# Other formats saved under the name of an STL file, by their first bytes.
-OTHERS = {
+# What is saved under the name of a CAD file, and other formats under that of an STL file, by their first bytes.
+NO_CAD = {
     b"<!doctype": "a web page",
     b"<html": "a web page",
     b"version https://git-lfs": "a pointer of Git LFS; fetch the file itself (git lfs pull)",
     b"pk\x03\x04": "a zip archive; unpack it",
-    b"v ": "an OBJ file; name it so",
-    b"ply": "a PLY file; name it so",
 }
+OTHERS = {b"v ": "an OBJ file; name it so", b"ply": "a PLY file; name it so"}
 TEXT_STL = re.compile(rb"[\r\n]\s*(facet|end\s*solid)", re.IGNORECASE)
-STL_REST = b"outer", b"endloop", b"end", b"color"  # words that begin a line of a text STL without surface
+STL_REST = b"outer", b"outerloop", b"endloop", b"end", b"color"  # words that begin a line of a text STL without surface
 # Statements of OBJ files, small letters, beside v, f and fo: those of curves, points, groups and looks, and the others.
 OBJ_REST = frozenset(
-    b"vn vt vp p l o g s mg usemtl mtllib usemap maplib lod shadow_obj trace_obj bevel c_interp d_interp ctech stech "
+    b"vn vt vp p l t o g s mg usemtl mtllib usemap maplib lod shadow_obj trace_obj bevel c_interp d_interp ctech stech "
     b"cstype deg bmat step curv curv2 parm trim hole scrv sp end con cdc res".split()
 )
+OBJ_NAMES = b"usemtl ", b"mtllib ", b"usemap ", b"maplib ", b"o ", b"g "  # statements of names
 FREE_FORM = "a free-form surface, which is not read; convert it to polygons before the export"
 OBJ_UNREAD = {
     **dict.fromkeys((b"surf", b"bsp", b"bzp", b"cdp"), FREE_FORM),
@@ -62,9 +62,7 @@ def read_stl(data):
     ):
         points = _stl_text(data)
     else:
-        begin = data.lstrip()[:30].lower()
-        other = next((name for start, name in OTHERS.items() if begin.startswith(start)), None)
-        if other:
+        if other := beginning(data, OTHERS):
             raise InputError(f"it is not an STL file, but {other}.")
         size = f"{len(data)} bytes, not the {announced} of the {count} triangles that its header says"
         short = "; it may have been cut short" if len(data) < announced else ""
@@ -74,6 +72,12 @@ def read_stl(data):
     _, first, index = np.unique(points.view("V24").ravel(), return_index=True, return_inverse=True)
     order = np.argsort(first)
     return Surface(points[first[order]], np.full(len(index) // 3, 3), np.argsort(order)[index])
+
+
+def beginning(data, kinds):
+    """Return what kinds, {first bytes: name}, say of a file's bytes; None if nothing."""
+    begin = data.removeprefix(BOM).lstrip()[:30].lower()
+    return next((name for start, name in kinds.items() if begin.startswith(start)), None)
 
 
 def _stl_text(data):
@@ -109,7 +113,8 @@ def read_obj(data):
     joined, begun, width = b"", 0, 0
     for number, line in numbered(data):
         content = line.split(b"#", 1)[0].rstrip()
-        if content.endswith(b"\\"):
+        # A name may end so, as a folder of Windows does; what would follow it is refused as no statement.
+        if content.endswith(b"\\") and not content.lower().lstrip().startswith(OBJ_NAMES):
             joined, begun = joined + content[:-1] + b" ", begun or number
             continue
         words, at = (joined + content).split(), begun or number

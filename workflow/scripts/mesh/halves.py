@@ -19,7 +19,7 @@ class Beside(NamedTuple):
     side: int  # 1 or -1 if all of it is on this side of the plane, though not all in it; else 0
     cut: np.ndarray  # (C, 2) rims in the plane, of triangles that leave it
     flat: np.ndarray  # (T,) True for triangles in the plane
-    capped: bool  # True if such triangles are a face of a body, with another face at each of their outer edges
+    cap: np.ndarray  # (T,) True for those of a body's face: each of its outer edges has another face, too
 
 
 def completed(vertices, triangles, planes, tolerance):
@@ -32,12 +32,15 @@ def completed(vertices, triangles, planes, tolerance):
     cuts = []
     for axis in symmetry.axes(planes):
         beside = _beside(*_joined(vertices, triangles), axis, tolerance)
-        if not beside.side or not (len(beside.cut) or beside.capped):
+        if not beside.side or not (len(beside.cut) or beside.cap.any()):
             continue
         vertices, triangles = beside.vertices, beside.triangles
         in_plane = np.union1d(beside.cut, triangles[beside.flat])
-        piece, closed = topology.closed_pieces(triangles)
-        half = triangles[~(beside.flat & closed[piece])]
+        body = ~beside.flat | beside.cap  # without fins in the plane, which may share edges with a body
+        piece, closed = topology.closed_pieces(triangles[body])
+        inner = np.zeros(len(triangles), bool)
+        inner[body] = beside.cap[body] & closed[piece]
+        half = triangles[~inner]
         vertices[:, axis] = beside.side * np.maximum(beside.side * vertices[:, axis], 0.0)
         vertices[in_plane, axis] = 0.0
         vertices, triangles = symmetry.with_mirror(*topology.compact(vertices, half), axis)
@@ -84,9 +87,12 @@ def advice(vertices, triangles, axis, tolerance):
         beyond = f"goes on beyond it by {min(-low, high) * 1000:.3g} mm"
         return f"it is cut open in this plane, as a half model is, but {beyond}: cut that off, or {leave}"
     for end in (low, high):
-        if symmetry.PLANES[axis] in cut_open(joined - end * (np.arange(3) == axis), triangles, tolerance):
+        moved = joined - end * (np.arange(3) == axis)
+        is_open = symmetry.PLANES[axis] in cut_open(moved, triangles, tolerance)
+        if is_open or _beside(moved, triangles, axis, tolerance).cap.any():
+            what = "is cut open" if is_open else "has a flat face"
             where = f"{'xyz'[axis]} = {end:.4g} m, and if it is a half model, this must be 0: translate it"
-            return f"it is cut open at {where}, or {leave}"
+            return f"it {what} at {where}, or {leave}"
     if low >= -tolerance or high <= tolerance:
         return f"it lies on one side, but is not cut in this plane, as a half model is: mend it, or {leave}"
     return "mend it or leave this plane out"
@@ -117,10 +123,11 @@ def _beside(vertices, triangles, axis, tolerance):
     edges = topology.edges(triangles)
     of_flat = np.bincount(edges.sides[flat].ravel(), minlength=len(edges.ends))
     cut = edges.ends[(edges.count == 1) & (of_flat == 0) & near[edges.ends].all(axis=1)]
-    capped = False
+    cap, around = flat.copy(), edges.sides[flat]
     if flat.any():
-        count, piece = topology.edge_pieces(triangles[flat])
-        around = edges.sides[flat]
+        # Faces in the plane end where a body's wall begins, also if a fin in the plane goes on beyond it.
+        within = (of_flat == 2) & (edges.count == 2)
+        count, piece = topology.groups(topology.side_pairs(edges, within) // 3, len(triangles))
         open_there = ((of_flat[around] == 1) & (edges.count[around] != 2)).any(axis=1)
-        capped = bool((np.bincount(piece, open_there, count) == 0).any())
-    return Beside(vertices, triangles, sides[0] if sides else 0, cut, flat, capped)
+        cap[flat] = (np.bincount(piece[flat], open_there, count) == 0)[piece[flat]]
+    return Beside(vertices, triangles, sides[0] if sides else 0, cut, flat, cap)

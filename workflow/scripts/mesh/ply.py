@@ -81,7 +81,7 @@ def _header(lines):
                 elements[-1][2].append((words[4], TYPES[words[2]] + TYPES[words[3]]))
             elif words[:1] == ["property"]:
                 elements[-1][2].append((words[2], TYPES[words[1]]))
-            elif words and words[0] not in REST:
+            elif words and words[0].lower() not in REST:
                 raise ValueError
         except (KeyError, IndexError, ValueError):
             raise InputError(f"its header has '{' '.join(words)}', which no PLY file should have.") from None

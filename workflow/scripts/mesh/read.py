@@ -7,7 +7,7 @@ import numpy as np
 from isarflow.core.errors import InputError
 from isarflow.core.sweep import C0
 from isarflow.mesh import cad_kernel, halves, topology
-from isarflow.mesh.formats import read_obj, read_off, read_stl, triangulated
+from isarflow.mesh.formats import NO_CAD, beginning, read_obj, read_off, read_stl, triangulated
 from isarflow.mesh.ply import read_ply
 from isarflow.mesh.resolution import too_fine, wanted_edges
 
@@ -33,8 +33,11 @@ def read_cad(path, chord=0.0):
         raise InputError(f"{path} is empty.")
     if states_unit(path):
         return cad_kernel.read_surfaces(path, chord)
+    data = path.read_bytes()
     try:
-        surface = READERS[path.suffix.lower()](path.read_bytes())
+        if other := beginning(data, NO_CAD):
+            raise InputError(f"it is no CAD file, but {other}.")
+        surface = READERS[path.suffix.lower()](data)
     except InputError as error:
         text = str(error)
         raise InputError(f"{path} {text[3:] if text.startswith('it ') else f'cannot be read: {text}'}") from None

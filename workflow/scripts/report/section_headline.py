@@ -105,7 +105,7 @@ def headline(results):
     by = " by its main confidence score" if "open set" in kinds else ""
     caption = (
         f"Weighted F1 on the test images, with 95 % intervals, of the model that is best on the validation images{by} "
-        f"(mean over {span_text(results.validation)}){whose}{broken}.{words}{conditions(results, drawn)}"
+        f"(mean at {span_text(results.validation)}){whose}{broken}.{words}{conditions(results, drawn)}"
     )
     alt = f"Weighted F1 against test SNR of the best model{' and of the thesis’s' if red else ''}, by set and split."
     return figure("headline", drawing, drawn, caption, True, alt)

@@ -46,7 +46,8 @@ def files(path):
     if not is_store(path):
         return [Path(path)]
     inside = (Path(folder, name) for folder, _, names in os.walk(path, followlinks=True) for name in names)
-    return sorted(file for file in inside if file.is_file() and file.name != ".snakemake_timestamp")
+    # Other hidden files belong to Snakemake or the desktop.
+    return sorted(file for file in inside if file.is_file() and (file.name[0] != "." or file.name.startswith(".z")))
 
 
 def digest(path):

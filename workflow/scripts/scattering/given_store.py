@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from isarflow.core.errors import InputError
-from isarflow.core.store import absent_chunks, absent_samples, check_given, chunk_of
+from isarflow.core.store import absent_chunks, absent_samples, check_given, chunk_of, has_list
 from isarflow.scattering.places import UNITS, differ, find, text
 from isarflow.scattering.store import CONVENTION, COORDINATES
 
@@ -22,8 +22,9 @@ WHOLE = "Copy the store anew; if it is complete, write it with all chunks (write
 def check_polarizations(path, polarizations):
     """Raise InputError for a folder that is no store of a field, and for one without one of the polarizations."""
     with _opened(path) as (_, axes):
-        there = axes["polarization"]
-    _ways(path, there, polarizations)
+        if not has_list(path):
+            _absent_coordinates(path, axes)
+    _ways(path, axes["polarization"], polarizations)
 
 
 def read_store(path, polarizations, wanted):
