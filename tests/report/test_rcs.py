@@ -11,6 +11,7 @@ import xarray as xr
 from pages import check_whole
 
 from isarflow.core.errors import InputError
+from isarflow.core.store import write
 from isarflow.core.sweep import C0, directions, unit_vectors
 from isarflow.report.rcs import compare_figure, compare_table, write_rcs
 from isarflow.report.rcs_figures import cut_figure, frequency_figure, map_figure
@@ -126,6 +127,21 @@ def test_a_reference_between_the_samples_is_compared_with_the_field_there(stored
     assert compared["azimuth_deg"][compared["difference_db"].idxmax()] == 358
 
 
+def test_a_reference_round_the_circle_has_each_direction_once(stored, tmp_path):
+    """With Fortran's exponents, a byte-order mark, a comment in another encoding, and columns of no meaning here."""
+    azimuth = [0.0, 90.0, 360.0, -90.0, 270.0]
+    path = tmp_path / "r.csv"
+    reference(path, np.array(azimuth), 0.0, note="x")
+    plain = path.read_text()
+    assert "1000000000.0" in plain
+    other = plain.replace("1000000000.0", "1.0D+09").replace("\n90.0", "\n900.0000-001").replace("\n", "\r\n")
+    path.write_bytes(b"\xef\xbb\xbf# 0 bis 360\xb0\r\n" + other.encode())
+    compared = compare(str(path), stored([0.0], CIRCLE), None)
+    assert compared["azimuth_deg"].tolist() == [0.0, 90.0, -90.0]
+    np.testing.assert_allclose(compared["difference_db"], 0, atol=1e-4)
+    assert compared.attrs["left_out"] == 0 and set(compared["note"]) == {"x"}
+
+
 def test_samples_that_do_not_compare_are_left_out_and_counted(stored, tmp_path):
     """Two are of directions that the run has not, two without a level."""
     azimuth, elevation = np.array([0.0, 5.0, 7.0, 15.0, 30.0, 45.0]), [0.0, 3.0, 0.0, 0.0, 0.0, 0.0]
@@ -141,9 +157,22 @@ def test_samples_that_do_not_compare_are_left_out_and_counted(stored, tmp_path):
     [
         ("azimuth_deg,rcs", "0,1", "no column rcs_dbsm"),
         ("azimuth_deg,rcs_dbsm", "0,1", "no column frequency_hz; there are azimuth_deg, rcs_dbsm"),
-        ("azimuth_deg,frequency_hz,rcs_dbsm", "0,1e9,x", "row 1 has no finite number in column rcs_dbsm"),
-        ("azimuth_deg,frequency_hz,rcs_dbsm", "0,1e9,inf", "row 1 has no finite number in column rcs_dbsm"),
-        ("azimuth_deg,frequency_hz,rcs_dbsm", ",1e9,0", "row 1 has no finite number in column azimuth_deg"),
+        ("azimuth_deg,frequency_hz,rcs_dbsm", "0,1e9,x", "line 2: 'x' is not a finite number, for column rcs_dbsm"),
+        ("azimuth_deg,frequency_hz,rcs_dbsm", "0,1e9,inf", "line 2: 'inf' is not a finite number"),
+        ("azimuth_deg,frequency_hz,rcs_dbsm", ",1e9,0", "line 2: '' is not a finite number, for column azimuth_deg"),
+        (
+            "azimuth_deg,frequency_hz,rcs_dbsm",
+            "0,1e9,1,5",
+            "line 2: 4 values, and 3 columns .* Decimals are written with",
+        ),
+        ("azimuth_deg,frequency_hz,rcs_dbsm,rcs_dbsm", "0,1e9,1,5", "more than one column rcs_dbsm"),
+        ("azimuth_deg,frequency_hz,rcs_dbsm", "# nothing", "no row below its header"),
+        (
+            "azimuth_deg,frequency_hz,rcs_dbsm",
+            "0,1e9,1\n\n# turned\n360,1e9,1.01",
+            "line 5: another level .*r.csv, line 2",
+        ),
+        ("azimuth_deg,frequency_hz,elevation_deg,rcs_dbsm", "0,1e9,120,1", "line 2: elevation 120 degrees is beyond"),
         ("azimuth_deg,frequency_hz,rcs_dbsm", "0,1e9,NaN", "none of its 1 samples has a level"),
         ("azimuth_deg,frequency_hz,rcs_dbsm", "1,1e9,0", "none of its 1 samples has .* run.$"),
         ("azimuth_deg,frequency_hz,rcs_dbsm", "0,1e3,0", "Its frequency_hz: 1000 to 1000; the run's: 1000000000 to "),
@@ -166,12 +195,24 @@ def test_a_reference_may_be_what_feko_wrote(tmp_path):
     mean = compared.groupby("polarization")["difference_db"].mean()
     assert mean.to_dict() == pytest.approx({"VV": 0, "HV": 20 * np.log10(2)}, abs=1e-3)
     assert len(compared) == 12
+    # FEKO's loop from 0 to 360 degrees solves the first direction once more.
+    again = feko.sweep(sweep[0], sweep[1], [0.0])[len(feko.HEAD) :]
+    (tmp_path / "v.ffe").write_text(feko.sweep(*sweep) + again)
+    assert len(compare({"V": str(tmp_path / "v.ffe")}, xr.open_zarr(tmp_path / "b.zarr"), None)) == 12
+    (tmp_path / "v.ffe").write_text(
+        feko.sweep(*sweep) + feko.sweep(sweep[0], sweep[1], [0.0], eta=90)[len(feko.HEAD) :]
+    )
+    with pytest.raises(InputError, match=r"v\.ffe, line \d+: another field .*v\.ffe, line 17\."):
+        compare({"V": str(tmp_path / "v.ffe")}, xr.open_zarr(tmp_path / "b.zarr"), None)
 
 
 def test_the_page_shows_what_meshes_warn_of(tmp_path):
     settings = fake.changed(radar={"frequencies": 1}, mesh={"bands": 1})
     del settings["targets"]["ufo"]
+    settings["targets"]["drone"] = {"field": "drone.zarr", "role": "known"}
     fake.make(tmp_path, settings)
+    field = xr.open_zarr(tmp_path / "scattering/drone.zarr").load()
+    write(field.assign_attrs(warnings=["drone.zarr: a chunk is absent."]), tmp_path / "scattering/drone.zarr")
     path = tmp_path / "mesh/missile.json"
     measures = json.loads(path.read_text())
     missed = measures["bands"][0]["missed"] = "is 0.031 wavelengths from its source (goal 0.025)"
@@ -184,5 +225,6 @@ def test_the_page_shows_what_meshes_warn_of(tmp_path):
     glossary = words.partition("Glossary")[2]
     assert "RCS Radar cross section" in glossary
     assert not any(word in glossary for word in ("margin", "folds", "realizations"))  # of its style, and the config
-    assert "2 warnings on this run: missile" in words
+    assert "3 warnings on this run: " in words
+    assert "drone : drone.zarr: a chunk is absent." in words
     assert f"missile : its shell is nearly closed. missile : the mesh of band 0 {missed}" in words

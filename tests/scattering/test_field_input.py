@@ -1,6 +1,8 @@
 """Fields from elsewhere: FEKO's files against closed forms, stores against themselves, and what is refused."""
 
 import hashlib
+import itertools
+import re
 import shutil
 from pathlib import Path
 
@@ -117,6 +119,31 @@ def test_backscatter_is_found_among_the_rows_of_a_pattern(place, text):
     np.testing.assert_array_equal(place("a.ffe", a=pattern).field, place("b.ffe", b=text).field)
 
 
+def test_a_pattern_round_the_circle_has_its_direction_twice(place):
+    """Rows of phi 0 to 360, both included, in each block, and a loop over incident waves that is closed, too."""
+    aspect = ASPECT | {"azimuth": {"count": 4}}
+
+    def pattern(last):
+        blocks = []
+        for f, e, az in itertools.product(*SWEEP[:2], (0, 90, 180, 270, 360)):
+            back = np.array(feko.solve(f, 90 - e, az, 0))
+            rows = [(90 - e, phi, *back * (last if phi == 360 else 1)) for phi in sorted({0, az, 360})]
+            blocks.append(feko.block(f, 90 - e, az, rows))
+        return feko.HEAD + "".join(blocks)
+
+    store = place("circle.ffe", aspect=aspect, circle=pattern(1))
+    np.testing.assert_allclose(store.field[0], feko.amplitudes(*SWEEP[:2], azimuths(aspect))["VV"], atol=1e-6)
+    with pytest.raises(InputError, match=rf"^circle\.ffe, line {ROW + 1}: another field .* circle\.ffe, line {ROW}\."):
+        place("circle.ffe", aspect=aspect, circle=pattern(1.001))
+
+
+def test_numbers_are_taken_as_fortran_and_editors_write_them(place, text):
+    plain = place("plain.ffe", plain=text).field
+    number = re.compile(r"(-?\d\.\d+)E([+-]\d\d)")
+    written = number.sub(r"\1D\2", _row(text, "RCS(Phi)", "1.00000000-105"))
+    np.testing.assert_array_equal(place("other.ffe", other="\ufeff" + written).field, plain)
+
+
 def _without(text, start):
     """The text without its first line that starts so."""
     return "".join(text.splitlines(True)[: _line(text, start) - 1] + text.splitlines(True)[_line(text, start) :])
@@ -147,7 +174,10 @@ BAD = {
     "moved origin": (lambda t: t.replace("#No. of T", "#Origin: (0, 0, 1.5)\n#No. of T", 1), r"line 11: 'Origin'"),
     "turned axes": (lambda t: t.replace("#No. of T", "#U-Vector: (0, 1, 0)\n#No. of T", 1), r"line 11: 'U-Vector'"),
     "no wave": (lambda t: _without(t, "#Incident"), r"line 7: .* 'Incident Wave Direction'"),
-    "theta over 180": (lambda t: t.replace("(   1.10000000E+02", "(   2.10000000E+02", 1), r"line 14: theta 210"),
+    "theta over 180": (
+        lambda t: t.replace("(   1.10000000E+02", "(   2.10000000E+02", 1),
+        r"line 14: theta 210 is not within 0 to 180 degrees, and elevation -120 is beyond -90 to 90",
+    ),
     "two rows": (
         lambda t: t.replace("Theta Samples: 1", "Theta Samples: 2", 1),
         r"line 7: the block has 1 rows, not 2",
@@ -266,11 +296,7 @@ BAD_STORES = {
     "elevation": (lambda d: d.assign_coords(elevation=d.elevation + 0.01), r"no elevation -20, 0, 20, 40 degrees"),
     "azimuth": (lambda d: d.sel(azimuth=d.azimuth != 5), r"no azimuth 5 degrees, .*'aspect.azimuth'"),
     "polarization": (lambda d: d.sel(polarization=["HV"]), r"no polarization VV, .*there is HV"),
-    "twice": (
-        lambda d: xr.concat([d, d.isel(azimuth=[1])], "azimuth"),
-        r"azimuth 17.5 degrees is there more than once",
-    ),
-    "not finite": (_spoilt, r"not finite"),
+    "not finite": (_spoilt, r"1 of 80 samples are not finite; the first is VV at .*, azimuth 17.5 degrees"),
     "other axes": (lambda d: d.isel(elevation=0, drop=True), r"not a store with a variable 'field' over polarization"),
     "other name": (lambda d: d.rename(field="rcs"), r"not a store with a variable 'field'"),
     "other unit": (lambda d: d.assign(field=d.field.assign_attrs(units="dBsm")), r"in 'dBsm', not in m"),

@@ -5,11 +5,14 @@ Zarr itself reads a missing chunk as zeros, and a changed one without a warning.
 
 import hashlib
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import xarray as xr
+import zarr
 
 from isarflow.core.errors import InputError
 
@@ -17,8 +20,8 @@ SUMS = "SHA256SUMS"  # as sha256sum writes it: `sha256sum -c SHA256SUMS` in the 
 
 
 def write(dataset: xr.Dataset, path: str | Path, encoding: Mapping[str, Any] | None = None) -> None:
-    """Write a dataset as a store."""
-    dataset.to_zarr(path, mode="w", encoding=encoding, zarr_format=2)
+    """Write a dataset as a store, with chunks of nothing but zeros, too, which zarr would leave out."""
+    dataset.to_zarr(path, mode="w", encoding=encoding, zarr_format=2, write_empty_chunks=True)
     sums = {name: _digest(Path(path, name)) for name in _files(path)}
     Path(path, SUMS).write_text("".join(f"{digest}  {name}\n" for name, digest in sums.items()))
 
@@ -31,11 +34,50 @@ def open_store(path: str | Path) -> xr.Dataset:
     return xr.open_zarr(path)
 
 
-def check_given(path: str | Path) -> None:
-    """Raise InputError if a store that came from elsewhere has a list of its files and they differ from it."""
-    problem = _problem(path) if Path(path, SUMS).exists() else None
+def check_given(path: str | Path) -> bool:
+    """Tell whether a store that came from elsewhere has a list of its files. InputError if they differ from it."""
+    listed = Path(path, SUMS).exists()
+    problem = _problem(path) if listed else None
     if problem:
         raise InputError(f"{path}: {problem}. Copy it anew; if you changed it on purpose, delete its {SUMS}.")
+    return listed
+
+
+def absent_chunks(path: str | Path, name: str) -> int:
+    """Count the chunks of a variable without a file; those within a shard that is there are not looked for."""
+    array = _array(path, name)
+    return array.nchunks - array.nchunks_initialized
+
+
+def absent_samples(path: str | Path, name: str, places: Sequence[np.ndarray]) -> np.ndarray:
+    """Tell of each sample of a variable, at these places along each of its axes, whether its chunk is absent.
+
+    Zarr reads an absent chunk, also one within a shard, as the fill value: where two fill values are read, it is.
+    """
+    array = _array(path, name)
+    absent = np.ones([len(of) for of in places], bool)
+    for value in (0, 1):
+        metadata: Any = replace(array.metadata, fill_value=array.dtype.type(value))
+        other = zarr.Array(zarr.AsyncArray(metadata, array.store_path))
+        absent &= np.asarray(other.oindex[tuple(places)]) == value
+    return absent
+
+
+def chunk_of(path: str | Path, name: str, index: Sequence[int]) -> tuple[str, tuple[slice, ...]]:
+    """The file in a store that has, or would have, a variable's sample at this index, and its chunk's range there."""
+    array = _array(path, name)
+    files = tuple(int(i) // size for i, size in zip(index, array.shards or array.chunks, strict=True))
+    starts = [int(i) // size * size for i, size in zip(index, array.chunks, strict=True)]
+    spans = (slice(start, start + size) for start, size in zip(starts, array.chunks, strict=True))
+    return f"{name}/{array.metadata.encode_chunk_key(files)}", tuple(spans)
+
+
+def _array(path: str | Path, name: str) -> zarr.Array:
+    """A variable of a store as zarr has it. Raises KeyError if there is none."""
+    array = zarr.open_group(path, mode="r")[name]
+    if not isinstance(array, zarr.Array):
+        raise KeyError(name)
+    return array
 
 
 def _problem(path: str | Path) -> str | None:

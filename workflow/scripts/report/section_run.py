@@ -49,8 +49,10 @@ def facts(results):
 
 
 def warned(results):
-    """Return the warnings of the run, (what it is about, sentence), each once: of its meshes, then of its images."""
+    """Return the warnings of the run, (what it is about, sentence), each once: of meshes, fields, then images."""
     found = [(name, text) for name, measured in results.meshes.items() for text in measures.warnings(measured)]
+    given = (name for name in results.targets if name not in results.meshed)
+    found += [(name, text) for name in given for text in results.scattering(name).attrs.get("warnings", ())]
     if results.images_are_made:
         found += warnings(results.settings, {name: results.reach(name) for name in results.meshed})
     about = {}

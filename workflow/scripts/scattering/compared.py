@@ -6,8 +6,9 @@ import pandas as pd
 from isarflow.core.errors import InputError
 from isarflow.scattering import ffe, field_files
 from isarflow.scattering.interpolation import between
+from isarflow.scattering.places import alike, once
 from isarflow.scattering.rcs import by_frequency, rcs_dbsm, resolved
-from isarflow.scattering.reference import WANTED, check_columns, is_csv, several
+from isarflow.scattering.reference import LEVEL, WANTED, check_columns, is_csv, samples, several
 
 SAME_FREQUENCY, SAME_ANGLE = 1e-6, 1e-3  # relative; degrees
 
@@ -15,35 +16,32 @@ SAME_FREQUENCY, SAME_ANGLE = 1e-6, 1e-3  # relative; degrees
 def read_reference(reference, polarizations, needed):
     """Return the user's samples as a table: frequency_hz, elevation_deg, azimuth_deg, polarization, rcs_dbsm.
 
-    reference: a path of a CSV, with rcs_dbsm and the columns `needed`, or {V: ..., H: ...} of .ffe files. Raises
-    InputError for what cannot be read.
+    reference: a path of a CSV, with rcs_dbsm and the columns `needed`, or {V: ..., H: ...} of .ffe files. Samples of
+    one place that are the same are one. Raises InputError for what cannot be read and for samples that differ there.
     """
     if is_csv(reference):
         return _read_csv(reference, needed)
     parts = []
     for transmitted, paths in field_files.by_transmission(reference, polarizations).items():
-        for waves in map(ffe.read, paths):
-            where = pd.DataFrame({column: waves[axis] for column, axis in WANTED.items()})
-            for way in (pair[0] for pair in polarizations if pair[1] == transmitted):
-                parts.append(where.assign(polarization=way + transmitted, rcs_dbsm=rcs_dbsm(waves[way])))
+        waves = ffe.read(paths)
+        waves = ffe.once(waves, [alike(axis, waves[axis].to_numpy()) for axis in WANTED.values()])
+        where = pd.DataFrame({column: waves[axis] for column, axis in WANTED.items()})
+        for way in (pair[0] for pair in polarizations if pair[1] == transmitted):
+            parts.append(where.assign(polarization=way + transmitted, rcs_dbsm=rcs_dbsm(waves[way])))
     return pd.concat(parts, ignore_index=True)
 
 
 def _read_csv(path, needed):
-    check_columns(path, needed)
-    try:
-        frame = pd.read_csv(path, comment="#", skipinitialspace=True)
-    except ValueError as error:
-        raise InputError(f"{path}: not a CSV file ({error}).") from None
-    for name in frame.columns.intersection(["rcs_dbsm", *WANTED]):
-        numbers = pd.to_numeric(frame[name], errors="coerce").astype(float)
-        # A level may be missing, or that of no field at all: such a sample is left out.
-        bare = (frame[name].isna() | (numbers == -np.inf)) & (name == "rcs_dbsm")
-        wrong = ~(np.isfinite(numbers) | bare)
-        if wrong.any():
-            raise InputError(f"{path}: row {wrong.argmax() + 1} has no finite number in column {name}.")
-        frame[name] = numbers.where(~bare)
-    return frame
+    names = check_columns(path, needed)
+    lines, rows = zip(*samples(path), strict=True)
+    frame = pd.DataFrame(list(rows), index=list(lines), columns=list(dict.fromkeys(names)))
+    levels = frame.dropna(subset=LEVEL)  # the others are left out, and counted
+    numbers = [np.zeros(len(levels), int)]
+    numbers += [alike(axis, levels[column].to_numpy()) for column, axis in WANTED.items() if column in levels]
+    numbers += [pd.factorize(levels["polarization"])[0]] if "polarization" in levels else []
+    amplitudes = 10 ** (levels[[LEVEL]].to_numpy() / 20)
+    first = levels.index[once(numbers, amplitudes, lambda i: f"{path}, line {levels.index[i]}", "level")]
+    return frame[frame[LEVEL].isna() | frame.index.isin(first)].reset_index(drop=True)
 
 
 def compare(reference, dataset, reach):

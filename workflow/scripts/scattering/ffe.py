@@ -13,30 +13,46 @@ import numpy as np
 import pandas as pd
 
 from isarflow.core.errors import InputError
+from isarflow.core.text import number
+from isarflow.scattering import places
 
 COLUMNS = ("Theta", "Phi", "Re(Etheta)", "Im(Etheta)", "Re(Ephi)", "Im(Ephi)", "RCS(Total)")
-ANGLE = 1e-4  # degrees within which two directions are the same
 STRENGTH = 1e-3  # relative, for the incident field that a row's E and RCS imply
 AXES = {"Origin": (0, 0, 0), "U-Vector": (1, 0, 0), "V-Vector": (0, 1, 0)}
+WAVES = " If these are two incident polarizations, write them to separate files and name them {V: ..., H: ...}."
 
 
 class _Wrong(Exception):
     """The number of a line, a colon, and what is wrong there."""
 
 
-def read(path):
-    """Read the backscatter of all plane waves in a .ffe file, as a table in the file's order.
+def read(paths):
+    """Read the backscatter of all plane waves in .ffe files, as a table in the files' order.
 
     Columns: frequency in Hz, elevation and azimuth (0 to 360) in degrees, V (along -theta) and H (along phi), complex
-    amplitudes in m for a unit incident wave, and line, that of each in the file.
+    amplitudes in m for a unit incident wave, and path and line, the place of each.
     RCS = 4 pi |E|^2 / |E0|^2 gives the incident field E0; amplitudes are divided by its magnitude. Its phase at the
     origin, which no file has, is taken as 0.
     Raises InputError, with the line, for anything but whole blocks of scattering from one plane wave each.
     """
+    return pd.concat([_read(path) for path in paths], ignore_index=True)
+
+
+def once(waves, numbers):
+    """The first of the waves of `read` at each frequency and direction. InputError if another one there differs.
+
+    numbers: of each wave's frequency, elevation and azimuth, equal ones where these are the same.
+    """
+    path, line = waves["path"].to_list(), waves["line"].to_list()
+    amplitudes = waves[["V", "H"]].to_numpy()
+    return waves.iloc[places.once(numbers, amplitudes, lambda i: f"{path[i]}, line {line[i]}", "field", WAVES)]
+
+
+def _read(path):
     try:
         # Names of models may be in any encoding; everything else that is read is ASCII.
-        with open(path, encoding="utf-8", errors="replace") as file:
-            waves = [block.wave() for block in _blocks(file)]
+        with open(path, encoding="utf-8-sig", errors="replace") as file:
+            waves = [wave for block in _blocks(file) for wave in block.waves()]
         if not waves:
             raise InputError(f"{path}: there is no block of far fields in the file.")
         frequency, theta, phi, *parts, rcs, line = np.array(waves).T
@@ -45,20 +61,20 @@ def read(path):
     except _Wrong as wrong:
         raise InputError(f"{path}, line {wrong}") from None
     where = {"frequency": frequency, "elevation": np.round(90 - theta, 6), "azimuth": np.round(phi, 6) % 360}
-    return pd.DataFrame(where | {"V": -e_theta / strength, "H": e_phi / strength, "line": line})
+    return pd.DataFrame(where | {"V": -e_theta / strength, "H": e_phi / strength, "path": path, "line": line})
 
 
 def _blocks(file):
     """The `_Block`s of a file's lines."""
     block, typed = _Block(), False
-    for number, line in enumerate(file, 1):
+    for place, line in enumerate(file, 1):
         text = line.strip()
         if not text or text.startswith("**"):
             continue
         if not typed and not text.startswith("##"):
-            raise _Wrong(f"{number}: not a FEKO far-field file; '##File Type: Far Field' comes first.")
+            raise _Wrong(f"{place}: not a FEKO far-field file; '##File Type: Far Field' comes first.")
         if not text.startswith("#"):
-            block.rows.append((number, text))
+            block.rows.append((place, text))
             continue
         if block.rows:
             yield block
@@ -68,13 +84,13 @@ def _blocks(file):
             if key == "File Type":
                 typed = True
                 if value.lower() != "far field":
-                    raise _Wrong(f"{number}: a file of type '{value}'; 'Far Field' is wanted.")
+                    raise _Wrong(f"{place}: a file of type '{value}'; 'Far Field' is wanted.")
         elif key.startswith('"'):
             block.columns = re.findall(r'"([^"]*)"', text)
         elif key in block.header:
             raise _Wrong(f"{block.header[key][0]}: this block has no rows; the file is cut short.")
         else:
-            block.header[key] = (number, value)
+            block.header[key] = (place, value)
     if block.header or block.rows:
         yield block
 
@@ -89,14 +105,20 @@ class _Block:
     def line(self):
         return [*self.header.values(), *self.rows][0][0]
 
-    def wave(self):
-        """Frequency, theta, phi, the real and imaginary parts of E along theta and phi, RCS and line."""
+    def waves(self):
+        """Frequency, theta, phi, the real and imaginary parts of E along theta and phi, RCS and line, of each row.
+
+        The rows are those that look back along the incident wave: more than one where phi goes from 0 to 360.
+        """
         self._check_kind()
         (frequency,) = self._numbers("Frequency", 1)
         counts = [self._numbers(f"No. of {name} Samples", 1)[0] for name in ("Theta", "Phi")]
         theta, phi = self._numbers("Incident Wave Direction", 2)
         if not 0 <= theta <= 180:
-            raise _Wrong(f"{self.header['Incident Wave Direction'][0]}: theta {theta:g} is not within 0 to 180.")
+            raise _Wrong(
+                f"{self.header['Incident Wave Direction'][0]}: theta {theta:g} is not within 0 to 180 degrees, and "
+                f"elevation {90 - theta:g} is beyond -90 to 90."
+            )
         missing = [name for name in COLUMNS if name not in self.columns]
         if missing:
             raise _Wrong(f"{self.line}: the block has no column {', '.join(missing)}.")
@@ -106,49 +128,50 @@ class _Block:
                 "short or was changed."
             )
         found = []
-        for number, text in self.rows:
+        for line, text in self.rows:
             row = dict(zip(self.columns, _floats(text, len(self.columns)), strict=False))
             if not row:
-                raise _Wrong(f"{number}: a row of {len(self.columns)} numbers is wanted, not '{text}'.")
-            if abs(row["Theta"] - theta) < ANGLE and abs((row["Phi"] - phi + 180) % 360 - 180) < ANGLE:
-                found.append((*(row[name] for name in COLUMNS[2:]), number))
-        if len(found) != 1:
+                raise _Wrong(f"{line}: a row of {len(self.columns)} numbers is wanted, not '{text}'.")
+            if abs(row["Theta"] - theta) < places.ANGLE and places.apart("azimuth", row["Phi"], phi) < places.ANGLE:
+                found.append((frequency, theta, phi, *(row[name] for name in COLUMNS[2:]), line))
+        if not found:
             raise _Wrong(
-                f"{self.line}: {len(found) or 'no'} rows look back along the incident wave (theta {theta:g}, phi "
-                f"{phi:g}); one is wanted. Ask FEKO for the fields in the plane wave's incident direction."
+                f"{self.line}: no rows look back along the incident wave (theta {theta:g}, phi {phi:g}). Ask FEKO for "
+                "the fields in the plane wave's incident direction."
             )
-        if not np.isfinite([frequency, *found[0]]).all():
-            raise _Wrong(f"{found[0][-1]}: a value is not finite.")
-        return frequency, theta, phi, *found[0]
+        for wave in found:
+            if not np.isfinite(wave).all():
+                raise _Wrong(f"{wave[-1]}: a value is not finite.")
+        return found
 
     def _check_kind(self):
         kinds = {"Result Type": ("the result is", "RCS"), "Coordinate System": ("coordinates are", "Spherical")}
         for key, (said, wanted) in kinds.items():
-            number, given = self.header.get(key, (self.line, wanted))
+            line, given = self.header.get(key, (self.line, wanted))
             if given != wanted:
-                raise _Wrong(f"{number}: {said} '{given}', not {wanted}, that of scattering of a plane wave.")
+                raise _Wrong(f"{line}: {said} '{given}', not {wanted}, that of scattering of a plane wave.")
         for key in [key for key in AXES if key in self.header]:
             given = np.array(self._numbers(key, 3))
             # An axis may be of any length.
             if not np.allclose(given, np.array(AXES[key]) * max(np.linalg.norm(given), 1e-9), atol=1e-9):
-                number, text = self.header[key]
-                raise _Wrong(f"{number}: '{key}' is {text}; it should be that of global coordinates, {AXES[key]}.")
+                line, text = self.header[key]
+                raise _Wrong(f"{line}: '{key}' is {text}; it should be that of global coordinates, {AXES[key]}.")
 
     def _numbers(self, key, count):
         """The numbers of a header line, which may be in brackets."""
         if key not in self.header:
             raise _Wrong(f"{self.line}: the block does not say '{key}'; the file is cut short or not of RCS.")
-        number, text = self.header[key]
+        line, text = self.header[key]
         numbers = _floats(text.strip("()").replace(",", " "), count)
         if not numbers:
-            raise _Wrong(f"{number}: '{key}' should be {count} number(s), not '{text}'.")
+            raise _Wrong(f"{line}: '{key}' should be {count} number(s), not '{text}'.")
         return numbers
 
 
 def _floats(text, count):
     """The words of a text as so many numbers; an empty list if they are not."""
     try:
-        numbers = [float(word) for word in text.split()]
+        numbers = [number(word) for word in text.split()]
     except ValueError:
         return []
     return numbers if len(numbers) == count else []

@@ -35,7 +35,7 @@ def overview(config, results, refuse=False, seeds=1):
         try:
             sizes[name] = _size(config, name, fields / "mesh" / f"{name}.json")
             if field_files.is_store(target.get("field")):
-                from isarflow.scattering.external import check_polarizations  # xarray takes a second
+                from isarflow.scattering.given_store import check_polarizations  # xarray takes a second
 
                 check_polarizations(target["field"], config["radar"]["polarizations"])
         except InputError as error:
