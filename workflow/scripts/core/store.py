@@ -1,7 +1,7 @@
 """Stores on disk: zarr folders with a list of their files, written last, by which a reader knows that none is missing.
 
-Zarr itself reads a missing chunk as zeros, and a changed one without a warning. Data are compared with the list when they
-are read: stores are large, and many jobs read a part of each.
+Zarr itself reads a missing chunk as zeros, and a changed one without a warning. Data are compared with the list when
+they are read: stores are large, and many jobs read a part of each.
 """
 
 import hashlib
