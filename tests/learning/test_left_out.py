@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 from scenes import ALL_TARGETS, ROLES, aspects, fitted, sides_of, tables_of
 
-from isarflow.learning import thresholds
+from isarflow.learning import images, thresholds
 from isarflow.learning.classifier import build
 from isarflow.learning.images import aspects as names_of
 from isarflow.learning.split import LEFT_OUT
@@ -99,6 +99,15 @@ def test_training_views_are_judged_where_the_split_is_at_random(stores, tmp_path
         )
     validation = (table["side"] == "validation") & table["role"].isin({"known", "other"})
     assert thresholds.chosen(table, "known_distance", "kept")[2] == validation.sum()
+
+
+def test_all_sides_of_a_store_are_read_at_once(stores, tmp_path, monkeypatch):
+    folder, read, seen = fitted(stores("clean"), tmp_path / "knn", open=True), images._read, []
+    monkeypatch.setattr(images, "_read", lambda store, *how: seen.append(store) or read(store, *how))
+    paths = stores("snr_0dB", ALL_TARGETS)
+    table = tables_of(paths, folder, tmp_path, is_open=True)["snr_0dB"]
+    assert set(table["side"]) == {"validation", "test", LEFT_OUT}
+    assert sorted(map(str, seen)) == sorted(map(str, paths))
 
 
 @pytest.mark.parametrize(

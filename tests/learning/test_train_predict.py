@@ -30,7 +30,7 @@ from scenes import (
 from isarflow.core.errors import InputError
 from isarflow.learning import images, timing
 from isarflow.learning.classifier import build, load
-from isarflow.learning.predict import classify
+from isarflow.learning.predict import classify, write_table
 from isarflow.learning.thresholds import choose
 
 
@@ -167,6 +167,18 @@ def test_the_prediction_table(stores, tmp_path):
     tables_of(stores("snr_-6dB", ("disc", "dart")), folder, tmp_path / "two")
     files = [(tmp_path / run / "snr_-6dB.csv").read_bytes() for run in ("one", "two")]
     assert files[0] == files[1]
+
+
+def test_a_table_is_written_as_by_pandas(tmp_path):
+    random = np.random.default_rng(0)
+    numbers = {"score": random.normal(size=9) * 10.0 ** np.arange(-20, 16, 4), "snr": [np.nan, 1 / 3, 0, *range(6)]}
+    exact = {"known": random.normal(size=9).astype(np.float32), "lost": [np.inf, -np.inf, *[np.nan] * 7]}
+    table = pd.DataFrame({"target": ["nan", "NA", *"abcdefg"], "fold": 1, "block": range(9), **numbers, **exact})
+    write_table(table, tmp_path / "mine.csv")
+    table.to_csv(tmp_path / "theirs.csv", index=False, float_format="%.9g")
+    assert (tmp_path / "mine.csv").read_text() == (tmp_path / "theirs.csv").read_text()
+    read = pd.read_csv(tmp_path / "mine.csv", keep_default_na=False, na_values={"snr": ""})
+    assert (read["known"].astype(np.float32) == table["known"]).all()
 
 
 def test_each_image_carries_its_fold_block_and_own_snr(stores, tmp_path):

@@ -138,18 +138,35 @@ SPOILT = {
 }
 
 
+# Who reads none of the data, but refuses a store with missing files and wrong attributes all the same.
+NO_DATA = {"images, for their azimuths": {"chunk truncated", "bit flipped"}}
+
+
 @pytest.mark.parametrize("reader", READERS)
 def test_every_reader_refuses_a_spoilt_store(whole, tmp_path, reader):
     name, read = READERS[reader]
     folder = shutil.copytree(whole, tmp_path / "x")
     read(folder)  # whole it is taken
-    for spoil, problem in SPOILT.values():
+    for spoil, problem in (SPOILT[how] for how in SPOILT if how not in NO_DATA.get(reader, ())):
         shutil.rmtree(folder / name)
         shutil.copytree(whole / name, folder / name)
         spoil(folder / name)
         with pytest.raises(InputError, match=problem) as refused:
             read(folder)
         assert str(refused.value).startswith(f"{folder / name}: ")
+
+
+def test_data_are_compared_when_they_are_read(whole, tmp_path):
+    store = shutil.copytree(whole / "imaging/a/snr_3dB.zarr", tmp_path / "imaging/a/snr_3dB.zarr")
+    whole_images, _ = images.read([store], EVERY, realizations=1)
+    other, opened = store / "image/1.0.0.0.0", open_store(store)
+    other.write_bytes(bytes(other.stat().st_size))  # of the second realization
+    assert np.array_equal(images.read([store], EVERY, realizations=1)[0], whole_images)
+    with pytest.raises(InputError, match=r"file image/1\.0\.0\.0\.0 is not what was written"):
+        images.read([store], EVERY)
+    (store / "image/0.0.0.0.0").unlink()  # zarr itself would read zeros
+    with pytest.raises(InputError, match=r"file image/0\.0\.0\.0\.0 is not what was written"):
+        opened.isel(realization=0).load()
 
 
 def test_a_store_that_was_not_finished_is_refused(whole, tmp_path):

@@ -39,6 +39,11 @@ class Divided(NamedTuple):
         index = [np.unique(np.concatenate(parts)) for parts in zip(*(self.sides[side] for side in sides), strict=True)]
         return self.elevation[index[0]], self.azimuth[index[1]]
 
+    def on(self, origin, *sides):
+        """True for rows of `origin`, images of this target, whose views are on these sides: booleans (n,)."""
+        elevation, azimuth = self.angles(*sides)
+        return np.isin(origin["elevation"], elevation) & np.isin(origin["azimuth"], azimuth)
+
 
 def divide(stores, planes, run):
     """The `Divided` of each target of the stores, by its name.

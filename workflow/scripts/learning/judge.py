@@ -35,22 +35,24 @@ class Decision:
     @cached_property
     def _labelled(self):
         """The labels that occur, and the numbers of each image's true and predicted label among them, (2, n)."""
-        labels = np.concatenate([self.test["truth"].to_numpy(str), self.predicted.astype(str)])
-        found, numbers = np.unique(labels, return_inverse=True)
+        labels = np.concatenate([self.test["truth"].to_numpy(object), self.predicted.astype(object)])
+        found, numbers = metrics.numbered(labels)
         return found, numbers.reshape(2, -1)
 
     @cached_property
     def _blocks(self):
         """The blocks that occur (see `split.blocks`), and the number of each image's block among them, (n,)."""
-        return np.unique(self.test["block"].to_numpy(str), return_inverse=True)
+        return metrics.numbered(self.test["block"])
 
     @cached_property
     def folds(self):
         """The folds that the images belong to, as text."""
-        return np.unique(self.test["fold"].to_numpy(str))
+        return metrics.numbered(self.test["fold"])[0]
 
     def of_folds(self, folds):
         """The Decision of the images of these folds alone."""
+        if np.isin(self.folds, folds).all():
+            return self
         own = np.isin(self.test["fold"].to_numpy(str), folds)
         return replace(self, test=self.test[own], predicted=self.predicted[own])
 
@@ -168,9 +170,10 @@ def cells(decision):
     """(target, predicted, number of test images) of a Decision; none for a confidence score without a threshold."""
     if not decision.is_final:
         return
-    counts = pd.crosstab(decision.test["target"].to_numpy(str), decision.predicted)
-    counts = counts.reindex(columns=decision.labels, fill_value=0).stack()
-    yield from ((*cell, count) for cell, count in counts.items())
+    targets, numbers = metrics.numbered(decision.test["target"])
+    for number, target in enumerate(targets):
+        predicted = decision.predicted[numbers == number]
+        yield from ((target, label, np.sum(predicted == label)) for label in decision.labels)
 
 
 def by_other_definitions(decided, definition, seed):

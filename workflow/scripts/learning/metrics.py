@@ -6,6 +6,7 @@ Confusion counts have shape (..., truth, predicted); all functions work on any n
 import functools
 
 import numpy as np
+import pandas as pd
 from scipy.special import expit, logit, stdtrit
 
 RESAMPLES = 1000
@@ -14,6 +15,16 @@ LEVEL = 0.95
 # two thirds of what it is in the long run, where correlation falls linearly to nothing over that length.
 NEIGHBOURS = 3 / 2
 KEPT = 0.95  # share of the known images above the threshold of fpr95
+
+
+def numbered(values):
+    """Number values (n,): the distinct ones as sorted text, and each value's number among them, (n,).
+
+    As np.unique of their text, but only the distinct values are compared, which are few.
+    """
+    codes, distinct = pd.factorize(np.asarray(values))
+    names, places = np.unique(distinct.astype(str), return_inverse=True)
+    return names, places[codes]
 
 
 def confusion(groups, truth, predicted, shape, weight=None):
@@ -52,7 +63,7 @@ def metrics_of(counts, labels, judged):
 
 def metrics_of_labels(truth, predicted, weight=None):
     """The metrics of labels (n,), each image counting `weight` times, (n,); None: once."""
-    labels, codes = np.unique([*truth, *predicted], return_inverse=True)
+    labels, codes = numbered(np.concatenate([np.asarray(truth, object), np.asarray(predicted, object)]))
     counts = confusion(0, *codes.reshape(2, -1), (1, len(labels)), weight)[0]
     return metrics_of(counts, labels, labels)
 

@@ -42,11 +42,22 @@ def predict(stores, tested, folder, outputs):
         at_snr = [store for store in stores if Path(store).stem == output.stem]
         table = predict_at(model, at_snr, tested, divided, config)
         output.parent.mkdir(parents=True, exist_ok=True)
-        # Nine digits keep a single-precision number exactly.
-        table.to_csv(output, index=False, float_format="%.9g")
+        write_table(table, output)
         known = table[(table["role"] == "known") & (table["side"] == "test")]
         right = np.mean(known["truth"] == known["predicted"])
         print(f"{output.stem}: {len(table)} images; of {len(known)} test images of known targets {right:.4f} are right")
+
+
+def write_table(table, path):
+    """Write a prediction table as a CSV file, as to_csv would in four times the time.
+
+    Nine digits keep a single-precision number exactly; NaN is an empty cell.
+    """
+    lacking = [table[name] for name in table if table[name].hasnans]
+    table = table.assign(**{of.name: of.map("{:.9g}".format).where(of.notna(), "") for of in lacking})
+    row = ",".join("%.9g" if kind.kind == "f" else "%s" for kind in table.dtypes) + "\n"
+    rows = zip(*(table[name].tolist() for name in table), strict=True)
+    Path(path).write_text(",".join(table) + "\n" + "".join(row % cells for cells in rows))
 
 
 def predict_at(model, stores, tested, divided, config):
@@ -71,17 +82,20 @@ def predict_at(model, stores, tested, divided, config):
         # The last bits of a score depend on the rest of its batch. Test images have their own batches in a closed run
         # and are mixed with the validation images in an open one.
         parts = [sides] if is_open else [(side,) for side in sides]
-        for part in [*parts, *([("train",)] if leaves_out and trained else [])]:
-            left_out = part == ("train",)
-            realizations = 1 if left_out else tested.realizations  # they are many already
-            pixels, origin = images.read_side([store], {target: of}, run, *part, realizations=realizations)
+        parts += [("train",)] if leaves_out and trained else []
+        every = [side for part in parts for side in part]
+        found, origins = images.read_side([store], {target: of}, run, *every, realizations=tested.realizations)
+        for part in parts:
+            left_out, rows = part == ("train",), of.on(origins, *part)
+            if left_out:
+                rows &= (origins["realization"] == 0).to_numpy()  # they are many already
+            pixels, origin = found[rows], origins[rows].reset_index(drop=True)
             outcome = classify(model, pixels, images.aspects(origin, tested.planes) if left_out else None)
             refuse(who, of_outcome(outcome, len(pixels), model.classes_, f" of {store}"))
             if is_open and not outcome.known:
                 advice = f"Give it one, or take the model out of open experiments ('{run['experiment']}')."
                 raise InputError(f"{who}: its evaluate gives no known score, so nothing can be rejected. {advice}")
-            elevation, azimuth = of.angles("validation")
-            held_out = np.isin(origin["elevation"], elevation) & np.isin(origin["azimuth"], azimuth)
+            held_out = of.on(origin, "validation")
             columns = {
                 "truth": tested.classes.get(target, target) if role == "known" else OTHER,
                 "predicted": outcome.labels,

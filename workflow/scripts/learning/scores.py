@@ -102,7 +102,9 @@ def tables_of_cases(predictions, runs):
 
 def read_table(path):
     """Read a prediction table."""
-    return pd.read_csv(path, keep_default_na=False, na_values={"snr_mean": "", "snr_peak_3db": ""})  # a target: NA
+    numbered = dict.fromkeys(("role", "side"), "category")  # as they are compared again and again
+    numbers = {"snr_mean": "", "snr_peak_3db": ""}  # alone may have empty cells: a target may be called NA
+    return pd.read_csv(path, dtype=numbered, keep_default_na=False, na_values=numbers)
 
 
 def _subsets(tables, trained):

@@ -14,8 +14,8 @@ from isarflow.learning.classifier import config_of, load
 
 BATCH = 256
 SIZES = {"single": 1, "batch": BATCH}  # images a call
-CALLS = {1: (50, 200), BATCH: (5, 20)}  # by number of images: calls before the timed ones, and timed ones
-LIMIT = 20.0  # seconds for each number of images; a slow model gets fewer repeats
+CALLS = {1: (20, 100), BATCH: (2, 10)}  # by number of images: calls before the timed ones, and timed ones
+LIMIT = 2.0  # seconds for each number of images; a slow model gets fewer repeats
 
 
 def measure(stores, planes, folders, threads, output):

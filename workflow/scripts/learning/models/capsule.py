@@ -112,7 +112,7 @@ class Model(Classifier):
         last = np.moveaxis(by_channel(images), 1, -1)
         channels = [last.real, last.imag] if self.settings["complex"] else [np.abs(last)]
         stacked = np.stack(channels, axis=-1).reshape(*last.shape[:3], -1)
-        return stacked.astype(np.float32, copy=False)
+        return stacked.astype(np.float32, order="C", copy=False)  # NumPy has kept the images' order in memory
 
     def _train(self, x, sources, y, held_out, snrs):
         settings, random = self.settings, np.random.default_rng(self.seed)
