@@ -49,7 +49,7 @@ class _Files(zarr.storage.LocalStore):
     async def get(self, key: str, *how: Any, **named: Any) -> Any:
         """Return the content of a file. InputError if it is not as it was written; None for one that never was."""
         content = await super().get(key, *how, **named)
-        digest = hashlib.sha256(b"" if content is None else content.as_numpy_array()).hexdigest()
+        digest = hashlib.sha256(b"" if content is None else content.to_bytes()).hexdigest()
         if digest != self.sums.get(key, digest):
             raise InputError(_refusal(self.path, f"the store's file {key} is not what was written"))
         return content
