@@ -128,7 +128,7 @@ def test_killed_in_every_stage_and_on_one_core_the_results_are_the_same(unbroken
 def test_a_spoilt_store_stops_the_next_job_and_is_made_again(unbroken):
     project, expected = unbroken
     store = project.folder / RESULTS / "imaging/points/clean.zarr"
-    chunk = store / "image/1.0.0.0"
+    chunk = store / "image/0.0.0.0"
     at, spoilt = chunk.stat(), bytearray(chunk.read_bytes())
     spoilt[100] ^= 1
     chunk.write_bytes(spoilt)
@@ -137,7 +137,7 @@ def test_a_spoilt_store_stops_the_next_job_and_is_made_again(unbroken):
     command = ("--cores", 2, f"{RESULTS}/learning/scores.csv", "--forcerun", "train", *TINY)
     finished = project.run(*command)
     assert finished.returncode != 0
-    message = f"Error: {RESULTS}/imaging/points/clean.zarr: the store's file image/1.0.0.0 is not what was written."
+    message = f"Error: {RESULTS}/imaging/points/clean.zarr: the store's file image/0.0.0.0 is not what was written."
     assert message in finished.stdout and "Traceback" not in finished.stdout
     shutil.rmtree(store)
     finished = project.run(*command)

@@ -27,8 +27,8 @@ def write(dataset: xr.Dataset, path: str | Path, encoding: Mapping[str, Any] | N
     Path(path, SUMS).write_text("".join(f"{digest}  {name}\n" for name, digest in sums.items()))
 
 
-def open_store(path: str | Path) -> xr.Dataset:
-    """Open the dataset of a store, lazily.
+def open_store(path: str | Path, indexed: bool = True) -> xr.Dataset:
+    """Open the dataset of a store, lazily. indexed: read its axes at once, so that it can be selected by their values.
 
     Raises InputError if any of its files is missing, is none that was written, or, of metadata here and of data when
     they are read, is not as it was written.
@@ -36,7 +36,7 @@ def open_store(path: str | Path) -> xr.Dataset:
     problem = _problem(path, with_data=False)
     if problem:
         raise InputError(_refusal(path, problem))
-    return xr.open_zarr(_Files(path))
+    return xr.open_zarr(_Files(path), create_default_indexes=indexed)
 
 
 class _Files(zarr.storage.LocalStore):

@@ -145,9 +145,9 @@ class _Plan:
         for name, variable in dataset.variables.items():
             variable.attrs |= dict(zip(("units", "long_name"), VARIABLES[name], strict=True))
             variable.attrs |= {"comment": COMMENTS[name]} if name in COMMENTS else {}
-        # One realization and elevation per chunk: models are tested on the first realizations alone, a direction reads
-        # fast, and there are few files. Noise does not compress.
-        chunks = tuple(1 if name in ("realization", "elevation") else n for name, n in dataset.image.sizes.items())
+        # One realization per chunk: models are tested on the first ones alone, and there are few files. Noise does not
+        # compress.
+        chunks = tuple(1 if name == "realization" else size for name, size in dataset.image.sizes.items())
         encoding = {"image": {"chunks": chunks, "compressors": None}, "peak": {"chunks": dataset.peak.shape}}
         stores.write(dataset, path, encoding)
 

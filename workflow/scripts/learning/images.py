@@ -92,10 +92,10 @@ def read(stores, azimuth, elevation="all", pixels="none", realizations=None, cha
 
 
 def _read(store, azimuth, elevation, pixels, realizations, channels):
-    with open_store(store) as dataset:
+    with open_store(store, indexed=False) as dataset:
         dataset, is_part = _of_channels(dataset, channels)
         if "realization" in dataset.dims:
-            dataset = dataset.isel(realization=slice(realizations))
+            dataset = dataset.isel(realization=slice(realizations)).drop_vars("peak", errors="ignore")
         else:
             dataset = dataset[["image"]].expand_dims(realization=[0])
         if not isinstance(elevation, str):
@@ -145,5 +145,10 @@ def among(angles, others):
 
 def _at(dataset, **angles):
     """A dataset at these angles, in its own order. KeyError if it has not all of them."""
-    wanted = {name: np.sort(np.ravel(values)) for name, values in angles.items()}
-    return dataset.sel(wanted, method="nearest", tolerance=TOLERANCE)
+    places = {}
+    for name, wanted in angles.items():
+        there = dataset[name].values
+        if not among(np.ravel(wanted), there).all():
+            raise KeyError(f"not all of these are an {name} of the images: {wanted}")
+        places[name] = np.flatnonzero(among(there, np.ravel(wanted)))
+    return dataset.isel(places)

@@ -29,18 +29,19 @@ def chosen(table, score, protocol, kept=KEPT):
     F1, as the number of targets of that role says nothing of the number of unknown ones to come. Under `thesis` every
     image counts once.
     """
-    rows = table[(table["side"] == "validation") & table["role"].isin(ROLES[protocol])]
-    is_known, left_out = rows["role"] == "known", table["side"] == LEFT_OUT
-    known = is_known.sum()
-    weight = known / (len(rows) - known) if protocol != "thesis" and 0 < known < len(rows) else 1.0
-    if protocol == "kept" or known == len(rows):
-        shared = table[left_out] if protocol == "kept" and left_out.any() else rows[is_known]
-        threshold = float(np.quantile(shared[score], 1 - kept))
+    judging = ((table["side"] == "validation") & table["role"].isin(ROLES[protocol])).to_numpy()
+    truth, predicted, role, scores = (table[name].to_numpy()[judging] for name in ("truth", "predicted", "role", score))
+    is_known, left_out = role == "known", (table["side"] == LEFT_OUT).to_numpy()
+    known, count = is_known.sum(), len(scores)
+    weight = known / (count - known) if protocol != "thesis" and 0 < known < count else 1.0
+    if protocol == "kept" or known == count:
+        shared = table[score].to_numpy()[left_out] if protocol == "kept" and left_out.any() else scores[is_known]
+        threshold = float(np.quantile(shared, 1 - kept))
     else:
-        threshold = best(rows[score].to_numpy(float), rows["truth"], rows["predicted"], weight)
-    predicted = apply(rows[score], rows["predicted"], threshold)
-    weights = np.where(rows["truth"] == OTHER, weight, 1.0)
-    return threshold, metrics_of_labels(rows["truth"], predicted, weights)["f1_weighted"], len(rows)
+        threshold = best(scores.astype(float), truth, predicted, weight)
+    labels = apply(scores, predicted, threshold)
+    weights = np.where(truth == OTHER, weight, 1.0)
+    return threshold, metrics_of_labels(truth, labels, weights)["f1_weighted"], count
 
 
 def best(scores, truth, predicted, weight=1.0):
@@ -55,7 +56,7 @@ def best(scores, truth, predicted, weight=1.0):
     # For thresholds that keep 0, 1, 2 ... images: the sum over the labels of F1 = 2 right / (predicted + true) times
     # the count of true images.
     total = np.zeros(len(scores) + 1)
-    for name in np.unique(truth[truth != OTHER]):
+    for name in sorted({*truth} - {OTHER}):
         claimed = _running(counts * (predicted == name))
         right = _running((predicted == name) & (truth == name))
         count = (truth == name).sum()
