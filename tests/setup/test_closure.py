@@ -1,5 +1,8 @@
 """Which files a script's result comes from."""
 
+import os
+import shutil
+
 import pytest
 
 from isarflow.core.errors import InputError
@@ -23,9 +26,13 @@ def scripts(tmp_path, monkeypatch):
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).write_text(text)
     monkeypatch.setattr(closure, "SCRIPTS", tmp_path)
-    for cached in (closure.closure, closure._read, closure.digest):
-        cached.cache_clear()
+    forget()
     yield tmp_path
+    forget()
+
+
+def forget():
+    """Clear what this process keeps, as another start of Snakemake has it."""
     for cached in (closure.closure, closure._read, closure.digest):
         cached.cache_clear()
 
@@ -63,8 +70,7 @@ def first(x):
 
 def digest_of(scripts, text):
     (scripts / "stage/near.py").write_text(text)
-    for cached in (closure.closure, closure._read, closure.digest):
-        cached.cache_clear()
+    forget()
     return closure.digest("stage/near.py")
 
 
@@ -114,3 +120,32 @@ def test_every_version_of_python_has_the_same_digest(scripts):
     """3.11, 3.12 and 3.13 were asked."""
     asked = CODE.replace("isarflow.other", "other")
     assert digest_of(scripts, asked) == "98790e9063ef2efe73e668721c53172cbc9207c3fbc0f7223cdce1203b948326"
+
+
+def test_a_file_is_read_again_where_its_content_changed_and_only_there(scripts, monkeypatch):
+    first, near = digest_of(scripts, CODE), scripts / "stage/near.py"
+    (kept,) = (scripts / "stage/__pycache__").glob("near.*")
+    with monkeypatch.context() as patch:
+        patch.setattr(closure.ast, "parse", None)
+        assert digest_of(scripts, CODE) == first
+    was = near.stat()
+    near.write_text(CODE.replace("count=2", "count=3"))
+    os.utime(near, ns=(was.st_atime_ns, was.st_mtime_ns))
+    forget()
+    assert closure.digest("stage/near.py") != first
+    # What another version kept of the same file, and what was cut short.
+    monkeypatch.setattr(closure, "OWN_CODE", b"")
+    with monkeypatch.context() as patch:
+        patch.setattr(closure.ast, "parse", None)
+        with pytest.raises(TypeError):
+            digest_of(scripts, CODE)
+    assert digest_of(scripts, CODE) == first
+    kept.write_bytes(kept.read_bytes()[:-9])
+    assert digest_of(scripts, CODE) == first
+
+
+def test_where_nobody_may_write_nothing_is_kept(scripts):
+    first = digest_of(scripts, CODE)
+    shutil.rmtree(scripts / "stage/__pycache__")
+    (scripts / "stage/__pycache__").touch()
+    assert digest_of(scripts, CODE) == first

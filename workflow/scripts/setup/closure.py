@@ -1,12 +1,19 @@
 """Find the code that a script's result comes from: its own, and all modules that it imports, directly or not."""
 
 import ast
+import contextlib
 import functools
 import hashlib
+import importlib.util
+import json
+import os
+import zlib
 from pathlib import Path
 
 from isarflow.core.errors import InputError
 from isarflow.core.folders import SCRIPTS
+
+OWN_CODE = Path(__file__).read_bytes()  # what was kept by other code than this is not taken
 
 
 @functools.cache
@@ -32,13 +39,36 @@ def digest(*scripts):
 
 @functools.cache
 def _read(file):
-    """The files of the modules that a file imports, and its code as text."""
+    """The files of the modules that a file imports, and its code as text.
+
+    To read all files takes a second or two, at each start of Snakemake. So what was read is kept beside Python's own
+    compiled code, and taken where the file's content is the same.
+    """
+    content = (SCRIPTS / file).read_bytes()
+    path = Path(importlib.util.cache_from_source(SCRIPTS / file)).with_suffix(".code")
+    kept, checksum = _kept(path), hashlib.sha256(OWN_CODE + content).hexdigest()
+    if kept.get("checksum") != checksum:
+        try:
+            tree = ast.parse(content)
+        except (SyntaxError, ValueError) as error:
+            where = f"workflow/scripts/{Path(file).as_posix()}"
+            raise InputError(f"{where}, line {getattr(error, 'lineno', 1)}: not Python ({error}).") from None
+        names = sorted(module.as_posix() for module in _imported(file, tree))
+        kept = {"checksum": checksum, "imported": names, "code": _code(tree)}
+        with contextlib.suppress(OSError):  # where nobody may write, each start reads all
+            path.parent.mkdir(exist_ok=True)
+            new = path.with_suffix(f".code.{os.getpid()}")
+            new.write_bytes(zlib.compress(json.dumps(kept).encode()))
+            new.replace(path)
+    return {module for module in map(Path, kept["imported"]) if (SCRIPTS / module).is_file()}, kept["code"]
+
+
+def _kept(path):
+    """What was kept in a file; nothing if there is none, or one that was cut short."""
     try:
-        tree = ast.parse((SCRIPTS / file).read_bytes())
-    except (SyntaxError, ValueError) as error:
-        where = f"workflow/scripts/{Path(file).as_posix()}"
-        raise InputError(f"{where}, line {getattr(error, 'lineno', 1)}: not Python ({error}).") from None
-    return _imported(file, tree), _code(tree)
+        return json.loads(zlib.decompress(path.read_bytes()))
+    except (OSError, ValueError, zlib.error):
+        return {}
 
 
 def _code(tree):
@@ -59,7 +89,7 @@ def _plain(node):
 
 
 def _imported(file, tree):
-    """The files of the modules that a file of this syntax tree imports, and of the packages that they are in."""
+    """Where the modules that a file of this syntax tree imports may be, and the packages that they are in."""
     names = set()
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
@@ -75,4 +105,4 @@ def _imported(file, tree):
         parts = name.strip(".").removeprefix("isarflow.").split(".")
         files |= {Path(*parts[:depth], "__init__.py") for depth in range(1, len(parts) + 1)}
         files.add(Path(*parts).with_suffix(".py"))
-    return {path for path in files if (SCRIPTS / path).is_file()}
+    return files
