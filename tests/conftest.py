@@ -1,5 +1,6 @@
 """Running the workflow as a user does, in a copy of the repository."""
 
+import functools
 import json
 import os
 import re
@@ -9,6 +10,7 @@ import sys
 from pathlib import Path
 
 import pytest
+import threadpoolctl
 
 ROOT = Path(__file__).resolve().parents[1]
 # What a user's folder holds; results, environments and tests stay behind.
@@ -17,40 +19,45 @@ PARTS = ("Snakefile", "config", "envs", "isarflow", "profiles", "pyproject.toml"
 ENVIRONMENT = {**os.environ, "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
 
 
-# Runs of snakemake, two at a time, each a fork of a process that has loaded it: JSON in, [status, output] of each out.
-FORKS = """
-import json, os, sys, tempfile
-sys.path.insert(0, ".")
-import isarflow.setup.overview, isarflow.report.selection, isarflow.scattering.field_files, snakemake.api
+# Forks for each run of snakemake, two at a time, as what Snakemake and the repository import takes two seconds to load;
+# of the repository's own code it has loaded none. A line of JSON in: [folder, [a run's arguments, ...]]; one out:
+# [[status, output], ...].
+SERVER = """
+import json, os, signal, sys, tempfile
+import igl, jsonschema, nbformat, requests, scipy.constants, scipy.spatial, smart_open, xarray, zarr
+import snakemake.api, snakemake.profiles, snakemake.report
 from snakemake.cli import main
 
-def begin(arguments, output):
-    child = os.fork()
-    if child:
-        return child
-    os.dup2(output.fileno(), 1), os.dup2(output.fileno(), 2)
-    status = 99
-    try:
-        main(arguments)
-    except SystemExit as end:
-        status = int(end.code or 0)
-    finally:
-        sys.stdout.flush(), sys.stderr.flush()
-        os._exit(status)
+def wait():
+    child, status = os.wait()
+    statuses[child] = os.waitstatus_to_exitcode(status)
 
-requests, statuses = json.load(sys.stdin), {}
-outputs = [tempfile.TemporaryFile("w+") for _ in requests]
-children = []
-for request, output in zip(requests, outputs):
-    if len(children) - len(statuses) == 2:
-        statuses.update([os.wait()])
-    children.append(begin(request, output))
-while len(statuses) < len(children):
-    statuses.update([os.wait()])
-for output in outputs:
-    output.seek(0)
-print(json.dumps([[statuses[child], output.read()] for child, output in zip(children, outputs)]))
+for line in sys.stdin:
+    folder, runs = json.loads(line)
+    outputs, children, statuses = [tempfile.TemporaryFile("w+") for _ in runs], [], {}
+    for arguments, output in zip(runs, outputs):
+        if len(children) - len(statuses) == 2:
+            wait()
+        children.append(os.fork())
+        if not children[-1]:
+            for file, own in ((open(os.devnull), 0), (output, 1), (output, 2)):
+                os.dup2(file.fileno(), own)
+            os.chdir(folder)
+            signal.alarm(900)
+            sys.argv = ["snakemake", *arguments]
+            sys.exit(main(arguments))
+    while len(statuses) < len(children):
+        wait()
+    for output in outputs:
+        output.seek(0)
+    print(json.dumps([[statuses[child], output.read()] for child, output in zip(children, outputs)]), flush=True)
 """
+
+
+@functools.cache
+def _server():
+    command = [sys.executable, "-c", SERVER]
+    return subprocess.Popen(command, env=ENVIRONMENT, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
 
 
 def _counts(status, output):
@@ -60,16 +67,17 @@ def _counts(status, output):
 
 
 class Project:
-    """A copy of the repository in a folder of its own."""
+    """A copy of the repository, or of another copy, in a folder of its own."""
 
-    def __init__(self, folder):
+    def __init__(self, folder, of=ROOT):
         self.folder = Path(folder)
         for part in PARTS:
-            source = ROOT / part
+            source = of / part
             if source.is_symlink():
                 (self.folder / part).symlink_to(source.readlink())
             elif source.is_dir():
-                shutil.copytree(source, self.folder / part, ignore=shutil.ignore_patterns("__pycache__"))
+                unless = shutil.ignore_patterns("__pycache__") if of == ROOT else None
+                shutil.copytree(source, self.folder / part, ignore=unless)
             else:
                 shutil.copy2(source, self.folder / part)
 
@@ -79,30 +87,29 @@ class Project:
         streams = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True, "cwd": self.folder}
         return subprocess.Popen(command, env=ENVIRONMENT, **(streams | options))
 
-    def run(self, *arguments, timeout=900, **options):
+    def run(self, *arguments, **options):
         """The same to its end: the finished process, its output in `stdout`."""
-        process = self.start(*arguments, **options)
-        output, _ = process.communicate(timeout=timeout)
-        return subprocess.CompletedProcess(process.args, process.returncode, output)
+        if options:
+            process = self.start(*arguments, **options)
+            output, _ = process.communicate(timeout=900)
+            return subprocess.CompletedProcess(process.args, process.returncode, output)
+        ((status, output),) = self._forked([arguments])
+        return subprocess.CompletedProcess(arguments, status, output)
 
     def planned(self, *arguments):
         """{rule: number of jobs} that a dry-run announces, the target rule `all` left out."""
-        finished = self.run("--dry-run", *arguments)
-        return _counts(finished.returncode, finished.stdout)
+        (counts,) = self.all_planned(arguments)
+        return counts
 
     def all_planned(self, *requests):
-        """`planned` of each request, a list of arguments: faster, as Snakemake is loaded but once."""
-        answer = subprocess.run(
-            [sys.executable, "-c", FORKS],
-            input=json.dumps([["--dry-run", *map(str, request)] for request in requests]),
-            cwd=self.folder,
-            env=ENVIRONMENT,
-            capture_output=True,
-            text=True,
-            timeout=900,
-        )
-        assert answer.returncode == 0, answer.stderr
-        return [_counts(*finished) for finished in json.loads(answer.stdout)]
+        """`planned` of each request, a list of arguments."""
+        return [_counts(*finished) for finished in self._forked([["--dry-run", *request] for request in requests])]
+
+    def _forked(self, runs):
+        """[status, output] of each run, a list of arguments."""
+        server = _server()
+        print(json.dumps([str(self.folder), [[*map(str, run)] for run in runs]]), file=server.stdin, flush=True)
+        return json.loads(server.stdout.readline())
 
     def write(self, path, text):
         (self.folder / path).write_text(text)
@@ -115,10 +122,40 @@ class Project:
         (self.folder / path).write_text(text.replace(old, new))
 
 
+@pytest.fixture(scope="session", autouse=True)
+def one_thread():
+    """One thread for each product of matrices, as in a job: those of two processes wait for each other's cores."""
+    with threadpoolctl.threadpool_limits(1):
+        yield
+
+
 @pytest.fixture(scope="session")
 def project_of(tmp_path_factory):
-    """Makes copies of the repository: project_of(name)."""
-    return lambda name: Project(tmp_path_factory.mktemp(name))
+    """Makes copies of the repository: project_of(name).
+
+    What Python, Snakemake's first start and Numba compile and keep of the code is made once for all copies.
+    """
+    from numba.core.caching import _CacheLocator
+
+    from isarflow.core import compiled
+
+    def kept_kernels(of):  # in a folder that is named after the path of their code
+        return _CacheLocator.get_suitable_cache_subpath(str(of / "isarflow/scattering/kernels.py"))
+
+    def made(name, of):
+        project = Project(tmp_path_factory.mktemp(name), of)
+        (kernels / kept_kernels(project.folder)).symlink_to(of_all)
+        return project
+
+    kernels = tmp_path_factory.mktemp("kernels")
+    ENVIRONMENT["NUMBA_CACHE_DIR"] = str(kernels)
+    of_all = Path(compiled.folder()) / kept_kernels(ROOT)
+    of_all.mkdir(exist_ok=True)
+    first = made("first", ROOT)
+    first.planned("report")
+    yield lambda name: made(name, first.folder)
+    _server().stdin.close()
+    _server().wait()
 
 
 def pytest_collection_modifyitems(items):

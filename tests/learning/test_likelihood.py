@@ -21,7 +21,7 @@ from isarflow.learning.models.likelihood import _cosine, _log_i0, _rician
 from isarflow.learning.thresholds import choose
 from isarflow.setup.config import ROOT
 
-SHAPE = (3, 14, 11)  # channels, range, crossrange
+SHAPE = (3, 8, 7)  # channels, range, crossrange
 SETTINGS = {"candidates": 8, "mismatch": 0.0}
 
 
