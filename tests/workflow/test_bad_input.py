@@ -43,7 +43,7 @@ def test_what_shows_when_a_run_begins_is_one_message_too(project):
     large = "radar: {center_frequency: 2.8e+10, bandwidth: 1.0e+10}"
     for overlay, expected in (
         (large, "config key 'targets.drone': resources/cad/drone.stl would need about"),
-        (f"targets: {{drone: {{mesh: {page}}}}}", "config key 'targets.drone.mesh': page.stl is not an STL file,"),
+        (f"targets: {{drone: {{mesh: {page}}}}}", "config key 'targets.drone.mesh': page.stl is no CAD file,"),
     ):
         project.write("config/mine.yaml", f"name: mine\n{overlay}\n")
         finished = project.run("--cores", 1, "report", "--configfile", "config/mine.yaml")
