@@ -132,7 +132,7 @@ def test_a_repair_names_what_is_left_of_a_target_without_area(tmp_path):
 
 def test_a_file_that_cannot_be_read_stops_a_run_before_any_work(tmp_path):
     (tmp_path / "page.stl").write_bytes(b"<!DOCTYPE html>" + bytes(100))
-    with pytest.raises(InputError, match=r"config key 'targets\.large\.mesh': .*page\.stl is not an STL file, but a"):
+    with pytest.raises(InputError, match=r"config key 'targets\.large\.mesh': .*page\.stl is no CAD file, but a"):
         overview(config_of(tmp_path / "page.stl", 10), tmp_path, refuse=True)
     lines = overview(config_of(tmp_path / "page.stl", 10), tmp_path)
     assert sum(line.startswith("Warning: large: ") and "a web page" in line for line in lines) == 1
