@@ -1,8 +1,11 @@
 """From a CAD file to the field: fine features cost little at the default density (all shapes: `make bench-shapes`)."""
 
+import itertools
+
 import numpy as np
 import pytest
-from fine_made import AZIMUTH, ELEVATION, OPEN, REFERENCE, WAVELENGTH, WITHOUT_THICKNESS, apart, field
+from fine_made import AZIMUTH, ELEVATION, OPEN, REFERENCE, WAVELENGTH, WITHOUT_THICKNESS, apart, field, field_of
+from pointed_made import rimmed
 from shapes_made import lofted, save
 
 from isarflow.core.sweep import C0
@@ -18,6 +21,14 @@ def test_meshes_have_the_field_of_finer_ones(tmp_path, name):
         mean, _ = apart(found, reference)
         assert mean <= decibel
         assert max(band["hausdorff"].values()) <= band["wavelength"] / 40
+
+
+def test_a_pointed_body_has_one_field_however_fine_its_file_is(tmp_path):
+    """Of 9,800, 39,600 and 159,200 triangles, of which the last alone is thinned. Measured: 0.084 dB at most."""
+    sizes = (50, 100), (100, 200), (200, 400)
+    fields = [field_of(tmp_path, rimmed(*size), ["xz", "xy"], 10, threads=1)[0] for size in sizes]
+    for one, other in itertools.combinations(fields, 2):
+        assert apart(one, other)[0] <= 0.1
 
 
 @pytest.mark.parametrize("name", OPEN)
