@@ -102,6 +102,10 @@ def test_methods_rank_by_their_mean_on_validation_images_over_the_middle_within_
     np.testing.assert_allclose(ranks["mean_kept"], [0.5, 0.6, 0.2])
     np.testing.assert_allclose(ranks["validation"], [0.8, 0.7, 0.1])
     assert "gain_kept" not in ranks
+    # Of methods that are tested at fewer SNRs only these compare, in their split.
+    few = vocabulary.comparable(pd.concat([_curve("knn", 1.0).query("test_snr_db != 0"), *tested]).replace(20.0, 12.0))
+    assert sorted(few[few["split"] == "sector"]["test_snr_db"].unique()) == [12.0]
+    assert sorted(few[few["split"] == "random"]["test_snr_db"].unique()) == [0.0, 12.0]
     assert vocabulary.middle([24, 18]) == [18, 24]  # where none lies between -12 and 12 dB
     assert vocabulary.middle([24, 12, 0, -12, -15]) == [-12, 0, 12]
 

@@ -11,6 +11,7 @@ from isarflow.core.kinds import MODELS
 from isarflow.learning.experiments import runs
 from isarflow.setup.config import ROOT, load, section
 from isarflow.setup.overview import overview
+from isarflow.setup.plan import Plan
 from isarflow.setup.yaml_file import read_yaml
 
 
@@ -563,6 +564,21 @@ def test_other_snrs_leave_the_default_experiments_those_of_them_that_they_had():
     # In a config of one's own an SNR that is not there is a mistake.
     with pytest.raises(InputError, match=r"-3 is none of 'noise\.snr_db'"):
         load({"noise": {"snr_db": [0, 6]}, **one_experiment(snr_db={"random": ["clean", -3]}, models=["fcnn"])})
+
+
+def test_an_experiment_tests_at_those_of_its_snrs_that_there_are():
+    """Its own are refused where there is none of them; a default one then tests at all."""
+    tested = one_experiment(test={"snr_db": [{"start": 0, "stop": 9, "step": 3}]})
+    tested["learning"]["experiments"]["*"] = None
+    plan = Plan(load({"noise": {"snr_db": [-20, 0, 6]}, **tested}))
+    assert plan.tested_snrs("e") == ["snr_0dB", "snr_6dB"] and plan.snrs[0] == "snr_-20dB"
+    assert plan.tests(plan.snrs) == {("snr_0dB", "snr_6dB"): ["e"]} and plan.tests(["snr_-20dB"]) == {}
+    assert plan.predictions("a") == [f"a/learning/predictions/e/lr/snr_{snr}dB.csv" for snr in (0, 6)]
+    with pytest.raises(InputError, match=r"e\.test\.snr_db': 0 is none of 'noise\.snr_db' \(-20\)"):
+        load({"noise": {"snr_db": [-20]}, **tested})
+    default = Plan(load({"noise": {"snr_db": [0, 1, 7.5]}}))
+    assert default.tested_snrs("sector_fold1") == ["snr_0dB"] and len(default.tested_snrs("library")) == 3
+    assert Plan(load({"noise": {"snr_db": [7.5]}})).tested_snrs("sector_fold1") == ["snr_7.5dB"]
 
 
 def test_more_pixels_than_the_default_experiments_ask_for_leave_those_out():

@@ -51,6 +51,7 @@ learning:
     far:
       train: {elevation: all, snr_db: clean}
       models: [matched_filter]
+      test: {snr_db: [20]}
       split: sector
       folds: [2, 5]
     between:
@@ -153,8 +154,10 @@ def scores(project):
 def test_every_run_has_its_models_and_predictions(results):
     for fitted in FITTED:
         assert json.loads((results / f"learning/models/{fitted}/config.json").read_text())["model"]
-        for snr in (0, 20):
+        tested = (20,) if fitted.startswith("far") else (0, 20)
+        for snr in tested:
             assert len(pd.read_csv(results / f"learning/predictions/{fitted}/snr_{snr}dB.csv"))
+        assert len([*(results / f"learning/predictions/{fitted}").iterdir()]) == len(tested)
     assert (results / "learning/models/mixed/fcnn/curve.csv").exists()
     assert len(pd.read_csv(results / "learning/models/closed/lr_tuned/search.csv")) == 2
     shapes = {
@@ -256,23 +259,25 @@ def test_nothing_reruns_by_itself(project):
 
 UNLIKE = ("times.json", "seconds.csv")  # files that are others in every run
 TABLES = ("scores.csv", "confusion.csv", "validation.csv")
+PREDICT = {"predict": 11, "predict_2": 2}  # the latter where some SNRs are tested
 AFTER_TEST = {"scores": 1, "report": 1}
 AFTER = {"timing": 1, "scores": 1, "report": 1}
 # Beside the edits of test_smoke.py, those that only many experiments show.
 EDITS = {
     "a training SNR": ("{each: [0, 20]}", "{each: [0, 20, clean]}", {"train": 1, "predict": 1, **AFTER}),
+    "all SNRs tested": ("      test: {snr_db: [20]}\n", "", AFTER_TEST | {"predict": 2}),
     "SNRs in another order": ("{random: [clean, 20]}", "{random: [20, clean]}", {"report": 1}),
     "a hyper-parameter": ("epochs: 10", "epochs: 9", {"train": 2, "predict": 2, **AFTER}),
     "a choice": ("penalty: [0.01, 1]", "penalty: [0.01, 2]", {"train": 1, "predict": 1, **AFTER}),
     "choices in another order": ("penalty: [0.01, 1]", "penalty: [1, 0.01]", {}),
-    "another split": ("      split: sector\n      folds: [2, 5]\n", "", {"train": 1, "predict": 1, **AFTER}),
-    "one more fold": ("folds: [2, 5]", "folds: [2, 5, 6]", {"train": 1, "predict": 1, "scores": 1, "report": 1}),
+    "another split": ("      split: sector\n      folds: [2, 5]\n", "", {"train": 1, "predict_2": 1, **AFTER}),
+    "one more fold": ("folds: [2, 5]", "folds: [2, 5, 6]", {"train": 1, "predict_2": 1, "scores": 1, "report": 1}),
     "between elevations no more": ("      split: elevation\n", "", {"train": 1, "predict": 1, **AFTER}),
-    "more arcs": ("learning:\n", "learning:\n  split: {folds: 7}\n", {"train": 2, "predict": 2, **AFTER}),
+    "more arcs": ("learning:\n", "learning:\n  split: {folds: 7}\n", {"train": 2, "predict_2": 2, **AFTER}),
     "realizations tested": (
         "learning:\n",
         "learning:\n  realizations: all\n",
-        {"predict": 13, "scores": 1, "report": 1},
+        {**PREDICT, "scores": 1, "report": 1},
     ),
     "closed": ("      open: true\n", "", AFTER_TEST | {"predict": 2}),
     "channels of an experiment": (
@@ -283,7 +288,7 @@ EDITS = {
     "channels of all images": (
         "imaging: {aperture: 5}",
         "imaging: {aperture: 5, polarizations: [VV]}",
-        {"image": 4, "noise": 4, "pure_noise": 1, "train": 13, "predict": 13, "reconstruct": 1, **AFTER},
+        {"image": 4, "noise": 4, "pure_noise": 1, "train": 13, **PREDICT, "reconstruct": 1, **AFTER},
     ),
     "the default split's share": (
         "learning:\n",
@@ -293,7 +298,7 @@ EDITS = {
     "the seed": (
         "name: learn\n",
         "name: learn\nseed: 4\n",
-        {"noise": 4, "pure_noise": 1, "train": 13, "predict": 13, "reconstruct": 1, **AFTER},
+        {"noise": 4, "pure_noise": 1, "train": 13, **PREDICT, "reconstruct": 1, **AFTER},
     ),
     "an unknown target": (
         "  cube:",

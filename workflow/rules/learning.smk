@@ -29,12 +29,13 @@ rule train:
         "../scripts/learning/job_train.py"
 
 
-# One job for all SNRs of a set, as for their images.
-for number, snrs in enumerate(SNR_SETS, 1):
+# One job of a model for all SNRs of a set, as for their images; experiments that test at some of them have another rule.
+TESTS = [(number, *of) for number, snrs in enumerate(SNR_SETS, 1) for of in plan.tests(snrs).items()]
+for rule_number, (number, snrs, runs) in enumerate(TESTS, 1):
 
     rule:
         name:
-            f"predict{numbered(number, '_')}"
+            f"predict{numbered(rule_number, '_')}"
         input:
             stores=lambda w, snrs=snrs: expand(
                 f"{w.root}/imaging/{{target}}/{{snr}}.zarr", target=plan.tested_targets(w.run), snr=snrs
@@ -46,6 +47,8 @@ for number, snrs in enumerate(SNR_SETS, 1):
             f"{{root}}/logs/learning/predict/{{run}}/{{model}}{numbered(number, '-')}.log",
         benchmark:
             f"{{root}}/benchmarks/learning/predict/{{run}}/{{model}}{numbered(number, '-')}.tsv"
+        wildcard_constraints:
+            run=one_of(runs),
         conda:
             "../../envs/learning.yaml"
         threads: 1
@@ -120,7 +123,7 @@ rule timing:
 
 rule scores:
     input:
-        predictions=expand("{{root}}/learning/predictions/{fitted}/{snr}.csv", fitted=plan.fitted, snr=plan.snrs),
+        predictions=plan.predictions("{root}"),
     output:
         scores=in_report("{root}/learning/scores.csv", "Learning", table="scores"),
         confusion=in_report("{root}/learning/confusion.csv", "Learning", table="confusion"),

@@ -25,10 +25,11 @@ def runs(config):
     An experiment is one run. Exceptions: `snr_db: {each: [...]}` is a run for each SNR: <experiment>_<label>; a split
     with folds is a run for each: <experiment>_fold<number>.
     A run is a mapping of its name, experiment (that one's name), models, elevation (a list of degrees, or all), snrs
-    (those of the training images, numbers or 'clean'), random_snr (whether each batch is drawn from one of them), open
-    (whether unknown targets are tested, as there are some), split (a scheme), division (the fields of its `Division`),
-    first (whether its fold is the experiment's first), upsample (pixels a side, or none), channels (a list of
-    polarizations, or all) and without (the known targets that do not train).
+    (those of the training images, numbers or 'clean'), tested (SNRs in dB that it is tested at if there are images, or
+    all), random_snr (whether each batch is drawn from one of them), open (whether unknown targets are tested, as there
+    are some), split (a scheme), division (the fields of its `Division`), first (whether its fold is the experiment's
+    first), upsample (pixels a side, or none), channels (a list of polarizations, or all) and without (the known targets
+    that do not train).
     InputError for two runs of one name.
     """
     every, learning = {}, config["learning"]
@@ -41,6 +42,7 @@ def runs(config):
             "experiment": name,
             "models": experiment["models"],
             "elevation": elevation if elevation == "all" else sorted(elevation),
+            "tested": sorted(experiment["test"]["snr_db"]) if "test" in experiment else "all",
             "random_snr": kind == "random",
             "open": experiment.get("open", False) and unknown,
             "split": experiment.get("split", learning["split"]["scheme"]),

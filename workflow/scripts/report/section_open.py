@@ -15,8 +15,8 @@ from isarflow.report.vocabulary import (
     METHOD,
     PROTOCOLS,
     at_snrs,
+    comparable,
     heading,
-    middle,
     ranked,
     select,
     span_text,
@@ -116,7 +116,7 @@ def summary(scores, validation):
     protocol <p>, on the test images; gain_<p> is NaN, or left out, where no network of the thesis compares.
     """
     ranks = ranked(select(validation, metric=F1, threshold=LEAD)).rename(columns={"value": "validation"})
-    rows = select(scores, test_snr_db=middle(scores["test_snr_db"]), metric=[F1, GAIN])
+    rows = select(comparable(scores), metric=[F1, GAIN])
     rows = rows.assign(kind=rows["metric"].map({F1: "mean_", GAIN: "gain_"}) + rows["threshold"])
     return ranks.merge(rows.pivot_table("value", METHOD, "kind").reset_index(), how="left", on=METHOD)
 
@@ -134,7 +134,9 @@ def tried_table(results, scores, ranks):
         if f"gain_{LEAD}" in row:
             line |= {f"gain{words}": signed(row[f"gain_{protocol}"]) for protocol, words in heads.items()}
         top = select(own, test_snr_db=snrs[-1]).set_index("metric")["value"]
-        shown.append(line | {text: f"{top[metric]:.3f}" for metric, text in SEPARATION.items()})
+        shown.append(
+            line | {text: f"{top[metric]:.3f}" if metric in top else "–" for metric, text in SEPARATION.items()}
+        )
     caption = (
         f"Everything tried: weighted F1 with {LEAD} thresholds and its 95 % interval at some SNRs, and its mean over "
         f"{span_text(scores)}; in order, split by split, of the same mean on the validation images. Gains are over "

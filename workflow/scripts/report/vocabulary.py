@@ -160,12 +160,20 @@ def span_text(table):
     return f"{first:g} dB" if first == last else f"{first:g} to {last:g} dB"
 
 
+def comparable(table):
+    """Return the rows of a table at the middle SNRs, in each split at those that all its methods were tested at."""
+    rows, parts = select(table, test_snr_db=middle(table["test_snr_db"])), []
+    for _, part in rows.groupby("split", sort=False):
+        shared = set.intersection(*(set(method["test_snr_db"]) for _, method in part.groupby(METHOD)))
+        parts.append(select(part, test_snr_db=[*shared]) if shared else part)
+    return pd.concat(parts or [rows])
+
+
 def ranked(validation):
     """Return the mean weighted F1 of each METHOD over the middle SNRs, split by split, the best first.
 
     validation: rows of one set of images and protocol. What is best is chosen by them, never by the test images.
     """
-    rows = select(validation, test_snr_db=middle(validation["test_snr_db"]))
-    means = rows.groupby(METHOD)["value"].mean().reset_index()
+    means = comparable(validation).groupby(METHOD)["value"].mean().reset_index()
     order = means.assign(place=means["split"].map(split_place), least=-means["value"])
     return means.loc[order.sort_values(["place", "least", *METHOD[1:]]).index]

@@ -243,6 +243,8 @@ def _of_experiments(config, experiments):
     for run in every.values():
         key = f"learning.experiments.{run['experiment']}"
         yield from _absent(f"{key}.train.snr_db", sorted(set(run["snrs"]) - {CLEAN}), "noise.snr_db", sorted(noise))
+        if run["tested"] != "all" and not {*run["tested"]} & {*noise}:
+            yield from _absent(f"{key}.test.snr_db", run["tested"], "noise.snr_db", sorted(noise))
         stated = {model: of_model(learning["models"], model).stated for model in run["models"]}
         for model in run["models"] if run["random_snr"] else ():
             if not stated[model].get("by_snr", False):

@@ -113,7 +113,8 @@ def section(config, *keys):
 def _leave_out(config, asked):
     """Remove default experiments that the config's sweep or SNRs do not allow; the reason is noted as `left_out`.
 
-    Those that train over a range of SNRs do so at those of it that noise.snr_db has, if two or more.
+    Those that train over a range of SNRs do so at those of it that noise.snr_db has, if two or more; those whose `test`
+    has none of noise.snr_db are tested at all of it.
     asked: the experiments that the user's config names. One of these is refused instead, and kept as it is.
     """
     experiments, kept, left_out = config["learning"]["experiments"], {}, {}
@@ -136,8 +137,10 @@ def _leave_out(config, asked):
 
 
 def _at_snrs(experiment, snr_db):
-    """An experiment over a range of SNRs at those of it that are in snr_db, if two or more; else as it is."""
-    train = experiment["train"]
+    """An experiment over a range of SNRs at those of it that are in snr_db, as `_leave_out` says."""
+    train, tested = experiment["train"], experiment.get("test", {"snr_db": []})["snr_db"]
+    if not {*tested} & {*snr_db}:
+        experiment = {key: value for key, value in experiment.items() if key != "test"}
     if isinstance(train["snr_db"], dict):
         ((way, snrs),) = train["snr_db"].items()
         kept = [snr for snr in snrs if snr == CLEAN or snr in snr_db]

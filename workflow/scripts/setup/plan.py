@@ -116,6 +116,24 @@ class Plan:
         """The targets that a run is tested on, or chooses thresholds with."""
         return self.targets if self.runs[run]["open"] else self.known
 
+    def tested_snrs(self, run):
+        """The labels of the SNRs that a run is tested at."""
+        tested = self.runs[run]["tested"]
+        return [sweep.snr_label(snr) for snr in self.config["noise"]["snr_db"] if tested == "all" or snr in tested]
+
+    def tests(self, snrs):
+        """The runs that are tested at some of these SNRs, by what they are tested at: {labels: names of runs}."""
+        runs = {}
+        for run in self.runs:
+            tested = tuple(snr for snr in snrs if snr in self.tested_snrs(run))
+            runs.setdefault(tested, []).append(run)
+        return {tested: runs[tested] for tested in sorted(runs, key=len, reverse=True) if tested}
+
+    def predictions(self, root):
+        """The tables of predictions of all runs and models in a folder `root`."""
+        tables = [(fitted, snr) for fitted in self.fitted for snr in self.tested_snrs(fitted.split("/")[0])]
+        return [f"{root}/learning/predictions/{fitted}/{snr}.csv" for fitted, snr in tables]
+
     def decoders(self):
         """The models with a decoder, <run>/<model>, in runs that are tested on unknown targets."""
         pairs = [fitted.split("/") for fitted in self.timed]
@@ -183,8 +201,7 @@ class Plan:
         scores, learning = [f"{root}/{SCORES}", f"{root}/{RECORD}"], Path(root, "learning")
         if root in self.seeded:
             models = [f"{learning}/models/{fitted}" for fitted in self.fitted]
-            tables = [f"{learning}/predictions/{fitted}/{snr}.csv" for fitted in self.fitted for snr in self.snrs]
-            return [*scores, *models, *tables]
+            return [*scores, *models, *self.predictions(root)]
         # Another run has a config of its own: what it has made says what it is.
         files = [*learning.glob("predictions/*/*/*.csv"), *learning.glob("models/*/*/config.json")]
         return [*scores, *sorted(map(str, files))]

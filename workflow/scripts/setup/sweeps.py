@@ -36,6 +36,9 @@ def write_out_snrs(config):
         elif isinstance(snrs, dict | list) or snrs == ALL:
             snrs = _listed(key, snrs, every)
         experiment["train"] = train | {"snr_db": snrs}
+        if "test" in experiment:
+            key = f"learning.experiments.{name}.test.snr_db"
+            experiment["test"] = {"snr_db": _listed(key, experiment["test"]["snr_db"], ())}
 
 
 def _listed(key, snrs, every):
