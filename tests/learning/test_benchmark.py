@@ -170,6 +170,8 @@ def test_what_cannot_be_scored_is_said(run, tmp_path, capsys):
     with pytest.warns(UserWarning, match=rf"the table: 2 of its {count + 2} rows match no image of 'multi'; the first"):
         found = isarflow.benchmark.score(folder, "multi", more)
     pd.testing.assert_frame_equal(found, isarflow.benchmark.score(folder, "multi", table))
+    turned = table.assign(azimuth=(table["azimuth"] + 180) % 360 - 180)  # from -180 degrees on
+    pd.testing.assert_frame_equal(found, isarflow.benchmark.score(folder, "multi", turned))
     more.to_csv(tmp_path / "mine.csv", index=False)
     main([str(folder), "multi", str(tmp_path / "mine.csv")])
     assert f"mine.csv: 2 of its {count + 2} rows" in capsys.readouterr().err

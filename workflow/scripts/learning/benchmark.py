@@ -135,8 +135,7 @@ def score(results, experiment, predictions):
     classes = {*every["truth"], OTHER}
     if strange := sorted({*mine["predicted"].astype(str)} - classes):
         raise InputError(f"{where} has a class '{strange[0]}'; classes are {', '.join(sorted(classes))}.")
-    # Angles may have been written with fewer digits.
-    mine, every = (table.assign(**table[["elevation", "azimuth"]].astype(float).round(3)) for table in (mine, every))
+    mine, every = (table.assign(**_angles(table)) for table in (mine, every))
     if mine.duplicated(KEY).any():
         raise InputError(f"{where} has an image twice: {_named(mine[mine.duplicated(KEY)])}.")
     table = every.merge(mine[[*KEY, "predicted", *({SCORE} & {*mine})]], how="left", on=KEY)
@@ -175,6 +174,12 @@ def _checked(predictions, where):
             row = wrong.idxmax()
             raise InputError(f"{where}, image {row + 1}: {name} is '{mine[name][row]}', which is no finite number.")
     return mine.assign(**numbers)
+
+
+def _angles(table):
+    """Elevation and azimuth of a table as they are compared: with fewer digits, and 0 to 360 degrees for -180 to 180."""
+    angles = table[["elevation", "azimuth"]].astype(float).round(3)
+    return {"elevation": angles["elevation"], "azimuth": angles["azimuth"] % 360}
 
 
 def _named(table):
