@@ -36,7 +36,7 @@ onstart:
     say_what_is_expected(refuse=workflow.local_exec and set(workflow.dag_settings.targets) != {"check"})
     or_exit(lock.take, RESULTS, not workflow.local_exec)
     if plan.runs:
-        together.keep(RESULTS, SNR_SETS)
+        snr_sets.keep(RESULTS, SNR_SETS)
     if workflow.local_exec:
         # By its limit of jobs a second every job that begins has the scheduler look at all jobs again, each second to
         # the end of the run: half a core in the end. Here jobs begin as others end; a cluster's queue keeps the limit.

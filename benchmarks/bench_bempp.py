@@ -16,11 +16,11 @@ import mie
 import numpy as np
 import pandas as pd
 
-from isarflow.scattering.assembly import Entries, assemble
-from isarflow.scattering.basis import fundamental_domain, rwg
-from isarflow.scattering.factorization import SymmetricMatrix
-from isarflow.scattering.farfield import Excitation
-from isarflow.scattering.operators import efie
+from isarflow.scattering.mom.assembly import Entries, assemble
+from isarflow.scattering.mom.basis import fundamental_domain, rwg
+from isarflow.scattering.mom.factorization import SymmetricMatrix
+from isarflow.scattering.mom.farfield import Excitation
+from isarflow.scattering.mom.operators import efie
 
 K = 2 * np.pi  # wavelength 1 m
 

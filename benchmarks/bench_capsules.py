@@ -12,9 +12,9 @@ import numpy as np
 import optax
 import threadpoolctl
 
-from isarflow.learning import capsules, convolution
 from isarflow.learning.classifier import build
-from isarflow.learning.timing import BATCH, cpu, time_batches
+from isarflow.learning.evaluation.timing import BATCH, cpu, time_batches
+from isarflow.learning.networks import capsules, convolution
 from isarflow.setup.config import load
 
 SIDE, IMAGES, STEP = 32, 6460, 114  # pixels a side, training images of the reference experiment, and of its batches

@@ -26,13 +26,13 @@ from test_solve import sheet, weld
 from isarflow.core.errors import InputError
 from isarflow.core.sweep import C0, Sweep
 from isarflow.mesh.io import read_ply
-from isarflow.scattering.assembly import Entries
-from isarflow.scattering.basis import fundamental_domain, rwg
-from isarflow.scattering.farfield import Excitation
-from isarflow.scattering.lowrank import LowRankMatrix
-from isarflow.scattering.operators import efie
-from isarflow.scattering.plan import planned
-from isarflow.scattering.sampled import fill
+from isarflow.scattering.costs import planned
+from isarflow.scattering.mom.assembly import Entries
+from isarflow.scattering.mom.basis import fundamental_domain, rwg
+from isarflow.scattering.mom.cross import fill
+from isarflow.scattering.mom.farfield import Excitation
+from isarflow.scattering.mom.lowrank import LowRankMatrix
+from isarflow.scattering.mom.operators import efie
 from isarflow.scattering.solve import PARTS, SHARE, _residual, solve
 
 matplotlib.use("Agg")

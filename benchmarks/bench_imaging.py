@@ -17,7 +17,7 @@ import pandas as pd
 import yaml
 
 from isarflow.core.sweep import C0, azimuths, elevations, frequencies, snr_label
-from isarflow.scattering.store import write_field
+from isarflow.scattering.fields.store import write_field
 from isarflow.setup.config import load
 from isarflow.setup.yaml_file import read_yaml
 

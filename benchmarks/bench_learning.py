@@ -11,7 +11,7 @@ import threadpoolctl
 import yaml
 
 from isarflow.learning.classifier import build
-from isarflow.learning.timing import BATCH, cpu, time_batches
+from isarflow.learning.evaluation.timing import BATCH, cpu, time_batches
 from isarflow.setup.config import BASE
 
 SHAPE, IMAGES = (27, 21), 6460

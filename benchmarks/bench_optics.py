@@ -29,8 +29,8 @@ from isarflow.core.sweep import Sweep
 from isarflow.imaging.outline import OUTLINE, outline
 from isarflow.learning.confidence import zncc
 from isarflow.mesh.io import read_ply
+from isarflow.scattering.fields.store import write_field
 from isarflow.scattering.solver import build
-from isarflow.scattering.store import write_field
 
 FIELDS, RESULTS = Path("resources/fields"), Path("results/optics")
 ALL = [*TARGETS, *sorted({path.stem for path in FIELDS.glob("*.zarr")} - {*TARGETS})]

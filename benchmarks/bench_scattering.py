@@ -20,12 +20,12 @@ import scipy.linalg
 import threadpoolctl
 from stored import dense
 
-from isarflow.scattering.assembly import Entries, assemble
-from isarflow.scattering.basis import fundamental_domain, rwg
-from isarflow.scattering.factorization import SymmetricMatrix
-from isarflow.scattering.farfield import Excitation
-from isarflow.scattering.operators import efie
-from isarflow.scattering.sampling import sample
+from isarflow.scattering.directions import sample
+from isarflow.scattering.mom.assembly import Entries, assemble
+from isarflow.scattering.mom.basis import fundamental_domain, rwg
+from isarflow.scattering.mom.factorization import SymmetricMatrix
+from isarflow.scattering.mom.farfield import Excitation
+from isarflow.scattering.mom.operators import efie
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt

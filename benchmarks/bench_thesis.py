@@ -22,7 +22,7 @@ import pandas as pd
 from isarflow.core.sweep import Sweep, sweeps
 from isarflow.mesh.io import read_ply
 from isarflow.scattering import needs
-from isarflow.scattering.plan import at_one_frequency, chosen
+from isarflow.scattering.costs import at_one_frequency, chosen
 from isarflow.scattering.solve import PARTS, solve
 from isarflow.setup.config import load
 from isarflow.setup.yaml_file import read_yaml

@@ -27,9 +27,11 @@ from isarflow.core.compiled import keep_compiled
 from isarflow.imaging.formation import apertures, form_images
 from isarflow.imaging.geometry import imager_of
 from isarflow.imaging.noise import generator, signal_power, variances, white_noise
-from isarflow.learning import capsules, confidence, thresholds
+from isarflow.learning import confidence
 from isarflow.learning.classifier import OTHER
-from isarflow.learning.split import divisions, split
+from isarflow.learning.data.split import divisions, split
+from isarflow.learning.evaluation import thresholds
+from isarflow.learning.networks import capsules
 from isarflow.setup.config import load
 from isarflow.setup.yaml_file import read_yaml
 

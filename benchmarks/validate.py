@@ -23,11 +23,11 @@ from test_truth import ANGLES, pattern
 from isarflow.core.sweep import C0
 from isarflow.imaging.formation import build
 from isarflow.imaging.point_response import point_response
-from isarflow.scattering.assembly import Entries, assemble
-from isarflow.scattering.basis import fundamental_domain, rwg
-from isarflow.scattering.factorization import GeneralMatrix, SymmetricMatrix
-from isarflow.scattering.farfield import Excitation
-from isarflow.scattering.sampling import directions
+from isarflow.scattering.directions import directions
+from isarflow.scattering.mom.assembly import Entries, assemble
+from isarflow.scattering.mom.basis import fundamental_domain, rwg
+from isarflow.scattering.mom.factorization import GeneralMatrix, SymmetricMatrix
+from isarflow.scattering.mom.farfield import Excitation
 from isarflow.scattering.solve import OPERATORS, solve
 
 K = 2 * np.pi  # wavelength 1 m

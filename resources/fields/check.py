@@ -25,9 +25,9 @@ from make import CONFIG
 
 from isarflow.core.sweep import Sweep, sweeps
 from isarflow.mesh.io import read_ply
-from isarflow.scattering.field_files import digest
+from isarflow.scattering.costs import chosen, planned
+from isarflow.scattering.fields.field_files import digest
 from isarflow.scattering.needs import memory_megabytes
-from isarflow.scattering.plan import chosen, planned
 from isarflow.scattering.solve import solve
 from isarflow.setup.config import load
 from isarflow.setup.yaml_file import read_yaml

@@ -23,12 +23,12 @@ import pandas as pd
 
 from isarflow.core import store as stores
 from isarflow.core.sweep import azimuths, elevations, sweeps
-from isarflow.learning import export
-from isarflow.learning.split import SIDES
-from isarflow.learning.timing import cpu
+from isarflow.learning.data import export
+from isarflow.learning.data.split import SIDES
+from isarflow.learning.evaluation.timing import cpu
 from isarflow.scattering import needs
-from isarflow.scattering.field_files import digest
-from isarflow.scattering.store import join_bands
+from isarflow.scattering.fields.field_files import digest
+from isarflow.scattering.fields.store import join_bands
 from isarflow.setup.config import load
 from isarflow.setup.yaml_file import read_yaml
 

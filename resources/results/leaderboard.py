@@ -12,7 +12,7 @@ from pathlib import Path
 import pandas as pd
 from recognition import ROOT, head, put
 
-from isarflow.learning.benchmark import LEADERBOARD, RANK, in_words
+from isarflow.learning.evaluation.leaderboard import LEADERBOARD, RANK, in_words
 
 
 def main():

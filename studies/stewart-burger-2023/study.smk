@@ -8,9 +8,9 @@ sys.path.append(os.path.join(workflow.basedir, STUDY))
 
 from study.selection import images_of, networks_of
 
-# Its files, as seen from the stages' scripts.
+# Its files.
 MODULES = sorted(Path(workflow.basedir, STUDY, "study").glob("*.py"))
-STUDY_CODE = [f"../../{STUDY}/{name}" for name in ("job_page.py", *(f"study/{path.name}" for path in MODULES))]
+STUDY_CODE = [f"{STUDY}/{name}" for name in ("job_page.py", *(f"study/{path.name}" for path in MODULES))]
 # Run and model of the networks that are judged anew.
 JUDGED = [f"{run}/{model}" for run, model in networks_of(plan.runs)]
 

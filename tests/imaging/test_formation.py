@@ -250,5 +250,5 @@ def test_an_imager_without_a_phase_gives_magnitudes(made):
 @pytest.mark.parametrize(("shape", "value"), [((4, 3, 2), 1), ((3, 2, 3), 1), ((4, 2, 3), np.nan)])
 def test_images_that_do_not_fit_the_axes_are_refused(made, shape, value):
     made.image = np.full(shape, value)
-    with pytest.raises(InputError, match=r"workflow/scripts/imaging/imagers/\w+\.py.*of shape \(4, 2, 3\)"):
+    with pytest.raises(InputError, match=r"tests/imaging/test_formation\.py.*of shape \(4, 2, 3\)"):
         form_images(made, np.ones((4, 6), np.complex64))

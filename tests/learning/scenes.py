@@ -8,7 +8,7 @@ import pandas as pd
 import xarray as xr
 
 from isarflow.core import store
-from isarflow.learning import images
+from isarflow.learning.data import images
 from isarflow.learning.experiments import LEARNED, runs
 from isarflow.learning.predict import Tested, predict
 from isarflow.learning.train import Training, train

@@ -10,8 +10,8 @@ from scenes import ALL_TARGETS, fitted, run_of, tables_of
 
 import isarflow
 from isarflow.core.errors import InputError
-from isarflow.learning import judge, paired, record, scores
-from isarflow.learning.benchmark import BOARD, KEY, leaderboard, main
+from isarflow.learning.evaluation import judge, paired, record, scores
+from isarflow.learning.evaluation.leaderboard import BOARD, KEY, leaderboard, main
 
 SEED, KEPT = 7, 0.8  # of the run: other ones than where nothing is said
 

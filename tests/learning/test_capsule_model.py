@@ -5,10 +5,11 @@ import pytest
 from scipy.stats import rayleigh
 from sklearn.mixture import GaussianMixture
 
-from isarflow.learning import capsules, confidence, training_loop
+from isarflow.learning import confidence
 from isarflow.learning.classifier import OTHER, build
-from isarflow.learning.convolution import outputs
 from isarflow.learning.models import capsule
+from isarflow.learning.networks import capsules, training_loop
+from isarflow.learning.networks.convolution import outputs
 
 SETTINGS = {
     "width": 8,

@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from isarflow.learning import capsules
+from isarflow.learning.networks import capsules
 
 
 @pytest.fixture

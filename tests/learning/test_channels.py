@@ -7,9 +7,9 @@ import pytest
 from scenes import APERTURE, PLANES, ROLES, SPLIT, aspects, fitted, noisy, scene, tables_of, write
 
 import isarflow
-from isarflow.learning import images
 from isarflow.learning.classifier import build
-from isarflow.learning.export import export
+from isarflow.learning.data import images
+from isarflow.learning.data.export import export
 from isarflow.learning.models import capsule
 
 NAMES = ("VV", "HH", "HV")

@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 from scenes import ALL, PLANES, SETTINGS, run_of
 
-from isarflow.learning import judge
+from isarflow.learning.evaluation import judge
 from isarflow.learning.experiments import class_of
 from isarflow.learning.predict import Tested, predict
 from isarflow.learning.train import Training, train

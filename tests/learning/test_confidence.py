@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from scipy.stats import weibull_min
 
-from isarflow.learning import confidence, openmax
-from isarflow.learning.features import unit
+from isarflow.learning import confidence
+from isarflow.learning.data.features import unit
+from isarflow.learning.networks import openmax
 
 CLASSES = np.array(["a", "b"])
 

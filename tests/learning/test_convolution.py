@@ -4,8 +4,8 @@ import jax
 import numpy as np
 import pytest
 
-from isarflow.learning import capsules, convolution
-from isarflow.learning.convolution import (
+from isarflow.learning.networks import capsules, convolution
+from isarflow.learning.networks.convolution import (
     KERNEL,
     OF_OUTPUTS,
     OF_PIXELS,

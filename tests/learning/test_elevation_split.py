@@ -7,11 +7,13 @@ import pytest
 import scenes
 import xarray as xr
 
-from isarflow.learning import experiments, images, timing
+from isarflow.learning import experiments
 from isarflow.learning.classifier import config_of, load
-from isarflow.learning.export import export
-from isarflow.learning.judge import Decision, gain
-from isarflow.learning.scores import score
+from isarflow.learning.data import images
+from isarflow.learning.data.export import export
+from isarflow.learning.evaluation import timing
+from isarflow.learning.evaluation.judge import Decision, gain
+from isarflow.learning.evaluation.scores import score
 
 ELEVATIONS = [-20.0, -10.0, 0.0, 10.0, 20.0]  # the first, third and last train
 FOLDS = (1, 2)

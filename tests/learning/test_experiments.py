@@ -4,7 +4,7 @@ import pytest
 from isarflow.core.errors import InputError
 from isarflow.learning.classifier import ANY_SNR, choices
 from isarflow.learning.experiments import label, runs, snrs_in_words, train_snr_db, training
-from isarflow.learning.training_loop import Batches
+from isarflow.learning.networks.training_loop import Batches
 
 
 def learning(**experiments):

@@ -6,8 +6,8 @@ import pytest
 import xarray as xr
 from scenes import APERTURE, AZIMUTHS, ELEVATION, PLANES, ROLES, SPLIT, aspects
 
-from isarflow.learning.export import export
-from isarflow.learning.split import SIDES, divisions, split
+from isarflow.learning.data.export import export
+from isarflow.learning.data.split import SIDES, divisions, split
 
 
 def exported(stores, path, aperture=APERTURE):
@@ -41,7 +41,7 @@ def test_both_forms_hold_the_same(forms):
 
 
 def test_axes_say_what_they_are_and_chunks_are_even(noisy_stores, tmp_path, monkeypatch):
-    monkeypatch.setattr("isarflow.learning.export.ROWS", 100)
+    monkeypatch.setattr("isarflow.learning.data.export.ROWS", 100)
     store = xr.open_zarr(exported(noisy_stores, tmp_path / "snr_0dB.zarr"))
     of_images = xr.open_zarr(noisy_stores[0])
     assert store.image.dims == ("n", "range", "crossrange")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from isarflow.imaging.formation import build, form_images
-from isarflow.learning.features import upsample
+from isarflow.learning.data.features import upsample
 
 
 @pytest.mark.parametrize("reformat", ["none", "polar"])

@@ -6,9 +6,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from isarflow.learning import judge
+from isarflow.learning.evaluation import judge
+from isarflow.learning.evaluation.scores import score
 from isarflow.learning.experiments import REFERENCE
-from isarflow.learning.scores import score
 
 MODEL, _, KNOWN_SCORE = REFERENCE
 KEYS = ["experiment", "model", "split", "score", "threshold", "test_snr_db"]

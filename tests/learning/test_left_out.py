@@ -7,10 +7,11 @@ import pandas as pd
 import pytest
 from scenes import ALL_TARGETS, ROLES, aspects, fitted, sides_of, tables_of
 
-from isarflow.learning import images, thresholds
 from isarflow.learning.classifier import build
-from isarflow.learning.images import aspects as names_of
-from isarflow.learning.split import LEFT_OUT
+from isarflow.learning.data import images
+from isarflow.learning.data.images import aspects as names_of
+from isarflow.learning.data.split import LEFT_OUT
+from isarflow.learning.evaluation import thresholds
 
 KINDS = {
     "knn": {"k": 1},

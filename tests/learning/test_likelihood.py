@@ -17,9 +17,9 @@ from scipy.stats import rice
 
 from isarflow.core.errors import InputError
 from isarflow.learning.classifier import OTHER, build
+from isarflow.learning.evaluation.thresholds import choose
 from isarflow.learning.models import likelihood
 from isarflow.learning.models.likelihood import _cosine, _log_i0, _rician
-from isarflow.learning.thresholds import choose
 from isarflow.setup.config import ROOT
 
 SHAPE = (3, 8, 7)  # channels, range, crossrange

@@ -7,8 +7,8 @@ import pandas as pd
 import pytest
 from scipy.stats import norm
 
-from isarflow.learning.looks import LOOKS, fused
-from isarflow.learning.scores import score
+from isarflow.learning.evaluation.looks import LOOKS, fused
+from isarflow.learning.evaluation.scores import score
 
 STEP, APERTURE = 10.0, 3  # degrees, azimuths: 36 of them on a circle
 

@@ -6,10 +6,18 @@ import pytest
 from scipy.stats import norm
 from sklearn import metrics as reference
 
+from isarflow.learning.data.split import blocks, divisions, folded, split
+from isarflow.learning.evaluation.metrics import (
+    confusion,
+    equal_blocks,
+    interval,
+    metrics_of,
+    resampled,
+    separation,
+    weights,
+)
+from isarflow.learning.evaluation.scores import score
 from isarflow.learning.experiments import runs
-from isarflow.learning.metrics import confusion, equal_blocks, interval, metrics_of, resampled, separation, weights
-from isarflow.learning.scores import score
-from isarflow.learning.split import blocks, divisions, folded, split
 
 LABELS = ["dart", "disc", "wing"]
 

@@ -7,10 +7,10 @@ from sklearn.neighbors import KNeighborsClassifier
 from sklearn.svm import SVC
 
 from isarflow.core.errors import InputError
-from isarflow.learning import openmax
 from isarflow.learning.classifier import build
 from isarflow.learning.conformance import of_fitted, refuse
-from isarflow.learning.features import KINDS, of, squared_distances
+from isarflow.learning.data.features import KINDS, of, squared_distances
+from isarflow.learning.networks import openmax
 
 FCNN = {"width": 32, "epochs": 20, "batch": 16, "learning_rate": 0.003, "openmax_tail": 5, "openmax_alpha": 1}
 SETTINGS = {

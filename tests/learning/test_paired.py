@@ -3,8 +3,8 @@
 import numpy as np
 import pandas as pd
 
-from isarflow.learning.judge import Decision
-from isarflow.learning.paired import IMAGE, difference
+from isarflow.learning.evaluation.judge import Decision
+from isarflow.learning.evaluation.paired import IMAGE, difference
 
 NAMES = np.array(["a", "b"])
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from isarflow.learning.metrics import around
+from isarflow.learning.evaluation.metrics import around
 
 SHARE = np.array([True])
 

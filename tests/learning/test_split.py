@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from isarflow.core.errors import InputError
-from isarflow.learning.split import SIDES, Division, blocks, check, divisions, folded, split
+from isarflow.learning.data.split import SIDES, Division, blocks, check, divisions, folded, split
 
 SETTINGS = {"scheme": "random", "train": 0.7, "validation": 0.33, "folds": 6, "spacing": 0}
 ELEVATIONS = np.arange(-45, 46, 15.0)

@@ -4,7 +4,7 @@ import pytest
 from sklearn.metrics import f1_score
 
 from isarflow.core.errors import InputError
-from isarflow.learning import judge, thresholds
+from isarflow.learning.evaluation import judge, thresholds
 
 
 def validation(seed=0, count=60):

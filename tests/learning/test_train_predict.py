@@ -28,10 +28,11 @@ from scenes import (
 )
 
 from isarflow.core.errors import InputError
-from isarflow.learning import images, timing
 from isarflow.learning.classifier import build, load
+from isarflow.learning.data import images
+from isarflow.learning.evaluation import timing
+from isarflow.learning.evaluation.thresholds import choose
 from isarflow.learning.predict import classify, write_table
-from isarflow.learning.thresholds import choose
 
 
 def every(azimuth):

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from isarflow.core.errors import InputError
-from isarflow.learning import training_loop
-from isarflow.learning.training_loop import COLUMNS, Batches, Checkpoint, minimize
+from isarflow.learning.networks import training_loop
+from isarflow.learning.networks.training_loop import COLUMNS, Batches, Checkpoint, minimize
 
 X = np.random.default_rng(1).standard_normal((40, 3)).astype(np.float32)
 Y = X @ np.array([1.0, -2.0, 0.5], np.float32)

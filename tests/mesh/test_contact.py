@@ -6,12 +6,13 @@ from shapes_made import cube, fine_cube, lofted, sphere, together, torus
 from stored import unknowns
 
 from isarflow.core.errors import InputError
-from isarflow.mesh import arrange, symmetry, topology
-from isarflow.mesh.boxes import near_boxes
+from isarflow.mesh import symmetry, topology
 from isarflow.mesh.build import build
 from isarflow.mesh.io import write_ply
-from isarflow.mesh.repair import repair
-from isarflow.scattering.basis import fundamental_domain
+from isarflow.mesh.repair import arrange
+from isarflow.mesh.repair.boxes import near_boxes
+from isarflow.mesh.repair.surface import repair
+from isarflow.scattering.mom.basis import fundamental_domain
 
 RADAR = {"center_frequency": 1.0e9, "bandwidth": 0.0, "frequencies": 1, "polarizations": ["VV"]}
 MESH = {"edges_per_wavelength": 10, "bands": 1}

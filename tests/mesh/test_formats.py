@@ -10,7 +10,7 @@ from shapes_made import binary_stl
 from isarflow.core.errors import InputError
 from isarflow.mesh import topology
 from isarflow.mesh.build import build
-from isarflow.mesh.read import read_cad
+from isarflow.mesh.read.target import read_cad
 
 NAN = float("nan")
 FLAT = [*T.tolist(), [0, 0, 1]]  # the last is without area

@@ -8,11 +8,12 @@ from habits_made import revolved
 from patches_made import WEDGE, octants, patch, skins, slotted, surface, turned, wedge
 from shapes_made import cone, cube, soup, sphere, together
 
-from isarflow.mesh import joins, topology
+from isarflow.mesh import topology
 from isarflow.mesh.build import build, write
 from isarflow.mesh.io import write_ply
-from isarflow.mesh.openings import across, openings
-from isarflow.mesh.repair import WELD, repair
+from isarflow.mesh.repair import joins
+from isarflow.mesh.repair.openings import across, openings
+from isarflow.mesh.repair.surface import WELD, repair
 from isarflow.scattering.solve import solve
 
 RADAR = {"center_frequency": 1.0e9, "bandwidth": 0.0, "frequencies": 1, "polarizations": ["VV"]}

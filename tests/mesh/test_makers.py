@@ -5,8 +5,8 @@ from habits_made import HABITS
 from shapes_made import save
 
 from isarflow.mesh import topology
-from isarflow.mesh.arrange import first_crossing
 from isarflow.mesh.build import build
+from isarflow.mesh.repair.arrange import first_crossing
 
 MESH = {"edges_per_wavelength": 10, "bands": 1}
 QUICK = {  # what must have been repaired

@@ -9,8 +9,8 @@ from shapes_made import binary_stl
 
 from isarflow.core.errors import InputError
 from isarflow.mesh import topology
-from isarflow.mesh.formats import triangulated
-from isarflow.mesh.read import READERS, read_cad
+from isarflow.mesh.read.formats import triangulated
+from isarflow.mesh.read.target import READERS, read_cad
 
 STL, BINARY = text_stl("cube", T), binary_stl(V, T)
 OBJ, OFF, PLY, LITTLE = b"".join(obj(T)), off(T), ply(T, ""), ply(T, "<")

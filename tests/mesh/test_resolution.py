@@ -11,7 +11,7 @@ from isarflow.core.sweep import C0
 from isarflow.mesh import topology
 from isarflow.mesh.build import build
 from isarflow.mesh.io import write_ply
-from isarflow.mesh.repair import repair
+from isarflow.mesh.repair.surface import repair
 from isarflow.mesh.resolution import check_resolution
 from isarflow.scattering.solve import solve
 from isarflow.setup.checkup import checkup

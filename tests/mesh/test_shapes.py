@@ -8,13 +8,14 @@ from shapes_made import cube, save, sphere
 from stored import unknowns
 
 from isarflow.core.errors import InputError
-from isarflow.mesh import read, symmetry, topology
+from isarflow.mesh import symmetry, topology
 from isarflow.mesh.build import build, write
 from isarflow.mesh.ground import samples
 from isarflow.mesh.io import read_ply, write_ply
-from isarflow.mesh.misses import Followed
-from isarflow.mesh.repair import repair
-from isarflow.scattering.basis import fundamental_domain
+from isarflow.mesh.read import target
+from isarflow.mesh.remesh.misses import Followed
+from isarflow.mesh.repair.surface import repair
+from isarflow.scattering.mom.basis import fundamental_domain
 
 RADAR = {"center_frequency": 1.0e9, "bandwidth": 0.0, "frequencies": 1, "polarizations": ["VV"]}
 MESH = {"edges_per_wavelength": 10, "bands": 1}
@@ -72,9 +73,9 @@ def test_millimetres(tmp_path):
 
 def test_rotation_is_about_x_then_y_then_z():
     nose = np.array([[1.0, 0.0, 0.0]])
-    assert read.in_metres(nose, {"rotate": [90, 0, 90]}) == pytest.approx(np.array([[0, 1, 0]]))
-    assert read.in_metres(nose, {"rotate": [0, -90, 0]}) == pytest.approx(np.array([[0, 0, 1]]))
-    assert read.in_metres(np.array([[0, 1.0, 0]]), {"rotate": [90, 90, 0]}) == pytest.approx(np.array([[1, 0, 0]]))
+    assert target.in_metres(nose, {"rotate": [90, 0, 90]}) == pytest.approx(np.array([[0, 1, 0]]))
+    assert target.in_metres(nose, {"rotate": [0, -90, 0]}) == pytest.approx(np.array([[0, 0, 1]]))
+    assert target.in_metres(np.array([[0, 1.0, 0]]), {"rotate": [90, 90, 0]}) == pytest.approx(np.array([[1, 0, 0]]))
 
 
 def test_repairs_are_made_and_counted():
@@ -151,7 +152,7 @@ def test_ply_keeps_every_bit(tmp_path):
     again = read_ply(tmp_path / "a.ply")
     assert (again[0] == vertices + 1 / 3).all() and again[0].dtype == np.float64
     assert (again[1] == triangles).all() and again[1].dtype == np.int32
-    assert read.read_cad(tmp_path / "a.ply")[0] == pytest.approx(vertices + 1 / 3)
+    assert target.read_cad(tmp_path / "a.ply")[0] == pytest.approx(vertices + 1 / 3)
     (tmp_path / "a.ply").write_bytes((tmp_path / "a.ply").read_bytes()[:-5])
     with pytest.raises(InputError, match=r"a\.ply"):
         read_ply(tmp_path / "a.ply")

@@ -9,9 +9,10 @@ import pytest
 from shapes_made import check_solid
 
 from isarflow.core.errors import InputError
-from isarflow.mesh import cad_kernel, topology
+from isarflow.mesh import topology
 from isarflow.mesh.build import build
 from isarflow.mesh.build import load as load_source
+from isarflow.mesh.read import cad_kernel
 from isarflow.setup.config import load
 
 RADAR = {"center_frequency": 1.0e9, "bandwidth": 0.0, "frequencies": 1, "polarizations": ["VV"]}

@@ -5,7 +5,7 @@ import pytest
 
 from isarflow.mesh import topology
 from isarflow.mesh.build import build
-from isarflow.mesh.read import read_cad
+from isarflow.mesh.read.target import read_cad
 from isarflow.setup.config import load
 
 CONFIG = load()

@@ -5,9 +5,9 @@ import pytest
 from shapes_made import cone, cube, lofted, save, together, tube
 
 from isarflow.mesh import topology
-from isarflow.mesh.arrange import first_crossing
 from isarflow.mesh.build import build
-from isarflow.mesh.remesh import restore_volume
+from isarflow.mesh.remesh.isotropic import restore_volume
+from isarflow.mesh.repair.arrange import first_crossing
 
 RADAR = {"center_frequency": 1.0e9, "bandwidth": 0.0, "frequencies": 1, "polarizations": ["VV"]}
 MESH = {"edges_per_wavelength": 10, "bands": 1}

@@ -8,11 +8,11 @@ from shapes_made import fine_cube, save, torus
 
 from isarflow.core.errors import InputError
 from isarflow.mesh import symmetry, topology
-from isarflow.mesh import thin as thinning
-from isarflow.mesh.arrange import first_crossing
 from isarflow.mesh.build import build, load
 from isarflow.mesh.ground import Ground, samples
-from isarflow.mesh.thin import thin
+from isarflow.mesh.repair import decimate as thinning
+from isarflow.mesh.repair.arrange import first_crossing
+from isarflow.mesh.repair.decimate import thin
 
 RADAR = {"center_frequency": 3.0e9, "bandwidth": 0.0, "frequencies": 1, "polarizations": ["VV"]}
 MESH = {"edges_per_wavelength": 10, "bands": 1}

@@ -6,10 +6,11 @@ from scipy.spatial import Delaunay
 from scipy.spatial.transform import Rotation
 from shapes_made import check_solid, cube, fine_cube, lofted, sphere, together, tube
 
-from isarflow.mesh import arrange, symmetry, topology
+from isarflow.mesh import symmetry, topology
 from isarflow.mesh.build import build
 from isarflow.mesh.io import write_ply
-from isarflow.mesh.repair import repair
+from isarflow.mesh.repair import arrange
+from isarflow.mesh.repair.surface import repair
 
 RADAR = {"center_frequency": 1.0e9, "bandwidth": 0.0, "frequencies": 1, "polarizations": ["VV"]}
 MESH = {"edges_per_wavelength": 10, "bands": 1}

@@ -5,9 +5,9 @@ from shapes_made import save
 from vehicles_made import drawn, uav
 
 from isarflow.mesh import topology
-from isarflow.mesh.arrange import first_crossing
 from isarflow.mesh.build import build, missed
-from isarflow.mesh.repair import repair
+from isarflow.mesh.repair.arrange import first_crossing
+from isarflow.mesh.repair.surface import repair
 
 MESH = {"edges_per_wavelength": 10, "bands": 1}
 

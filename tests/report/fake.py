@@ -15,7 +15,7 @@ from isarflow.mesh.io import write_ply
 from isarflow.mesh.measures import describe, size
 from isarflow.report.page import write_report
 from isarflow.report.results import Results
-from isarflow.scattering.store import write_field
+from isarflow.scattering.fields.store import write_field
 
 CLEAN, SECTOR = {"elevation": "all", "snr_db": "clean"}, {"open": True, "split": "sector"}
 SMALL = {"width": 16, "capsules": 2}

@@ -8,9 +8,9 @@ import pandas as pd
 import xarray as xr
 
 from isarflow.core import store as stores
+from isarflow.learning.evaluation.judge import SHORT
+from isarflow.learning.evaluation.scores import COLUMNS, CONFUSION, VALIDATION
 from isarflow.learning.experiments import runs, train_snr_db, training
-from isarflow.learning.judge import SHORT
-from isarflow.learning.scores import COLUMNS, CONFUSION, VALIDATION
 from isarflow.report.selection import decoded_snrs
 
 # Confidence scores; else softmax.

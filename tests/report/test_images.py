@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 from pages import unpacked
 
-from isarflow.learning import likeness
+from isarflow.learning.data import likeness
 from isarflow.report import section_alike, section_explore, section_images
 from isarflow.report.page import embedded
 

@@ -15,11 +15,11 @@ from isarflow.core.store import write
 from isarflow.core.sweep import C0, directions, unit_vectors
 from isarflow.report.rcs import compare_figure, compare_table, write_rcs
 from isarflow.report.rcs_figures import cut_figure, frequency_figure, map_figure
-from isarflow.scattering.compared import compare
-from isarflow.scattering.cuts import ALONG, SINGLE, cut
-from isarflow.scattering.interpolation import is_dense, order
-from isarflow.scattering.rcs import as_table, rcs_dbsm
-from isarflow.scattering.store import write_field
+from isarflow.scattering.fields.compared import compare
+from isarflow.scattering.fields.cuts import ALONG, SINGLE, cut
+from isarflow.scattering.fields.interpolation import is_dense, order
+from isarflow.scattering.fields.rcs import as_table, rcs_dbsm
+from isarflow.scattering.fields.store import write_field
 
 REACH, FREQUENCY = 0.3, np.array([1.0e9, 1.5e9])
 POINTS = np.array([[0.2, 0.1, 0.0], [-0.15, 0.2, 0.1], [0.0, -0.25, -0.1]])

@@ -14,7 +14,7 @@ from pages import check_whole, unpacked
 
 from isarflow.core.folders import ROOT
 from isarflow.core.sweep import C0
-from isarflow.learning import likeness
+from isarflow.learning.data import likeness
 from isarflow.report import (
     section_alike,
     section_full_size,

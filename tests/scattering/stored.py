@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from isarflow.scattering.basis import rwg
+from isarflow.scattering.mom.basis import rwg
 
 
 def dense(matrix):

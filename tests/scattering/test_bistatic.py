@@ -9,8 +9,8 @@ from isarflow.core.store import open_store
 from isarflow.core.sweep import Sweep
 from isarflow.mesh.io import write_ply
 from isarflow.scattering.band import solve_band
-from isarflow.scattering.cuts import by_transmitter, cut
-from isarflow.scattering.rcs import COLUMNS, RECEIVER, as_table, rcs_dbsm
+from isarflow.scattering.fields.cuts import by_transmitter, cut
+from isarflow.scattering.fields.rcs import COLUMNS, RECEIVER, as_table, rcs_dbsm
 from isarflow.scattering.solve import solve
 
 LETTERS = ["VV", "HH", "HV", "VH"]

@@ -14,10 +14,12 @@ from isarflow.core.errors import InputError
 from isarflow.core.store import write
 from isarflow.core.sweep import Sweep
 from isarflow.mesh.io import write_ply
-from isarflow.scattering import assembly, farfield, needs, sphere, store
+from isarflow.scattering import needs, sphere
 from isarflow.scattering import solve as solver
 from isarflow.scattering.band import solve_band
-from isarflow.scattering.optics import Surface
+from isarflow.scattering.fields import store
+from isarflow.scattering.mom import assembly, farfield
+from isarflow.scattering.optics.physical import Surface
 from isarflow.scattering.solve import solve
 from isarflow.scattering.solver import Solution, build, check_solution
 
@@ -228,7 +230,7 @@ def test_what_a_kernel_gives_must_be_finite(path, fault, monkeypatch):
         out.flat[out.size // 2] = value
 
     monkeypatch.setattr(module, name, broken)
-    monkeypatch.setattr("isarflow.scattering.basis.PATCH", 40)
+    monkeypatch.setattr("isarflow.scattering.mom.basis.PATCH", 40)
     said = re.escape(fault.removesuffix("'s infinity"))
     with pytest.raises(InputError, match=f"at 0.299792 GHz {said} holds numbers that are not finite"):
         solve(*BODY, *DENSE, **PATHS[path])

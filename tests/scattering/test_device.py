@@ -10,8 +10,8 @@ from test_solve import AZIMUTH, ELEVATION, FREQUENCY, octasphere
 
 from isarflow.core.errors import InputError
 from isarflow.scattering import solve as solver
-from isarflow.scattering.device import OnDevice, holds
-from isarflow.scattering.factorization import GeneralMatrix, SymmetricMatrix
+from isarflow.scattering.mom.device import OnDevice, holds
+from isarflow.scattering.mom.factorization import GeneralMatrix, SymmetricMatrix
 
 
 @pytest.mark.parametrize(("dtype", "bound"), [(np.complex64, 1e-4), (np.complex128, 1e-12)])
@@ -48,7 +48,7 @@ def test_matrix_that_does_not_fit_is_an_error_with_a_remedy(monkeypatch):
     def exhausted(*arguments, **settings):
         raise jax.errors.JaxRuntimeError("RESOURCE_EXHAUSTED: Out of memory")
 
-    monkeypatch.setattr("isarflow.scattering.device.jax.scipy.linalg.lu_factor", exhausted)
+    monkeypatch.setattr("isarflow.scattering.mom.device.jax.scipy.linalg.lu_factor", exhausted)
     matrix = OnDevice(SymmetricMatrix(10, np.complex64))
     with pytest.raises(InputError, match="JAX_PLATFORMS=cpu"):
         matrix.factorize()

@@ -9,7 +9,7 @@ from isarflow.core.store import open_store
 from isarflow.core.sweep import C0, Sweep, unit_vectors
 from isarflow.mesh.io import write_ply
 from isarflow.scattering.band import solve_band
-from isarflow.scattering.interpolation import between, is_dense, order
+from isarflow.scattering.fields.interpolation import between, is_dense, order
 from isarflow.scattering.solve import solve
 
 LETTERS = ["VV", "HH", "HV"]

@@ -16,9 +16,9 @@ from isarflow.core.errors import InputError
 from isarflow.core.sweep import azimuths, elevations, frequencies, sweeps
 from isarflow.imaging.store import make_clean, make_noisy
 from isarflow.mesh.io import write_ply
-from isarflow.scattering import field_files
 from isarflow.scattering.band import solve_band
-from isarflow.scattering.external import write_external
+from isarflow.scattering.fields import field_files
+from isarflow.scattering.fields.external import write_external
 
 RADAR = {"center_frequency": 1.0e9, "bandwidth": 0.3e9, "frequencies": 4, "polarizations": ["VV"]}
 # Neither the elevations nor the azimuths lie on round numbers, and the sweep crosses azimuth 0.

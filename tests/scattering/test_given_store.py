@@ -10,9 +10,9 @@ import zarr
 
 from isarflow.core.errors import InputError
 from isarflow.core.store import SUMS, open_store, write
-from isarflow.scattering.external import write_external
-from isarflow.scattering.given_store import check_polarizations
-from isarflow.scattering.store import COORDINATES
+from isarflow.scattering.fields.external import write_external
+from isarflow.scattering.fields.given_store import check_polarizations
+from isarflow.scattering.fields.store import COORDINATES
 
 RADAR = {"frequencies": [1.0e9, 1.1e9, 1.2e9], "polarizations": ["VV", "HV"]}
 ASPECT = {"elevation": [0, 10], "azimuth": {"count": 4}}

@@ -9,12 +9,12 @@ from test_solve import AZIMUTH, ELEVATION, FREQUENCY, octasphere, sheet, weld
 from threadpoolctl import threadpool_limits
 
 from isarflow.core.errors import InputError
-from isarflow.scattering import sampled
-from isarflow.scattering.assembly import Entries, assemble
-from isarflow.scattering.basis import fundamental_domain, rwg
-from isarflow.scattering.factorization import SymmetricMatrix
-from isarflow.scattering.lowrank import STRIPE, Inverse, LowRankMatrix, compress
-from isarflow.scattering.operators import efie
+from isarflow.scattering.mom import cross
+from isarflow.scattering.mom.assembly import Entries, assemble
+from isarflow.scattering.mom.basis import fundamental_domain, rwg
+from isarflow.scattering.mom.factorization import SymmetricMatrix
+from isarflow.scattering.mom.lowrank import STRIPE, Inverse, LowRankMatrix, compress
+from isarflow.scattering.mom.operators import efie
 from isarflow.scattering.solve import SHARE, solve
 
 K = 2 * np.pi  # rad/m
@@ -34,7 +34,7 @@ def product(rank, shape=(400, 300), seed=0):
 @pytest.mark.parametrize("cut", [1e-2, 1e-4])
 def test_compressed_tile_is_within_the_cut(rank, cut):
     tile = product(rank).astype(np.complex64)
-    left, right = sampled._from_whole(tile, cut)
+    left, right = cross._from_whole(tile, cut)
     assert np.linalg.norm(left @ right.T - tile, 2) < 3 * cut  # measured: 1.9 at most, where the values fall slowly
     # No more columns than the singular values that count, but for a few.
     assert left.shape[1] == right.shape[1] <= (np.linalg.svd(tile, compute_uv=False) > 0.8 * cut).sum() + 2
@@ -49,7 +49,7 @@ def test_nothing_is_compressed_to_nothing():
 def test_a_tile_that_is_not_finite_stays_so():
     tile = product(10).astype(np.complex64)
     tile[3, 4] = np.nan
-    left, right = sampled._from_whole(tile, 1e-3)
+    left, right = cross._from_whole(tile, 1e-3)
     assert np.isnan(left @ right.T).any()
 
 
@@ -98,7 +98,7 @@ def entries_of(body, symmetry):
 
 def filled(entries, tolerance=TOLERANCE, threads=2):
     matrices = [LowRankMatrix([block.spans[p] for block in entries.blocks]) for p in range(len(entries.bases))]
-    return matrices, sampled.fill(entries, matrices, tolerance, threads)
+    return matrices, cross.fill(entries, matrices, tolerance, threads)
 
 
 @pytest.fixture(scope="module")
@@ -128,7 +128,7 @@ def test_every_tile_is_within_the_tolerance_of_the_true_one(parities):
 def test_samples_that_say_too_little_are_found_out(parities, monkeypatch):
     """All samples of a patch in one corner: the true rows contradict, and tiles are filled whole."""
     entries, wholes = parities
-    monkeypatch.setattr(sampled, "_spread", lambda surface, triangles: triangles[:3])
+    monkeypatch.setattr(cross, "_spread", lambda surface, triangles: triangles[:3])
     matrices, share = filled(entries)
     assert share > 0.95
     for matrix, whole in zip(matrices, wholes, strict=True):
@@ -141,14 +141,14 @@ def test_samples_that_say_too_little_are_found_out(parities, monkeypatch):
 def test_samples_that_do_not_follow_from_each_other_are_found_out(rank, used):
     """Half of the samples say all of a tile of rank 20, of one of rank 60 three quarters: the next quarter shows it."""
     random = np.random.default_rng(0)
-    count, checked, cut = 3 * sampled.SAMPLES, (np.arange(0, 400, 25), np.arange(0, 300, 20)), 1e-3
+    count, checked, cut = 3 * cross.SAMPLES, (np.arange(0, 400, 25), np.arange(0, 300, 20)), 1e-3
     left, right = np.linalg.qr(random.standard_normal((400, rank)))[0], random.standard_normal((rank, 300)) / 20
     ends = random.standard_normal((count, rank)) / 20, random.standard_normal((rank, count)) / 20
     parts, whole = [left @ ends[1], ends[0] @ right, ends[0] @ ends[1]], left @ right
     exact = whole[np.ix_(*checked)]
 
     def error(parts, exact):
-        tile = sampled._from_samples(*parts, checked, exact, cut)
+        tile = cross._from_samples(*parts, checked, exact, cut)
         return np.inf if tile is None else np.linalg.norm(tile[0] @ tile[1].T - whole, 2)
 
     assert error(parts, exact) < 2 * cut
@@ -173,7 +173,7 @@ def test_patches_with_few_triangles_have_fewer_samples():
     ends, checked = (random.standard_normal((60, 8)), random.standard_normal((8, 96))), (np.arange(16), np.arange(16))
     whole = left @ right
     parts = left @ ends[1], ends[0] @ right, ends[0] @ ends[1]
-    left, right = sampled._from_samples(*parts, checked, whole[:16, :16], 1e-2)
+    left, right = cross._from_samples(*parts, checked, whole[:16, :16], 1e-2)
     assert np.linalg.norm(left @ right.T - whole, 2) < 2e-2
 
 

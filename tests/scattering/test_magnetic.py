@@ -11,11 +11,11 @@ from test_matrix import K
 from test_solve import AZIMUTH, ELEVATION, FREQUENCY, decibel, octasphere, sheet
 
 from isarflow.core.errors import InputError
-from isarflow.scattering.assembly import Entries, assemble
-from isarflow.scattering.basis import fundamental_domain, rwg
-from isarflow.scattering.factorization import GeneralMatrix
-from isarflow.scattering.operators import cfie
-from isarflow.scattering.quadrature import RULES, static_gradient
+from isarflow.scattering.mom.assembly import Entries, assemble
+from isarflow.scattering.mom.basis import fundamental_domain, rwg
+from isarflow.scattering.mom.factorization import GeneralMatrix
+from isarflow.scattering.mom.operators import cfie
+from isarflow.scattering.mom.quadrature import RULES, static_gradient
 from isarflow.scattering.solve import solve
 
 RESONANCE = 2.744  # of a spherical cavity: the first zero of (x j_1)'

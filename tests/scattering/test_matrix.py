@@ -11,14 +11,14 @@ from scipy.integrate import dblquad
 from stored import dense
 from test_solve import octasphere
 
-from isarflow.scattering import nearfield
-from isarflow.scattering.assembly import Entries, assemble, blocks_of
-from isarflow.scattering.basis import fundamental_domain, rwg
-from isarflow.scattering.factorization import GeneralMatrix, SymmetricMatrix
-from isarflow.scattering.kernel import green
-from isarflow.scattering.kernels import TILE
-from isarflow.scattering.operators import cfie, efie
-from isarflow.scattering.quadrature import RULES, static_potentials
+from isarflow.scattering.mom import nearfield
+from isarflow.scattering.mom.assembly import Entries, assemble, blocks_of
+from isarflow.scattering.mom.basis import fundamental_domain, rwg
+from isarflow.scattering.mom.factorization import GeneralMatrix, SymmetricMatrix
+from isarflow.scattering.mom.green import green
+from isarflow.scattering.mom.operators import cfie, efie
+from isarflow.scattering.mom.quadrature import RULES, static_potentials
+from isarflow.scattering.mom.tiles import TILE
 
 K = 2 * np.pi
 
@@ -128,7 +128,9 @@ def test_blocks_hold_every_function_once():
 
 
 def test_blocks_are_compact_patches_or_parts_of_them(monkeypatch):
-    monkeypatch.setattr("isarflow.scattering.basis.PATCH", 400)  # so that some touch more triangles than a tile holds
+    monkeypatch.setattr(
+        "isarflow.scattering.mom.basis.PATCH", 400
+    )  # so that some touch more triangles than a tile holds
     surface = fundamental_domain(*octasphere(14, [1.0, 0.8, 0.9]), [])
     bases = [rwg(surface, surface.parities[0])]
     blocks = blocks_of(bases, surface.patches)

@@ -5,7 +5,7 @@ import pytest
 
 from isarflow.core.errors import InputError
 from isarflow.core.sweep import C0, Sweep, unit_vectors
-from isarflow.scattering.optics import Surface, _difference
+from isarflow.scattering.optics.physical import Surface, _difference
 from isarflow.scattering.solver import build
 from isarflow.scattering.sphere import backscatter, icosphere
 

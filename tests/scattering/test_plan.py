@@ -14,7 +14,7 @@ from isarflow.core.sweep import C0, Sweep, sweeps
 from isarflow.mesh.io import write_ply
 from isarflow.scattering import needs
 from isarflow.scattering.band import solve_band
-from isarflow.scattering.plan import chosen, planned
+from isarflow.scattering.costs import chosen, planned
 from isarflow.scattering.solve import solve
 from isarflow.scattering.solver import build
 from isarflow.setup.config import load

@@ -6,8 +6,8 @@ import pytest
 pytest.importorskip("embreex", reason="Embree is an extra package: envs/requirements-rays.lock")
 
 from isarflow.core.sweep import C0, Sweep
-from isarflow.scattering.optics import Surface
-from isarflow.scattering.rays import Scene
+from isarflow.scattering.optics.physical import Surface
+from isarflow.scattering.optics.rays import Scene
 from isarflow.scattering.solver import build
 from isarflow.scattering.sphere import icosphere
 

@@ -8,7 +8,7 @@ from stored import unknowns
 
 from isarflow.core.errors import InputError
 from isarflow.core.sweep import C0
-from isarflow.scattering.basis import fundamental_domain, rwg
+from isarflow.scattering.mom.basis import fundamental_domain, rwg
 from isarflow.scattering.solve import MAX_RESIDUAL, _System, solve
 
 path = both(__name__, 60)  # triangles, so that these small meshes have several patches

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from isarflow.scattering import interpolation
+from isarflow.scattering.fields import interpolation
 from isarflow.scattering.sphere import backscatter, check
 
 

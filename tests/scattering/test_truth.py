@@ -14,12 +14,12 @@ from test_magnetic import outward
 from test_solve import ELEVATION, FREQUENCY, decibel, octasphere, sheet, weld
 
 from isarflow.mesh import topology
-from isarflow.scattering.assembly import Entries, assemble
-from isarflow.scattering.basis import fundamental_domain, rwg
-from isarflow.scattering.factorization import SymmetricMatrix
-from isarflow.scattering.farfield import Excitation
-from isarflow.scattering.operators import efie
-from isarflow.scattering.sampling import sample
+from isarflow.scattering.directions import sample
+from isarflow.scattering.mom.assembly import Entries, assemble
+from isarflow.scattering.mom.basis import fundamental_domain, rwg
+from isarflow.scattering.mom.factorization import SymmetricMatrix
+from isarflow.scattering.mom.farfield import Excitation
+from isarflow.scattering.mom.operators import efie
 from isarflow.scattering.solve import solve
 
 path = both(__name__, 330)

@@ -9,23 +9,23 @@ from isarflow.core.errors import InputError
 from isarflow.setup import closure
 
 FILES = {
-    "stage/__init__.py": "",
-    "stage/job.py": "import isarflow.other.deep as d\nfrom isarflow.stage import near\nfrom . import beside\n",
-    "stage/near.py": "def later():\n    from .beside import what\n",
-    "stage/beside.py": "from ..core import ground\nimport isarflow.stage.job",
-    "stage/unused.py": "",
-    "other/__init__.py": "",
-    "other/deep.py": "",
-    "core/ground.py": "",
+    "isarflow/stage/__init__.py": "",
+    "isarflow/stage/job.py": "import isarflow.other.deep as d\nfrom isarflow.stage import near\nfrom . import beside\n",
+    "isarflow/stage/near.py": "def later():\n    from .beside import what\n",
+    "isarflow/stage/beside.py": "from ..core import ground\nimport isarflow.stage.job",
+    "isarflow/stage/unused.py": "",
+    "isarflow/other/__init__.py": "",
+    "isarflow/other/deep.py": "",
+    "isarflow/core/ground.py": "",
 }
 
 
 @pytest.fixture
 def scripts(tmp_path, monkeypatch):
     for name, text in FILES.items():
-        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).write_text(text)
-    monkeypatch.setattr(closure, "SCRIPTS", tmp_path)
+    monkeypatch.setattr(closure, "HERE", tmp_path)
     forget()
     yield tmp_path
     forget()
@@ -38,14 +38,14 @@ def forget():
 
 
 def test_everything_imported_counts_however_it_is_written(scripts):
-    assert closure.closure("stage/job.py") == sorted(FILES.keys() - {"stage/unused.py"})
-    assert closure.closure("core/ground.py") == ["core/ground.py"]
+    assert closure.closure("isarflow/stage/job.py") == sorted(FILES.keys() - {"isarflow/stage/unused.py"})
+    assert closure.closure("isarflow/core/ground.py") == ["isarflow/core/ground.py"]
 
 
 def test_a_module_that_is_not_python_is_named(scripts):
-    (scripts / "stage/near.py").write_text("import numpy\ndef (:\n")
-    with pytest.raises(InputError, match=r"workflow/scripts/stage/near\.py, line 2: not Python"):
-        closure.closure("stage/job.py")
+    (scripts / "isarflow/stage/near.py").write_text("import numpy\ndef (:\n")
+    with pytest.raises(InputError, match=r"isarflow/stage/near\.py, line 2: not Python"):
+        closure.closure("isarflow/stage/job.py")
 
 
 CODE = """\"\"\"What it is for.\"\"\"
@@ -69,9 +69,9 @@ def first(x):
 
 
 def digest_of(scripts, text):
-    (scripts / "stage/near.py").write_text(text)
+    (scripts / "isarflow/stage/near.py").write_text(text)
     forget()
-    return closure.digest("stage/near.py")
+    return closure.digest("isarflow/stage/near.py")
 
 
 @pytest.mark.parametrize(
@@ -108,23 +108,22 @@ def test_all_else_counts(scripts, old, new):
 
 def test_what_is_imported_counts_and_so_does_where_it_is(scripts):
     before = digest_of(scripts, CODE)
-    (scripts / "other/deep.py").write_text("x = 1")
+    (scripts / "isarflow/other/deep.py").write_text("x = 1")
     changed = digest_of(scripts, CODE)
     assert changed != before
-    (scripts / "other/__init__.py").write_text("x = 1")
-    (scripts / "other/deep.py").write_text("")
+    (scripts / "isarflow/other/__init__.py").write_text("x = 1")
+    (scripts / "isarflow/other/deep.py").write_text("")
     assert digest_of(scripts, CODE) not in (before, changed)
 
 
 def test_every_version_of_python_has_the_same_digest(scripts):
     """3.11, 3.12 and 3.13 were asked."""
-    asked = CODE.replace("isarflow.other", "other")
-    assert digest_of(scripts, asked) == "98790e9063ef2efe73e668721c53172cbc9207c3fbc0f7223cdce1203b948326"
+    assert digest_of(scripts, CODE) == "84eaae6534b934ef5709b2c022b78728741269c1a19fb9cc518968af1444873d"
 
 
 def test_a_file_is_read_again_where_its_content_changed_and_only_there(scripts, monkeypatch):
-    first, near = digest_of(scripts, CODE), scripts / "stage/near.py"
-    (kept,) = (scripts / "stage/__pycache__").glob("near.*")
+    first, near = digest_of(scripts, CODE), scripts / "isarflow/stage/near.py"
+    (kept,) = (scripts / "isarflow/stage/__pycache__").glob("near.*")
     with monkeypatch.context() as patch:
         patch.setattr(closure.ast, "parse", None)
         assert digest_of(scripts, CODE) == first
@@ -132,7 +131,7 @@ def test_a_file_is_read_again_where_its_content_changed_and_only_there(scripts, 
     near.write_text(CODE.replace("count=2", "count=3"))
     os.utime(near, ns=(was.st_atime_ns, was.st_mtime_ns))
     forget()
-    assert closure.digest("stage/near.py") != first
+    assert closure.digest("isarflow/stage/near.py") != first
     # What another version kept of the same file, and what was cut short.
     monkeypatch.setattr(closure, "OWN_CODE", b"")
     with monkeypatch.context() as patch:
@@ -146,6 +145,6 @@ def test_a_file_is_read_again_where_its_content_changed_and_only_there(scripts, 
 
 def test_where_nobody_may_write_nothing_is_kept(scripts):
     first = digest_of(scripts, CODE)
-    shutil.rmtree(scripts / "stage/__pycache__")
-    (scripts / "stage/__pycache__").touch()
+    shutil.rmtree(scripts / "isarflow/stage/__pycache__")
+    (scripts / "isarflow/stage/__pycache__").touch()
     assert digest_of(scripts, CODE) == first

@@ -9,9 +9,9 @@ import pytest
 from isarflow.core.errors import InputError
 from isarflow.core.kinds import MODELS
 from isarflow.learning.experiments import runs
+from isarflow.setup.artefacts import Plan
 from isarflow.setup.config import ROOT, load, section
 from isarflow.setup.overview import overview
-from isarflow.setup.plan import Plan
 from isarflow.setup.yaml_file import read_yaml
 
 
@@ -489,7 +489,7 @@ def test_a_model_has_the_settings_of_its_kind_where_it_has_none():
 @pytest.fixture
 def own_models(tmp_path, monkeypatch):
     """A folder of the repository's models, to which a test adds one of its own."""
-    for path in (ROOT / "workflow/scripts/learning/models").glob("*.py"):
+    for path in (ROOT / "isarflow/learning/models").glob("*.py"):
         (tmp_path / path.name).write_text(path.read_text())
     for module in ("core.kinds", "setup.check"):
         monkeypatch.setattr(f"isarflow.{module}.MODELS", MODELS._replace(folder=str(tmp_path)))

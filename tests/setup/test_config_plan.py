@@ -4,8 +4,8 @@ import json
 
 import pytest
 
+from isarflow.setup.artefacts import STARTING, Plan
 from isarflow.setup.config import load
-from isarflow.setup.plan import STARTING, Plan
 
 SIX = {"elevation": "all", "snr_db": 6}
 MINE = {"models": ["knn", "fcnn_other", "capsule"], "train": SIX, "open": True, "split": "sector", "upsample": 32}

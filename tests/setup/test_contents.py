@@ -7,7 +7,7 @@ import time
 import pytest
 
 from isarflow.core.errors import InputError
-from isarflow.scattering import field_files
+from isarflow.scattering.fields import field_files
 from isarflow.setup import contents
 
 OLD = (1e9, 1e9)  # s, times of access and change that a copy may bring along

@@ -5,7 +5,7 @@ import pytest
 
 from isarflow.core import sweep
 from isarflow.core.errors import InputError
-from isarflow.mesh.read import in_metres
+from isarflow.mesh.read.target import in_metres
 from isarflow.setup.config import ROOT, load
 from isarflow.setup.overview import overview
 

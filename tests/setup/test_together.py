@@ -2,7 +2,7 @@
 
 import pytest
 
-from isarflow.setup import together
+from isarflow.setup import snr_sets
 
 A, B, C = "snr_-3dB", "snr_0dB", "snr_3dB"
 
@@ -12,12 +12,12 @@ def imaged(tmp_path):
     """A function that begins a run at some SNRs and makes their images; gives the sets that it had."""
 
     def run(*labels, written=True):
-        parts = together.sets(tmp_path, labels)
-        together.keep(tmp_path, parts)
-        assert together.sets(tmp_path, labels, is_main=False) == parts  # what a job finds, at whatever time
+        parts = snr_sets.sets(tmp_path, labels)
+        snr_sets.keep(tmp_path, parts)
+        assert snr_sets.sets(tmp_path, labels, is_main=False) == parts  # what a job finds, at whatever time
         for label in labels if written else ():
             (tmp_path / "imaging/dart" / f"{label}.zarr").mkdir(parents=True, exist_ok=True)
-        assert together.sets(tmp_path, labels, is_main=False) == parts
+        assert snr_sets.sets(tmp_path, labels, is_main=False) == parts
         return parts
 
     return run

@@ -7,8 +7,9 @@ import pytest
 from sklearn.metrics import f1_score
 from study import anew
 
-from isarflow.learning import images, thresholds
 from isarflow.learning.classifier import OTHER, load
+from isarflow.learning.data import images
+from isarflow.learning.evaluation import thresholds
 from isarflow.report.vocabulary import select
 
 

@@ -16,7 +16,7 @@ from study.statements import JUDGED, READINGS
 from thesis_pages import ThesisPage, check_links, interval, tables
 
 from isarflow.core.sweep import snr_label
-from isarflow.learning import images
+from isarflow.learning.data import images
 from isarflow.learning.experiments import runs
 from isarflow.report.results import REFERENCE, Results
 from isarflow.setup.config import ROOT, load

@@ -13,8 +13,8 @@ import zarr
 import isarflow
 from isarflow.core import store
 from isarflow.core.sweep import C0
-from isarflow.learning.export import export
-from isarflow.scattering.external import write_external
+from isarflow.learning.data.export import export
+from isarflow.scattering.fields.external import write_external
 from isarflow.scattering.sphere import backscatter
 from isarflow.setup.config import ROOT, load
 from isarflow.setup.yaml_file import read_yaml

@@ -7,12 +7,11 @@ import shutil
 import subprocess
 import sys
 from importlib.metadata import packages_distributions
-from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 
-from isarflow.setup.closure import SCRIPTS, closure
+from isarflow.setup.closure import closure
 from isarflow.setup.config import ROOT
 from isarflow.setup.yaml_file import read_yaml
 
@@ -30,10 +29,10 @@ PIN = re.compile(r"([\w-]+)==")
 RULE = re.compile(r"^ *(?:use )?rule\b", re.MULTILINE)
 # Files that jobs load by names from the config: what stands in a rule that does, and where they are.
 BY_NAME = {
-    "plan.model_files": "learning/models",
-    "plan.imager_file": "imaging/imagers",
-    "plan.solver_file": "scattering/solvers",
-    "*sections()": "report",
+    "plan.model_files": "isarflow/learning/models",
+    "plan.imager_file": "isarflow/imaging/imagers",
+    "plan.solver_file": "isarflow/scattering/solvers",
+    "*of_page": "isarflow/report",
 }
 # Imports that an environment goes without: STEP files and rays are extras; `check` asks a solver for its plan alone.
 WITHOUT = {stage: {"OCP", "embreex"} for stage in STAGES} | {"mesh": {"OCP", "embreex", "jax", "numba"}}
@@ -41,10 +40,10 @@ UNSEEN = {"zarr"}  # xarray imports it where it opens a store
 
 
 def imported(scripts):
-    """The packages, by the names that they are imported by, of files below workflow/scripts and all their modules."""
+    """The packages, by the names that they are imported by, of files of the repository and all their modules."""
     names = set()
     for file in set().union(*map(closure, scripts)):
-        for node in ast.walk(ast.parse((SCRIPTS / file).read_bytes())):
+        for node in ast.walk(ast.parse((ROOT / file).read_bytes())):
             if isinstance(node, ast.Import):
                 names |= {alias.name.partition(".")[0] for alias in node.names}
             elif isinstance(node, ast.ImportFrom) and not node.level:
@@ -60,9 +59,10 @@ def test_conda_environment_has_what_its_jobs_import_and_nothing_else(stage):
     scripts = set(re.findall(r'"([\w/]+\.py)"', "".join(re.findall(r"\bcode\(([^)]*)\)", "".join(rules)))))
     assert len(scripts) >= len(rules) - 1 > 0  # two rules of learning share a script
     folders = [folder for word, folder in BY_NAME.items() if any(word in body for body in rules)]
-    scripts |= {path.relative_to(SCRIPTS) for folder in folders for path in (SCRIPTS / folder).glob("*.py")}
+    scripts = {script if "/" in script else f"workflow/scripts/{script}" for script in scripts}
+    scripts |= {path.relative_to(ROOT) for folder in folders for path in (ROOT / folder).glob("*.py")}
     if "STUDY_CODE" in "".join(rules):
-        scripts |= {Path("../..") / path.relative_to(ROOT) for path in (ROOT / "studies").glob("*/study/*.py")}
+        scripts |= {path.relative_to(ROOT) for path in (ROOT / "studies").glob("*/study/*.py")}
     there = packages_distributions()
     needed = {there[name][0].lower() for name in imported(scripts) - WITHOUT[stage]}
     pins = {PIN.match(pin)[1] for pin in read_yaml(ROOT / f"envs/{stage}.yaml")["dependencies"][-1]["pip"]}

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from isarflow.core.sweep import azimuths, elevations, frequencies
-from isarflow.scattering.store import write_field
+from isarflow.scattering.fields.store import write_field
 from isarflow.setup.yaml_file import read_yaml
 
 TINY = ("--configfile", "config/tiny.yaml")

@@ -10,7 +10,7 @@ import xarray as xr
 
 from isarflow.core.errors import InputError
 from isarflow.core.sweep import azimuths, elevations, frequencies
-from isarflow.scattering.store import write_field
+from isarflow.scattering.fields.store import write_field
 from isarflow.setup.config import load
 from isarflow.setup.overview import overview
 from isarflow.setup.yaml_file import read_yaml

@@ -6,11 +6,11 @@ import xarray as xr
 from test_docs import blocks
 
 from isarflow.core.sweep import C0, azimuths, elevations, frequencies
-from isarflow.scattering.store import write_field
+from isarflow.scattering.fields.store import write_field
 from isarflow.setup.yaml_file import read_yaml
 
 LOOKS = ("--configfile", "config/looks.yaml")
-IMAGER = "workflow/scripts/imaging/imagers/multilook.py"
+IMAGER = "isarflow/imaging/imagers/multilook.py"
 STORES = [f"results/looks/imaging/spot/{name}.zarr" for name in ("clean", "snr_20dB")]
 PLACE = (0.3, 0.2)  # of the only scatterer: x and y in m
 CONFIG = """
@@ -88,7 +88,7 @@ def test_an_imager_of_ones_own_is_one_file_and_lines_of_config(project):
     project.edit(IMAGER, "    coherent = False", "    coherent = False\n    ADDED = 1")
     assert project.planned("report", *STORES, *LOOKS) == {"image": 1, "noise": 1, "report": 1}
     project.edit(IMAGER, "\n    ADDED = 1", "")
-    (project.folder / "workflow/scripts/imaging/imagers/fourier.py").open("a").write("ADDED = 1\n")
+    (project.folder / "isarflow/imaging/imagers/fourier.py").open("a").write("ADDED = 1\n")
     # No image is made by it; the page's viewer forms images this way, too.
     assert project.planned("report", *STORES, *LOOKS) == {"report": 1}
 
@@ -138,7 +138,7 @@ def test_settings_of_imagers_rerun_what_they_change(project):
         assert project.planned("report", *stores, *options) == jobs, after
     project.write("config/beyond.yaml", text)
     for name, jobs in (("sparse", imaged), ("esprit", shown)):
-        file = f"workflow/scripts/imaging/imagers/{name}.py"
+        file = f"isarflow/imaging/imagers/{name}.py"
         project.edit(file, "\n\nclass Imager", "\nADDED = 1\n\n\nclass Imager")
         assert project.planned("report", *stores, *options) == jobs, name
         project.edit(file, "\nADDED = 1\n", "")

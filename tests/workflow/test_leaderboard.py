@@ -9,8 +9,8 @@ from sklearn.metrics import accuracy_score, f1_score, roc_auc_score
 from test_docs import blocks
 from test_learning import with_fields
 
-from isarflow.learning import thresholds
-from isarflow.learning.benchmark import BOARD, KEY, images
+from isarflow.learning.evaluation import thresholds
+from isarflow.learning.evaluation.leaderboard import BOARD, KEY, images
 from isarflow.setup.config import ROOT
 from isarflow.setup.yaml_file import read_yaml
 
@@ -108,7 +108,7 @@ def test_the_forest_of_the_page_stands_among_them(folder, board):
 def test_predictions_of_a_closed_set_have_an_accuracy_alone(folder):
     mine = pd.read_csv(folder / "forest.csv").drop(columns="confidence")
     mine.to_csv(folder / "closed.csv", index=False)
-    command = ["-m", "isarflow.learning.benchmark", "results/benchmark", "variant", "closed.csv"]
+    command = ["-m", "isarflow.learning.evaluation.leaderboard", "results/benchmark", "variant", "closed.csv"]
     scored = subprocess.run([sys.executable, *command], cwd=folder, check=True, capture_output=True, text=True).stdout
     (line,) = [line for line in scored.splitlines() if " closed " in line]
     assert len(line.split()) == 4  # SNR, name, accuracy, its interval

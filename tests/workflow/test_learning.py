@@ -13,7 +13,7 @@ import xarray as xr
 from test_docs import blocks
 
 from isarflow.core.sweep import C0, azimuths, elevations, frequencies
-from isarflow.scattering.store import write_field
+from isarflow.scattering.fields.store import write_field
 from isarflow.setup.check import training_images
 from isarflow.setup.config import load
 from isarflow.setup.yaml_file import read_yaml
@@ -318,7 +318,7 @@ def test_an_edit_reruns_what_it_concerns_and_no_more(restored, case):
 
 
 def test_the_code_of_a_model_reruns_its_own_jobs(project):
-    path = project.folder / "workflow/scripts/learning/models/fcnn.py"
+    path = project.folder / "isarflow/learning/models/fcnn.py"
     text = path.read_text()
     path.write_text(text + "ADDED = 1\n")
     found = project.planned("report", *LEARN)
@@ -327,7 +327,7 @@ def test_the_code_of_a_model_reruns_its_own_jobs(project):
 
 
 def test_a_model_of_ones_own_is_one_file(restored):
-    (restored.folder / "workflow/scripts/learning/models/mine.py").write_text(
+    (restored.folder / "isarflow/learning/models/mine.py").write_text(
         '''"""The class with the more similar mean magnitude."""
 
 import numpy as np
@@ -347,7 +347,7 @@ class Model(Classifier):
 '''
     )
     (forest,) = [code for code in blocks("adding-a-model.md", "python") if "RandomForest" in code]
-    (restored.folder / "workflow/scripts/learning/models/forest.py").write_text(forest)
+    (restored.folder / "isarflow/learning/models/forest.py").write_text(forest)
     restored.edit(
         "config/learn.yaml",
         "models: [matched_filter, fcnn_other]",
@@ -376,9 +376,9 @@ def test_after_a_kill_and_on_one_core_the_bytes_are_the_same(project, results):
         return {str(path.relative_to(folder)): path.read_bytes() for path in kept if "snakemake" not in path.name}
 
     before, name = content(), "encoded/capsule_denoise"
-    model, loop = results / "learning/models" / name, "workflow/scripts/learning/training_loop.py"
+    model, loop = results / "learning/models" / name, "isarflow/learning/networks/training_loop.py"
     project.edit(loop, "BETWEEN = 20.0", "BETWEEN = 0.0")
-    every = project.folder / "workflow/scripts/learning/train.py"  # the loop is that of networks alone
+    every = project.folder / "isarflow/learning/train.py"  # the loop is that of networks alone
     every.write_bytes(every.read_bytes() + b"\nADDED = 1\n")
     run = project.start("--cores", 1, model.relative_to(project.folder), *LEARN, start_new_session=True)
     while not list((results / "learning/checkpoints" / name).glob("*.joblib")):

@@ -5,19 +5,17 @@ import pytest
 import xarray as xr
 from test_docs import blocks
 
-import isarflow.core.kinds
 import isarflow.scattering.solvers
 from isarflow.core.errors import InputError
-from isarflow.core.kinds import SCRIPTS
 from isarflow.core.sweep import C0, Sweep
 from isarflow.mesh.io import write_ply
 from isarflow.scattering.band import solve_band
 from isarflow.scattering.solver import Solution, build
-from isarflow.setup.config import ROOT, load
+from isarflow.setup.config import load
 
 PLATE = ("--configfile", "config/plate.yaml")
 STORE = "results/plate/scattering/plate.zarr"
-SOLVER = "solvers/physical_optics.py"
+SOLVER = "mine/physical_optics.py"
 (CODE,) = blocks("adding-a-solver.md", "python")
 (LINES,) = blocks("adding-a-solver.md", "yaml")
 SIDE = 0.5  # m, two wavelengths
@@ -31,7 +29,7 @@ imaging: {aperture: 3}
 learning: {experiments: {}}
 """
 KNOWN = {"mesh": "resources/cad/drone.stl", "role": "known"}
-OPTICS = {"solver": "physical_optics", "points": "middles"}
+OPTICS = {"solver": SOLVER, "points": "middles"}
 
 
 @pytest.fixture(scope="module")
@@ -40,7 +38,9 @@ def project(project_of):
     project = project_of("solver")
     corners = SIDE / 2 * np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0.0]])
     write_ply(project.folder / "plate.ply", corners, np.array([[0, 1, 2], [0, 2, 3]]))
-    (project.folder / "workflow/scripts/scattering" / SOLVER).write_text(CODE)
+    (project.folder / "mine").mkdir()
+    (project.folder / SOLVER).write_text(CODE.replace("C0\n", "C0\nfrom phases import phases_of\n", 1))
+    (project.folder / "mine/phases.py").write_text("def phases_of():\n    pass\n")
     project.write("config/plate.yaml", CONFIG + LINES)
     finished = project.run("--cores", 2, STORE, *PLATE)
     assert finished.returncode == 0, finished.stdout
@@ -54,19 +54,20 @@ def test_a_plate_at_normal_incidence(project):
     sigma = 4 * np.pi * np.abs(store.field.sel(polarization="VV").values) ** 2
     np.testing.assert_allclose(sigma[:, 0, 0], 4 * np.pi * SIDE**4 / wavelength**2, rtol=1e-4)
     assert (store.field.sel(polarization="HV") == 0).all()
-    assert store.attrs["solver"] == "physical_optics" and store.attrs["points"] == "middles"
+    assert store.attrs["solver"] == SOLVER and store.attrs["points"] == "middles"
     assert store.attrs["residual"] == [None, None] and store.attrs["unknowns"] == [None, None]
 
 
 def test_what_reruns(project):
     again = {"solve": 2, "scattering": 1}
     assert project.planned(STORE, *PLATE) == {}
-    path = project.folder / "workflow/scripts/scattering" / SOLVER
-    path.write_text(CODE + "\nADDED = 1\n")
-    assert project.planned(STORE, *PLATE) == again
-    path.write_text(CODE)
+    for path in (project.folder / SOLVER, project.folder / "mine/phases.py"):
+        text = path.read_text()
+        path.write_text(text + "\nADDED = 1\n")
+        assert project.planned(STORE, *PLATE) == again
+        path.write_text(text)
     # What another solver alone imports is none of this one's code.
-    other = project.folder / "workflow/scripts/scattering/factorization.py"
+    other = project.folder / "isarflow/scattering/mom/factorization.py"
     other.write_bytes(other.read_bytes() + b"\nADDED = 1\n")
     assert project.planned(STORE, *PLATE) == {}
     project.edit("config/plate.yaml", "points: middles", "points: centroid")
@@ -104,27 +105,28 @@ def test_the_example_agrees_with_the_closed_form_off_normal():
 
 # What is written under `scattering` (and of a target), and what the message says.
 BAD = {
-    "another name": ({"solver": "physical_optic"}, {}, "'scattering.solver': there is no solver.*'physical_optics'"),
+    "another name": ({"solver": "mon"}, {}, "'scattering.solver': there is no solver 'mon'.*'mom'.*path/to/mon.py"),
+    "another path": ({"solver": "mine/optics.py"}, {}, "'scattering.solver': there is no file mine/optics.py"),
     "another's setting": ({**OPTICS, "precision": "single"}, {}, "'scattering.precision' is unknown.*points, solver"),
-    "a setting left out": ({"solver": "physical_optics"}, {}, "'scattering.points' is missing.*phase is taken"),
+    "a setting left out": ({"solver": SOLVER}, {}, "'scattering.points' is missing.*phase is taken"),
     "a value": ({**OPTICS, "points": "middle"}, {}, "'scattering.points': 'middle' is not one of.*mean 'middles'"),
-    "a target's own": (OPTICS, {"formulation": "cfie"}, "'targets.a.formulation': the solver 'physical_optics' has no"),
-    "no class": ({"solver": "empty"}, {}, "empty.py has no class Solver with methods solve and plan"),
+    "a target's own": (
+        OPTICS,
+        {"formulation": "cfie"},
+        f"'targets.a.formulation': the solver '{SOLVER}' has no",
+    ),
+    "no class": ({"solver": "mine/empty.py"}, {}, "mine/empty.py has no class Solver with methods solve and plan"),
     "the default's": ({"precision": "half"}, {}, "'scattering.precision': 'half' is not one of ..single', 'double'"),
 }
 
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
-    """Solvers of the repository, the page's and an empty one."""
-    monkeypatch.chdir(ROOT)
-    (tmp_path / "scattering/solvers").mkdir(parents=True)
-    for name, text in ((SOLVER, CODE), ("solvers/empty.py", ""), ("solvers/mom.py", None)):
-        text = (SCRIPTS / "scattering" / name).read_text() if text is None else text
-        (tmp_path / "scattering" / name).write_text(text)
-    for stage in ("imaging", "learning"):
-        (tmp_path / stage).symlink_to(SCRIPTS / stage)
-    monkeypatch.setattr(isarflow.core.kinds, "SCRIPTS", tmp_path)
+    """The page's solver and an empty one, in the working folder."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine").mkdir()
+    (tmp_path / SOLVER).write_text(CODE)
+    (tmp_path / "mine/empty.py").write_text("")
 
 
 @pytest.mark.parametrize("case", BAD)

@@ -120,30 +120,30 @@ EDITS = {
 }
 # What a statement more in a file of Python, or a comment or a byte in another, makes necessary.
 FILES = {
-    "workflow/scripts/mesh/edits.py": ALL,
-    "workflow/scripts/scattering/basis.py": SOLVED | SPHERE,
-    "workflow/scripts/scattering/solvers/mom.py": SOLVED | SPHERE,
-    "workflow/scripts/scattering/operators/cfie.py": SOLVED | SPHERE,
-    "workflow/scripts/imaging/noise.py": IMAGED,
-    "workflow/scripts/imaging/imagers/fourier.py": IMAGED,
-    "workflow/scripts/scattering/ffe.py": {},
-    "workflow/scripts/scattering/plan.py": SOLVED | SPHERE,
-    "workflow/scripts/learning/metrics.py": {"scores": 1, "report": 1},
-    "workflow/scripts/learning/thresholds.py": {"scores": 1, "report": 1},
-    "workflow/scripts/learning/timing.py": {"timing": 1, "report": 1},
-    "workflow/scripts/learning/predict.py": TESTED,
-    "workflow/scripts/learning/split.py": LEARNED,
-    "workflow/scripts/learning/models/knn.py": ONE_MODEL,
-    "workflow/scripts/learning/confidence.py": ONE_MODEL,
-    "workflow/scripts/learning/capsules.py": {},  # no such network is trained
-    "workflow/scripts/report/style.css": {"report": 1},
-    "workflow/scripts/report/page.py": {"report": 1},
-    "workflow/scripts/core/sweep.py": ALL | SPHERE,
+    "isarflow/mesh/remesh/edits.py": ALL,
+    "isarflow/scattering/mom/basis.py": SOLVED | SPHERE,
+    "isarflow/scattering/solvers/mom.py": SOLVED | SPHERE,
+    "isarflow/scattering/mom/operators/cfie.py": SOLVED | SPHERE,
+    "isarflow/imaging/noise.py": IMAGED,
+    "isarflow/imaging/imagers/fourier.py": IMAGED,
+    "isarflow/scattering/fields/ffe.py": {},
+    "isarflow/scattering/costs.py": SOLVED | SPHERE,
+    "isarflow/learning/evaluation/metrics.py": {"scores": 1, "report": 1},
+    "isarflow/learning/evaluation/thresholds.py": {"scores": 1, "report": 1},
+    "isarflow/learning/evaluation/timing.py": {"timing": 1, "report": 1},
+    "isarflow/learning/predict.py": TESTED,
+    "isarflow/learning/data/split.py": LEARNED,
+    "isarflow/learning/models/knn.py": ONE_MODEL,
+    "isarflow/learning/confidence.py": ONE_MODEL,
+    "isarflow/learning/networks/capsules.py": {},  # no such network is trained
+    "isarflow/report/style.css": {"report": 1},
+    "isarflow/report/page.py": {"report": 1},
+    "isarflow/core/sweep.py": ALL | SPHERE,
     "resources/cad/ufo.stl": ONE_UNKNOWN,
 }
 NO_RESULT_OF = (
-    "workflow/scripts/learning/models/svm.py",
-    "workflow/scripts/setup/overview.py",
+    "isarflow/learning/models/svm.py",
+    "isarflow/setup/overview.py",
     "workflow/rules/mesh.smk",
     "config/config.yaml",
     "config/smoke.yaml",
@@ -306,8 +306,8 @@ def test_edits_of_what_no_result_comes_from_rerun_nothing(smoke):
 
 
 def test_an_edited_comment_or_docstring_reruns_nothing(smoke):
-    names = "mesh/edits.py", "core/sweep.py", "scattering/solve.py", "learning/models/knn.py", "report/page.py"
-    files = [smoke.folder / "workflow/scripts" / name for name in names]
+    names = "mesh/remesh/edits.py", "core/sweep.py", "scattering/solve.py", "learning/models/knn.py", "report/page.py"
+    files = [smoke.folder / "isarflow" / name for name in names]
     before = [file.read_text() for file in files]
     for file in files:
         file.write_text('"""Says something else."""\n\n' + file.read_text().partition('"""\n')[2])
@@ -319,7 +319,7 @@ def test_an_edited_comment_or_docstring_reruns_nothing(smoke):
 
 # After the edits above: all that was put back has a new date and its old content.
 def test_touched_and_restored_files_rerun_nothing(smoke):
-    for path in ("resources/cad/drone.stl", "workflow/scripts/mesh/read.py", "config/config.yaml"):
+    for path in ("resources/cad/drone.stl", "isarflow/mesh/read/target.py", "config/config.yaml"):
         os.utime(smoke.folder / path)
     assert smoke.planned("report", *SMOKE) == {}
 

@@ -6,7 +6,7 @@ import pandas as pd
 import xarray as xr
 
 from isarflow.core.sweep import C0
-from isarflow.scattering.rcs import COLUMNS, rcs_dbsm
+from isarflow.scattering.fields.rcs import COLUMNS, rcs_dbsm
 
 RADIUS, FREQUENCY = 0.15, 1.0e9
 CONFIG = f"""

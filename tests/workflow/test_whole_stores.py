@@ -10,10 +10,10 @@ import xarray as xr
 from isarflow.core.errors import InputError
 from isarflow.core.store import SUMS, open_store, write
 from isarflow.imaging.store import make_clean, make_noisy, make_pure_noise
-from isarflow.learning import images
+from isarflow.learning.data import images
 from isarflow.report.results import Results
-from isarflow.scattering.external import write_external
-from isarflow.scattering.store import join_bands, write_field
+from isarflow.scattering.fields.external import write_external
+from isarflow.scattering.fields.store import join_bands, write_field
 
 RADAR = {"center_frequency": 1e9, "bandwidth": 0.4e9, "frequencies": 6, "polarizations": ["VV"]}
 ASPECT = {"elevation": {"start": 0, "stop": 10, "step": 10}, "azimuth": {"count": 12}}

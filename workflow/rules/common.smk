@@ -12,8 +12,7 @@ from pathlib import Path
 from snakemake.logging import logger
 from snakemake.settings.enums import Quietness
 
-SCRIPTS = os.path.join(workflow.basedir, "workflow", "scripts")
-sys.path.insert(0, workflow.basedir)  # where the package isarflow is, a link to SCRIPTS
+sys.path.insert(0, workflow.basedir)  # where the package isarflow is
 # Snakemake writes its interpreter's path into shell commands as it stands: spaces in it are escaped here.
 if "\\" not in sys.executable:
     sys.executable = re.sub(r"([^\w@%+=:,./-])", r"\\\1", sys.executable)
@@ -32,12 +31,13 @@ from isarflow.core.sweep import images_are_made, snr_label, why_no_images
 from isarflow.imaging.geometry import PURE_NOISE
 from isarflow.learning import experiments
 from isarflow.report import selection
-from isarflow.scattering import field_files, needs
-from isarflow.setup import contents, disk, lock, together
+from isarflow.scattering import needs
+from isarflow.scattering.fields import field_files
+from isarflow.setup import contents, disk, lock, snr_sets
+from isarflow.setup.artefacts import STARTING, Plan
 from isarflow.setup.closure import digest
 from isarflow.setup.config import load, of_command_line, section, unnamed
 from isarflow.setup.overview import overview
-from isarflow.setup.plan import STARTING, Plan
 from isarflow.setup.yaml_file import read_yaml
 
 
@@ -62,7 +62,7 @@ if workflow.is_main_process:  # a job runs under the lock of the run that sent i
 
 SHORT = 180  # s by plan on two cores: a solve that takes no longer is a short one
 # Those of which a target's images, and a model's predictions, are one job.
-SNR_SETS = together.sets(RESULTS, plan.snrs, workflow.is_main_process)
+SNR_SETS = snr_sets.sets(RESULTS, plan.snrs, workflow.is_main_process)
 
 
 def in_repository(*parts):
@@ -70,17 +70,19 @@ def in_repository(*parts):
     return os.path.relpath(os.path.join(workflow.basedir, *parts))
 
 
-def code(*scripts):
-    """A hash of the code that a job's results come from: of these scripts and every module that they import.
+def code(*files):
+    """A hash of the code that a job's results come from: of these files and every module that they import.
 
-    As a param it reruns the job when what the code does changes; an edited comment or docstring changes nothing.
+    files: names of scripts in workflow/scripts, and paths from the repository. As a param it reruns the job when what the
+    code does changes; an edited comment or docstring changes nothing.
     """
-    return or_exit(digest, *scripts)
+    return or_exit(digest, *(file if "/" in file else f"workflow/scripts/{file}" for file in files))
 
 
 def of_page(*names):
-    """The files of the page of these names, patterns with a `*`, below workflow/scripts."""
-    return sorted(f"report/{path.name}" for name in names for path in Path(SCRIPTS, "report").glob(name))
+    """The files of the page of these names, patterns with a `*`."""
+    folder = Path(workflow.basedir, "isarflow/report")
+    return sorted(f"isarflow/report/{path.name}" for name in names for path in folder.glob(name))
 
 
 def in_report(path, category, *patterns, **labels):

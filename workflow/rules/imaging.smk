@@ -17,16 +17,16 @@ rule image:
     resources:
         mem_mb=lambda w: plan.image_megabytes(1),
     params:
-        code=code("imaging/job_image.py", plan.imager_file()),
+        code=code("job_image.py", plan.imager_file()),
         settings=section(config, "imaging"),
     message:
         "imaging {wildcards.target}: form the clean images"
     script:
-        "../scripts/imaging/job_image.py"
+        "../scripts/job_image.py"
 
 
 # One job for all SNRs, as the images of one take less time than a job's start. Those that come into the config later are
-# sets of their own (`setup.together`), so that adding one makes its images alone.
+# sets of their own (`setup.snr_sets`), so that adding one makes its images alone.
 # One thread: the last bits of a product depend on how many BLAS uses.
 for number, snrs in enumerate(SNR_SETS, 1):
 
@@ -48,14 +48,14 @@ for number, snrs in enumerate(SNR_SETS, 1):
             mem_mb=lambda w: plan.image_megabytes(config["noise"]["realizations"]),
             runtime=lambda w, attempt: 240 * attempt,  # minutes a cluster gives it, as its name may have a number
         params:
-            code=code("imaging/job_noise.py", plan.imager_file()),
+            code=code("job_noise.py", plan.imager_file()),
             settings=lambda w: section(
                 plan.seeded[w.root], "imaging", "noise.definition", "noise.per", "noise.realizations", "seed"
             ),
         message:
             f"imaging {{wildcards.target}}: form the images at {experiments.labels_in_words(snrs)}"
         script:
-            "../scripts/imaging/job_noise.py"
+            "../scripts/job_noise.py"
 
 
 rule pure_noise:
@@ -71,9 +71,9 @@ rule pure_noise:
     resources:
         mem_mb=lambda w: plan.image_megabytes(1),
     params:
-        code=code("imaging/job_pure_noise.py", plan.imager_file()),
+        code=code("job_pure_noise.py", plan.imager_file()),
         settings=lambda w: section(plan.seeded[w.root], "aspect", "imaging", "radar", "seed"),
     message:
         "imaging: form images of noise alone"
     script:
-        "../scripts/imaging/job_pure_noise.py"
+        "../scripts/job_pure_noise.py"

@@ -19,14 +19,14 @@ rule train:
     resources:
         mem_mb=lambda w: plan.megabytes(w.run, w.model),
     params:
-        code=lambda w: code("learning/job_train.py", *plan.model_files(w.model)),
+        code=lambda w: code("job_train.py", *plan.model_files(w.model)),
         settings=lambda w: section(plan.seeded[w.root], f"learning.models.{w.model}", "seed")
         | plan.of_targets(plan.trained_targets(w.run, w.model))
         | {"run": section(plan.runs_of[w.root][w.run], *experiments.LEARNED)},
     message:
         "train {wildcards.run}/{wildcards.model} (progress in {log})"
     script:
-        "../scripts/learning/job_train.py"
+        "../scripts/job_train.py"
 
 
 # One job of a model for all SNRs of a set, as for their images; experiments that test at some of them have another rule.
@@ -56,13 +56,13 @@ for rule_number, (number, snrs, runs) in enumerate(TESTS, 1):
             mem_mb=lambda w: plan.megabytes(w.run, w.model),
             runtime=lambda w, attempt: 240 * attempt,  # minutes a cluster gives it, as its name may have a number
         params:
-            code=lambda w: code("learning/job_predict.py", *plan.model_files(w.model)),
+            code=lambda w: code("job_predict.py", *plan.model_files(w.model)),
             settings=lambda w: plan.of_targets(plan.tested_targets(w.run))
             | {"is_open": plan.runs[w.run]["open"], "realizations": plan.tested_realizations()},
         message:
             f"predict {{wildcards.run}}/{{wildcards.model}} at {experiments.labels_in_words(snrs)}"
         script:
-            "../scripts/learning/job_predict.py"
+            "../scripts/job_predict.py"
 
 
 # For the page: some images, and what a model with a decoder makes of them.
@@ -86,12 +86,12 @@ rule reconstruct:
     resources:
         mem_mb=1000,
     params:
-        code=lambda w: code("learning/job_reconstruct.py", *plan.model_files(w.model)),
+        code=lambda w: code("job_reconstruct.py", *plan.model_files(w.model)),
         settings=plan.of_targets([*plan.known, *plan.unknown]),
     message:
         "reconstruct {wildcards.run}/{wildcards.model}: some images and what it makes of them"
     script:
-        "../scripts/learning/job_reconstruct.py"
+        "../scripts/job_reconstruct.py"
 
 
 rule timing:
@@ -113,12 +113,12 @@ rule timing:
     resources:
         mem_mb=plan.most_megabytes(plan.timed, 1000),
     params:
-        code=code("learning/job_timing.py", *plan.model_files(*plan.fitted)),
+        code=code("job_timing.py", *plan.model_files(*plan.fitted)),
         settings=plan.of_targets(plan.known),
     message:
         "timing of every model: alone on all cores"
     script:
-        "../scripts/learning/job_timing.py"
+        "../scripts/job_timing.py"
 
 
 rule scores:
@@ -139,14 +139,14 @@ rule scores:
     resources:
         mem_mb=lambda w, threads: 500 + 500 * threads,
     params:
-        code=code("learning/job_scores.py"),
+        code=code("job_scores.py"),
         settings=lambda w: section(plan.seeded[w.root], "learning.kept", "noise.definition", "seed")
         | {"runs": {name: section(run, *experiments.LEARNED) for name, run in plan.runs_of[w.root].items()}}
         | {"track": plan.track()},
     message:
         "scores of all predictions (progress in {log})"
     script:
-        "../scripts/learning/job_scores.py"
+        "../scripts/job_scores.py"
 
 
 # Every method at every SNR in one table, to compare others with (docs/benchmark.md).
@@ -165,12 +165,12 @@ rule benchmark:
     resources:
         mem_mb=1000,
     params:
-        code=code("learning/job_benchmark.py"),
+        code=code("job_benchmark.py"),
         settings=section(config, "noise.definition"),
     message:
         "benchmark: the leaderboard of all methods"
     script:
-        "../scripts/learning/job_benchmark.py"
+        "../scripts/job_benchmark.py"
 
 
 # With several seeds: how far what they reach differs.
@@ -189,11 +189,11 @@ rule seeds:
     resources:
         mem_mb=1000,
     params:
-        code=code("learning/job_seeds.py"),
+        code=code("job_seeds.py"),
     message:
         f"seeds: scores over {len(plan.seeded)} seeds"
     script:
-        "../scripts/learning/job_seeds.py"
+        "../scripts/job_seeds.py"
 
 
 # Images as plain arrays, for programs that know nothing of this one.
@@ -214,12 +214,12 @@ rule export_hdf5:
     resources:
         mem_mb=lambda w: 500 + 3 * len(plan.targets) * plan.image_megabytes(config["noise"]["realizations"]),
     params:
-        code=code("learning/job_export.py"),
+        code=code("job_export.py"),
         settings=lambda w: section(config, "imaging.aperture", "learning.split", "seed") | plan.of_targets(plan.targets),
     message:
         "export the images of all targets, {wildcards.images}: {output}"
     script:
-        "../scripts/learning/job_export.py"
+        "../scripts/job_export.py"
 
 
 use rule export_hdf5 as export_zarr with:

@@ -19,7 +19,7 @@ rule mesh:
     resources:
         mem_mb=4000,
     params:
-        code=code("mesh/job_mesh.py"),
+        code=code("job_mesh.py"),
         cad=lambda w: config["targets"][w.target]["mesh"],
         files=lambda w: contents_of(config["targets"][w.target]["mesh"]),
         settings=lambda w: {
@@ -35,7 +35,7 @@ rule mesh:
     message:
         "mesh {wildcards.target}: clean and remesh {params.cad}"
     script:
-        "../scripts/mesh/job_mesh.py"
+        "../scripts/job_mesh.py"
 
 
 # On demand: what the CAD files are and what would become of them, without making it.
@@ -52,11 +52,11 @@ rule check:
     resources:
         mem_mb=4000,
     params:
-        code=code("setup/job_check.py", plan.solver_file()),
+        code=code("job_check.py", plan.solver_file()),
         settings=section(config, "aspect", "mesh", "radar", "scattering", "targets"),
         targets=sorted(plan.meshed),
         asked=time.time(),  # another one every time: who asks again wants to read it again
     message:
         "check: look at the CAD files of {params.targets} ({output})"
     script:
-        "../scripts/setup/job_check.py"
+        "../scripts/job_check.py"

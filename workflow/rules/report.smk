@@ -2,7 +2,7 @@
 # the run beside its other seeds and other runs, and the radar cross-section of every target as numbers and a page.
 
 PAGE_FILES = [
-    *(in_repository("workflow/scripts", file) for file in of_page("*.html", "*.css", "*.js")),
+    *(in_repository(file) for file in of_page("*.html", "*.css", "*.js")),
     in_repository("resources/glossary.md"),
 ]
 FULL_SIZE = [in_repository(path) for path in selection.full_size(config["name"]).values()]
@@ -37,14 +37,14 @@ rule report:
     resources:
         mem_mb=4000,
     params:
-        code=code("report/job_report.py", *of_page("section_*.py"), *plan.imager_files(), plan.solver_file()),
+        code=code("job_report.py", *of_page("section_*.py"), *plan.imager_files(), plan.solver_file()),
         files=lambda w: contents_of(*PAGE_FILES, *FULL_SIZE, *published("results")),
         settings=section(config, *config),
         stated=page_names(plan.models),
     message:
         "report: write {output.page} (progress in {log})"
     script:
-        "../scripts/report/job_report.py"
+        "../scripts/job_report.py"
 
 
 # Of other runs it takes what is there: they have configs of their own.
@@ -66,7 +66,7 @@ rule compare:
     resources:
         mem_mb=2000,
     params:
-        code=code("report/job_compare.py"),
+        code=code("job_compare.py"),
         files=lambda w: contents_of(*PAGE_FILES),
         # One text for hundreds of tables.
         others=lambda w: hashlib.sha256(repr(contents_of(*judged(is_seed=False))).encode()).hexdigest(),
@@ -74,7 +74,7 @@ rule compare:
     message:
         "compare: write {output.page} (progress in {log})"
     script:
-        "../scripts/report/job_compare.py"
+        "../scripts/job_compare.py"
 
 
 rule rcs:
@@ -97,7 +97,7 @@ rule rcs:
     resources:
         mem_mb=2000,
     params:
-        code=code("report/job_rcs.py", plan.solver_file()),
+        code=code("job_rcs.py", plan.solver_file()),
         files=lambda w: contents_of(
             *PAGE_FILES,
             *(
@@ -110,4 +110,4 @@ rule rcs:
     message:
         "rcs: write {output.page} (progress in {log})"
     script:
-        "../scripts/report/job_rcs.py"
+        "../scripts/job_rcs.py"

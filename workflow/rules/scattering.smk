@@ -23,7 +23,7 @@ rule solve:
         mem_mb=lambda w, input: STARTING + planned_solve(w, input)["megabytes"],
         runtime=solve_minutes,
     params:
-        code=code("scattering/job_solve.py", plan.solver_file()),
+        code=code("job_solve.py", plan.solver_file()),
         settings=lambda w: {
             **section(config, "aspect", "mesh.bands", "radar"),
             "scattering": method(w.target),
@@ -32,7 +32,7 @@ rule solve:
     message:
         "scattering {wildcards.target}: solve band {wildcards.band} (progress in {log})"
     script:
-        "../scripts/scattering/job_solve.py"
+        "../scripts/job_solve.py"
 
 
 rule scattering:
@@ -54,11 +54,11 @@ rule scattering:
     resources:
         mem_mb=1000,
     params:
-        code=code("scattering/job_scattering.py"),
+        code=code("job_scattering.py"),
     message:
         "scattering {wildcards.target}: join the bands"
     script:
-        "../scripts/scattering/job_scattering.py"
+        "../scripts/job_scattering.py"
 
 
 rule field:
@@ -78,14 +78,14 @@ rule field:
     resources:
         mem_mb=1000,
     params:
-        code=code("scattering/job_field.py"),
+        code=code("job_field.py"),
         files=lambda w: contents_of(*field_files.paths(config["targets"][w.target]["field"])),
         settings=lambda w: section(config, "aspect", "radar")
         | section(config["targets"][w.target], "field", *{"symmetry"}.intersection(config["targets"][w.target])),
     message:
         "scattering {wildcards.target}: take the field from elsewhere"
     script:
-        "../scripts/scattering/job_field.py"
+        "../scripts/job_field.py"
 
 
 rule sphere:
@@ -103,9 +103,9 @@ rule sphere:
     resources:
         mem_mb=1000,
     params:
-        code=code("scattering/job_sphere.py", plan.solver_file()),
+        code=code("job_sphere.py", plan.solver_file()),
         settings=section(config, "mesh.edges_per_wavelength", "scattering"),
     message:
         "scattering: solve a sphere and compare it with the Mie series"
     script:
-        "../scripts/scattering/job_sphere.py"
+        "../scripts/job_sphere.py"

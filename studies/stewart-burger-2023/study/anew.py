@@ -8,9 +8,10 @@ import pandas as pd
 
 from isarflow.core.sweep import snr_label
 from isarflow.core.words import signed
-from isarflow.learning import images, judge, thresholds
 from isarflow.learning.classifier import OTHER, config_of, load
-from isarflow.learning.metrics import metrics_of_labels
+from isarflow.learning.data import images
+from isarflow.learning.evaluation import judge, thresholds
+from isarflow.learning.evaluation.metrics import metrics_of_labels
 from isarflow.learning.predict import KNOWN, classify
 from isarflow.report.selection import nearest
 from study.markdown import NONE

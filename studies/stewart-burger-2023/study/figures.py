@@ -11,7 +11,7 @@ import numpy as np
 from isarflow.core.sweep import elevations as elevations_of
 from isarflow.core.sweep import snr_label
 from isarflow.core.words import number
-from isarflow.learning import images
+from isarflow.learning.data import images
 from isarflow.report import plots
 from isarflow.report.layout import BLACK, BLUE, VERMILION
 from isarflow.report.published import ADAPTATIONS

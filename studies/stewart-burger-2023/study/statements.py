@@ -7,9 +7,9 @@ harder ones: split by sector, thresholds chosen without them (`blind`), SNR by m
 import numpy as np
 import pandas as pd
 
-from isarflow.learning import thresholds
 from isarflow.learning.classifier import OTHER
-from isarflow.learning.metrics import metrics_of_labels
+from isarflow.learning.evaluation import thresholds
+from isarflow.learning.evaluation.metrics import metrics_of_labels
 from isarflow.report.plots import RELATIONS, matrix
 from isarflow.report.published import ADAPTATIONS, CLOSED, OPEN, holds, value_at
 from isarflow.report.vocabulary import ACCURACY, F1, METHOD, select

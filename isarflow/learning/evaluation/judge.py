@@ -1,0 +1,221 @@
+"""Judge prediction tables: the final label of each test image, and the metrics and intervals that follow."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+import pandas as pd
+
+from isarflow.core.errors import InputError
+from isarflow.learning.classifier import OTHER
+from isarflow.learning.evaluation import metrics, thresholds
+from isarflow.learning.evaluation.metrics import KEPT
+from isarflow.learning.predict import KNOWN
+
+SHORT = ("accuracy", "f1_weighted", "f1_macro")  # metrics by another definition of SNR
+BY_FOLD = ("accuracy", "f1_weighted")  # metrics of each single fold
+
+
+@dataclass(frozen=True)
+class Decision:
+    """The test images of one SNR with the labels of one way of judging."""
+
+    score: str  # value of this column
+    threshold: str
+    test: pd.DataFrame  # the table's rows
+    predicted: np.ndarray  # their labels (n,), rejected ones OTHER
+    fixed: tuple = ()  # metrics that do not depend on labels: (name, value, low, high)
+    validation: tuple = ()  # of the validation images: (metric, value, number of images)
+
+    @property
+    def is_final(self):
+        """False for the labels of an open set before a threshold."""
+        return not self.score or bool(self.threshold)
+
+    @cached_property
+    def _labelled(self):
+        """The labels that occur, and the numbers of each image's true and predicted label among them, (2, n)."""
+        labels = np.concatenate([self.test["truth"].to_numpy(object), self.predicted.astype(object)])
+        found, numbers = metrics.numbered(labels)
+        return found, numbers.reshape(2, -1)
+
+    @cached_property
+    def _blocks(self):
+        """The blocks that occur (see `split.blocks`), and the number of each image's block among them, (n,)."""
+        return metrics.numbered(self.test["block"])
+
+    @cached_property
+    def folds(self):
+        """The folds that the images belong to, as text."""
+        return metrics.numbered(self.test["fold"])[0]
+
+    def of_folds(self, folds):
+        """The Decision of the images of these folds alone."""
+        if np.isin(self.folds, folds).all():
+            return self
+        own = np.isin(self.test["fold"].to_numpy(str), folds)
+        return replace(self, test=self.test[own], predicted=self.predicted[own])
+
+    @cached_property
+    def labels(self):
+        """All labels that occur."""
+        return ordered(self._labelled[0])
+
+    @cached_property
+    def judged(self):
+        """The labels that can be true: in the closed set OTHER may be predicted, and is then wrong."""
+        return self.labels if (self.test["truth"] == OTHER).any() else self.labels[self.labels != OTHER]
+
+    def counts(self, labels, weight=None):
+        """Confusion counts (blocks, labels, labels) of these and maybe other labels, by the images' weights (n,)."""
+        (found, numbers), (blocks, place) = self._labelled, self._blocks
+        codes = pd.Index(labels).get_indexer(found)[numbers]
+        return metrics.confusion(place, *codes, (len(blocks), len(labels)), weight)
+
+
+def ordered(labels):
+    """Labels as an array in one order, OTHER last."""
+    return np.array(sorted(labels, key=lambda label: (label == OTHER, label)))
+
+
+def decide(table, kept=KEPT):
+    """The `Decision`s of a prediction table of all folds: the closed set's, and those of each confidence score in it.
+
+    kept: the share of known images that the protocol of this name keeps. Raises InputError for a fold of an open set
+    that has no validation image of a known target.
+    """
+    known = table[table["role"] == "known"]
+    test, held_out = (known[known["side"] == side] for side in ("test", "validation"))
+    reached = metrics.metrics_of_labels(held_out["truth"], held_out["predicted"])
+    validation = tuple((name, reached[name], len(held_out)) for name in BY_FOLD)
+    closed = Decision("", "", test, test["predicted"].to_numpy(), (), validation)
+    return [closed, *_opened(table, kept)]
+
+
+def _opened(table, kept):
+    """Known and unknown targets by each confidence score: without a threshold, and with that of each protocol."""
+    test = table[(table["side"] == "test") & table["role"].isin(["known", "unknown"])]
+    labels = test["predicted"].to_numpy(object)
+    columns = [name for name in table if name.startswith(KNOWN)]
+    folds = _folds(table, test) if columns else ()
+    for column in columns:
+        name, values = column.removeprefix(KNOWN), test[column].to_numpy()
+        yield Decision(name, "", test, test["predicted"].to_numpy())
+        for protocol in thresholds.ROLES:
+            predicted, found = np.empty(len(test), object), []
+            for own, rows in folds:
+                found.append(thresholds.chosen(rows, column, protocol, kept))
+                predicted[own] = thresholds.apply(values[own], labels[own], found[-1][0])
+            chosen, best, images = zip(*found, strict=True)
+            validation = ("f1_weighted", np.average(best, weights=images), sum(images))
+            fixed = ("threshold", float(np.mean(chosen)), np.nan, np.nan)
+            yield Decision(name, protocol, test, predicted.astype(str), (fixed,), (validation,))
+
+
+def _folds(table, test):
+    """(which of the test rows, the rows that thresholds are chosen by) of each fold, as each has models of its own."""
+    others, parts = table[table["side"] != "test"], []
+    for fold in np.unique(test["fold"]):
+        rows = others[others["fold"] == fold]
+        if not ((rows["role"] == "known") & (rows["side"] == "validation")).any():
+            missing = f"fold {fold} has no validation image of a known target"
+            raise InputError(f"{missing}: no threshold can be chosen for its test images of the open set.")
+        parts.append(((test["fold"] == fold).to_numpy(), rows))
+    return parts
+
+
+def rows(decision, seed):
+    """(fold, metric, value, low, high, images) of all metrics of a Decision: of all folds together, then of each."""
+    images = len(decision.test)
+    if not decision.is_final:
+        yield from (("", *row, images) for row in _separated(decision, seed))
+        return
+    labels = decision.labels
+    together = metrics.with_intervals(decision.counts(labels), labels, decision.judged, seed)
+    yield from (("", *row, images) for row in (*together, *decision.fixed))
+    for fold in decision.folds if len(decision.folds) > 1 else ():
+        own = decision.of_folds([fold])
+        values = metrics.metrics_of(own.counts(labels).sum(axis=0), labels, labels)
+        for name in BY_FOLD:
+            yield fold, name, values[name], np.nan, np.nan, len(own.test)
+
+
+def _separated(decision, seed):
+    """(metric, value, low, high) of how a confidence score separates without a threshold.
+
+    Scores of two models cannot be compared, so several folds give the mean over folds. Either every fold
+    has images in all blocks, or it is a block of its own, which counts as often as it is drawn.
+    """
+    sizes = np.unique(decision.test["block"], return_counts=True)[1]
+    count, equal = len(sizes), metrics.equal_blocks(sizes)
+    draws = np.concatenate([np.ones((1, count)), metrics.weights(count, seed)])
+    parts = [part for _, part in decision.test.groupby("fold")]
+    if all(part["block"].nunique() == count for part in parts):
+        every = [_separation(decision, part, draws) for part in parts]
+        found = {name: sum(of[name] for of in every) / len(parts) for name in every[0]}
+    else:
+        alone = [_separation(decision, part, np.ones((1, 1))) for part in parts]
+        found = {name: draws @ np.concatenate([of[name] for of in alone]) / count for name in alone[0]}
+    for name, of in found.items():
+        yield name, of[0], *metrics.interval(of[0], of[1:], equal)
+
+
+def _separation(decision, test, draws):
+    known, right = (test["role"] == "known").to_numpy(), (test["truth"] == test["predicted"]).to_numpy()
+    groups = np.unique(test["block"], return_inverse=True)[1]
+    return metrics.separation(test[KNOWN + decision.score].to_numpy(float), known, right, groups, draws)
+
+
+def cells(decision):
+    """(target, predicted, number of test images) of a Decision; none for a confidence score without a threshold."""
+    if not decision.is_final:
+        return
+    targets, numbers = metrics.numbered(decision.test["target"])
+    for number, target in enumerate(targets):
+        predicted = decision.predicted[numbers == number]
+        yield from ((target, label, np.sum(predicted == label)) for label in decision.labels)
+
+
+def by_other_definitions(decided, definition, seed):
+    """Metrics SHORT at equal SNR by other definitions than the run's: (definition, snr, kind, row) of each.
+
+    decided: the result of `decide`, by SNR; kind: the `score` and `threshold`; row: (metric, value, low, high, images).
+    An image of the table at SNR s has by another definition the SNR s + d, with a d of its own. So it counts at the SNR
+    m as the run's images would at m - d, which lies between two of the run's SNRs: with both, by linear weights.
+    """
+    snrs = np.array(sorted(decided))
+    for several in zip(*(decided[snr] for snr in snrs), strict=True):
+        if not several[0].is_final:
+            continue
+        kind = several[0].score, several[0].threshold
+        for column in (name for name in several[0].test if name.startswith("snr_") and name != f"snr_{definition}"):
+            shifts = [one.test[column].to_numpy(float) - snr for snr, one in zip(snrs, several, strict=True)]
+            shifts = [np.nan_to_num(of) for of in shifts]
+            for snr in snrs[(snrs - shifts[0].max() >= snrs[0]) & (snrs - shifts[0].min() <= snrs[-1])]:
+                weights = [np.interp(snr - of, snrs, snrs == own) for own, of in zip(snrs, shifts, strict=True)]
+                for row in _weighted(several, weights, seed):
+                    yield column.removeprefix("snr_"), snr, kind, row
+
+
+def _weighted(decisions, weights, seed):
+    """(metric, value, low, high, images) of metrics SHORT, from Decisions whose images count by their weights."""
+    labels = ordered({label for one in decisions for label in one.labels})
+    judged = [label for label in labels if any(label in one.judged for one in decisions)]
+    counts = sum(one.counts(labels, of) for one, of in zip(decisions, weights, strict=True) if of.any())
+    for row in metrics.with_intervals(counts, labels, judged, seed, SHORT):
+        yield *row, round(counts.sum())
+
+
+def gain(decision, reference, seed):
+    """Weighted F1 of a Decision minus that of a reference on the same folds: (value, low, high, images).
+
+    None where they have no fold in common.
+    """
+    folds = np.intersect1d(decision.folds, reference.folds)
+    if not len(folds):
+        return None
+    both = decision.of_folds(folds), reference.of_folds(folds)
+    labels = [one.labels for one in both]
+    counts = [one.counts(own) for one, own in zip(both, labels, strict=True)]
+    ((*_, value, low, high),) = metrics.differences(counts, labels, seed, ["f1_weighted"])
+    return value, low, high, len(both[0].test)

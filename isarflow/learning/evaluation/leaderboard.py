@@ -1,0 +1,257 @@
+"""A finished run's leaderboard, and anybody's predictions scored as the run's own models were.
+
+    python -m isarflow.learning.evaluation.leaderboard results/<name> <experiment> mine.csv
+
+A table of predictions has a row for each image that the experiment validates or tests (see `images`), with columns KEY,
+`predicted`, a class or 'other', and, to be scored in the open set, `confidence`, larger for images of known classes.
+Images, folds, seed and settings are those of the run's record, whatever else its folder holds. docs/benchmark.md goes
+through it.
+"""
+
+import argparse
+import json
+import sys
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from isarflow.core.errors import InputError
+from isarflow.core.folders import SCORES, run_and_model
+from isarflow.core.store import open_store
+from isarflow.core.sweep import snr_label, snr_of_label
+from isarflow.learning.classifier import OTHER, SPLIT, config_of
+from isarflow.learning.data.images import ORIGIN, among
+from isarflow.learning.data.split import LEFT_OUT
+from isarflow.learning.evaluation import judge, record
+from isarflow.learning.evaluation.scores import read_table
+from isarflow.learning.experiments import CLEAN
+from isarflow.learning.predict import KNOWN
+
+KEY = ["test_snr_db", "fold", "target", "elevation", "azimuth", "realization"]
+OURS = ["truth", "role", "side", "block"]  # what the protocol adds to an image
+SCORE = "confidence"
+COLUMNS = ["test_snr_db", "score", "threshold", "fold", "metric", "value", "low", "high", "n"]
+NUMBERS = [name for name in (*KEY, SCORE) if name != "target"]
+METHOD = ["experiment", "split", "training", "test_snr_db", "model"]
+VALUES = ["value", "low", "high"]
+# Columns of a leaderboard: threshold and metric of learning/scores.csv. All but the first are of the open set.
+BOARD = {
+    "accuracy": ("", "accuracy"),
+    "f1_weighted_blind": ("blind", "f1_weighted"),
+    "f1_weighted_kept": ("kept", "f1_weighted"),
+    "auroc": ("", "auroc"),
+    "fpr95": ("", "fpr95"),
+    "oscr": ("", "oscr"),
+}
+RANK = "f1_weighted_blind"
+LEADERBOARD = "learning/leaderboard.csv"
+
+
+def images(results, experiment, snrs=None):
+    """Return the images that an experiment of a finished run validates and tests: columns KEY and OURS.
+
+    results: the run's folder, results/<name>; snrs: in dB, all by default. Thresholds are chosen on the images whose
+    `side` is validation, by the blind protocol on those whose `role` is known or other; `role` unknown is never trained
+    on. Raises InputError for a folder without predictions of such an experiment at these SNRs.
+    """
+    paths = _tables(results, experiment)
+    there = {snr_of_label(path.stem) for path in paths}
+    asked = there if snrs is None else {*snrs}
+    if strange := sorted(asked - there):
+        one, other = (", ".join(f"{snr:g}" for snr in of) for of in (strange, sorted(there)))
+        raise InputError(f"{results} has no predictions at {one} dB, but at {other} dB.")
+    tables = []
+    for path in paths:
+        snr = snr_of_label(path.stem)
+        if snr in asked:
+            table = read_table(path).assign(test_snr_db=snr)
+            tables.append(table.loc[table["side"] != LEFT_OUT, [*KEY, *OURS]])
+    return pd.concat(tables, ignore_index=True).drop_duplicates(KEY, ignore_index=True)
+
+
+def _tables(results, experiment):
+    """The prediction tables of one model of each of an experiment's runs, sorted paths."""
+    made, models = record.read(results), {}
+    for run, model, _ in (table.split("/") for table in made.tables):
+        if made.runs[run]["experiment"] == experiment:
+            models.setdefault(run, model)
+    if not models:
+        there = sorted({run["experiment"] for run in made.runs.values()})
+        lacking = f"has no predictions of an experiment '{experiment}', but of {', '.join(there) or 'none'}"
+        raise InputError(f"{results} {lacking}.")
+    wanted = {*models.items()}
+    return record.paths(results, made, sorted(table for table in made.tables if run_and_model(table) in wanted))
+
+
+def training(results, experiment):
+    """Return the views that an experiment trains on: columns fold, target, elevation, azimuth and truth, the class.
+
+    Raises InputError as `images` does.
+    """
+    held_out = images(results, experiment).query("role == 'known' and side == 'validation'")
+    classes, parts = dict(zip(held_out["target"], held_out["truth"], strict=True)), []
+    models = {Path(results, "learning/models", *run_and_model(path)) for path in _tables(results, experiment)}
+    for model in sorted(models):
+        split, trained = json.loads((model / SPLIT).read_text()), config_of(model)["run"]["elevation"]
+        for target in sorted(classes):
+            side = split["targets"][target]["train"]
+            elevation = [angle for angle in side["elevation"] if trained == "all" or among([angle], trained)]
+            views = pd.MultiIndex.from_product([elevation, side["azimuth"]], names=["elevation", "azimuth"])
+            own = {"fold": split["division"]["fold"], "target": target, "truth": classes[target]}
+            parts.append(views.to_frame(index=False).assign(**own))
+    views = pd.concat(parts, ignore_index=True)[["fold", "target", "elevation", "azimuth", "truth"]]
+    return views.drop_duplicates(ignore_index=True)  # runs that train at several SNRs train at the same views
+
+
+def pixels(results, table):
+    """Return the images of rows of `images`, or of `training`, without noise: (n, [channel,] range, crossrange).
+
+    They are complex, divided by their peak over all channels, and in the order of the rows.
+    """
+    table = table.reset_index(drop=True)
+    label = table["test_snr_db"].map(snr_label) if "test_snr_db" in table else pd.Series(CLEAN, table.index)
+    found = {}
+    for (target, name), rows in table.groupby([table["target"], label]):
+        with open_store(Path(results, "imaging", target, f"{name}.zarr")) as dataset:
+            where = {axis: xr.DataArray(rows[axis].to_numpy(), dims="view") for axis in ORIGIN if axis in dataset.dims}
+            image = dataset["image"].load().sel(where, method="nearest").transpose("view", ...)
+        found |= dict(zip(rows.index, image.values, strict=True))
+    return np.stack([found[row] for row in table.index])
+
+
+def score(results, experiment, predictions):
+    """Return the scores of a table of predictions, by SNR: rows of COLUMNS, as in learning/scores.csv.
+
+    predictions: a DataFrame, or the path of a CSV file. At each SNR that it has it must have all images of the
+    experiment; of other rows a warning says how many there are. threshold is empty in the closed set; in the open set
+    blind, thesis or kept, and empty for AUROC, FPR and OSCR. Raises InputError for what cannot be scored.
+    """
+    where = "the table" if isinstance(predictions, pd.DataFrame) else predictions
+    made, mine = record.read(results), _checked(predictions, where)
+    every = images(results, experiment, sorted(mine["test_snr_db"].unique()))
+    classes = {*every["truth"], OTHER}
+    if strange := sorted({*mine["predicted"].astype(str)} - classes):
+        raise InputError(f"{where} has a class '{strange[0]}'; classes are {', '.join(sorted(classes))}.")
+    mine, every = (table.assign(**_angles(table)) for table in (mine, every))
+    if mine.duplicated(KEY).any():
+        raise InputError(f"{where} has an image twice: {_named(mine[mine.duplicated(KEY)])}.")
+    table = every.merge(mine[[*KEY, "predicted", *({SCORE} & {*mine})]], how="left", on=KEY)
+    matched = mine[KEY].merge(every[KEY], how="left", on=KEY, indicator="of")["of"].eq("both").to_numpy()
+    strays = f"{(~matched).sum():,} of its {len(mine):,} rows match no image of '{experiment}'"
+    strays = "" if matched.all() else f"{strays}; the first is {_named(mine[~matched])}."
+    if (lost := table["predicted"].isna()).any():
+        lacking = f"{where} lacks {lost.sum():,} of {len(table):,} images; the first is {_named(table[lost])}."
+        raise InputError(f"{lacking} {strays}".rstrip())
+    if strays:
+        warnings.warn(f"{where}: {strays} These rows are left out.", stacklevel=2)
+    if SCORE in table and (table["role"] == "unknown").any():
+        table = table.rename(columns={SCORE: KNOWN + SCORE}).astype({KNOWN + SCORE: float})
+    rows = []
+    for snr, part in table.groupby("test_snr_db"):
+        for decision in judge.decide(part, made.kept):
+            rows += [(snr, decision.score, decision.threshold, *row) for row in judge.rows(decision, made.seed)]
+    return pd.DataFrame(rows, columns=COLUMNS)
+
+
+def _checked(predictions, where):
+    """A table of predictions, a DataFrame or the path of a CSV file, whose columns of numbers hold finite numbers."""
+    try:
+        csv = not isinstance(predictions, pd.DataFrame)
+        mine = pd.read_csv(predictions, keep_default_na=False) if csv else predictions.reset_index(drop=True)
+    except (OSError, ValueError) as error:
+        raise InputError(f"{where} cannot be read as a CSV file: {error}") from None
+    needed = [*KEY, "predicted"]
+    if lacking := [name for name in needed if name not in mine]:
+        raise InputError(f"{where} has no column {', '.join(lacking)}; it needs {', '.join(needed)}.")
+    if mine.empty:
+        raise InputError(f"{where} has no row.")
+    numbers = mine[[name for name in NUMBERS if name in mine]].apply(pd.to_numeric, errors="coerce")
+    for name, wrong in (~np.isfinite(numbers)).items():
+        if wrong.any():
+            row = wrong.idxmax()
+            raise InputError(f"{where}, image {row + 1}: {name} is '{mine[name][row]}', which is no finite number.")
+    return mine.assign(**numbers)
+
+
+def _angles(table):
+    """Elevation and azimuth of a table as they are compared: with few digits, and 0 to 360 degrees for -180 to 180."""
+    angles = table[["elevation", "azimuth"]].astype(float).round(3)
+    return {"elevation": angles["elevation"], "azimuth": angles["azimuth"] % 360}
+
+
+def _named(table):
+    return ", ".join(f"{name} {value}" for name, value in table[KEY].iloc[0].items())
+
+
+def leaderboard(scores):
+    """Return a row for each experiment, SNR, model and confidence score, the largest weighted F1 first.
+
+    scores: rows of learning/scores.csv, of all elevations and by one definition of SNR. Columns: METHOD, score, n, the
+    number of tested images, and those of BOARD, each with the ends of its 95 % interval, <name>_low and <name>_high.
+    """
+    scores = scores[scores["fold"].astype(str) == ""]
+    board = _of_metric(scores[scores["score"] == ""], "accuracy").drop(columns=["score", "n"])
+    for name in list(BOARD)[1:]:
+        board = board.merge(_of_metric(scores[scores["score"] != ""], name), how="left")
+    board = board.sort_values(["experiment", "test_snr_db", RANK], ascending=[True, False, False], ignore_index=True)
+    return board[[*METHOD, "score", "n", *(column for name in BOARD for column in _ends(name))]]
+
+
+def _of_metric(scores, name):
+    """The rows of a column of BOARD, its values and ends of intervals named so."""
+    threshold, metric = BOARD[name]
+    rows = scores[(scores["threshold"] == threshold) & (scores["metric"] == metric)]
+    return rows[[*METHOD, "score", "n", *VALUES]].rename(columns=dict(zip(VALUES, _ends(name), strict=True)))
+
+
+def _ends(name):
+    return name, f"{name}_low", f"{name}_high"
+
+
+def write_leaderboard(scores, definition, output):
+    """Write the `leaderboard` of a run. scores: its learning/scores.csv; definition: the config's of SNR."""
+    leaderboard(_scores(scores, definition)).to_csv(output, index=False, float_format="%.4g")
+
+
+def _scores(path, definition):
+    """The rows of a run's learning/scores.csv that `leaderboard` takes."""
+    # Only columns of numbers have empty cells; other ones have empty text.
+    table = pd.read_csv(path, keep_default_na=False, na_values=dict.fromkeys(VALUES, ""))
+    return table[(table["elevation"] == "all") & (table["snr_definition"] == definition)]
+
+
+def in_words(board):
+    """A leaderboard with text for each metric and its interval, as '0.93 (0.90-0.95)'; '' where there is none."""
+    words = board[[*METHOD, "score"]].fillna("")
+    for name in BOARD:
+        parts = [board[column].map("{:.2f}".format) for column in _ends(name)]
+        text = parts[0] + " (" + parts[1] + "\N{EN DASH}" + parts[2] + ")"
+        words[name] = text.where(board[name].notna(), "")
+    return words
+
+
+def main(arguments=None):
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("results", help="a finished run's folder, results/<name>")
+    parser.add_argument("experiment", help="of its config")
+    parser.add_argument("predictions", type=Path, help="a CSV file of a row for each image")
+    options = parser.parse_args(arguments)
+    try:
+        with warnings.catch_warnings(record=True, action="always") as said:
+            table = score(options.results, options.experiment, options.predictions)
+    except InputError as error:
+        raise SystemExit(str(error)) from None
+    for warning in said:
+        print(warning.message, file=sys.stderr)
+    others = _scores(Path(options.results, SCORES), record.read(options.results).definition)
+    others = others[(others["experiment"] == options.experiment) & others["test_snr_db"].isin(table["test_snr_db"])]
+    method = {"experiment": options.experiment, "split": "", "training": "", "model": options.predictions.stem}
+    board = leaderboard(pd.concat([others, table.assign(**method)]))
+    print(in_words(board).drop(columns=METHOD[:3]).to_string(index=False))
+
+
+if __name__ == "__main__":
+    main()

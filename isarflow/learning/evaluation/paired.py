@@ -1,0 +1,62 @@
+"""Compare runs: the scores of one minus those of another on the test images that both have."""
+
+import numpy as np
+import pandas as pd
+
+from isarflow.learning.evaluation import judge, metrics, record
+from isarflow.learning.evaluation.scores import HEAD, read_table, tables_of_cases
+
+IMAGE = ["target", "elevation", "azimuth", "realization"]  # columns that identify an image
+METRICS = ("accuracy", "f1_weighted")
+COLUMNS = [*HEAD, "test_snr_db", "score", "threshold", "run", "metric"]
+COLUMNS += ["value", "reference_value", "difference", "low", "high", "n"]
+
+
+def differences(roots, seed, kept):
+    """Differences of the scores of each other run from the first one's, a DataFrame with COLUMNS.
+
+    roots: the runs' folders by name, results/<run>, the first the reference. seed: of the resamples; kept: the share
+    of known images that thresholds of this name keep, in all runs. Raises InputError for a run that is not finished.
+    Compared are the same experiment, model, split, training, confidence score and protocol at the same test SNR, in the
+    closed set and, of open runs, with thresholds. Both values count only the test images that both runs have (`n`);
+    `low` and `high` are the 95 % interval of the difference, in whose resamples both runs are drawn alike.
+    """
+    rows, ((_, reference), *others) = [], [(name, _cases(root)) for name, root in roots.items()]
+    for case, paths in reference.items():
+        there = [(name, cases[case]) for name, cases in others if case in cases]
+        decided = _decided(paths, kept) if there else {}
+        for name, of_other in there:
+            for kind, decision in _decided(of_other, kept).items():
+                if kind in decided:
+                    rows += [[*case, *kind, name, *row] for row in difference(decision, decided[kind], seed)]
+    return pd.DataFrame(rows, columns=COLUMNS)
+
+
+def difference(decision, reference, seed):
+    """(metric, value, reference's, difference, low, high, images) of two `judge.Decision`s, if they share images."""
+    columns = [*IMAGE, "truth", "block"]
+    own, other = (one.test[columns].round(4).assign(predicted=one.predicted) for one in (decision, reference))
+    common = own.merge(other, on=IMAGE, suffixes=("", "_of_reference"))
+    if common.empty:
+        return
+    blocks, place = np.unique(common["block_of_reference"], return_inverse=True)
+    labels, counts = judge.ordered({*decision.labels, *reference.labels}), []
+    for suffix in ("", "_of_reference"):
+        codes = [pd.Index(labels).get_indexer(common[name + suffix]) for name in ("truth", "predicted")]
+        counts.append(metrics.confusion(place, *codes, (len(blocks), len(labels))))
+    for *found, low, high in metrics.differences(counts, [labels, labels], seed, METRICS):
+        # With few blocks the interval may be wider than a difference of shares can be.
+        yield *found, *np.clip([low, high], -1, 1), len(common)
+
+
+def _cases(root):
+    """Map the columns HEAD and the SNR of every run and model of a finished run to its tables in order of folds."""
+    made = record.read(root)
+    cases = tables_of_cases(record.paths(root, made, made.tables), made.runs)
+    return {(*head, snr): tables[snr] for head, (_, tables) in cases.items() for snr in sorted(tables)}
+
+
+def _decided(paths, kept):
+    """The final `Decision`s of one SNR, by confidence score and protocol."""
+    table = pd.concat(map(read_table, paths), ignore_index=True)
+    return {(one.score, one.threshold): one for one in judge.decide(table, kept) if one.is_final}

@@ -1,0 +1,181 @@
+"""Likelihood: the library of training views is the model. Magnitudes by the Rice density, coherence after whitening."""
+
+import functools
+import itertools
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from scipy.linalg import eigh
+from scipy.ndimage import uniform_filter
+
+from isarflow.core.errors import InputError
+from isarflow.learning.classifier import OTHER, Classifier, Outcome
+from isarflow.learning.data.features import by_channel, standardized, unit, unit_rows
+
+BLOCK = 64  # images at a time, always: the last bits of a product depend on how many rows it has
+LOADING = 0.01  # of the mean noise power of a pixel: the uncertainty of its covariance, estimated from few images
+WEAK = 0.03  # of the noise's power: directions in which the library has less say nothing, and cost time
+LEAST_NOISE = 0.3  # of the energy: coherence assumes at least this share, as no template is the view itself
+FAINT = 0.25  # of an image's pixels, the faintest, are taken for noise alone
+SHARES = (1e-4, 0.99)  # of noise in an image's energy, at least and at most
+LEAST = 1e-6  # of a template's largest power: mismatch is in proportion to at least this power
+COHERENCE = 1.5  # weight beside magnitudes: a larger one helps below 0 dB and harms above
+AROUND = (1, 1, 3, 3)  # pixels over which a template's power is averaged
+# Polynomials of `_log_i0`, from the largest power.
+NEAR_I0 = (0.0045813, 0.0360768, 0.2659732, 1.2067492, 3.0899424, 3.5156229, 1.0)
+FAR_I0 = (0.00392377, -0.01647633, 0.02635537, -0.02057706, 0.00916281, -0.00157565, 0.00225319, 0.01328592, 0.39894228)
+
+
+class Model(Classifier):
+    """The class of the likeliest view of the library, and its likelihood; docs/recognition.md has the equations.
+
+    An image of unit energy and N pixels over all channels holds a share n of noise, whose covariance over the pixels is
+    n Q, with Q of trace 1 from images of noise alone. n follows from the image's faint pixels: for noise alone
+    |x_p|^2 / Q_pp has an exponential distribution, with -log(1 - FAINT) as its quantile FAINT.
+    A class's score is that of magnitudes (Rice 1945) plus COHERENCE times that of coherence (Kraut, Scharf and
+    McWhorter 2001), each of its best template. Confidence scores are the largest of a known class: `likelihood`, and of
+    its parts alone `rice` and `coherence`.
+    templates_: (templates, N), complex64, of unit energy, grouped by class; starts_: (classes + 1,), where each class's
+    begin, and their number; basis_: (N, directions) complex64 B with B^H Q B = 1 and B^H R B = diag(powers_), R being
+    the covariance of the training images; noise_: (N,), the diagonal of Q; shape_: (channels, range, crossrange).
+    """
+
+    LABELS = {"likelihood": ("likelihood", "the likelihood of the library", 12)}
+    SCORES = {"likelihood": ("likelihood", 17), "rice": ("Rician likelihood", 18), "coherence": ("coherence", 16)}
+    SETTINGS = {
+        "candidates": {"type": "integer", "minimum": 1, "description": "templates of a class tried, of largest ZNCC"},
+        "mismatch": {"type": "number", "minimum": 0, "description": "a view's variance, in its template's local power"},
+    }
+    covariances = True
+    learns_noise = True
+    additive = True
+    leaves_out = True
+
+    def fit(self, images, labels, validation=None, snrs=None, views=None):
+        for made in ("_white", "_bank"):  # of templates of an earlier fit
+            vars(self).pop(made, None)
+        order = np.argsort(labels, kind="stable")
+        self.classes_, starts = np.unique(labels[order], return_index=True)
+        self.starts_ = np.append(starts, len(order))
+        self.shape_ = np.array(by_channel(images[:1]).shape[1:])
+        self.templates_, self.aspects_ = unit_rows(images[order]), self._aspects(order)
+        covariance = np.kron(np.eye(self.shape_[0]), self._of_noise()) / self.shape_[0]  # all channels have the same
+        self.noise_ = np.maximum(np.diag(covariance).real, 1e-12).astype(np.float32)
+        covariance[np.diag_indices(len(covariance))] += LOADING / len(covariance)
+        spread = self.templates_.T @ self.templates_.conj() / len(order)
+        both = spread.astype(np.complex128), covariance.astype(np.complex128)
+        powers, basis = eigh(*both, subset_by_value=(WEAK, np.inf))
+        self.powers_, self.basis_ = powers.astype(np.float32), basis.astype(np.complex64)
+        return self
+
+    def _of_noise(self):
+        """The covariance of the noise over one channel's pixels, of trace 1.
+
+        It is white if all images of noise are empty, as those of an imager that finds points are.
+        Raises InputError where there are no images of noise, or of another shape or not finite.
+        """
+        size = np.prod(self.shape_[1:])
+        noise = np.zeros(0) if self.noise is None else np.asarray(self.noise)
+        asked = f"images of noise alone, (m, {', '.join(map(str, self.shape_))})"
+        if noise.ndim < 3 or len(noise) == 0 or by_channel(noise).shape[1:] != tuple(self.shape_):
+            there = "none" if noise.size == 0 else f"an array {noise.shape}"
+            raise InputError(f"the likelihood learns from {asked}; its attribute 'noise' is {there} when it is fitted.")
+        if not np.isfinite(noise).all():
+            raise InputError(f"the likelihood learns from {asked}; some of its 'noise' is not finite.")
+        rows = unit(noise.reshape(-1, size))
+        rows = rows[rows.any(axis=1)]
+        return rows.T @ rows.conj() / len(rows) if len(rows) else np.eye(size) / size
+
+    def evaluate(self, images, without=None):
+        parts = self._scored(images.reshape(len(images), -1), without)
+        scores = parts[:, 0] + COHERENCE * parts[:, 1]
+        of_known = self.classes_ != OTHER
+        known = {"likelihood": scores[:, of_known].max(axis=1)}
+        known |= dict(zip(("rice", "coherence"), parts[:, :, of_known].max(axis=2).T, strict=True))
+        return Outcome(self.classes_[scores.argmax(axis=1)], scores, known)
+
+    def _scored(self, rows, without):
+        """Rice and coherence of the best template of each class, (n, 2, classes), of images as rows (n, N)."""
+        found = []
+        for start in range(0, len(rows), BLOCK):
+            block = rows[start : start + BLOCK]
+            filled = unit(np.concatenate([block, np.repeat(block[:1], BLOCK - len(block), axis=0)]))
+            magnitudes = np.abs(filled)
+            share = np.quantile(magnitudes**2 / self.noise_, FAINT, axis=1) / -np.log(1 - FAINT)
+            share = np.clip(share, *SHARES).astype(np.float32)
+            apart = None if without is None else np.resize(without[start : start + BLOCK], BLOCK)
+            coherence = self._coherence(filled, np.maximum(share, LEAST_NOISE), apart)
+            found.append(np.stack([self._rice(magnitudes, share, apart), coherence], axis=1)[: len(block)])
+        return np.concatenate(found)
+
+    def _coherence(self, rows, share, without):
+        """The log-likelihood ratio of coherence with each class, (n, classes); share: of noise, (n,)."""
+        white, squared = self._white
+        x, weights = rows @ self.basis_.conj(), 1 / ((1 - share[:, None]) * self.powers_ + share[:, None])
+        energy = (np.abs(x) ** 2 * weights).sum(axis=1, keepdims=True)
+        coherence = np.abs((x * weights) @ white.conj().T) ** 2 / np.maximum(weights @ squared.T * energy, 1e-30)
+        best = np.maximum.reduceat(self._masked(coherence, without, 0), self.starts_[:-1], axis=1)
+        return -rows.shape[1] * np.log(np.maximum(1 - best, 1e-6))
+
+    def _rice(self, magnitudes, share, without):
+        """The Rician score of the best template of each class, (n, classes); share: of noise, (n,)."""
+        templates, around, alike = self._bank
+        near = self._masked(standardized(magnitudes) @ alike.T, without, -2)
+        noise, scale, found = share[:, None] * self.noise_, np.sqrt(1 - share), []
+        for first, end in itertools.pairwise(self.starts_):
+            count = min(self.settings["candidates"], end - first)
+            chosen = first + np.argpartition(-near[:, first:end], count - 1, axis=1)[:, :count]
+            nearest = first + near[:, first:end].argmax(axis=1)[:, None]  # in place of what is left out
+            chosen = np.where(np.take_along_axis(near, chosen, axis=1) < -1.5, nearest, chosen)
+            arrays = magnitudes, noise, scale, templates[chosen], around[chosen]
+            found.append(_rician(*arrays, self.settings["mismatch"]))
+        return np.stack(found, axis=1)
+
+    @functools.cached_property
+    def _white(self):
+        white = self.templates_ @ self.basis_.conj()
+        return white, np.abs(white) ** 2
+
+    @functools.cached_property
+    def _bank(self):
+        """Magnitudes of all templates, their power around pixels, and the magnitudes as ZNCC takes them."""
+        magnitudes = np.abs(self.templates_)
+        power = magnitudes**2
+        around = uniform_filter(power.reshape(-1, *self.shape_), AROUND, mode="nearest").reshape(power.shape)
+        around = np.maximum(around, LEAST * power.max(axis=1, keepdims=True))
+        return magnitudes, around, standardized(magnitudes)
+
+
+@jax.jit
+def _rician(magnitudes, noise, scale, templates, around, mismatch):
+    """The largest Rician log-likelihood of templates, less that of the best magnitudes: (n,).
+
+    magnitudes, noise: (n, N), and the noise's variance; scale: (n,), of the templates, to begin with;
+    templates, around: (n, K, N), and their power around each pixel.
+    """
+    r, s = magnitudes[:, None], jnp.broadcast_to(scale[:, None], templates.shape[:2])
+    inverse = 1 / (noise[:, None] + s[..., None] ** 2 * mismatch * around)
+    weighted, size = r * templates * inverse, (templates**2 * inverse).sum(axis=-1)
+    # One step: more steps change a score by less than a fifth of the difference between scores of equal views.
+    s = (weighted * _cosine(2 * s[..., None] * weighted)).sum(axis=-1) / jnp.maximum(size, 1e-30)
+    best = jnp.sqrt(jnp.maximum(r**2 - 1 / inverse, 0))
+    best = r * _cosine(2 * r * best * inverse)
+    level = _log_i0(2 * s[..., None] * weighted) - _log_i0(2 * r * best * inverse) + best**2 * inverse
+    return (level.sum(axis=-1) - s**2 * size).max(axis=1)
+
+
+def _cosine(z):
+    """I1(z) / I0(z), the expected cosine of a pixel's phase: the lower bound of Amos (1974), 5 % below it at most."""
+    return z / (0.5 + jnp.sqrt(2.25 + z**2))
+
+
+def _log_i0(z):
+    """log I0(z): Abramowitz and Stegun (1964), 9.8.1 and 9.8.2, within 2e-7, and six times as fast as jax.scipy's."""
+    near, far = jnp.minimum(z / 3.75, 1) ** 2, 3.75 / jnp.maximum(z, 3.75)
+    beyond = z - 0.5 * jnp.log(jnp.maximum(z, 3.75)) + jnp.log(_polynomial(FAR_I0, far))
+    return jnp.where(z < 3.75, jnp.log(_polynomial(NEAR_I0, near)), beyond)
+
+
+def _polynomial(coefficients, x):
+    return functools.reduce(lambda value, coefficient: value * x + coefficient, coefficients)

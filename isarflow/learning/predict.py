@@ -1,0 +1,122 @@
+"""Predictions of one fitted model at every SNR."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+from tqdm import tqdm
+
+from isarflow.core.errors import InputError
+from isarflow.learning.classifier import OTHER, Outcome, config_of, load
+from isarflow.learning.conformance import describe, of_outcome, refuse
+from isarflow.learning.data import images
+from isarflow.learning.data.split import LEFT_OUT
+
+BATCH = 1024  # images at a time: bounds the memory; as it is constant, results stay the same bit for bit
+SCORE, KNOWN = "score_", "known_"
+SIDES = {"known": ("validation", "test"), "unknown": ("validation", "test"), "other": ("validation",)}
+
+
+class Tested(NamedTuple):
+    """Test data of a model."""
+
+    roles: dict  # of the targets, by name
+    planes: dict  # of the targets, by name: their mirror planes
+    is_open: bool  # True if tables have confidence scores, too
+    realizations: int  # of each view's noise, at most
+    classes: Mapping = {}  # of known targets, by name; one that is not there is its own class
+
+
+def predict(stores, tested, folder, outputs):
+    """Classify images of views that the model in `folder` was not trained at; write a table for each SNR.
+
+    stores: imaging/<target>/<label>.zarr of all SNRs; tested: a `Tested`; outputs: paths <label>.csv. Targets of role
+    other are classified at the validation views only. In an open run at random the training views of the known ones
+    are, too, if the model can leave their own aspects out of its library.
+    """
+    model, config = load(folder), config_of(folder)
+    divided = images.divide(stores, tested.planes, config["run"])
+    for output in tqdm(sorted(map(Path, outputs)), unit="SNR", desc="predicting", leave=False):
+        at_snr = [store for store in stores if Path(store).stem == output.stem]
+        table = predict_at(model, at_snr, tested, divided, config)
+        output.parent.mkdir(parents=True, exist_ok=True)
+        write_table(table, output)
+        known = table[(table["role"] == "known") & (table["side"] == "test")]
+        right = np.mean(known["truth"] == known["predicted"])
+        print(f"{output.stem}: {len(table)} images; of {len(known)} test images of known targets {right:.4f} are right")
+
+
+def write_table(table, path):
+    """Write a prediction table as a CSV file, as to_csv would in four times the time.
+
+    Nine digits keep a single-precision number exactly; NaN is an empty cell.
+    """
+    lacking = [table[name] for name in table if table[name].hasnans]
+    table = table.assign(**{of.name: of.map("{:.9g}".format).where(of.notna(), "") for of in lacking})
+    row = ",".join("%.9g" if kind.kind == "f" else "%s" for kind in table.dtypes) + "\n"
+    rows = zip(*(table[name].tolist() for name in table), strict=True)
+    Path(path).write_text(",".join(table) + "\n" + "".join(row % cells for cells in rows))
+
+
+def predict_at(model, stores, tested, divided, config):
+    """The predictions at one SNR, a DataFrame. divided: the result of `images.divide`; config: of the model's folder.
+
+    Columns: target, elevation, azimuth (degrees), realization, by which rows are sorted, truth, predicted, role, side,
+    fold, block (see `split.blocks`), snr_<definition> in dB, score_<class>..., and if it is open
+    known_<confidence score>... (docs/method.md).
+    Raises InputError for a model that gives no proper Outcome, and in an open run for one without a confidence score.
+    """
+    run, is_open, tables = config["run"], tested.is_open, []
+    who = describe(config["model"], run["name"], config["kind"])
+    # Only at random does a view left out relate to the rest of the library as a test view does to all of it.
+    leaves_out = is_open and model.leaves_out and run["split"] == "random" and run["elevation"] == "all"
+    for store in sorted(stores, key=images.target_of):
+        target = images.target_of(store)
+        role, of = tested.roles[target], divided[target]
+        sides, trained = SIDES[role], role == "known" and target not in run["without"]
+        if role == "known" and run["without"]:
+            # Of known targets those that did not train are tested, and those that did validate.
+            sides = ("validation",) if trained else ("test",)
+        # The last bits of a score depend on the rest of its batch. Test images have their own batches in a closed run
+        # and are mixed with the validation images in an open one.
+        parts = [sides] if is_open else [(side,) for side in sides]
+        parts += [("train",)] if leaves_out and trained else []
+        every = [side for part in parts for side in part]
+        found, origins = images.read_side([store], {target: of}, run, *every, realizations=tested.realizations)
+        for part in parts:
+            left_out, rows = part == ("train",), of.on(origins, *part)
+            if left_out:
+                rows &= (origins["realization"] == 0).to_numpy()  # they are many already
+            pixels, origin = found[rows], origins[rows].reset_index(drop=True)
+            outcome = classify(model, pixels, images.aspects(origin, tested.planes) if left_out else None)
+            refuse(who, of_outcome(outcome, len(pixels), model.classes_, f" of {store}"))
+            if is_open and not outcome.known:
+                advice = f"Give it one, or take the model out of open experiments ('{run['experiment']}')."
+                raise InputError(f"{who}: its evaluate gives no known score, so nothing can be rejected. {advice}")
+            held_out = of.on(origin, "validation")
+            columns = {
+                "truth": tested.classes.get(target, target) if role == "known" else OTHER,
+                "predicted": outcome.labels,
+                "role": role,
+                "side": LEFT_OUT if left_out else np.where(held_out, "validation", "test"),
+                "fold": run["division"]["fold"],
+                "block": of.blocks[np.searchsorted(of.azimuth, origin["azimuth"])],
+            }
+            columns |= {name: origin.pop(name) for name in list(origin) if name.startswith("snr_")}
+            columns |= {SCORE + name: column for name, column in zip(model.classes_, outcome.scores.T, strict=True)}
+            columns |= {KNOWN + name: column for name, column in outcome.known.items()} if is_open else {}
+            tables.append(origin.drop(columns="label").assign(**columns))
+    return pd.concat(tables).sort_values(["target", "elevation", "azimuth", "realization"], ignore_index=True)
+
+
+def classify(model, images, without=None):
+    """The Outcome of images, in batches. without: None, or the aspects (n,) that they are judged without."""
+    batches = [slice(start, start + BATCH) for start in range(0, len(images), BATCH)]
+    parts = [model.evaluate(images[of], *(() if without is None else (without[of],))) for of in batches]
+    return Outcome(
+        np.concatenate([part.labels for part in parts]),
+        np.concatenate([part.scores for part in parts]),
+        {name: np.concatenate([part.known[name] for part in parts]) for name in parts[0].known},
+    )

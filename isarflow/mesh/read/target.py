@@ -1,0 +1,153 @@
+"""Read a CAD file's triangles in metres, or say why it is unusable, with the place."""
+
+from pathlib import Path
+
+import numpy as np
+
+from isarflow.core.errors import InputError
+from isarflow.core.sweep import C0
+from isarflow.mesh import topology
+from isarflow.mesh.read import cad_kernel, halves
+from isarflow.mesh.read.formats import NO_CAD, beginning, read_obj, read_off, read_stl, triangulated
+from isarflow.mesh.read.ply import read_ply
+from isarflow.mesh.resolution import too_fine, wanted_edges
+
+UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}  # metres
+# A target is plausible between these numbers of wavelengths at the centre frequency. Longer ones are beyond a dense
+# method of moments, shorter ones have no shape for the radar: a wrong unit is a factor of 10, 25.4 or 1000.
+SMALLEST, LARGEST = 1 / 50, 100
+USUAL, AROUND = 4, 10  # wavelengths, and the factor around it within which a target's size is likely
+FARTHEST = 1e4  # of its size, from the origin: farther away, volumes lose their digits
+LARGEST_NUMBER = 1e12  # of a coordinate, in any unit
+LENGTH_TOLERANCE = 0.02  # of a target's `length`
+READERS = {".stl": read_stl, ".obj": read_obj, ".ply": read_ply, ".off": read_off}
+
+
+def read_cad(path, chord=0.0):
+    """Read vertices (V, 3) float64, unchanged, and triangles (T, 3) that faces are cut into, of a CAD file.
+
+    For a STEP or IGES file triangles are computed, in metres, at most `chord` metres from its surfaces, or as little as
+    is useful. Raises InputError for a file that holds no usable triangles.
+    """
+    path = Path(path)
+    if path.stat().st_size == 0:
+        raise InputError(f"{path} is empty.")
+    if states_unit(path):
+        return cad_kernel.read_surfaces(path, chord)
+    data = path.read_bytes()
+    try:
+        if other := beginning(data, NO_CAD):
+            raise InputError(f"it is no CAD file, but {other}.")
+        surface = READERS[path.suffix.lower()](data)
+    except InputError as error:
+        text = str(error)
+        raise InputError(f"{path} {text[3:] if text.startswith('it ') else f'cannot be read: {text}'}") from None
+    _check_numbers(surface, path)
+    vertices, sizes, corners, *_ = surface
+    vertices = np.where(np.isfinite(vertices), vertices, 0.0)  # no face uses these; later steps drop and count them
+    triangles = triangulated(vertices, sizes, corners.astype(np.int64))
+    if len(triangles) == 0:
+        raise InputError(f"{path} holds no triangles; a surface mesh is needed.")
+    used = vertices[topology.used(triangles)]
+    if np.abs(used).max() > LARGEST_NUMBER:
+        raise InputError(f"{path} has coordinates of {np.abs(used).max():.3g}, which are none in any unit of length.")
+    if np.ptp(used, axis=0).max() == 0:
+        raise InputError(f"{path}: all corners of its triangles are at one place.")
+    return vertices, triangles
+
+
+def read_target(path, target, mesh, radar, chord=0.0):
+    """Read a target's surface: vertices (V, 3) in metres, triangles (T, 3), and planes at which a half was completed.
+
+    `target`, `mesh` and `radar` are those parts of the config, `chord` in metres is that of `read_cad`.
+    """
+    vertices, triangles = read_cad(path, chord / target.get("scale", 1.0))
+    vertices = in_metres(vertices, target)
+    return halves.completed(vertices, triangles, target.get("symmetry", []), in_plane(vertices, triangles, mesh, radar))
+
+
+def in_plane(vertices, triangles, mesh, radar):
+    """Metres from a mirror plane within which parts of a surface lie in it."""
+    box = np.ptp(vertices[topology.used(triangles)], axis=0)
+    return halves.IN_PLANE * wanted_edges(mesh, radar, box)[-1]
+
+
+def _check_numbers(surface, path):
+    """Refuse faces of two corners, or with vertices that do not exist or are not finite."""
+    vertices, sizes, corners, lines, face_lines = surface
+    owner = np.repeat(np.arange(len(sizes)), sizes)
+    wrong = ~((corners >= 0) & (corners < len(vertices)) & (corners == np.floor(corners)))
+    if wrong.any() or (sizes < 3).any():
+        face = int(owner[wrong.argmax()] if wrong.any() else (sizes < 3).argmax())
+        place = f"face {face}" if face_lines is None else f"line {face_lines[face]}"
+        counted = f"{len(sizes)} faces and {len(vertices)} vertices are announced"
+        reason = f"has three corners or more, this one {sizes[face]} ({counted})"
+        if wrong.any():
+            number = corners[wrong.argmax()] + (path.suffix.lower() == ".obj")  # OBJ counts from 1
+            reason = f"uses vertex {number:.10g}, but there are {len(vertices)} vertices"
+        raise InputError(f"{path}: {place}: a face {reason}. Export the file anew.")
+    corners = corners.astype(np.int64)
+    bad = ~np.isfinite(vertices).all(axis=1)[corners]
+    if not bad.any():
+        return
+    face, number = owner[bad.argmax()], corners[bad].min()
+    if path.suffix.lower() == ".stl":
+        where = f"triangle {face}, with corners {vertices[corners[owner == face]].tolist()}"
+    else:
+        where = f"vertex {number + (lines is not None)}, at {vertices[number].tolist()}"
+        where += f", in line {lines[number]}" if lines is not None else ""
+    some = f"{len(np.unique(owner[bad]))} of its {len(sizes)} faces have corners that are not finite (NaN or infinite)"
+    raise InputError(f"{path}: {some}; the first is {where}. Export the file anew.")
+
+
+def states_unit(path):
+    """True if the format of this file states its own unit of length, which the reader then converts to metres."""
+    return Path(path).suffix.lower() in cad_kernel.FORMATS
+
+
+def in_metres(vertices, target):
+    """Vertices scaled by a target's `unit` and `scale`, turned by `rotate` (degrees), and moved by `translate` (m)."""
+    vertices = vertices * UNITS[target.get("unit", "m")] * target.get("scale", 1.0)
+    for axis, angle in enumerate(np.radians(target.get("rotate", [0, 0, 0]))):
+        j, k = (axis + 1) % 3, (axis + 2) % 3
+        turn = np.eye(3)
+        turn[[j, j, k, k], [j, k, j, k]] = np.cos(angle), -np.sin(angle), np.sin(angle), np.cos(angle)
+        vertices = vertices @ turn.T
+    return vertices + np.array(target.get("translate", [0, 0, 0]), float)
+
+
+def check_size(vertices, target, mesh, radar, name, precision="double"):
+    """Refuse a target (vertices in metres) whose size shows that its unit is wrong.
+
+    A `length` must be right, and confirms the size. Without one the size must be plausible at the centre frequency, or
+    not far too small if there is a `unit`. The message also says what such a target needs, solved in this `precision`.
+    """
+    size, far = float(np.ptp(vertices, axis=0).max()), float(np.abs(vertices).max())
+    if far > FARTHEST * size > 0:
+        where = f"{far:.4g} m from the origin, which its phase refers to and its numbers are too short for"
+        raise InputError(f"{name} is {size:.4g} m long but {where}. Move it there.")
+    hertz, stated, length = radar["center_frequency"], states_unit(name), target.get("length")
+    wavelength = C0 / hertz
+    text = f"{size:.4g} m ({size / wavelength:.4g} wavelengths at the centre frequency, {hertz / 1e9:.4g} GHz)"
+    box = np.ptp(vertices, axis=0) * (1 if length is None else length / size)
+    reason = too_fine(box, mesh, radar, precision)
+    also = f" For that length, {reason}." if reason else ""
+    if length is not None and abs(size - length) > LENGTH_TOLERANCE * length:
+        unit = target.get("unit", "m") + (_likely_unit(size, target, length, 1 + LENGTH_TOLERANCE) or ".")
+        unit = "stated in the file." if stated else unit
+        raise InputError(f"{name} is {text} long, but its 'length' says {length:g} m. Its unit is {unit}{also}")
+    least, most = (SMALLEST / 3, np.inf) if "unit" in target else (SMALLEST, LARGEST)
+    if length is None and not least <= size / wavelength <= most:
+        likely = "" if stated else _likely_unit(size, target, USUAL * wavelength, AROUND)
+        why = f"too {'long' if size > wavelength else 'short'} to be meant{likely or '; its unit may be mistaken.'}"
+        right = f"If it is right, state the target's 'length' (length: {size:.4g}).{also}"
+        raise InputError(f"{name} would be {text} long, which is {why} {right}")
+
+
+def _likely_unit(size, target, expected, factor):
+    """The units that would bring the size to within `factor` of the expected one (metres), as a question."""
+    sizes = {unit: size * metres / UNITS[target.get("unit", "m")] for unit, metres in UNITS.items()}
+    likely = [unit for unit in sizes if expected / factor <= sizes[unit] <= expected * factor]
+    likely.sort(key=lambda unit: abs(np.log(sizes[unit] / expected)))
+    options = " or ".join(f"'unit: {unit}' ({sizes[unit]:.4g} m)" for unit in likely)
+    return f"; did you mean {options}?" if likely else ""

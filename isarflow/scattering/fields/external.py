@@ -1,0 +1,110 @@
+"""Make a target's store from a field of another program: FEKO's far fields (.ffe) or a store of the same format."""
+
+import numpy as np
+import pandas as pd
+
+from isarflow.core.errors import InputError
+from isarflow.core.sweep import azimuths, elevations, frequencies
+from isarflow.scattering.fields import ffe, field_files
+from isarflow.scattering.fields.given_store import read_store
+from isarflow.scattering.fields.places import ANGLE, find, text
+from isarflow.scattering.fields.store import versions, write_field
+
+MIRRORED = 0.1  # relative: largest rms difference of a field from that of its mirror image; meshes are not symmetric
+
+
+def write_external(field, store_path, radar, aspect, symmetry=(), origin=None):
+    """Write the store of a target with a `field` in its config: the samples at the sweep's frequencies and directions.
+
+    field: a path to a zarr store or .ffe file, a list of .ffe files, or {V: ..., H: ...} of those. symmetry: the
+    target's mirror planes in the config. origin: the SHA-256 of each path, where it is known already.
+    Raises InputError if a sample of the sweep is missing, given twice with two values or not finite, and if mirror
+    images differ. Warnings are printed and become the store's attribute `warnings`.
+    """
+    wanted = {"frequency": frequencies(radar), "elevation": elevations(aspect), "azimuth": azimuths(aspect)}
+    if field_files.is_store(field):
+        samples, warnings = read_store(field, radar["polarizations"], wanted)
+    else:
+        samples, warnings = _from_ffe(field, radar["polarizations"], wanted), []
+    with np.errstate(over="ignore"):
+        samples = samples.astype(np.complex64)
+    named = ", ".join(field_files.paths(field))
+    _check_finite(named, radar["polarizations"], samples, wanted)
+    for way, part in zip(radar["polarizations"], samples, strict=True):
+        _check_not_zero(named, way, part, wanted)
+        for plane in symmetry:
+            _check_mirrored(named, way, part, wanted, plane)
+    origin = origin or {path: field_files.digest(path) for path in field_files.paths(field)}
+    attrs = {"formulation": "external", "origin": origin, "unknowns": None, "residual": None}
+    attrs["versions"] = versions("numpy", "xarray")
+    attrs |= {"warnings": warnings} if warnings else {}
+    write_field(store_path, samples, radar["polarizations"], *wanted.values(), attrs)
+    for path, digest in origin.items():
+        print(f"field from {path}, SHA-256 {digest}")
+    for sentence in warnings:
+        print(f"Warning: {sentence}")
+
+
+def _check_finite(named, polarizations, samples, wanted):
+    wrong = np.argwhere(~np.isfinite(samples))
+    if len(wrong):
+        way, *index = wrong[0]
+        at = ", ".join(f"{name} {text(name, of[i])}" for (name, of), i in zip(wanted.items(), index, strict=True))
+        count = f"{len(wrong)} of {samples.size} samples"
+        raise InputError(f"{named}: {count} are not finite; the first is {polarizations[way]} at {at}.")
+
+
+def _check_not_zero(named, way, samples, wanted):
+    """Refuse co-polarized samples that are 0 at all azimuths: no target has such a field, a file cut short may."""
+    empty = np.argwhere((samples == 0).all(axis=-1)) if way[0] == way[1] else ()
+    if len(empty):
+        frequency, elevation = wanted["frequency"][empty[0][0]], wanted["elevation"][empty[0][1]]
+        raise InputError(
+            f"{named}: the {way} field is 0 at all azimuths of {elevation:g} degrees elevation at "
+            f"{frequency / 1e9:g} GHz, and of {len(empty)} such rings in all; are files of it missing?"
+        )
+
+
+def _check_mirrored(named, way, samples, wanted, plane):
+    """Refuse a field that is not symmetric about a mirror plane, at directions whose mirror images are in the sweep."""
+    azimuth, elevation = wanted["azimuth"], wanted["elevation"]
+    if plane == "xy":
+        apart, samples = np.abs(elevation[:, None] + elevation), np.swapaxes(samples, -1, -2)
+    else:
+        mirrored = -azimuth if plane == "xz" else 180 - azimuth
+        apart = np.abs((azimuth[:, None] - mirrored + 180) % 360 - 180)
+    there, here = np.nonzero(apart < ANGLE)
+    sign = 1 if way[0] == way[1] else -1  # H or V turns round
+    scale = np.linalg.norm(samples)
+    different = np.linalg.norm(samples[..., there] - sign * samples[..., here]) / scale if scale > 0 else 0
+    if different > MIRRORED:
+        raise InputError(
+            f"{named}: the {way} field differs from its mirror image in the plane {plane} by {100 * different:.0f} % "
+            "of itself; take the plane out of the target's 'symmetry'."
+        )
+
+
+def _from_ffe(field, polarizations, wanted):
+    """The wanted samples of FEKO's files, shape (polarization, frequency, elevation, azimuth)."""
+    files = field_files.by_transmission(field, polarizations)
+    received = {transmitted: _grid(paths, wanted) for transmitted, paths in files.items()}
+    return np.stack([received[transmitted][way] for way, transmitted in polarizations])
+
+
+def _grid(paths, wanted):
+    """Samples on the sweep, (frequency, elevation, azimuth), of each received polarization."""
+    waves, named, places = ffe.read(paths), ", ".join(paths), {}
+    for name, values in wanted.items():
+        given, row = np.unique(waves[name], return_inverse=True)
+        of_given, places[name] = find(named, name, given, values)
+        waves[name] = of_given[row]
+    axes = [*wanted]
+    waves = waves[(waves[axes] >= 0).all(axis=1)]
+    first = ffe.once(waves, [waves[name] for name in axes]).set_index(axes)
+    every = pd.MultiIndex.from_product(places.values(), names=axes)
+    if len(missing := every.difference(first.index)):
+        of = zip(wanted.items(), missing[0], strict=True)
+        at = ", ".join(f"{name} {text(name, values[place])}" for (name, values), place in of)
+        raise InputError(f"{named}: {len(missing)} of {len(every)} samples are missing; the first is at {at}.")
+    shape = [len(values) for values in wanted.values()]
+    return {way: first[way].reindex(every).to_numpy().reshape(shape) for way in "VH"}

@@ -1,0 +1,160 @@
+"""Read the samples of a sweep from a zarr store of another program, and refuse what it only seems to hold."""
+
+import contextlib
+
+import numpy as np
+import xarray as xr
+
+from isarflow.core.errors import InputError
+from isarflow.core.store import absent_chunks, absent_samples, check_given, chunk_of, has_list
+from isarflow.scattering.fields.places import UNITS, differ, find, text
+from isarflow.scattering.fields.store import CONVENTION, COORDINATES
+
+WORDS = {  # of units, in small letters
+    "m": ("m", "meter", "meters", "metre", "metres"),
+    "Hz": ("hz", "hertz"),
+    "degrees": ("degrees", "degree", "deg", "°"),
+}
+LEFT_OUT = "Zarr leaves out chunks of nothing but zeros, and reads one that is lost as zeros, too"
+WHOLE = "Copy the store anew; if it is complete, write it with all chunks (write_empty_chunks=True)."
+
+
+def check_polarizations(path, polarizations):
+    """Raise InputError for a folder that is no store of a field, and for one without one of the polarizations."""
+    with _opened(path) as (_, axes):
+        if not has_list(path):
+            _absent_coordinates(path, axes)
+    _ways(path, axes["polarization"], polarizations)
+
+
+def read_store(path, polarizations, wanted):
+    """The wanted samples of a scattering store, (polarization, frequency, elevation, azimuth), and a list of warnings.
+
+    wanted: {axis: values (N,)}. Coordinates and co-polarized samples whose chunk is absent are refused, unless the
+    store has a list of its files; cross-polarized samples, which may be 0, are warned of.
+    """
+    listed = check_given(path)
+    with _opened(path) as (dataset, axes):
+        field = dataset["field"]
+        _check_kind(path, dataset)
+        warnings = [] if listed else _absent_coordinates(path, axes)
+        numbers = {"polarization": _ways(path, axes["polarization"], polarizations)}
+        numbers |= {name: find(path, name, axes[name], values) for name, values in wanted.items()}
+        kept = {name: np.flatnonzero(of_given >= 0) for name, (of_given, _) in numbers.items()}
+        if not listed:
+            warnings += _absent_samples(path, field.dims, axes, kept)
+        samples = field.expand_dims([*axes.keys() - {*field.dims}]).transpose(*COORDINATES).isel(kept).values
+    for axis, (name, (of_given, _)) in enumerate(numbers.items()):
+        samples = _once(path, samples, axis, of_given[kept[name]], axes[name][kept[name]])
+    places = [np.searchsorted(np.unique(of_wanted), of_wanted) for _, of_wanted in numbers.values()]
+    return samples[np.ix_(*places)], warnings
+
+
+@contextlib.contextmanager
+def _opened(path):
+    """The dataset of a store from another program, and the values of its axes. InputError if it is not one of a field.
+
+    An axis of one value may be a scalar, over which the field is not.
+    """
+    try:
+        with xr.open_zarr(path, mask_and_scale=False, decode_times=False) as raw:
+            for variable in raw.variables.values():
+                # Zarr's value of what was never written may have been written, too: 0 degrees, or no field.
+                if variable.attrs.get("_FillValue") == 0:
+                    del variable.attrs["_FillValue"]
+            dataset = xr.decode_cf(raw, decode_times=False)
+            if missing := [name for name in ("field", *COORDINATES) if name not in dataset.variables]:
+                raise ValueError(f"it has no {', '.join(missing)}")
+            over = dataset["field"].dims
+            axes = {name: dataset.variables[name] for name in COORDINATES}
+            if {*over} != {name for name, of in axes.items() if of.dims} or any(of.ndim > 1 for of in axes.values()):
+                raise ValueError(f"its field is over {', '.join(map(str, over))}")
+            values = {name: np.atleast_1d(of.values) for name, of in axes.items()}
+            names = [name.decode() if isinstance(name, bytes) else str(name) for name in values["polarization"]]
+            yield dataset, {"polarization": np.array(names)} | {name: values[name].astype(float) for name in UNITS}
+    except (KeyError, ValueError, OSError, RuntimeError) as error:
+        wanted = f"a store with a variable 'field' over {', '.join(COORDINATES)}"
+        raise InputError(f"{path}: not {wanted} ({' '.join(str(error).split())}).") from None
+
+
+def _check_kind(path, dataset):
+    if (convention := dataset.attrs.get("convention", CONVENTION)) != CONVENTION:
+        raise InputError(f"{path}: the store's convention is '{convention}'; wanted is '{CONVENTION}'.")
+    if not np.issubdtype(dataset["field"].dtype, np.complexfloating):
+        raise InputError(f"{path}: the field is {dataset['field'].dtype}; wanted are complex scattering amplitudes.")
+    for name, unit in ({"field": "m"} | UNITS).items():
+        stated = dataset.variables[name].attrs.get("units", unit)
+        if str(stated).strip().lower() not in WORDS[unit]:
+            raise InputError(f"{path}: its {name} is in '{stated}', not in {unit}.")
+
+
+def _ways(path, there, polarizations):
+    """Number a store's polarizations and the wanted ones, as `places.find`. InputError if a wanted one is not there."""
+    if absent := [name for name in polarizations if name not in there]:
+        raise InputError(
+            f"{path}: no polarization {', '.join(absent)}, which config key 'radar.polarizations' asks for; "
+            f"there is {', '.join(there)}."
+        )
+    number = {name: place for place, name in enumerate(polarizations)}
+    return np.array([number.get(name, -1) for name in there]), np.arange(len(polarizations))
+
+
+def _absent_coordinates(path, axes):
+    """Warn of an axis of one value whose chunk is absent, as that of 0 may be. InputError for others."""
+    warnings = []
+    for name, values in axes.items():
+        absent = absent_chunks(path, name)
+        if absent and (len(values) > 1 or name not in UNITS or values[0] != 0):
+            raise InputError(f"{path}: {absent} chunk(s) of the coordinate '{name}' are absent. {LEFT_OUT}. {WHOLE}")
+        if absent:
+            warnings.append(f"{path}: the chunk of its one {name} is absent. {LEFT_OUT}: taken as {text(name, 0)}.")
+    return warnings
+
+
+def _absent_samples(path, dims, axes, kept):
+    """Warn of wanted cross-polarized samples whose chunk is absent. InputError, with the place, for co-polarized ones.
+
+    dims: the field's. kept: positions along each axis of the wanted samples.
+    """
+    absent = absent_samples(path, "field", [kept[name] for name in dims])
+    if not absent.any():
+        if more := absent_chunks(path, "field"):
+            print(f"{path}: {more} chunk(s) of the field are absent, none with samples of this sweep")
+        return []
+    absent = xr.DataArray(absent, dims=dims).expand_dims([*axes.keys() - {*dims}]).transpose(*COORDINATES).values
+    copolarized = np.array([way[0] == way[1] for way in axes["polarization"][kept["polarization"]]])
+    for kind, of in (("co", copolarized), ("cross", ~copolarized)):
+        lost = absent & of[:, None, None, None]
+        if not lost.any():
+            continue
+        first = {name: kept[name][place] for name, place in zip(axes, np.argwhere(lost)[0], strict=True)}
+        file, spans = chunk_of(path, "field", [first[name] for name in dims])
+        spans = dict(zip(dims, spans, strict=True))
+        inside = {name: np.arange(len(values))[spans.get(name, slice(None))] for name, values in axes.items()}
+        inside = {name: axes[name][np.intersect1d(kept[name], places)] for name, places in inside.items()}
+        ways = [way for way in inside.pop("polarization") if (way[0] == way[1]) == (kind == "co")]
+        at = ", ".join(f"{name} {text(name, *values)}" for name, values in inside.items())
+        said = (
+            f"{path}: a chunk of {file} is absent, with {', '.join(ways)} at {at}; in all {lost.sum()} of the sweep's "
+            f"{absent[of].size} {kind}-polarized samples. {LEFT_OUT}"
+        )
+        if kind == "co":
+            raise InputError(f"{said}. {WHOLE}")
+    return [f"{said}: these are taken as 0."]
+
+
+def _once(path, samples, axis, numbers, values):
+    """The samples with one place for each number along an axis, in order. InputError if two of a number differ."""
+    kinds, first = np.unique(numbers, return_index=True)
+    name = [*COORDINATES][axis]
+    for other in np.setdiff1d(np.arange(len(numbers)), first):
+        same = first[np.searchsorted(kinds, numbers[other])]
+        one, two = (np.moveaxis(samples.take([place], axis), 0, -1) for place in (same, other))
+        if differ(two, one).any():
+            which = [values[same], values[other]]
+            both = " and ".join(map(str, which)) if name == "polarization" else text(name, *which)
+            gap = 100 * np.linalg.norm(two - one) / max(np.linalg.norm(one), 1e-30)
+            raise InputError(
+                f"{path}: {name} {both} are one place, and the fields there differ by {gap:.3g} %; leave one out."
+            )
+    return samples.take(first, axis)

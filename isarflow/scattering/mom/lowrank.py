@@ -1,0 +1,292 @@
+"""Block low-rank L D L^T of a complex-symmetric matrix: tiles off the diagonal are products U V^T of low rank.
+
+Functions are numbered patch by patch (see `basis`), so that a tile holds the coupling of two patches: of the
+aircraft's tiles of 512 x 512, a tenth of a wavelength an edge, half have a rank below 10 at a relative 1e-4 (block
+low-rank: Amestoy et al., SIAM J. Sci. Comput. 37, 2015). The factorization goes column by column. A tile of L D is
+a tile of the matrix minus products of finished tiles. The sum is never formed: a randomized range finder only
+multiplies it by a few dozen random columns (Halko, Martinsson, Tropp, SIAM Rev. 53, 2011).
+
+As in `factorization` every product is done by one thread: the last bit does not depend on how many there are.
+"""
+
+from itertools import pairwise, starmap
+
+import numpy as np
+from scipy.linalg import ldl
+from scipy.linalg.lapack import zpstrf, ztrtri
+
+from isarflow.scattering.costs import SKETCH
+from isarflow.scattering.mom.device import give_back
+from isarflow.scattering.mom.factorization import Pool, Symmetric, runs
+
+FREED = 8  # columns after which free memory is given back
+SPANNED = 2.0  # times a tile's tolerance: what may be left of a random column, in which all remainders add up
+SPARE = 8  # columns of a run in which nothing may be left: else more are tried
+FEW = 24, 32  # columns of a shorter first run
+RAISED = 7 + SPARE  # columns more than the rank of the matrix's tile, which updates raise
+STRIPE = 64  # rows of a triangular block that are multiplied at once: fewer spare zeros, more make faster products
+KNOWN = 1 << 25  # numbers that a thread may keep in a substitution
+UPPER = np.triu(np.ones((SKETCH, SKETCH)))  # to multiply with: np.triu takes as long as a small inverse
+RANDOM = np.random.default_rng(0).standard_normal((1024, 1024)).astype(np.complex64)
+
+
+def compress(times, project, width, tolerance, first=SKETCH):
+    """Compress a tile X, given as two products, to U (M, r) and V (N, r), U V^T within `tolerance` (2-norm, about).
+
+    times(run) is X R with R a run (slice) of the columns of RANDOM's first N = width rows; project(Q) is Q^H X.
+    first: columns of the first run.
+    """
+    basis, ends = None, [0, *sorted({min(first, width), *range(SKETCH, width, SKETCH), width})]
+    for run in starmap(slice, pairwise(ends)):
+        found = times(run)
+        if basis is not None:
+            found = _beside(basis, found)
+        # Columns of X R, each as far as possible from the span of those before it, until the remainder of all is small.
+        found = found.astype(np.complex128)
+        gram = found.conj().T @ found
+        if not np.isfinite(gram.trace()):  # which would count as nothing
+            return found[:, :1].astype(np.complex64), np.full((width, 1), np.nan, np.complex64)
+        gram, pivots, rank, _ = zpstrf(gram, tol=(SPANNED * tolerance) ** 2)
+        inverse = ztrtri(gram[:rank, :rank])[0] * UPPER[:rank, :rank] if rank else UPPER[:0, :0]
+        more = (found[:, pivots[:rank] - 1] @ inverse).astype(np.complex64)
+        # Once more: what rounding left of the others in small columns is no longer small.
+        basis = more if basis is None else np.concatenate([basis, _beside(basis, more)], 1)
+        if rank <= run.stop - run.start - SPARE:
+            break
+    rest = project(basis)
+    squares, vectors = np.linalg.eigh(rest.astype(np.complex128) @ rest.conj().T)
+    vectors = vectors[:, squares > tolerance**2].astype(np.complex64)
+    return basis @ vectors, (vectors.conj().T @ rest).T
+
+
+def _beside(basis, columns):
+    """What of the columns is not in the span of an orthonormal basis."""
+    return columns - basis @ (basis.conj().T @ columns)
+
+
+class Inverse:
+    """The inverse of a complex-symmetric (n, n) block as W^T W.
+
+    With pivoting by Bunch and Kaufman a block is P^T L D L^T P, D of 1 x 1 and 2 x 2 blocks: W is C L^-1 P, where
+    D^-1 = C^T C. Of a 2 x 2 block C begins with the sum or the difference of its rows: its diagonal may be zero.
+    """
+
+    def __init__(self, block):
+        lower, middle, self.order = ldl(block, hermitian=False, overwrite_a=True, check_finite=False)
+        inverse = ztrtri(lower[self.order], lower=1)[0] if len(lower) else lower  # L^-1
+        main, off = np.diagonal(middle), np.diagonal(middle, -1)
+        first = np.flatnonzero(off)
+        second, a, b, d = first + 1, main[first], off[first], main[first + 1]
+        sign = np.where(abs(a + d + 2 * b) < abs(a + d - 2 * b), -1, 1)
+        # Of the rows' sum or difference, and of the other, each times the root of a half.
+        p, q = (a + d) / 2 + sign * b, (a - d) / 2
+        above, below = inverse[first], sign[:, None] * inverse[second]
+        with np.errstate(all="ignore"):  # a singular block gives a solution that is not finite, which `solve` refuses
+            inverse /= np.sqrt(main)[:, None]
+            inverse[first] = (above + below) / np.sqrt(2 * p)[:, None]
+            other = above - below - (q / p)[:, None] * (above + below)
+            inverse[second] = other / np.sqrt(2 * (a * d - b**2) / p)[:, None]
+        self.root = inverse.astype(np.complex64)
+
+    def reduced(self, x):
+        """W x, (n, D)."""
+        x = x[self.order]
+        out = np.empty_like(x)
+        for rows in runs(len(x), STRIPE):
+            # A 2 x 2 block may begin with the last of the rows.
+            np.matmul(self.root[rows, : rows.stop + 1], x[: rows.stop + 1], out=out[rows])
+        return out
+
+    def expanded(self, x):
+        """W^T x, (n, D)."""
+        out = np.empty_like(x)
+        out[self.order] = self.root.T @ x
+        return out
+
+
+class Stack:
+    """Matrices of one width below each other, to which more are added: as one array, whole or a part at a time."""
+
+    def __init__(self, width):
+        self.room, self.ends = np.empty((0, width), np.complex64), [0]
+
+    def add(self, part):
+        begin, end = self.ends[-1], self.ends[-1] + len(part)
+        if end > len(self.room):
+            # Twice as much: parts not written yet take no memory.
+            room = np.empty((2 * end, self.room.shape[1]), self.room.dtype)
+            room[:begin] = self.room[:begin]
+            self.room = room
+        self.room[begin:end] = part
+        self.ends.append(end)
+
+    @property
+    def whole(self):
+        return self.room[: self.ends[-1]]
+
+    @property
+    def parts(self):
+        return [slice(*pair) for pair in pairwise(self.ends)]
+
+
+def _stacked(ranks):
+    """Where tiles (i, k), ranks[i, k] rows of each, lie when stacked row i by row: slices of i, numbers of k."""
+    of_rows = np.repeat(np.tile(np.arange(len(ranks)), len(ranks)), ranks.T.reshape(-1))
+    numbers = np.argsort(np.argsort(of_rows, kind="stable"))  # stacked column by column, each row's new place
+    rows, columns = (np.cumsum(ranks.sum(axis)).tolist() for axis in (1, 0))
+    return [slice(*pair) for pair in pairwise([0, *rows])], np.split(numbers, columns[:-1])
+
+
+class LowRankMatrix(Symmetric):
+    """An (N, N) complex-symmetric matrix of single precision in blocks, compressed to a tolerance (absolute, 2-norm).
+
+    spans: the slices of its blocks. Filled by `sampled.fill`, then used like SymmetricMatrix.
+    """
+
+    dtype, rooted = np.dtype(np.complex64), True
+
+    def __init__(self, spans):
+        self.spans, self.size = spans, spans[-1].stop
+        self.cut = None  # largest error of a tile, absolute
+        self.diagonal = [None] * len(spans)  # the matrix's blocks, then an Inverse of each of D's
+        self.tiles = {}  # of the matrix, (i, j) with i > j: U (n_i, r), V (n_j, r); or the whole tile and None
+        # For L D, for each row i: transposed U_ij, (r, n_i), for j < i.
+        self.left = [Stack(span.stop - span.start) for span in spans]
+        self.right = [None] * len(spans)  # for each column j: W V_ij, (n_j, r), for i > j, beside each other
+        self.ranks = np.zeros(2 * (len(spans),), int)  # of L D's tiles (i, j)
+        # Where U^T or V^T of all tiles lie when stacked row i by row: those of a row, and those of a column.
+        self.rows, self.places = [], []
+
+    def times(self, x, threads=1):
+        """A x, (N, D), before the factors replace A."""
+        out = np.empty_like(x)
+
+        def row(i):
+            out[self.spans[i]] = self.diagonal[i] @ x[self.spans[i]]
+            for j, span in enumerate(self.spans):
+                if j != i:
+                    u, v = self.tiles[max(i, j), min(i, j)]
+                    if v is None:
+                        product = (u if j < i else u.T) @ x[span]
+                    else:
+                        product = u @ (v.T @ x[span]) if j < i else v @ (u.T @ x[span])
+                    out[self.spans[i]] += product
+
+        with Pool(threads) as pool:
+            pool.wait([pool.submit(row, i) for i in range(len(self.spans))])
+        return out
+
+    def factorize(self, threads=1, progress=lambda done: None):
+        """Replace the matrix by its factors."""
+        count = len(self.spans)
+        with Pool(threads) as pool:
+            for j in range(count):
+                column = _Column(self, j, pool)
+                below = [pool.submit(column.tile, i) for i in range(j + 1, count)]
+                column.invert()
+                factors = [future.result() for future in below]
+                for i, (u, v) in enumerate(factors, j + 1):
+                    self.left[i].add(u.T)
+                    self.ranks[i, j] = v.shape[1]
+                # The last column has no tiles, and those of others may be empty.
+                nothing = np.zeros((column.width, 0), self.dtype)
+                self.right[j] = self.diagonal[j].reduced(np.concatenate([nothing, *(v for _, v in factors)], 1))
+                del column, below, factors  # the next column makes couplings of its own
+                if j % FREED == FREED - 1:
+                    give_back()  # frees the matrix's tiles, which the factors replace
+                done = (j + 1) / count
+                progress(done * done * (3 - 2 * done))
+        self.rows, self.places = _stacked(self.ranks)
+
+    def _backward(self, x):
+        """L^-T x in place."""
+        known = np.empty((self.ranks.sum(), x.shape[1]), x.dtype)
+        for j, span in reversed(list(enumerate(self.spans))):
+            x[span] -= self.right[j] @ known[self.places[j]]
+            x[span] = self.diagonal[j].expanded(x[span])
+            known[self.rows[j]] = self.left[j].whole @ x[span]
+
+    def _step(self):
+        # A run has V^T y of all tiles at hand.
+        return int(np.clip(KNOWN // max(self.ranks.sum(), 1), 32, 256))
+
+    def _forward_run(self, y, _):
+        """W L^-1 y in place, for the columns of one task."""
+        known = np.empty((self.ranks.sum(), y.shape[1]), y.dtype)
+        for j, span in enumerate(self.spans):
+            y[span] -= self.left[j].whole.T @ known[self.rows[j]]
+            y[span] = self.diagonal[j].reduced(y[span])
+            known[self.places[j]] = self.right[j].T @ y[span]
+
+
+class _Column:
+    """A column j while its tiles are made: the products of finished columns k < j that are subtracted."""
+
+    def __init__(self, matrix, j, pool):
+        self.matrix, self.j = matrix, j
+        self.left, self.parts = matrix.left[j].whole, matrix.left[j].parts  # transposed U_jk of all k, (K, n_j)
+        self.width = matrix.spans[j].stop - matrix.spans[j].start
+        self.first = slice(0, min(SKETCH, self.width))
+        self.sketches = {}  # U_jk^T R of all k, by the first of R's columns
+        self.sketch(self.first)  # before there are threads
+        self.begins = matrix.ranks[:j, :j].sum(0).tolist()
+        # For each row i > j: where its tiles are in the `coupling` of each k.
+        ranks = matrix.ranks[j + 1 :, :j]
+        ends = np.cumsum(ranks, 0)
+        self.places = [list(map(slice, *pair)) for pair in zip((ends - ranks).tolist(), ends.tolist(), strict=True)]
+        self.own, self.coupling, self.coupled = zip(*pool.map(self.couple, range(j)), strict=True) if j else 3 * ((),)
+
+    def sketch(self, run):
+        """U_jk^T R of all k, (K, run)."""
+        if run.start not in self.sketches:
+            self.sketches[run.start] = self.left @ RANDOM[: self.width, run]
+        return self.sketches[run.start]
+
+    def couple(self, k):
+        """Make V_ik^T D_k^-1 V_jk for i = j, and for all i > j below each other, (., r_jk); these times U_jk^T R."""
+        part = self.parts[k]
+        right, rank = self.matrix.right[k][:, self.begins[k] :], part.stop - part.start
+        coupling = right.T @ right[:, :rank]
+        return coupling[:rank], coupling[rank:], coupling[rank:] @ self.sketch(self.first)[part]
+
+    def invert(self):
+        """Invert the diagonal block. In double precision, as its rounding would enter every later column."""
+        block = self.matrix.diagonal[self.j].astype(np.complex128)
+        if self.j:
+            inner = np.concatenate([own @ self.left[part] for own, part in zip(self.own, self.parts, strict=True)])
+            for rows in runs(self.width, STRIPE):
+                # Only the lower triangle is read.
+                block[rows, : rows.stop] -= self.left[:, rows].T @ inner[:, : rows.stop]
+        self.matrix.diagonal[self.j] = Inverse(block)
+
+    def tile(self, i):
+        """U and V of the tile (i, j) of L D: the matrix's less the sum over k of U_ik (V_ik^T D_k^-1 V_jk) U_jk^T."""
+        matrix, j = self.matrix, self.j
+        u, v = matrix.tiles.pop((i, j))
+        if not j:
+            return u, v
+        left, parts = matrix.left[i].whole, matrix.left[i].parts  # (K_i, n_i)
+        places = self.places[i - j - 1]
+
+        def times(run):
+            random = RANDOM[: self.width, run]
+            if run.stop <= self.first.stop:
+                inner = [coupled[place, run] for coupled, place in zip(self.coupled, places, strict=True)]
+            else:
+                sketch, of_columns = self.sketch(run), zip(self.coupling, places, self.parts, strict=True)
+                inner = [coupling[place] @ sketch[part] for coupling, place, part in of_columns]
+            own = u @ random if v is None else u @ (v.T @ random)
+            return own - left.T @ np.concatenate(inner)
+
+        def project(basis):
+            adjoint = basis.conj().T
+            mine = adjoint @ left.T
+            inner = np.empty((len(adjoint), len(self.left)), matrix.dtype)
+            for coupling, place, here, there in zip(self.coupling, places, parts, self.parts, strict=True):
+                np.matmul(mine[:, here], coupling[place], out=inner[:, there])
+            own = adjoint @ u if v is None else (adjoint @ u) @ v.T
+            return own - inner @ self.left
+
+        # The products raise the rank of the matrix's tile, most often by two to seven.
+        first = SKETCH if v is None else next((few for few in FEW if few >= u.shape[1] + RAISED), SKETCH)
+        return compress(times, project, self.width, matrix.cut, first)

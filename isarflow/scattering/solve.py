@@ -1,0 +1,357 @@
+"""Solve a mesh for its scattering amplitude over frequencies and directions."""
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
+from itertools import product
+
+import jax
+import numpy as np
+
+from isarflow.core.errors import InputError
+from isarflow.core.sweep import C0, Sweep, unit_vectors
+from isarflow.mesh import topology
+from isarflow.scattering import checks, needs
+from isarflow.scattering.costs import COLUMNS, planned
+from isarflow.scattering.directions import middle_of, rings, sample, skeletons
+from isarflow.scattering.mom.assembly import Entries, assemble
+from isarflow.scattering.mom.basis import AXES, fundamental_domain, rwg
+from isarflow.scattering.mom.cross import fill
+from isarflow.scattering.mom.device import OnDevice, give_back
+from isarflow.scattering.mom.factorization import GeneralMatrix, Pool, Product, SymmetricMatrix, runs
+from isarflow.scattering.mom.farfield import Excitation
+from isarflow.scattering.mom.lowrank import LowRankMatrix
+from isarflow.scattering.mom.operators import cfie, efie
+from isarflow.scattering.solver import Solution
+
+OPERATORS = {"efie": efie, "cfie": cfie}
+DTYPES = {"single": np.complex64, "double": np.complex128}
+MAX_RESIDUAL = 1e-3  # above it (or PROMISE) the solution is refined, and refused if the residual stays too large
+# Of a tolerance: the largest error of a tile; and the largest residual. Above it the solution is refined by a finer
+# matrix, whose residual should be a MARGIN-th of it: few directions are probed.
+SHARE, PROMISE, MARGIN = 0.4, 10, 5
+MANY = 6e4  # unknowns, above which errors of tiles add up to more than the promise unless each error is smaller
+PARTS = ("assembly", "factorization", "directions")
+PROBED_ROWS, PROBED_DIRECTIONS = 128, 4  # where the residual is measured
+
+
+def solve(
+    vertices: np.ndarray,
+    triangles: np.ndarray,
+    frequencies: np.ndarray,
+    elevation: Sequence[float] | np.ndarray,
+    azimuth: Sequence[float] | np.ndarray,
+    polarizations: Sequence[str] = ("VV",),
+    symmetry: Sequence[str] = (),
+    *,
+    precision: str = "single",
+    threads: int = 1,
+    progress: Callable[..., None] = lambda frequency, part, done: None,
+    formulation: str = "efie",
+    tolerance: float | None = None,
+    paired: bool = False,
+    receivers: tuple = (),
+) -> Solution:
+    """Solve a perfectly conducting mesh for its scattering amplitude f (see `farfield` for signs and references).
+
+    The radar cross-section is 4 pi |f|^2.
+
+    Parameters:
+        vertices: (V, 3) m
+        triangles: (T, 3) numbers of vertices, with edges of about a tenth of a wavelength
+        frequencies: (F,) Hz
+        elevation: (E,) degrees above the horizon
+        azimuth: (A,) degrees
+        polarizations: receive and transmit, from VV, HH, HV and VH
+        symmetry: mirror planes of the mesh, from xz, yz and xy
+        precision: single or double
+        threads: for the linear algebra, without effect on the result
+        progress: called as progress(number of the frequency, part, fraction) as the work goes on
+        formulation: efie, or cfie for closed meshes
+        tolerance: None for whole matrices, or for compressed ones their largest error, relative to the diagonal's norm
+            (efie and single precision; see `cross` and `lowrank`)
+        paired: True for directions one by one, elevation and azimuth (D,) each
+        receivers: elevation and azimuth, (R,) each, of separate receivers; () for backscatter
+
+    Returns:
+        A `Solution`, whose field is complex, in m: (P, F, E, A), or (P, F, D) of directions one by one, with receivers
+        (..., R).
+
+    Raises:
+        InputError: for arguments that are none of these, as a mesh with NaN, without the symmetry, with edges of a
+            wavelength (see `checks`) or, for cfie, open or turned inwards; for a solve that this machine has no memory
+            for; and if a frequency cannot be solved to a residual of 1e-3.
+
+    Warns of edges longer than a third of a wavelength.
+
+    The backscatter of a sphere of 0.2 m at 600 MHz, in dBsm:
+
+    >>> from isarflow.scattering.sphere import icosphere
+    >>> field = solve(*icosphere(radius=0.2, edge=0.05), [0.6e9], [0.0], [0.0]).field
+    >>> bool(abs(10 * np.log10(4 * np.pi * abs(field.item()) ** 2) + 8.6) < 0.3)
+    True
+    """
+    checks.check_word("formulation", formulation, OPERATORS)
+    checks.check_word("precision", precision, DTYPES)
+    checks.check_tolerance(tolerance, formulation, precision)
+    operator, dtype = OPERATORS[formulation], DTYPES[precision]
+    sweep = checks.checked_sweep(Sweep(frequencies, elevation, azimuth, polarizations, paired, receivers))
+    checks.check_words("symmetry", symmetry, AXES)
+    vertices, triangles = checks.checked_mesh(vertices, triangles)
+    if operator.ALPHA != 1:  # the magnetic equation is that of closed surfaces
+        topology.check_closed(vertices, triangles)
+    surface = fundamental_domain(vertices, triangles, symmetry)
+    bases = [rwg(surface, parity) for parity in surface.parities]
+    unknowns = sum(map(len, bases))
+    if unknowns == 0:
+        touching = "Triangles that touch share vertices."
+        raise InputError(f"the mesh has no inner edge, so there is no current to solve for. {touching}")
+    checks.check_edges(vertices, triangles, sweep.frequency.max())
+    rising = replace(sweep, frequency=np.sort(sweep.frequency))
+    measures = {"unknowns": unknowns, "triangles": len(triangles), "box": np.ptp(vertices, axis=0)}
+    megabytes, _ = planned(measures, len(surface.axes), rising, formulation, precision, tolerance)
+    needs.check_memory(megabytes, unknowns, rising.frequency[-1])
+    # About its middle a target needs the fewest directions, and single precision has the most digits of coordinates.
+    middle = middle_of(surface)
+    surface = replace(surface, vertices=surface.vertices - middle)
+    near, excitation = operator.near_terms(surface), Excitation(surface, bases, dtype)
+    directions = (_Bistatic if sweep.receivers else _Monostatic)(surface, middle, sweep, operator)
+
+    count = len(sweep.frequency)
+    field = np.empty((len(polarizations), count, *directions.shape), np.complex128)
+    residual, seconds = np.zeros(count), np.zeros((len(PARTS), count))
+    for n, frequency in enumerate(sweep.frequency):
+        k = 2 * np.pi * frequency / C0
+        times = [time.perf_counter()]
+        system = _System(
+            partial(Entries, operator, surface, bases, k, near, threads=threads), dtype, tolerance, threads
+        )
+        for part, work in zip(PARTS, (system.assemble, system.factorize), strict=False):
+            work(partial(progress, n, part))
+            times.append(time.perf_counter())
+            give_back()
+        of_waves, say = partial(excitation, k, threads=threads), partial(progress, n, PARTS[-1])
+        field[:, n] = directions.amplitudes(system, k, of_waves, say)
+        residual[n] = system.residual
+        seconds[:, n] = np.diff([*times, time.perf_counter()])
+        # Written so that a NaN fails, too.
+        if not residual[n] <= MAX_RESIDUAL:
+            raise InputError(
+                f"at {frequency / 1e9:g} GHz the solution's residual is {residual[n]:.1e}, more than {MAX_RESIDUAL:g}. "
+                "The mesh may overlap itself, hold slivers, or be far smaller than the wavelength; "
+                "'scattering.precision: double' may help."
+            )
+        checks.finite(field[:, n], "the field", k)
+        progress(n, "done", 1.0)
+    field = field.reshape(*field.shape[:2], *sweep.shape, *field.shape[3:])
+    return Solution(field, residual, dict(zip(PARTS, seconds, strict=True)), unknowns)
+
+
+class _Monostatic:
+    """Directions of a radar that also receives, (D,), about the `middle` of a target."""
+
+    def __init__(self, surface, middle, sweep, operator):
+        self.surface, self.operator, self.polarizations = surface, operator, sweep.polarizations
+        self.ways = sorted(set("".join(sweep.polarizations)))
+        elevations, azimuths = sweep.each
+        self.path = 2 * unit_vectors(elevations, azimuths)[0] @ middle
+        self.shape = self.path.shape
+        # The mirror image of a direction in the plane xy has the same field, except for the sign of V.
+        self.mirrored = (2 in surface.axes) & (elevations < 0)
+        self.rings = rings(np.where(self.mirrored, -elevations, elevations), azimuths)
+
+    def amplitudes(self, system, wavenumber, of_waves, progress):
+        """f (P, D) at one wavenumber; of_waves: the `Excitation` there."""
+        samples = self.probe(system, wavenumber, of_waves)
+        field = np.empty((len(self.polarizations), *self.shape), np.complex128)
+        for numbers, u, polarization, groups in samples.parts(self.ways, system.columns):
+            progress(numbers[0] / len(samples.rings))
+            received = of_waves(u, polarization)
+            alpha = self.operator.ALPHA
+            excited = received if self.operator.SYMMETRIC else of_waves(u, polarization, alpha=alpha)
+            between = system.between(received, excited, groups)
+            for place, ring in enumerate(numbers):
+                of_ring = [of_parity[place] for of_parity in between]
+                *_, azimuths, there = self.rings[ring]
+                field[:, there] = self._of_ring(of_ring, samples.weights[ring])[:, azimuths]
+        for row, (receive, transmit) in zip(field, self.polarizations, strict=True):
+            sign = np.where(self.mirrored & (receive != transmit), -1, 1)
+            row *= sign * np.exp(1j * wavenumber * self.path)
+        return field
+
+    def probe(self, system, wavenumber, of_waves):
+        """The samples of all directions; a few of them show whether the solution is good without refinement."""
+        elevations, azimuths = zip(*(ring[:2] for ring in self.rings), strict=True)
+        samples = sample(self.surface, wavenumber, elevations, azimuths, system.dtype)
+        some = slice(None, None, -(-len(samples.u) // PROBED_DIRECTIONS))
+        u = np.concatenate([samples.u[some]] * len(self.ways))
+        polarization = np.concatenate([samples.polarizations[way][some] for way in self.ways])
+        system.probe(of_waves(u, polarization, alpha=self.operator.ALPHA))
+        return samples
+
+    def _of_ring(self, between, weights):
+        """f = -V_p^T z^-1 V_q, (P, A), on a ring, from its values between samples by all `ways`, (K, K) per parity."""
+        result = []
+        for receive, transmit in self.polarizations:
+            total = 0
+            for parity, ring in enumerate(between):
+                count = len(ring) // len(self.ways)
+                left, right = (slice(w * count, (w + 1) * count) for w in map(self.ways.index, (receive, transmit)))
+                of_left, of_right = weights[receive][parity], weights[transmit][parity]
+                total += np.einsum("ai,ij,aj->a", of_left, ring[left, right], of_right, optimize=True)
+            # F = sum over the group of chi(g) g h makes a parity's matrix |G| times the one that is stored.
+            result.append(-total / len(between))
+        return np.stack(result)
+
+
+class _Bistatic(_Monostatic):
+    """Directions of a radar that transmits, (D,), and of receivers, (R,)."""
+
+    def __init__(self, surface, middle, sweep, operator):
+        super().__init__(surface, middle, sweep, operator)
+        ends = unit_vectors(*sweep.each), unit_vectors(*sweep.receivers)
+        self.transmitters, self.receivers = (dict(zip("uVH", end, strict=True)) for end in ends)
+        self.path = (ends[0][0] @ middle)[:, None] + ends[1][0] @ middle
+        self.shape = self.path.shape
+
+    def amplitudes(self, system, wavenumber, of_waves, progress):
+        """f = -V_p(u_r)^T z^-1 V_q(u_t), (P, D, R); arguments as of `_Monostatic`."""
+        self.probe(system, wavenumber, of_waves)
+        field = np.empty((len(self.polarizations), *self.shape), np.complex128)
+        here, there = runs(self.shape[0], system.columns), runs(self.shape[1], COLUMNS)
+        transmitted = sorted({way[1] for way in self.polarizations})
+        for number, (letter, sent) in enumerate(product(transmitted, here)):
+            progress(number / (len(transmitted) * len(here)))
+            waves = self.transmitters["u"][sent], self.transmitters[letter][sent]
+            currents = system.currents(of_waves(*waves, alpha=self.operator.ALPHA))
+            rows = [row for row, way in enumerate(self.polarizations) if way[1] == letter]
+            for row, part in product(rows, there):
+                received = of_waves(self.receivers["u"][part], self.receivers[self.polarizations[row][0]][part])
+                total = sum(x.T @ y for x, y in zip(currents, received, strict=True))
+                field[row, sent, part] = -total / len(currents)  # as in `_of_ring`
+        return field * np.exp(1j * wavenumber * self.path)
+
+
+class _System:
+    """The matrices of all parities at one frequency; entries: `Entries` of a dtype."""
+
+    def __init__(self, entries, dtype, tolerance, threads):
+        self.entries, self.dtype, self.tolerance, self.threads = entries, dtype, tolerance, threads
+        self.promise = min(MAX_RESIDUAL, PROMISE * (tolerance or 1))
+        self.columns = COLUMNS  # right sides at a time
+
+    def assemble(self, progress):
+        entries = self.entries(self.dtype)
+        sizes = [len(basis) for basis in entries.bases]
+        if self.tolerance is None:
+            kind = SymmetricMatrix if entries.operator.SYMMETRIC else GeneralMatrix
+            self.matrices = [kind(size, self.dtype) for size in sizes]
+            assemble(entries, self.matrices, self.threads, progress)
+            if jax.default_backend() != "cpu":
+                self.matrices = [OnDevice(matrix) for matrix in self.matrices]
+        else:
+            self.matrices = self._compressed(entries, self.tolerance, progress)
+        # Kept, because the factorization overwrites the matrices.
+        self.probed = [np.unique(np.linspace(0, n - 1, min(PROBED_ROWS // len(sizes), n)).astype(int)) for n in sizes]
+        self.rows = entries.rows(self.probed)
+
+    def _compressed(self, entries, tolerance, progress=lambda done: None):
+        matrices = [LowRankMatrix([block.spans[p] for block in entries.blocks]) for p in range(len(entries.bases))]
+        share = SHARE * min(1, MANY / sum(matrix.size for matrix in matrices))
+        fill(entries, matrices, share * tolerance, self.threads, progress)
+        return matrices
+
+    def factorize(self, progress):
+        finished = [0.0] * len(self.matrices)
+        # Compressed matrices beside each other: one's threads wait for the last tile of every column.
+        beside = 1 if self.tolerance is None else min(self.threads, len(self.matrices))
+
+        def factorize(p):
+            def say(done):
+                finished[p] = done
+                progress(sum(finished) / len(finished))
+
+            self.matrices[p].factorize(self.threads // beside, say)
+
+        with Pool(beside) as pool:
+            list(pool.map(factorize, range(len(self.matrices))))
+
+    def probe(self, excited):
+        """Measure `residual`, |A x - b| / |b|, of some right sides: if it is too large, all solutions are refined."""
+        self.residual = self._residual(excited, self._solve(excited))
+        self.refines = self.promise < self.residual < np.inf
+        if self.refines and self.tolerance is None:
+            self.columns = 1 << 30  # all: the whole matrix is assembled for each step
+        elif self.refines:
+            finer = self.tolerance * self.promise / (MARGIN * self.residual)
+            finer = max(finer, float(np.finfo(self.dtype).eps))
+            print(f"residual {self.residual:.1e}: the solution is refined by a matrix compressed to {finer:.1e}")
+            self.finer = self._compressed(self.entries(self.dtype), finer)
+        if self.refines:
+            self.residual = 0.0  # from now on the largest of a refined solution
+
+    def between(self, received, excited, groups):
+        """V_p^T z^-1 V_q for each parity between the columns of each group: of received and excited, (N, K).
+
+        If both are the same list, in single precision, only the columns of `skeletons` are solved for.
+        """
+        if excited is not received or self.dtype != np.complex64:
+            return self._between(received, excited, [groups] * len(received))
+        with Pool(self.threads) as pool:
+            few, own, weights = zip(*skeletons(received, groups, pool, self.tolerance), strict=True)
+        sides = zip(self._between(few, few, own), weights, strict=True)
+        with Pool(1):
+            return [[w.T @ found @ w for found, w in zip(*of_parity, strict=True)] for of_parity in sides]
+
+    def _between(self, received, excited, groups):
+        """As `between`, groups for each parity."""
+        if self.refines:
+            sides = zip(received, self.currents(excited), groups, strict=True)
+            return [[left[:, group].T @ right[:, group] for group in own] for left, right, own in sides]
+        sides = zip(self.matrices, received, excited, groups, strict=True)
+        return [matrix.between(left, right, own, self.threads) for matrix, left, right, own in sides]
+
+    def currents(self, excited):
+        """Currents (N, D) of each parity, after up to two steps of refinement if one does not keep the promise."""
+        currents = self._solve(excited)
+        if self.refines:
+            for _ in range(2):
+                currents = self._refined(excited, currents)
+                residual = self._residual(excited, currents)
+                if residual <= self.promise:
+                    break
+            self.residual = float(np.maximum(self.residual, residual))  # NaN stays
+        return currents
+
+    def _solve(self, right):
+        return [matrix.solve(b, self.threads) for matrix, b in zip(self.matrices, right, strict=True)]
+
+    def _refined(self, right, currents):
+        """Currents after one step of iterative refinement by a better matrix (Golub, Van Loan, 3.5.3).
+
+        A compressed one is compressed less; a whole one is of double precision, assembled again, tile by tile.
+        """
+        if self.tolerance is not None:
+            products = [matrix.times(x, self.threads) for matrix, x in zip(self.finer, currents, strict=True)]
+            corrections = self._solve([b - product for b, product in zip(right, products, strict=True)])
+            return [x + dx for x, dx in zip(currents, corrections, strict=True)]
+        entries = self.entries(np.complex128)
+        self.rows = entries.rows(self.probed)
+        products = [Product(x, entries.operator.SYMMETRIC) for x in currents]
+        assemble(entries, products)
+        corrections = self._solve([b - p.result for b, p in zip(right, products, strict=True)])
+        return [x.astype(np.complex128) + dx for x, dx in zip(currents, corrections, strict=True)]
+
+    def _residual(self, right, currents):
+        """|A x - b| / |b| over the probed rows, the largest over parities and columns of b and x, (N, D)."""
+        # Not Python's max, which loses a NaN.
+        return float(np.max([*map(_residual, self.rows, self.probed, right, currents)]))
+
+
+def _residual(rows, numbers, right, solution):
+    difference = rows @ solution - right[numbers]
+    scale = np.linalg.norm(right, axis=0) * np.sqrt(len(numbers) / max(len(right), 1))
+    # A parity that a direction does not excite has no right side to compare with.
+    excited = ~(scale <= 1e-6 * scale.max(initial=0))  # written so that a NaN counts
+    return float((np.linalg.norm(difference, axis=0)[excited] / scale[excited]).max(initial=0.0))

@@ -1,0 +1,61 @@
+"""The method of moments, with a direct solver: see `scattering.solve`, and `scattering.plan` for its costs."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from isarflow.mesh import topology
+from isarflow.scattering.costs import at_one_frequency, chosen, planned
+from isarflow.scattering.solver import FieldSolver
+
+
+class Solver(FieldSolver):
+    name = "method of moments"
+    SETTINGS = {
+        "formulation": {
+            "enum": ["efie", "cfie"],
+            "description": "efie = electric field integral equation; cfie = combined field integral equation, closed "
+            "targets only, no interior resonances",
+        },
+        "precision": {"enum": ["single", "double"], "description": "arithmetic of the solver"},
+        "tolerance": {
+            "type": "number",
+            "minimum": 1e-6,
+            "maximum": 1e-3,
+            "description": "what compressed matrices may leave out, relative to the diagonal's norm; they are for "
+            "large targets, with the efie in single precision",
+        },
+    }
+
+    def plan(self, measures, planes, sweep):
+        return planned(measures, planes, sweep, **self._settings(measures, planes, sweep))
+
+    def solve(self, vertices, triangles, sweep, symmetry, threads, progress):
+        from isarflow.core.compiled import keep_compiled
+        from isarflow.scattering.checks import checked_mesh
+        from isarflow.scattering.mom.device import holds
+        from isarflow.scattering.solve import solve
+
+        vertices, triangles = checked_mesh(vertices, triangles)
+        box = np.ptp(vertices, axis=0)
+        measures = {"unknowns": topology.unknowns(triangles), "triangles": len(triangles), "box": box}
+        settings = self._settings(measures, len(symmetry), sweep)
+        if holds(measures["unknowns"], 2 ** len(symmetry)):
+            settings["tolerance"] = None  # a GPU factorizes whole matrices faster than the processor compressed ones
+        kind = "whole" if settings["tolerance"] is None else f"compressed to {settings['tolerance']:g}"
+        print(f"on {keep_compiled()}, with {kind} matrices")
+        _, seconds = at_one_frequency(measures, len(symmetry), sweep, **settings)
+        parts = dict(zip(seconds, np.cumsum([0.0, *seconds.values()]), strict=False))  # when each begins
+
+        def say(n, part, done):
+            # After the last part, 'done', comes the end.
+            so_far = parts[part] + done * seconds[part] if part in parts else sum(seconds.values())
+            progress(n, part, done, so_far / sum(seconds.values()))
+
+        asked = sweep.frequency, sweep.elevation, sweep.azimuth, sweep.polarizations, symmetry
+        how = settings | {"paired": sweep.paired, "receivers": sweep.receivers, "threads": threads}
+        solution = solve(vertices, triangles, *asked, progress=say, **how)
+        return replace(solution, used={"tolerance": settings["tolerance"]})
+
+    def _settings(self, measures, planes, sweep):
+        return self.settings | {"tolerance": chosen(measures, planes, sweep, **self.settings)}

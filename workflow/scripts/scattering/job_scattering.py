@@ -1,5 +1,0 @@
-from isarflow.core.job import job
-from isarflow.scattering.store import join_bands
-
-with job(snakemake):
-    join_bands(snakemake.input.bands, snakemake.output[0])
