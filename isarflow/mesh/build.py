@@ -47,7 +47,7 @@ def mesh_file(
     frequency: float,
     edges_per_wavelength: float = 10,
     symmetry: Sequence[str] = (),
-    unit: str = "m",
+    unit: str | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Mesh a CAD file for the method of moments at one frequency, as the workflow does.
 
@@ -56,7 +56,7 @@ def mesh_file(
         frequency: Hz
         edges_per_wavelength: the mesh's mean edge is a wavelength divided by it
         symmetry: mirror planes of the target, of xz, yz and xy
-        unit: of the file, m, cm, mm or in
+        unit: of the file, m, cm, mm or in; None for m, of a plausible size
 
     Returns:
         Vertices (V, 3) in m and triangles (T, 3), for `isarflow.solve`.
@@ -69,10 +69,9 @@ def mesh_file(
     >>> vertices.shape[1], triangles.shape[1]
     (3, 3)
     """
-    target = {"symmetry": list(symmetry), "unit": unit}
-    (made,), _ = build(
-        path, target, {"edges_per_wavelength": edges_per_wavelength, "bands": 1}, {"frequencies": [frequency]}
-    )
+    target = {"symmetry": list(symmetry)} | ({"unit": unit} if unit else {})
+    radar = {"center_frequency": frequency, "bandwidth": 0.0, "frequencies": 1}
+    (made,), _ = build(path, target, {"edges_per_wavelength": edges_per_wavelength, "bands": 1}, radar)
     return made
 
 

@@ -85,11 +85,11 @@ def solve(
 
     Warns of edges longer than a third of a wavelength.
 
-    The backscatter of a sphere of 0.2 m at 600 MHz, in dBsm:
+    The backscatter of a sphere of 0.2 m at 600 MHz is -6.76 dBsm by the Mie series:
 
     >>> from isarflow.scattering.sphere import icosphere
     >>> field = solve(*icosphere(radius=0.2, edge=0.05), [0.6e9], [0.0], [0.0]).field
-    >>> bool(abs(10 * np.log10(4 * np.pi * abs(field.item()) ** 2) + 8.6) < 0.3)
+    >>> bool(abs(10 * np.log10(4 * np.pi * abs(field.item()) ** 2) + 6.76) < 0.1)
     True
     """
     checks.check_word("formulation", formulation, OPERATORS)
