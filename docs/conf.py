@@ -11,7 +11,9 @@ project = "isarflow"
 root_doc = "README"
 include_patterns = ["README.md", "CONTRIBUTING.md", "CHANGELOG.md", "config/README.md", "docs/*.md"]
 include_patterns += ["resources/fields/README.md", "resources/cad/README.md", "resources/glossary.md"]
-extensions = ["myst_parser"]
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
+autodoc_typehints = "none"  # they stand in the signature
+nitpick_ignore_regex = [("py:.*", ".*")]  # types of other packages
 myst_enable_extensions = ["dollarmath"]
 myst_fence_as_directive = {"math"}  # as GitHub has them
 myst_heading_anchors = 4
@@ -31,6 +33,7 @@ MENU = {
         "resources/cad/README",
         "docs/own-fields",
         "docs/exported-images",
+        "docs/api",
         "docs/comparing-runs",
         "resources/glossary",
     ],
