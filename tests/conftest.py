@@ -110,6 +110,7 @@ class Project:
         return json.loads(server.stdout.readline())
 
     def write(self, path, text):
+        (self.folder / path).parent.mkdir(exist_ok=True)
         (self.folder / path).write_text(text)
         return path
 

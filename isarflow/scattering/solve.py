@@ -55,7 +55,7 @@ def solve(
 ) -> Solution:
     """Solve a perfectly conducting mesh for its scattering amplitude f (see `farfield` for signs and references).
 
-    The radar cross-section is 4 pi |f|^2.
+    The radar cross-section is 4 pi abs(f)^2.
 
     Parameters:
         vertices: (V, 3) m

@@ -10,7 +10,7 @@ from isarflow.scattering.fields.store import write_field
 from isarflow.setup.yaml_file import read_yaml
 
 LOOKS = ("--configfile", "config/looks.yaml")
-IMAGER = "isarflow/imaging/imagers/multilook.py"
+IMAGER = "mine/multilook.py"
 STORES = [f"results/looks/imaging/spot/{name}.zarr" for name in ("clean", "snr_20dB")]
 PLACE = (0.3, 0.2)  # of the only scatterer: x and y in m
 CONFIG = """
@@ -75,7 +75,7 @@ def test_an_imager_of_ones_own_is_one_file_and_lines_of_config(project):
     assert changed == {IMAGER, "config/looks.yaml"}
     for path in STORES:
         store = xr.open_zarr(project.folder / path).load()
-        assert (store.attrs["imager"], store.attrs["looks"], store.attrs["coherent"]) == ("multilook", 2, False)
+        assert (store.attrs["imager"], store.attrs["looks"], store.attrs["coherent"]) == (IMAGER, 2, False)
         assert "window" not in store.attrs
         image = store.image.sel(elevation=0, azimuth=0).squeeze()
         assert (image.imag == 0).all() and image.real.min() >= 0 and image.real.max() == pytest.approx(1)
@@ -102,13 +102,13 @@ def test_an_imager_of_ones_own_is_one_file_and_lines_of_config(project):
             "looks: 2, window: hann",
             "'imaging.window' is unknown. Known keys here: aperture, imager, looks, polarizations.",
         ),
-        ("imager: multilok", "'imaging.imager': there is no imager 'multilok'; did you mean 'multilook'?"),
+        ("imager: fourrier", "'imaging.imager': there is no imager 'fourrier'; did you mean 'fourier'?"),
         ("aperture: 9", "'imaging.looks' is missing. Expected: parts of the aperture"),
     ],
 )
 def test_its_settings_are_checked_as_all_others(project, settings, message):
-    (project.folder / IMAGER).write_text(blocks("adding-an-imager.md", "python")[0])
-    named = "" if "imager" in settings else "imager: multilook, "
+    project.write(IMAGER, blocks("adding-an-imager.md", "python")[0])
+    named = "" if "imager" in settings else f"imager: {IMAGER}, "
     project.write("config/wrong.yaml", CONFIG.replace("aperture: 9", named + settings))
     finished = project.run("--dry-run", "report", "--configfile", "config/wrong.yaml")
     assert finished.returncode != 0 and message in finished.stdout and "Traceback" not in finished.stdout

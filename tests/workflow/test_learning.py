@@ -327,7 +327,8 @@ def test_the_code_of_a_model_reruns_its_own_jobs(project):
 
 
 def test_a_model_of_ones_own_is_one_file(restored):
-    (restored.folder / "isarflow/learning/models/mine.py").write_text(
+    restored.write(
+        "own/mine.py",
         '''"""The class with the more similar mean magnitude."""
 
 import numpy as np
@@ -344,7 +345,7 @@ class Model(Classifier):
     def evaluate(self, images):
         scores = -np.stack([((np.abs(images) - mean) ** 2).sum(axis=(1, 2)) for mean in self.means_], axis=1)
         return Outcome(self.classes_[scores.argmax(axis=1)], scores, {"likeness": scores.max(axis=1)})
-'''
+''',
     )
     (forest,) = [code for code in blocks("adding-a-model.md", "python") if "RandomForest" in code]
     (restored.folder / "isarflow/learning/models/forest.py").write_text(forest)
@@ -353,7 +354,11 @@ class Model(Classifier):
         "models: [matched_filter, fcnn_other]",
         "models: [matched_filter, fcnn_other, mine, forest]",
     )
-    restored.edit("config/learn.yaml", "    fcnn: {width", "    mine: {}\n    forest: {trees: 20}\n    fcnn: {width")
+    restored.edit(
+        "config/learn.yaml",
+        "    fcnn: {width",
+        "    mine: {kind: own/mine.py}\n    forest: {trees: 20}\n    fcnn: {width",
+    )
     assert restored.planned("report", *LEARN) == {"train": 2, "predict": 2, **AFTER}
     finished = restored.run("--cores", 2, "results/learn/learning/scores.csv", *LEARN)
     assert finished.returncode == 0, finished.stdout

@@ -38,9 +38,8 @@ def project(project_of):
     project = project_of("solver")
     corners = SIDE / 2 * np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0.0]])
     write_ply(project.folder / "plate.ply", corners, np.array([[0, 1, 2], [0, 2, 3]]))
-    (project.folder / "mine").mkdir()
-    (project.folder / SOLVER).write_text(CODE.replace("C0\n", "C0\nfrom phases import phases_of\n", 1))
-    (project.folder / "mine/phases.py").write_text("def phases_of():\n    pass\n")
+    project.write(SOLVER, CODE.replace("C0\n", "C0\nfrom phases import phases_of\n", 1))
+    project.write("mine/phases.py", "def phases_of():\n    pass\n")
     project.write("config/plate.yaml", CONFIG + LINES)
     finished = project.run("--cores", 2, STORE, *PLATE)
     assert finished.returncode == 0, finished.stdout
