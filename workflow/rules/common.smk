@@ -76,7 +76,7 @@ def code(*files):
     files: names of scripts in workflow/scripts, and paths from the repository. As a param it reruns the job when what the
     code does changes; an edited comment or docstring changes nothing.
     """
-    return or_exit(digest, *(file if "/" in file else f"workflow/scripts/{file}" for file in files))
+    return or_exit(digest, *(file if os.path.dirname(file) else f"workflow/scripts/{file}" for file in files))
 
 
 def of_page(*names):
