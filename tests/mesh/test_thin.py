@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from habits_made import revolved
 from shapes_made import cone, cube, lofted, save, together, tube
 
 from isarflow.mesh import topology
@@ -100,29 +99,6 @@ def test_noses_go_ahead_of_their_source_by_what_their_chords_cut_off():
     ahead = np.abs(restored[noses, 0]) - half
     assert topology.tetrahedra(restored, triangles).sum() == pytest.approx(volume, rel=1e-6)
     assert (ahead > 3e-4).all() and (ahead < 6e-4).all()  # m
-
-
-def upright(radii, height=0.06):
-    """A solid over an outline of radii (N,) at even angles: a prism, or a star."""
-    turn = 2 * np.pi * np.arange(len(radii)) / len(radii)
-    outline = np.stack([radii * np.cos(turn), radii * np.sin(turn), 0 * turn], axis=1)
-    return lofted([outline + np.array([0, 0, z]) for z in (-height, height)])
-
-
-STEPPED = 1.5 * np.array([(0, 0), (0, 0.05), (0.04, 0.05), (0.04, 0.03), (0.08, 0.03), (0.08, 0)])
-SHARP = {
-    "prism of 7": upright(np.full(7, 0.06), 0.1),
-    "star of 5": upright(np.tile([0.06, 0.03], 5), 0.03),
-    "stepped prism of 8": revolved(STEPPED, 8),
-}
-
-
-@pytest.mark.parametrize("name", SHARP)
-def test_creases_stay_exactly_where_they_are(tmp_path, name):
-    """Both prisms are notched by 3.1 and 2.5 mm where diagonals are flipped across creases of 40 to 60 degrees."""
-    _, band = made(tmp_path, SHARP[name])
-    assert max(band["hausdorff"].values()) < 1e-9
-    assert band["area"]["after"] == pytest.approx(band["area"]["before"], rel=1e-9)
 
 
 @pytest.mark.parametrize("millimetres", [4, 1, 0.5])

@@ -217,15 +217,12 @@ def flip(vertices, triangles, wanted, deviation, axes=()):
         gap = np.abs((across * (vertices[c] - vertices[a])).sum(axis=1))
         gap /= np.maximum(np.linalg.norm(across, axis=1), topology.TINY)
         good = opposed & (c != d) & (gain > GAIN) & (gap <= deviation * wanted[a])
-        crease = (before[0][0] * before[1][0]).sum(axis=1) < np.cos(np.radians(topology.FEATURE_ANGLE))
         for (normal, height, _), apex in zip(before, (c, d), strict=True):
             # The normal of a triangle whose apex is almost on the edge to be flipped is meaningless.
             start, stop = vertices[a] - vertices[apex], vertices[b] - vertices[apex]
             length = np.maximum(np.linalg.norm(start, axis=1) * np.linalg.norm(stop, axis=1), topology.TINY)
             cap = (height < SLIVER * wanted[a]) & ((start * stop).sum(axis=1) / length < CAP)
             good &= cap | np.all([(new[0] * normal).sum(axis=1) > TURN for new in after], axis=0)
-            crease &= ~cap
-        good &= ~crease
         # An edge from c to d must not exist already.
         good &= ~np.isin(np.minimum(c, d).astype(np.int64) * size + np.maximum(c, d), keys)
         for axis in axes:  # no edge inside a half may lie in the mirror plane
