@@ -16,8 +16,9 @@ import numpy as np
 import pandas as pd
 from publish import TABLES
 
-from isarflow.learning import features, images, judge, paired, scores
 from isarflow.learning.classifier import OTHER
+from isarflow.learning.data import features, images
+from isarflow.learning.evaluation import judge, paired, scores
 
 ROOT = Path(__file__).parents[2]
 SNRS = -12, -6, 0, 6, 12, 24  # dB

@@ -28,6 +28,7 @@ def test_an_experiment_is_a_run():
     assert found["a"] == {
         "name": "a",
         "experiment": "a",
+        "tested": "all",
         "models": ["knn"],
         "elevation": "all",
         "snrs": ["clean"],
