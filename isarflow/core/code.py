@@ -1,14 +1,8 @@
-"""Which code is running: its version and commit."""
+"""Which code is running: its commit. Its version is `isarflow.__version__`."""
 
 import subprocess
-import tomllib
 
 from isarflow.core.folders import ROOT
-
-
-def version():
-    """Return isarflow's version."""
-    return tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["version"]
 
 
 def commit():

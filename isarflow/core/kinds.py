@@ -80,9 +80,9 @@ def file_of(seam: Seam, name: str) -> str:
 def file_of_object(kind: Any) -> str:
     """The file of an object of a kind's class, as `file_of` names it."""
     module = type(kind).__module__
-    return (
-        f"{module.replace('.', '/')}.py" if module.startswith("isarflow.") else sys.modules[module].__file__ or module
-    )
+    if module.startswith("isarflow."):
+        return f"{module.replace('.', '/')}.py"
+    return sys.modules[module].__file__ or module
 
 
 @functools.cache

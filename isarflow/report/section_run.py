@@ -8,8 +8,9 @@ import numpy as np
 import pandas as pd
 import yaml
 
+from isarflow import __version__
 from isarflow.core import sweep
-from isarflow.core.code import commit, version
+from isarflow.core.code import commit
 from isarflow.core.words import duration, number, several
 from isarflow.imaging.geometry import planned
 from isarflow.learning.caveats import warnings
@@ -42,7 +43,7 @@ def facts(results):
     if "from" in settings:
         took = "" if own.all() else f", where they took {_took(records[~own])}"
         yield "Meshes and fields", f"taken from the run {settings['from']}{took}"
-    made = [f"isarflow {version()}", f"commit {commit()}", f"Python {platform.python_version()}"]
+    made = [f"isarflow {__version__}", f"commit {commit()}", f"Python {platform.python_version()}"]
     for package in PACKAGES:
         with suppress(metadata.PackageNotFoundError):
             made.append(f"{package} {metadata.version(package)}")

@@ -125,8 +125,8 @@ class Plan:
         """The runs that are tested at some of these SNRs, by what they are tested at: {labels: names of runs}."""
         runs = {}
         for run in self.runs:
-            tested = tuple(snr for snr in snrs if snr in self.tested_snrs(run))
-            runs.setdefault(tested, []).append(run)
+            every = self.tested_snrs(run)
+            runs.setdefault(tuple(snr for snr in snrs if snr in every), []).append(run)
         return {tested: runs[tested] for tested in sorted(runs, key=len, reverse=True) if tested}
 
     def predictions(self, root):

@@ -23,9 +23,9 @@ FACE = Path(PACKAGE.name, "__init__.py")
 def closure(script):
     """Sorted paths below HERE of a Python file and of the modules that it imports, at any depth.
 
-    Modules of other packages do not count, unless they are in the file's own folder. The files are read, not run. A
-    module that is imported by a name made at run time is not seen: the caller names its file beside the script (as
-    `learning.classifier.build` does for models). InputError if one is not Python.
+    Modules of other packages do not count, but those beside a file that is not in the package do. The files are read,
+    not run. A module that is imported by a name made at run time is not seen: the caller names its file beside the
+    script (as `learning.classifier.build` does for models). InputError if one is not Python.
     """
     files, new = set(), {Path(script)}
     while new:
@@ -37,10 +37,14 @@ def closure(script):
 @functools.cache
 def digest(*scripts):
     """A hash of the code in the closures of scripts, independent of their comments, docstrings and layout."""
-    files = sorted({file for script in scripts for file in closure(script)})
-    # A file of the user's counts by its name alone, so that a folder that is moved reruns nothing.
-    code = [(file if (HERE / file).is_relative_to(HERE) else Path(file).name, _read(Path(file))[1]) for file in files]
+    files = {file for script in scripts for file in closure(script)}
+    code = sorted((_named(HERE / file), _read(Path(file))[1]) for file in files)
     return hashlib.sha256(repr(code).encode()).hexdigest()
+
+
+def _named(path):
+    """The name that a file counts by: from HERE, or its last part elsewhere, so that a moved folder reruns nothing."""
+    return path.relative_to(HERE).as_posix() if path.is_relative_to(HERE) else path.name
 
 
 @functools.cache
@@ -96,13 +100,14 @@ def _plain(node):
 
 def _imported(file, tree):
     """Where the modules that a file of this syntax tree imports may be, and the packages that they are in."""
-    files, folder = set(), Path(file).parent
+    # Files of the package name its modules in full; others have neighbours, too.
+    files, roots = set(), {Path()} if Path(file).parts[0] == PACKAGE.name else {Path(), Path(file).parent}
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
-            places, names = {Path(), folder}, [alias.name for alias in node.names]
+            places, names = roots, [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
             # A leading dot is the file's own folder; what is imported from a package may be a module of it.
-            places = {(Path(file), *Path(file).parents)[node.level]} if node.level else {Path(), folder}
+            places = {(Path(file), *Path(file).parents)[node.level]} if node.level else roots
             module = [node.module] if node.module else []
             names = [".".join(module), *(".".join([*module, alias.name]) for alias in node.names)]
         else:

@@ -121,6 +121,17 @@ def test_every_version_of_python_has_the_same_digest(scripts):
     assert digest_of(scripts, CODE) == "84eaae6534b934ef5709b2c022b78728741269c1a19fb9cc518968af1444873d"
 
 
+def test_a_file_counts_by_its_name_from_the_repository_however_its_path_is_written(scripts):
+    (scripts / "mine").mkdir()
+    (scripts / "mine/near.py").write_text("import beside\n" + CODE)
+    (scripts / "mine/beside.py").write_text("x = 1\n")
+    found = closure.digest("mine/near.py")
+    assert closure.digest(str(scripts / "mine/near.py")) == found
+    (scripts / "mine/beside.py").write_text("x = 2\n")
+    forget()
+    assert closure.digest("mine/near.py") != found
+
+
 def test_a_file_is_read_again_where_its_content_changed_and_only_there(scripts, monkeypatch):
     first, near = digest_of(scripts, CODE), scripts / "isarflow/stage/near.py"
     (kept,) = (scripts / "isarflow/stage/__pycache__").glob("near.*")
