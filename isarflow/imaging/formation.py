@@ -34,11 +34,13 @@ class Formation:
     config's section `imaging` that it states as SETTINGS, a mapping of each to its JSON schema (type, bounds,
     description; literals, as the file is read for them and not run). A config with others is refused.
     coherent: True if the phase of an image has a meaning; if not, only magnitudes are kept.
+    linear: True if an image is the same linear map of the samples whatever they are.
     compared: a mapping of names to changes of the settings, whose point responses the page shows side by side; None
     for that of the run's settings alone. compared_note: the page's text on them.
     """
 
     coherent = True
+    linear = False
     compared: Mapping[str, Mapping[str, Any]] | None = None
     compared_note = ""
 

@@ -32,7 +32,12 @@ def definition_offset(samples):
 
 def generator(seed, target, snr_db, realization, channel=None):
     """The random numbers of one realization, which follow from these values; `channel` names one after the first."""
-    key = f"{seed}|{target}|{float(snr_db)!r}|{realization}{f'|{channel}' if channel else ''}"
+    return random_numbers(seed, target, repr(float(snr_db)), realization, *([channel] if channel else []))
+
+
+def random_numbers(*names):
+    """Random numbers that follow from these names and numbers alone."""
+    key = "|".join(map(str, names))
     return np.random.default_rng(int.from_bytes(hashlib.sha256(key.encode()).digest()))
 
 

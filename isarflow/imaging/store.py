@@ -9,6 +9,7 @@ from tqdm import tqdm
 from isarflow.core import store as stores
 from isarflow.core import sweep
 from isarflow.core.errors import InputError
+from isarflow.imaging import motion as motions
 from isarflow.imaging.formation import apertures, form_images
 from isarflow.imaging.geometry import PURE_NOISE, centres, describe, geometry, imager_of
 from isarflow.imaging.noise import DEFINITIONS, definition_offset, generator, signal_power, variances, white_noise
@@ -27,6 +28,7 @@ VARIABLES = {
     "realization": ("1", "number of the noise sample"),
     "snr_definition_offset": ("dB", "by how much the aperture's SNR is higher as peak_3db than as mean"),
     **{f"snr_{name}": ("dB", f"SNR of the image's aperture, by the definition {name}") for name in DEFINITIONS},
+    **motions.VARIABLES,
 }
 COMMENTS = {
     "channel": "noise has the same variance in all channels, that which gives the first one its SNR",
@@ -51,11 +53,13 @@ def make_clean(field_path, image_path, imaging):
     plan.write(image_path, images, peaks, {"snr_definition_offset_db": offset}, {"snr_definition_offset": offsets})
 
 
-def make_noisy(field_path, image_paths, imaging, target, noise):
+def make_noisy(field_path, image_paths, imaging, target, noise, motion=motions.STILL):
     """Form the images of a scattering store at some SNRs and write them, as `make_clean` with a leading realization.
 
     image_paths: a store for each SNR, named by its label, as snr_6dB.zarr. target: its name, part of the seed. noise:
     mapping with seed, realizations, definition and per. A store also has each image's SNR in dB by each definition.
+    motion: a `Motion`, the limits of the errors of each image, the same at all SNRs. A store has those that may differ
+    from 0, and where pulses may be lost `received` (realization, elevation, azimuth, pulse).
     """
     plan, per = _Plan(_open(field_path, imaging["polarizations"]), imaging), noise["per"]
     powers = {name: [signal_power(samples[:, 0], name) for samples in plan.samples()] for name in DEFINITIONS}
@@ -64,14 +68,22 @@ def make_noisy(field_path, image_paths, imaging, target, noise):
         variance = [variances(power, snr_db, per) for power in powers[noise["definition"]]]
         images = np.empty((noise["realizations"], len(plan.elevation), len(plan.azimuth), *plan.shape), np.complex64)
         peaks = np.empty(images.shape[:3], np.float32)
+        errors = []
         for number in range(noise["realizations"]):
             randoms = plan.randoms(noise["seed"], target, snr_db, number)
             for row, (samples, of_row) in enumerate(zip(plan.samples(), variance, strict=True)):
-                noisy = samples + plan.noise(of_row, per, randoms)
-                images[number, row], peaks[number, row] = form_images(plan.imager, noisy)
+                added = plan.noise(of_row, per, randoms)
+                if any(motion):
+                    errors.append(plan.errors(motion, row, noise["seed"], target, number))
+                    samples = plan.moved(samples, row, errors[-1])
+                    added = np.where(plan.of_pulses(errors[-1].received), added, 0)
+                images[number, row], peaks[number, row] = form_images(plan.imager, samples + added)
         with np.errstate(invalid="ignore"):  # an aperture without signal has no SNR
             own = {f"snr_{name}": 10 * np.log10(np.divide(power, variance)) for name, power in powers.items()}
         shared = {"snr_db": float(snr_db), "snr_definition": noise["definition"], "noise_per": per}
+        if any(motion):
+            shared |= {f"motion_{key}": limit for key, limit in motion._asdict().items()}
+            own |= plan.stated(motion, errors)
         plan.write(path, images, peaks, shared | {"seed": noise["seed"]}, own)
 
 
@@ -120,8 +132,36 @@ class _Plan:
         drawn = np.stack([white_noise(shared, len(self.sweep), random) for random in randoms])
         return apertures(drawn, self.sweep, self.imaging["aperture"])
 
+    def errors(self, motion, row, seed, target, number):
+        """The `motion.Errors` of one elevation's images."""
+        views = [(seed, target, self.elevation[row], azimuth, number) for azimuth in self.azimuth]
+        return motions.draw(motion, views, self.imaging["aperture"])
+
+    def moved(self, samples, row, errors):
+        """The samples of one elevation's images under errors; those of lost pulses are 0."""
+        frequency, angle = self.imager.frequency, self.imager.angle
+        if errors.turn.any():
+            samples = motions.turned(self.field.values[:, :, row], self.sweep, angle, errors.turn)
+        return np.where(self.of_pulses(errors.received), motions.displaced(samples, frequency, angle, errors), 0)
+
+    def of_pulses(self, received):
+        """Booleans of pulses (images, A) as of samples, (images, 1, F * A)."""
+        return np.tile(received, (1, len(self.imager.frequency)))[:, None]
+
+    def stated(self, motion, errors):
+        """The errors of all images that a store keeps, (realization, elevation, azimuth[, pulse]) by name."""
+        kept = [name for name, limit in motion._asdict().items() if limit and name not in ("jitter", "missing")]
+        kept = [each for name in kept for each in (motions.PLACES if name == "place" else (name,))]
+        kept += ["received"] if motion.missing else []
+        shape = -1, len(self.elevation), len(self.azimuth)
+        every = {name: np.array([getattr(each, name) for each in errors]) for name in kept}
+        return {name: values.reshape(*shape, *values.shape[2:]) for name, values in every.items()}
+
     def write(self, path, image, peak, attrs, others=None):
-        """Write images ([realization,] elevation, azimuth, channel, range, crossrange); others (elevation, azimuth)."""
+        """Write images ([realization,] elevation, azimuth, channel, range, crossrange) and others of some of the axes.
+
+        others: (elevation, azimuth), or also of realizations before these, or also of pulses after these.
+        """
         down, cross = self.imager.axes()
         coords = {"elevation": self.elevation, "azimuth": self.azimuth}
         coords |= {"channel": self.channels, "range": down, "crossrange": cross}
@@ -137,8 +177,10 @@ class _Plan:
             "range_wavenumber": self.imager.carrier(),
         }
         data = {"image": (axes, image), "peak": (axes[:-3], peak.astype(np.float32))}
-        directions = ("elevation", "azimuth")
-        data |= {name: (directions, np.asarray(of, np.float32)) for name, of in (others or {}).items()}
+        named = {2: ("elevation", "azimuth"), 3: axes[:3], 4: (*axes[:3], "pulse")}
+        for name, values in (others or {}).items():
+            values = np.asarray(values)
+            data[name] = named[values.ndim], values if values.dtype == bool else values.astype(np.float32)
         dataset = xr.Dataset(data, coords, shared | attrs)
         if len(self.channels) == 1:
             dataset = dataset.squeeze("channel", drop=True)

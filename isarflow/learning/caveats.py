@@ -11,9 +11,24 @@ def warnings(config, reaches):
     reaches: the largest distance of a point of each target from the origin in m; None where it is not known.
     """
     figures = geometry.planned(config)
+    place = max(of.get("place", 0) for of in [config["motion"], *_motions(config)])
     for name in config["targets"]:
-        yield from ((name, text) for text in geometry.warnings(figures, reaches.get(name) or 0.0))
+        reach = reaches.get(name) or 0.0
+        yield from ((name, text) for text in geometry.warnings(figures, reach))
+        least = min(figures["range_extent"], figures["crossrange_extent"])
+        if place and 2 * reach <= least < 2 * (reach + place):
+            yield (
+                name,
+                (
+                    f"displaced by up to {place:g} m it reaches {reach + place:.2f} m from the image's centre, and the "
+                    f"unambiguous extent is only {least / 2:.2f} m to either side: what lies outside folds over."
+                ),
+            )
     yield from ((LEARNING, text) for text in _unused(config))
+
+
+def _motions(config):
+    return [experiment.get("motion", {}) for experiment in config["learning"]["experiments"].values()]
 
 
 def _unused(config):

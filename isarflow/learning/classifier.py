@@ -12,6 +12,7 @@ import numpy as np
 from isarflow.core.errors import InputError
 from isarflow.core.kinds import MODELS, file_of, file_of_object, load_class
 from isarflow.learning.data.features import of
+from isarflow.learning.data.moves import Moves, moves_of
 
 CONFIG, SPLIT, STATE = "config.json", "split.json", "model.npz"  # in a fitted model's folder, models/<run>/<model>
 NOT_HYPER = ("kind", "other")  # settings of a model that are not its own hyper-parameters
@@ -22,12 +23,14 @@ ANY_SNR = "any"  # in place of the SNR, for images that go with every SNR
 class Outcome(NamedTuple):
     """A model's result for n images.
 
-    An image whose confidence score is below a threshold is rejected. In tables their columns are called known_<name>.
+    An image whose confidence score is below a threshold is rejected. In tables their columns are called known_<name>,
+    and those of what a model found of a target's place and motion found_<name>.
     """
 
     labels: np.ndarray  # (n,), names of classes
     scores: np.ndarray  # (n, classes), one column per class also for two classes: larger = likelier
     known: dict[str, np.ndarray]  # confidence scores by name, each (n,), larger = more like the known classes
+    found: Mapping[str, np.ndarray] = {}  # place and drift by name, each (n,), m and wavelengths
 
 
 class Classifier:
@@ -60,6 +63,8 @@ class Classifier:
     leaves_out = False
     aspects: np.ndarray | None = None  # of training images, (observations,) as text
     aspects_: np.ndarray
+    searches = False  # True if `evaluate` finds the place of a target that moved; else its training images move, too
+    moves: Moves | None = None  # what may have happened to the images of the run; None on a turntable
     checkpoints: Path | None = None  # a folder in which `fit` may keep its state, to go on if the job was killed
     FEATURES = "parts"  # the kind of `features.of` where the setting `features` names no other
 
@@ -85,6 +90,11 @@ class Classifier:
     def evaluate(self, images: np.ndarray) -> Outcome:
         """The Outcome of images, each judged separately: the other images do not change its result."""
         raise NotImplementedError
+
+    @property
+    def is_searched(self) -> bool:
+        """Tell whether `evaluate` looks for the place of targets, which move."""
+        return self.searches and self.moves is not None and self.settings.get("place", "search") == "search"
 
     def _aspects(self, order: np.ndarray) -> np.ndarray:
         """The aspects of the training images `order`; '' where `fit` was given none."""
@@ -161,7 +171,9 @@ def config_of(folder: str | Path) -> dict[str, Any]:
 def load(folder: str | Path) -> Classifier:
     """The fitted model of a folder."""
     config = config_of(folder)
-    return build(config["kind"], config["settings"], config["seed"]).load(Path(folder))
+    model = build(config["kind"], config["settings"], config["seed"])
+    model.moves = moves_of(config["run"])
+    return model.load(Path(folder))
 
 
 class _Settings(dict):

@@ -5,14 +5,16 @@ from dataclasses import asdict
 
 import numpy as np
 
+from isarflow.core import sweep
 from isarflow.core.errors import InputError
 from isarflow.core.sweep import snr_label, snr_of_label
 from isarflow.learning.data.split import divisions
 
 CLEAN = "clean"
+MOVED = ", moved"  # after the name of a split
 TOLERANCE = 1e-4  # degrees: two angles nearer than this are the same one
 # The parts of a run that its models depend on. The rest (its models, whether it is open) may change without a new fit.
-LEARNED = "channels", "division", "elevation", "experiment", "name", "random_snr"
+LEARNED = "channels", "division", "elevation", "experiment", "motion", "name", "random_snr"
 LEARNED += "snrs", "split", "upsample", "without"
 
 # The reference thesis's method of the open set: model, training SNR, confidence score. Others are compared with it.
@@ -28,8 +30,8 @@ def runs(config):
     (those of the training images, numbers or 'clean'), tested (SNRs in dB that it is tested at if there are images, or
     all), random_snr (whether each batch is drawn from one of them), open (whether unknown targets are tested, as there
     are some), split (a scheme), division (the fields of its `Division`), first (whether its fold is the experiment's
-    first), upsample (pixels a side, or none), channels (a list of polarizations, or all) and without (the known targets
-    that do not train).
+    first), upsample (pixels a side, or none), channels (a list of polarizations, or all), without (the known targets
+    that do not train) and motion (as of `motion_of`).
     InputError for two runs of one name.
     """
     every, learning = {}, config["learning"]
@@ -49,6 +51,7 @@ def runs(config):
             "upsample": experiment.get("upsample", "none"),
             "channels": sorted(experiment["channels"]) if "channels" in experiment else "all",
             "without": sorted(experiment.get("without", [])),
+            "motion": motion_of(config, experiment),
         }
         trainings = {f"{name}_{label(snr)}": [snr] for snr in values} if kind == "each" else {name: values}
         every_fold = divisions(shared["split"], learning["split"], config["seed"], config["imaging"]["aperture"])
@@ -61,6 +64,33 @@ def runs(config):
             own = {"name": run, "snrs": snrs, "division": asdict(division), "first": division is tested[0]}
             every[run] = shared | own
     return every
+
+
+def motion_of(config, experiment):
+    """The motion of an experiment's noisy images, a mapping; {} if nothing in the config moves.
+
+    folder: of these images, `imaging` for those that move as the config's section says; limits: those that are not 0,
+    by name; frequencies: the first and the last in Hz, and their number; step: of the azimuths, in degrees; imaging:
+    the config's section.
+    """
+    shared = {key: limit for key, limit in sorted(config["motion"].items()) if limit}
+    limits = {key: limit for key, limit in sorted((shared | experiment.get("motion", {})).items()) if limit}
+    if not (shared or limits):
+        return {}
+    label = "_".join(f"{key}_{limit:g}" for key, limit in limits.items()) or "still"
+    frequencies, azimuths = sweep.frequencies(config["radar"]), sweep.azimuths(config["aspect"])
+    return {
+        "folder": "imaging" if limits == shared else f"moved/{label}",
+        "limits": limits,
+        "frequencies": [float(frequencies[0]), float(frequencies[-1]), len(frequencies)],
+        "step": float(azimuths[1] - azimuths[0]),
+        "imaging": dict(sorted(config["imaging"].items())),
+    }
+
+
+def split_of(run):
+    """The split of a run as tables name it: its scheme, and MOVED where its targets move."""
+    return run["split"] + (MOVED if run["motion"].get("limits") else "")
 
 
 def class_of(targets, name):

@@ -15,7 +15,7 @@ from isarflow.learning.data import images
 from isarflow.learning.data.split import LEFT_OUT
 
 BATCH = 1024  # images at a time: bounds the memory; as it is constant, results stay the same bit for bit
-SCORE, KNOWN = "score_", "known_"
+SCORE, KNOWN, FOUND = "score_", "known_", "found_"  # what the names of a table's columns begin with
 SIDES = {"known": ("validation", "test"), "unknown": ("validation", "test"), "other": ("validation",)}
 
 
@@ -65,7 +65,8 @@ def predict_at(model, stores, tested, divided, config):
 
     Columns: target, elevation, azimuth (degrees), realization, by which rows are sorted, truth, predicted, role, side,
     fold, block (see `split.blocks`), snr_<definition> in dB, score_<class>..., and if it is open
-    known_<confidence score>... (docs/method.md).
+    known_<confidence score>..., and if it searches found_range, found_crossrange (m) and found_drift (wavelengths)
+    (docs/method.md).
     Raises InputError for a model that gives no proper Outcome, and in an open run for one without a confidence score.
     """
     run, is_open, tables = config["run"], tested.is_open, []
@@ -90,7 +91,8 @@ def predict_at(model, stores, tested, divided, config):
             if left_out:
                 rows &= (origins["realization"] == 0).to_numpy()  # they are many already
             pixels, origin = found[rows], origins[rows].reset_index(drop=True)
-            outcome = classify(model, pixels, images.aspects(origin, tested.planes) if left_out else None)
+            received = origin.pop(images.RECEIVED) if images.RECEIVED in origin else None
+            outcome = classify(model, pixels, images.aspects(origin, tested.planes) if left_out else None, received)
             refuse(who, of_outcome(outcome, len(pixels), model.classes_, f" of {store}"))
             if is_open and not outcome.known:
                 advice = f"Give it one, or take the model out of open experiments ('{run['experiment']}')."
@@ -107,16 +109,24 @@ def predict_at(model, stores, tested, divided, config):
             columns |= {name: origin.pop(name) for name in list(origin) if name.startswith("snr_")}
             columns |= {SCORE + name: column for name, column in zip(model.classes_, outcome.scores.T, strict=True)}
             columns |= {KNOWN + name: column for name, column in outcome.known.items()} if is_open else {}
+            columns |= {FOUND + name: column for name, column in outcome.found.items()}
             tables.append(origin.drop(columns="label").assign(**columns))
     return pd.concat(tables).sort_values(["target", "elevation", "azimuth", "realization"], ignore_index=True)
 
 
-def classify(model, images, without=None):
-    """The Outcome of images, in batches. without: None, or the aspects (n,) that they are judged without."""
+def classify(model, images, without=None, received=None):
+    """The Outcome of images, in batches.
+
+    without: None, or the aspects (n,) that they are judged without. received: None, or the pulses of each, (n,), as
+    text of 0 and 1, for a model that searches.
+    """
+    given = {} if without is None else {"without": without}
+    if received is not None and model.is_searched:
+        given["received"] = np.array([list(pulses) for pulses in received]) == "1"
     batches = [slice(start, start + BATCH) for start in range(0, len(images), BATCH)]
-    parts = [model.evaluate(images[of], *(() if without is None else (without[of],))) for of in batches]
+    parts = [model.evaluate(images[of], **{name: values[of] for name, values in given.items()}) for of in batches]
     return Outcome(
         np.concatenate([part.labels for part in parts]),
         np.concatenate([part.scores for part in parts]),
-        {name: np.concatenate([part.known[name] for part in parts]) for name in parts[0].known},
+        *({name: np.concatenate([part[at][name] for part in parts]) for name in parts[0][at]} for at in (2, 3)),
     )

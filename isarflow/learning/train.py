@@ -14,8 +14,11 @@ import pandas as pd
 from isarflow.learning import conformance
 from isarflow.learning.classifier import ANY_SNR, CONFIG, OTHER, SPLIT, build, choices
 from isarflow.learning.data import images
+from isarflow.learning.data.moves import moves_of
 from isarflow.learning.data.split import Division
+from isarflow.learning.experiments import CLEAN
 
+COPIES = 4  # of each training image without noise, for a model that does not search the place of a target that moves
 CURVE, SECONDS, SEARCH = "curve.csv", "seconds.csv", "search.csv"
 
 
@@ -55,11 +58,16 @@ def train(stores, training, folder, checkpoints=None):
     held_out, *_ = _read(stores, training, divided, "validation")
 
     who = conformance.describe(name, run["name"], kind)
-    model, best, search = None, -1.0, []
+    model, best, search, moves = None, -1.0, [], moves_of(run)
     for settings in choices(training.settings):
         candidate = build(kind, settings, seed)
-        candidate.checkpoints, candidate.noise, candidate.aspects = checkpoints, noise, aspects
-        accuracy = _fit(candidate, learned, held_out, run["random_snr"], who)
+        candidate.checkpoints, candidate.noise, candidate.aspects, candidate.moves = checkpoints, noise, aspects, moves
+        shown = learned, held_out
+        if moves and not candidate.searches:
+            seen = training.seed, run["name"], name
+            (*shown,) = (_moved(moves, *of, *seen) for of in ((learned, COPIES), (held_out, 1)))
+            candidate.aspects = aspects[_shown(learned.snrs, COPIES)]
+        accuracy = _fit(candidate, *shown, run["random_snr"], who)
         search.append({**settings, "validation_accuracy": accuracy})
         if accuracy > best:
             model, best = candidate, accuracy
@@ -67,6 +75,7 @@ def train(stores, training, folder, checkpoints=None):
     folder.mkdir(parents=True, exist_ok=True)
     model.save(folder)
     fresh = build(kind, model.settings, seed)
+    fresh.moves = moves
     conformance.refuse(who, conformance.of_restored(model, fresh, folder, held_out.images))
     if model.curve_ is not None:
         curve = pd.DataFrame(model.curve_)
@@ -102,6 +111,19 @@ def _fit(model, learned, held_out, keeps_snrs, who):
     conformance.refuse(who, conformance.of_fitted(model, learned.labels, held_out.images))
     of_class = np.isin(held_out.labels, model.classes_)
     return float(np.mean(model.predict(held_out.images[of_class]) == held_out.labels[of_class]))
+
+
+def _moved(moves, examples, copies, *names):
+    """Examples in the order of `_shown`, those without noise moved anew each time; noisy ones are moved already."""
+    is_clean = examples.snrs == CLEAN
+    moved = [moves.drawn(examples.images[is_clean], *names, copy) for copy in range(copies)]
+    images = np.concatenate([examples.images[~is_clean], *moved])
+    return Examples(images, *(of[_shown(examples.snrs, copies)] for of in examples[1:]))
+
+
+def _shown(snrs, copies):
+    """The numbers of examples of these SNRs, those without noise several times, after all others."""
+    return np.concatenate([np.flatnonzero(snrs != CLEAN), *[np.flatnonzero(snrs == CLEAN)] * copies])
 
 
 def _listed(divided, side):

@@ -5,8 +5,9 @@ from functools import cache
 
 from isarflow.core.folders import ROOT
 from isarflow.learning.data.split import folds
+from isarflow.learning.experiments import MOVED
 from isarflow.report import thesis
-from isarflow.report.vocabulary import POWERS, PROTOCOLS, SPLITS, listed, title
+from isarflow.report.vocabulary import POWERS, PROTOCOLS, SCHEMES, SPLITS, listed, title
 
 
 def conditions(results, rows):
@@ -25,7 +26,10 @@ def conditions(results, rows):
 
 def meaning(splits):
     """Return what these splits are, a sentence for each."""
-    return " ".join(glossary()[words.removeprefix("split ")] for split, words in SPLITS.items() if split in set(splits))
+    used = {split.removesuffix(MOVED) for split in splits}
+    terms = [words.removeprefix("split ") for split, words in SCHEMES.items() if split in used]
+    terms += ["targets that move"] if any(split.endswith(MOVED) for split in splits) else []
+    return " ".join(glossary()[term] for term in terms)
 
 
 def noise_words(noise, definition):
@@ -47,7 +51,7 @@ def _networks(results, rows):
 
 def _split(results, split, rows):
     """Return a split in words, with its folds, and those of the experiments that leave some out."""
-    count = len(folds(split, results.settings["learning"]["split"]))
+    count = len(folds(split.removesuffix(MOVED), results.settings["learning"]["split"]))
     if count == 1:
         return SPLITS[split]
     words = [f"{count} folds"]

@@ -2,7 +2,7 @@
 
 import itertools
 
-from isarflow.learning.experiments import CLEAN
+from isarflow.learning.experiments import CLEAN, split_of
 from isarflow.report import thesis
 from isarflow.report.layout import Section, figure
 from isarflow.report.plots import draw_pixels, finish, panels
@@ -18,7 +18,7 @@ def section(results):
     if not results.decoders:
         return ()
     every = [(results.names.model(model).place, model, results.runs[name]) for name, model in results.decoders]
-    every.sort(key=lambda of: (of[0], split_place(of[2]["split"]), of[2]["snrs"] != [CLEAN], of[2]["name"]))
+    every.sort(key=lambda of: (of[0], split_place(split_of(of[2])), of[2]["snrs"] != [CLEAN], of[2]["name"]))
     run_of = {}  # the first one of each model
     for _, model, run in every:
         run_of.setdefault(model, run)

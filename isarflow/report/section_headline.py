@@ -1,9 +1,11 @@
 """The headline, weighted F1 of the open and the closed set against SNR, and the live curves and matrices of all."""
 
+from itertools import cycle
+
 import pandas as pd
 from matplotlib.lines import Line2D
 
-from isarflow.learning.experiments import CLEAN, REFERENCE
+from isarflow.learning.experiments import CLEAN, REFERENCE, split_of
 from isarflow.report.conditions import conditions
 from isarflow.report.layout import BLACK, Section, figure
 from isarflow.report.plots import draw_scores, matrix
@@ -123,8 +125,8 @@ def comparison(results):
     confidence score; points: [SNR, value, low, high]; rejecting: the weighted F1 of rejecting all, by open set.
     """
     names, listed, levels, parts = results.names, [], {}, list(sets_of(results))
-    used = {run["split"] for run in results.runs.values()}
-    dashes = dict(zip([split for split in SPLITS if split in used], DASHES.items(), strict=False))
+    used = {split_of(run) for run in results.runs.values()}
+    dashes = dict(zip([split for split in SPLITS if split in used], cycle(DASHES.items()), strict=False))
     for name, part, validation in parts:
         # Of each model the main confidence score: the others are drawn when asked for.
         main, shown = names.by_main_score(part), curves(part, validation, names)

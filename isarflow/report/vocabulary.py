@@ -5,13 +5,20 @@ from collections import namedtuple
 import numpy as np
 import pandas as pd
 
+from isarflow.learning.experiments import MOVED
 from isarflow.report import layout
 
 ACCURACY, F1 = "accuracy", "f1_weighted"  # metrics
 MEASURES = {ACCURACY: "accuracy", F1: "weighted F1"}  # as axes call them
 # First the standard case, a view between those that train; then the limit, aspects far from them; then the thesis's.
-SPLITS = {"elevation": "split by elevation", "sector": "split by sector", "random": "split at random"}
-SPLITS["shuffled"] = "split at random, mirror images apart"
+SCHEMES = {"elevation": "split by elevation", "sector": "split by sector", "random": "split at random"}
+SCHEMES["shuffled"] = "split at random, mirror images apart"
+# As tables name them (`experiments.split_of`): each on a turntable, and with targets that move.
+SPLITS = {
+    f"{scheme}{moved}": words + (", targets that move" if moved else "")
+    for scheme, words in SCHEMES.items()
+    for moved in ("", MOVED)
+}
 ELEVATIONS = {"all": "all elevations", "trained": "trained elevations"}  # that are tested
 # Of thresholds, by what they ask for: validation images of known targets alone, also of targets of role other, also of
 # unknown ones. By the one that asks for least methods are chosen, and shown first.

@@ -57,6 +57,9 @@ class Plan:
             for runs in (self.runs, {name: run for name, run in self.runs.items() if run["first"]})
         )
         self.snrs = [sweep.snr_label(snr) for snr in config["noise"]["snr_db"]]
+        # Motion by the folder of its images; that of the config's section is in `imaging`.
+        self.motions = {"imaging": dict(sorted(config["motion"].items()))}
+        self.motions |= {self.folder(name): run["motion"]["limits"] for name, run in self.runs.items() if run["motion"]}
 
     def symmetry(self, target):
         return self.config["targets"][target].get("symmetry", [])
@@ -106,9 +109,9 @@ class Plan:
         """The stores of images that a model learns from."""
         stores, labels = [], [experiments.label(snr) for snr in self.runs[run]["snrs"]]
         for target in self.trained_targets(run, model):
-            # Of another seed are only those with noise.
-            roots = [self.results if label == experiments.CLEAN else root for label in labels]
-            stores += [f"{of}/imaging/{target}/{label}.zarr" for of, label in zip(roots, labels, strict=True)]
+            # Of another seed, and moved, are only those with noise.
+            clean, noisy = f"{self.results}/imaging", f"{root}/{self.folder(run)}"
+            stores += [f"{clean if label == experiments.CLEAN else noisy}/{target}/{label}.zarr" for label in labels]
         noise = self.models[model].get("other", False) or self.kind(model).stated.get("learns_noise", False)
         return [*stores, f"{root}/imaging/{PURE_NOISE}/clean.zarr"] if noise else stores
 
@@ -120,6 +123,20 @@ class Plan:
         """The labels of the SNRs that a run is tested at."""
         tested = self.runs[run]["tested"]
         return [sweep.snr_label(snr) for snr in self.config["noise"]["snr_db"] if tested == "all" or snr in tested]
+
+    def folder(self, run):
+        """The folder, within that of a seed, of the noisy images that a run sees."""
+        return self.runs[run]["motion"].get("folder", "imaging")
+
+    def noises(self, snrs):
+        """The folders of noisy images at some of these SNRs, by those: {labels: folders}."""
+        folders = {tuple(snrs): ["imaging"]}
+        for folder in [folder for folder in self.motions if folder != "imaging"]:
+            tested = {snr for run in self.runs if self.folder(run) == folder for snr in self.tested_snrs(run)}
+            made = tuple(snr for snr in snrs if snr in tested)
+            if made:
+                folders.setdefault(made, []).append(folder)
+        return folders
 
     def tests(self, snrs):
         """The runs that are tested at some of these SNRs, by what they are tested at: {labels: names of runs}."""

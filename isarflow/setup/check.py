@@ -12,7 +12,7 @@ import numpy as np
 from isarflow.core import sweep
 from isarflow.core.errors import InputError, refusal
 from isarflow.core.folders import of_fields
-from isarflow.core.kinds import MODELS, SECTIONS, check_kind, of_model, settings_of
+from isarflow.core.kinds import IMAGERS, MODELS, SECTIONS, check_kind, kind, of_model, settings_of
 from isarflow.core.sweep import images_are_made
 from isarflow.core.words import near
 from isarflow.imaging.formation import with_imager
@@ -93,12 +93,25 @@ def _problems(config):
     yield from _of_names("targets", config["targets"])
     for name, target in config["targets"].items():
         yield from _of_files(name, target, config)
+    yield from _of_motion("motion", config["motion"], config)
     labels = {}
     for snr in config["noise"]["snr_db"]:
         label = sweep.snr_label(snr)
         if labels.setdefault(label, snr) != snr:
             yield f"'noise.snr_db': {labels[label]!r} and {snr!r} dB are both {label} in six digits; take one of them."
     yield from _of_models(config["learning"]["models"])
+
+
+def _of_motion(key, motion, config):
+    """Check a section `motion` against the sweep and the aperture."""
+    if not any(motion.values()):
+        return
+    if not images_are_made(config):
+        yield f"'{key}' moves images, and there are none: {sweep.why_no_images(config)}"
+    if motion.get("turn") and not sweep.closes_circle(sweep.azimuths(config["aspect"])):
+        yield f"'{key}.turn' takes a sweep over a whole circle ('aspect.azimuth': {{count: ...}}); leave it 0."
+    if (lost := motion.get("missing", 0) * config["imaging"]["aperture"]) > (most := config["imaging"]["aperture"] - 3):
+        yield f"'{key}.missing' loses {lost:.1f} of {most + 3} pulses; three at least must remain."
 
 
 def _of_imagers(config):
@@ -214,6 +227,11 @@ def _of_experiments(config, experiments):
     every = runs({**config, "learning": {**learning, "experiments": experiments}})
     for name, experiment in experiments.items():
         key, trained = f"learning.experiments.{name}", experiment["train"]["elevation"]
+        moved = config["motion"] | experiment.get("motion", {})
+        yield from _of_motion(f"{key}.motion", moved, config)
+        if any(moved.values()) and not kind(IMAGERS, imaging["imager"]).stated.get("linear", False):
+            how = f"in images of '{imaging['imager']}', which are not linear in the samples; take 'imager: fourier'"
+            yield f"'{key}.motion': models cannot follow a target that moves {how}, or leave its motion 0."
         scheme = experiment.get("split", learning["split"]["scheme"])
         count = len(folds(scheme, learning["split"]))
         if "folds" in experiment and count == 1:

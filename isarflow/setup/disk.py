@@ -21,7 +21,8 @@ def check_writable(*folders):
 
 def shortage(folder, most):
     """A line of text if the folder's disk has less space than stores of `most` bytes may still take, else none."""
-    taken = sum(path.stat().st_size for path in Path(folder, "imaging").rglob("*") if path.is_file())
+    stores = (path for name in ("imaging", "moved") for path in Path(folder, name).rglob("*"))
+    taken = sum(path.stat().st_size for path in stores if path.is_file())
     free = shutil.disk_usage(_existing(folder)).free
     if free >= most - taken:
         return []

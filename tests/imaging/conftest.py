@@ -74,6 +74,12 @@ def store(tmp_path):
 
 
 @pytest.fixture
+def points_field():
+    """The function `point_field`."""
+    return point_field
+
+
+@pytest.fixture
 def image_of():
     """A function that images point scatterers: (points, sweep, azimuth index, ...) -> one image that can be refined."""
     return _image_of

@@ -26,21 +26,25 @@ rule image:
 
 
 # One job for all SNRs, as the images of one take less time than a job's start. Those that come into the config later are
-# sets of their own (`setup.snr_sets`), so that adding one makes its images alone.
+# sets of their own (`setup.snr_sets`), so that adding one makes its images alone. Experiments with a motion of their own
+# have images of their own, at the SNRs that they test.
 # One thread: the last bits of a product depend on how many BLAS uses.
-for number, snrs in enumerate(SNR_SETS, 1):
+NOISES = [(number, *of) for number, snrs in enumerate(SNR_SETS, 1) for of in plan.noises(snrs).items()]
+for rule_number, (number, snrs, folders) in enumerate(NOISES, 1):
 
     rule:
         name:
-            f"noise{numbered(number, '_')}"
+            f"noise{numbered(rule_number, '_')}"
         input:
             field=lambda w: for_images(f"{FIELDS}/scattering/{w.target}.zarr"),
         output:
-            [directory(f"{{root}}/imaging/{{target}}/{snr}.zarr") for snr in snrs],
+            [directory(f"{{root}}/{{folder}}/{{target}}/{snr}.zarr") for snr in snrs],
         log:
-            f"{{root}}/logs/imaging/{{target}}/noise{numbered(number, '-')}.log",
+            f"{{root}}/logs/{{folder}}/{{target}}/noise{numbered(number, '-')}.log",
         benchmark:
-            f"{{root}}/benchmarks/imaging/{{target}}/noise{numbered(number, '-')}.tsv"
+            f"{{root}}/benchmarks/{{folder}}/{{target}}/noise{numbered(number, '-')}.tsv"
+        wildcard_constraints:
+            folder=one_of(folders),
         conda:
             "../../envs/imaging.yaml"
         threads: 1
@@ -51,7 +55,8 @@ for number, snrs in enumerate(SNR_SETS, 1):
             code=code("job_noise.py", plan.imager_file()),
             settings=lambda w: section(
                 plan.seeded[w.root], "imaging", "noise.definition", "noise.per", "noise.realizations", "seed"
-            ),
+            )
+            | {"motion": plan.motions[w.folder]},
         message:
             f"imaging {{wildcards.target}}: form the images at {experiments.labels_in_words(snrs)}"
         script:

@@ -38,7 +38,7 @@ for rule_number, (number, snrs, runs) in enumerate(TESTS, 1):
             f"predict{numbered(rule_number, '_')}"
         input:
             stores=lambda w, snrs=snrs: expand(
-                f"{w.root}/imaging/{{target}}/{{snr}}.zarr", target=plan.tested_targets(w.run), snr=snrs
+                f"{w.root}/{plan.folder(w.run)}/{{target}}/{{snr}}.zarr", target=plan.tested_targets(w.run), snr=snrs
             ),
             model=rules.train.output.model,
         output:

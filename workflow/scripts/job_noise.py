@@ -1,8 +1,10 @@
 from isarflow.core.job import job
+from isarflow.imaging.motion import Motion
 from isarflow.imaging.store import make_noisy
 
 with job(snakemake):
     settings = snakemake.params.settings
     noise = {key: settings[f"noise.{key}"] for key in ("realizations", "definition", "per")}
     noise["seed"] = settings["seed"]
-    make_noisy(snakemake.input.field, snakemake.output, settings["imaging"], snakemake.wildcards.target, noise)
+    target, motion = snakemake.wildcards.target, Motion(**settings["motion"])
+    make_noisy(snakemake.input.field, snakemake.output, settings["imaging"], target, noise, motion)

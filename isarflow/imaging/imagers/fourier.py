@@ -34,6 +34,7 @@ class Imager(Formation):
             "description": "none (as many as samples), or 3 to 128 pixels a side, in both directions, by zero padding",
         },
     }
+    linear = True
     compared = {
         "none (plain FFT)": {"reformat": "none", "upsample": "none"},
         "polar": {"reformat": "polar", "upsample": "none"},

@@ -13,6 +13,7 @@ from isarflow.learning.data.split import Division, blocks, folded, split
 from isarflow.learning.experiments import TOLERANCE
 
 ORIGIN = ("elevation", "azimuth", "realization")
+RECEIVED = "received"
 
 
 def target_of(store):
@@ -82,7 +83,8 @@ def read(stores, azimuth, elevation="all", pixels="none", realizations=None, cha
     Returns the images, complex64 (n, [channel,] range, crossrange), with an axis of several channels in the store's
     order, and a DataFrame with the origin of each: label (of its SNR, as 'clean' or 'snr_6dB'), target, elevation,
     azimuth (degrees) and realization, 0 in a store without noise; of noisy images also snr_<definition>, each one's own
-    SNR in dB. Rows are in the order of the former columns, each store's angles in the store's order.
+    SNR in dB, and received, the pulses as text of 0 and 1, if some may be lost. Rows are in the order of the former
+    columns, each store's angles in the store's order.
     Raises InputError for an image that is not finite, and KeyError for an angle that a store does not have.
     """
     stores = sorted(map(Path, stores), key=lambda store: (store.stem, target_of(store)))
@@ -112,6 +114,9 @@ def _read(store, azimuth, elevation, pixels, realizations, channels):
     origin = pd.MultiIndex.from_product([image[name].values for name in ORIGIN], names=ORIGIN).to_frame(index=False)
     origin.insert(0, "label", store.stem)
     origin.insert(1, "target", target_of(store))
+    if RECEIVED in dataset:
+        pulses = dataset[RECEIVED].transpose(*ORIGIN, "pulse").values
+        origin[RECEIVED] = ["".join(row) for row in np.where(pulses.reshape(len(origin), -1), "1", "0")]
     for name in [name for name in dataset if name.startswith("snr_")]:
         origin[name] = np.repeat(dataset[name].transpose("elevation", "azimuth").values, image.sizes["realization"])
     return images, origin

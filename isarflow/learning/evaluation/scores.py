@@ -14,7 +14,7 @@ from isarflow.learning.data.split import LEFT_OUT
 from isarflow.learning.evaluation import judge, metrics
 from isarflow.learning.evaluation.looks import LOOKS, fused
 from isarflow.learning.evaluation.metrics import KEPT
-from isarflow.learning.experiments import REFERENCE, train_snr_db, training
+from isarflow.learning.experiments import REFERENCE, split_of, train_snr_db, training
 
 HEAD = ["experiment", "model", "split", "training", "train_snr_db"]
 CASE = [*HEAD, "test_snr_db", "elevation", "score", "threshold"]
@@ -94,7 +94,7 @@ def tables_of_cases(predictions, runs):
     for path in sorted(map(Path, predictions), key=run_and_model):
         name, model = run_and_model(path)
         run, snr = runs[name], train_snr_db(runs[name])
-        head = (run["experiment"], model, run["split"], training(run), "" if pd.isna(snr) else snr)
+        head = (run["experiment"], model, split_of(run), training(run), "" if pd.isna(snr) else snr)
         _, tables = cases.setdefault(head, (run, {}))
         tables.setdefault(snr_of_label(path.stem), []).append(path)
     return cases

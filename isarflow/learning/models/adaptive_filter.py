@@ -2,12 +2,13 @@
 
 import numpy as np
 
-from isarflow.learning.classifier import ANY_SNR, OTHER, Classifier, Outcome
+from isarflow.learning.classifier import ANY_SNR, OTHER, Outcome
 from isarflow.learning.data.features import unit_rows
 from isarflow.learning.experiments import cleanest
+from isarflow.learning.library import Library
 
 
-class Model(Classifier):
+class Model(Library):
     """The class of the template with the largest adaptive coherence with the image.
 
     |t^H S^-1 x|^2 / ((t^H S^-1 t) (x^H S^-1 x)) for a template t and an image x (Kraut, Scharf and McWhorter 2001,
@@ -24,7 +25,14 @@ class Model(Classifier):
 
     LABELS = {"adaptive_filter": ("adaptive filter", "the adaptive matched filter", 11)}
     SCORES = {"coherence": ("coherence", 16)}
-    SETTINGS = {"loading": {"type": "number", "exclusiveMinimum": 0, "description": "diagonal, in mean eigenvalues"}}
+    SETTINGS = {
+        "loading": {"type": "number", "exclusiveMinimum": 0, "description": "diagonal, in mean eigenvalues"},
+        "place": {
+            "enum": ["search", "known"],
+            "default": "search",
+            "description": "of a target that moves: search = looked for; known = taken for the image's middle",
+        },
+    }
     by_snr = True
     covariances = True
 
@@ -48,9 +56,10 @@ class Model(Classifier):
             sizes.append(np.sqrt(np.einsum("ni,ij,nj->n", templates.conj(), inverse, templates, optimize=True).real))
         self.inverses_, self.volumes_ = np.array(inverses), np.array(volumes)
         self.sizes_ = np.maximum(sizes, 1e-12).astype(np.float32)  # a zero template correlates with nothing
+        self._keep_library(images[order])
         return self
 
-    def evaluate(self, images):
+    def judge(self, images, without=None, hypotheses=None):
         x = unit_rows(images)
         white = np.stack([x @ inverse.T for inverse in self.inverses_])
         powers = np.einsum("sni,ni->sn", white, x.conj()).real

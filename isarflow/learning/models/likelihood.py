@@ -10,8 +10,9 @@ from scipy.linalg import eigh
 from scipy.ndimage import uniform_filter
 
 from isarflow.core.errors import InputError
-from isarflow.learning.classifier import OTHER, Classifier, Outcome
+from isarflow.learning.classifier import OTHER, Outcome
 from isarflow.learning.data.features import by_channel, standardized, unit, unit_rows
+from isarflow.learning.library import Library
 
 BLOCK = 64  # images at a time, always: the last bits of a product depend on how many rows it has
 LOADING = 0.01  # of the mean noise power of a pixel: the uncertainty of its covariance, estimated from few images
@@ -27,7 +28,7 @@ NEAR_I0 = (0.0045813, 0.0360768, 0.2659732, 1.2067492, 3.0899424, 3.5156229, 1.0
 FAR_I0 = (0.00392377, -0.01647633, 0.02635537, -0.02057706, 0.00916281, -0.00157565, 0.00225319, 0.01328592, 0.39894228)
 
 
-class Model(Classifier):
+class Model(Library):
     """The class of the likeliest view of the library, and its likelihood; docs/recognition.md has the equations.
 
     An image of unit energy and N pixels over all channels holds a share n of noise, whose covariance over the pixels is
@@ -46,6 +47,11 @@ class Model(Classifier):
     SETTINGS = {
         "candidates": {"type": "integer", "minimum": 1, "description": "templates of a class tried, of largest ZNCC"},
         "mismatch": {"type": "number", "minimum": 0, "description": "a view's variance, in its template's local power"},
+        "place": {
+            "enum": ["search", "known"],
+            "default": "search",
+            "description": "of a target that moves: search = looked for; known = taken for the image's middle",
+        },
     }
     covariances = True
     learns_noise = True
@@ -53,7 +59,7 @@ class Model(Classifier):
     leaves_out = True
 
     def fit(self, images, labels, validation=None, snrs=None, views=None):
-        for made in ("_white", "_bank"):  # of templates of an earlier fit
+        for made in ("_white", "_bank", "_search"):  # of templates of an earlier fit
             vars(self).pop(made, None)
         order = np.argsort(labels, kind="stable")
         self.classes_, starts = np.unique(labels[order], return_index=True)
@@ -87,15 +93,18 @@ class Model(Classifier):
         rows = rows[rows.any(axis=1)]
         return rows.T @ rows.conj() / len(rows) if len(rows) else np.eye(size) / size
 
-    def evaluate(self, images, without=None):
-        parts = self._scored(images.reshape(len(images), -1), without)
+    def _library(self):
+        return self.templates_.reshape(-1, *self.shape_)
+
+    def judge(self, images, without=None, hypotheses=None):
+        parts = self._scored(images.reshape(len(images), -1), without, hypotheses)
         scores = parts[:, 0] + COHERENCE * parts[:, 1]
         of_known = self.classes_ != OTHER
         known = {"likelihood": scores[:, of_known].max(axis=1)}
         known |= dict(zip(("rice", "coherence"), parts[:, :, of_known].max(axis=2).T, strict=True))
         return Outcome(self.classes_[scores.argmax(axis=1)], scores, known)
 
-    def _scored(self, rows, without):
+    def _scored(self, rows, without, hypotheses):
         """Rice and coherence of the best template of each class, (n, 2, classes), of images as rows (n, N)."""
         found = []
         for start in range(0, len(rows), BLOCK):
@@ -104,33 +113,69 @@ class Model(Classifier):
             magnitudes = np.abs(filled)
             share = np.quantile(magnitudes**2 / self.noise_, FAINT, axis=1) / -np.log(1 - FAINT)
             share = np.clip(share, *SHARES).astype(np.float32)
-            apart = None if without is None else np.resize(without[start : start + BLOCK], BLOCK)
-            coherence = self._coherence(filled, np.maximum(share, LEAST_NOISE), apart)
-            found.append(np.stack([self._rice(magnitudes, share, apart), coherence], axis=1)[: len(block)])
+            arrays = filled, magnitudes, share
+            if hypotheses is None:
+                apart = None if without is None else np.resize(without[start : start + BLOCK], BLOCK)
+                parts = self._of_library(*arrays, apart)
+            else:
+                parts = self._of_few(*arrays, hypotheses, np.resize(np.arange(start, start + len(block)), BLOCK))
+            found.append(np.stack(parts, axis=1)[: len(block)])
         return np.concatenate(found)
 
-    def _coherence(self, rows, share, without):
-        """The log-likelihood ratio of coherence with each class, (n, classes); share: of noise, (n,)."""
+    def _of_library(self, rows, magnitudes, share, without):
+        """Rice and coherence with the library, (n, classes) each; share: of noise, (n,); without: as of `evaluate`."""
         white, squared = self._white
-        x, weights = rows @ self.basis_.conj(), 1 / ((1 - share[:, None]) * self.powers_ + share[:, None])
-        energy = (np.abs(x) ** 2 * weights).sum(axis=1, keepdims=True)
+        x, weights, energy = self._whitened(rows, share)
         coherence = np.abs((x * weights) @ white.conj().T) ** 2 / np.maximum(weights @ squared.T * energy, 1e-30)
         best = np.maximum.reduceat(self._masked(coherence, without, 0), self.starts_[:-1], axis=1)
-        return -rows.shape[1] * np.log(np.maximum(1 - best, 1e-6))
-
-    def _rice(self, magnitudes, share, without):
-        """The Rician score of the best template of each class, (n, classes); share: of noise, (n,)."""
         templates, around, alike = self._bank
         near = self._masked(standardized(magnitudes) @ alike.T, without, -2)
-        noise, scale, found = share[:, None] * self.noise_, np.sqrt(1 - share), []
+        rice = []
         for first, end in itertools.pairwise(self.starts_):
             count = min(self.settings["candidates"], end - first)
             chosen = first + np.argpartition(-near[:, first:end], count - 1, axis=1)[:, :count]
             nearest = first + near[:, first:end].argmax(axis=1)[:, None]  # in place of what is left out
             chosen = np.where(np.take_along_axis(near, chosen, axis=1) < -1.5, nearest, chosen)
-            arrays = magnitudes, noise, scale, templates[chosen], around[chosen]
-            found.append(_rician(*arrays, self.settings["mismatch"]))
-        return np.stack(found, axis=1)
+            rice.append(self._rice(magnitudes, share, templates[chosen], around[chosen]))
+        return np.stack(rice, axis=1), self._ratio(best)
+
+    def _of_few(self, rows, magnitudes, share, hypotheses, number):
+        """Rice and coherence with the templates of hypotheses, of these numbers (n,), as of `_of_library`.
+
+        For the former, templates lack the pulses that the image lacks.
+        """
+        x, weights, energy = self._whitened(rows, share)
+        received, rice, best = hypotheses.received, [], []
+        for among in hypotheses.among:
+            chosen = among[number]
+            white = self._white[0][chosen]
+            coherence = np.abs(((x * weights)[:, None] @ white.conj().transpose(0, 2, 1))[:, 0]) ** 2
+            sizes = (np.abs(white) ** 2 @ weights[:, :, None])[..., 0]
+            best.append((coherence / np.maximum(sizes * energy, 1e-30)).max(axis=1))
+            if received is None or received[number].all():
+                bank = self._bank[0][chosen], self._bank[1][chosen]
+            else:
+                templates = self.templates_[chosen].reshape(*chosen.shape, *self.shape_)
+                kept = self._search.templates_received(templates, received[number])
+                bank = self._around(unit_rows(kept.reshape(chosen.size, -1)))
+                bank = [part.reshape(*chosen.shape, -1) for part in bank]
+            rice.append(self._rice(magnitudes, share, *bank))
+        return np.stack(rice, axis=1), self._ratio(np.stack(best, axis=1))
+
+    def _whitened(self, rows, share):
+        """Images (n, N) in the directions of `basis_`, the weights of these, and the weighted energies (n, 1)."""
+        share = np.maximum(share, LEAST_NOISE)[:, None]
+        x, weights = rows @ self.basis_.conj(), 1 / ((1 - share) * self.powers_ + share)
+        return x, weights, (np.abs(x) ** 2 * weights).sum(axis=1, keepdims=True)
+
+    def _ratio(self, coherence):
+        """The log-likelihood ratio of coherence."""
+        return -len(self.noise_) * np.log(np.maximum(1 - coherence, 1e-6))
+
+    def _rice(self, magnitudes, share, templates, around):
+        """The Rician score of the best of some templates (n, K, N), (n,); share: of noise, (n,)."""
+        arrays = magnitudes, share[:, None] * self.noise_, np.sqrt(1 - share), templates, around
+        return _rician(*arrays, self.settings["mismatch"])
 
     @functools.cached_property
     def _white(self):
@@ -140,11 +185,15 @@ class Model(Classifier):
     @functools.cached_property
     def _bank(self):
         """Magnitudes of all templates, their power around pixels, and the magnitudes as ZNCC takes them."""
-        magnitudes = np.abs(self.templates_)
+        magnitudes, around = self._around(self.templates_)
+        return magnitudes, around, standardized(magnitudes)
+
+    def _around(self, templates):
+        """Magnitudes of templates (t, N), and their power around pixels."""
+        magnitudes = np.abs(templates)
         power = magnitudes**2
         around = uniform_filter(power.reshape(-1, *self.shape_), AROUND, mode="nearest").reshape(power.shape)
-        around = np.maximum(around, LEAST * power.max(axis=1, keepdims=True))
-        return magnitudes, around, standardized(magnitudes)
+        return magnitudes, np.maximum(around, LEAST * power.max(axis=1, keepdims=True))
 
 
 @jax.jit

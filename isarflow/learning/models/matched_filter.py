@@ -2,11 +2,12 @@
 
 import numpy as np
 
-from isarflow.learning.classifier import OTHER, Classifier, Outcome
+from isarflow.learning.classifier import OTHER, Outcome
 from isarflow.learning.data.features import standardized, unit_rows
+from isarflow.learning.library import Library
 
 
-class Model(Classifier):
+class Model(Library):
     """The class of the training image with the largest normalised correlation.
 
     Of the `features` parts it is the complex one, |t^H x| / (|t| |x|). For one known image in white noise this is its
@@ -23,16 +24,24 @@ class Model(Classifier):
     }
     SCORES = {"correlation": ("correlation", 8)}
     leaves_out = True
-    SETTINGS = {"features": {"$ref": "#/$defs/features", "default": "parts"}}
+    SETTINGS = {
+        "features": {"$ref": "#/$defs/features", "default": "parts"},
+        "place": {
+            "enum": ["search", "known"],
+            "default": "search",
+            "description": "of a target that moves: search = looked for; known = taken for the image's middle",
+        },
+    }
 
     def fit(self, images, labels, validation=None, snrs=None, views=None):
         order = np.argsort(labels, kind="stable")
         self.classes_, self.starts_ = np.unique(labels[order], return_index=True)
         self.aspects_ = self._aspects(order)
         self.templates_ = np.ascontiguousarray(self._rows(images[order]).conj().T)
+        self._keep_library(images[order])
         return self
 
-    def evaluate(self, images, without=None):
+    def judge(self, images, without=None, hypotheses=None):
         correlations = self._rows(images) @ self.templates_
         if self.sees == "parts":
             correlations = np.abs(correlations)

@@ -1,0 +1,198 @@
+"""Find a target's place and drift in an image, with a library whose templates have neither.
+
+A first stage compares what no displacement changes, the magnitude of the power image's Fourier transform, and leaves
+some templates of each class, for each of several drifts. A second one correlates the magnitudes of these with the
+image's over all places that motion allows. The largest correlations are hypotheses: for each the image is moved back by
+exact phases. Magnitudes are up-sampled by two before, as a magnitude has twice the band of its image, and of their
+transforms the inner half is kept.
+"""
+
+import itertools
+from typing import NamedTuple
+
+import numpy as np
+import scipy.fft
+
+from isarflow.learning.data.features import by_channel
+
+BLOCK = 64  # images at a time, always: the last bits of a product depend on how many rows it has
+TEMPLATES = 80  # of each class, and drift, that the first stage leaves
+HYPOTHESES = 4  # of an image, with distinct places or drifts
+DRIFT = 0.25  # wavelengths at the ends of the aperture, from one drift to the next
+APART = 0.25  # cells: nearer places are the same
+MARGIN = 1  # half cells beyond the largest displacement
+RETRIEVALS = 3  # steps towards the phases of pulses; more change no score
+
+
+class Hypotheses(NamedTuple):
+    """HYPOTHESES for each of n images, image by image: m in all."""
+
+    images: np.ndarray  # (m, channel, R, X), moved back
+    among: list  # for each class the numbers of templates that are alike there (m, k)
+    range: np.ndarray  # (m,), m
+    crossrange: np.ndarray  # (m,), m
+    drift: np.ndarray  # (m,), wavelengths
+    received: np.ndarray | None  # (m, A), pulses; None if all are
+
+
+class Search:
+    """A library that is ready to be searched.
+
+    moves: the run's `Moves`; templates: (t, channel, R, X), grouped by class; starts: (classes,), each one's first.
+    aspects: (t,) as text, by which an image may be judged without some templates.
+    """
+
+    def __init__(self, moves, templates, starts, aspects):
+        self.moves, self.templates, self.aspects = moves, templates, aspects
+        self.bounds = [*itertools.pairwise([*starts, len(templates)])]
+        self.counts = [min(TEMPLATES, end - first) for first, end in self.bounds]
+        limits = moves.limits
+        drifts = int(np.ceil(limits.drift / DRIFT - 1e-9))
+        self.drifts = np.linspace(-limits.drift, limits.drift, 2 * drifts + 1)
+        # Each drift's is one matrix from an image to the image without it.
+        self.undone = [
+            moves.to_samples * moves.phases(drift=-drift).ravel() @ moves.to_image if drift else None
+            for drift in self.drifts
+        ]
+        # Half cells are the places: (places, lines of a spectrum) in range, and the transpose in cross-range.
+        self.sizes = [2 * count for count in moves.shape]
+        self.steps = [(axis[1] - axis[0]) / 2 for axis in moves.imager.axes()]
+        self.most = [int(np.ceil(limits.place / step - 1e-9)) + MARGIN for step in self.steps]
+        self.lines = [_lines(size) for size in self.sizes]
+        rows, columns = (
+            np.exp(2j * np.pi * np.outer(np.arange(-most, most + 1), lines) / size).astype(np.complex64)
+            for most, lines, size in zip(self.most, (self.lines[0], _half(self.lines[1])), self.sizes, strict=True)
+        )
+        self.to_places = rows, columns.T
+        parts = [self._seen(templates[start : start + BLOCK]) for start in range(0, len(templates), BLOCK)]
+        self.invariants, spectra = (np.concatenate(part) for part in zip(*parts, strict=True))
+        self.spectra = np.conj(spectra) * self._weights()
+
+    def _weights(self):
+        """How often each column of half a spectrum stands in the whole one."""
+        return np.where(_half(self.lines[1]) == 0, 1, 2).astype(np.float32)
+
+    def _seen(self, images):
+        """Invariants (n, d) and spectra (n, channel, lines, columns) of images, each of norm 1 and without its mean."""
+        down, carrier = self.moves.imager.axes()[0], self.moves.imager.carrier()
+        base = images * np.exp(-2j * carrier * down).astype(np.complex64)[:, None]
+        spectrum = scipy.fft.fftshift(scipy.fft.fft2(scipy.fft.ifftshift(base, (-2, -1))), (-2, -1))
+        padding = [(count - count // 2, count - -(-count // 2)) for count in self.moves.shape]
+        finer = scipy.fft.ifft2(scipy.fft.ifftshift(np.pad(spectrum, [(0, 0), (0, 0), *padding]), (-2, -1)))
+        magnitudes = np.abs(scipy.fft.fftshift(finer, (-2, -1)))
+        found = []
+        for features in (magnitudes**2, magnitudes):
+            inner = scipy.fft.rfft2(features)[..., self.lines[0], : len(_half(self.lines[1]))]
+            inner[..., 0, 0] = 0
+            size = np.sqrt((np.abs(inner) ** 2 * self._weights()).sum(axis=(1, 2, 3), keepdims=True))
+            found.append(inner / np.maximum(size, 1e-30))
+        invariants = np.abs(found[0]) * np.sqrt(self._weights())
+        return invariants.reshape(len(images), -1).astype(np.float32), found[1].astype(np.complex64)
+
+    def hypotheses(self, images, without=None, received=None, alike=8):
+        """The Hypotheses of BLOCK images. without: None, or the aspects (n,) that each is judged without.
+
+        received: None, or the pulses that were received, (n, A) booleans. alike: templates of each class, at most.
+        """
+        images, found = by_channel(images), [[] for _ in images]
+        for drift, undone in zip(self.drifts, self.undone, strict=True):
+            seen = images
+            if undone is not None:
+                seen = (images.reshape(-1, len(undone)) @ undone).reshape(images.shape)
+            invariants, spectra = self._seen(seen)
+            likeness = invariants @ self.invariants.T
+            if without is not None:
+                likeness[np.asarray(without)[:, None] == self.aspects] = -1
+            for image, spectrum in enumerate(spectra):
+                found[image] += self._places(likeness[image], spectrum, drift, alike)
+        chosen = [hypothesis for each in found for hypothesis in self._distinct(each)]
+        _, template, down, cross, drift, among = (list(part) for part in zip(*chosen, strict=True))
+        down, cross, drift = (np.array(error) for error in (down, cross, drift))
+        owner = np.repeat(np.arange(len(images)), HYPOTHESES)
+        samples = self.moves.samples(images)[owner] * self.moves.phases(-down, -cross, -drift)[:, None]
+        pulses = None if received is None else received[owner]
+        if self.moves.limits.jitter:
+            samples *= self._of_pulses(samples, self.templates[template], pulses)
+        if pulses is not None:
+            samples *= pulses[:, None, None]
+        among = [np.array([each[number] for each in among]) for number in range(len(self.counts))]
+        return Hypotheses(self.moves.images(samples), among, down, cross, drift, pulses)
+
+    def _places(self, likeness, spectrum, drift, alike):
+        """The best hypotheses of an image: (correlation, template, range, cross-range, drift, among) of each."""
+        parts = zip(self.bounds, self.counts, strict=True)
+        chosen = [first + np.argpartition(-likeness[first:end], count - 1)[:count] for (first, end), count in parts]
+        chosen = np.concatenate(chosen)
+        rows, columns = self.to_places
+        correlation = (rows @ (spectrum * self.spectra[chosen]).sum(axis=1) @ columns).real
+        correlation[likeness[chosen] <= -1] = -1
+        each, shape = np.arange(len(chosen)), correlation.shape[1:]
+        row, column = np.unravel_index(correlation.reshape(len(chosen), -1).argmax(axis=1), shape)
+        row, column = np.clip(row, 1, shape[0] - 2), np.clip(column, 1, shape[1] - 2)
+        # Between the places a parabola through three of them.
+        peak, shifts = correlation[each, row, column].copy(), []
+        for before, after in (
+            (correlation[each, row - 1, column], correlation[each, row + 1, column]),
+            (correlation[each, row, column - 1], correlation[each, row, column + 1]),
+        ):
+            bend = np.minimum(before - 2 * correlation[each, row, column] + after, -1e-9)
+            shifts.append(np.clip((before - after) / (2 * bend), -0.6, 0.6))
+            peak -= (before - after) * shifts[-1] / 4
+        down = (row - self.most[0] + shifts[0]) * self.steps[0]
+        cross = (column - self.most[1] + shifts[1]) * self.steps[1]
+        bounds, found = [*itertools.pairwise(np.cumsum([0, *self.counts]))], []
+        for best in np.argsort(-peak)[:HYPOTHESES]:
+            here = -correlation[:, row[best], column[best]]
+            among = [
+                chosen[first + np.argpartition(here[first:end], min(alike, end - first) - 1)[:alike]]
+                for first, end in bounds
+            ]
+            found.append((peak[best], chosen[best], down[best], cross[best], drift, among))
+        return found
+
+    def _distinct(self, found):
+        """HYPOTHESES of an image's, those of largest correlation; if fewer are distinct, the first is repeated."""
+        kept = []
+        for one in sorted(found, key=lambda each: -each[0]):
+            if not any(self._same(one, other) for other in kept):
+                kept.append(one)
+        return (kept + [kept[0]] * HYPOTHESES)[:HYPOTHESES]
+
+    def _same(self, one, other):
+        near = (abs(one[axis] - other[axis]) < APART * self.moves.cells[axis - 2] for axis in (2, 3))
+        return one[4] == other[4] and all(near)
+
+    def _of_pulses(self, samples, templates, received):
+        """Factors (m, 1, 1, A) of magnitude 1 that undo the jitter of pulses: phases are retrieved (Fienup 1982).
+
+        In turns the image takes its template's magnitudes, and each pulse the phase that fits best what that makes.
+        """
+        magnitudes = np.abs(self.templates_received(templates[:, None], received)[:, 0])
+        factor = np.ones((len(samples), 1, 1, samples.shape[-1]), np.complex64)
+        for _ in range(RETRIEVALS):
+            image = self.moves.images(samples * factor)
+            aim = self.moves.samples(image * (magnitudes / np.maximum(np.abs(image), 1e-12)))
+            fit = (aim * samples.conj()).sum(axis=(1, 2), keepdims=True)
+            factor = np.where(np.abs(fit) > 0, fit / np.maximum(np.abs(fit), 1e-30), 1)
+        return factor
+
+    def templates_received(self, templates, received):
+        """Templates (m, k, channel, R, X) as images of the pulses (m, A) that each row's image has; None for all."""
+        if received is None or received.all():
+            return templates
+        lost, rows = np.tile(~received, (1, len(self.moves.frequency))), []
+        for each, gone in zip(templates, lost, strict=True):
+            flat = each.reshape(-1, len(self.moves.to_samples))
+            rows.append(flat - flat @ self.moves.to_samples[:, gone] @ self.moves.to_image[gone])
+        return np.reshape(rows, templates.shape).astype(np.complex64)
+
+
+def _lines(size):
+    """The lines of a spectrum of so many that are its inner half."""
+    half = size // 4
+    return np.concatenate([np.arange(half + 1), np.arange(-half, 0)])
+
+
+def _half(lines):
+    """Those of them that a real image's spectrum has."""
+    return lines[lines >= 0]
