@@ -130,6 +130,12 @@ class Results:
         """Names of the experiments that are tested on unknown targets too."""
         return self.names.values(self.scores[self.scores["score"] != ""], "experiment") if self.learns else []
 
+    @cached_property
+    def moved(self):
+        """Names of the experiments that are tested on unknown targets, and on such as are displaced or drift, no more."""
+        limits = {run["experiment"]: {*run["motion"].get("limits", ())} for run in self.runs.values()}
+        return [name for name in self.opened if limits[name] and limits[name] <= {"place", "drift"}]
+
     def rejecting(self, experiments):
         """Return the weighted F1 of rejecting all images of the open set, ascending; of alike values one."""
         known = self.classes

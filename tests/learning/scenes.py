@@ -49,7 +49,7 @@ def run_of(selection=ALL, name="multi", seed=0, **more):
     """A run as the rules hand it to a training; of a split by sector that of the first fold."""
     experiment = {"train": selection, "models": list(SETTINGS), **more}
     learning = {"split": SPLIT, "experiments": {name: experiment}}
-    sweep = {"seed": seed, "imaging": {"aperture": APERTURE}}
+    sweep = {"seed": seed, "imaging": {"aperture": APERTURE}, "motion": {}}
     run, *_ = runs({"targets": {"cube": {"role": "unknown"}}, "learning": learning, **sweep}).values()
     return {key: run[key] for key in LEARNED}
 

@@ -31,7 +31,7 @@ def made(tmp_path_factory):
             scenes.write(folder / name / "snr_0dB.zarr", scenes.noisy(name, 0), scenes.aspects())
     learning = {"split": scenes.SPLIT, "experiments": {"e": {"train": scenes.ALL, "models": ["knn"], "open": True}}}
     learning["experiments"]["e"]["split"] = "elevation"
-    sweep = {"seed": 0, "imaging": {"aperture": scenes.APERTURE}}
+    sweep = {"seed": 0, "imaging": {"aperture": scenes.APERTURE}, "motion": {}}
     runs = experiments.runs({"targets": {"cube": {"role": "unknown"}}, "learning": learning, **sweep})
     tables = {}
     for name, run in runs.items():

@@ -3,7 +3,7 @@ import pytest
 
 from isarflow.core.errors import InputError
 from isarflow.learning.classifier import ANY_SNR, choices
-from isarflow.learning.experiments import label, runs, snrs_in_words, train_snr_db, training
+from isarflow.learning.experiments import label, runs, snrs_in_words, split_of, train_snr_db, training
 from isarflow.learning.networks.training_loop import Batches
 
 
@@ -15,6 +15,7 @@ def learning(**experiments):
         "learning": {"split": split, "experiments": experiments},
         "seed": 5,
         "imaging": {"aperture": 11},
+        "motion": {},
     }
 
 
@@ -46,6 +47,7 @@ def test_an_experiment_is_a_run():
         "upsample": "none",
         "channels": "all",
         "without": [],
+        "motion": {},
     }
     for fold in (1, 2, 3):
         run = found[f"b_fold{fold}"]
@@ -107,6 +109,19 @@ def test_equal_steps_are_a_range_and_no_snr_is_lost():
     some = range(-2, 5)
     every = [list(np.flatnonzero(flags) - 2) for flags in np.ndindex(*[2] * len(some))]
     assert len({snrs_in_words(snrs) for snrs in every}) == len(every)
+
+
+def test_a_run_has_the_motion_of_its_experiment_over_that_of_the_config():
+    radar = {"center_frequency": 2e9, "bandwidth": 1e9, "frequencies": 11}
+    sweep = {"radar": radar, "aspect": {"azimuth": {"count": 120}}, "motion": {"place": 0.1, "drift": 0}}
+    own = {"b": one("clean", motion={"drift": 0.5}), "c": one("clean", motion={"place": 0}), "d": one("clean")}
+    found = {name: run["motion"] for name, run in runs(learning(**own) | sweep).items()}
+    assert found["d"]["folder"] == "imaging" and found["d"]["limits"] == {"place": 0.1}
+    assert found["b"]["folder"] == "moved/drift_0.5_place_0.1"
+    assert found["c"]["folder"] == "moved/still" and found["c"]["limits"] == {}
+    assert found["b"]["frequencies"] == [1.5e9, 2.5e9, 11] and found["b"]["step"] == pytest.approx(3)
+    assert split_of({"split": "elevation", "motion": found["b"]}) == "elevation, moved"
+    assert split_of({"split": "elevation", "motion": found["c"]}) == "elevation"
 
 
 def test_without_unknown_targets_no_run_is_open():

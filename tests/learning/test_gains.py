@@ -39,6 +39,7 @@ def scores(tmp_path):
         "random_snr": False,
         "open": True,
         "split": "random",
+        "motion": {},
         "without": [],
     }
     runs = {

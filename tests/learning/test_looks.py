@@ -72,7 +72,7 @@ def test_scores_have_rows_for_several_looks_of_models_that_add_up(tmp_path):
     frame = pd.concat(frames)
     frame["block"] = (frame["azimuth"] // 30).astype(int)
     run = {"experiment": "e", "elevation": "all", "snrs": ["clean"], "random_snr": False, "open": True, "without": []}
-    runs, paths, found = {"e": run | {"split": "elevation"}}, [], {}
+    runs, paths, found = {"e": run | {"split": "elevation", "motion": {}}}, [], {}
     for model in ("adds", "not"):
         paths.append(tmp_path / "e" / model / "snr_0dB.csv")
         paths[-1].parent.mkdir(parents=True)

@@ -247,6 +247,7 @@ RUNS = runs(
         },
         "seed": 0,
         "imaging": {"aperture": 3},
+        "motion": {},
     }
 )
 

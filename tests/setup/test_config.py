@@ -55,6 +55,32 @@ KNOWN = {"mesh": "resources/cad/drone.stl", "role": "known"}
 BAD = {
     "unknown key": ({"radar": {"bandwith": 1e9}}, "radar.bandwith", "did you mean 'bandwidth'"),
     "unknown section": ({"nosie": {}}, "nosie", "did you mean 'noise'"),
+    "unknown motion": ({"motion": {"jiter": 0.1}}, "motion.jiter", "did you mean 'jitter'"),
+    "negative displacement": ({"motion": {"place": -0.1}}, "motion.place", "-0.1 is less than the minimum of 0"),
+    "too many pulses lost": (one_experiment(motion={"missing": 0.79}), "learning.experiments.e.motion.missing", "8.7 of 11"),
+    "a turn on an arc": (
+        {"motion": {"turn": 0.1}, "aspect": {"azimuth": NARROW}},
+        "motion.turn",
+        "takes a sweep over a whole circle",
+    ),
+    "motion without images": (
+        {"motion": {"place": 0.1}, "aspect": {"azimuth": [0, 20, 50]}},
+        "motion",
+        "there are none",
+    ),
+    "motion in images of points": (
+        {
+            "imaging": {"imager": "esprit", "pixels": 4, "scatterers": 20},
+            **one_experiment(motion={"place": 0.1}),
+        },
+        "learning.experiments.e.motion",
+        "not linear",
+    ),
+    "an unknown way to a place": (
+        {"learning": {"models": {"zncc": {"place": "guess"}}}},
+        "learning.models.zncc.place",
+        "'guess' is not one of ['search', 'known']",
+    ),
     "triangles as drawn, for currents": ({"mesh": {"remesh": False}}, "mesh.remesh", "take po or sbr"),
     "a range of SNRs that descends": (
         {"noise": {"snr_db": {"start": 6, "stop": 0}}},

@@ -17,6 +17,7 @@ OPTIONAL = {
     "great_circle": {"from": [0, 0], "through": [90, 0], "angle": {"count": 4}},
     "bistatic": {"receivers": [[0, 0]]},
     "test": {"snr_db": [0]},
+    "motion": {},
 }
 WRONG = ("?!", -1e40, float("nan"), None, [{}])  # right for no key
 

@@ -59,6 +59,11 @@ learning:
       models: [knn]
       open: true
       split: elevation
+    moved:
+      train: {elevation: all, snr_db: clean}
+      models: [matched_filter, knn]
+      open: true
+      motion: {place: 0.1, missing: 0.2}
     noisy:
       train: {elevation: all, snr_db: {each: [0, 20]}}
       models: [lr]
@@ -81,6 +86,7 @@ RUNS = {
     "far_fold5": ["matched_filter"],
     "between_fold1": ["knn"],
     "between_fold2": ["knn"],
+    "moved": ["matched_filter", "knn"],
     "noisy_snr_0dB": ["lr"],
     "noisy_snr_20dB": ["lr"],
     "mixed": ["fcnn"],
@@ -248,7 +254,7 @@ def test_reconstructions_are_stored_beside_the_truth(results):
 
 def test_the_report_has_every_experiment(results):
     page = (results / "report/index.html").read_text()
-    for name in ("closed", "opened", "far", "between", "noisy", "mixed", "encoded"):
+    for name in ("closed", "opened", "far", "between", "moved", "noisy", "mixed", "encoded"):
         assert f'id="figure-learning_{name}"' in page
     assert 'id="figure-open_opened"' in page and 'id="table-tried"' in page
 
@@ -259,9 +265,10 @@ def test_nothing_reruns_by_itself(project):
 
 UNLIKE = ("times.json", "seconds.csv")  # files that are others in every run
 TABLES = ("scores.csv", "confusion.csv", "validation.csv")
-PREDICT = {"predict": 11, "predict_2": 2}  # the latter where some SNRs are tested
+PREDICT = {"predict": 13, "predict_2": 2}  # the latter where some SNRs are tested
 AFTER_TEST = {"scores": 1, "report": 1}
 AFTER = {"timing": 1, "scores": 1, "report": 1}
+MOVED = {"noise": 4, "train": 2, "predict": 2, **AFTER}  # of one experiment
 # Beside the edits of test_smoke.py, those that only many experiments show.
 EDITS = {
     "a training SNR": ("{each: [0, 20]}", "{each: [0, 20, clean]}", {"train": 1, "predict": 1, **AFTER}),
@@ -288,22 +295,33 @@ EDITS = {
     "channels of all images": (
         "imaging: {aperture: 5}",
         "imaging: {aperture: 5, polarizations: [VV]}",
-        {"image": 4, "noise": 4, "pure_noise": 1, "train": 13, **PREDICT, "reconstruct": 1, **AFTER},
+        {"image": 4, "noise": 8, "pure_noise": 1, "train": 15, **PREDICT, "reconstruct": 1, **AFTER},
     ),
     "the default split's share": (
         "learning:\n",
         "learning:\n  split: {train: 0.6}\n",
-        {"train": 9, "predict": 9, "reconstruct": 1, **AFTER},
+        {"train": 11, "predict": 11, "reconstruct": 1, **AFTER},
     ),
     "the seed": (
         "name: learn\n",
         "name: learn\nseed: 4\n",
-        {"noise": 4, "pure_noise": 1, "train": 13, **PREDICT, "reconstruct": 1, **AFTER},
+        {"noise": 8, "pure_noise": 1, "train": 15, **PREDICT, "reconstruct": 1, **AFTER},
+    ),
+    "how far its targets are displaced": ("place: 0.1,", "place: 0.12,", MOVED),
+    "how many pulses are lost": ("missing: 0.2", "missing: 0.3", MOVED),
+    "targets that drift as well": ("missing: 0.2", "missing: 0.2, drift: 0.1", MOVED),
+    "a turn that is not known": ("missing: 0.2", "missing: 0.2, turn: 0.05", MOVED),
+    "pulses that jitter": ("missing: 0.2", "missing: 0.2, jitter: 0.02", MOVED),
+    "no motion": ("      motion: {place: 0.1, missing: 0.2}\n", "", {"train": 2, "predict": 2, **AFTER}),
+    "the motion of all": (
+        "learning:\n",
+        "motion: {place: 0.1}\nlearning:\n",
+        {"noise": 4, "train": 13, "predict": 11, "predict_2": 2, "reconstruct": 1, **AFTER},
     ),
     "an unknown target": (
         "  cube:",
         "  bird: {field: fields/cube.zarr, role: unknown}\n  cube:",
-        {"field": 1, "image": 1, "noise": 1, "predict": 6, "reconstruct": 1, "scores": 1, "report": 1},
+        {"field": 1, "image": 1, "noise": 2, "predict": 8, "reconstruct": 1, "scores": 1, "report": 1},
     ),
 }
 

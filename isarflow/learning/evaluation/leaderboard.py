@@ -106,16 +106,20 @@ def training(results, experiment):
     return views.drop_duplicates(ignore_index=True)  # runs that train at several SNRs train at the same views
 
 
-def pixels(results, table):
+def pixels(results, table, experiment=None):
     """Return the images of rows of `images`, or of `training`, without noise: (n, [channel,] range, crossrange).
 
-    They are complex, divided by their peak over all channels, and in the order of the rows.
+    They are complex, divided by their peak over all channels, and in the order of the rows. experiment: one whose
+    targets move, as its noisy images are others.
     """
+    runs = record.read(results).runs.values() if experiment else ()
+    folder = next((run.get("motion", {}).get("folder") for run in runs if run["experiment"] == experiment), None) or "imaging"
+    folder = folder if "test_snr_db" in table else "imaging"
     table = table.reset_index(drop=True)
     label = table["test_snr_db"].map(snr_label) if "test_snr_db" in table else pd.Series(CLEAN, table.index)
     found = {}
     for (target, name), rows in table.groupby([table["target"], label]):
-        with open_store(Path(results, "imaging", target, f"{name}.zarr")) as dataset:
+        with open_store(Path(results, folder, target, f"{name}.zarr")) as dataset:
             where = {axis: xr.DataArray(rows[axis].to_numpy(), dims="view") for axis in ORIGIN if axis in dataset.dims}
             image = dataset["image"].load().sel(where, method="nearest").transpose("view", ...)
         found |= dict(zip(rows.index, image.values, strict=True))
