@@ -9,7 +9,8 @@ import timeit
 from functools import cache
 
 import numpy as np
-import threadpoolctl
+
+from isarflow.scattering.threads import blas_of_one_thread
 
 SIZE = 512  # of the matrices of a product
 NUMBERS = 250_000  # complex ones that a pass is over
@@ -29,5 +30,5 @@ def benchmark():
     matrix = (rng.standard_normal((SIZE, SIZE)) + 1j).astype(np.complex64)
     phases = 1j * rng.standard_normal(NUMBERS)
     works = (lambda: matrix @ matrix), (lambda: np.exp(phases))
-    with threadpoolctl.threadpool_limits(1):
+    with blas_of_one_thread:
         return tuple(min(timeit.repeat(work, timer=time.thread_time, repeat=REPEATS, number=1)) for work in works)

@@ -19,11 +19,12 @@ from isarflow.scattering.mom.assembly import Entries, assemble
 from isarflow.scattering.mom.basis import AXES, fundamental_domain, rwg
 from isarflow.scattering.mom.cross import fill
 from isarflow.scattering.mom.device import OnDevice, give_back
-from isarflow.scattering.mom.factorization import GeneralMatrix, Pool, Product, SymmetricMatrix, runs
+from isarflow.scattering.mom.factorization import GeneralMatrix, Product, SymmetricMatrix, runs
 from isarflow.scattering.mom.farfield import Excitation
 from isarflow.scattering.mom.lowrank import LowRankMatrix
 from isarflow.scattering.mom.operators import cfie, efie
 from isarflow.scattering.solver import Solution
+from isarflow.scattering.threads import Pool, blas_of_one_thread
 
 OPERATORS = {"efie": efie, "cfie": cfie}
 DTYPES = {"single": np.complex64, "double": np.complex128}
@@ -115,37 +116,41 @@ def solve(
     # About its middle a target needs the fewest directions, and single precision has the most digits of coordinates.
     middle = middle_of(surface)
     surface = replace(surface, vertices=surface.vertices - middle)
-    near, excitation = operator.near_terms(surface), Excitation(surface, bases, dtype)
-    directions = (_Bistatic if sweep.receivers else _Monostatic)(surface, middle, sweep, operator)
+    with blas_of_one_thread:  # also between pools: the bits are the same whatever else the process does
+        near, excitation = operator.near_terms(surface), Excitation(surface, bases, dtype)
+        directions = (_Bistatic if sweep.receivers else _Monostatic)(surface, middle, sweep, operator)
 
-    count = len(sweep.frequency)
-    field = np.empty((len(polarizations), count, *directions.shape), np.complex128)
-    residual, seconds = np.zeros(count), np.zeros((len(PARTS), count))
-    for n, frequency in enumerate(sweep.frequency):
-        k = 2 * np.pi * frequency / C0
-        times = [time.perf_counter()]
-        system = _System(
-            partial(Entries, operator, surface, bases, k, near, threads=threads), dtype, tolerance, threads
-        )
-        for part, work in zip(PARTS, (system.assemble, system.factorize), strict=False):
-            work(partial(progress, n, part))
-            times.append(time.perf_counter())
-            give_back()
-        of_waves, say = partial(excitation, k, threads=threads), partial(progress, n, PARTS[-1])
-        field[:, n] = directions.amplitudes(system, k, of_waves, say)
-        residual[n] = system.residual
-        seconds[:, n] = np.diff([*times, time.perf_counter()])
-        # Written so that a NaN fails, too.
-        if not residual[n] <= MAX_RESIDUAL:
-            raise InputError(
-                f"at {frequency / 1e9:g} GHz the solution's residual is {residual[n]:.1e}, more than {MAX_RESIDUAL:g}. "
-                "The mesh may overlap itself, hold slivers, or be far smaller than the wavelength; "
-                "'scattering.precision: double' may help."
+        count = len(sweep.frequency)
+        field = np.empty((len(polarizations), count, *directions.shape), np.complex128)
+        residual, seconds = np.zeros(count), np.zeros((len(PARTS), count))
+        for n, frequency in enumerate(sweep.frequency):
+            k = 2 * np.pi * frequency / C0
+            times = [time.perf_counter()]
+            system = _System(
+                partial(Entries, operator, surface, bases, k, near, threads=threads), dtype, tolerance, threads
             )
-        checks.finite(field[:, n], "the field", k)
-        progress(n, "done", 1.0)
+            for part, work in zip(PARTS, (system.assemble, system.factorize), strict=False):
+                work(partial(progress, n, part))
+                times.append(time.perf_counter())
+                give_back()
+            of_waves, say = partial(excitation, k, threads=threads), partial(progress, n, PARTS[-1])
+            field[:, n] = directions.amplitudes(system, k, of_waves, say)
+            residual[n] = system.residual
+            seconds[:, n] = np.diff([*times, time.perf_counter()])
+            _check_residual(residual[n], frequency)
+            checks.finite(field[:, n], "the field", k)
+            progress(n, "done", 1.0)
     field = field.reshape(*field.shape[:2], *sweep.shape, *field.shape[3:])
     return Solution(field, residual, dict(zip(PARTS, seconds, strict=True)), unknowns)
+
+
+def _check_residual(residual, frequency):
+    if not residual <= MAX_RESIDUAL:  # written so that a NaN fails, too
+        raise InputError(
+            f"at {frequency / 1e9:g} GHz the solution's residual is {residual:.1e}, more than {MAX_RESIDUAL:g}. "
+            "The mesh may overlap itself, hold slivers, or be far smaller than the wavelength; "
+            "'scattering.precision: double' may help."
+        )
 
 
 class _Monostatic:
@@ -301,7 +306,7 @@ class _System:
         with Pool(self.threads) as pool:
             few, own, weights = zip(*skeletons(received, groups, pool, self.tolerance), strict=True)
         sides = zip(self._between(few, few, own), weights, strict=True)
-        with Pool(1):
+        with blas_of_one_thread:
             return [[w.T @ found @ w for found, w in zip(*of_parity, strict=True)] for of_parity in sides]
 
     def _between(self, received, excited, groups):

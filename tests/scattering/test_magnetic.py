@@ -66,6 +66,7 @@ def test_bits_do_not_depend_on_threads():
         assert all(np.array_equal(x, y) for x, y in zip(results[0], other, strict=True))
 
 
+@pytest.mark.usefixtures("double_precision")
 def test_static_gradient_agrees_with_integration():
     triangle = np.array([[0.0, 0.0, 0.0], [1.0, 0.2, 0.1], [0.3, 0.9, -0.2]])
     edges = triangle[1] - triangle[0], triangle[2] - triangle[0]
@@ -86,6 +87,7 @@ def test_static_gradient_agrees_with_integration():
         assert np.allclose(gradient, [integrate(x) for x in range(3)], rtol=1e-5, atol=1e-6)
 
 
+@pytest.mark.usefixtures("double_precision")
 def test_static_gradient_on_the_triangle_is_the_principal_value():
     """The mean of both sides, whatever the rounding of the point's height."""
     triangle = jnp.array([[0.0, 0.0, 0.0], [1.0, 0.2, 0.1], [0.3, 0.9, -0.2]])
@@ -97,6 +99,7 @@ def test_static_gradient_on_the_triangle_is_the_principal_value():
     assert np.allclose(normal @ above, -2 * np.pi, atol=1e-4)
 
 
+@pytest.mark.usefixtures("double_precision")
 def test_smooth_remainder_is_continuous_across_its_series():
     distance = np.linspace(0.01, 0.5, 200)
     x = K * distance

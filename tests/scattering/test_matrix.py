@@ -68,6 +68,7 @@ def test_bits_do_not_depend_on_threads():
         assert all(np.array_equal(x, y) for x, y in zip(results[0], other, strict=True))
 
 
+@pytest.mark.usefixtures("double_precision")
 def test_static_potentials_agree_with_integration():
     triangle = np.array([[0.0, 0.0, 0.0], [1.0, 0.2, 0.1], [0.3, 0.9, -0.2]])
     edges = triangle[1] - triangle[0], triangle[2] - triangle[0]

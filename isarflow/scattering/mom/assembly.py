@@ -18,10 +18,10 @@ import numpy as np
 
 from isarflow.scattering.checks import finite
 from isarflow.scattering.mom.basis import by_half
-from isarflow.scattering.mom.factorization import Pool
 from isarflow.scattering.mom.green import TINY
 from isarflow.scattering.mom.quadrature import RULES
 from isarflow.scattering.mom.tiles import TILE, tile
+from isarflow.scattering.threads import Pool
 
 
 @dataclass(frozen=True)

@@ -17,9 +17,9 @@ import numpy as np
 from scipy import sparse
 
 from isarflow.scattering.mom.assembly import Block, Placed, block_of
-from isarflow.scattering.mom.factorization import Pool
 from isarflow.scattering.mom.lowrank import RANDOM, compress
 from isarflow.scattering.mom.tiles import TILE
+from isarflow.scattering.threads import Pool
 
 SAMPLES = 32  # triangles of a patch
 CHECKS = SAMPLES // 2  # functions of a patch, on two triangles each

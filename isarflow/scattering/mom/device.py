@@ -46,7 +46,9 @@ class OnDevice:
     def factorize(self, threads=1, progress=lambda done: None):
         """Factorize the whole matrix by LU on JAX's device. `threads` are not used."""
         try:
-            self.factors = jax.block_until_ready(jax.scipy.linalg.lu_factor(self._move(), overwrite_a=True))
+            # Also for single precision: what XLA compiles is the same for all settings of a process.
+            with jax.enable_x64(True):
+                self.factors = jax.block_until_ready(jax.scipy.linalg.lu_factor(self._move(), overwrite_a=True))
         except jax.errors.JaxRuntimeError as error:
             if "RESOURCE_EXHAUSTED" not in str(error):
                 raise
@@ -65,7 +67,8 @@ class OnDevice:
         """A^-1 right, (N, D)."""
         padded = np.zeros((len(self.factors[1]), _round_up(right.shape[1], COLUMNS)), self.dtype)
         padded[: self.size, : right.shape[1]] = right
-        return np.array(jax.scipy.linalg.lu_solve(self.factors, padded))[: self.size, : right.shape[1]]
+        with jax.enable_x64(True):
+            return np.array(jax.scipy.linalg.lu_solve(self.factors, padded))[: self.size, : right.shape[1]]
 
     def _move(self):
         """The enlarged matrix on the device, strip by strip; those of the host are dropped."""

@@ -13,13 +13,12 @@ The work is cut into products of fixed size, each done by one thread in a fixed 
 last bit does not depend on how many threads there are. (A product that BLAS itself splits between threads does.)
 """
 
-from concurrent.futures import ThreadPoolExecutor
-from functools import cache
 from itertools import pairwise, product
 from math import ceil
 
 import numpy as np
-import threadpoolctl
+
+from isarflow.scattering.threads import Pool, blas_of_one_thread
 
 BLOCK = 256  # rows and columns of a block: few, because work on diagonal blocks is not halved
 LARGE = 8_000, 384  # from this size on, blocks of this many: products are faster, and diagonal blocks matter less
@@ -217,7 +216,7 @@ class GeneralMatrix:
     def solve(self, right, threads=1):
         """A^-1 right, (N, D)."""
         x = self._forward(right, threads)
-        with Pool(threads):
+        with blas_of_one_thread:
             for (a, b), column in reversed(list(zip(self.spans, self.columns, strict=True))):
                 x[a:b] = column[a:b] @ x[a:b]
                 x[:a] -= column[:a] @ x[a:b]
@@ -246,28 +245,6 @@ class Product:
         self.result[rows] += block @ self.x[cols]
         if self.symmetric and row > col:
             self.result[cols] += block.T @ self.x[rows]
-
-
-class Pool(ThreadPoolExecutor):
-    """Threads that each call a BLAS of one thread."""
-
-    def __enter__(self):
-        self.limit = _libraries().limit(limits=1, user_api="blas")
-        return super().__enter__()
-
-    def __exit__(self, *error):
-        super().__exit__(*error)
-        self.limit.restore_original_limits()
-
-    @staticmethod
-    def wait(futures):
-        for future in futures:
-            future.result()
-
-
-@cache
-def _libraries():
-    return threadpoolctl.ThreadpoolController()  # to find the loaded libraries takes milliseconds
 
 
 def runs(length, step=RUN):

@@ -14,8 +14,9 @@ import numpy as np
 
 from isarflow.scattering.checks import finite
 from isarflow.scattering.mom.basis import by_half
-from isarflow.scattering.mom.factorization import Pool, even_runs
+from isarflow.scattering.mom.factorization import even_runs
 from isarflow.scattering.mom.tiles import TILE, excite
+from isarflow.scattering.threads import Pool
 
 CHUNK = TILE // 2  # directions of a task, at most
 

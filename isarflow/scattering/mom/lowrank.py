@@ -17,7 +17,8 @@ from scipy.linalg.lapack import zpstrf, ztrtri
 
 from isarflow.scattering.costs import SKETCH
 from isarflow.scattering.mom.device import give_back
-from isarflow.scattering.mom.factorization import Pool, Symmetric, runs
+from isarflow.scattering.mom.factorization import Symmetric, runs
+from isarflow.scattering.threads import Pool
 
 FREED = 8  # columns after which free memory is given back
 SPANNED = 2.0  # times a tile's tolerance: what may be left of a random column, in which all remainders add up

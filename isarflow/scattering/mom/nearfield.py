@@ -4,13 +4,14 @@ Three points a triangle do not resolve exp(-j k R) / R between triangles that to
 distance against size, not by shared corners: the two skins of a thin wing are nearer than an edge without touching.
 """
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 from scipy.spatial import cKDTree
 
-from isarflow.scattering.mom.factorization import Pool
 from isarflow.scattering.mom.green import distances
 from isarflow.scattering.mom.quadrature import cross, dot, points_of
+from isarflow.scattering.threads import Pool
 
 # A pair is near if the centroids are closer than this many times the sum of the triangles' radii.
 NEAR = 2.0
@@ -41,7 +42,9 @@ def by_chunks(moments, pairs, field, source, dtype, threads=1):
         ends = field[filled[:, 0]], source[filled[:, 1]]
         # About the pair itself, where single precision has the most digits.
         middle = ends[0].mean(1, keepdims=True)
-        found = moments(*((end - middle).transpose(1, 2, 0).astype(dtype) for end in ends))
+        # Near pairs need double precision where `dtype` is, and JAX has it in this thread alone.
+        with jax.enable_x64(True):
+            found = moments(*((end - middle).transpose(1, 2, 0).astype(dtype) for end in ends))
         value = np.asarray(found[0]) + 1j * np.asarray(found[1]) if isinstance(found, tuple) else np.asarray(found)
         return value[:, : len(chunk)]
 
