@@ -11,7 +11,7 @@ import numpy as np
 
 from isarflow.core.errors import InputError
 from isarflow.core.sweep import C0
-from isarflow.core.words import near, number
+from isarflow.core.words import check_words, number
 from isarflow.mesh import topology
 from isarflow.mesh.measures import ideal_unknowns
 from isarflow.mesh.read.target import LARGEST, SMALLEST
@@ -27,20 +27,6 @@ FLAT = 1e-12  # of the longest side squared: a triangle of a smaller area is thr
 #   cube    0.20 (0.24) 0.3 dB    0.27 (0.34) 0.6 dB    0.34 (0.42) 1.2 dB    0.46 (0.57) 3.9 dB    0.68 (0.85) 6 dB
 LONG, LONGEST, MEAN = 1 / 3, 1.0, 0.5
 USUAL = 10  # edges in a wavelength
-
-
-def check_word(name, given, known):
-    """Raise InputError, saying what there is, unless an argument is one of the known words."""
-    if given not in list(known):
-        raise InputError(f"'{name}': {given!r} is none of {', '.join(known)}{near(given, known)}")
-
-
-def check_words(name, given, known):
-    """Raise InputError unless an argument is a list of known words."""
-    if isinstance(given, str):
-        raise InputError(f"'{name}' is a list of names, as ['{next(iter(known))}'], not the text {given!r}.")
-    for word in given:
-        check_word(name, word, known)
 
 
 def check_tolerance(tolerance, formulation, precision):

@@ -11,6 +11,7 @@ import numpy as np
 
 from isarflow.core.errors import InputError
 from isarflow.core.sweep import C0, Sweep, unit_vectors
+from isarflow.core.words import check_word, check_words
 from isarflow.mesh import topology
 from isarflow.scattering import checks, needs
 from isarflow.scattering.costs import COLUMNS, planned
@@ -40,7 +41,7 @@ PROBED_ROWS, PROBED_DIRECTIONS = 128, 4  # where the residual is measured
 def solve(
     vertices: np.ndarray,
     triangles: np.ndarray,
-    frequencies: np.ndarray,
+    frequencies: Sequence[float] | np.ndarray,
     elevation: Sequence[float] | np.ndarray,
     azimuth: Sequence[float] | np.ndarray,
     polarizations: Sequence[str] = ("VV",),
@@ -93,12 +94,14 @@ def solve(
     >>> bool(abs(10 * np.log10(4 * np.pi * abs(field.item()) ** 2) + 6.76) < 0.1)
     True
     """
-    checks.check_word("formulation", formulation, OPERATORS)
-    checks.check_word("precision", precision, DTYPES)
+    check_word("formulation", formulation, OPERATORS)
+    check_word("precision", precision, DTYPES)
     checks.check_tolerance(tolerance, formulation, precision)
     operator, dtype = OPERATORS[formulation], DTYPES[precision]
-    sweep = checks.checked_sweep(Sweep(frequencies, elevation, azimuth, polarizations, paired, receivers))
-    checks.check_words("symmetry", symmetry, AXES)
+    # The check makes arrays of lists.
+    sweep = Sweep(frequencies, elevation, azimuth, polarizations, paired, receivers)  # type: ignore[arg-type]
+    sweep = checks.checked_sweep(sweep)
+    check_words("symmetry", symmetry, AXES)
     vertices, triangles = checks.checked_mesh(vertices, triangles)
     if operator.ALPHA != 1:  # the magnetic equation is that of closed surfaces
         topology.check_closed(vertices, triangles)

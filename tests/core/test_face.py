@@ -39,9 +39,22 @@ def test_the_examples_of_docstrings_run(module, monkeypatch):
     assert found.attempted and not found.failed
 
 
-def test_a_wrong_word_is_refused_by_its_name():
-    with pytest.raises(InputError, match=r"formulation.*mfie.*efie"):
-        isarflow.solve([[0, 0, 0]], [[0, 0, 0]], [1e9], [0], [0], formulation="mfie")
+@pytest.mark.parametrize(
+    ("function", "argument", "word", "said"),
+    [
+        ("solve", "formulation", "mfie", "'mfie' is none of efie, cfie"),
+        ("solve", "precision", "half", "'half' is none of single, double"),
+        ("solve", "symmetry", ["zx"], "'zx' is none of yz, xz, xy"),
+        ("solve", "polarizations", ["RR"], "'RR' is none of VV, VH, HV, HH"),
+        ("mesh_file", "symmetry", ["zx"], "'zx' is none of yz, xz, xy"),
+        ("mesh_file", "symmetry", "xz", r"is a list of names, as \['yz'\], not the text 'xz'"),
+        ("mesh_file", "unit", "km", "'km' is none of m, cm, mm, in"),
+    ],
+)
+def test_a_wrong_word_is_refused_by_its_name_with_what_there_is(function, argument, word, said):
+    arguments = {"solve": ([[0, 0, 0]], [[0, 0, 0]], [1e9], [0], [0]), "mesh_file": ("none.stl", 1e9)}[function]
+    with pytest.raises(InputError, match=f"'{argument}'.*{said}"):
+        getattr(isarflow, function)(*arguments, **{argument: word})
 
 
 PROCESS = """
