@@ -53,7 +53,7 @@ MODELS = Seam("isarflow/learning/models", "Model", frozenset({"fit", "evaluate"}
 IMAGERS = Seam("isarflow/imaging/imagers", "Imager", frozenset({"axes", "at"}))
 SOLVERS = Seam("isarflow/scattering/solvers", "Solver", frozenset({"plan", "solve"}))
 # The base classes in these files have the defaults for kinds that state nothing; their methods are not defined.
-BASES = "isarflow/learning/classifier.py", "isarflow/scattering/solver.py"
+BASES = "isarflow/imaging/formation.py", "isarflow/learning/classifier.py", "isarflow/scattering/solver.py"
 # Sections of the config that name one kind, by this key, with its settings beside it; and the kind whose
 # settings are shown where a section names none.
 SECTIONS = {"imaging": ("imager", IMAGERS, "fourier"), "scattering": ("solver", SOLVERS, "mom")}
@@ -86,10 +86,15 @@ def file_of_object(kind: Any) -> str:
 
 
 @functools.cache
+def _installed() -> Any:
+    """All entry points of installed packages. To look for them takes 15 ms, so once for all seams."""
+    return importlib.metadata.entry_points()
+
+
 def _entry_points(seam: Seam) -> dict[str, str]:
     """The modules of installed packages that have a kind, by its name."""
     group = f"isarflow.{seam.folder.split('/')[-1]}"
-    return {point.name: point.module for point in importlib.metadata.entry_points(group=group)}
+    return {point.name: point.module for point in _installed().select(group=group)}
 
 
 def load_class(seam: Seam, name: str, base: type) -> Any:
