@@ -13,7 +13,7 @@ import optax
 import threadpoolctl
 
 from isarflow.learning.classifier import build
-from isarflow.learning.evaluation.timing import BATCH, cpu, time_batches
+from isarflow.learning.evaluation.timing import BATCH_IMAGES, cpu, time_batches
 from isarflow.learning.networks import capsules, convolution
 from isarflow.setup.config import load
 
@@ -69,7 +69,7 @@ def main():
     small = load()["learning"]["models"]["capsule"]
     full = small | {"width": 256, "capsules": 32, "decoder": 512}
     print(f"{cpu()}, {arguments.threads} threads; images of {SIDE} x {SIDE}; milliseconds an image, medians")
-    titles = ("network", "weights", "train", "slices", "XLA", "epoch", "alone", f"in {BATCH}")
+    titles = ("network", "weights", "train", "slices", "XLA", "epoch", "alone", f"in {BATCH_IMAGES}")
     print(" ".join(f"{title:>10}" for title in titles))
     random = np.random.default_rng(0)
     parts = random.standard_normal((IMAGES, SIDE, SIDE, 2), dtype=np.float32)
@@ -83,7 +83,7 @@ def main():
         model = build("capsule", settings | {"epochs": 1, "batch": 114}, 0).fit(images[:256], labels[:256])
         size = sum(value.size for value in model._weights().values())
         with threadpoolctl.threadpool_limits(arguments.threads):
-            times = [time_batches(model.predict, images, count) for count in (1, BATCH)]
+            times = [time_batches(model.predict, images, count) for count in (1, BATCH_IMAGES)]
         alone, batch = (one["milliseconds_per_observation"] for one in times)
         row = (
             name,

@@ -33,7 +33,7 @@ from isarflow.scattering.mom.cross import fill
 from isarflow.scattering.mom.farfield import Excitation
 from isarflow.scattering.mom.lowrank import LowRankMatrix
 from isarflow.scattering.mom.operators import efie
-from isarflow.scattering.solve import PARTS, SHARE, _residual, solve
+from isarflow.scattering.solve import PARTS, TILE_SHARE, _residual, solve
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
@@ -112,7 +112,7 @@ def of_large_sphere(unknowns, threads):
 
         return say
 
-    fill(entries, [matrix], SHARE * OF_SPHERE, threads, progress("assembly"))
+    fill(entries, [matrix], TILE_SHARE * OF_SPHERE, threads, progress("assembly"))
     numbers = np.linspace(0, len(bases[0]) - 1, 128).astype(int)
     (rows,) = entries.rows([numbers])
     assembled = time.perf_counter()

@@ -20,7 +20,7 @@ def _one(name):
 
 def near(name, names):
     """'; did you mean ...?' with the nearest name, upper or lower case alike, or a full stop."""
-    spelt = {other.lower(): other for other in names}
+    spelt = {known.lower(): known for known in names}
     nearest = difflib.get_close_matches(str(name).lower(), spelt, n=1, cutoff=0.65)
     return f"; did you mean '{spelt[nearest[0]]}'?" if nearest else "."
 

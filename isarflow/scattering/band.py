@@ -49,8 +49,8 @@ def solve_band(mesh_path, store_path, sweep, scattering, symmetry, threads, targ
     write_field(store_path, solution.field.astype(np.complex64), *where, attrs, sweep.receivers)
 
 
-def _show(bar, frequency, n, part, done, so_far=None):
+def _show(bar, frequency, n, part, done, share=None):
     """Show on a tqdm bar the frequency and the part of it that runs; from n on as `FieldSolver.solve` calls it."""
-    bar.n = n + (done if so_far is None else so_far)
-    at = f"{frequency[n] / 1e9:.4f} GHz ({n + 1} of {len(frequency)})"
-    bar.set_description_str(f"{at}, {part}" if part == "done" else f"{at}, {part} {100 * done:.0f} %")
+    bar.n = n + (done if share is None else share)
+    label = f"{frequency[n] / 1e9:.4f} GHz ({n + 1} of {len(frequency)})"
+    bar.set_description_str(f"{label}, {part}" if part == "done" else f"{label}, {part} {100 * done:.0f} %")

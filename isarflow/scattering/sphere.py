@@ -36,7 +36,7 @@ def check(path, scattering, edges_per_wavelength, threads):
         return
     field, mie = complex(solution.field[0, 0, 0, 0]), complex(backscatter(2 * np.pi, RADIUS))
     ratio = field / mie
-    found = {
+    result = {
         "radius_wavelengths": RADIUS,
         "edges_per_wavelength": edges_per_wavelength,
         "triangles": len(triangles),
@@ -47,9 +47,9 @@ def check(path, scattering, edges_per_wavelength, threads):
         "phase_deg": np.degrees(np.angle(ratio)),
         "residual": None if solution.residual is None else float(solution.residual[0]),
     }
-    apart = f"{found['error_db']:+.3f} dB and {found['phase_deg']:+.2f} degrees"
+    apart = f"{result['error_db']:+.3f} dB and {result['phase_deg']:+.2f} degrees"
     print(f"sphere of {RADIUS:g} wavelengths: {apart} from Mie")
-    Path(path).write_text(json.dumps(found, indent=1))
+    Path(path).write_text(json.dumps(result, indent=1))
 
 
 def backscatter(wavenumber, radius):

@@ -39,7 +39,7 @@ def run(stores, tmp_path_factory):
     settings = {"runs": {"multi": run_of(open=True)}, "noise.definition": "mean", "seed": SEED, "learning.kept": KEPT}
     paths = [folder / f"learning/predictions/multi/lr/snr_{snr}dB.csv" for snr in (0, 30)]
     made = [folder / f"learning/{name}.csv" for name in ("scores", "confusion", "validation")]
-    scores.score(paths, settings["runs"], "mean", SEED, 1, *made, kept=KEPT)
+    scores.score(paths, settings["runs"], "mean", SEED, 1, *made, kept_share=KEPT)
     record.write(folder / "learning/scores.json", settings, paths)
     return folder, tables
 

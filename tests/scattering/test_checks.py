@@ -230,7 +230,7 @@ def test_what_a_kernel_gives_must_be_finite(path, fault, monkeypatch):
         out.flat[out.size // 2] = value
 
     monkeypatch.setattr(module, name, broken)
-    monkeypatch.setattr("isarflow.scattering.mom.basis.PATCH", 40)
+    monkeypatch.setattr("isarflow.scattering.mom.basis.PATCH_TRIANGLES", 40)
     said = re.escape(fault.removesuffix("'s infinity"))
     with pytest.raises(InputError, match=f"at 0.299792 GHz {said} holds numbers that are not finite"):
         solve(*BODY, *DENSE, **PATHS[path])

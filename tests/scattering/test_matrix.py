@@ -18,7 +18,7 @@ from isarflow.scattering.mom.factorization import GeneralMatrix, SymmetricMatrix
 from isarflow.scattering.mom.green import green
 from isarflow.scattering.mom.operators import cfie, efie
 from isarflow.scattering.mom.quadrature import RULES, static_potentials
-from isarflow.scattering.mom.tiles import TILE
+from isarflow.scattering.mom.tiles import TILE_TRIANGLES
 
 K = 2 * np.pi
 
@@ -124,13 +124,13 @@ def test_blocks_hold_every_function_once():
         assert [b.spans[p].start for b in blocks[1:]] == [b.spans[p].stop for b in blocks[:-1]]
         assert (blocks[0].spans[p].start, blocks[-1].spans[p].stop) == (0, len(basis))
     for block in blocks:
-        assert len(block.triangles) <= TILE
+        assert len(block.triangles) <= TILE_TRIANGLES
         assert [len(halves) for halves in block.halves] == [span.stop - span.start for span in block.spans]
 
 
 def test_blocks_are_compact_patches_or_parts_of_them(monkeypatch):
     monkeypatch.setattr(
-        "isarflow.scattering.mom.basis.PATCH", 400
+        "isarflow.scattering.mom.basis.PATCH_TRIANGLES", 400
     )  # so that some touch more triangles than a tile holds
     surface = fundamental_domain(*octasphere(14, [1.0, 0.8, 0.9]), [])
     bases = [rwg(surface, surface.parities[0])]
@@ -189,8 +189,8 @@ def test_near_moments_agree_in_both_precisions(count, module, kernel):
     """A whole chunk of pairs: what is compiled for it is not what is compiled for a few."""
     edge = 0.1
     vertices = fundamental_domain(*mie.icosphere(0.5, edge), ()).vertices
-    pairs = nearfield.near_pairs(vertices, vertices)[: nearfield.CHUNK]
-    assert len(pairs) == nearfield.CHUNK
+    pairs = nearfield.near_pairs(vertices, vertices)[: nearfield.CHUNK_PAIRS]
+    assert len(pairs) == nearfield.CHUNK_PAIRS
     single, double = (
         nearfield.by_chunks(
             partial(nearfield.by_rule, count, kernel, module._over_source, real(K)), pairs, vertices, vertices, real

@@ -14,7 +14,7 @@ from isarflow.core.sweep import C0, Sweep, sweeps
 from isarflow.mesh.io import write_ply
 from isarflow.scattering import needs
 from isarflow.scattering.band import solve_band
-from isarflow.scattering.costs import chosen, planned
+from isarflow.scattering.costs import chosen_tolerance, planned
 from isarflow.scattering.solve import solve
 from isarflow.scattering.solver import build
 from isarflow.setup.config import load
@@ -109,7 +109,7 @@ def test_memory_is_that_of_a_process(count, symmetry, formulation, tolerance, mo
 def test_large_targets_are_compressed_where_that_saves_time_and_memory():
     def how(unknowns, scattering=SINGLE):
         settings = {key: value for key, value in scattering.items() if key != "solver"}
-        return chosen(needs.closed(unknowns, [1.0, 0.0, 0.3]), 1, SWEEP, **settings)
+        return chosen_tolerance(needs.closed(unknowns, [1.0, 0.0, 0.3]), 1, SWEEP, **settings)
 
     assert how(5000) is None and how(100_000) == 1e-5
     assert how(100_000, DOUBLE) is None and how(100_000, COMBINED) is None

@@ -4,7 +4,7 @@
 
 A table of predictions has a row for each image that the experiment validates or tests (see `images`), with columns KEY,
 `predicted`, a class or 'other', and, to be scored in the open set, `confidence`, larger for images of known classes.
-Images, folds, seed and settings are those of the run's record, whatever else its folder holds. docs/benchmark.md goes
+Images, folds, seed and settings follow from the run's record, whatever else its folder holds. docs/benchmark.md goes
 through it.
 """
 
@@ -213,7 +213,7 @@ def leaderboard(scores: pd.DataFrame) -> pd.DataFrame:
     """Return a row for each experiment, SNR, model and confidence score, the largest weighted F1 first.
 
     scores: rows of learning/scores.csv, of all elevations and by one definition of SNR. Columns: METHOD, score, n, the
-    number of tested images, and those of BOARD, each with the ends of its 95 % interval, <name>_low and <name>_high.
+    number of tested images, and the columns of BOARD, each with its 95 % interval, <name>_low and <name>_high.
     """
     scores = scores[scores["fold"].astype(str) == ""]
     board = _of_metric(scores[scores["score"] == ""], "accuracy").drop(columns=["score", "n"])
@@ -263,16 +263,16 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("predictions", type=Path, help="a CSV file of a row for each image")
     options = parser.parse_args(arguments)
     try:
-        with warnings.catch_warnings(record=True, action="always") as said:
+        with warnings.catch_warnings(record=True, action="always") as messages:
             table = score(options.results, options.experiment, options.predictions)
     except InputError as error:
         raise SystemExit(str(error)) from None
-    for warning in said:
+    for warning in messages:
         print(warning.message, file=sys.stderr)
-    others = _scores(Path(options.results, SCORES), record.read(options.results).definition)
-    others = others[(others["experiment"] == options.experiment) & others["test_snr_db"].isin(table["test_snr_db"])]
+    run_scores = _scores(Path(options.results, SCORES), record.read(options.results).definition)
+    asked = (run_scores["experiment"] == options.experiment) & run_scores["test_snr_db"].isin(table["test_snr_db"])
     method = {"experiment": options.experiment, "split": "", "training": "", "model": options.predictions.stem}
-    board = leaderboard(pd.concat([others, table.assign(**method)]))
+    board = leaderboard(pd.concat([run_scores[asked], table.assign(**method)]))
     print(in_words(board).drop(columns=METHOD[:3]).to_string(index=False))
 
 
