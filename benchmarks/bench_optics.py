@@ -30,7 +30,7 @@ from isarflow.imaging.outline import OUTLINE, outline
 from isarflow.learning.confidence import zncc
 from isarflow.mesh.io import read_ply
 from isarflow.scattering.fields.store import write_field
-from isarflow.scattering.solver import build
+from isarflow.scattering.solver import build_solver
 
 FIELDS, RESULTS = Path("resources/fields"), Path("results/optics")
 ALL = [*TARGETS, *sorted({path.stem for path in FIELDS.glob("*.zarr")} - {*TARGETS})]
@@ -61,7 +61,7 @@ def computed(solver, target, threads):
         sweep = Sweep(*(field[name].values for name in ASKED))
         mesh = read_ply(RESULTS / "mesh" / f"{target}-0.ply")
         begun, processor = time.perf_counter(), time.process_time()
-        solution = build({"solver": solver}).solve(*mesh, sweep, [], threads, lambda *of: None)
+        solution = build_solver({"solver": solver}).solve(*mesh, sweep, [], threads, lambda *of: None)
         took = {"seconds": time.perf_counter() - begun, "processor_s": time.process_time() - processor}
         attrs = {"solver": solver, "triangles": len(mesh[1]), "threads": threads, **took}
         axes = sweep.polarizations, sweep.frequency, sweep.elevation, sweep.azimuth

@@ -11,7 +11,7 @@ from isarflow.mesh import topology
 from isarflow.mesh.io import read_ply
 from isarflow.scattering import needs
 from isarflow.scattering.fields.store import versions, write_field
-from isarflow.scattering.solver import build, check_solution
+from isarflow.scattering.solver import build_solver, check_solution
 
 
 def solve_band(mesh_path, store_path, sweep, scattering, symmetry, threads, target):
@@ -34,7 +34,7 @@ def solve_band(mesh_path, store_path, sweep, scattering, symmetry, threads, targ
             planned = needs.need(measures, len(symmetry), sweep, scattering)
             needs.check_memory(planned["megabytes"], unknowns, frequency[-1])
             progress = partial(_show, bar, frequency)
-            solution = build(scattering).solve(vertices, triangles, sweep, symmetry, threads, progress)
+            solution = build_solver(scattering).solve(vertices, triangles, sweep, symmetry, threads, progress)
         except InputError as error:
             raise InputError(f"config key 'targets.{target}': {error}") from None
     check_solution(solution, sweep, scattering["solver"])

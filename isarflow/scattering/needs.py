@@ -11,7 +11,7 @@ from isarflow.mesh.measures import ideal_unknowns
 from isarflow.mesh.read.target import states_unit
 from isarflow.mesh.resolution import COARSEST, wanted_edges
 from isarflow.scattering.machine import slowness
-from isarflow.scattering.solver import build
+from isarflow.scattering.solver import build_solver
 
 OWN = ("formulation",)  # settings that a target may have of its own
 CONTAINER_LIMIT = Path("/sys/fs/cgroup/memory.max")  # exists in a container with a limit of its own
@@ -60,7 +60,7 @@ def need(measures, planes, sweep, scattering):
     measures: `unknowns`, `triangles` and `box` (m) of its mesh, as in mesh/<target>.json; planes: the number of mirror
     planes; sweep: the band's `core.sweep.Sweep`; scattering: the target's settings (see `method`).
     """
-    return dict(zip(("megabytes", "seconds"), build(scattering).plan(measures, planes, sweep), strict=True))
+    return dict(zip(("megabytes", "seconds"), build_solver(scattering).plan(measures, planes, sweep), strict=True))
 
 
 def closed(unknowns, box):

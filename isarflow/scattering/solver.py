@@ -67,7 +67,7 @@ class FieldSolver:
         raise NotImplementedError
 
 
-def build(scattering: Mapping[str, Any]) -> FieldSolver:
+def build_solver(scattering: Mapping[str, Any]) -> FieldSolver:
     """The Solver of a config's scattering settings.
 
     Raises InputError where its file imports what is not installed, and where its Solver is no FieldSolver.

@@ -13,7 +13,7 @@ from scipy.special import spherical_jn, spherical_yn
 
 from isarflow.core.errors import InputError
 from isarflow.core.sweep import C0, Sweep
-from isarflow.scattering.solver import build, check_solution
+from isarflow.scattering.solver import build_solver, check_solution
 
 RADIUS = 0.35  # wavelengths: ka = 2.2, between the sphere's inner resonances, and solved in a second
 DIRECTION = 20.0, 10.0  # azimuth and elevation in degrees, off the mesh's axes of symmetry
@@ -29,7 +29,7 @@ def check(path, scattering, edges_per_wavelength, threads):
     azimuth, elevation = (np.array([angle]) for angle in DIRECTION)
     sweep = Sweep(np.array([C0]), elevation, azimuth, ["VV"])  # a wavelength of 1 m
     try:
-        solution = build(scattering).solve(vertices, triangles, sweep, [], threads, lambda *progress: None)
+        solution = build_solver(scattering).solve(vertices, triangles, sweep, [], threads, lambda *progress: None)
         check_solution(solution, sweep, scattering["solver"])
     except InputError as error:  # a user's own solver may accept no sphere
         Path(path).write_text(json.dumps({"refused": str(error)}, indent=1))

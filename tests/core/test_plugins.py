@@ -75,7 +75,7 @@ def test_an_installed_package_offers_kinds_by_name(looked_up, tmp_path):
     assert kinds.file_of(SOLVERS, "guest_solver") == str(tmp_path / "guests/kinds.py")
     schema = kinds.settings_of("scattering", {"solver": "guest_solver"})
     assert schema == {"points": {"type": "integer", "description": "of a triangle"}}
-    assert solver.build({"solver": "guest_solver", "points": 3}).plan({}, 0, None) == (1.0, 6.0)
+    assert solver.build_solver({"solver": "guest_solver", "points": 3}).plan({}, 0, None) == (1.0, 6.0)
     assert issubclass(kinds.load_class(MODELS, "guest_model", Classifier), Classifier)
     assert issubclass(kinds.load_class(IMAGERS, "guest_imager", Formation), Formation)
     assert len(looked_up) == 1  # at installed packages, for all three

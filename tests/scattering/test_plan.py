@@ -16,7 +16,7 @@ from isarflow.scattering import needs
 from isarflow.scattering.band import solve_band
 from isarflow.scattering.costs import chosen_tolerance, planned
 from isarflow.scattering.solve import solve
-from isarflow.scattering.solver import build
+from isarflow.scattering.solver import build_solver
 from isarflow.setup.config import load
 
 RADAR = {"center_frequency": 2.775e9, "bandwidth": 1.5e9, "frequencies": 14, "polarizations": ["VV"]}
@@ -50,7 +50,7 @@ def test_what_fits_is_the_most_that_fits(planes, scattering):
     most = needs.unknowns_that_fit(8000, 1e6, box, planes, SWEEP, scattering)
 
     def need(unknowns):
-        return build(scattering).plan(needs.closed(unknowns, box), planes, SWEEP)[0]
+        return build_solver(scattering).plan(needs.closed(unknowns, box), planes, SWEEP)[0]
 
     assert need(most) <= 8000 < need(most + 200)
     assert needs.unknowns_that_fit(100, 1e6, box, planes, SWEEP, scattering) == 0

@@ -1,7 +1,7 @@
 """Interpolate backscatter between the azimuths of a sweep, by its bandwidth.
 
 On a ring of constant elevation the excitation of a target within `reach` of the origin has the orders exp(j m az) with
-|m| up to M (see `directions`), and backscatter, which is quadratic in it, orders up to 2 M. Samples that are dense enough
+|m| up to M (see `directions`), and backscatter, which is quadratic in it, orders up to 2 M. Samples dense enough
 determine it everywhere between them. Samples of a whole circle do so exactly; for an arc or a list the series of least
 norm through the samples is taken, which is less exact in the gap at either end: 5e-5 of the peak was seen.
 """

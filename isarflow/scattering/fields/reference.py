@@ -92,8 +92,8 @@ def check_frequencies(path, frequency):
     if frequencies:
         hint = " They look like GHz." if any(first <= 1e9 * value <= last for value in frequencies) else ""
         raise InputError(
-            f"{path}: its frequency_hz, {min(frequencies):g} to {max(frequencies):g}, has none of the run's, {frequency[0]:g} to "
-            f"{frequency[-1]:g} Hz.{hint}"
+            f"{path}: its frequency_hz, {min(frequencies):g} to {max(frequencies):g}, has none of the run's, "
+            f"{frequency[0]:g} to {frequency[-1]:g} Hz.{hint}"
         )
 
 

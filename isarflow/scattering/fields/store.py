@@ -36,9 +36,9 @@ def write_field(store_path, field, polarizations, frequency, elevation, azimuth,
     dims, name = list(dict.fromkeys(axes.values())), "backscatter amplitude"
     if receivers:
         dims, name = [*dims, "receiver"], "bistatic amplitude"
-        for angle, values in zip(("elevation", "azimuth"), receivers, strict=True):
+        for angle, degrees in zip(("elevation", "azimuth"), receivers, strict=True):
             attributes = {"units": "degrees", "long_name": f"{angle} of the receiver"}
-            coordinates[f"receiver_{angle}"] = ("receiver", values, attributes)
+            coordinates[f"receiver_{angle}"] = ("receiver", degrees, attributes)
     dataset = xr.Dataset(
         {"field": (dims, field, {"units": "m", "long_name": name})},
         coords=coordinates,

@@ -85,10 +85,7 @@ def _dots(w, row, s, x, y, z):
 
 @kernel
 def _electric(w, count, point, nu, turns, tiny, one):
-    """Add one field point's part to the sums over source points, field points, both, and weighted with rho . rho'.
-
-    The sums over field points include the factor nu_a . nu'_j.
-    """
+    """Add one field point's part to the sums of Green's function from which `_electric_halves` makes entries."""
     nu, (x, y, z) = _vector(nu), _vector(point)
     for s in range(count):
         r0, i0, _ = _green(x - w[s], y - w[ROW + s], z - w[2 * ROW + s], turns, tiny, one)
@@ -118,7 +115,14 @@ def _electric(w, count, point, nu, turns, tiny, one):
 def _electric_halves(w, count, nu, charge, half, out):
     """z between half function i of the field triangle and all of the sources, without their l / 6.
 
-    With points rho_a = nu_a / 2 about the centroid, (rho_a - nu_i) . (rho'_b - nu'_j) expands into the sums above.
+    The sum of `reference.electric` between two halves, by three points a triangle: a point has the area A / 3, and
+    l / (2 A) A / 3 = l / 6, so that z_ij / (l_i l'_j / 36) is the sum over points a and b of
+
+        G_ab [(r_a - v_i) . (r'_b - v'_j) - 4 / k^2].
+
+    About the centroids corners are nu, and points rho_a = nu_a / 2: the barycentric coordinates are 2/3, 1/6, 1/6, and
+    the three nu add up to 0. So (rho_a - nu_i) . (rho'_b - nu'_j) has four terms, whose sums are, in this order,
+    WEIGHTED / 4, BY_COL . nu_i / 2, BY_NU_j / 2 and TOTAL nu_i . nu'_j.
     """
     x, y, z = _vector(nu)
     for s in range(count):
@@ -153,8 +157,10 @@ def _sources(w, s, center, normal, nu, half, sixth):
 def _magnetic(w, count, point, nu, center, normal, corner_products, constants):
     """Add one field point's part to the sums from which half functions of m follow (see `operators.cfie`).
 
-    With zeta'_j the height of corner v'_j above the field triangle and D = r - r', the integrand of m is
-    g (r - v_i) . [(r - v'_j) (n . (r' - c)) - D zeta'_j] with grad G = g (r - r'), g = -(1 + j k R) exp(-j k R) / R^3.
+    The integrand of `reference.magnetic` is (r - v_i) . n x (g D x (r' - v'_j)), with D = r - r' and grad G = g D,
+    g = -(1 + j k R) exp(-j k R) / R^3. D x (r' - v'_j) = D x w with w = r - v'_j, as both differ by D; and
+    n x (D x w) = D (n . w) - w (n . D). On the field triangle, of centroid c, n . w = -zeta'_j, v'_j's height above it,
+    and n . D = -n . (r' - c). So the integrand is g (r - v_i) . [w (n . (r' - c)) - D zeta'_j].
     corner_products: (rho_a - nu_i) . rho_a of this a. A sum's rows: of tangential parts for each i, of normal ones for
     each i, of nu_a . (c - v'_j) times heights for each j, of g for each b, of heights; of both parts.
     """
