@@ -107,13 +107,13 @@ bench-habits: environment
 	PYTHONPATH=tests/mesh python benchmarks/bench_habits.py
 
 bench-meshing: environment
-	PYTHONPATH=tests/mesh python benchmarks/bench_meshing.py --cores $(CORES)
+	PYTHONPATH=tests/mesh python benchmarks/bench_meshing.py --threads $(CORES)
 
 bench-shapes: environment
 	PYTHONPATH=tests/mesh:tests/scattering python benchmarks/bench_shapes.py --threads $(CORES)
 
 bench-imaging: environment
-	python benchmarks/bench_imaging.py --cores $(CORES)
+	python benchmarks/bench_imaging.py --threads $(CORES)
 
 bench-imagers: environment
 	python benchmarks/bench_imagers.py --threads $(CORES)

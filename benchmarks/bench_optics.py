@@ -9,9 +9,7 @@ what it is tested on. They go to results/benchmarks/, with figures of the five.
     bench_optics.py --only aircraft    makes and times the fields of this target, and no table
 """
 
-import argparse
 import itertools
-import os
 import time
 from pathlib import Path
 
@@ -21,9 +19,9 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
-import threadpoolctl
 import xarray as xr
 from imaged import TARGETS, Imaged, recognised
+from runner import options_of
 
 from isarflow.core.sweep import Sweep
 from isarflow.imaging.outline import OUTLINE, outline
@@ -192,13 +190,8 @@ def draw_images(imaged, path):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--threads", type=int, default=os.cpu_count())
-    parser.add_argument("--only", choices=ALL, help="make the fields of this target alone, and no table")
-    parser.add_argument("--out", type=Path, default=Path("results/benchmarks"))
-    options = parser.parse_args()
-    options.out.mkdir(parents=True, exist_ok=True)
-    threadpoolctl.threadpool_limits(options.threads)
+    only = {"choices": ALL, "help": "make the fields of this target alone, and no table"}
+    options = options_of(__doc__, only=only)
     stores = {
         (solver, target): computed(solver, target, options.threads)
         for target in ([options.only] if options.only else ALL)
