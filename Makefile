@@ -34,9 +34,8 @@ RUN ?= thesis
 BIN := .venv/bin
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
-.PHONY: smoke optics-meshes report thesis recognition models benchmark test lint docs environment results validate fields check-fields bench-learning bench-capsules \
-	bench-scattering bench-bempp bench-thesis bench-imaging bench-compressed bench-mesh bench-meshing \
-	bench-device bench-habits bench-shapes bench-training bench-imagers bench-imaged bench-optics bench-centres
+.PHONY: smoke optics-meshes aircraft-meshes rays report thesis recognition models benchmark test lint docs environment results validate \
+	fields check-fields bench-device
 
 smoke: environment
 	snakemake --cores $(CORES) report --configfile config/smoke.yaml
@@ -97,60 +96,25 @@ results: environment
 validate: environment
 	PYTHONPATH=tests/scattering python benchmarks/validate.py --threads $(CORES)
 
-bench-scattering: environment
-	PYTHONPATH=tests/scattering python benchmarks/bench_scattering.py
+# Of a bench that needs more than this, the prerequisites stand below.
+bench-%: environment
+	PYTHONPATH=tests/mesh:tests/scattering python benchmarks/bench_$*.py --threads $(CORES)
 
-bench-mesh: environment
-	PYTHONPATH=tests/mesh python benchmarks/bench_mesh.py
+bench-optics: optics-meshes rays
+bench-centres: optics-meshes
+bench-compressed: aircraft-meshes
+bench-bempp: .venv-bempp/.installed
 
-bench-habits: environment
-	PYTHONPATH=tests/mesh python benchmarks/bench_habits.py
-
-bench-meshing: environment
-	PYTHONPATH=tests/mesh python benchmarks/bench_meshing.py --cores $(CORES)
-
-bench-shapes: environment
-	PYTHONPATH=tests/mesh:tests/scattering python benchmarks/bench_shapes.py --threads $(CORES)
-
-bench-imaging: environment
-	python benchmarks/bench_imaging.py --cores $(CORES)
-
-bench-imagers: environment
-	python benchmarks/bench_imagers.py --threads $(CORES)
-
-bench-imaged: environment
-	python benchmarks/bench_imaged.py --threads $(CORES)
-
-# The meshes of both: ten edges a wavelength at the highest frequency.
+# Ten edges a wavelength at the highest frequency.
 optics-meshes: environment
 	snakemake --cores $(CORES) $(patsubst resources/fields/%.zarr,results/optics/mesh/%.json,$(wildcard resources/fields/*.zarr)) \
 		--configfile config/thesis.yaml config/fields.yaml --config name=optics mesh='{bands: 1}'
 
-bench-optics: optics-meshes
+aircraft-meshes: environment
+	snakemake --cores $(CORES) results/quick/mesh/aircraft.json
+
+rays: environment
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r envs/requirements-rays.lock
-	python benchmarks/bench_optics.py --threads $(CORES)
-
-bench-centres: optics-meshes
-	python benchmarks/bench_centres.py
-
-bench-learning: environment
-	python benchmarks/bench_learning.py --threads $(CORES)
-
-bench-capsules: environment
-	python benchmarks/bench_capsules.py --threads $(CORES)
-
-bench-training: environment
-	python benchmarks/bench_training.py
-
-bench-thesis: environment
-	python benchmarks/bench_thesis.py --threads $(CORES)
-
-bench-compressed: environment
-	$(BIN)/snakemake --cores $(CORES) results/quick/mesh/aircraft.json
-	PYTHONPATH=tests/scattering:benchmarks python benchmarks/bench_compressed.py --threads $(CORES)
-
-bench-bempp: environment .venv-bempp/.installed
-	PYTHONPATH=tests/scattering python benchmarks/bench_bempp.py
 
 .venv-bempp/.installed: envs/requirements-bempp.txt
 	rm -rf .venv-bempp

@@ -4,7 +4,6 @@ Both assemble the EFIE matrix of one icosphere in one run, one after the other, 
 of each counts, so that neither pays for compilation. The backscatter of both is compared with the closed form.
 """
 
-import argparse
 import json
 import os
 import subprocess
@@ -15,6 +14,7 @@ from pathlib import Path
 import mie
 import numpy as np
 import pandas as pd
+from runner import options_of
 
 from isarflow.scattering.mom.assembly import Entries, assemble
 from isarflow.scattering.mom.basis import fundamental_domain, rwg
@@ -49,11 +49,8 @@ def ours(vertices, triangles):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--python", default=".venv-bempp/bin/python", help="of an environment with bempp-cl 0.4.2")
-    parser.add_argument("--out", type=Path, default=Path("results/benchmarks"))
-    options = parser.parse_args()
-    options.out.mkdir(parents=True, exist_ok=True)
+    peer_python = {"default": ".venv-bempp/bin/python", "help": "of an environment with bempp-cl 0.4.2"}
+    options = options_of(__doc__, python=peer_python)
     radius = 0.66
     vertices, triangles = mie.icosphere(radius, 0.09)
     with tempfile.TemporaryDirectory() as folder:

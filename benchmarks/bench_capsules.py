@@ -1,19 +1,19 @@
-"""What the capsule network costs (make bench-capsules): a step of its training as it is, with slices for each
-convolution, and with XLA's own; an epoch of the reference experiment; a prediction, alone and in batches.
+"""What the capsule network costs: `make bench-capsules`.
 
-The images are noise: neither takes longer or shorter for what they show. Run nothing beside it.
+A step of its training as it is, with slices for each convolution, and with XLA's own; an epoch of the reference
+experiment; a prediction, alone and in batches. The images are noise: neither takes longer or shorter for what they
+show. Run nothing beside it.
 """
 
-import argparse
 import time
 
 import jax
 import numpy as np
 import optax
-import threadpoolctl
+from runner import options_of
 
 from isarflow.learning.classifier import build
-from isarflow.learning.evaluation.timing import BATCH, cpu, time_batches
+from isarflow.learning.evaluation.timing import BATCH_IMAGES, cpu, time_batches
 from isarflow.learning.networks import capsules, convolution
 from isarflow.setup.config import load
 
@@ -62,14 +62,11 @@ def step_of(settings, convolve, count):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--threads", type=int, default=2)
-    parser.add_argument("--repeats", type=int, default=5)
-    arguments = parser.parse_args()
+    options = options_of(__doc__, repeats={"type": int, "default": 5})
     small = load()["learning"]["models"]["capsule"]
     full = small | {"width": 256, "capsules": 32, "decoder": 512}
-    print(f"{cpu()}, {arguments.threads} threads; images of {SIDE} x {SIDE}; milliseconds an image, medians")
-    titles = ("network", "weights", "train", "slices", "XLA", "epoch", "alone", f"in {BATCH}")
+    print(f"{cpu()}, {options.threads} threads; images of {SIDE} x {SIDE}; milliseconds an image, medians")
+    titles = ("network", "weights", "train", "slices", "XLA", "epoch", "alone", f"in {BATCH_IMAGES}")
     print(" ".join(f"{title:>10}" for title in titles))
     random = np.random.default_rng(0)
     parts = random.standard_normal((IMAGES, SIDE, SIDE, 2), dtype=np.float32)
@@ -79,20 +76,12 @@ def main():
     for name, settings in (("full", full), ("small", small)):
         ways = (convolution.convolve, STEP), (convolution.by_slices, STEP), (xla, FEW)
         steps = [step_of(settings, *way) for way in ways]
-        ours, slices, theirs = np.median([[step() for step in steps] for _ in range(arguments.repeats)], axis=0) * 1e3
+        ours, slices, theirs = np.median([[step() for step in steps] for _ in range(options.repeats)], axis=0) * 1e3
         model = build("capsule", settings | {"epochs": 1, "batch": 114}, 0).fit(images[:256], labels[:256])
         size = sum(value.size for value in model._weights().values())
-        with threadpoolctl.threadpool_limits(arguments.threads):
-            times = [time_batches(model.predict, images, count) for count in (1, BATCH)]
+        times = [time_batches(model.predict, images, count) for count in (1, BATCH_IMAGES)]
         alone, batch = (one["milliseconds_per_observation"] for one in times)
-        row = (
-            name,
-            f"{size:,}",
-            f"{ours:.2f}",
-            f"{slices:.2f}",
-            f"{theirs:.2f}",
-            f"{ours * IMAGES / 1e3:.0f} s",
-        )
+        row = name, f"{size:,}", f"{ours:.2f}", f"{slices:.2f}", f"{theirs:.2f}", f"{ours * IMAGES / 1e3:.0f} s"
         print(" ".join(f"{cell:>10}" for cell in (*row, f"{alone:.2f}", f"{batch:.3f}")))
     print(f"epoch: {IMAGES:,} images, the reference experiment's. The thesis's prediction took {PUBLISHED} ms.")
 

@@ -6,13 +6,13 @@ power is counted within half a range cell of the surface, of its edges (creases,
 goes to results/benchmarks/centres.csv.
 """
 
-import argparse
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import xarray as xr
 from imaged import TARGETS
+from runner import options_of
 from scipy.spatial import cKDTree
 
 from isarflow.core.sweep import C0
@@ -67,10 +67,7 @@ def rows_of(target):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--out", type=Path, default=Path("results/benchmarks"))
-    options = parser.parse_args()
-    options.out.mkdir(parents=True, exist_ok=True)
+    options = options_of(__doc__)
     rows = []
     for target in TARGETS:
         rows += rows_of(target)

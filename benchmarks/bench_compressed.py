@@ -7,11 +7,7 @@ mirror planes beside the Mie series. Tables (CSV) and figures go to results/benc
 are not measured again.
 """
 
-import argparse
 import json
-import multiprocessing
-import os
-import re
 import time
 from pathlib import Path
 
@@ -21,6 +17,7 @@ import numpy as np
 import pandas as pd
 import threadpoolctl
 from bench_scattering import PLANES, octasphere
+from runner import in_process, options_of, peak_mb, show
 from test_solve import sheet, weld
 
 from isarflow.core.errors import InputError
@@ -33,7 +30,7 @@ from isarflow.scattering.mom.cross import fill
 from isarflow.scattering.mom.farfield import Excitation
 from isarflow.scattering.mom.lowrank import LowRankMatrix
 from isarflow.scattering.mom.operators import efie
-from isarflow.scattering.solve import PARTS, SHARE, _residual, solve
+from isarflow.scattering.solve import PARTS, TILE_SHARE, _residual, solve
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
@@ -45,10 +42,6 @@ LARGEST_WHOLE = {"none": 20_000, "xz": 31_000, "xz+yz": 61_000}  # unknowns up t
 TOLERANCES = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6]
 TOLERANCE = 1e-5
 OF_SPHERE = 1e-4  # of the large sphere: at 1e-5 the factors of 200,000 unknowns take more than 24 GB
-
-
-def peak_mb():
-    return int(re.search(r"VmHWM:\s+(\d+)", Path("/proc/self/status").read_text()).group(1)) * 1024 / 1e6
 
 
 def measured(vertices, triangles, frequency, symmetry, tolerance, threads, polarizations=("VV",)):
@@ -112,7 +105,7 @@ def of_large_sphere(unknowns, threads):
 
         return say
 
-    fill(entries, [matrix], SHARE * OF_SPHERE, threads, progress("assembly"))
+    fill(entries, [matrix], TILE_SHARE * OF_SPHERE, threads, progress("assembly"))
     numbers = np.linspace(0, len(bases[0]) - 1, 128).astype(int)
     (rows,) = entries.rows([numbers])
     assembled = time.perf_counter()
@@ -147,12 +140,6 @@ def errors(field, truth):
     return 20 * np.log10(np.abs(field - truth).max() / peak), level
 
 
-def in_process(function, *arguments):
-    """The result from a process of its own, for its peak of memory."""
-    with multiprocessing.get_context("spawn").Pool(1) as pool:
-        return pool.apply(function, arguments)
-
-
 def over_unknowns(path, threads):
     rows = pd.read_csv(path).to_dict("records") if path.exists() else []
     known = {(row["planes"], row["count"], row["tolerance"]) for row in rows}
@@ -164,7 +151,7 @@ def over_unknowns(path, threads):
                 ):
                     continue
                 row = {"planes": planes, "count": count} | in_process(of_sphere, count, planes, tolerance, threads)
-                print({key: round(v, 5) if isinstance(v, float) else v for key, v in row.items()}, flush=True)
+                show(row)
                 rows.append(row)
                 pd.DataFrame(rows).to_csv(path, index=False)
     return pd.DataFrame(rows)
@@ -183,7 +170,7 @@ def over_tolerance(path, figures, target, band, threads):
             continue
         relative, level = errors(field, truth)
         rows.append(row | {"error_to_peak_db": relative, "level_error_db": level})
-        print({key: round(v, 7) if isinstance(v, float) else v for key, v in rows[-1].items()}, flush=True)
+        show(rows[-1])
         pd.DataFrame(rows).to_csv(path, index=False)
     return pd.DataFrame(rows)
 
@@ -199,7 +186,7 @@ def over_shapes(path, threads):
         )
         rows[-1] |= {key: row[key] for key in ("seconds", "peak_mb", "residual")}
         rows[-1] |= {"error_to_peak_db": relative, "level_error_db": level}
-        print({key: round(v, 7) if isinstance(v, float) else v for key, v in rows[-1].items()}, flush=True)
+        show(rows[-1])
     pd.DataFrame(rows).to_csv(path, index=False)
 
 
@@ -254,13 +241,9 @@ def draw_tolerance(table, path):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--threads", type=int, default=os.cpu_count())
-    parser.add_argument("--sphere", type=int, help="unknowns of the large sphere: 200000 take half an hour and 20 GB")
-    parser.add_argument("--mesh", default="results/quick/mesh/aircraft.json", help="figures of the target's meshes")
-    parser.add_argument("--out", type=Path, default=Path("results/benchmarks"))
-    options = parser.parse_args()
-    options.out.mkdir(parents=True, exist_ok=True)
+    sphere = {"type": int, "help": "unknowns of the large sphere: 200000 take half an hour and 20 GB"}
+    mesh = {"default": "results/quick/mesh/aircraft.json", "help": "figures of the target's meshes"}
+    options = options_of(__doc__, sphere=sphere, mesh=mesh)
     out = options.out
     large = out / "compressed-sphere.csv"
     if options.sphere:

@@ -7,7 +7,6 @@ and the error of the field, relative to its peak. Stores, logs and processor tim
 them: so `resources/fields/make.py keep` takes what a machine with a GPU has solved, which needs no Snakemake for it.
 """
 
-import argparse
 import contextlib
 import time
 from pathlib import Path
@@ -15,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import xarray as xr
+from runner import options_of, show
 
 from isarflow.core.compiled import keep_compiled
 from isarflow.core.store import SUMS
@@ -29,13 +29,9 @@ RESULTS, FIELDS, TABLE = Path("results/fields"), Path("resources/fields"), Path(
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("bands", nargs="+", metavar="TARGET-BAND")
-    parser.add_argument("--threads", type=int, default=2)
-    options = parser.parse_args()
+    options = options_of(__doc__, bands={"positional": True, "nargs": "+", "metavar": "TARGET-BAND"})
     config = load(*map(read_yaml, ("config/thesis.yaml", "config/fields.yaml")))
     of_bands = sweeps(config["radar"], config["aspect"], config["mesh"]["bands"], config["scattering"])
-    TABLE.parent.mkdir(parents=True, exist_ok=True)
     for name in options.bands:
         if (RESULTS / "scattering" / "bands" / f"{name}.zarr" / SUMS).exists():
             print(f"{name} is there")
@@ -44,7 +40,7 @@ def main():
         row = {"device": keep_compiled(), "target": target, "band": int(band)}
         row |= solved(config, target, name, of_bands[int(band)], options.threads) | kept(target, name)
         pd.DataFrame([row]).to_csv(TABLE, mode="a", header=not TABLE.exists(), index=False, float_format="%.4g")
-        print(", ".join(f"{key} {value:.4g}" if isinstance(value, float) else f"{value}" for key, value in row.items()))
+        show(row)
 
 
 def solved(config, target, name, sweep, threads):

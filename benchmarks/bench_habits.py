@@ -5,13 +5,13 @@ line for each: seconds of processor time, unknowns, what its volume is off the s
 goes to results/benchmarks/habits.csv.
 """
 
-import argparse
 import os
 import time
 from pathlib import Path
 
 import pandas as pd
 from habits_made import HABITS
+from runner import options_of, show
 
 from isarflow.core.errors import InputError
 from isarflow.mesh.build import build
@@ -45,17 +45,13 @@ def meshed(name, path):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--habits", nargs="+", choices=HABITS, default=list(HABITS))
-    options = parser.parse_args()
-    OUTPUT.mkdir(parents=True, exist_ok=True)
-    rows, path = [], OUTPUT / f"habit-{os.getpid()}.ply"
+    options = options_of(__doc__, habits={"nargs": "+", "choices": HABITS, "default": list(HABITS)})
+    rows, path = [], options.out / f"habit-{os.getpid()}.ply"
     for name in options.habits:
         rows.append(meshed(name, path))
         path.unlink()
-        print(*(f"{key} {v:.3g}" if isinstance(v, float) else f"{key} {v}" for key, v in rows[-1].items()), sep=", ",
-              flush=True)  # fmt: skip
-        pd.DataFrame(rows).to_csv(OUTPUT / "habits.csv", index=False)
+        show(rows[-1])
+        pd.DataFrame(rows).to_csv(options.out / "habits.csv", index=False)
     table = pd.DataFrame(rows).reindex(columns=["seconds", "volume_off", "missed", "refused"])
     print(
         f"{len(table)} files, {table.refused.notna().sum()} refused, {table.missed.notna().sum()} miss a goal, "

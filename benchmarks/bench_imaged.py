@@ -5,15 +5,13 @@ elevation is in the library, at every second azimuth, and random views between a
 the closed set of five targets, by three quick models. A table goes to results/benchmarks/imaged.csv.
 """
 
-import argparse
-import os
 import time
 from pathlib import Path
 
 import pandas as pd
-import threadpoolctl
 import xarray as xr
 from imaged import TARGETS, Imaged, recognised
+from runner import options_of
 
 SHARED = {"aperture": 11, "polarizations": ["VV"]}
 IMAGERS = {
@@ -33,13 +31,7 @@ SNRS = [24, 12, 6, 0]  # dB, of the mean power in the aperture
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--threads", type=int, default=os.cpu_count())
-    parser.add_argument("--fields", type=Path, default=Path("results/quick/scattering"))
-    parser.add_argument("--out", type=Path, default=Path("results/benchmarks"))
-    options = parser.parse_args()
-    options.out.mkdir(parents=True, exist_ok=True)
-    threadpoolctl.threadpool_limits(options.threads)
+    options = options_of(__doc__, fields={"type": Path, "default": Path("results/quick/scattering")})
     fields = {target: xr.open_zarr(options.fields / f"{target}.zarr").field.load() for target in TARGETS}
     tables = []
     for name, settings in IMAGERS.items():

@@ -6,10 +6,7 @@ how often each imager resolves them, how far its peaks are off beside the Cramer
 time of 512 images; then the same with missing frequencies or azimuths. They go to results/benchmarks/, with a figure.
 """
 
-import argparse
-import os
 import time
-from pathlib import Path
 
 import matplotlib
 
@@ -17,7 +14,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
-import threadpoolctl
+from runner import options_of
 from scipy.ndimage import map_coordinates, maximum_filter
 
 from isarflow.imaging.formation import build
@@ -169,13 +166,7 @@ def draw(table, missing, path):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--draws", type=int, default=100)
-    parser.add_argument("--threads", type=int, default=os.cpu_count())
-    parser.add_argument("--out", type=Path, default=Path("results/benchmarks"))
-    options = parser.parse_args()
-    options.out.mkdir(parents=True, exist_ok=True)
-    threadpoolctl.threadpool_limits(options.threads)
+    options = options_of(__doc__, draws={"type": int, "default": 100})
     table, missing, times = [], [], []
     for name, settings in IMAGERS.items():
         imager = build(FREQUENCY, ANGLE, {"aperture": len(ANGLE), **settings})

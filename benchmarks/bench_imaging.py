@@ -5,7 +5,6 @@ noisy images and the clean ones. Prints time, throughput and the largest memory 
 Needs about 11 GB of disk while it runs; removes what it made.
 """
 
-import argparse
 import os
 import shutil
 import subprocess
@@ -15,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import yaml
+from runner import options_of
 
 from isarflow.core.sweep import C0, azimuths, elevations, frequencies, snr_label
 from isarflow.scattering.fields.store import write_field
@@ -51,10 +51,7 @@ def disk_rate(path, megabytes=2000):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--config", default="config/thesis.yaml")
-    parser.add_argument("--cores", type=int, default=os.cpu_count())
-    options = parser.parse_args()
+    options = options_of(__doc__, config={"default": "config/thesis.yaml"})
     config = load(read_yaml(options.config))
     shutil.rmtree(FOLDER, ignore_errors=True)
     fields = Path("results", f"{NAME}_fields")
@@ -68,7 +65,7 @@ def main():
     settings.write_text(yaml.safe_dump(read_yaml(options.config) | {"name": NAME, "targets": targets}))
     stores = ["clean", *map(snr_label, config["noise"]["snr_db"])]
     wanted = [f"{FOLDER}/imaging/{target}/{store}.zarr" for target in targets for store in stores]
-    command = ["snakemake", "--cores", str(options.cores), "--quiet", "all", "--configfile", str(settings), "--"]
+    command = ["snakemake", "--cores", str(options.threads), "--quiet", "all", "--configfile", str(settings), "--"]
     start = time.perf_counter()
     subprocess.run([*command, *wanted], check=True)
     seconds = time.perf_counter() - start
@@ -77,7 +74,7 @@ def main():
     sweep = len(elevations(config["aspect"])) * len(azimuths(config["aspect"])) * len(targets)
     images = sweep * (1 + config["noise"]["realizations"] * len(config["noise"]["snr_db"]))
     print(
-        f"{images:,} images ({images - sweep:,} of them noisy) in {seconds:.0f} s on {options.cores} cores: "
+        f"{images:,} images ({images - sweep:,} of them noisy) in {seconds:.0f} s on {options.threads} cores: "
         f"{images / seconds:,.0f} images/s, {megabytes / 1000:.2f} GB at {megabytes / seconds:.0f} MB/s "
         f"(the disk writes {disk_rate(fields / 'rate'):.0f} MB/s). Largest job: {jobs.max_rss.max():.0f} MB; "
         f"{len(jobs)} jobs of {jobs.s.mean():.1f} s on average."

@@ -4,14 +4,12 @@ The images are noise: a prediction takes as long whatever they show. The support
 time depends on how many support vectors real images leave.
 """
 
-import argparse
-
 import numpy as np
-import threadpoolctl
 import yaml
+from runner import options_of
 
 from isarflow.learning.classifier import build
-from isarflow.learning.evaluation.timing import BATCH, cpu, time_batches
+from isarflow.learning.evaluation.timing import BATCH_IMAGES, cpu, time_batches
 from isarflow.setup.config import BASE
 
 SHAPE, IMAGES = (27, 21), 6460
@@ -20,20 +18,17 @@ MODELS = ("lr", "knn", "matched_filter", "fcnn")
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--threads", type=int, default=2)
-    threads = parser.parse_args().threads
+    threads = options_of(__doc__).threads
     random = np.random.default_rng(0)
     parts = random.standard_normal((IMAGES + 2048, *SHAPE, 2), dtype=np.float32)
     images = parts.view(np.complex64)[..., 0]
     labels = np.where(np.arange(IMAGES) % 2, "drone", "missile")
     settings = yaml.safe_load(BASE.read_text())["learning"]["models"]
     print(f"{cpu()}, {threads} threads; milliseconds an image")
-    print(f"{'model':16} {'alone':>9} {f'in {BATCH}':>9} {'thesis':>9}")
+    print(f"{'model':16} {'alone':>9} {f'in {BATCH_IMAGES}':>9} {'thesis':>9}")
     for name in MODELS:
         model = build(name, settings[name], 0).fit(images[:IMAGES], labels)
-        with threadpoolctl.threadpool_limits(threads):
-            times = [time_batches(model.predict, images[IMAGES:], size) for size in (1, BATCH)]
+        times = [time_batches(model.predict, images[IMAGES:], size) for size in (1, BATCH_IMAGES)]
         alone, batch = (one["milliseconds_per_observation"] for one in times)
         print(f"{name:16} {alone:9.4f} {batch:9.4f} {PUBLISHED.get(name, float('nan')):9.4f}")
 

@@ -5,12 +5,12 @@ Aircraft with NACA wings, quadrotors and missiles, of closed solids that overlap
 all; a table goes to results/benchmarks/mesh.csv.
 """
 
-import argparse
 import os
 import time
 from pathlib import Path
 
 import pandas as pd
+from runner import options_of, show
 from vehicles_made import drawn
 
 from isarflow.core.errors import InputError
@@ -37,22 +37,14 @@ def meshed(number, path):
     return row | {"area": band["area"]["after"] / band["area"]["before"] - 1, "missed": band["missed"], "refused": None}
 
 
-def _short(value):
-    return f"{value:.3g}" if isinstance(value, float) else value
-
-
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--first", type=int, default=0)
-    parser.add_argument("--count", type=int, default=200)
-    options = parser.parse_args()
-    OUTPUT.mkdir(parents=True, exist_ok=True)
-    rows, path = [], OUTPUT / f"vehicle-{os.getpid()}.ply"
+    options = options_of(__doc__, first={"type": int, "default": 0}, count={"type": int, "default": 200})
+    rows, path = [], options.out / f"vehicle-{os.getpid()}.ply"
     for number in range(options.first, options.first + options.count):
         rows.append(meshed(number, path))
         path.unlink()
-        print(", ".join(f"{key} {_short(value)}" for key, value in rows[-1].items()), flush=True)
-        pd.DataFrame(rows).to_csv(OUTPUT / "mesh.csv", index=False)
+        show(rows[-1])
+        pd.DataFrame(rows).to_csv(options.out / "mesh.csv", index=False)
     table = pd.DataFrame(rows).reindex(columns=["seconds", "of_uniform", "missed", "refused"])
     over = table.of_uniform
     print(

@@ -5,14 +5,13 @@ the same of half a million triangles, from the CAD file to the field by Snakemak
 stages for each, from Snakemake's own benchmark files; a table goes to results/benchmarks/meshing.csv.
 """
 
-import argparse
 import json
-import os
 import subprocess
 from pathlib import Path
 
 import pandas as pd
 import yaml
+from runner import options_of
 from vehicles_made import uav
 
 from isarflow.mesh.io import write_ply
@@ -27,26 +26,23 @@ MADE = {"uav": 1, "uav_fine": 8}  # how often an edge of the source is cut
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--cores", type=int, default=os.cpu_count())
-    options = parser.parse_args()
-    OUTPUT.mkdir(parents=True, exist_ok=True)
+    options = options_of(__doc__)
     targets = list(read_yaml("config/config.yaml")["targets"])
     added = {}
     for name, fine in MADE.items():
-        path = OUTPUT / f"{name}.ply"
+        path = options.out / f"{name}.ply"
         write_ply(path, *uav(fine=fine))
         added[name] = {"mesh": str(path), "unit": "m", "role": "unknown"}
-    overlay = OUTPUT / "meshing.yaml"
+    overlay = options.out / "meshing.yaml"
     overlay.write_text(yaml.safe_dump({"name": "bench-meshing", "targets": added, **SWEEP}))
     results = Path("results/bench-meshing")
     stores = [f"{results}/scattering/{name}.zarr" for name in (*targets, *added)]
     config = ["--configfile", "config/config.yaml", str(overlay)]
-    subprocess.run(["snakemake", "--cores", str(options.cores), "--forceall", *stores, *config], check=True)
+    subprocess.run(["snakemake", "--cores", str(options.threads), "--forceall", *stores, *config], check=True)
     rows = [row(results, name) for name in (*targets, *added)]
     table = pd.DataFrame(rows)
     print(table.to_string(index=False, float_format="%.2f"))
-    table.to_csv(OUTPUT / "meshing.csv", index=False, float_format="%.4g")
+    table.to_csv(options.out / "meshing.csv", index=False, float_format="%.4g")
 
 
 def row(results, name):

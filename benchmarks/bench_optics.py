@@ -9,9 +9,7 @@ what it is tested on. They go to results/benchmarks/, with figures of the five.
     bench_optics.py --only aircraft    makes and times the fields of this target, and no table
 """
 
-import argparse
 import itertools
-import os
 import time
 from pathlib import Path
 
@@ -21,16 +19,16 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
-import threadpoolctl
 import xarray as xr
 from imaged import TARGETS, Imaged, recognised
+from runner import options_of
 
 from isarflow.core.sweep import Sweep
 from isarflow.imaging.outline import OUTLINE, outline
 from isarflow.learning.confidence import zncc
 from isarflow.mesh.io import read_ply
 from isarflow.scattering.fields.store import write_field
-from isarflow.scattering.solver import build
+from isarflow.scattering.solver import build_solver
 
 FIELDS, RESULTS = Path("resources/fields"), Path("results/optics")
 ALL = [*TARGETS, *sorted({path.stem for path in FIELDS.glob("*.zarr")} - {*TARGETS})]
@@ -61,7 +59,7 @@ def computed(solver, target, threads):
         sweep = Sweep(*(field[name].values for name in ASKED))
         mesh = read_ply(RESULTS / "mesh" / f"{target}-0.ply")
         begun, processor = time.perf_counter(), time.process_time()
-        solution = build({"solver": solver}).solve(*mesh, sweep, [], threads, lambda *of: None)
+        solution = build_solver({"solver": solver}).solve(*mesh, sweep, [], threads, lambda *of: None)
         took = {"seconds": time.perf_counter() - begun, "processor_s": time.process_time() - processor}
         attrs = {"solver": solver, "triangles": len(mesh[1]), "threads": threads, **took}
         axes = sweep.polarizations, sweep.frequency, sweep.elevation, sweep.azimuth
@@ -192,13 +190,8 @@ def draw_images(imaged, path):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--threads", type=int, default=os.cpu_count())
-    parser.add_argument("--only", choices=ALL, help="make the fields of this target alone, and no table")
-    parser.add_argument("--out", type=Path, default=Path("results/benchmarks"))
-    options = parser.parse_args()
-    options.out.mkdir(parents=True, exist_ok=True)
-    threadpoolctl.threadpool_limits(options.threads)
+    only = {"choices": ALL, "help": "make the fields of this target alone, and no table"}
+    options = options_of(__doc__, only=only)
     stores = {
         (solver, target): computed(solver, target, options.threads)
         for target in ([options.only] if options.only else ALL)

@@ -5,10 +5,7 @@ part after the other, so that the ratios hold whatever the machine is doing; kee
 (CSV) and a plot beside each other and prints the table and the ratios that count.
 """
 
-import argparse
-import multiprocessing
-import os
-import re
+import itertools
 import time
 from pathlib import Path
 
@@ -18,6 +15,7 @@ import pandas as pd
 import psutil
 import scipy.linalg
 import threadpoolctl
+from runner import in_process, options_of, peak_mb
 from stored import dense
 
 from isarflow.scattering.directions import sample
@@ -113,8 +111,7 @@ def measure(count, planes, threads):
     row["directions_s"], _ = seconds(
         lambda: [matrix.between(wave, wave, samples.rings, threads) for matrix, wave in zip(system, waves, strict=True)]
     )
-    status = Path("/proc/self/status").read_text()
-    row["peak_mb"] = int(re.search(r"VmHWM:\s+(\d+)", status).group(1)) * 1024 / 1e6 - held / 1e6
+    row["peak_mb"] = peak_mb() - held / 1e6
     row["matrix_mb"] = sum(block.nbytes for matrix in system for block in matrix.blocks) / 1e6
     row["right_sides_mb"] = sum(wave.nbytes for wave in waves) / 1e6
     row["residual"] = residual(system[0].solve(few[0], threads))
@@ -183,25 +180,16 @@ def plot(table, limit, path):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument(
-        "--counts", type=int, nargs="+", default=[13, 20, 28, 32, 38, 45, 50], help="8 count^2 triangles each"
-    )
-    parser.add_argument("--planes", nargs="+", choices=PLANES, default=list(PLANES))
-    parser.add_argument("--threads", type=int, default=os.cpu_count())
-    parser.add_argument("--out", type=Path, default=Path("results/benchmarks"))
-    options = parser.parse_args()
-    options.out.mkdir(parents=True, exist_ok=True)
-    threadpoolctl.threadpool_limits(1)
+    counts = {"type": int, "nargs": "+", "default": [13, 20, 28, 32, 38, 45, 50], "help": "8 count^2 triangles each"}
+    planes = {"nargs": "+", "choices": PLANES, "default": list(PLANES)}
+    options = options_of(__doc__, blas_threads=1, counts=counts, planes=planes)
     limit = gemm(4096, options.threads)
     print(f"complex64 product, {options.threads} threads: {limit:.0f} Gflop/s")
     print(" ".join(f"{name:>16}" for name in SHOWN))
     rows = []
-    with multiprocessing.get_context("spawn").Pool(1, maxtasksperchild=1) as pool:
-        for count in options.counts:
-            for planes in options.planes:
-                rows.append(pool.apply(measure, (count, planes, options.threads)) | {"product_gflops": limit})
-                print(" ".join(f"{_text(rows[-1].get(name)):>16}" for name in SHOWN), flush=True)
+    for count, planes in itertools.product(options.counts, options.planes):
+        rows.append(in_process(measure, count, planes, options.threads) | {"product_gflops": limit})
+        print(" ".join(f"{_text(rows[-1].get(name)):>16}" for name in SHOWN), flush=True)
     table = pd.DataFrame(rows)
     print(ratios(table).to_string())
     table.to_csv(options.out / "scattering.csv", index=False)

@@ -4,8 +4,6 @@ The shapes of tests/scattering/fine_made.py, meshed at the default ten edges a w
 fields at twenty. A table goes to results/benchmarks/shapes.csv, for docs/validation.md, and a figure beside it.
 """
 
-import argparse
-import os
 import tempfile
 from pathlib import Path
 
@@ -13,6 +11,7 @@ import matplotlib
 import numpy as np
 import pandas as pd
 from fine_made import AZIMUTH, ELEVATION, REFERENCE, SHAPES, apart, field
+from runner import options_of, show
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
@@ -22,11 +21,7 @@ DENSITIES = 10, 14
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--threads", type=int, default=os.cpu_count())
-    parser.add_argument("--shapes", nargs="+", choices=SHAPES, default=list(SHAPES))
-    options = parser.parse_args()
-    OUTPUT.mkdir(parents=True, exist_ok=True)
+    options = options_of(__doc__, shapes={"nargs": "+", "choices": SHAPES, "default": list(SHAPES)})
     rows = []
     figure, panels = plt.subplots(2, 3, figsize=(12, 6), layout="constrained", sharex=True)
     with tempfile.TemporaryDirectory() as folder:
@@ -39,14 +34,14 @@ def main():
                 changed = {kind: band[kind]["after"] / band[kind]["before"] - 1 for kind in ("area", "volume")}
                 row = {"shape": name, "edges": density, "unknowns": band["unknowns"], **changed}
                 rows.append(row | {"mean_db": mean, "largest_db": largest})
-                print(*(f"{key} {v:.4g}" if isinstance(v, float) else v for key, v in rows[-1].items()), flush=True)
+                show(rows[-1])
                 draw(panel, found, f"{density} edges", linestyle="--", linewidth=1)
             panel.set_title(name)
     figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside upper right", ncols=3)
     figure.supxlabel("azimuth [degrees], elevation 0")
     figure.supylabel("RCS, VV [dBsm]")
-    figure.savefig(OUTPUT / "shapes.png", dpi=120)
-    pd.DataFrame(rows).to_csv(OUTPUT / "shapes.csv", index=False, float_format="%.4g")
+    figure.savefig(options.out / "shapes.png", dpi=120)
+    pd.DataFrame(rows).to_csv(options.out / "shapes.csv", index=False, float_format="%.4g")
 
 
 def draw(panel, found, label, **look):

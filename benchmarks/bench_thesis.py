@@ -7,10 +7,7 @@ for each other one. What each part took beside the plan scales the plan of all o
 the costliest with whole matrices besides (an hour, 22 GB). A solve that the table holds already is not repeated.
 """
 
-import argparse
 import json
-import multiprocessing
-import os
 import resource
 import subprocess
 import time
@@ -18,24 +15,21 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from runner import in_process, options_of, show
 
 from isarflow.core.sweep import Sweep, sweeps
 from isarflow.mesh.io import read_ply
 from isarflow.scattering import needs
-from isarflow.scattering.costs import at_one_frequency, chosen
+from isarflow.scattering.costs import at_one_frequency, chosen_tolerance
 from isarflow.scattering.solve import PARTS, solve
 from isarflow.setup.config import load
 from isarflow.setup.yaml_file import read_yaml
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--config", default="config/thesis.yaml")
-    parser.add_argument("--polarizations", nargs="+", help="those of the config, unless given")
-    parser.add_argument("--threads", type=int, default=os.cpu_count())
-    parser.add_argument("--whole", action="store_true", help="with whole matrices, too")
-    parser.add_argument("--out", type=Path, default=Path("results/benchmarks"))
-    options = parser.parse_args()
+    asked = {"nargs": "+", "help": "of the config, unless given"}
+    whole = {"action": "store_true", "help": "with whole matrices, too"}
+    options = options_of(__doc__, config={"default": "config/thesis.yaml"}, polarizations=asked, whole=whole)
     config = load(read_yaml(options.config))
     if options.polarizations:
         config["radar"]["polarizations"] = options.polarizations
@@ -53,7 +47,6 @@ def main():
     bands = sorted({0, largest.band // 2, largest.band})
     measured = [row for _, row in table[table.target == largest.target].iterrows() if row.band in bands]
     measured += [costliest(rows) for planes, rows in table.groupby("planes") if planes != largest.planes]
-    options.out.mkdir(parents=True, exist_ok=True)
     letters = "-".join(config["radar"]["polarizations"])
     path = options.out / f"thesis-bands-{letters}.csv"
     solves = pd.read_csv(path).to_dict("records") if path.exists() else []
@@ -63,14 +56,11 @@ def main():
         }:
             continue
         mesh, symmetry = folder / f"{row.target}-{row.band}.ply", config["targets"][row.target].get("symmetry", [])
-        with multiprocessing.get_context("spawn").Pool(1) as pool:  # for its peak of memory
-            took = pool.apply(measure, (config, mesh, row.band, symmetry, tolerance or None, options.threads))
+        took = in_process(measure, config, mesh, row.band, symmetry, tolerance or None, options.threads)
         solves.append(
             {"target": row.target, "band": row.band, "unknowns": row.unknowns, "planned_gb": row.planned_gb} | took
         )
-        print(
-            ", ".join(f"{k} {v:.4g}" if isinstance(v, float) else f"{k} {v}" for k, v in solves[-1].items()), flush=True
-        )
+        show(solves[-1])
         pd.DataFrame(solves).to_csv(path, index=False)
     solved = pd.DataFrame(solves).merge(table, on=["target", "band", "tolerance"], suffixes=("", "_of_plan"))
     for part in PARTS:
@@ -78,17 +68,8 @@ def main():
         print(f"{part}: {ratio:.2f} of the plan")
         table[f"{part}_h"] = table[f"planned_{part}"] * ratio * table.frequencies / 3600
     table["hours"] = table[[f"{part}_h" for part in PARTS]].sum(axis=1)
-    shown = [
-        "target",
-        "band",
-        "planes",
-        "unknowns",
-        "frequencies",
-        "planned_gb",
-        "tolerance",
-        *(f"{p}_h" for p in PARTS),
-        "hours",
-    ]
+    shown = ["target", "band", "planes", "unknowns", "frequencies", "planned_gb", "tolerance"]
+    shown += [*(f"{part}_h" for part in PARTS), "hours"]
     print(table[shown].round(3).to_string(index=False))
     print(
         f"{', '.join(config['radar']['polarizations'])}, all {config['radar']['frequencies']} frequencies: "
@@ -104,7 +85,7 @@ def plans(config, folder):
         planes, method = len(own.get("symmetry", [])), needs.method(config, target)
         settings = {key: method[key] for key in ("formulation", "precision")}
         for number, band in enumerate(json.loads((folder / f"{target}.json").read_text())["bands"]):
-            tolerance = chosen(band, planes, asked[number], **settings, tolerance=method["tolerance"])
+            tolerance = chosen_tolerance(band, planes, asked[number], **settings, tolerance=method["tolerance"])
             megabytes, seconds = at_one_frequency(band, planes, asked[number], **settings, tolerance=tolerance)
             row = {"target": target, "band": number, "planes": planes, "unknowns": band["unknowns"]}
             row |= {"frequencies": band["frequencies"]["count"], "tolerance": tolerance or 0.0}

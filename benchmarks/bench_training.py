@@ -11,7 +11,6 @@ the unknown targets: the F1 by ZNCC with the best threshold on the same images, 
 results/benchmarks/capsule_training.csv for each epoch and SNR, in place of earlier ones of a reading.
 """
 
-import argparse
 from functools import cache
 from pathlib import Path
 
@@ -21,6 +20,7 @@ import numpy as np
 import optax
 import pandas as pd
 import xarray as xr
+from runner import options_of
 from sklearn.metrics import f1_score, roc_auc_score
 
 from isarflow.core.compiled import keep_compiled
@@ -191,15 +191,13 @@ def draw(table, path):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("readings", nargs="*", metavar="READING", help=", ".join(READINGS))
-    parser.add_argument("--epochs", type=int, help="instead of the reading's own")
-    parser.add_argument("--draw", action="store_true", help=f"the figure of {KEPT} alone")
-    options = parser.parse_args()
+    readings = {"positional": True, "nargs": "*", "metavar": "READING", "help": ", ".join(READINGS)}
+    epochs = {"type": int, "help": "instead of the reading's own"}
+    figure = {"action": "store_true", "help": f"the figure of {KEPT} alone"}
+    options = options_of(__doc__, readings=readings, epochs=epochs, draw=figure)
     if options.draw:
         return draw(pd.read_csv(KEPT), Path("docs/img/capsule-training.png"))
     print(keep_compiled())
-    OUT.parent.mkdir(parents=True, exist_ok=True)
     table = pd.read_csv(OUT) if OUT.exists() else pd.DataFrame({"reading": []})
     for name in options.readings or READINGS:
         table = table[table["reading"] != name]

@@ -5,10 +5,6 @@ bistatic pattern; the error over the edge length; and what the three ways to for
 Truth for the sphere: the Mie series of tests/scattering/mie.py. Tables and figures go to results/benchmarks/.
 """
 
-import argparse
-import os
-from pathlib import Path
-
 import matplotlib
 
 matplotlib.use("Agg")
@@ -16,7 +12,7 @@ import matplotlib.pyplot as plt
 import mie
 import numpy as np
 import pandas as pd
-import threadpoolctl
+from runner import options_of
 from stored import dense
 from test_truth import ANGLES, pattern
 
@@ -216,12 +212,7 @@ def point(path):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--threads", type=int, default=os.cpu_count())
-    parser.add_argument("--out", type=Path, default=Path("results/benchmarks"))
-    options = parser.parse_args()
-    options.out.mkdir(parents=True, exist_ok=True)
-    threadpoolctl.threadpool_limits(1)  # as in a job; the solver has threads of its own
+    options = options_of(__doc__, blas_threads=1)  # as in a job; the solver has threads of its own
 
     points = point(options.out / "validate-point.png")
     print("A point scatterer at the reference sweep:\n", points.round(2).to_string(index=False), sep="")

@@ -5,6 +5,7 @@ package, and few of them need all of it.
 """
 
 import importlib
+from typing import Any
 
 __version__ = "0.3.0"  # and in pyproject.toml and CITATION.cff
 
@@ -22,7 +23,7 @@ _MODULES = {
 __all__ = ["__version__", "benchmark", *_MODULES]
 
 
-def __getattr__(name):
+def __getattr__(name: str) -> Any:
     if name == "benchmark":  # a module: what the scores of one's own predictions need
         return importlib.import_module("isarflow.learning.evaluation.leaderboard")
     if name in _MODULES:
@@ -30,5 +31,5 @@ def __getattr__(name):
     raise AttributeError(f"module 'isarflow' has no attribute '{name}'")
 
 
-def __dir__():
+def __dir__() -> list[str]:
     return sorted({*globals(), *__all__})

@@ -1,6 +1,6 @@
 """The kinds of models, imagers and solvers: one file each, with its abilities and settings.
 
-A kind is found by its name, which is that of its file in the seam's folder or of an installed package's entry point, or
+A kind is found by its name, which its file in the seam's folder has, or an installed package's entry point, or
 by the path of its file. `load_class` imports a file for a job that uses it. What a file states before that is read from
 its text: to import it may take longer than all other checks together.
 """
@@ -53,7 +53,7 @@ MODELS = Seam("isarflow/learning/models", "Model", frozenset({"fit", "evaluate"}
 IMAGERS = Seam("isarflow/imaging/imagers", "Imager", frozenset({"axes", "at"}))
 SOLVERS = Seam("isarflow/scattering/solvers", "Solver", frozenset({"plan", "solve"}))
 # The base classes in these files have the defaults for kinds that state nothing; their methods are not defined.
-BASES = "isarflow/learning/classifier.py", "isarflow/scattering/solver.py"
+BASES = "isarflow/imaging/formation.py", "isarflow/learning/classifier.py", "isarflow/scattering/solver.py"
 # Sections of the config that name one kind, by this key, with its settings beside it; and the kind whose
 # settings are shown where a section names none.
 SECTIONS = {"imaging": ("imager", IMAGERS, "fourier"), "scattering": ("solver", SOLVERS, "mom")}
@@ -71,10 +71,10 @@ def file_of(seam: Seam, name: str) -> str:
     """
     if is_path(name):
         return os.path.abspath(name if os.path.isfile(name) else ROOT / name)
-    own = f"{seam.folder}/{name}.py"
-    found = None if (PACKAGE.parent / own).is_file() else _entry_points(seam).get(name)
-    spec = importlib.util.find_spec(found) if found else None
-    return spec.origin if spec and spec.origin else own
+    package_file = f"{seam.folder}/{name}.py"
+    module = None if (PACKAGE.parent / package_file).is_file() else _entry_points(seam).get(name)
+    spec = importlib.util.find_spec(module) if module else None
+    return spec.origin if spec and spec.origin else package_file
 
 
 def file_of_object(kind: Any) -> str:
@@ -86,10 +86,15 @@ def file_of_object(kind: Any) -> str:
 
 
 @functools.cache
+def _installed() -> Any:
+    """All entry points of installed packages. To look for them takes 15 ms, so once for all seams."""
+    return importlib.metadata.entry_points()
+
+
 def _entry_points(seam: Seam) -> dict[str, str]:
     """The modules of installed packages that have a kind, by its name."""
     group = f"isarflow.{seam.folder.split('/')[-1]}"
-    return {point.name: point.module for point in importlib.metadata.entry_points(group=group)}
+    return {point.name: point.module for point in _installed().select(group=group)}
 
 
 def load_class(seam: Seam, name: str, base: type) -> Any:
@@ -110,8 +115,8 @@ def load_class(seam: Seam, name: str, base: type) -> Any:
 
 def _module(seam: Seam, name: str, file: str) -> Any:
     if not is_path(name):
-        own = f"{seam.folder.replace('/', '.')}.{name}"
-        return importlib.import_module(own if not os.path.isabs(file) else _entry_points(seam)[name])
+        package_module = f"{seam.folder.replace('/', '.')}.{name}"
+        return importlib.import_module(package_module if not os.path.isabs(file) else _entry_points(seam)[name])
     folder, module = os.path.dirname(file), f"isarflow_plugin_{hashlib.sha256(file.encode()).hexdigest()[:16]}"
     if module not in sys.modules:
         if folder not in sys.path:
@@ -126,8 +131,8 @@ def _module(seam: Seam, name: str, file: str) -> Any:
 
 def available(seam: Seam) -> list[str]:
     """The names of all kinds of a seam, sorted."""
-    own = (path.stem for path in (PACKAGE.parent / seam.folder).glob("*.py") if path.stem[0] != "_" and path.is_file())
-    return sorted({*own, *_entry_points(seam)})
+    files = [path for path in (PACKAGE.parent / seam.folder).glob("*.py") if path.is_file()]
+    return sorted({*(path.stem for path in files if path.stem[0] != "_"), *_entry_points(seam)})
 
 
 def settings_of(section: str, settings: Any) -> Any:
@@ -147,9 +152,9 @@ def check_kind(seam: Seam, name: Any, key: str) -> None:
     if is_path(name) and not os.path.isfile(file_of(seam, name)):
         raise InputError(f"{key}: there is no file {name}.")
     if not is_path(name) and name not in names:
-        other = ", and one of another name has one of these as its 'kind'" if seam.class_name == "Model" else ""
+        alternative = ", and one of another name has one of these as its 'kind'" if seam.class_name == "Model" else ""
         missing = f"there is no {seam.class_name.lower()} '{name}'{near(name, names)} There are: {', '.join(names)}"
-        raise InputError(f"{key}: {missing}; one of your own is a file, path/to/{name}.py{other}.")
+        raise InputError(f"{key}: {missing}; one of your own is a file, path/to/{name}.py{alternative}.")
     file = name if is_path(name) else f"{name}.py"
     try:
         methods = kind(seam, name).methods
@@ -169,26 +174,26 @@ def kind(seam: Seam, name: str) -> Kind:
 
 
 def of_model(models: Mapping[str, Any], name: str) -> Kind:
-    """The Kind of a model of the config's `learning.models`: that of its own name, unless it says another."""
+    """The Kind of a model of the config's `learning.models`: the one of its own name, unless it says another."""
     return kind(MODELS, models[name].get("kind", name))
 
 
 def _said(file: str, name: str) -> Kind:
     """What a class in a file says of itself, with its bases from files of the package."""
     tree = ast.parse((PACKAGE.parent / file).read_bytes(), file)
-    found = next((node for node in tree.body if isinstance(node, ast.ClassDef) and node.name == name), None)
-    if found is None:
+    definition = next((node for node in tree.body if isinstance(node, ast.ClassDef) and node.name == name), None)
+    if definition is None:
         return Kind(file, set(), {})
-    methods = {node.name for node in found.body if isinstance(node, ast.FunctionDef)}
+    methods = {node.name for node in definition.body if isinstance(node, ast.FunctionDef)}
     stated: dict[str, Any] = {}
     imports = [node for node in tree.body if isinstance(node, ast.ImportFrom) and not node.level]
     modules = {alias.name: node.module or "" for node in imports for alias in node.names if not alias.asname}
-    for base in reversed([base.id for base in found.bases if isinstance(base, ast.Name)]):
+    for base in reversed([base.id for base in definition.bases if isinstance(base, ast.Name)]):
         source = f"{modules.get(base, '').replace('.', '/')}.py"
         if source not in BASES and (PACKAGE.parent / source).is_file():
             inherited = _said(source, base)
             methods, stated = methods | inherited.methods, stated | inherited.stated
-    for node in found.body:
+    for node in definition.body:
         if isinstance(node, ast.Assign | ast.AnnAssign) and node.value:
             target = node.targets[0] if isinstance(node, ast.Assign) else node.target
             with contextlib.suppress(ValueError):  # none that is a literal
@@ -213,5 +218,5 @@ def page_names(models: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
         if "SCORES" in stated:
             main[name] = next(iter(stated["SCORES"]))
     # Sorted, as Snakemake compares params by their text.
-    every = {"models": labels, "scores": scores, "main": main}
-    return {kind: dict(sorted(names.items())) for kind, names in every.items()}
+    page = {"models": labels, "scores": scores, "main": main}
+    return {kind: dict(sorted(names.items())) for kind, names in page.items()}

@@ -81,11 +81,11 @@ def absent_samples(path: str | Path, name: str, places: Sequence[np.ndarray]) ->
     Zarr reads an absent chunk, also one within a shard, as the fill value: where two fill values are read, it is.
     """
     array = _array(path, name)
-    absent = np.ones([len(of) for of in places], bool)
+    absent = np.ones([len(positions) for positions in places], bool)
     for value in (0, 1):
         metadata: Any = replace(array.metadata, fill_value=array.dtype.type(value))
-        other = zarr.Array(zarr.AsyncArray(metadata, array.store_path))
-        absent &= np.asarray(other.oindex[tuple(places)]) == value
+        refilled = zarr.Array(zarr.AsyncArray(metadata, array.store_path))
+        absent &= np.asarray(refilled.oindex[tuple(places)]) == value
     return absent
 
 
@@ -116,9 +116,9 @@ def _problem(path: str | Path, with_data: bool = True) -> str | None:
         return "there is no such store"
     if not Path(path, SUMS).is_file():
         return f"the store is not whole, its {SUMS}, which is written last, is missing"
-    sums, there = _listed(path), _files(path)
-    for name in sorted(sums.keys() | set(there)):
-        if name not in there:
+    sums, present = _listed(path), _files(path)
+    for name in sorted(sums.keys() | set(present)):
+        if name not in present:
             return f"the store's file {name} is missing"
         if name not in sums:
             return f"the file {name} is none that was written into the store"
@@ -139,8 +139,8 @@ def _files(path: str | Path) -> list[str]:
     names = []
     for folder, _, files in os.walk(path):  # pathlib takes three times as long, and every job reads many stores
         inside = Path(folder).relative_to(path).as_posix()
-        mine = [name for name in files if name != SUMS and (name[0] != "." or name.startswith(".z"))]
-        names += mine if inside == "." else [f"{inside}/{name}" for name in mine]
+        listed = [name for name in files if name != SUMS and (name[0] != "." or name.startswith(".z"))]
+        names += listed if inside == "." else [f"{inside}/{name}" for name in listed]
     return sorted(names)
 
 

@@ -12,7 +12,7 @@ C0 = 299_792_458.0  # speed of light in vacuum, m/s (exact)
 
 
 def frequencies(radar: Mapping[str, Any]) -> np.ndarray:
-    """Frequencies in Hz, ascending, shape (frequencies,): those of a list, or stepped with both band edges included."""
+    """Frequencies in Hz, ascending, shape (frequencies,): from a list, or stepped with both band edges included."""
     if isinstance(radar["frequencies"], list):
         return np.array(sorted(radar["frequencies"]), float)
     center, half = radar["center_frequency"], radar["bandwidth"] / 2
@@ -65,7 +65,7 @@ def directions(aspect: Mapping[str, Any]) -> tuple[np.ndarray, np.ndarray]:
     points, onward = np.cos(turn) * start + np.sin(turn) * ahead, np.cos(turn) * ahead - np.sin(turn) * start
     # Rounded, so that a circle along a meridian or the horizon has exactly its angles.
     elevation = np.round(np.degrees(np.arcsin(np.clip(points[:, 2], -1, 1))), 6)
-    # At a pole V and H are those of the azimuth that the circle comes from: they do not turn on the way.
+    # At a pole V and H have the azimuth that the circle comes from: they do not turn on the way.
     across = np.where(np.abs(elevation)[:, None] == 90, -onward, points)
     azimuth = np.round(np.degrees(np.arctan2(across[:, 1], across[:, 0])), 6)
     return elevation + 0.0, azimuth + 0.0
@@ -120,8 +120,8 @@ def sweeps(
     bistatic = (scattering or {}).get("bistatic")
     receivers = tuple(np.array(bistatic["receivers"], float).T) if bistatic else ()
     grid = is_grid(aspect)
-    where = (elevations(aspect), azimuths(aspect)) if grid else directions(aspect)
-    return [Sweep(band, *where, radar["polarizations"], not grid, receivers) for band in bands(radar, count)]
+    coordinates = (elevations(aspect), azimuths(aspect)) if grid else directions(aspect)
+    return [Sweep(band, *coordinates, radar["polarizations"], not grid, receivers) for band in bands(radar, count)]
 
 
 def closes_circle(azimuth: np.ndarray) -> bool:

@@ -10,7 +10,7 @@ FORTRAN = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+))[Dd]([+-]?\d+)|([+-]?(?:\d+\.\d
 def number(word: str | bytes) -> float:
     """A word as a number, also in Fortran's forms, NaN and infinity included. Raises ValueError for any other word."""
     text = word if isinstance(word, str) else word.decode("latin-1")
-    if "_" in text or not text.isascii():  # Python's own: 1_000 is 1000, and digits may be those of any script
+    if "_" in text or not text.isascii():  # Python's own: 1_000 is 1000, and digits may be of any script
         raise ValueError(f"{text!r} is not a number")
     try:
         return float(text)

@@ -1,7 +1,9 @@
-"""Numbers and counts in words, and the name that a misspelt one may mean, as logs, messages and the page say them."""
+"""Numbers and counts in words, as logs, messages and the page say them, and the name that a misspelt one may mean."""
 
 import difflib
 import math
+
+from isarflow.core.errors import InputError
 
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
@@ -18,9 +20,23 @@ def _one(name):
 
 def near(name, names):
     """'; did you mean ...?' with the nearest name, upper or lower case alike, or a full stop."""
-    spelt = {other.lower(): other for other in names}
+    spelt = {known.lower(): known for known in names}
     nearest = difflib.get_close_matches(str(name).lower(), spelt, n=1, cutoff=0.65)
     return f"; did you mean '{spelt[nearest[0]]}'?" if nearest else "."
+
+
+def check_word(name, given, known):
+    """Raise InputError, saying what there is, unless an argument is one of the known words."""
+    if given not in list(known):
+        raise InputError(f"'{name}': {given!r} is none of {', '.join(known)}{near(given, known)}")
+
+
+def check_words(name, given, known):
+    """Raise InputError unless an argument is a list of known words."""
+    if isinstance(given, str):
+        raise InputError(f"'{name}' is a list of names, as ['{next(iter(known))}'], not the text {given!r}.")
+    for word in given:
+        check_word(name, word, known)
 
 
 def number(value, digits=3):

@@ -10,19 +10,20 @@ import numpy as np
 
 from isarflow.core import sweep
 from isarflow.core.errors import InputError
-from isarflow.core.words import counted
+from isarflow.core.words import check_word, check_words, counted
 from isarflow.mesh import symmetry, topology
 from isarflow.mesh.ground import Ground, from_mirror_image, samples
 from isarflow.mesh.io import write_ply
 from isarflow.mesh.measures import describe, size, warnings
 from isarflow.mesh.progress import begin, say
 from isarflow.mesh.read import halves
-from isarflow.mesh.read.target import check_size, read_target
+from isarflow.mesh.read.target import UNITS, check_size, read_target
 from isarflow.mesh.remesh.isotropic import P99, P99_LIMIT, Size, fitting, remesh, restore_chords, restore_volume, split
 from isarflow.mesh.remesh.misses import GOAL, Followed
 from isarflow.mesh.repair.arrange import first_crossing
 from isarflow.mesh.repair.surface import CLOSE, repair
 from isarflow.mesh.resolution import OF_PIECE, check_resolution, wanted_edges
+from isarflow.mesh.symmetry import PLANES
 
 WRONG = 1 / 20  # wavelengths between mesh and source: more is another target
 CHANGED = 0.05  # of its area or volume: more is another target
@@ -69,6 +70,9 @@ def mesh_file(
     >>> vertices.shape[1], triangles.shape[1]
     (3, 3)
     """
+    check_words("symmetry", symmetry, PLANES)
+    if unit is not None:
+        check_word("unit", unit, UNITS)
     target = {"symmetry": list(symmetry)} | ({"unit": unit} if unit else {})
     radar = {"center_frequency": frequency, "bandwidth": 0.0, "frequencies": 1}
     (made,), _ = build(path, target, {"edges_per_wavelength": edges_per_wavelength, "bands": 1}, radar)

@@ -8,7 +8,7 @@ from isarflow.imaging.range_profiles import range_profiles
 from isarflow.report.layout import Section, canvas, figure
 from isarflow.report.rcs_figures import cut_figure, draw_map
 from isarflow.scattering.fields.cuts import by_transmitter
-from isarflow.scattering.solver import build
+from isarflow.scattering.solver import build_solver
 
 PLACE, NEEDS = ("fields", 2), "targets"  # on the page, see page.py
 CURVES = 7  # elevations in one plot at most
@@ -30,7 +30,7 @@ def section(results):
 
 def _method(results):
     settings, sphere = results.settings["scattering"], results.sphere
-    solver = getattr(build(settings), "name", f"solver '{settings['solver']}'")
+    solver = getattr(build_solver(settings), "name", f"solver '{settings['solver']}'")
     text = f"The {solver} gives the scattered field for every frequency and direction."
     if "error_db" not in sphere:
         return text

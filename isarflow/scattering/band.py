@@ -11,7 +11,7 @@ from isarflow.mesh import topology
 from isarflow.mesh.io import read_ply
 from isarflow.scattering import needs
 from isarflow.scattering.fields.store import versions, write_field
-from isarflow.scattering.solver import build, check_solution
+from isarflow.scattering.solver import build_solver, check_solution
 
 
 def solve_band(mesh_path, store_path, sweep, scattering, symmetry, threads, target):
@@ -34,7 +34,7 @@ def solve_band(mesh_path, store_path, sweep, scattering, symmetry, threads, targ
             planned = needs.need(measures, len(symmetry), sweep, scattering)
             needs.check_memory(planned["megabytes"], unknowns, frequency[-1])
             progress = partial(_show, bar, frequency)
-            solution = build(scattering).solve(vertices, triangles, sweep, symmetry, threads, progress)
+            solution = build_solver(scattering).solve(vertices, triangles, sweep, symmetry, threads, progress)
         except InputError as error:
             raise InputError(f"config key 'targets.{target}': {error}") from None
     check_solution(solution, sweep, scattering["solver"])
@@ -49,8 +49,8 @@ def solve_band(mesh_path, store_path, sweep, scattering, symmetry, threads, targ
     write_field(store_path, solution.field.astype(np.complex64), *where, attrs, sweep.receivers)
 
 
-def _show(bar, frequency, n, part, done, so_far=None):
+def _show(bar, frequency, n, part, done, share=None):
     """Show on a tqdm bar the frequency and the part of it that runs; from n on as `FieldSolver.solve` calls it."""
-    bar.n = n + (done if so_far is None else so_far)
-    at = f"{frequency[n] / 1e9:.4f} GHz ({n + 1} of {len(frequency)})"
-    bar.set_description_str(f"{at}, {part}" if part == "done" else f"{at}, {part} {100 * done:.0f} %")
+    bar.n = n + (done if share is None else share)
+    label = f"{frequency[n] / 1e9:.4f} GHz ({n + 1} of {len(frequency)})"
+    bar.set_description_str(f"{label}, {part}" if part == "done" else f"{label}, {part} {100 * done:.0f} %")

@@ -11,36 +11,23 @@ import numpy as np
 
 from isarflow.core.errors import InputError
 from isarflow.core.sweep import C0
-from isarflow.core.words import near, number
+from isarflow.core.words import check_words, number
 from isarflow.mesh import topology
 from isarflow.mesh.measures import ideal_unknowns
 from isarflow.mesh.read.target import LARGEST, SMALLEST
 
 WAYS = "VV", "VH", "HV", "HH"
-HIGHEST = 90 + 1e-6  # degrees of elevation, with the rounding of angles in steps
-FLAT = 1e-12  # of the longest side squared: a triangle of a smaller area is three corners in a line, with rounding
-# Edges in wavelengths: the longest above which a solution is warned of; the longest, or the mean, from which on it is
-# refused. Measured with meshes of even triangles, mean (longest) edge: spheres of radius 0.5 to 1.5, the largest error;
-# a plate of 2 and a cube of 1.2, the mean error of both polarizations within 30 dB of the peak.
+HIGHEST_ELEVATION = 90 + 1e-6  # degrees of elevation, with the rounding of angles in steps
+FLAT_SHARE = 1e-12  # of the longest side squared: a triangle of a smaller area is three corners in a line
+# Edges in wavelengths. Measured with meshes of even triangles, mean (longest) edge: spheres of radius 0.5 to 1.5, the
+# largest error; a plate of 2 and a cube of 1.2, the mean error of both polarizations within 30 dB of the peak.
 #   sphere  0.20 (0.22) 0.2 dB    0.34 (0.38) 0.8 dB    0.40 (0.42) 0.9 dB    0.50 (0.55) 1.3 dB    0.62 (0.62) 7 dB
 #   plate   0.19 (0.24) 0.5 dB    0.28 (0.35) 1.0 dB    0.38 (0.47) 1.7 dB    0.45 (0.57) 2.9 dB    0.56 (0.71) 5 dB
 #   cube    0.20 (0.24) 0.3 dB    0.27 (0.34) 0.6 dB    0.34 (0.42) 1.2 dB    0.46 (0.57) 3.9 dB    0.68 (0.85) 6 dB
-LONG, LONGEST, MEAN = 1 / 3, 1.0, 0.5
-USUAL = 10  # edges in a wavelength
-
-
-def check_word(name, given, known):
-    """Raise InputError, saying what there is, unless an argument is one of the known words."""
-    if given not in list(known):
-        raise InputError(f"'{name}': {given!r} is none of {', '.join(known)}{near(given, known)}")
-
-
-def check_words(name, given, known):
-    """Raise InputError unless an argument is a list of known words."""
-    if isinstance(given, str):
-        raise InputError(f"'{name}' is a list of names, as ['{next(iter(known))}'], not the text {given!r}.")
-    for word in given:
-        check_word(name, word, known)
+LONG_EDGE = 1 / 3  # a longer one is warned of
+LONGEST_EDGE = 1.0  # one as long is refused
+LONGEST_MEAN_EDGE = 0.5  # a mesh of so long a mean edge is refused
+USUAL_EDGES = 10  # edges in a wavelength
 
 
 def check_tolerance(tolerance, formulation, precision):
@@ -52,7 +39,7 @@ def check_tolerance(tolerance, formulation, precision):
             f"'tolerance' is a number between 0 and 1, as 1e-5, or None for whole matrices; not {tolerance!r}."
         )
     if (formulation, precision) != ("efie", "single"):
-        raise InputError("'tolerance': compressed matrices are those of the EFIE, in single precision; write None.")
+        raise InputError("'tolerance': matrices are compressed for the EFIE in single precision alone; write None.")
 
 
 def checked_sweep(sweep):
@@ -72,17 +59,19 @@ def checked_sweep(sweep):
     return replace(sweep, frequency=frequency, elevation=elevation, azimuth=azimuth, receivers=receivers)
 
 
-def _directions(of, elevation, azimuth, paired):
-    """Return elevations and azimuths as arrays; of: words that a message has before their names."""
-    elevation, azimuth = _numbers(f"{of}elevation", elevation), _numbers(f"{of}azimuth", azimuth)
-    beyond = np.abs(elevation) > HIGHEST
+def _directions(prefix, elevation, azimuth, paired):
+    """Return elevations and azimuths as arrays; prefix: words before their names in a message."""
+    elevation, azimuth = _numbers(f"{prefix}elevation", elevation), _numbers(f"{prefix}azimuth", azimuth)
+    beyond = np.abs(elevation) > HIGHEST_ELEVATION
     if beyond.any():
         raise InputError(
-            f"'{of}elevation': {elevation[beyond.argmax()]:g} degrees; elevations are angles above the horizon, from "
-            "-90 to 90."
+            f"'{prefix}elevation': {elevation[beyond.argmax()]:g} degrees; elevations are angles above the horizon, "
+            "from -90 to 90."
         )
     if paired and len(elevation) != len(azimuth):
-        raise InputError(f"'{of}elevation' and 'azimuth' are one direction each: {len(elevation)} and {len(azimuth)}.")
+        raise InputError(
+            f"'{prefix}elevation' and 'azimuth' are one direction each: {len(elevation)} and {len(azimuth)}."
+        )
     return elevation, azimuth
 
 
@@ -122,23 +111,23 @@ def checked_mesh(vertices, triangles):
         raise InputError("the mesh has no triangles.")
     outside = (triangles < 0) | (triangles >= len(vertices))
     if outside.any():
-        there = f"there are {len(vertices)}, numbered from 0"
-        raise InputError(f"{_some(outside.any(1))} have a vertex number {triangles[outside][0]}; {there}.")
+        numbering = f"there are {len(vertices)}, numbered from 0"
+        raise InputError(f"{_some(outside.any(1))} have a vertex number {triangles[outside][0]}; {numbering}.")
     vertices, triangles = topology.compact(vertices.astype(float), triangles.astype(np.int64))
     infinite = ~np.isfinite(vertices).all(1)[triangles].all(1)
     if infinite.any():
         raise InputError(f"{_some(infinite)} have corners that are not finite (NaN or infinite).")
     corners, triangles = vertices[triangles], triangles.astype(np.int64)
     longest = ((corners - np.roll(corners, 1, axis=1)) ** 2).sum(2).max(1)
-    flat = np.linalg.norm(topology.normals(corners), axis=1) / 2 <= FLAT * longest
+    flat = np.linalg.norm(topology.normals(corners), axis=1) / 2 <= FLAT_SHARE * longest
     if flat.any():
         where = topology.place(corners[flat.argmax()].mean(0))
         raise InputError(f"{_some(flat)} have no area, as near {where}; leave them out.")
     places = np.unique(vertices + 0.0, axis=0, return_inverse=True)[1].reshape(-1)
-    again = ~topology.first_of_each(places[triangles])
-    if again.any():
-        where = topology.place(corners[again.argmax()].mean(0))
-        raise InputError(f"{_some(again)} have the corners of another, as near {where}; keep one of each.")
+    repeated = ~topology.first_of_each(places[triangles])
+    if repeated.any():
+        where = topology.place(corners[repeated.argmax()].mean(0))
+        raise InputError(f"{_some(repeated)} have the corners of another, as near {where}; keep one of each.")
     return vertices, triangles
 
 
@@ -166,17 +155,17 @@ def check_edges(vertices, triangles, frequency):
     long = f"{size:.4g} m ({number(size / wavelength)} wavelengths) long{'' if usual else ': is this in metres?'}"
     mean, longest = lengths.mean() / wavelength, lengths.max() / wavelength
     said = (
-        f"at {frequency / 1e9:g} GHz the mesh has {number(1 / mean, 2)} edges in a wavelength ({USUAL} are usual), the "
-        f"longest of {lengths.max():.3g} m ({number(longest, 2)} wavelengths)"
+        f"at {frequency / 1e9:g} GHz the mesh has {number(1 / mean, 2)} edges in a wavelength ({USUAL_EDGES} are "
+        f"usual), the longest of {lengths.max():.3g} m ({number(longest, 2)} wavelengths)"
     )
-    if longest >= LONGEST or mean >= MEAN:
-        unknowns = ideal_unknowns(topology.areas(vertices, triangles).sum(), wavelength / USUAL)
+    if longest >= LONGEST_EDGE or mean >= LONGEST_MEAN_EDGE:
+        unknowns = ideal_unknowns(topology.areas(vertices, triangles).sum(), wavelength / USUAL_EDGES)
         raise InputError(
-            f"{said}: too few to carry its currents. It is {long}{'.' if usual else ''} With {USUAL} edges in a "
+            f"{said}: too few to carry its currents. It is {long}{'.' if usual else ''} With {USUAL_EDGES} edges in a "
             f"wavelength it has about {number(unknowns)} unknowns, whose whole matrix takes "
             f"{number(4 * unknowns**2 / 1e9)} GB."
         )
-    if longest > LONG:
+    if longest > LONG_EDGE:
         _warn(f"{said}: the field errs by a decibel and more.")
     if not usual:
         _warn(f"at {frequency / 1e9:g} GHz the mesh is {long}")

@@ -20,10 +20,14 @@ from scipy.special import jv
 from isarflow.core.sweep import unit_vectors
 
 TOLERANCE = {np.dtype(np.complex64): 1e-6, np.dtype(np.complex128): 1e-13}  # of the excitation's largest value
-# Rows of an excitation that choose its skeleton: so many times the columns, and at least so many. Then relative errors:
-# of these rows, thrice the rounding, and of an entry of others: a function at a target's tip is rarely among them.
-ROWS, LEAST, CHOSEN, LEFT = 8, 512, 2e-7, 1e-4
-COMMON, LEAST_CHOSEN = 1e-5, 3e-8  # a matrix's tolerance down to which CHOSEN holds; half the rounding
+ROWS_PER_COLUMN = 8  # rows of an excitation that choose its skeleton, for each column
+LEAST_ROWS = 512  # that choose a skeleton
+SKELETON_ERROR = 2e-7  # relative, of these rows: thrice the rounding
+CHECK_ERROR = (
+    1e-4  # relative, of an entry of other rows: a function at a target's tip is rarely among those that choose
+)
+COMMON_TOLERANCE = 1e-5  # of a matrix, down to which SKELETON_ERROR holds
+LEAST_SKELETON_ERROR = 3e-8  # half the rounding
 
 
 @dataclass(frozen=True)
@@ -65,19 +69,19 @@ def rings(elevation, azimuth):
     A ring is its elevation, its azimuths (A,), ascending and each once, its directions' places in these, and their
     numbers.
     """
-    found = []
+    result = []
     for angle in np.unique(elevation):
         numbers = np.flatnonzero(elevation == angle)
         azimuths, places = np.unique(azimuth[numbers], return_inverse=True)
-        found.append((angle, azimuths, places, numbers))
-    return found
+        result.append((angle, azimuths, places, numbers))
+    return result
 
 
 def sample(surface, wavenumber, elevation, azimuth, dtype):
     """The Samples of a sweep: on each ring equally spaced azimuths or the given ones, whichever are fewer.
 
     surface: about the z axis (see `middle_of`); wavenumber: rad/m; elevation: (E,) degrees; azimuth: (A,) of all rings,
-    or a list with those of each; dtype: to its rounding the weights are exact. Mirror images are sampled once.
+    or a list with the azimuths of each; dtype: to its rounding the weights are exact. Mirror images are sampled once.
     """
     radius = np.linalg.norm(surface.vertices[..., :2], axis=-1).max()
     of_rings = azimuth if np.ndim(azimuth[0]) else [azimuth] * len(elevation)
@@ -103,18 +107,18 @@ def skeletons(excitations, groups, pool, tolerance=None):
 
     Yields for each excitation these, (N, d), the groups that they form, and the weights of each. pool: a `Pool`;
     tolerance: of the compressed matrix that they are solved with, None for a whole one. The weights sum that matrix's
-    errors, some three times as large where few columns are kept: with a tolerance finer than COMMON more are.
+    errors, some three times as large where few columns are kept: with a tolerance finer than COMMON_TOLERANCE more are.
     """
-    chosen = max(CHOSEN * min(1, (tolerance or COMMON) / COMMON), LEAST_CHOSEN)
-    found = pool.map(lambda part: skeleton(part[0][:, part[1]], chosen), product(excitations, groups))
+    chosen = max(SKELETON_ERROR * min(1, (tolerance or COMMON_TOLERANCE) / COMMON_TOLERANCE), LEAST_SKELETON_ERROR)
+    chosen_columns = pool.map(lambda part: skeleton(part[0][:, part[1]], chosen), product(excitations, groups))
     for excitation in excitations:
-        numbers, weights = zip(*islice(found, len(groups)), strict=True)
+        numbers, weights = zip(*islice(chosen_columns, len(groups)), strict=True)
         ends = np.cumsum([0, *map(len, numbers)]).tolist()
-        columns = np.concatenate([group.start + own for group, own in zip(groups, numbers, strict=True)])
+        columns = np.concatenate([group.start + place for group, place in zip(groups, numbers, strict=True)])
         yield np.take(excitation, columns, axis=1), [slice(*pair) for pair in pairwise(ends)], weights
 
 
-def skeleton(excitation, chosen=CHOSEN):
+def skeleton(excitation, chosen=SKELETON_ERROR):
     """Choose columns of an excitation (N, K) from which all follow: their numbers (k,), and the weights (k, K).
 
     chosen: the relative error at which no more are added.
@@ -123,9 +127,9 @@ def skeleton(excitation, chosen=CHOSEN):
     as many are taken.
     """
     count, columns = excitation.shape
-    order, size = np.random.default_rng(0).permutation(count), max(ROWS * columns, LEAST)
+    order, size = np.random.default_rng(0).permutation(count), max(ROWS_PER_COLUMN * columns, LEAST_ROWS)
     while True:
-        rows, others = (excitation[part].astype(np.complex128) for part in (order[:size], order[size : 2 * size]))
+        rows, checked = (excitation[part].astype(np.complex128) for part in (order[:size], order[size : 2 * size]))
         gram, largest = rows.conj().T @ rows, abs(rows).max(initial=0)
         if not np.isfinite(largest):  # its rank would be zero
             return np.arange(columns), np.eye(columns)
@@ -134,8 +138,8 @@ def skeleton(excitation, chosen=CHOSEN):
         weights, ascending = np.empty((rank, columns), np.complex128), np.argsort(numbers[:rank])
         weights[:, numbers] = solve_triangular(upper[:, :rank], upper)[ascending]
         numbers = numbers[ascending]
-        left = others - others[:, numbers] @ weights
-        if abs(left).max(initial=0) <= LEFT * largest:
+        left = checked - checked[:, numbers] @ weights
+        if abs(left).max(initial=0) <= CHECK_ERROR * largest:
             return numbers, weights
         size *= 2
 
@@ -159,9 +163,9 @@ def samples_of_ring(x, tolerance):
 def _periodic(azimuth, count):
     """(A, count) weights of trigonometric interpolation from `count` (even) equally spaced azimuths; degrees."""
     x = np.deg2rad(np.asarray(azimuth)[:, None] - np.arange(count) * 360 / count)
-    there = np.abs(np.sin(x / 2)) < 1e-12
-    sine = np.where(there, 1, np.sin(x / 2))
-    return np.where(there, 1, np.sin(count * x / 2) * np.cos(x / 2) / (count * sine))
+    on_sample = np.abs(np.sin(x / 2)) < 1e-12
+    sine = np.where(on_sample, 1, np.sin(x / 2))
+    return np.where(on_sample, 1, np.sin(count * x / 2) * np.cos(x / 2) / (count * sine))
 
 
 def _fold(surface, azimuth):

@@ -11,7 +11,7 @@ from isarflow.mesh.measures import ideal_unknowns
 from isarflow.mesh.read.target import states_unit
 from isarflow.mesh.resolution import COARSEST, wanted_edges
 from isarflow.scattering.machine import slowness
-from isarflow.scattering.solver import build
+from isarflow.scattering.solver import build_solver
 
 OWN = ("formulation",)  # settings that a target may have of its own
 CONTAINER_LIMIT = Path("/sys/fs/cgroup/memory.max")  # exists in a container with a limit of its own
@@ -24,8 +24,8 @@ SURE_MEMORY = 0.8
 
 def method(config, target):
     """Settings of a target's solve: the config's scattering settings, with the target's own where it has some."""
-    own = config["targets"][target]
-    return config["scattering"] | {key: own[key] for key in OWN if key in own}
+    target_settings = config["targets"][target]
+    return config["scattering"] | {key: target_settings[key] for key in OWN if key in target_settings}
 
 
 def precision(config):
@@ -60,7 +60,7 @@ def need(measures, planes, sweep, scattering):
     measures: `unknowns`, `triangles` and `box` (m) of its mesh, as in mesh/<target>.json; planes: the number of mirror
     planes; sweep: the band's `core.sweep.Sweep`; scattering: the target's settings (see `method`).
     """
-    return dict(zip(("megabytes", "seconds"), build(scattering).plan(measures, planes, sweep), strict=True))
+    return dict(zip(("megabytes", "seconds"), build_solver(scattering).plan(measures, planes, sweep), strict=True))
 
 
 def closed(unknowns, box):
@@ -80,7 +80,7 @@ def unknowns_that_fit(megabytes, most, box, planes, sweep, scattering):
 def expected(config, name, size):
     """`unknowns`, `megabytes` and `seconds` that each band's solve of a target will need here, lowest band first.
 
-    Seconds are those of this machine: the solver's plan times the result of `machine`.
+    Seconds are for this machine: the solver's plan times the result of `machine`.
     size: `area` in m^2 and `box` in m of the target's CAD file.
     """
     planes, scattering = _planes(config, name), method(config, name)
@@ -99,11 +99,11 @@ def check_fit(config, name, size):
     """
     memory, target, box = memory_megabytes(), config["targets"][name], size["box"]
     *_, (sweep, solve) = zip(_sweeps(config), expected(config, name, size), strict=True)
-    how, unknowns = (_planes(config, name), sweep, method(config, name)), solve["unknowns"]
-    if need(closed(SURE_SHARE * unknowns, box), *how)["megabytes"] <= memory:
+    plan_arguments, unknowns = (_planes(config, name), sweep, method(config, name)), solve["unknowns"]
+    if need(closed(SURE_SHARE * unknowns, box), *plan_arguments)["megabytes"] <= memory:
         return
     # Unknowns go with the square of the frequency and of the edges in a wavelength.
-    ratio = (unknowns_that_fit(memory, unknowns, box, *how) / unknowns) ** 0.5
+    ratio = (unknowns_that_fit(memory, unknowns, box, *plan_arguments) / unknowns) ** 0.5
     top = sweep.frequency[-1] / 1e9  # GHz
     density = floor(10 * 0.99 * ratio * config["mesh"]["edges_per_wavelength"]) / 10
     inexact = " (below 8 the field is inexact)" if density < 8 else ""

@@ -11,6 +11,7 @@ import numpy as np
 
 from isarflow.core.errors import InputError
 from isarflow.core.sweep import C0, Sweep, unit_vectors
+from isarflow.core.words import check_word, check_words
 from isarflow.mesh import topology
 from isarflow.scattering import checks, needs
 from isarflow.scattering.costs import COLUMNS, planned
@@ -19,27 +20,30 @@ from isarflow.scattering.mom.assembly import Entries, assemble
 from isarflow.scattering.mom.basis import AXES, fundamental_domain, rwg
 from isarflow.scattering.mom.cross import fill
 from isarflow.scattering.mom.device import OnDevice, give_back
-from isarflow.scattering.mom.factorization import GeneralMatrix, Pool, Product, SymmetricMatrix, runs
+from isarflow.scattering.mom.factorization import GeneralMatrix, Product, SymmetricMatrix, runs
 from isarflow.scattering.mom.farfield import Excitation
 from isarflow.scattering.mom.lowrank import LowRankMatrix
 from isarflow.scattering.mom.operators import cfie, efie
 from isarflow.scattering.solver import Solution
+from isarflow.scattering.threads import Pool, blas_of_one_thread
 
 OPERATORS = {"efie": efie, "cfie": cfie}
 DTYPES = {"single": np.complex64, "double": np.complex128}
-MAX_RESIDUAL = 1e-3  # above it (or PROMISE) the solution is refined, and refused if the residual stays too large
-# Of a tolerance: the largest error of a tile; and the largest residual. Above it the solution is refined by a finer
-# matrix, whose residual should be a MARGIN-th of it: few directions are probed.
-SHARE, PROMISE, MARGIN = 0.4, 10, 5
-MANY = 6e4  # unknowns, above which errors of tiles add up to more than the promise unless each error is smaller
+# Above it (or RESIDUAL_FACTOR) the solution is refined, and refused if the residual stays too large.
+MAX_RESIDUAL = 1e-3
+TILE_SHARE = 0.4  # of the tolerance: the largest error of a tile
+RESIDUAL_FACTOR = 10  # times the tolerance: the largest residual, above which a finer matrix refines the solution
+FINER_MARGIN = 5  # the finer matrix's residual should be so much smaller than the largest: few directions are probed
+MANY_UNKNOWNS = 6e4  # above it, errors of tiles add up to more than the largest residual unless each error is smaller
 PARTS = ("assembly", "factorization", "directions")
-PROBED_ROWS, PROBED_DIRECTIONS = 128, 4  # where the residual is measured
+PROBED_ROWS = 128  # of the matrix, in which the residual is measured
+PROBED_DIRECTIONS = 4  # for which the residual is measured
 
 
 def solve(
     vertices: np.ndarray,
     triangles: np.ndarray,
-    frequencies: np.ndarray,
+    frequencies: Sequence[float] | np.ndarray,
     elevation: Sequence[float] | np.ndarray,
     azimuth: Sequence[float] | np.ndarray,
     polarizations: Sequence[str] = ("VV",),
@@ -92,14 +96,16 @@ def solve(
     >>> bool(abs(10 * np.log10(4 * np.pi * abs(field.item()) ** 2) + 6.76) < 0.1)
     True
     """
-    checks.check_word("formulation", formulation, OPERATORS)
-    checks.check_word("precision", precision, DTYPES)
+    check_word("formulation", formulation, OPERATORS)
+    check_word("precision", precision, DTYPES)
     checks.check_tolerance(tolerance, formulation, precision)
     operator, dtype = OPERATORS[formulation], DTYPES[precision]
-    sweep = checks.checked_sweep(Sweep(frequencies, elevation, azimuth, polarizations, paired, receivers))
-    checks.check_words("symmetry", symmetry, AXES)
+    # The check makes arrays of lists.
+    sweep = Sweep(frequencies, elevation, azimuth, polarizations, paired, receivers)  # type: ignore[arg-type]
+    sweep = checks.checked_sweep(sweep)
+    check_words("symmetry", symmetry, AXES)
     vertices, triangles = checks.checked_mesh(vertices, triangles)
-    if operator.ALPHA != 1:  # the magnetic equation is that of closed surfaces
+    if operator.ALPHA != 1:  # the magnetic equation holds for closed surfaces
         topology.check_closed(vertices, triangles)
     surface = fundamental_domain(vertices, triangles, symmetry)
     bases = [rwg(surface, parity) for parity in surface.parities]
@@ -115,37 +121,41 @@ def solve(
     # About its middle a target needs the fewest directions, and single precision has the most digits of coordinates.
     middle = middle_of(surface)
     surface = replace(surface, vertices=surface.vertices - middle)
-    near, excitation = operator.near_terms(surface), Excitation(surface, bases, dtype)
-    directions = (_Bistatic if sweep.receivers else _Monostatic)(surface, middle, sweep, operator)
+    with blas_of_one_thread:  # also between pools: the bits are the same whatever else the process does
+        near, excitation = operator.near_terms(surface), Excitation(surface, bases, dtype)
+        directions = (_Bistatic if sweep.receivers else _Monostatic)(surface, middle, sweep, operator)
 
-    count = len(sweep.frequency)
-    field = np.empty((len(polarizations), count, *directions.shape), np.complex128)
-    residual, seconds = np.zeros(count), np.zeros((len(PARTS), count))
-    for n, frequency in enumerate(sweep.frequency):
-        k = 2 * np.pi * frequency / C0
-        times = [time.perf_counter()]
-        system = _System(
-            partial(Entries, operator, surface, bases, k, near, threads=threads), dtype, tolerance, threads
-        )
-        for part, work in zip(PARTS, (system.assemble, system.factorize), strict=False):
-            work(partial(progress, n, part))
-            times.append(time.perf_counter())
-            give_back()
-        of_waves, say = partial(excitation, k, threads=threads), partial(progress, n, PARTS[-1])
-        field[:, n] = directions.amplitudes(system, k, of_waves, say)
-        residual[n] = system.residual
-        seconds[:, n] = np.diff([*times, time.perf_counter()])
-        # Written so that a NaN fails, too.
-        if not residual[n] <= MAX_RESIDUAL:
-            raise InputError(
-                f"at {frequency / 1e9:g} GHz the solution's residual is {residual[n]:.1e}, more than {MAX_RESIDUAL:g}. "
-                "The mesh may overlap itself, hold slivers, or be far smaller than the wavelength; "
-                "'scattering.precision: double' may help."
+        count = len(sweep.frequency)
+        field = np.empty((len(polarizations), count, *directions.shape), np.complex128)
+        residual, seconds = np.zeros(count), np.zeros((len(PARTS), count))
+        for n, frequency in enumerate(sweep.frequency):
+            k = 2 * np.pi * frequency / C0
+            times = [time.perf_counter()]
+            system = _System(
+                partial(Entries, operator, surface, bases, k, near, threads=threads), dtype, tolerance, threads
             )
-        checks.finite(field[:, n], "the field", k)
-        progress(n, "done", 1.0)
+            for part, work in zip(PARTS, (system.assemble, system.factorize), strict=False):
+                work(partial(progress, n, part))
+                times.append(time.perf_counter())
+                give_back()
+            of_waves, say = partial(excitation, k, threads=threads), partial(progress, n, PARTS[-1])
+            field[:, n] = directions.amplitudes(system, k, of_waves, say)
+            residual[n] = system.residual
+            seconds[:, n] = np.diff([*times, time.perf_counter()])
+            _check_residual(residual[n], frequency)
+            checks.finite(field[:, n], "the field", k)
+            progress(n, "done", 1.0)
     field = field.reshape(*field.shape[:2], *sweep.shape, *field.shape[3:])
     return Solution(field, residual, dict(zip(PARTS, seconds, strict=True)), unknowns)
+
+
+def _check_residual(residual, frequency):
+    if not residual <= MAX_RESIDUAL:  # written so that a NaN fails, too
+        raise InputError(
+            f"at {frequency / 1e9:g} GHz the solution's residual is {residual:.1e}, more than {MAX_RESIDUAL:g}. "
+            "The mesh may overlap itself, hold slivers, or be far smaller than the wavelength; "
+            "'scattering.precision: double' may help."
+        )
 
 
 class _Monostatic:
@@ -173,8 +183,8 @@ class _Monostatic:
             between = system.between(received, excited, groups)
             for place, ring in enumerate(numbers):
                 of_ring = [of_parity[place] for of_parity in between]
-                *_, azimuths, there = self.rings[ring]
-                field[:, there] = self._of_ring(of_ring, samples.weights[ring])[:, azimuths]
+                *_, azimuths, direction_numbers = self.rings[ring]
+                field[:, direction_numbers] = self._of_ring(of_ring, samples.weights[ring])[:, azimuths]
         for row, (receive, transmit) in zip(field, self.polarizations, strict=True):
             sign = np.where(self.mirrored & (receive != transmit), -1, 1)
             row *= sign * np.exp(1j * wavenumber * self.path)
@@ -184,9 +194,9 @@ class _Monostatic:
         """The samples of all directions; a few of them show whether the solution is good without refinement."""
         elevations, azimuths = zip(*(ring[:2] for ring in self.rings), strict=True)
         samples = sample(self.surface, wavenumber, elevations, azimuths, system.dtype)
-        some = slice(None, None, -(-len(samples.u) // PROBED_DIRECTIONS))
-        u = np.concatenate([samples.u[some]] * len(self.ways))
-        polarization = np.concatenate([samples.polarizations[way][some] for way in self.ways])
+        probed = slice(None, None, -(-len(samples.u) // PROBED_DIRECTIONS))
+        u = np.concatenate([samples.u[probed]] * len(self.ways))
+        polarization = np.concatenate([samples.polarizations[way][probed] for way in self.ways])
         system.probe(of_waves(u, polarization, alpha=self.operator.ALPHA))
         return samples
 
@@ -219,14 +229,14 @@ class _Bistatic(_Monostatic):
         """f = -V_p(u_r)^T z^-1 V_q(u_t), (P, D, R); arguments as of `_Monostatic`."""
         self.probe(system, wavenumber, of_waves)
         field = np.empty((len(self.polarizations), *self.shape), np.complex128)
-        here, there = runs(self.shape[0], system.columns), runs(self.shape[1], COLUMNS)
+        sent_runs, received_runs = runs(self.shape[0], system.columns), runs(self.shape[1], COLUMNS)
         transmitted = sorted({way[1] for way in self.polarizations})
-        for number, (letter, sent) in enumerate(product(transmitted, here)):
-            progress(number / (len(transmitted) * len(here)))
+        for number, (letter, sent) in enumerate(product(transmitted, sent_runs)):
+            progress(number / (len(transmitted) * len(sent_runs)))
             waves = self.transmitters["u"][sent], self.transmitters[letter][sent]
             currents = system.currents(of_waves(*waves, alpha=self.operator.ALPHA))
             rows = [row for row, way in enumerate(self.polarizations) if way[1] == letter]
-            for row, part in product(rows, there):
+            for row, part in product(rows, received_runs):
                 received = of_waves(self.receivers["u"][part], self.receivers[self.polarizations[row][0]][part])
                 total = sum(x.T @ y for x, y in zip(currents, received, strict=True))
                 field[row, sent, part] = -total / len(currents)  # as in `_of_ring`
@@ -238,7 +248,7 @@ class _System:
 
     def __init__(self, entries, dtype, tolerance, threads):
         self.entries, self.dtype, self.tolerance, self.threads = entries, dtype, tolerance, threads
-        self.promise = min(MAX_RESIDUAL, PROMISE * (tolerance or 1))
+        self.promise = min(MAX_RESIDUAL, RESIDUAL_FACTOR * (tolerance or 1))
         self.columns = COLUMNS  # right sides at a time
 
     def assemble(self, progress):
@@ -258,7 +268,7 @@ class _System:
 
     def _compressed(self, entries, tolerance, progress=lambda done: None):
         matrices = [LowRankMatrix([block.spans[p] for block in entries.blocks]) for p in range(len(entries.bases))]
-        share = SHARE * min(1, MANY / sum(matrix.size for matrix in matrices))
+        share = TILE_SHARE * min(1, MANY_UNKNOWNS / sum(matrix.size for matrix in matrices))
         fill(entries, matrices, share * tolerance, self.threads, progress)
         return matrices
 
@@ -284,7 +294,7 @@ class _System:
         if self.refines and self.tolerance is None:
             self.columns = 1 << 30  # all: the whole matrix is assembled for each step
         elif self.refines:
-            finer = self.tolerance * self.promise / (MARGIN * self.residual)
+            finer = self.tolerance * self.promise / (FINER_MARGIN * self.residual)
             finer = max(finer, float(np.finfo(self.dtype).eps))
             print(f"residual {self.residual:.1e}: the solution is refined by a matrix compressed to {finer:.1e}")
             self.finer = self._compressed(self.entries(self.dtype), finer)
@@ -299,18 +309,24 @@ class _System:
         if excited is not received or self.dtype != np.complex64:
             return self._between(received, excited, [groups] * len(received))
         with Pool(self.threads) as pool:
-            few, own, weights = zip(*skeletons(received, groups, pool, self.tolerance), strict=True)
-        sides = zip(self._between(few, few, own), weights, strict=True)
-        with Pool(1):
-            return [[w.T @ found @ w for found, w in zip(*of_parity, strict=True)] for of_parity in sides]
+            skeleton_columns, skeleton_groups, weights = zip(
+                *skeletons(received, groups, pool, self.tolerance), strict=True
+            )
+        sides = zip(self._between(skeleton_columns, skeleton_columns, skeleton_groups), weights, strict=True)
+        with blas_of_one_thread:
+            return [[w.T @ amplitudes @ w for amplitudes, w in zip(*of_parity, strict=True)] for of_parity in sides]
 
     def _between(self, received, excited, groups):
         """As `between`, groups for each parity."""
         if self.refines:
             sides = zip(received, self.currents(excited), groups, strict=True)
-            return [[left[:, group].T @ right[:, group] for group in own] for left, right, own in sides]
+            return [
+                [left[:, group].T @ right[:, group] for group in parity_groups] for left, right, parity_groups in sides
+            ]
         sides = zip(self.matrices, received, excited, groups, strict=True)
-        return [matrix.between(left, right, own, self.threads) for matrix, left, right, own in sides]
+        return [
+            matrix.between(left, right, parity_groups, self.threads) for matrix, left, right, parity_groups in sides
+        ]
 
     def currents(self, excited):
         """Currents (N, D) of each parity, after up to two steps of refinement if one does not keep the promise."""

@@ -67,13 +67,13 @@ class FieldSolver:
         raise NotImplementedError
 
 
-def build(scattering: Mapping[str, Any]) -> FieldSolver:
+def build_solver(scattering: Mapping[str, Any]) -> FieldSolver:
     """The Solver of a config's scattering settings.
 
     Raises InputError where its file imports what is not installed, and where its Solver is no FieldSolver.
     """
-    own = {key: value for key, value in scattering.items() if key not in ("solver", "bistatic")}
-    solver: FieldSolver = load_class(SOLVERS, scattering["solver"], FieldSolver)(own)
+    solver_settings = {key: value for key, value in scattering.items() if key not in ("solver", "bistatic")}
+    solver: FieldSolver = load_class(SOLVERS, scattering["solver"], FieldSolver)(solver_settings)
     return solver
 
 
@@ -90,8 +90,8 @@ def check_solution(solution: Any, sweep: Sweep, solver: str) -> None:
     axes |= {"receiver": len(sweep.receivers[0])} if sweep.receivers else {}
     field = np.asarray(solution.field)
     if field.shape != tuple(axes.values()):
-        asked = f"{tuple(axes.values())} is asked for ({', '.join(axes)})"
-        raise InputError(f"{key} a field of shape {field.shape}, where {asked}.")
+        wanted = f"{tuple(axes.values())} is asked for ({', '.join(axes)})"
+        raise InputError(f"{key} a field of shape {field.shape}, where {wanted}.")
     if field.dtype.kind != "c":
         raise InputError(f"{key} a field of {field.dtype}, where complex numbers are asked for.")
     finite = np.isfinite(field)

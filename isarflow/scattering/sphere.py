@@ -13,7 +13,7 @@ from scipy.special import spherical_jn, spherical_yn
 
 from isarflow.core.errors import InputError
 from isarflow.core.sweep import C0, Sweep
-from isarflow.scattering.solver import build, check_solution
+from isarflow.scattering.solver import build_solver, check_solution
 
 RADIUS = 0.35  # wavelengths: ka = 2.2, between the sphere's inner resonances, and solved in a second
 DIRECTION = 20.0, 10.0  # azimuth and elevation in degrees, off the mesh's axes of symmetry
@@ -29,14 +29,14 @@ def check(path, scattering, edges_per_wavelength, threads):
     azimuth, elevation = (np.array([angle]) for angle in DIRECTION)
     sweep = Sweep(np.array([C0]), elevation, azimuth, ["VV"])  # a wavelength of 1 m
     try:
-        solution = build(scattering).solve(vertices, triangles, sweep, [], threads, lambda *progress: None)
+        solution = build_solver(scattering).solve(vertices, triangles, sweep, [], threads, lambda *progress: None)
         check_solution(solution, sweep, scattering["solver"])
     except InputError as error:  # a user's own solver may accept no sphere
         Path(path).write_text(json.dumps({"refused": str(error)}, indent=1))
         return
     field, mie = complex(solution.field[0, 0, 0, 0]), complex(backscatter(2 * np.pi, RADIUS))
     ratio = field / mie
-    found = {
+    result = {
         "radius_wavelengths": RADIUS,
         "edges_per_wavelength": edges_per_wavelength,
         "triangles": len(triangles),
@@ -47,9 +47,9 @@ def check(path, scattering, edges_per_wavelength, threads):
         "phase_deg": np.degrees(np.angle(ratio)),
         "residual": None if solution.residual is None else float(solution.residual[0]),
     }
-    apart = f"{found['error_db']:+.3f} dB and {found['phase_deg']:+.2f} degrees"
+    apart = f"{result['error_db']:+.3f} dB and {result['phase_deg']:+.2f} degrees"
     print(f"sphere of {RADIUS:g} wavelengths: {apart} from Mie")
-    Path(path).write_text(json.dumps(found, indent=1))
+    Path(path).write_text(json.dumps(result, indent=1))
 
 
 def backscatter(wavenumber, radius):

@@ -64,8 +64,8 @@ class Plan:
     def symmetry(self, target):
         return self.config["targets"][target].get("symmetry", [])
 
-    def solve(self, target, band, measures):
-        """What a solve needs, its `megabytes` and `seconds`. measures: the path of its mesh's JSON.
+    def cost_of_solve(self, target, band, measures):
+        """Estimate what a solve needs, its `megabytes` and `seconds`. measures: the path of its mesh's JSON.
 
         Raises FileNotFoundError where it holds no such band, as a mesh that is yet to be made again.
         """

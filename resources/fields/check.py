@@ -25,7 +25,7 @@ from make import CONFIG
 
 from isarflow.core.sweep import Sweep, sweeps
 from isarflow.mesh.io import read_ply
-from isarflow.scattering.costs import chosen, planned
+from isarflow.scattering.costs import chosen_tolerance, planned
 from isarflow.scattering.fields.field_files import digest
 from isarflow.scattering.needs import memory_megabytes
 from isarflow.scattering.solve import solve
@@ -75,7 +75,7 @@ def compared(config, target, reference, field, attrs, threads):
     settings = {"formulation": "cfie" if reference == "cfie" else "efie", "precision": "single"}
     given = figures, len(symmetry), sweep
     most = config["scattering"]["tolerance"]
-    settings["tolerance"] = chosen(*given, **settings, tolerance=most) if reference == "finer" else None
+    settings["tolerance"] = chosen_tolerance(*given, **settings, tolerance=most) if reference == "finer" else None
     megabytes, seconds = planned(*given, **settings)
     said = f"{target} at {ghz} GHz, {reference}: {figures['unknowns']} unknowns"
     if megabytes > 0.95 * memory_megabytes():

@@ -40,7 +40,9 @@ def test_drift_is_quadratic_and_jitter_is_each_pulses_own(wide):
     jitter = np.random.default_rng(0).standard_normal((3, 21))
     assert nearer(angle, 0.05, np.zeros(3), np.zeros(3), np.zeros(3), jitter) == pytest.approx(0.05 * jitter)
     factor = phases(wide.frequency, np.full((1, 21), 0.01))
-    assert np.angle(factor[0, :, 3]) == pytest.approx(np.angle(np.exp(4j * np.pi * wide.frequency / C0 * 0.01)), abs=1e-5)
+    assert np.angle(factor[0, :, 3]) == pytest.approx(
+        np.angle(np.exp(4j * np.pi * wide.frequency / C0 * 0.01)), abs=1e-5
+    )
 
 
 def test_a_wrong_turn_samples_the_field_between_its_azimuths(wide, points_field):

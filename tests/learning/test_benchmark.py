@@ -1,5 +1,6 @@
 """Predictions of one's own, scored by a run's protocol: the same scores as the run's own."""
 
+import doctest
 import json
 import shutil
 
@@ -22,7 +23,7 @@ def run(stores, tmp_path_factory):
 
     The folder also holds a fold of an earlier config, of which this is no part.
     """
-    folder = tmp_path_factory.mktemp("results")
+    folder = tmp_path_factory.mktemp("runs") / "results/example"
     models, where = folder / "learning/models", folder / "learning/predictions"
     every = [path for label in ("snr_0dB", "snr_30dB") for path in stores(label, ALL_TARGETS)]
     model = fitted(stores("clean"), models / "multi/lr", "lr", open=True)
@@ -38,7 +39,7 @@ def run(stores, tmp_path_factory):
     settings = {"runs": {"multi": run_of(open=True)}, "noise.definition": "mean", "seed": SEED, "learning.kept": KEPT}
     paths = [folder / f"learning/predictions/multi/lr/snr_{snr}dB.csv" for snr in (0, 30)]
     made = [folder / f"learning/{name}.csv" for name in ("scores", "confusion", "validation")]
-    scores.score(paths, settings["runs"], "mean", SEED, 1, *made, kept=KEPT)
+    scores.score(paths, settings["runs"], "mean", SEED, 1, *made, kept_share=KEPT)
     record.write(folder / "learning/scores.json", settings, paths)
     return folder, tables
 
@@ -83,6 +84,12 @@ def test_the_run_s_own_predictions_have_the_run_s_own_scores(run, capsys, tmp_pa
     lines = [line.split()[1:] for line in capsys.readouterr().out.splitlines()[1:]]
     own, here = ([line[2:] for line in lines if line[:2] == of] for of in (["lr", "softmax"], ["mine", "confidence"]))
     assert len(here) == 2 and here == own and len(here[0]) > len(BOARD)
+
+
+def test_the_example_of_score_runs(run, monkeypatch):
+    monkeypatch.chdir(run[0].parents[1])
+    examples = doctest.testmod(isarflow.benchmark)
+    assert examples.attempted and not examples.failed
 
 
 def test_what_an_earlier_config_left_behind_is_not_taken(run, copy):

@@ -1,11 +1,14 @@
 """Exported images: both forms hold every image of the stores, and what is said of each is true of it."""
 
+import doctest
+
 import h5py
 import numpy as np
 import pytest
 import xarray as xr
 from scenes import APERTURE, AZIMUTHS, ELEVATION, PLANES, ROLES, SPLIT, aspects
 
+from isarflow.learning.data import exported as exported_module
 from isarflow.learning.data.export import export
 from isarflow.learning.data.split import SIDES, divisions, split
 
@@ -38,6 +41,15 @@ def test_both_forms_hold_the_same(forms):
         assert hdf5[name].dtype == zarr[name].dtype, name
         np.testing.assert_array_equal(hdf5[name], zarr[name], name)
     assert hdf5_attrs == zarr_attrs
+
+
+def test_the_example_of_load_runs(noisy_stores, tmp_path, monkeypatch):
+    path = tmp_path / "results/example/learning/export/snr_0dB.h5"
+    path.parent.mkdir(parents=True)
+    exported(noisy_stores, path)
+    monkeypatch.chdir(tmp_path)
+    examples = doctest.testmod(exported_module)
+    assert examples.attempted and not examples.failed
 
 
 def test_axes_say_what_they_are_and_chunks_are_even(noisy_stores, tmp_path, monkeypatch):

@@ -99,7 +99,7 @@ def test_training_views_are_judged_where_the_split_is_at_random(stores, tmp_path
             less, "known_distance", protocol
         )
     validation = (table["side"] == "validation") & table["role"].isin({"known", "other"})
-    assert thresholds.chosen(table, "known_distance", "kept")[2] == validation.sum()
+    assert thresholds.threshold_and_f1(table, "known_distance", "kept")[2] == validation.sum()
 
 
 def test_all_sides_of_a_store_are_read_at_once(stores, tmp_path, monkeypatch):

@@ -177,7 +177,12 @@ def test_a_loaded_model_knows_its_motion(library, tmp_path):
     model = fitted(library, place=PLACE)
     model.save(tmp_path)
     motion = {"limits": {"place": PLACE}, "frequencies": [3e9, 5e9, 16], "step": 2.0, "imaging": IMAGING}
-    config = {"run": {"motion": motion, "upsample": "none"}, "kind": "likelihood", "settings": model.settings, "seed": 0}
+    config = {
+        "run": {"motion": motion, "upsample": "none"},
+        "kind": "likelihood",
+        "settings": model.settings,
+        "seed": 0,
+    }
     (tmp_path / "config.json").write_text(json.dumps(config))
     images, _ = moved(np.concatenate(library[0])[:9], 12, 3, place=PLACE)
     np.testing.assert_allclose(load(tmp_path).evaluate(images).scores, model.evaluate(images).scores, rtol=1e-5)

@@ -49,7 +49,7 @@ def test_no_threshold_has_a_larger_f1(protocol, seed):
     assert chosen == pytest.approx(max(weighted_f1(rows, threshold, protocol) for threshold in every), abs=1e-12)
     # The same is said of the threshold, from the validation rows alone.
     more = pd.concat([table, table.assign(side="test", predicted="b")])
-    assert thresholds.chosen(more, "known_x", protocol)[1:] == (pytest.approx(chosen, abs=1e-12), len(rows))
+    assert thresholds.threshold_and_f1(more, "known_x", protocol)[1:] == (pytest.approx(chosen, abs=1e-12), len(rows))
 
 
 def test_the_blind_threshold_does_not_depend_on_how_many_images_are_of_role_other():
@@ -140,6 +140,6 @@ def test_what_is_kept_is_judged_as_what_is_chosen_blindly():
     """So that methods compare: by the known images alone the best would be the one that rejects them for no reason."""
     table = validation()
     rows = table[table["role"].isin({"known", "other"})]
-    threshold, value, count = thresholds.chosen(table, "known_x", "kept")
+    threshold, value, count = thresholds.threshold_and_f1(table, "known_x", "kept")
     assert value == pytest.approx(weighted_f1(rows, threshold, "kept"), abs=1e-12) and count == len(rows)
-    assert value <= thresholds.chosen(table, "known_x", "blind")[1]
+    assert value <= thresholds.threshold_and_f1(table, "known_x", "blind")[1]

@@ -365,7 +365,7 @@ def test_batches_do_not_change_predictions(stores, tmp_path, monkeypatch):
 
 
 def test_the_times_file(stores, tmp_path, monkeypatch):
-    monkeypatch.setattr(timing, "CALLS", {1: (50, 5), timing.BATCH: (5, 3)})
+    monkeypatch.setattr(timing, "CALLS", {1: (50, 5), timing.BATCH_IMAGES: (5, 3)})
     folders = [fitted(stores("clean"), tmp_path / name, name) for name in ("knn", "lr")]
     timing.measure(stores("clean"), PLANES, folders, 2, tmp_path / "times.json")
     times = json.loads((tmp_path / "times.json").read_text())

@@ -17,7 +17,7 @@ def both(module, patch):
         with pytest.MonkeyPatch.context() as change:
             if request.param:
                 change.setattr(f"{module}.solve", compressed)
-                change.setattr("isarflow.scattering.mom.basis.PATCH", patch)
+                change.setattr("isarflow.scattering.mom.basis.PATCH_TRIANGLES", patch)
             yield request.param
 
     return path

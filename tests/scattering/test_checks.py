@@ -21,7 +21,7 @@ from isarflow.scattering.fields import store
 from isarflow.scattering.mom import assembly, farfield
 from isarflow.scattering.optics.physical import Surface
 from isarflow.scattering.solve import solve
-from isarflow.scattering.solver import Solution, build, check_solution
+from isarflow.scattering.solver import Solution, build_solver, check_solution
 
 BODY = outward(*octasphere(4, [0.25, 0.2, 0.15]))  # of edges of a tenth of the wavelength
 ONE = [FREQUENCY], [0.0], [0.0]
@@ -120,7 +120,7 @@ def test_a_wrong_argument_is_refused_by_its_name(name):
 def test_physical_optics_checks_its_sweep():
     wrong = Sweep(np.array([FREQUENCY]), np.array([91.0]), np.array([0.0]), ["VV"])
     with pytest.raises(InputError, match="'elevation': 91 degrees"):
-        build({"solver": "po"}).solve(*BODY, wrong, [], 1, lambda *state: None)
+        build_solver({"solver": "po"}).solve(*BODY, wrong, [], 1, lambda *state: None)
 
 
 def test_frequencies_may_come_in_any_order():
@@ -230,7 +230,7 @@ def test_what_a_kernel_gives_must_be_finite(path, fault, monkeypatch):
         out.flat[out.size // 2] = value
 
     monkeypatch.setattr(module, name, broken)
-    monkeypatch.setattr("isarflow.scattering.mom.basis.PATCH", 40)
+    monkeypatch.setattr("isarflow.scattering.mom.basis.PATCH_TRIANGLES", 40)
     said = re.escape(fault.removesuffix("'s infinity"))
     with pytest.raises(InputError, match=f"at 0.299792 GHz {said} holds numbers that are not finite"):
         solve(*BODY, *DENSE, **PATHS[path])

@@ -13,9 +13,9 @@ from isarflow.scattering.mom import cross
 from isarflow.scattering.mom.assembly import Entries, assemble
 from isarflow.scattering.mom.basis import fundamental_domain, rwg
 from isarflow.scattering.mom.factorization import SymmetricMatrix
-from isarflow.scattering.mom.lowrank import STRIPE, Inverse, LowRankMatrix, compress
+from isarflow.scattering.mom.lowrank import STRIPE_ROWS, Inverse, LowRankMatrix, compress
 from isarflow.scattering.mom.operators import efie
-from isarflow.scattering.solve import SHARE, solve
+from isarflow.scattering.solve import TILE_SHARE, solve
 
 K = 2 * np.pi  # rad/m
 WAVES = ["VV", "HH", "HV"]
@@ -53,15 +53,15 @@ def test_a_tile_that_is_not_finite_stays_so():
     assert np.isnan(left @ right.T).any()
 
 
-@pytest.mark.parametrize("size", [1, STRIPE, 3 * STRIPE + 5])
+@pytest.mark.parametrize("size", [1, STRIPE_ROWS, 3 * STRIPE_ROWS + 5])
 @pytest.mark.parametrize("singular", [False, True])
 def test_a_block_and_its_inverse(size, singular):
     """W^T W inverts the block that its lower triangle states, also where its first rows alone are singular."""
     random = np.random.default_rng(1)
     block = random.standard_normal((size, size)) + 1j * random.standard_normal((size, size)) + 9 * np.eye(size)
     block = block + block.T
-    if singular and size > STRIPE:
-        block[:STRIPE, :STRIPE] = 0
+    if singular and size > STRIPE_ROWS:
+        block[:STRIPE_ROWS, :STRIPE_ROWS] = 0
     right = random.standard_normal((size, 3)) + 1j * random.standard_normal((size, 3))
     factors = Inverse(np.tril(block))
     found = factors.expanded(factors.reduced(right.astype(np.complex64)))
@@ -80,7 +80,7 @@ def test_pivots_of_two_rows_across_stripes():
 
 
 def test_a_singular_block_has_an_inverse_that_is_not_finite():
-    zeros, right = np.zeros((STRIPE + 1, STRIPE + 1), complex), np.ones((STRIPE + 1, 1), np.complex64)
+    zeros, right = np.zeros((STRIPE_ROWS + 1, STRIPE_ROWS + 1), complex), np.ones((STRIPE_ROWS + 1, 1), np.complex64)
     assert not np.isfinite(Inverse(zeros).reduced(right)).all()
 
 
@@ -141,7 +141,7 @@ def test_samples_that_say_too_little_are_found_out(parities, monkeypatch):
 def test_samples_that_do_not_follow_from_each_other_are_found_out(rank, used):
     """Half of the samples say all of a tile of rank 20, of one of rank 60 three quarters: the next quarter shows it."""
     random = np.random.default_rng(0)
-    count, checked, cut = 3 * cross.SAMPLES, (np.arange(0, 400, 25), np.arange(0, 300, 20)), 1e-3
+    count, checked, cut = 3 * cross.SAMPLED_TRIANGLES, (np.arange(0, 400, 25), np.arange(0, 300, 20)), 1e-3
     left, right = np.linalg.qr(random.standard_normal((400, rank)))[0], random.standard_normal((rank, 300)) / 20
     ends = random.standard_normal((count, rank)) / 20, random.standard_normal((rank, count)) / 20
     parts, whole = [left @ ends[1], ends[0] @ right, ends[0] @ ends[1]], left @ right
@@ -187,7 +187,7 @@ def test_true_rows_are_those_of_the_whole_matrix(parities):
 def test_factors_solve(parities):
     entries, wholes = parities
     random = np.random.default_rng(0)
-    for matrix, whole in zip(filled(entries, SHARE * TOLERANCE)[0], wholes, strict=True):
+    for matrix, whole in zip(filled(entries, TILE_SHARE * TOLERANCE)[0], wholes, strict=True):
         right = random.standard_normal((matrix.size, 7)).astype(np.complex64)
         matrix.factorize(2)
         x = matrix.solve(right, 2)

@@ -3,13 +3,15 @@
 import pytest
 
 from isarflow.scattering import machine, needs
-from isarflow.scattering.machine import REFERENCE
+from isarflow.scattering.machine import REFERENCE_SECONDS
 from isarflow.setup.config import load
 
 
 def test_a_machine_is_measured_once(monkeypatch):
     runs = []
-    monkeypatch.setattr(machine, "benchmark", lambda: runs.append(1) or (2 * REFERENCE[0], 3 * REFERENCE[1]))
+    monkeypatch.setattr(
+        machine, "benchmark", lambda: runs.append(1) or (2 * REFERENCE_SECONDS[0], 3 * REFERENCE_SECONDS[1])
+    )
     machine.slowness.cache_clear()
     assert machine.slowness() == machine.slowness() == pytest.approx(2.5)
     assert len(runs) == 1
@@ -30,4 +32,6 @@ def test_the_benchmark_is_of_work(monkeypatch):
     monkeypatch.setattr(machine, "REPEATS", 1)
     product, of_pass = machine.benchmark()
     # Between a hundredth and a hundred times the reference machine's.
-    assert all(0.01 * there < here < 100 * there for here, there in zip((product, of_pass), REFERENCE, strict=False))
+    assert all(
+        0.01 * there < here < 100 * there for here, there in zip((product, of_pass), REFERENCE_SECONDS, strict=False)
+    )

@@ -6,7 +6,7 @@ import pytest
 from isarflow.core.errors import InputError
 from isarflow.core.sweep import C0, Sweep, unit_vectors
 from isarflow.scattering.optics.physical import Surface, _difference
-from isarflow.scattering.solver import build
+from isarflow.scattering.solver import build_solver
 from isarflow.scattering.sphere import backscatter, icosphere
 
 K = 2 * np.pi  # the wavelength is 1 m
@@ -97,7 +97,7 @@ def sweep(**more):
 
 def test_the_solver_gives_every_polarization_and_direction():
     progress = []
-    solver = build({"solver": "po"})
+    solver = build_solver({"solver": "po"})
     solution = solver.solve(*plate(3.0, 2.0, 4), sweep(), ["xz"], 2, lambda *of: progress.append(of))
     assert solution.field.shape == (3, 2, 2, 2) and solution.residual is None
     assert solution.field[0, 0, 1, 1] == pytest.approx(of_plate(3.0, 2.0, 20, 40), abs=1e-9)
@@ -111,4 +111,4 @@ def test_the_solver_gives_every_polarization_and_direction():
 def test_the_solver_has_no_separate_receivers():
     receivers = np.array([0.0]), np.array([0.0])
     with pytest.raises(InputError, match="of backscatter alone"):
-        build({"solver": "po"}).solve(*plate(1.0, 1.0), sweep(receivers=receivers), [], 1, lambda *of: None)
+        build_solver({"solver": "po"}).solve(*plate(1.0, 1.0), sweep(receivers=receivers), [], 1, lambda *of: None)

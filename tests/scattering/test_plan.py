@@ -14,9 +14,9 @@ from isarflow.core.sweep import C0, Sweep, sweeps
 from isarflow.mesh.io import write_ply
 from isarflow.scattering import needs
 from isarflow.scattering.band import solve_band
-from isarflow.scattering.costs import chosen, planned
+from isarflow.scattering.costs import chosen_tolerance, planned
 from isarflow.scattering.solve import solve
-from isarflow.scattering.solver import build
+from isarflow.scattering.solver import build_solver
 from isarflow.setup.config import load
 
 RADAR = {"center_frequency": 2.775e9, "bandwidth": 1.5e9, "frequencies": 14, "polarizations": ["VV"]}
@@ -50,7 +50,7 @@ def test_what_fits_is_the_most_that_fits(planes, scattering):
     most = needs.unknowns_that_fit(8000, 1e6, box, planes, SWEEP, scattering)
 
     def need(unknowns):
-        return build(scattering).plan(needs.closed(unknowns, box), planes, SWEEP)[0]
+        return build_solver(scattering).plan(needs.closed(unknowns, box), planes, SWEEP)[0]
 
     assert need(most) <= 8000 < need(most + 200)
     assert needs.unknowns_that_fit(100, 1e6, box, planes, SWEEP, scattering) == 0
@@ -109,7 +109,7 @@ def test_memory_is_that_of_a_process(count, symmetry, formulation, tolerance, mo
 def test_large_targets_are_compressed_where_that_saves_time_and_memory():
     def how(unknowns, scattering=SINGLE):
         settings = {key: value for key, value in scattering.items() if key != "solver"}
-        return chosen(needs.closed(unknowns, [1.0, 0.0, 0.3]), 1, SWEEP, **settings)
+        return chosen_tolerance(needs.closed(unknowns, [1.0, 0.0, 0.3]), 1, SWEEP, **settings)
 
     assert how(5000) is None and how(100_000) == 1e-5
     assert how(100_000, DOUBLE) is None and how(100_000, COMBINED) is None

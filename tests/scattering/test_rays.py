@@ -8,7 +8,7 @@ pytest.importorskip("embreex", reason="Embree is an extra package: envs/requirem
 from isarflow.core.sweep import C0, Sweep
 from isarflow.scattering.optics.physical import Surface
 from isarflow.scattering.optics.rays import Scene
-from isarflow.scattering.solver import build
+from isarflow.scattering.solver import build_solver
 from isarflow.scattering.sphere import icosphere
 
 K = 2 * np.pi  # the wavelength is 1 m
@@ -74,7 +74,7 @@ def test_a_trihedral_reflects_three_times():
 
 def test_the_solver_gives_every_polarization():
     asked = {"frequency": np.array([C0, 1.5 * C0]), "elevation": np.array([0.0, 10.0]), "azimuth": np.array([0.0])}
-    solver, sweep = build({"solver": "sbr"}), Sweep(**asked, polarizations=["HH", "HV", "VV"])
+    solver, sweep = build_solver({"solver": "sbr"}), Sweep(**asked, polarizations=["HH", "HV", "VV"])
     solution = solver.solve(*dihedral(), sweep, [], 2, lambda *of: None)
     assert solution.field.shape == (3, 2, 2, 1)
     expected = Scene(*dihedral()).backscatter(2 * np.pi * asked["frequency"] / C0, [0, 10], [0, 0])

@@ -11,10 +11,10 @@ from test_solve import octasphere, sheet
 from isarflow.scattering import directions
 from isarflow.scattering.mom.assembly import Entries
 from isarflow.scattering.mom.basis import fundamental_domain, rwg
-from isarflow.scattering.mom.factorization import Pool
 from isarflow.scattering.mom.farfield import Excitation
 from isarflow.scattering.mom.operators import efie
 from isarflow.scattering.solve import _System, solve
+from isarflow.scattering.threads import Pool
 
 K = 2 * np.pi  # wavelength 1 m
 ELEVATION, AZIMUTH = np.array([-30.0, 0.0, 25.0, 90.0]), np.arange(0.0, 360.0, 2.0)

@@ -57,7 +57,11 @@ BAD = {
     "unknown section": ({"nosie": {}}, "nosie", "did you mean 'noise'"),
     "unknown motion": ({"motion": {"jiter": 0.1}}, "motion.jiter", "did you mean 'jitter'"),
     "negative displacement": ({"motion": {"place": -0.1}}, "motion.place", "-0.1 is less than the minimum of 0"),
-    "too many pulses lost": (one_experiment(motion={"missing": 0.79}), "learning.experiments.e.motion.missing", "8.7 of 11"),
+    "too many pulses lost": (
+        one_experiment(motion={"missing": 0.79}),
+        "learning.experiments.e.motion.missing",
+        "8.7 of 11",
+    ),
     "a turn on an arc": (
         {"motion": {"turn": 0.1}, "aspect": {"azimuth": NARROW}},
         "motion.turn",

@@ -66,7 +66,7 @@ def test_memory_follows_from_the_images(plan):
 def test_a_solve_is_planned_from_its_mesh(plan, tmp_path):
     path, band = tmp_path / "drone.json", {"unknowns": 4000, "triangles": 2700, "box": [0.5, 0.5, 0.2]}
     path.write_text(json.dumps({"bands": [band] * 2}))
-    low, high = (plan.solve("drone", band, path) for band in (0, 1))
+    low, high = (plan.cost_of_solve("drone", band, path) for band in (0, 1))
     assert low["megabytes"] > 0 and 0 < low["seconds"] < high["seconds"]
     with pytest.raises(FileNotFoundError):
-        plan.solve("drone", 2, path)
+        plan.cost_of_solve("drone", 2, path)

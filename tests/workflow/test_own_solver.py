@@ -10,7 +10,7 @@ from isarflow.core.errors import InputError
 from isarflow.core.sweep import C0, Sweep
 from isarflow.mesh.io import write_ply
 from isarflow.scattering.band import solve_band
-from isarflow.scattering.solver import Solution, build
+from isarflow.scattering.solver import Solution, build_solver
 from isarflow.setup.config import load
 
 PLATE = ("--configfile", "config/plate.yaml")
@@ -147,7 +147,7 @@ def test_what_is_not_installed_is_named(tmp_path, monkeypatch):
     (tmp_path / "fast.py").write_text("import no_such_library\n")
     monkeypatch.setattr(isarflow.scattering.solvers, "__path__", [str(tmp_path)])
     with pytest.raises(InputError, match=r"solvers/fast.py cannot be imported: No module named 'no_such_library'"):
-        build({"solver": "fast"})
+        build_solver({"solver": "fast"})
 
 
 def test_a_field_of_another_shape_than_the_sweep_asks_for_is_refused(tmp_path, monkeypatch):

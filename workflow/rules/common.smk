@@ -133,7 +133,7 @@ def learned_first(wildcards):
 
 def planned_solve(wildcards, input):
     """Return what a solve needs, known once the mesh is there: its `megabytes` and `seconds`."""
-    return plan.solve(wildcards.target, int(wildcards.band), input.measures)
+    return plan.cost_of_solve(wildcards.target, int(wildcards.band), input.measures)
 
 
 def solve_threads(wildcards, input):

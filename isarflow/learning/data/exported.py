@@ -42,6 +42,11 @@ def load(*paths: str | Path, split: str = "random", roles: str | Sequence[str] =
     split: random, or sector_1, sector_2 ...: which division `side` tells. roles: of the targets that are loaded.
     Raises FileNotFoundError for a file that is not there, ValueError for one that is no exported HDF5 file, for a split
     that it does not have, for an unknown role, and without any file.
+
+    >>> images = load("results/example/learning/export/snr_0dB.h5", roles=["known", "unknown"])
+    >>> train = images[(images.side == "train") & (images.role == "known")]
+    >>> train.x.shape[0] == len(train.y), sorted({*train.y.tolist()})
+    (True, ['dart', 'disc'])
     """
     roles = (roles,) if isinstance(roles, str) else tuple(roles)
     if not paths:

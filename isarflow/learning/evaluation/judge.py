@@ -9,7 +9,7 @@ import pandas as pd
 from isarflow.core.errors import InputError
 from isarflow.learning.classifier import OTHER
 from isarflow.learning.evaluation import metrics, thresholds
-from isarflow.learning.evaluation.metrics import KEPT
+from isarflow.learning.evaluation.metrics import KEPT_SHARE
 from isarflow.learning.predict import KNOWN
 
 SHORT = ("accuracy", "f1_weighted", "f1_macro")  # metrics by another definition of SNR
@@ -36,8 +36,8 @@ class Decision:
     def _labelled(self):
         """The labels that occur, and the numbers of each image's true and predicted label among them, (2, n)."""
         labels = np.concatenate([self.test["truth"].to_numpy(object), self.predicted.astype(object)])
-        found, numbers = metrics.numbered(labels)
-        return found, numbers.reshape(2, -1)
+        names, numbers = metrics.numbered(labels)
+        return names, numbers.reshape(2, -1)
 
     @cached_property
     def _blocks(self):
@@ -53,8 +53,8 @@ class Decision:
         """The Decision of the images of these folds alone."""
         if np.isin(self.folds, folds).all():
             return self
-        own = np.isin(self.test["fold"].to_numpy(str), folds)
-        return replace(self, test=self.test[own], predicted=self.predicted[own])
+        chosen = np.isin(self.test["fold"].to_numpy(str), folds)
+        return replace(self, test=self.test[chosen], predicted=self.predicted[chosen])
 
     @cached_property
     def labels(self):
@@ -68,8 +68,8 @@ class Decision:
 
     def counts(self, labels, weight=None):
         """Confusion counts (blocks, labels, labels) of these and maybe other labels, by the images' weights (n,)."""
-        (found, numbers), (blocks, place) = self._labelled, self._blocks
-        codes = pd.Index(labels).get_indexer(found)[numbers]
+        (names, numbers), (blocks, place) = self._labelled, self._blocks
+        codes = pd.Index(labels).get_indexer(names)[numbers]
         return metrics.confusion(place, *codes, (len(blocks), len(labels)), weight)
 
 
@@ -78,10 +78,10 @@ def ordered(labels):
     return np.array(sorted(labels, key=lambda label: (label == OTHER, label)))
 
 
-def decide(table, kept=KEPT):
-    """The `Decision`s of a prediction table of all folds: the closed set's, and those of each confidence score in it.
+def decide(table, kept_share=KEPT_SHARE):
+    """The `Decision`s of a prediction table of all folds: of the closed set, and of each confidence score in it.
 
-    kept: the share of known images that the protocol of this name keeps. Raises InputError for a fold of an open set
+    kept_share: of known images, above the threshold of the protocol `kept`. Raises InputError for a fold of an open set
     that has no validation image of a known target.
     """
     known = table[table["role"] == "known"]
@@ -89,11 +89,11 @@ def decide(table, kept=KEPT):
     reached = metrics.metrics_of_labels(held_out["truth"], held_out["predicted"])
     validation = tuple((name, reached[name], len(held_out)) for name in BY_FOLD)
     closed = Decision("", "", test, test["predicted"].to_numpy(), (), validation)
-    return [closed, *_opened(table, kept)]
+    return [closed, *_opened(table, kept_share)]
 
 
-def _opened(table, kept):
-    """Known and unknown targets by each confidence score: without a threshold, and with that of each protocol."""
+def _opened(table, kept_share):
+    """Known and unknown targets by each confidence score: without a threshold, and with each protocol's."""
     test = table[(table["side"] == "test") & table["role"].isin(["known", "unknown"])]
     labels = test["predicted"].to_numpy(object)
     columns = [name for name in table if name.startswith(KNOWN)]
@@ -102,11 +102,11 @@ def _opened(table, kept):
         name, values = column.removeprefix(KNOWN), test[column].to_numpy()
         yield Decision(name, "", test, test["predicted"].to_numpy())
         for protocol in thresholds.ROLES:
-            predicted, found = np.empty(len(test), object), []
-            for own, rows in folds:
-                found.append(thresholds.chosen(rows, column, protocol, kept))
-                predicted[own] = thresholds.apply(values[own], labels[own], found[-1][0])
-            chosen, best, images = zip(*found, strict=True)
+            predicted, choices = np.empty(len(test), object), []
+            for of_fold, rows in folds:
+                choices.append(thresholds.threshold_and_f1(rows, column, protocol, kept_share))
+                predicted[of_fold] = thresholds.apply(values[of_fold], labels[of_fold], choices[-1][0])
+            chosen, best, images = zip(*choices, strict=True)
             validation = ("f1_weighted", np.average(best, weights=images), sum(images))
             fixed = ("threshold", float(np.mean(chosen)), np.nan, np.nan)
             yield Decision(name, protocol, test, predicted.astype(str), (fixed,), (validation,))
@@ -114,9 +114,9 @@ def _opened(table, kept):
 
 def _folds(table, test):
     """(which of the test rows, the rows that thresholds are chosen by) of each fold, as each has models of its own."""
-    others, parts = table[table["side"] != "test"], []
+    held_out, parts = table[table["side"] != "test"], []
     for fold in np.unique(test["fold"]):
-        rows = others[others["fold"] == fold]
+        rows = held_out[held_out["fold"] == fold]
         if not ((rows["role"] == "known") & (rows["side"] == "validation")).any():
             missing = f"fold {fold} has no validation image of a known target"
             raise InputError(f"{missing}: no threshold can be chosen for its test images of the open set.")
@@ -134,10 +134,10 @@ def rows(decision, seed):
     together = metrics.with_intervals(decision.counts(labels), labels, decision.judged, seed)
     yield from (("", *row, images) for row in (*together, *decision.fixed))
     for fold in decision.folds if len(decision.folds) > 1 else ():
-        own = decision.of_folds([fold])
-        values = metrics.metrics_of(own.counts(labels).sum(axis=0), labels, labels)
+        part = decision.of_folds([fold])
+        values = metrics.metrics_of(part.counts(labels).sum(axis=0), labels, labels)
         for name in BY_FOLD:
-            yield fold, name, values[name], np.nan, np.nan, len(own.test)
+            yield fold, name, values[name], np.nan, np.nan, len(part.test)
 
 
 def _separated(decision, seed):
@@ -151,13 +151,13 @@ def _separated(decision, seed):
     draws = np.concatenate([np.ones((1, count)), metrics.weights(count, seed)])
     parts = [part for _, part in decision.test.groupby("fold")]
     if all(part["block"].nunique() == count for part in parts):
-        every = [_separation(decision, part, draws) for part in parts]
-        found = {name: sum(of[name] for of in every) / len(parts) for name in every[0]}
+        means = [_separation(decision, part, draws) for part in parts]
+        results = {name: sum(values[name] for values in means) / len(parts) for name in means[0]}
     else:
         alone = [_separation(decision, part, np.ones((1, 1))) for part in parts]
-        found = {name: draws @ np.concatenate([of[name] for of in alone]) / count for name in alone[0]}
-    for name, of in found.items():
-        yield name, of[0], *metrics.interval(of[0], of[1:], equal)
+        results = {name: draws @ np.concatenate([values[name] for values in alone]) / count for name in alone[0]}
+    for name, values in results.items():
+        yield name, values[0], *metrics.interval(values[0], values[1:], equal)
 
 
 def _separation(decision, test, draws):
@@ -184,38 +184,40 @@ def by_other_definitions(decided, definition, seed):
     m as the run's images would at m - d, which lies between two of the run's SNRs: with both, by linear weights.
     """
     snrs = np.array(sorted(decided))
-    for several in zip(*(decided[snr] for snr in snrs), strict=True):
-        if not several[0].is_final:
+    for decisions in zip(*(decided[snr] for snr in snrs), strict=True):
+        if not decisions[0].is_final:
             continue
-        kind = several[0].score, several[0].threshold
-        for column in (name for name in several[0].test if name.startswith("snr_") and name != f"snr_{definition}"):
-            shifts = [one.test[column].to_numpy(float) - snr for snr, one in zip(snrs, several, strict=True)]
-            shifts = [np.nan_to_num(of) for of in shifts]
+        kind = decisions[0].score, decisions[0].threshold
+        for column in (name for name in decisions[0].test if name.startswith("snr_") and name != f"snr_{definition}"):
+            of_snrs = zip(snrs, decisions, strict=True)
+            shifts = [np.nan_to_num(decision.test[column].to_numpy(float) - snr) for snr, decision in of_snrs]
             for snr in snrs[(snrs - shifts[0].max() >= snrs[0]) & (snrs - shifts[0].min() <= snrs[-1])]:
-                weights = [np.interp(snr - of, snrs, snrs == own) for own, of in zip(snrs, shifts, strict=True)]
-                for row in _weighted(several, weights, seed):
+                of_snrs = zip(snrs, shifts, strict=True)
+                weights = [np.interp(snr - shift, snrs, snrs == run_snr) for run_snr, shift in of_snrs]
+                for row in _weighted(decisions, weights, seed):
                     yield column.removeprefix("snr_"), snr, kind, row
 
 
 def _weighted(decisions, weights, seed):
     """(metric, value, low, high, images) of metrics SHORT, from Decisions whose images count by their weights."""
-    labels = ordered({label for one in decisions for label in one.labels})
-    judged = [label for label in labels if any(label in one.judged for one in decisions)]
-    counts = sum(one.counts(labels, of) for one, of in zip(decisions, weights, strict=True) if of.any())
+    labels = ordered({label for decision in decisions for label in decision.labels})
+    judged = [label for label in labels if any(label in decision.judged for decision in decisions)]
+    weighted = zip(decisions, weights, strict=True)
+    counts = sum(decision.counts(labels, of_images) for decision, of_images in weighted if of_images.any())
     for row in metrics.with_intervals(counts, labels, judged, seed, SHORT):
         yield *row, round(counts.sum())
 
 
 def gain(decision, reference, seed):
-    """Weighted F1 of a Decision minus that of a reference on the same folds: (value, low, high, images).
+    """Weighted F1 of a Decision minus the reference's on the same folds: (value, low, high, images).
 
     None where they have no fold in common.
     """
     folds = np.intersect1d(decision.folds, reference.folds)
     if not len(folds):
         return None
-    both = decision.of_folds(folds), reference.of_folds(folds)
-    labels = [one.labels for one in both]
-    counts = [one.counts(own) for one, own in zip(both, labels, strict=True)]
+    pair = decision.of_folds(folds), reference.of_folds(folds)
+    labels = [decision.labels for decision in pair]
+    counts = [decision.counts(classes) for decision, classes in zip(pair, labels, strict=True)]
     ((*_, value, low, high),) = metrics.differences(counts, labels, seed, ["f1_weighted"])
-    return value, low, high, len(both[0].test)
+    return value, low, high, len(pair[0].test)

@@ -4,7 +4,7 @@
 
 A table of predictions has a row for each image that the experiment validates or tests (see `images`), with columns KEY,
 `predicted`, a class or 'other', and, to be scored in the open set, `confidence`, larger for images of known classes.
-Images, folds, seed and settings are those of the run's record, whatever else its folder holds. docs/benchmark.md goes
+Images, folds, seed and settings follow from the run's record, whatever else its folder holds. docs/benchmark.md goes
 through it.
 """
 
@@ -12,7 +12,9 @@ import argparse
 import json
 import sys
 import warnings
+from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -50,7 +52,7 @@ RANK = "f1_weighted_blind"
 LEADERBOARD = "learning/leaderboard.csv"
 
 
-def images(results, experiment, snrs=None):
+def images(results: str | Path, experiment: str, snrs: Iterable[float] | None = None) -> pd.DataFrame:
     """Return the images that an experiment of a finished run validates and tests: columns KEY and OURS.
 
     results: the run's folder, results/<name>; snrs: in dB, all by default. Thresholds are chosen on the images whose
@@ -58,35 +60,35 @@ def images(results, experiment, snrs=None):
     on. Raises InputError for a folder without predictions of such an experiment at these SNRs.
     """
     paths = _tables(results, experiment)
-    there = {snr_of_label(path.stem) for path in paths}
-    asked = there if snrs is None else {*snrs}
-    if strange := sorted(asked - there):
-        one, other = (", ".join(f"{snr:g}" for snr in of) for of in (strange, sorted(there)))
-        raise InputError(f"{results} has no predictions at {one} dB, but at {other} dB.")
+    known = {snr_of_label(path.stem) for path in paths}
+    wanted = known if snrs is None else {*snrs}
+    if strange := sorted(wanted - known):
+        unknown, possible = (", ".join(f"{snr:g}" for snr in snrs_in_db) for snrs_in_db in (strange, sorted(known)))
+        raise InputError(f"{results} has no predictions at {unknown} dB, but at {possible} dB.")
     tables = []
     for path in paths:
         snr = snr_of_label(path.stem)
-        if snr in asked:
+        if snr in wanted:
             table = read_table(path).assign(test_snr_db=snr)
             tables.append(table.loc[table["side"] != LEFT_OUT, [*KEY, *OURS]])
     return pd.concat(tables, ignore_index=True).drop_duplicates(KEY, ignore_index=True)
 
 
-def _tables(results, experiment):
+def _tables(results: str | Path, experiment: str) -> list[Path]:
     """The prediction tables of one model of each of an experiment's runs, sorted paths."""
-    made, models = record.read(results), {}
-    for run, model, _ in (table.split("/") for table in made.tables):
-        if made.runs[run]["experiment"] == experiment:
+    finished, models = record.read(results), dict[str, str]()
+    for run, model, _ in (table.split("/") for table in finished.tables):
+        if finished.runs[run]["experiment"] == experiment:
             models.setdefault(run, model)
     if not models:
-        there = sorted({run["experiment"] for run in made.runs.values()})
-        lacking = f"has no predictions of an experiment '{experiment}', but of {', '.join(there) or 'none'}"
+        experiments = sorted({run["experiment"] for run in finished.runs.values()})
+        lacking = f"has no predictions of an experiment '{experiment}', but of {', '.join(experiments) or 'none'}"
         raise InputError(f"{results} {lacking}.")
     wanted = {*models.items()}
-    return record.paths(results, made, sorted(table for table in made.tables if run_and_model(table) in wanted))
+    return record.paths(results, finished, sorted(table for table in finished.tables if run_and_model(table) in wanted))
 
 
-def training(results, experiment):
+def training(results: str | Path, experiment: str) -> pd.DataFrame:
     """Return the views that an experiment trains on: columns fold, target, elevation, azimuth and truth, the class.
 
     Raises InputError as `images` does.
@@ -100,52 +102,71 @@ def training(results, experiment):
             side = split["targets"][target]["train"]
             elevation = [angle for angle in side["elevation"] if trained == "all" or among([angle], trained)]
             views = pd.MultiIndex.from_product([elevation, side["azimuth"]], names=["elevation", "azimuth"])
-            own = {"fold": split["division"]["fold"], "target": target, "truth": classes[target]}
-            parts.append(views.to_frame(index=False).assign(**own))
+            constants = {"fold": split["division"]["fold"], "target": target, "truth": classes[target]}
+            parts.append(views.to_frame(index=False).assign(**constants))
     views = pd.concat(parts, ignore_index=True)[["fold", "target", "elevation", "azimuth", "truth"]]
     return views.drop_duplicates(ignore_index=True)  # runs that train at several SNRs train at the same views
 
 
-def pixels(results, table, experiment=None):
+def pixels(results: str | Path, table: pd.DataFrame, experiment: str | None = None) -> np.ndarray:
     """Return the images of rows of `images`, or of `training`, without noise: (n, [channel,] range, crossrange).
 
     They are complex, divided by their peak over all channels, and in the order of the rows. experiment: one whose
     targets move, as its noisy images are others.
     """
-    runs = record.read(results).runs.values() if experiment else ()
-    folder = next((run.get("motion", {}).get("folder") for run in runs if run["experiment"] == experiment), None) or "imaging"
-    folder = folder if "test_snr_db" in table else "imaging"
+    folder = "imaging"
+    for run in record.read(results).runs.values() if experiment and "test_snr_db" in table else ():
+        folder = run.get("motion", {}).get("folder", folder) if run["experiment"] == experiment else folder
     table = table.reset_index(drop=True)
     label = table["test_snr_db"].map(snr_label) if "test_snr_db" in table else pd.Series(CLEAN, table.index)
-    found = {}
+    image_of_row: dict[Any, np.ndarray] = {}
     for (target, name), rows in table.groupby([table["target"], label]):
         with open_store(Path(results, folder, target, f"{name}.zarr")) as dataset:
             where = {axis: xr.DataArray(rows[axis].to_numpy(), dims="view") for axis in ORIGIN if axis in dataset.dims}
             image = dataset["image"].load().sel(where, method="nearest").transpose("view", ...)
-        found |= dict(zip(rows.index, image.values, strict=True))
-    return np.stack([found[row] for row in table.index])
+        image_of_row |= dict(zip(rows.index, image.values, strict=True))
+    return np.stack([image_of_row[row] for row in table.index])
 
 
-def score(results, experiment, predictions):
-    """Return the scores of a table of predictions, by SNR: rows of COLUMNS, as in learning/scores.csv.
+def score(results: str | Path, experiment: str, predictions: pd.DataFrame | str | Path) -> pd.DataFrame:
+    """Score a table of predictions as a finished run's own models were scored.
 
-    predictions: a DataFrame, or the path of a CSV file. At each SNR that it has it must have all images of the
-    experiment; of other rows a warning says how many there are. threshold is empty in the closed set; in the open set
-    blind, thesis or kept, and empty for AUROC, FPR and OSCR. Raises InputError for what cannot be scored.
+    Parameters:
+        results: the run's folder, results/<name>
+        experiment: of the run's config
+        predictions: a DataFrame, or the path of a CSV file, with the columns of `benchmark.images` that name an image,
+            `predicted`, and for the open set `confidence`; at each SNR that it has, a row for each of these images
+
+    Returns:
+        Rows of learning/scores.csv by SNR: COLUMNS. threshold is empty in the closed set; in the open set blind, thesis
+        or kept, and empty for AUROC, FPR and OSCR.
+
+    Raises:
+        InputError: for a folder without a finished run, an experiment that it does not have, and predictions that lack
+            an image or a column, have a class that the experiment does not have, or a number that is not finite.
+
+    Warns of rows that match no image, which are left out.
+
+    Whoever takes every image for a dart, one of two targets with as many images each, is right in half of them:
+
+    >>> asked = images("results/example", "multi", snrs=[0])
+    >>> scores = score("results/example", "multi", asked.assign(predicted="dart"))
+    >>> scores[scores["metric"] == "accuracy"]["value"].tolist()
+    [0.5]
     """
     where = "the table" if isinstance(predictions, pd.DataFrame) else predictions
-    made, mine = record.read(results), _checked(predictions, where)
-    every = images(results, experiment, sorted(mine["test_snr_db"].unique()))
-    classes = {*every["truth"], OTHER}
-    if strange := sorted({*mine["predicted"].astype(str)} - classes):
+    finished, given = record.read(results), _checked(predictions, where)
+    asked = images(results, experiment, sorted(given["test_snr_db"].unique()))
+    classes = {*asked["truth"], OTHER}
+    if strange := sorted({*given["predicted"].astype(str)} - classes):
         raise InputError(f"{where} has a class '{strange[0]}'; classes are {', '.join(sorted(classes))}.")
-    mine, every = (table.assign(**_angles(table)) for table in (mine, every))
-    if mine.duplicated(KEY).any():
-        raise InputError(f"{where} has an image twice: {_named(mine[mine.duplicated(KEY)])}.")
-    table = every.merge(mine[[*KEY, "predicted", *({SCORE} & {*mine})]], how="left", on=KEY)
-    matched = mine[KEY].merge(every[KEY], how="left", on=KEY, indicator="of")["of"].eq("both").to_numpy()
-    strays = f"{(~matched).sum():,} of its {len(mine):,} rows match no image of '{experiment}'"
-    strays = "" if matched.all() else f"{strays}; the first is {_named(mine[~matched])}."
+    given, asked = (table.assign(**_angles(table)) for table in (given, asked))
+    if given.duplicated(KEY).any():
+        raise InputError(f"{where} has an image twice: {_named(given[given.duplicated(KEY)])}.")
+    table = asked.merge(given[[*KEY, "predicted", *({SCORE} & {*given})]], how="left", on=KEY)
+    matched = given[KEY].merge(asked[KEY], how="left", on=KEY, indicator="sides")["sides"].eq("both").to_numpy()
+    strays = f"{(~matched).sum():,} of its {len(given):,} rows match no image of '{experiment}'"
+    strays = "" if matched.all() else f"{strays}; the first is {_named(given[~matched])}."
     if (lost := table["predicted"].isna()).any():
         lacking = f"{where} lacks {lost.sum():,} of {len(table):,} images; the first is {_named(table[lost])}."
         raise InputError(f"{lacking} {strays}".rstrip())
@@ -155,46 +176,48 @@ def score(results, experiment, predictions):
         table = table.rename(columns={SCORE: KNOWN + SCORE}).astype({KNOWN + SCORE: float})
     rows = []
     for snr, part in table.groupby("test_snr_db"):
-        for decision in judge.decide(part, made.kept):
-            rows += [(snr, decision.score, decision.threshold, *row) for row in judge.rows(decision, made.seed)]
+        for decision in judge.decide(part, finished.kept):
+            rows += [(snr, decision.score, decision.threshold, *row) for row in judge.rows(decision, finished.seed)]
     return pd.DataFrame(rows, columns=COLUMNS)
 
 
-def _checked(predictions, where):
+def _checked(predictions: pd.DataFrame | str | Path, where: str | Path) -> pd.DataFrame:
     """A table of predictions, a DataFrame or the path of a CSV file, whose columns of numbers hold finite numbers."""
     try:
-        csv = not isinstance(predictions, pd.DataFrame)
-        mine = pd.read_csv(predictions, keep_default_na=False) if csv else predictions.reset_index(drop=True)
+        if isinstance(predictions, pd.DataFrame):
+            table = predictions.reset_index(drop=True)
+        else:
+            table = pd.read_csv(predictions, keep_default_na=False)
     except (OSError, ValueError) as error:
         raise InputError(f"{where} cannot be read as a CSV file: {error}") from None
     needed = [*KEY, "predicted"]
-    if lacking := [name for name in needed if name not in mine]:
+    if lacking := [name for name in needed if name not in table]:
         raise InputError(f"{where} has no column {', '.join(lacking)}; it needs {', '.join(needed)}.")
-    if mine.empty:
+    if table.empty:
         raise InputError(f"{where} has no row.")
-    numbers = mine[[name for name in NUMBERS if name in mine]].apply(pd.to_numeric, errors="coerce")
+    numbers = table[[name for name in NUMBERS if name in table]].apply(pd.to_numeric, errors="coerce")
     for name, wrong in (~np.isfinite(numbers)).items():
         if wrong.any():
             row = wrong.idxmax()
-            raise InputError(f"{where}, image {row + 1}: {name} is '{mine[name][row]}', which is no finite number.")
-    return mine.assign(**numbers)
+            raise InputError(f"{where}, image {row + 1}: {name} is '{table[name][row]}', which is no finite number.")
+    return table.assign(**numbers)
 
 
-def _angles(table):
+def _angles(table: pd.DataFrame) -> dict[str, pd.Series]:
     """Elevation and azimuth of a table as they are compared: with few digits, and 0 to 360 degrees for -180 to 180."""
     angles = table[["elevation", "azimuth"]].astype(float).round(3)
     return {"elevation": angles["elevation"], "azimuth": angles["azimuth"] % 360}
 
 
-def _named(table):
+def _named(table: pd.DataFrame) -> str:
     return ", ".join(f"{name} {value}" for name, value in table[KEY].iloc[0].items())
 
 
-def leaderboard(scores):
+def leaderboard(scores: pd.DataFrame) -> pd.DataFrame:
     """Return a row for each experiment, SNR, model and confidence score, the largest weighted F1 first.
 
     scores: rows of learning/scores.csv, of all elevations and by one definition of SNR. Columns: METHOD, score, n, the
-    number of tested images, and those of BOARD, each with the ends of its 95 % interval, <name>_low and <name>_high.
+    number of tested images, and the columns of BOARD, each with its 95 % interval, <name>_low and <name>_high.
     """
     scores = scores[scores["fold"].astype(str) == ""]
     board = _of_metric(scores[scores["score"] == ""], "accuracy").drop(columns=["score", "n"])
@@ -204,30 +227,30 @@ def leaderboard(scores):
     return board[[*METHOD, "score", "n", *(column for name in BOARD for column in _ends(name))]]
 
 
-def _of_metric(scores, name):
+def _of_metric(scores: pd.DataFrame, name: str) -> pd.DataFrame:
     """The rows of a column of BOARD, its values and ends of intervals named so."""
     threshold, metric = BOARD[name]
     rows = scores[(scores["threshold"] == threshold) & (scores["metric"] == metric)]
     return rows[[*METHOD, "score", "n", *VALUES]].rename(columns=dict(zip(VALUES, _ends(name), strict=True)))
 
 
-def _ends(name):
+def _ends(name: str) -> tuple[str, str, str]:
     return name, f"{name}_low", f"{name}_high"
 
 
-def write_leaderboard(scores, definition, output):
+def write_leaderboard(scores: str | Path, definition: str, output: str | Path) -> None:
     """Write the `leaderboard` of a run. scores: its learning/scores.csv; definition: the config's of SNR."""
     leaderboard(_scores(scores, definition)).to_csv(output, index=False, float_format="%.4g")
 
 
-def _scores(path, definition):
+def _scores(path: str | Path, definition: str) -> pd.DataFrame:
     """The rows of a run's learning/scores.csv that `leaderboard` takes."""
     # Only columns of numbers have empty cells; other ones have empty text.
     table = pd.read_csv(path, keep_default_na=False, na_values=dict.fromkeys(VALUES, ""))
     return table[(table["elevation"] == "all") & (table["snr_definition"] == definition)]
 
 
-def in_words(board):
+def in_words(board: pd.DataFrame) -> pd.DataFrame:
     """A leaderboard with text for each metric and its interval, as '0.93 (0.90-0.95)'; '' where there is none."""
     words = board[[*METHOD, "score"]].fillna("")
     for name in BOARD:
@@ -237,23 +260,23 @@ def in_words(board):
     return words
 
 
-def main(arguments=None):
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+def main(arguments: list[str] | None = None) -> None:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("results", help="a finished run's folder, results/<name>")
     parser.add_argument("experiment", help="of its config")
     parser.add_argument("predictions", type=Path, help="a CSV file of a row for each image")
     options = parser.parse_args(arguments)
     try:
-        with warnings.catch_warnings(record=True, action="always") as said:
+        with warnings.catch_warnings(record=True, action="always") as messages:
             table = score(options.results, options.experiment, options.predictions)
     except InputError as error:
         raise SystemExit(str(error)) from None
-    for warning in said:
+    for warning in messages:
         print(warning.message, file=sys.stderr)
-    others = _scores(Path(options.results, SCORES), record.read(options.results).definition)
-    others = others[(others["experiment"] == options.experiment) & others["test_snr_db"].isin(table["test_snr_db"])]
+    run_scores = _scores(Path(options.results, SCORES), record.read(options.results).definition)
+    asked = (run_scores["experiment"] == options.experiment) & run_scores["test_snr_db"].isin(table["test_snr_db"])
     method = {"experiment": options.experiment, "split": "", "training": "", "model": options.predictions.stem}
-    board = leaderboard(pd.concat([others, table.assign(**method)]))
+    board = leaderboard(pd.concat([run_scores[asked], table.assign(**method)]))
     print(in_words(board).drop(columns=METHOD[:3]).to_string(index=False))
 
 

@@ -15,7 +15,7 @@ def fused(table, count, step, aperture):
     The looks of a track have azimuths an aperture apart, so that no two share a sample or noise. step: degrees between
     azimuths; aperture: number of azimuths of an image. The columns score_<class> and known_<score> have the sums, which
     is right for logarithms of likelihoods and of their ratios; `predicted` follows from the former. Other columns are
-    those of the first look. No row is left if a circle has no room for so many looks.
+    taken from the first look. No row is left if a circle has no room for so many looks.
     """
     number, circle = ((table["azimuth"] - table["azimuth"].min()) / step).round().astype(int), 360 / step
     places = table[TRACK].round(4).assign(number=number)
@@ -27,9 +27,9 @@ def fused(table, count, step, aperture):
         rows.append(index.get_indexer(pd.MultiIndex.from_frame(places)))
     begins = (np.array(rows) >= 0).all(axis=0) & (count * aperture <= circle + 1e-6)
     names = [name for name in table if name.startswith((SCORE, KNOWN))]
-    values, found = table[names].to_numpy(float), table[begins].reset_index(drop=True)
-    found[names] = sum((values[row[begins]] for row in rows), np.zeros((len(found), len(names))))
+    values, result = table[names].to_numpy(float), table[begins].reset_index(drop=True)
+    result[names] = sum((values[row[begins]] for row in rows), np.zeros((len(result), len(names))))
     classes = [name for name in names if name.startswith(SCORE)]
-    if len(found):
-        found["predicted"] = found[classes].idxmax(axis=1).str.removeprefix(SCORE)
-    return found
+    if len(result):
+        result["predicted"] = result[classes].idxmax(axis=1).str.removeprefix(SCORE)
+    return result

@@ -10,11 +10,11 @@ import pandas as pd
 from scipy.special import expit, logit, stdtrit
 
 RESAMPLES = 1000
-LEVEL = 0.95
+CONFIDENCE_LEVEL = 0.95
 # Images share samples with their neighbours in the next block, too: over arcs of one aperture the variance of a sum is
 # two thirds of what it is in the long run, where correlation falls linearly to nothing over that length.
-NEIGHBOURS = 3 / 2
-KEPT = 0.95  # share of the known images above the threshold of fpr95
+NEIGHBOUR_VARIANCE = 3 / 2
+KEPT_SHARE = 0.95  # share of the known images above the threshold of fpr95
 
 
 def numbered(values):
@@ -87,12 +87,12 @@ def interval(value, resampled, blocks, share=True):
     """The 95 % interval of a value from its values in resamples (resamples,) of `blocks` blocks: (low, high).
 
     blocks: as `equal_blocks` counts them. The standard error is the spread of the resamples, larger as blocks vary
-    about their own mean (n / (n - 1) in variance) and neighbours are alike (NEIGHBOURS); share: see `around`.
+    about their own mean (n / (n - 1) in variance) and neighbours are alike (NEIGHBOUR_VARIANCE); share: see `around`.
     NaN for a single block, which shows no spread, and for a value that is NaN; resamples that are NaN are left out.
     """
     if blocks <= 1 or np.isnan(value):
         return np.nan, np.nan
-    return around(value, np.nanstd(resampled) * np.sqrt(NEIGHBOURS * blocks / (blocks - 1)), blocks - 1, share)
+    return around(value, np.nanstd(resampled) * np.sqrt(NEIGHBOUR_VARIANCE * blocks / (blocks - 1)), blocks - 1, share)
 
 
 def around(value, error, freedom, share):
@@ -101,7 +101,7 @@ def around(value, error, freedom, share):
     Of a `share`, between 0 and 1, on the scale of log(value / (1 - value)), so that it stays within 0 and 1; else
     symmetric. Arguments are numbers or arrays.
     """
-    value, half = np.asarray(value), np.asarray(stdtrit(freedom, (1 + LEVEL) / 2) * error)
+    value, half = np.asarray(value), np.asarray(stdtrit(freedom, (1 + CONFIDENCE_LEVEL) / 2) * error)
     sides, slope = np.stack([-half, half]), value * (1 - value)
     with np.errstate(divide="ignore", invalid="ignore"):
         of_share = np.where(slope > 0, expit(logit(value) + sides / slope), value + 0 * sides)
@@ -114,7 +114,7 @@ def resampled(counts, labels, judged, seed):
 
 
 def with_intervals(counts, labels, judged, seed, names=None):
-    """(name, value, low, high) of all metrics of counts (blocks, labels, labels), or of those of some names."""
+    """(name, value, low, high) of all metrics, or of some names, of counts (blocks, labels, labels)."""
     values, draws = metrics_of(counts.sum(axis=0), labels, judged), resampled(counts, labels, judged, seed)
     blocks = equal_blocks(counts.sum(axis=(1, 2)))
     for name in names or values:
@@ -124,13 +124,14 @@ def with_intervals(counts, labels, judged, seed, names=None):
 def differences(counts, labels, seed, names):
     """(name, value, reference's, difference, low, high) of metrics of two methods on the same images, drawn alike.
 
-    counts: (blocks, labels, labels) of the method and of the reference; labels: those of each.
+    counts: (blocks, labels, labels) of the method and of the reference; labels: of each.
     """
-    values = [metrics_of(of.sum(axis=0), own, own) for of, own in zip(counts, labels, strict=True)]
-    draws = [resampled(of, own, own, seed) for of, own in zip(counts, labels, strict=True)]
+    methods = list(zip(counts, labels, strict=True))
+    values = [metrics_of(table.sum(axis=0), classes, classes) for table, classes in methods]
+    draws = [resampled(table, classes, classes, seed) for table, classes in methods]
     blocks = equal_blocks(counts[1].sum(axis=(1, 2)))
     for name in names:
-        value, reference = (of[name] for of in values)
+        value, reference = (metric[name] for metric in values)
         ends = interval(value - reference, draws[0][name] - draws[1][name], blocks, share=False)
         yield name, value, reference, value - reference, *ends
 
@@ -150,8 +151,8 @@ def separation(scores, known, right, groups, draws):
     unknown = [np.sort(scores[~known & (groups == group)]) for group in range(count)]
     known_total = draws @ np.bincount(known_groups, minlength=count).astype(float)
     unknown_total = draws @ np.array([len(part) for part in unknown], float)
-    # Pairs in which the known image scores higher, by its block and that of the unknown one; then those of them in
-    # which it is also classified correctly.
+    # Pairs in which the known image scores higher, by its block and the unknown image's block; then the pairs among
+    # them in which it is also classified correctly.
     pairs = np.empty((2, count, count))
     for group, part in enumerate(unknown):
         below = (np.searchsorted(part, known_scores, "left") + np.searchsorted(part, known_scores, "right")) / 2
@@ -162,9 +163,9 @@ def separation(scores, known, right, groups, draws):
     order, fpr95 = np.argsort(-known_scores, kind="stable"), np.zeros(len(draws))
     if len(order):
         running = np.cumsum(draws[:, known_groups[order]], axis=1)
-        thresholds = known_scores[order][(running >= KEPT * known_total[:, None] - 1e-9).argmax(axis=1)]
-        kept = np.stack([len(part) - np.searchsorted(part, thresholds, "left") for part in unknown], axis=1)
-        fpr95 = _ratio((draws * kept).sum(axis=1), unknown_total)
+        thresholds = known_scores[order][(running >= KEPT_SHARE * known_total[:, None] - 1e-9).argmax(axis=1)]
+        accepted = np.stack([len(part) - np.searchsorted(part, thresholds, "left") for part in unknown], axis=1)
+        fpr95 = _ratio((draws * accepted).sum(axis=1), unknown_total)
     none = (known_total == 0) | (unknown_total == 0)
     return {name: np.where(none, np.nan, v) for name, v in {"auroc": auroc, "fpr95": fpr95, "oscr": oscr}.items()}
 

@@ -34,12 +34,12 @@ def reconstruct(stores, planes, folder, output):
         rows = np.linspace(0, len(pixels) - 1, EXAMPLES + 2).astype(int)[1:-1]
         shown[target], decoded[target, store.stem] = origin.iloc[rows], model.reconstruct(pixels[rows])
     noisy = [[decoded[target, label] for target in targets] for label in labels]
-    seen, made, predicted = (np.array([[part[i] for part in row] for row in noisy]) for i in range(3))
+    seen, reconstructed, predicted = (np.array([[part[i] for part in row] for row in noisy]) for i in range(3))
     places, axes = ("snr", "target", "example"), ("range", "crossrange")
     data = {
         "truth": (("target", "example", *axes), np.array([decoded[target, CLEAN][0] for target in targets])),
         "seen": ((*places, *axes), seen),
-        "made": ((*places, *axes), made),
+        "made": ((*places, *axes), reconstructed),
         "predicted": (places, predicted.astype(str)),
     }
     azimuth = [shown[target]["azimuth"] for target in targets]

@@ -1,6 +1,6 @@
 """The record of a finished run, scores.json: the settings and the prediction tables that its scores are made of.
 
-A run's folder may hold tables of an earlier config, too. Whoever judges a run's tables anew takes those of its record.
+A run's folder may hold tables of an earlier config, too. Whoever judges a run anew takes the tables of its record.
 """
 
 import json
@@ -25,8 +25,8 @@ class Record(NamedTuple):
 def write(path, settings, predictions):
     """Write a run's record. settings: the params of its scores; predictions: the paths of the tables judged by them."""
     tables = ["/".join((*run_and_model(table), Path(table).stem)) for table in predictions]
-    how = settings["seed"], settings["learning.kept"], settings["noise.definition"], settings["runs"]
-    Path(path).write_text(json.dumps(Record(*how, tables)._asdict(), indent=1) + "\n")
+    values = settings["seed"], settings["learning.kept"], settings["noise.definition"], settings["runs"]
+    Path(path).write_text(json.dumps(Record(*values, tables)._asdict(), indent=1) + "\n")
 
 
 def read(results):
@@ -51,11 +51,11 @@ def paths(results, record, tables):
 
     Raises InputError for a table that is missing, and for one whose model is of another config than the record.
     """
-    found, again = [Path(results, "learning/predictions", f"{table}.csv") for table in tables], "finish the run"
-    for path in found:
+    table_paths, remedy = [Path(results, "learning/predictions", f"{table}.csv") for table in tables], "finish the run"
+    for path in table_paths:
         run, model = run_and_model(path)
         if not path.is_file():
-            raise InputError(f"{path} is missing, of which the run's scores were made; {again}, with its own config.")
+            raise InputError(f"{path} is missing, of which the run's scores were made; {remedy}, with its own config.")
         if config_of(folder := Path(results, "learning/models", run, model))["run"] != record.runs[run]:
-            raise InputError(f"{folder} is of another config than {Path(results, RECORD)}; {again}, with one of them.")
-    return found
+            raise InputError(f"{folder} is of another config than {Path(results, RECORD)}; {remedy}, with one of them.")
+    return table_paths

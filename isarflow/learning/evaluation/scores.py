@@ -13,7 +13,7 @@ from isarflow.learning.data.images import among
 from isarflow.learning.data.split import LEFT_OUT
 from isarflow.learning.evaluation import judge, metrics
 from isarflow.learning.evaluation.looks import LOOKS, fused
-from isarflow.learning.evaluation.metrics import KEPT
+from isarflow.learning.evaluation.metrics import KEPT_SHARE
 from isarflow.learning.experiments import REFERENCE, split_of, train_snr_db, training
 
 HEAD = ["experiment", "model", "split", "training", "train_snr_db"]
@@ -25,11 +25,13 @@ VALIDATION = [*CASE, "metric", "value", "n"]
 NO_SHARES = ("threshold", "f1_weighted_gain")  # metrics that may lie outside 0 to 1
 
 
-def score(predictions, runs, definition, seed, threads, scores, confusions, validation, kept=KEPT, track=None):
+def score(
+    predictions, runs, definition, seed, threads, scores, confusions, validation, kept_share=KEPT_SHARE, track=None
+):
     """Write scores.csv, confusion.csv and validation.csv from prediction tables <run>/<model>/snr_<n>dB.csv.
 
     runs: the result of `experiments.runs`; definition: the config's of SNR; seed: the config's, for the intervals;
-    threads: number of models judged at a time; kept: the config's `learning.kept`. track: None, or names of the
+    threads: number of models judged at a time; kept_share: the config's `learning.kept`. track: None, or names of the
     models whose scores add up over looks, and the azimuth's step in degrees and the aperture, as of `looks.fused`.
     docs/method.md describes the metrics and columns. Besides: `elevation` is never 'trained' if the model was trained
     at all elevations. The images of each fold are judged by its own models; the threshold of all folds is their mean.
@@ -40,7 +42,7 @@ def score(predictions, runs, definition, seed, threads, scores, confusions, vali
     and protocol the weighted F1 that the threshold reaches on the images it was chosen with.
     """
     tables, opened, cases = ([], [], []), [], tables_of_cases(predictions, runs)
-    work = (delayed(_judged)(head, *case, definition, seed, kept, track) for head, case in cases.items())
+    work = (delayed(_judged)(head, *case, definition, seed, kept_share, track) for head, case in cases.items())
     judged = Parallel(n_jobs=threads, return_as="generator")(work)
     for *of_case, decisions in tqdm(judged, total=len(cases), unit="model", desc="scores", leave=False):
         for table, rows in zip(tables, of_case, strict=True):
@@ -53,12 +55,12 @@ def score(predictions, runs, definition, seed, threads, scores, confusions, vali
     print(f"{len(predictions)} prediction tables, {len(tables[0])} scores")
 
 
-def _judged(head, run, tables, definition, seed, kept, track):
+def _judged(head, run, tables, definition, seed, kept_share, track):
     """Rows of the three tables for one model, and the open set's `Decision`s as `_gains` takes them."""
     rows, cells, reached, opened = [], [], [], []
-    every = {snr: pd.concat(map(read_table, paths), ignore_index=True) for snr, paths in sorted(tables.items())}
-    for subset, parts in _subsets(every, run["elevation"]):
-        decided = {snr: judge.decide(part, kept) for snr, part in parts.items()}
+    table_by_snr = {snr: pd.concat(map(read_table, paths), ignore_index=True) for snr, paths in sorted(tables.items())}
+    for subset, parts in _subsets(table_by_snr, run["elevation"]):
+        decided = {snr: judge.decide(part, kept_share) for snr, part in parts.items()}
         for snr, decisions in decided.items():
             for decision in decisions:
                 key = (*head, snr, subset, decision.score, decision.threshold)
@@ -68,24 +70,25 @@ def _judged(head, run, tables, definition, seed, kept, track):
                 if decision.threshold and subset == "all":  # runs that trained at other elevations have other images
                     opened.append((key, (*head[2:4], snr, decision.threshold, *run["without"]), decision))
         for snr, part in parts.items() if track and head[1] in track[0] else ():
-            for kind, row in _looks(part, kept, *track[1:]):
+            for kind, row in _looks(part, kept_share, *track[1:]):
                 rows.append([*head, snr, subset, *kind, definition, "", *row])
-        for other, snr, kind, row in judge.by_other_definitions(decided, definition, seed):
-            rows.append([*head, snr, subset, *kind, other, "", *row])
+        for definition_of_row, snr, kind, row in judge.by_other_definitions(decided, definition, seed):
+            rows.append([*head, snr, subset, *kind, definition_of_row, "", *row])
     return rows, cells, reached, opened
 
 
-def _looks(table, kept, step, aperture):
+def _looks(table, kept_share, step, aperture):
     """(score, threshold) and (metric, value, low, high, n) of the weighted F1 of several looks together."""
     table = table[table["side"] != LEFT_OUT]
     for count in LOOKS:
         together = fused(table, count, step, aperture)
         known = together[together["role"] == "known"]
         if known.groupby("fold")["side"].nunique().reindex(table["fold"].unique()).eq(2).all():  # chosen on some, too
-            for one in judge.decide(together, kept):
-                if one.is_final:
-                    f1 = metrics.metrics_of_labels(one.test["truth"], one.predicted)["f1_weighted"]
-                    yield (one.score, one.threshold), (f"f1_weighted_{count}_looks", f1, "", "", len(one.test))
+            for decision in judge.decide(together, kept_share):
+                if decision.is_final:
+                    f1 = metrics.metrics_of_labels(decision.test["truth"], decision.predicted)["f1_weighted"]
+                    row = f"f1_weighted_{count}_looks", f1, "", "", len(decision.test)
+                    yield (decision.score, decision.threshold), row
 
 
 def tables_of_cases(predictions, runs):
@@ -131,15 +134,15 @@ def _gains(opened, definition, seed):
 def over_seeds(scores, output):
     """Write the means over several seeds' tables scores.csv: one row for each of their rows.
 
-    Columns: those of scores.csv, with value the mean, low and high its 95 % interval over seeds, n their number, and
+    Columns: as in scores.csv, with value the mean, low and high its 95 % interval over seeds, n their number, and
     lowest and highest of them. A seed without such a row is left out of it.
     """
     tables = [pd.read_csv(path, keep_default_na=False) for path in scores]
-    every = pd.concat(tables, ignore_index=True)
-    every["value"] = pd.to_numeric(every["value"])
-    values = every.groupby(SCORED, sort=False)["value"].agg(["mean", "std", "count", "min", "max"]).reset_index()
+    rows = pd.concat(tables, ignore_index=True)
+    rows["value"] = pd.to_numeric(rows["value"])
+    values = rows.groupby(SCORED, sort=False)["value"].agg(["mean", "std", "count", "min", "max"]).reset_index()
     error, is_share = values["std"] / np.sqrt(values["count"]), ~values["metric"].isin(NO_SHARES)
     low, high = metrics.around(values["mean"], error, values["count"] - 1, is_share)  # NaN for a single value
-    found = values[SCORED].assign(value=values["mean"], low=low, high=high, n=values["count"])
-    found.assign(lowest=values["min"], highest=values["max"]).to_csv(output, index=False)
-    print(f"{len(found)} scores over {len(tables)} seeds")
+    means = values[SCORED].assign(value=values["mean"], low=low, high=high, n=values["count"])
+    means.assign(lowest=values["min"], highest=values["max"]).to_csv(output, index=False)
+    print(f"{len(means)} scores over {len(tables)} seeds")

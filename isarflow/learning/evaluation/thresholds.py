@@ -1,7 +1,7 @@
 """The threshold below which an image is rejected as none of the known classes.
 
 It is chosen on validation images, for each SNR separately, as a radar knows the level of its noise. Three protocols:
-`thesis` sees the unknown targets among them; `blind` only the known ones and those of role other; `kept` keeps a share
+`thesis` sees the unknown targets among them; `blind` only known targets and targets of role other; `kept` keeps a share
 of the known ones, or of training views if the model can leave these out of its library in turn: they are many more.
 """
 
@@ -9,18 +9,18 @@ import numpy as np
 
 from isarflow.learning.classifier import OTHER
 from isarflow.learning.data.split import LEFT_OUT
-from isarflow.learning.evaluation.metrics import KEPT, metrics_of_labels
+from isarflow.learning.evaluation.metrics import KEPT_SHARE, metrics_of_labels
 
 # Roles whose validation images judge a protocol; all but `kept` also choose by them.
 ROLES = {"thesis": ("known", "unknown"), "blind": ("known", "other"), "kept": ("known", "other")}
 
 
-def choose(table, score, protocol, kept=KEPT):
-    """The threshold of a confidence score, a column of a prediction table, under a protocol: the first of `chosen`."""
-    return chosen(table, score, protocol, kept)[0]
+def choose(table, score, protocol, kept_share=KEPT_SHARE):
+    """The threshold of a confidence score, a column of a prediction table, under a protocol: `threshold_and_f1`."""
+    return threshold_and_f1(table, score, protocol, kept_share)[0]
 
 
-def chosen(table, score, protocol, kept=KEPT):
+def threshold_and_f1(table, score, protocol, kept_share=KEPT_SHARE):
     """The threshold of a score under a protocol, the weighted F1 that it reaches on validation rows, and their number.
 
     table: of predictions, with columns side, role, truth, predicted and the score's. The threshold has the largest
@@ -36,7 +36,7 @@ def chosen(table, score, protocol, kept=KEPT):
     weight = known / (count - known) if protocol != "thesis" and 0 < known < count else 1.0
     if protocol == "kept" or known == count:
         shared = table[score].to_numpy()[left_out] if protocol == "kept" and left_out.any() else scores[is_known]
-        threshold = float(np.quantile(shared, 1 - kept))
+        threshold = float(np.quantile(shared, 1 - kept_share))
     else:
         threshold = best(scores.astype(float), truth, predicted, weight)
     labels = apply(scores, predicted, threshold)
@@ -52,7 +52,7 @@ def best(scores, truth, predicted, weight=1.0):
     """
     order = np.argsort(-scores, kind="stable")
     scores, truth, predicted = scores[order], np.asarray(truth)[order], np.asarray(predicted)[order]
-    kept, counts = predicted != OTHER, np.where(truth == OTHER, weight, 1.0)
+    labelled, counts = predicted != OTHER, np.where(truth == OTHER, weight, 1.0)
     # For thresholds that keep 0, 1, 2 ... images: the sum over the labels of F1 = 2 right / (predicted + true) times
     # the count of true images.
     total = np.zeros(len(scores) + 1)
@@ -62,8 +62,8 @@ def best(scores, truth, predicted, weight=1.0):
         count = (truth == name).sum()
         total += count * 2 * right / (claimed + count)
     if missed := counts[truth == OTHER].sum():
-        rejected = counts.sum() - _running(counts * kept)
-        right = missed - _running(counts * ((truth == OTHER) & kept))
+        rejected = counts.sum() - _running(counts * labelled)
+        right = missed - _running(counts * ((truth == OTHER) & labelled))
         total += missed * 2 * right / (rejected + missed)
     # Between equal scores no threshold can pass.
     possible = np.concatenate([[True], scores[1:] < scores[:-1], [True]])

@@ -12,10 +12,10 @@ import threadpoolctl
 from isarflow.learning.classifier import config_of, load
 from isarflow.learning.data import images
 
-BATCH = 256
-SIZES = {"single": 1, "batch": BATCH}  # images a call
-CALLS = {1: (20, 100), BATCH: (2, 10)}  # by number of images: calls before the timed ones, and timed ones
-LIMIT = 2.0  # seconds for each number of images; a slow model gets fewer repeats
+BATCH_IMAGES = 256
+SIZES = {"single": 1, "batch": BATCH_IMAGES}  # images a call
+CALLS = {1: (20, 100), BATCH_IMAGES: (2, 10)}  # by number of images: calls before the timed ones, and timed ones
+LIMIT_SECONDS = 2.0  # for each number of images; a slow model gets fewer repeats
 
 
 def measure(stores, planes, folders, threads, output):
@@ -37,7 +37,9 @@ def measure(stores, planes, folders, threads, output):
             record |= {kind: time_batches(model.predict, pool, size) for kind, size in SIZES.items()}
         records.append(record)
         single, batch = (record[kind]["milliseconds_per_observation"] for kind in SIZES)
-        print(f"{run['name']}/{name}: {single:.4f} ms per observation alone, {batch:.4f} ms in batches of {BATCH}")
+        print(
+            f"{run['name']}/{name}: {single:.4f} ms per observation alone, {batch:.4f} ms in batches of {BATCH_IMAGES}"
+        )
     result = {"machine": {"cpu": cpu(), "cores": os.cpu_count()}, "threads": threads, "models": records}
     Path(output).write_text(json.dumps(result, indent=1) + "\n")
 
@@ -55,7 +57,7 @@ def time_batches(predict, pool, size):
         end = time.perf_counter()
         if call >= warm_up:
             seconds.append(end - start)
-            if end - begin > LIMIT:
+            if end - begin > LIMIT_SECONDS:
                 break
     milliseconds = float(np.median(seconds)) / size * 1e3
     return {"size": size, "repeats": len(seconds), "milliseconds_per_observation": milliseconds}

@@ -10,7 +10,8 @@ from isarflow.scattering.fields.places import alike, once
 from isarflow.scattering.fields.rcs import by_frequency, rcs_dbsm, resolved
 from isarflow.scattering.fields.reference import LEVEL, WANTED, check_columns, is_csv, samples, several
 
-SAME_FREQUENCY, SAME_ANGLE = 1e-6, 1e-3  # relative; degrees
+SAME_FREQUENCY_SHARE = 1e-6  # of a frequency, within which another is the same
+SAME_ANGLE_DEGREES = 1e-3  # within which another angle is the same
 
 
 def read_reference(reference, polarizations, needed):
@@ -53,7 +54,7 @@ def compare(reference, dataset, reach):
     name = ", ".join(field_files.paths(reference))
     values = {column: dataset[axis].values for column, axis in (*WANTED.items(), ("polarization", "polarization"))}
     given = read_reference(reference, dataset.polarization.values.tolist(), several(*values.values()))
-    given = given.assign(**{column: mine[0] for column, mine in values.items() if column not in given})
+    given = given.assign(**{column: run_values[0] for column, run_values in values.items() if column not in given})
     computed = np.full(len(given), np.nan)
     keys = ["polarization", "frequency_hz"] + ([] if "direction" in dataset.sizes else ["elevation_deg"])
     for (polarization, frequency, *_), rows in given.groupby(keys, sort=False).indices.items():
@@ -61,29 +62,32 @@ def compare(reference, dataset, reach):
         computed[rows] = _computed(dataset, reach, polarization, frequency, *places)
     given["computed_dbsm"] = computed
     given["difference_db"] = computed - given["rcs_dbsm"]
-    found = given.dropna(subset="difference_db").reset_index(drop=True)
-    if found.empty:
+    compared = given.dropna(subset="difference_db").reset_index(drop=True)
+    if compared.empty:
         raise InputError(
             f"{name}: none of its {len(given)} samples has a level, and a frequency, direction and polarization of the "
             f"run.{_apart(given, values)}"
         )
-    found.attrs = {"reference": name, "left_out": len(given) - len(found)}
-    return found
+    compared.attrs = {"reference": name, "left_out": len(given) - len(compared)}
+    return compared
 
 
-def _apart(given, values):
-    """Return why a run with these `values` has none of the samples: of each column that shares none, what both have."""
-    said = ""
-    for column, mine in values.items():
-        theirs, mine = (of % 360 if column == "azimuth_deg" else of for of in (given[column].to_numpy(), mine))
+def _apart(given, run):
+    """Return why a run with these values, by column, has no sample: for columns that share none, what both have."""
+    sentences = ""
+    for column, run_values in run.items():
+        given_values = given[column].to_numpy()
+        if column == "azimuth_deg":
+            given_values, run_values = given_values % 360, run_values % 360
         if column == "polarization":
-            shared, both = np.isin(theirs, mine), [", ".join(sorted(set(names))) for names in (theirs, mine)]
+            shared = np.isin(given_values, run_values)
+            extents = [", ".join(sorted(set(names))) for names in (given_values, run_values)]
         else:
-            shared = (mine.min() <= theirs) & (theirs <= mine.max())
-            both = [f"{of.min():.10g} to {of.max():.10g}" for of in (theirs, mine)]
+            shared = (run_values.min() <= given_values) & (given_values <= run_values.max())
+            extents = [f"{values.min():.10g} to {values.max():.10g}" for values in (given_values, run_values)]
         if not shared.any():
-            said += f" Its {column}: {both[0]}; the run's: {both[1]}."
-    return said
+            sentences += f" Its {column}: {extents[0]}; the run's: {extents[1]}."
+    return sentences
 
 
 def _computed(dataset, reach, polarization, frequency, elevation, azimuth):
@@ -94,18 +98,18 @@ def _computed(dataset, reach, polarization, frequency, elevation, azimuth):
     grid = "direction" not in dataset.sizes
     try:
         field = dataset.field.sel(polarization=polarization)
-        field = field.sel(frequency=frequency, method="nearest", tolerance=SAME_FREQUENCY * frequency)
-        field = field.sel(elevation=elevation[0], method="nearest", tolerance=SAME_ANGLE) if grid else field
+        field = field.sel(frequency=frequency, method="nearest", tolerance=SAME_FREQUENCY_SHARE * frequency)
+        field = field.sel(elevation=elevation[0], method="nearest", tolerance=SAME_ANGLE_DEGREES) if grid else field
     except KeyError:
         return np.full(len(azimuth), np.nan)
     apart = np.abs((azimuth[:, None] - field.azimuth.values + 180) % 360 - 180)
     if not grid:
         apart = np.maximum(apart, np.abs(elevation[:, None] - field.elevation.values))
     gap = apart.min(axis=1)
-    level = np.where(gap < SAME_ANGLE, rcs_dbsm(field.values[apart.argmin(axis=1)]), np.nan)
+    level = np.where(gap < SAME_ANGLE_DEGREES, rcs_dbsm(field.values[apart.argmin(axis=1)]), np.nan)
     highest = resolved(field, reach) if grid and reach is not None else None
     if highest is not None:
-        inside = (gap >= SAME_ANGLE) & (gap <= 180 / (2 * highest + 1) + 1e-9)
+        inside = (gap >= SAME_ANGLE_DEGREES) & (gap <= 180 / (2 * highest + 1) + 1e-9)
         level[inside] = rcs_dbsm(between(field.azimuth.values, field.values, highest, azimuth[inside]))
     return level
 
@@ -122,11 +126,11 @@ def differences(target, compared):
 
 def worst_cut(compared):
     """Return the cut along the axis with most samples on which they differ most: that axis, its place, its rows."""
-    others = {across: [name for name in WANTED if name != across] for across in reversed(WANTED)}
-    counts = {across: compared.groupby(["polarization", *rest])[across].nunique() for across, rest in others.items()}
+    rests = {across: [name for name in WANTED if name != across] for across in reversed(WANTED)}
+    counts = {across: compared.groupby(["polarization", *rest])[across].nunique() for across, rest in rests.items()}
     across = max(counts, key=lambda name: counts[name].max())
-    count = compared.groupby(others[across])["difference_db"].transform("size")
+    count = compared.groupby(rests[across])["difference_db"].transform("size")
     worst = compared["difference_db"].abs().where(count > count.max() / 2).idxmax()
-    place = compared.loc[worst, others[across]]
-    part = compared[(compared[others[across]] == place).all(axis=1)].sort_values(across)
+    place = compared.loc[worst, rests[across]]
+    part = compared[(compared[rests[across]] == place).all(axis=1)].sort_values(across)
     return across, place, part

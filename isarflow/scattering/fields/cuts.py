@@ -10,7 +10,8 @@ from isarflow.scattering.fields.rcs import by_direction, center_frequency, rcs_d
 
 # What a cut is drawn against, as its axis says.
 LABELS = {"azimuth": "azimuth [°]", "elevation": "elevation [°]", "frequency": "frequency [GHz]"}
-ALONG, SINGLE = "angle along the directions [°]", "elevation, azimuth [°]"
+ALONG = "angle along the directions [°]"
+SINGLE = "elevation, azimuth [°]"
 
 # Of one polarization: samples with their levels in dBsm and, over x, the levels y drawn; smooth: of the field between.
 Curve = namedtuple("Curve", "polarization label samples levels x y smooth")
@@ -27,12 +28,12 @@ def by_transmitter(target, dataset, most):
         return [(target, dataset)]
     field, parts = by_direction(dataset), []
     for number in evenly(range(field.sizes["direction"]), most):
-        one = field.isel(direction=number)
-        title = f"{target}_from_{float(one.elevation):g}_{float(one.azimuth):g}"
-        one = one.drop_vars(["direction", "elevation", "azimuth"], errors="ignore").rename(
+        received = field.isel(direction=number)
+        title = f"{target}_from_{float(received.elevation):g}_{float(received.azimuth):g}"
+        received = received.drop_vars(["direction", "elevation", "azimuth"], errors="ignore").rename(
             receiver="direction", receiver_elevation="elevation", receiver_azimuth="azimuth"
         )
-        parts.append((title, one.to_dataset(name="field").assign_attrs(kind="bistatic")))
+        parts.append((title, received.to_dataset(name="field").assign_attrs(kind="bistatic")))
     return parts
 
 
@@ -48,23 +49,23 @@ def cut(dataset, reach, most):
     if "elevation" in sizes and 1 < sizes["elevation"] > sizes["azimuth"] <= most:
         angles.reverse()
     across = angles[0] if sizes[angles[0]] > 1 or sizes["frequency"] == 1 else "frequency"
-    other = next((name for name in (*angles[1:], "frequency") if name != across and sizes[name] > 1), None)
-    if other:
-        field = field.sel({other: evenly(field[other].values.tolist(), most)})
-    if "frequency" not in (across, other):
+    curve_axis = next((name for name in (*angles[1:], "frequency") if name != across and sizes[name] > 1), None)
+    if curve_axis:
+        field = field.sel({curve_axis: evenly(field[curve_axis].values.tolist(), most)})
+    if "frequency" not in (across, curve_axis):
         field = field.sel(frequency=center_frequency(dataset))
     x, label = _axis(dataset, across)
-    values, curves = field[other].values if other else [None], []
+    values, curves = field[curve_axis].values if curve_axis else [None], []
     for polarization, value in itertools.product(dataset.polarization.values.tolist(), values):
-        one = field.sel({"polarization": polarization} | ({other: value} if other else {}))
-        one = one.squeeze([name for name in one.dims if name != across])
-        levels = rcs_dbsm(one.values.ravel())
-        drawn = series(one, reach) if across == "azimuth" else None
+        line = field.sel({"polarization": polarization} | ({curve_axis: value} if curve_axis else {}))
+        line = line.squeeze([name for name in line.dims if name != across])
+        levels = rcs_dbsm(line.values.ravel())
+        drawn = series(line, reach) if across == "azimuth" else None
         smooth = drawn is not None
         if not smooth:
             closed = label != SINGLE and closes_circle(x)
             drawn = (np.append(x, x[0] + 360), np.append(levels, levels[0])) if closed else (x, levels)
-        curves.append(Curve(polarization, in_words(other, value) if other else "", x, levels, *drawn, smooth))
+        curves.append(Curve(polarization, in_words(curve_axis, value) if curve_axis else "", x, levels, *drawn, smooth))
     return across, label, field, curves
 
 

@@ -10,7 +10,7 @@ from isarflow.scattering.fields.given_store import read_store
 from isarflow.scattering.fields.places import ANGLE, find, text
 from isarflow.scattering.fields.store import versions, write_field
 
-MIRRORED = 0.1  # relative: largest rms difference of a field from that of its mirror image; meshes are not symmetric
+MIRRORED = 0.1  # relative: largest rms difference of a field from its mirror image; meshes are not symmetric
 
 
 def write_external(field, store_path, radar, aspect, symmetry=(), origin=None):
@@ -49,9 +49,11 @@ def _check_finite(named, polarizations, samples, wanted):
     wrong = np.argwhere(~np.isfinite(samples))
     if len(wrong):
         way, *index = wrong[0]
-        at = ", ".join(f"{name} {text(name, of[i])}" for (name, of), i in zip(wanted.items(), index, strict=True))
+        place = ", ".join(
+            f"{name} {text(name, values[i])}" for (name, values), i in zip(wanted.items(), index, strict=True)
+        )
         count = f"{len(wrong)} of {samples.size} samples"
-        raise InputError(f"{named}: {count} are not finite; the first is {polarizations[way]} at {at}.")
+        raise InputError(f"{named}: {count} are not finite; the first is {polarizations[way]} at {place}.")
 
 
 def _check_not_zero(named, way, samples, wanted):
@@ -73,10 +75,10 @@ def _check_mirrored(named, way, samples, wanted, plane):
     else:
         mirrored = -azimuth if plane == "xz" else 180 - azimuth
         apart = np.abs((azimuth[:, None] - mirrored + 180) % 360 - 180)
-    there, here = np.nonzero(apart < ANGLE)
+    images, originals = np.nonzero(apart < ANGLE)
     sign = 1 if way[0] == way[1] else -1  # H or V turns round
     scale = np.linalg.norm(samples)
-    different = np.linalg.norm(samples[..., there] - sign * samples[..., here]) / scale if scale > 0 else 0
+    different = np.linalg.norm(samples[..., images] - sign * samples[..., originals]) / scale if scale > 0 else 0
     if different > MIRRORED:
         raise InputError(
             f"{named}: the {way} field differs from its mirror image in the plane {plane} by {100 * different:.0f} % "
@@ -101,10 +103,10 @@ def _grid(paths, wanted):
     axes = [*wanted]
     waves = waves[(waves[axes] >= 0).all(axis=1)]
     first = ffe.once(waves, [waves[name] for name in axes]).set_index(axes)
-    every = pd.MultiIndex.from_product(places.values(), names=axes)
-    if len(missing := every.difference(first.index)):
-        of = zip(wanted.items(), missing[0], strict=True)
-        at = ", ".join(f"{name} {text(name, values[place])}" for (name, values), place in of)
-        raise InputError(f"{named}: {len(missing)} of {len(every)} samples are missing; the first is at {at}.")
+    asked = pd.MultiIndex.from_product(places.values(), names=axes)
+    if len(missing := asked.difference(first.index)):
+        coordinates = zip(wanted.items(), missing[0], strict=True)
+        place = ", ".join(f"{name} {text(name, values[i])}" for (name, values), i in coordinates)
+        raise InputError(f"{named}: {len(missing)} of {len(asked)} samples are missing; the first is at {place}.")
     shape = [len(values) for values in wanted.values()]
-    return {way: first[way].reindex(every).to_numpy().reshape(shape) for way in "VH"}
+    return {way: first[way].reindex(asked).to_numpy().reshape(shape) for way in "VH"}

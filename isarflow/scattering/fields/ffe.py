@@ -127,35 +127,35 @@ class _Block:
                 f"{self.line}: the block has {len(self.rows)} rows, not {counts[0]:g} x {counts[1]:g}; the file is cut "
                 "short or was changed."
             )
-        found = []
+        waves = []
         for line, text in self.rows:
             row = dict(zip(self.columns, _floats(text, len(self.columns)), strict=False))
             if not row:
                 raise _Wrong(f"{line}: a row of {len(self.columns)} numbers is wanted, not '{text}'.")
             if abs(row["Theta"] - theta) < places.ANGLE and places.apart("azimuth", row["Phi"], phi) < places.ANGLE:
-                found.append((frequency, theta, phi, *(row[name] for name in COLUMNS[2:]), line))
-        if not found:
+                waves.append((frequency, theta, phi, *(row[name] for name in COLUMNS[2:]), line))
+        if not waves:
             raise _Wrong(
                 f"{self.line}: no rows look back along the incident wave (theta {theta:g}, phi {phi:g}). Ask FEKO for "
                 "the fields in the plane wave's incident direction."
             )
-        for wave in found:
+        for wave in waves:
             if not np.isfinite(wave).all():
                 raise _Wrong(f"{wave[-1]}: a value is not finite.")
-        return found
+        return waves
 
     def _check_kind(self):
         kinds = {"Result Type": ("the result is", "RCS"), "Coordinate System": ("coordinates are", "Spherical")}
         for key, (said, wanted) in kinds.items():
             line, given = self.header.get(key, (self.line, wanted))
             if given != wanted:
-                raise _Wrong(f"{line}: {said} '{given}', not {wanted}, that of scattering of a plane wave.")
+                raise _Wrong(f"{line}: {said} '{given}', not {wanted}, as scattering of a plane wave has it.")
         for key in [key for key in AXES if key in self.header]:
             given = np.array(self._numbers(key, 3))
             # An axis may be of any length.
             if not np.allclose(given, np.array(AXES[key]) * max(np.linalg.norm(given), 1e-9), atol=1e-9):
                 line, text = self.header[key]
-                raise _Wrong(f"{line}: '{key}' is {text}; it should be that of global coordinates, {AXES[key]}.")
+                raise _Wrong(f"{line}: '{key}' is {text}; in global coordinates it is {AXES[key]}.")
 
     def _numbers(self, key, count):
         """The numbers of a header line, which may be in brackets."""

@@ -51,7 +51,7 @@ def files(path):
 
 
 def digest(path):
-    """SHA-256 of a file; for a store, that of its files' names and contents."""
+    """SHA-256 of a file, or of the names and contents of a store's files."""
     sha = hashlib.sha256()
     for file in files(path):
         if is_store(path):

@@ -67,9 +67,10 @@ def _opened(path):
                 raise ValueError(f"it has no {', '.join(missing)}")
             over = dataset["field"].dims
             axes = {name: dataset.variables[name] for name in COORDINATES}
-            if {*over} != {name for name, of in axes.items() if of.dims} or any(of.ndim > 1 for of in axes.values()):
+            several = {name for name, variable in axes.items() if variable.dims}
+            if {*over} != several or any(axes[name].ndim > 1 for name in several):
                 raise ValueError(f"its field is over {', '.join(map(str, over))}")
-            values = {name: np.atleast_1d(of.values) for name, of in axes.items()}
+            values = {name: np.atleast_1d(variable.values) for name, variable in axes.items()}
             names = [name.decode() if isinstance(name, bytes) else str(name) for name in values["polarization"]]
             yield dataset, {"polarization": np.array(names)} | {name: values[name].astype(float) for name in UNITS}
     except (KeyError, ValueError, OSError, RuntimeError) as error:
@@ -88,19 +89,19 @@ def _check_kind(path, dataset):
             raise InputError(f"{path}: its {name} is in '{stated}', not in {unit}.")
 
 
-def _ways(path, there, polarizations):
+def _ways(path, stored, polarizations):
     """Number a store's polarizations and the wanted ones, as `places.find`. InputError if a wanted one is not there."""
-    if absent := [name for name in polarizations if name not in there]:
+    if absent := [name for name in polarizations if name not in stored]:
         raise InputError(
             f"{path}: no polarization {', '.join(absent)}, which config key 'radar.polarizations' asks for; "
-            f"there is {', '.join(there)}."
+            f"there is {', '.join(stored)}."
         )
     number = {name: place for place, name in enumerate(polarizations)}
-    return np.array([number.get(name, -1) for name in there]), np.arange(len(polarizations))
+    return np.array([number.get(name, -1) for name in stored]), np.arange(len(polarizations))
 
 
 def _absent_coordinates(path, axes):
-    """Warn of an axis of one value whose chunk is absent, as that of 0 may be. InputError for others."""
+    """Warn of an axis of one value whose chunk is absent, as the chunk of a 0 may be. InputError for others."""
     warnings = []
     for name, values in axes.items():
         absent = absent_chunks(path, name)
@@ -118,13 +119,13 @@ def _absent_samples(path, dims, axes, kept):
     """
     absent = absent_samples(path, "field", [kept[name] for name in dims])
     if not absent.any():
-        if more := absent_chunks(path, "field"):
-            print(f"{path}: {more} chunk(s) of the field are absent, none with samples of this sweep")
+        if absent_count := absent_chunks(path, "field"):
+            print(f"{path}: {absent_count} chunk(s) of the field are absent, none with samples of this sweep")
         return []
     absent = xr.DataArray(absent, dims=dims).expand_dims([*axes.keys() - {*dims}]).transpose(*COORDINATES).values
     copolarized = np.array([way[0] == way[1] for way in axes["polarization"][kept["polarization"]]])
-    for kind, of in (("co", copolarized), ("cross", ~copolarized)):
-        lost = absent & of[:, None, None, None]
+    for kind, of_kind in (("co", copolarized), ("cross", ~copolarized)):
+        lost = absent & of_kind[:, None, None, None]
         if not lost.any():
             continue
         first = {name: kept[name][place] for name, place in zip(axes, np.argwhere(lost)[0], strict=True)}
@@ -133,28 +134,28 @@ def _absent_samples(path, dims, axes, kept):
         inside = {name: np.arange(len(values))[spans.get(name, slice(None))] for name, values in axes.items()}
         inside = {name: axes[name][np.intersect1d(kept[name], places)] for name, places in inside.items()}
         ways = [way for way in inside.pop("polarization") if (way[0] == way[1]) == (kind == "co")]
-        at = ", ".join(f"{name} {text(name, *values)}" for name, values in inside.items())
-        said = (
-            f"{path}: a chunk of {file} is absent, with {', '.join(ways)} at {at}; in all {lost.sum()} of the sweep's "
-            f"{absent[of].size} {kind}-polarized samples. {LEFT_OUT}"
+        place = ", ".join(f"{name} {text(name, *values)}" for name, values in inside.items())
+        sentence = (
+            f"{path}: a chunk of {file} is absent, with {', '.join(ways)} at {place}; in all {lost.sum()} of the "
+            f"sweep's {absent[of_kind].size} {kind}-polarized samples. {LEFT_OUT}"
         )
         if kind == "co":
-            raise InputError(f"{said}. {WHOLE}")
-    return [f"{said}: these are taken as 0."]
+            raise InputError(f"{sentence}. {WHOLE}")
+    return [f"{sentence}: these are taken as 0."]
 
 
 def _once(path, samples, axis, numbers, values):
     """The samples with one place for each number along an axis, in order. InputError if two of a number differ."""
     kinds, first = np.unique(numbers, return_index=True)
     name = [*COORDINATES][axis]
-    for other in np.setdiff1d(np.arange(len(numbers)), first):
-        same = first[np.searchsorted(kinds, numbers[other])]
-        one, two = (np.moveaxis(samples.take([place], axis), 0, -1) for place in (same, other))
-        if differ(two, one).any():
-            which = [values[same], values[other]]
-            both = " and ".join(map(str, which)) if name == "polarization" else text(name, *which)
-            gap = 100 * np.linalg.norm(two - one) / max(np.linalg.norm(one), 1e-30)
+    for repeat in np.setdiff1d(np.arange(len(numbers)), first):
+        same = first[np.searchsorted(kinds, numbers[repeat])]
+        first_field, repeat_field = (np.moveaxis(samples.take([place], axis), 0, -1) for place in (same, repeat))
+        if differ(repeat_field, first_field).any():
+            places = [values[same], values[repeat]]
+            pair_text = " and ".join(map(str, places)) if name == "polarization" else text(name, *places)
+            gap = 100 * np.linalg.norm(repeat_field - first_field) / max(np.linalg.norm(first_field), 1e-30)
             raise InputError(
-                f"{path}: {name} {both} are one place, and the fields there differ by {gap:.3g} %; leave one out."
+                f"{path}: {name} {pair_text} are one place, and the fields there differ by {gap:.3g} %; leave one out."
             )
     return samples.take(first, axis)

@@ -1,7 +1,7 @@
 """Interpolate backscatter between the azimuths of a sweep, by its bandwidth.
 
 On a ring of constant elevation the excitation of a target within `reach` of the origin has the orders exp(j m az) with
-|m| up to M (see `sampling`), and backscatter, which is quadratic in it, those up to 2 M. Samples that are dense enough
+|m| up to M (see `directions`), and backscatter, which is quadratic in it, orders up to 2 M. Samples dense enough
 determine it everywhere between them. Samples of a whole circle do so exactly; for an arc or a list the series of least
 norm through the samples is taken, which is less exact in the gap at either end: 5e-5 of the peak was seen.
 """
@@ -42,7 +42,7 @@ def is_dense(azimuth, highest):
     return bool(step * (2 * highest + 1) <= 360 + 1e-9)
 
 
-def between(azimuth, field, highest, at):
+def between(azimuth, field, highest, wanted):
     """Backscatter at azimuths `at` (B,) from that at `azimuth` (A,), both degrees. field: (..., A); returns (..., B).
 
     The series of least norm with orders up to `highest` that passes through the samples.
@@ -53,4 +53,4 @@ def between(azimuth, field, highest, at):
         return np.exp(1j * np.deg2rad(np.outer(angle, orders)))
 
     series, *_ = np.linalg.lstsq(waves(azimuth), np.moveaxis(field, -1, 0).reshape(len(azimuth), -1), rcond=CUT)
-    return np.moveaxis((waves(at) @ series).reshape(len(at), *field.shape[:-1]), 0, -1)
+    return np.moveaxis((waves(wanted) @ series).reshape(len(wanted), *field.shape[:-1]), 0, -1)

@@ -13,17 +13,17 @@ KEYS = {"frequency": "radar", "elevation": "aspect.elevation", "azimuth": "aspec
 SAME = 1e-4  # relative: samples of one place that agree so well count as one, as at both ends of a closed circle
 
 
-def apart(name, one, other):
+def apart(name, values, reference):
     """Distances of values of an axis in the terms of its tolerance: relative to the second, or degrees."""
     if name == "frequency":
-        return np.abs(one - other) / other
-    return np.abs((one - other + 180) % 360 - 180) if name == "azimuth" else np.abs(one - other)
+        return np.abs(values - reference) / reference
+    return np.abs((values - reference + 180) % 360 - 180) if name == "azimuth" else np.abs(values - reference)
 
 
 def find(where, name, given, wanted):
-    """Number the places of an axis: those of the given values, -1 for one that is not wanted, and of the wanted ones.
+    """Number the places of an axis: of the given values, -1 for one that is not wanted, and of the wanted ones.
 
-    Values of one place have one number, that of the first wanted there. Raises InputError if a wanted one is not given.
+    Values of one place have one number, of the first wanted one there. Raises InputError if a wanted one is not given.
     """
     check_elevations(where, given if name == "elevation" else ())
     near = apart(name, given, wanted[:, None]) < TOLERANCES[name]
@@ -65,15 +65,15 @@ def once(numbers, amplitudes, where, what, hint=""):
     _, first, group = np.unique(np.stack(numbers, axis=-1), axis=0, return_index=True, return_inverse=True)
     different = np.flatnonzero(differ(amplitudes, amplitudes[first[group]]))
     if len(different):
-        one, other = first[group[different[0]]], different[0]
-        raise InputError(f"{where(other)}: another {what} for the frequency and direction of {where(one)}.{hint}")
+        earlier, later = first[group[different[0]]], different[0]
+        raise InputError(f"{where(later)}: another {what} for the frequency and direction of {where(earlier)}.{hint}")
     return np.sort(first)
 
 
-def differ(amplitudes, others):
+def differ(amplitudes, references):
     """Tell of which places, all axes but the last, amplitudes are not the same; NaN is the same as NaN."""
-    size, gap = (np.linalg.norm(of, axis=-1) for of in (others, amplitudes - others))
-    return ~(gap <= SAME * size) & ~(np.isnan(amplitudes).any(axis=-1) & np.isnan(others).any(axis=-1))
+    size, gap = (np.linalg.norm(difference, axis=-1) for difference in (references, amplitudes - references))
+    return ~(gap <= SAME * size) & ~(np.isnan(amplitudes).any(axis=-1) & np.isnan(references).any(axis=-1))
 
 
 def check_elevations(where, elevation):

@@ -78,7 +78,7 @@ def percentiles(target, table):
 
     def measures(part):
         level = part["rcs_dbsm"].to_numpy()
-        found = dict(zip([f"p{p}_dbsm" for p in PERCENTS], np.percentile(level, PERCENTS), strict=True))
-        return found | {"mean_dbsm": 10 * np.log10(np.mean(10 ** (level / 10))), "max_dbsm": level.max()}
+        levels = dict(zip([f"p{p}_dbsm" for p in PERCENTS], np.percentile(level, PERCENTS), strict=True))
+        return levels | {"mean_dbsm": 10 * np.log10(np.mean(10 ** (level / 10))), "max_dbsm": level.max()}
 
     return by_frequency(target, table, measures)

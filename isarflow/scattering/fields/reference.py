@@ -22,7 +22,7 @@ def is_csv(reference):
 def several(frequency, elevation, azimuth, polarization):
     """Names of the columns that a CSV needs for a run with these values: those in which the run has several."""
     values = zip((*WANTED, "polarization"), (frequency, elevation, azimuth, polarization), strict=True)
-    return [name for name, mine in values if len(set(mine)) > 1]
+    return [name for name, column_values in values if len(set(column_values)) > 1]
 
 
 def _rows(path):
@@ -82,31 +82,31 @@ def _value(name, word, where):
 def check_frequencies(path, frequency):
     """Raise InputError for a CSV whose `frequency_hz` has none between the first and the last of the run's (Hz)."""
     first, last = frequency[0] * (1 - 1e-6), frequency[-1] * (1 + 1e-6)
-    rows, found = _rows(path), []
+    rows, frequencies = _rows(path), []
     names = next(rows)[1]
     for _, cells in rows if "frequency_hz" in names else ():
         with contextlib.suppress(IndexError, ValueError):  # reported with its line when it is read
-            found.append(number(cells[names.index("frequency_hz")]))
-        if found and first <= found[-1] <= last:
+            frequencies.append(number(cells[names.index("frequency_hz")]))
+        if frequencies and first <= frequencies[-1] <= last:
             return  # most often the first row: this is read before every run
-    if found:
-        hint = " They look like GHz." if any(first <= 1e9 * one <= last for one in found) else ""
+    if frequencies:
+        hint = " They look like GHz." if any(first <= 1e9 * value <= last for value in frequencies) else ""
         raise InputError(
-            f"{path}: its frequency_hz, {min(found):g} to {max(found):g}, has none of the run's, {frequency[0]:g} to "
-            f"{frequency[-1]:g} Hz.{hint}"
+            f"{path}: its frequency_hz, {min(frequencies):g} to {max(frequencies):g}, has none of the run's, "
+            f"{frequency[0]:g} to {frequency[-1]:g} Hz.{hint}"
         )
 
 
 def check_columns(path, needed):
     """Return the columns of a CSV. InputError for another file, and for one without rcs_dbsm and those `needed`."""
-    _, there = next(_rows(path), (1, []))
-    missing = [name for name in (LEVEL, *needed) if name not in there]
+    _, columns = next(_rows(path), (1, []))
+    missing = [name for name in (LEVEL, *needed) if name not in columns]
     if missing:
-        hint = " Separate columns by commas." if len(there) == 1 and {";", "\t"} & set(there[0]) else ""
+        hint = " Separate columns by commas." if len(columns) == 1 and {";", "\t"} & set(columns[0]) else ""
         raise InputError(
-            f"{path}: no column {', '.join(missing)}; there are {', '.join(there) or 'none'}.{hint} A reference has "
+            f"{path}: no column {', '.join(missing)}; there are {', '.join(columns) or 'none'}.{hint} A reference has "
             f"rcs_dbsm, and {', '.join(WANTED)} and polarization where the run has several."
         )
-    if twice := [name for name in (LEVEL, *WANTED, "polarization") if there.count(name) > 1]:
+    if twice := [name for name in (LEVEL, *WANTED, "polarization") if columns.count(name) > 1]:
         raise InputError(f"{path}: there is more than one column {', '.join(twice)}; leave one.")
-    return there
+    return columns

@@ -36,9 +36,9 @@ def write_field(store_path, field, polarizations, frequency, elevation, azimuth,
     dims, name = list(dict.fromkeys(axes.values())), "backscatter amplitude"
     if receivers:
         dims, name = [*dims, "receiver"], "bistatic amplitude"
-        for angle, of in zip(("elevation", "azimuth"), receivers, strict=True):
+        for angle, degrees in zip(("elevation", "azimuth"), receivers, strict=True):
             attributes = {"units": "degrees", "long_name": f"{angle} of the receiver"}
-            coordinates[f"receiver_{angle}"] = ("receiver", of, attributes)
+            coordinates[f"receiver_{angle}"] = ("receiver", degrees, attributes)
     dataset = xr.Dataset(
         {"field": (dims, field, {"units": "m", "long_name": name})},
         coords=coordinates,
@@ -59,8 +59,8 @@ def join_bands(band_paths, store_path, attrs=None):
 
 def versions(*packages):
     """The versions of Python and of these packages, for a store's attributes."""
-    found = {name: importlib.metadata.version(name) for name in packages}
-    return {"python": platform.python_version()} | found
+    installed = {name: importlib.metadata.version(name) for name in packages}
+    return {"python": platform.python_version()} | installed
 
 
 def _write(dataset, path):

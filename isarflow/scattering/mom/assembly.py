@@ -6,7 +6,7 @@ Galerkin's method with exp(+j omega t) on an integral equation of `operators`; o
 
 (Harrington, Field Computation by Moment Methods, ch. 3; Rao, Wilton, Glisson 1982, eq. 17). Every tile is first
 integrated between half functions with three points a triangle; for near triangles this is replaced by the operator's
-own, finer integrals; then half functions are gathered into RWG functions (see `kernels`). For mirror planes the
+own, finer integrals; then half functions are gathered into RWG functions (see `tiles`). For mirror planes the
 sources are also taken at their images; the sums with the characters of the group give one matrix per parity (see
 `basis`).
 """
@@ -18,22 +18,22 @@ import numpy as np
 
 from isarflow.scattering.checks import finite
 from isarflow.scattering.mom.basis import by_half
-from isarflow.scattering.mom.factorization import Pool
-from isarflow.scattering.mom.green import TINY
+from isarflow.scattering.mom.green import TINY_METRES
 from isarflow.scattering.mom.quadrature import RULES
-from isarflow.scattering.mom.tiles import TILE, tile
+from isarflow.scattering.mom.tiles import TILE_TRIANGLES, tile
+from isarflow.scattering.threads import Pool
 
 
 @dataclass(frozen=True)
 class Block:
-    """The functions that begin on the triangles of a patch, or others on no more than TILE triangles.
+    """The functions that begin on the triangles of a patch, or others on no more than TILE_TRIANGLES triangles.
 
     spans, halves and signs have an item for each parity.
     """
 
     triangles: np.ndarray  # (U,) those that the functions touch, in any parity
     spans: list  # the functions, a slice of all; or of the chosen ones
-    halves: list  # (n, 2) half functions, TILE i + place in `triangles`
+    halves: list  # (n, 2) half functions, TILE_TRIANGLES i + place in `triangles`
     signs: list  # (n, 2)
 
 
@@ -45,7 +45,7 @@ def blocks_of(bases, patches):
         begin, end = runs.pop()
         spans = [slice(*np.searchsorted(f, [begin, end]).tolist()) for f in first]
         block = replace(block_of(bases, spans), spans=spans)
-        if len(block.triangles) <= TILE:
+        if len(block.triangles) <= TILE_TRIANGLES:
             blocks.append(block)
         else:
             middle = (begin + end) // 2
@@ -54,12 +54,14 @@ def blocks_of(bases, patches):
 
 
 def block_of(bases, numbers):
-    """The Block of chosen functions, `numbers` or a slice of each parity, on no more than TILE triangles."""
-    chosen = [basis.halves[own] for basis, own in zip(bases, numbers, strict=True)]
+    """The Block of chosen functions, `numbers` or a slice of each parity, on no more than TILE_TRIANGLES triangles."""
+    chosen = [basis.halves[chosen_numbers] for basis, chosen_numbers in zip(bases, numbers, strict=True)]
     used = np.unique(np.concatenate([halves.reshape(-1) // 3 for halves in chosen]))
-    halves = [mine % 3 * TILE + np.searchsorted(used, mine // 3) for mine in chosen]
-    signs = [basis.signs[own] for basis, own in zip(bases, numbers, strict=True)]
-    return Block(used, [slice(0, len(mine)) for mine in chosen], halves, signs)
+    halves = [
+        chosen_halves % 3 * TILE_TRIANGLES + np.searchsorted(used, chosen_halves // 3) for chosen_halves in chosen
+    ]
+    signs = [basis.signs[chosen_numbers] for basis, chosen_numbers in zip(bases, numbers, strict=True)]
+    return Block(used, [slice(0, len(chosen_halves)) for chosen_halves in chosen], halves, signs)
 
 
 class Entries:
@@ -73,20 +75,20 @@ class Entries:
         self.operator, self.surface, self.bases, self.near, self.dtype = operator, surface, bases, near, dtype
         self.real = np.float32 if dtype == np.complex64 else np.float64
         self.wavenumber, alpha = wavenumber, operator.ALPHA
-        scales = wavenumber / (2 * np.pi), 4 / wavenumber**2, TINY**2, 1 / 2, 1, wavenumber, alpha
+        scales = wavenumber / (2 * np.pi), 4 / wavenumber**2, TINY_METRES**2, 1 / 2, 1, wavenumber, alpha
         self.constants = np.array([*scales, (1 - alpha) / wavenumber, 1 / 6], self.real)
         self.characters = surface.parities.astype(self.real)
         self.blocks = [Placed(block, surface, self.real) for block in blocks_of(bases, surface.patches)]
         self.corrections = self._corrections(threads)  # now, before there are threads that would each compute them
 
     def _corrections(self, threads):
-        """Corrections of the three points a triangle between near pairs, in the form of `kernels.tile`."""
-        count, every = len(self.surface.vertices), self.near.pairs
+        """Corrections of the three points a triangle between near pairs, in the form of `tiles.tile`."""
+        count, image_pairs = len(self.surface.vertices), self.near.pairs
         values = self.operator.corrections(self.near, self.surface, self.wavenumber, self.real, threads)
         values = np.concatenate(values).reshape(-1, 9)
-        fields = np.concatenate([g * count + pairs[:, 0] for g, pairs in enumerate(every)])
-        begins = np.searchsorted(fields, count * np.arange(len(every))[:, None] + np.arange(count + 1))
-        sources = np.concatenate([pairs[:, 1] for pairs in every])
+        fields = np.concatenate([g * count + pairs[:, 0] for g, pairs in enumerate(image_pairs)])
+        begins = np.searchsorted(fields, count * np.arange(len(image_pairs))[:, None] + np.arange(count + 1))
+        sources = np.concatenate([pairs[:, 1] for pairs in image_pairs])
         values = np.concatenate([values.real, values.imag], 1, dtype=self.real)
         return begins, sources, values
 
@@ -101,7 +103,7 @@ class Entries:
         return [entries[slice(*pair)].reshape(shape) for pair, shape in zip(pairwise(ends), shapes, strict=True)]
 
     def rows(self, numbers):
-        """Whole rows of every parity's matrix, (len(numbers), N), of functions on no more than TILE triangles."""
+        """Whole rows of every parity's matrix, (len(numbers), N), of functions on at most TILE_TRIANGLES triangles."""
         row = Placed(block_of(self.bases, numbers), self.surface, self.real)
         wholes = zip(*(self.between(row, col) for col in self.blocks), strict=True)
         return [np.concatenate(whole, axis=1) for whole in wholes]
@@ -130,7 +132,7 @@ def assemble(entries, matrices, threads=1, progress=lambda done: None):
 
 
 class Placed:
-    """A Block's triangles, spans and arrays for `kernels.tile`: as rows at the identity, as columns at all images."""
+    """A Block's triangles, spans and arrays for `tiles.tile`: as rows at the identity, as columns at all images."""
 
     def __init__(self, block, surface, real):
         self.spans, self.triangles = block.spans, block.triangles
@@ -138,16 +140,17 @@ class Placed:
         center = corners.mean(1)
         nu, points = corners - center[:, None], RULES[3][0] @ corners
         # (rho_a - nu_i) . rho_a with rho_a = nu_a / 2
-        own = (nu**2).sum(2)[:, :, None] / 4 - np.einsum("tax,tix->tai", nu, nu) / 2
+        corner_products = (nu**2).sum(2)[:, :, None] / 4 - np.einsum("tax,tix->tai", nu, nu) / 2
         halves, signs = np.concatenate(block.halves), np.concatenate(block.signs)
-        triangle, corner = halves % TILE, halves // TILE
+        triangle, corner = halves % TILE_TRIANGLES, halves // TILE_TRIANGLES
         weights = signs * lengths[triangle, corner] / 6  # half functions lack their l / 6
         ends = np.cumsum([0, *map(len, block.halves)])
         starts, functions, of_rows = by_half(3 * triangle + corner, weights, np.diff(ends), 3 * len(corners))
-        geometry = (np.ascontiguousarray(x, real) for x in (points, nu, center, surface.normals[block.triangles], own))
+        geometry = points, nu, center, surface.normals[block.triangles], corner_products
+        geometry = (np.ascontiguousarray(x, real) for x in geometry)
         self.rows = block.triangles, *geometry, starts, functions, of_rows.astype(real), ends
         vectors = np.concatenate([points, nu, corners], 1) * surface.reflections[:, None, None]  # (G, T, 9, 3)
-        sources = np.zeros((len(vectors), 27, TILE), real)
+        sources = np.zeros((len(vectors), 27, TILE_TRIANGLES), real)
         sources[:, :, : len(corners)] = vectors.reshape(*vectors.shape[:2], 27).swapaxes(1, 2)
         columns = sources.reshape(len(sources), -1), block.triangles
         self.cols = *columns, halves.T.astype(np.uint32), np.ascontiguousarray(weights.T, real), ends

@@ -26,8 +26,8 @@ from scipy.spatial import cKDTree
 from isarflow.core.errors import InputError
 from isarflow.mesh import topology
 
-PATCH = 330  # triangles of a patch: with its neighbours it fills a tile of the matrix (see `assembly`)
-MIRRORED = 1e-3  # mean edges between a triangle's middle and its mirror image's, at most
+PATCH_TRIANGLES = 330  # triangles of a patch: with its neighbours it fills a tile of the matrix (see `assembly`)
+MIRRORED_EDGES = 1e-3  # mean edges between a triangle's middle and its mirror image's, at most
 AXES = {"yz": 0, "xz": 1, "xy": 2}  # mirror plane -> the coordinate that changes sign
 
 
@@ -92,7 +92,7 @@ def fundamental_domain(vertices, triangles, symmetry):
                 f"side, {lower.sum() - inside.sum()} on the other, {(~(upper | lower)).sum()} across it."
             )
         _check_images(corners[upper & ~inside], corners[lower & ~inside], plane)
-    patches = _patches(corners[kept].mean(1), -(-kept.sum() // PATCH))
+    patches = _patches(corners[kept].mean(1), -(-kept.sum() // PATCH_TRIANGLES))
     order = np.flatnonzero(kept)[np.concatenate(patches)]
     axes, bounds = sorted({AXES[plane] for plane in symmetry}), np.cumsum([0, *map(len, patches)]).tolist()
     return Surface(corners[order], np.asarray(triangles, np.int64)[order], tuple(axes), tuple(bounds))
@@ -103,9 +103,9 @@ def _check_images(upper, lower, plane):
     middles, images = upper.mean(1), lower.mean(1) * np.where(np.arange(3) == AXES[plane], -1.0, 1.0)
     if len(upper) == 0:
         return
-    limit = MIRRORED * np.linalg.norm(upper - np.roll(upper, 1, axis=1), axis=2).mean()
-    for these, others in ((middles, images), (images, middles)):
-        apart = cKDTree(others).query(these)[0]
+    limit = MIRRORED_EDGES * np.linalg.norm(upper - np.roll(upper, 1, axis=1), axis=2).mean()
+    for queried, candidates in ((middles, images), (images, middles)):
+        apart = cKDTree(candidates).query(queried)[0]
         if apart.max() > limit:
             raise InputError(
                 f"the mesh is not symmetric about the plane {plane}: the mirror image of its triangle near "
@@ -145,9 +145,9 @@ def _patches(points, parts):
     def bisect(numbers, parts):
         if parts == 1:
             return [numbers]
-        here = points[numbers]
-        axis = np.argmax(np.ptp(here, axis=0))
-        numbers = numbers[np.argsort(here[:, axis], kind="stable")]
+        part = points[numbers]
+        axis = np.argmax(np.ptp(part, axis=0))
+        numbers = numbers[np.argsort(part[:, axis], kind="stable")]
         cut = len(numbers) * (parts // 2) // parts
         return bisect(numbers[:cut], parts // 2) + bisect(numbers[cut:], parts - parts // 2)
 

@@ -17,15 +17,16 @@ import numpy as np
 from scipy import sparse
 
 from isarflow.scattering.mom.assembly import Block, Placed, block_of
-from isarflow.scattering.mom.factorization import Pool
 from isarflow.scattering.mom.lowrank import RANDOM, compress
-from isarflow.scattering.mom.tiles import TILE
+from isarflow.scattering.mom.tiles import TILE_TRIANGLES
+from isarflow.scattering.threads import Pool
 
-SAMPLES = 32  # triangles of a patch
-CHECKS = SAMPLES // 2  # functions of a patch, on two triangles each
-PATCHES = TILE // SAMPLES  # of a panel
-# Singular values of W count down to this share of the tolerance, or to the rounding of W's norm in single precision.
-DAMPING, ROUNDING = 0.003, 2e-7
+SAMPLED_TRIANGLES = 32  # triangles of a patch
+CHECK_FUNCTIONS = SAMPLED_TRIANGLES // 2  # functions of a patch, on two triangles each
+PANEL_PATCHES = TILE_TRIANGLES // SAMPLED_TRIANGLES  # of a panel
+# Singular values of W count down to the larger of these.
+DAMPING_SHARE = 0.003  # of the tolerance
+ROUNDING_SHARE = 2e-7  # of W's norm, the rounding in single precision
 
 
 def fill(entries, matrices, tolerance, threads, progress=lambda done: None):
@@ -42,15 +43,16 @@ def fill(entries, matrices, tolerance, threads, progress=lambda done: None):
             matrix.tiles[i, j] = (block.copy(), None) if kept else _from_whole(block, matrix.cut)
         return 1, 1
 
-    def far(j, here, there, columns, crossing, exact):
-        """Fill the tiles of a column j of panel `here` in the rows of panel `there`: how many, and how many whole."""
-        rows, failed = entries.between(placed[j], there.placed), 0
-        numbers = [i for i in there.patches if i > j and (i, j) not in near]
+    def far(j, col_panel, row_panel, columns, crossing, exact):
+        """Fill the tiles of a column j of `col_panel` in the rows of `row_panel`: how many, and how many whole."""
+        rows, failed = entries.between(placed[j], row_panel.placed), 0
+        numbers = [i for i in row_panel.patches if i > j and (i, j) not in near]
         for i in numbers:
-            at, tiles = (there.patches[i], here.patches[j]), []
+            places, tiles = (row_panel.patches[i], col_panel.patches[j]), []
             for p, matrix in enumerate(matrices):
-                samples = columns[i][p][:, at[1]], rows[p][:, at[0]].T, crossing[p][at]
-                checked, true = (there.checks[i][p], here.checks[j][p]), exact[p][there.places[i], here.places[j]]
+                samples = columns[i][p][:, places[1]], rows[p][:, places[0]].T, crossing[p][places]
+                checked = row_panel.checks[i][p], col_panel.checks[j][p]
+                true = exact[p][row_panel.places[i], col_panel.places[j]]
                 tiles.append(_from_samples(*samples, checked, true, matrix.cut))
             if any(tile is None for tile in tiles):
                 failed += 1
@@ -67,16 +69,17 @@ def fill(entries, matrices, tolerance, threads, progress=lambda done: None):
         for matrix in matrices:
             norms = [norm for norm in pool.map(_norm, matrix.diagonal) if norm]
             matrix.cut = tolerance * float(np.median(norms or [0.0]))
-        for number, here in enumerate(panels):
-            below = range(PATCHES * number, count)
-            columns = pool.map(lambda i, here=here: entries.between(placed[i], here.placed), below)
+        for number, col_panel in enumerate(panels):
+            below = range(PANEL_PATCHES * number, count)
+            columns = pool.map(lambda i, panel=col_panel: entries.between(placed[i], panel.placed), below)
             columns, tasks = dict(zip(below, columns, strict=True)), []
-            for there in panels[number:]:
-                crossing = entries.between(there.placed, here.placed)
-                exact = entries.between(there.checking, here.checking)
-                tasks += [pool.submit(far, j, here, there, columns, crossing, exact) for j in here.patches]
+            for row_panel in panels[number:]:
+                crossing = entries.between(row_panel.placed, col_panel.placed)
+                exact = entries.between(row_panel.checking, col_panel.checking)
+                given = col_panel, row_panel, columns, crossing, exact
+                tasks += [pool.submit(far, j, *given) for j in col_panel.patches]
             # Near tiles have a high rank: they are compressed with their updates. The first column has none.
-            tasks += [pool.submit(whole, *pair, pair[1] > 0) for pair in near if pair[1] in here.patches]
+            tasks += [pool.submit(whole, *pair, pair[1] > 0) for pair in near if pair[1] in col_panel.patches]
             for task in tasks:
                 filled, failed = task.result()
                 done, wholes = done + filled, wholes + failed
@@ -87,8 +90,8 @@ def fill(entries, matrices, tolerance, threads, progress=lambda done: None):
 class _Panel:
     """Samples of some patches, and functions that check their tiles, each as a placed Block.
 
-    placed: half functions of the samples, `patches[number]` those of a patch; checking: the functions,
-    `places[number]` those of a patch, which are `checks[number]` of each parity within its span
+    placed: half functions of the samples, `patches[number]` the part of a patch; checking: the functions,
+    `places[number]` the part of a patch; its functions are numbers `checks[number]` of each parity within its span
     """
 
     def __init__(self, entries, checks):
@@ -96,7 +99,9 @@ class _Panel:
         ends = np.cumsum([0, *map(len, sampled)]).tolist()
         self.patches = {n: slice(3 * a, 3 * b) for n, (a, b) in zip(checks, pairwise(ends), strict=True)}
         # Triangle by triangle, so that the first of a patch's samples are a sample of fewer triangles.
-        of_patches = [(TILE * np.arange(3) + np.arange(*pair)[:, None]).reshape(-1) for pair in pairwise(ends)]
+        of_patches = [
+            (TILE_TRIANGLES * np.arange(3) + np.arange(*pair)[:, None]).reshape(-1) for pair in pairwise(ends)
+        ]
         halves = np.repeat(np.concatenate(of_patches)[:, None], 2, 1)
         parities, signs = len(entries.bases), np.tile([1.0, 0.0], (len(halves), 1))
         spans = [slice(0, len(halves))] * parities
@@ -104,35 +109,35 @@ class _Panel:
         self.placed = Placed(block, entries.surface, entries.real)
         numbers = [np.concatenate(of_parity) for of_parity in zip(*checks.values(), strict=True)]
         self.checking = Placed(block_of(entries.bases, numbers), entries.surface, entries.real)
-        ends = np.cumsum([0, *(len(own[0]) for own in checks.values())]).tolist()
+        ends = np.cumsum([0, *(len(of_parities[0]) for of_parities in checks.values())]).tolist()
         self.places = {n: slice(*pair) for n, pair in zip(checks, pairwise(ends), strict=True)}
         self.checks = {
-            n: [numbers - span.start for numbers, span in zip(own, entries.blocks[n].spans, strict=True)]
-            for n, own in checks.items()
+            n: [numbers - span.start for numbers, span in zip(of_parities, entries.blocks[n].spans, strict=True)]
+            for n, of_parities in checks.items()
         }
 
 
 def _panels(entries):
-    """A _Panel for every PATCHES patches, each checked by evenly chosen functions, the same for all parities."""
+    """A _Panel for every PANEL_PATCHES patches, each checked by evenly chosen functions, the same for all parities."""
     # A function of two halves exists in every parity that has both its triangles.
     keys = [basis.halves @ [3 * len(entries.surface.vertices), 1] for basis in entries.bases]
     shared = np.logical_and.reduce([np.isin(keys[0], key) for key in keys])
     checks = []
     for block in entries.blocks:
-        own = keys[0][block.spans[0]][shared[block.spans[0]]]
-        own = own[np.linspace(0, len(own) - 1, min(CHECKS, len(own))).astype(int)]
-        checks.append([np.flatnonzero(np.isin(key, own)) for key in keys])
+        checking = keys[0][block.spans[0]][shared[block.spans[0]]]
+        checking = checking[np.linspace(0, len(checking) - 1, min(CHECK_FUNCTIONS, len(checking))).astype(int)]
+        checks.append([np.flatnonzero(np.isin(key, checking)) for key in keys])
     numbered = list(enumerate(checks))
-    return [_Panel(entries, dict(numbered[n : n + PATCHES])) for n in range(0, len(numbered), PATCHES)]
+    return [_Panel(entries, dict(numbered[n : n + PANEL_PATCHES])) for n in range(0, len(numbered), PANEL_PATCHES)]
 
 
 def _spread(surface, triangles):
-    """Choose SAMPLES of the triangles, each as far as possible from those before it."""
+    """Choose SAMPLED_TRIANGLES of the triangles, each as far as possible from those before it."""
     if len(triangles) == 0:  # of a patch without functions
         return triangles
     centers, chosen = surface.vertices[triangles].mean(1), []
     farthest, apart = np.linalg.norm(centers - centers.mean(0), axis=1), np.inf
-    for _ in range(min(SAMPLES, len(triangles))):
+    for _ in range(min(SAMPLED_TRIANGLES, len(triangles))):
         chosen.append(int(farthest.argmax()))
         farthest = apart = np.minimum(apart, np.linalg.norm(centers - centers[chosen[-1]], axis=1))
     return triangles[chosen]
@@ -146,10 +151,10 @@ def _from_samples(columns, rows, crossing, checked, exact, cut):
     crossing, width = crossing.astype(np.complex128), rows.shape[1]
     most = 2 * cut * np.sqrt(exact.size / (len(columns) * width))
     for quarters in (2, 3):
-        (here, out_here), (there, out_there) = (_few(count, quarters) for count in crossing.shape)
-        c, r, inverse = columns[:, there], rows[here], _inverse(crossing[here, there], cut)
-        of_rows = rows[out_here] - (crossing[out_here, there] @ inverse).astype(np.complex64) @ r
-        of_columns = columns[:, out_there] - c @ (inverse @ crossing[here, out_there]).astype(np.complex64)
+        (row_samples, more_rows), (col_samples, more_cols) = (_few(count, quarters) for count in crossing.shape)
+        c, r, inverse = columns[:, col_samples], rows[row_samples], _inverse(crossing[row_samples, col_samples], cut)
+        of_rows = rows[more_rows] - (crossing[more_rows, col_samples] @ inverse).astype(np.complex64) @ r
+        of_columns = columns[:, more_cols] - c @ (inverse @ crossing[row_samples, more_cols]).astype(np.complex64)
         follow = all(np.linalg.norm(left) <= cut for left in (of_rows, of_columns))  # not so with a NaN
         if follow and np.linalg.norm(exact - c[checked[0]] @ (inverse @ r[:, checked[1]])) < most:
             break
@@ -173,7 +178,7 @@ def _few(count, quarters):
 def _inverse(crossing, cut):
     """W^+."""
     adjoint = crossing.conj().T
-    damping = max(DAMPING * cut, ROUNDING * np.linalg.norm(crossing)) ** 2 or 1.0  # where W is zero
+    damping = max(DAMPING_SHARE * cut, ROUNDING_SHARE * np.linalg.norm(crossing)) ** 2 or 1.0  # where W is zero
     # SciPy's routines would keep other threads waiting.
     return np.linalg.solve(adjoint @ crossing + damping * np.eye(len(adjoint)), adjoint)
 

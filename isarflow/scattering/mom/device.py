@@ -16,7 +16,8 @@ import numpy as np
 from isarflow.core.errors import InputError
 from isarflow.scattering.mom.factorization import SymmetricMatrix
 
-SIZE, COLUMNS = 1024, 256  # matrices and numbers of right sides are multiples of these
+SIZE_STEP = 1024  # sizes of matrices are multiples of it
+COLUMNS_STEP = 256  # numbers of right sides are multiples of it
 
 
 def give_back():
@@ -46,7 +47,9 @@ class OnDevice:
     def factorize(self, threads=1, progress=lambda done: None):
         """Factorize the whole matrix by LU on JAX's device. `threads` are not used."""
         try:
-            self.factors = jax.block_until_ready(jax.scipy.linalg.lu_factor(self._move(), overwrite_a=True))
+            # Also for single precision: what XLA compiles is the same for all settings of a process.
+            with jax.enable_x64(True):
+                self.factors = jax.block_until_ready(jax.scipy.linalg.lu_factor(self._move(), overwrite_a=True))
         except jax.errors.JaxRuntimeError as error:
             if "RESOURCE_EXHAUSTED" not in str(error):
                 raise
@@ -63,13 +66,14 @@ class OnDevice:
 
     def solve(self, right, threads=1):
         """A^-1 right, (N, D)."""
-        padded = np.zeros((len(self.factors[1]), _round_up(right.shape[1], COLUMNS)), self.dtype)
+        padded = np.zeros((len(self.factors[1]), _round_up(right.shape[1], COLUMNS_STEP)), self.dtype)
         padded[: self.size, : right.shape[1]] = right
-        return np.array(jax.scipy.linalg.lu_solve(self.factors, padded))[: self.size, : right.shape[1]]
+        with jax.enable_x64(True):
+            return np.array(jax.scipy.linalg.lu_solve(self.factors, padded))[: self.size, : right.shape[1]]
 
     def _move(self):
-        """The enlarged matrix on the device, strip by strip; those of the host are dropped."""
-        symmetric, size, begin = isinstance(self.matrix, SymmetricMatrix), _round_up(self.size, SIZE), 0
+        """The enlarged matrix on the device, strip by strip; the host's strips are dropped."""
+        symmetric, size, begin = isinstance(self.matrix, SymmetricMatrix), _round_up(self.size, SIZE_STEP), 0
         strips, whole = self.matrix.blocks if symmetric else self.matrix.columns, jnp.zeros((size, size), self.dtype)
         while strips:
             strip = strips.pop(0)
@@ -88,7 +92,7 @@ def _write(whole, rows, begin):
 
 @partial(jax.jit, static_argnums=2)
 def _complete(rows, size, symmetric):
-    """The matrix from the rows of its lower triangle, or from those of its transpose; beyond `size` the identity."""
+    """The matrix from the rows of its lower triangle, or from the rows of its transpose; beyond `size` the identity."""
     row, col = (jax.lax.broadcasted_iota(jnp.int32, rows.shape, axis) for axis in (0, 1))
     whole = jnp.where(row < col, rows.T, rows) if symmetric else rows.T
     return jnp.where((row == col) & (row >= size), 1, whole)

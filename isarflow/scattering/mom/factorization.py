@@ -13,17 +13,17 @@ The work is cut into products of fixed size, each done by one thread in a fixed 
 last bit does not depend on how many threads there are. (A product that BLAS itself splits between threads does.)
 """
 
-from concurrent.futures import ThreadPoolExecutor
-from functools import cache
 from itertools import pairwise, product
 from math import ceil
 
 import numpy as np
-import threadpoolctl
 
-BLOCK = 256  # rows and columns of a block: few, because work on diagonal blocks is not halved
-LARGE = 8_000, 384  # from this size on, blocks of this many: products are faster, and diagonal blocks matter less
-RUN = 512  # rows or columns of a task
+from isarflow.scattering.threads import Pool, blas_of_one_thread
+
+BLOCK_ROWS = 256  # rows and columns of a block: few, because work on diagonal blocks is not halved
+LARGE_UNKNOWNS = 8_000  # from this size of the matrix on, blocks are larger
+LARGE_BLOCK_ROWS = 384  # rows and columns of these: products are faster, and diagonal blocks matter less
+RUN_COLUMNS = 512  # rows or columns of a task
 
 
 class Symmetric:
@@ -42,12 +42,12 @@ class Symmetric:
         y, divided = self._forward(right, threads)
         x = y if left is right else self._forward(left, threads)[0]
 
-        def of(group):
+        def of_group(group):
             products = (x[rows, group].T @ divided[rows, group] for rows in runs(self.size))
             return sum(products, np.zeros(2 * (group.stop - group.start,), np.complex128))
 
         with Pool(threads) as pool:
-            return list(pool.map(of, groups))
+            return list(pool.map(of_group, groups))
 
     def solve(self, right, threads=1):
         """A^-1 right, (N, D)."""
@@ -78,7 +78,7 @@ class SymmetricMatrix(Symmetric):
     """
 
     def __init__(self, size, dtype, block=None):
-        block = block or (BLOCK if size < LARGE[0] else LARGE[1])
+        block = block or (BLOCK_ROWS if size < LARGE_UNKNOWNS else LARGE_BLOCK_ROWS)
         self.size, self.dtype = size, np.dtype(dtype)
         self.spans = list(pairwise([*range(0, size, block), size]))
         # Up to and with the diagonal block, which is stored whole.
@@ -86,93 +86,93 @@ class SymmetricMatrix(Symmetric):
 
     def put(self, row, col, block):
         """Write a dense block whose upper left corner is (row, col); parts above the diagonal blocks are ignored."""
-        for (a, b), mine in zip(self.spans, self.blocks, strict=True):
+        for (a, b), stored in zip(self.spans, self.blocks, strict=True):
             top, bottom, right = max(row, a), min(row + block.shape[0], b), min(col + block.shape[1], b)
             if top >= bottom or col >= right:
                 continue
             part = block[top - row : bottom - row, : right - col]
-            mine[:, top - a : bottom - a, col:right] = part.real, part.imag
+            stored[:, top - a : bottom - a, col:right] = part.real, part.imag
             left = max(col, a)
             if row > col and left < right:
                 # In the diagonal block the upper half is the mirror of the lower.
                 mirror = part[:, left - col :].T
-                mine[:, left - a : right - a, top:bottom] = mirror.real, mirror.imag
+                stored[:, left - a : right - a, top:bottom] = mirror.real, mirror.imag
 
     def factorize(self, threads=1, progress=lambda done: None):
         """Replace the matrix by its factors: L left of the diagonal blocks, D^-1 in them. N^3 real flops."""
         inverses = []
         with Pool(threads) as pool:
-            for j, ((a, b), mine) in enumerate(zip(self.spans, self.blocks, strict=True)):
+            for j, ((a, b), row) in enumerate(zip(self.spans, self.blocks, strict=True)):
                 # Until row j is divided by D it holds L D, and so do all rows below it.
-                lower = np.empty((3, b - a, a), mine.dtype)
+                lower = np.empty((3, b - a, a), row.dtype)
                 spans = zip(self.spans, inverses, strict=False)
-                pool.wait([pool.submit(_divide, lower, mine, inverse, slice(*span)) for span, inverse in spans])
-                tasks = [pool.submit(_update, other, lower, slice(a, b)) for other in self.blocks[j:]]
+                pool.wait([pool.submit(_divide, lower, row, inverse, slice(*span)) for span, inverse in spans])
+                tasks = [pool.submit(_update, block_row, lower, slice(a, b)) for block_row in self.blocks[j:]]
                 pool.wait(tasks[:1])
                 # In double precision, of the symmetric part: the block's rounding would otherwise enter every later
                 # column, and grow from one to the next where parts of a target are tightly coupled (close plates).
-                block = mine[0, :, a:].astype(np.float64) + 1j * mine[1, :, a:]
+                block = row[0, :, a:].astype(np.float64) + 1j * row[1, :, a:]
                 inverse = np.linalg.inv((block + block.T) / 2)
                 pool.wait(tasks)
-                mine[:, :, :a] = lower[:2]
-                mine[:, :, a:] = inverse.real, inverse.imag
-                inverses.append(np.stack([*mine[:, :, a:], mine[0, :, a:] + mine[1, :, a:]]))
+                row[:, :, :a] = lower[:2]
+                row[:, :, a:] = inverse.real, inverse.imag
+                inverses.append(np.stack([*row[:, :, a:], row[0, :, a:] + row[1, :, a:]]))
                 done = b / self.size
                 progress(done * done * (3 - 2 * done))
 
     def _backward(self, x):
         """L^-T x in place."""
-        for (a, b), mine in reversed(list(zip(self.spans, self.blocks, strict=True))):
+        for (a, b), row in reversed(list(zip(self.spans, self.blocks, strict=True))):
             # Real products with both parts side by side: L stays as it is stored.
             parts = np.concatenate([x[a:b].real, x[a:b].imag], 1)
-            first, second = mine[0, :, :a].T @ parts, mine[1, :, :a].T @ parts
+            first, second = row[0, :, :a].T @ parts, row[1, :, :a].T @ parts
             width = x.shape[1]
             x[:a] -= (first[:, :width] - second[:, width:]) + 1j * (first[:, width:] + second[:, :width])
 
     def _step(self):
-        return RUN
+        return RUN_COLUMNS
 
     def _forward_run(self, y, divided):
         """L^-1 y in place and D^-1 of it, for the columns of one task."""
         parts = np.empty((3, *y.shape), y.real.dtype)
-        for (a, b), mine in zip(self.spans, self.blocks, strict=True):
+        for (a, b), row in zip(self.spans, self.blocks, strict=True):
             if a:
-                real, imag = _product(mine[:, :, :a], parts[:, :a].transpose(0, 2, 1))
+                real, imag = _product(row[:, :, :a], parts[:, :a].transpose(0, 2, 1))
                 y[a:b] -= real + 1j * imag
             parts[0, a:b], parts[1, a:b] = y[a:b].real, y[a:b].imag
             parts[2, a:b] = parts[0, a:b] + parts[1, a:b]
-            real, imag = _product(mine[:, :, a:], parts[:, a:b].transpose(0, 2, 1))
+            real, imag = _product(row[:, :, a:], parts[:, a:b].transpose(0, 2, 1))
             divided[a:b] = real + 1j * imag
 
 
 def _product(a, b):
     """Real and imaginary part of A B^T by three real products; a: (2, M, K) parts, b: (3, N, K) parts and their sum."""
     real, imag = a[0] @ b[0].T, a[1] @ b[1].T
-    both = (a[0] + a[1]) @ b[2].T
-    both -= real
-    both -= imag
+    cross_terms = (a[0] + a[1]) @ b[2].T
+    cross_terms -= real
+    cross_terms -= imag
     real -= imag
-    return real, both
+    return real, cross_terms
 
 
-def _divide(lower, mine, inverse, cols):
-    """Compute columns of L, its parts and their sum, from those of L D."""
-    lower[0, :, cols], lower[1, :, cols] = _product(mine[:, :, cols], inverse)
+def _divide(lower, row, inverse, cols):
+    """Compute columns of L, its parts and their sum, from the columns of L D."""
+    lower[0, :, cols], lower[1, :, cols] = _product(row[:, :, cols], inverse)
     lower[2, :, cols] = lower[0, :, cols] + lower[1, :, cols]
 
 
-def _update(mine, lower, cols):
+def _update(row, lower, cols):
     """Subtract from a block the row to its left times L^T."""
     if lower.shape[2]:
-        real, imag = _product(mine[:, :, : cols.start], lower)
-        mine[0, :, cols] -= real
-        mine[1, :, cols] -= imag
+        real, imag = _product(row[:, :, : cols.start], lower)
+        row[0, :, cols] -= real
+        row[1, :, cols] -= imag
 
 
 class GeneralMatrix:
     """An (N, N) matrix, stored as block columns. Used like SymmetricMatrix, but filled with all blocks."""
 
-    def __init__(self, size, dtype, block=BLOCK):
+    def __init__(self, size, dtype, block=BLOCK_ROWS):
         self.size, self.dtype = size, np.dtype(dtype)
         self.spans = list(pairwise([*range(0, size, block), size]))
         self.columns = [np.zeros((size, b - a), dtype) for a, b in self.spans]
@@ -193,7 +193,7 @@ class GeneralMatrix:
                 panel = column[b:].copy()
                 pool.wait([pool.submit(_multiply, column[b:], panel, inverse.T, r) for r in runs(len(panel))])
                 rest = product(self.columns[k + 1 :], self.spans[k + 1 :])
-                tasks = [pool.submit(_subtract, other, column, other[a:b].T, slice(*rows)) for other, rows in rest]
+                tasks = [pool.submit(_subtract, later, column, later[a:b].T, slice(*rows)) for later, rows in rest]
                 pool.wait(tasks)
                 progress(1 - (1 - (k + 1) / len(self.columns)) ** 3)
 
@@ -217,7 +217,7 @@ class GeneralMatrix:
     def solve(self, right, threads=1):
         """A^-1 right, (N, D)."""
         x = self._forward(right, threads)
-        with Pool(threads):
+        with blas_of_one_thread:
             for (a, b), column in reversed(list(zip(self.spans, self.columns, strict=True))):
                 x[a:b] = column[a:b] @ x[a:b]
                 x[:a] -= column[:a] @ x[a:b]
@@ -248,29 +248,7 @@ class Product:
             self.result[cols] += block.T @ self.x[rows]
 
 
-class Pool(ThreadPoolExecutor):
-    """Threads that each call a BLAS of one thread."""
-
-    def __enter__(self):
-        self.limit = _libraries().limit(limits=1, user_api="blas")
-        return super().__enter__()
-
-    def __exit__(self, *error):
-        super().__exit__(*error)
-        self.limit.restore_original_limits()
-
-    @staticmethod
-    def wait(futures):
-        for future in futures:
-            future.result()
-
-
-@cache
-def _libraries():
-    return threadpoolctl.ThreadpoolController()  # to find the loaded libraries takes milliseconds
-
-
-def runs(length, step=RUN):
+def runs(length, step=RUN_COLUMNS):
     """Slices of `length` items, `step` in each but the last."""
     return [slice(begin, min(begin + step, length)) for begin in range(0, length, step)]
 

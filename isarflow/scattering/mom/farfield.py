@@ -1,7 +1,7 @@
 """Plane-wave excitation of the RWG functions and the scattered far field.
 
 Time convention exp(+j omega t), phase referred to the origin. The radar is in direction u, its polarizations are
-V and H (see `sampling`). A unit plane wave from the radar is E = p exp(+j k u . r). With V_m = int f_m . E dS and the
+V and H (see `directions`). A unit plane wave from the radar is E = p exp(+j k u . r). With V_m = int f_m . E dS and the
 matrix z of `assembly`, the scattering amplitude for receiving p and transmitting q is (reciprocity; Harrington 1968,
 sec. 7-3)
 
@@ -14,10 +14,11 @@ import numpy as np
 
 from isarflow.scattering.checks import finite
 from isarflow.scattering.mom.basis import by_half
-from isarflow.scattering.mom.factorization import Pool, even_runs
-from isarflow.scattering.mom.tiles import TILE, excite
+from isarflow.scattering.mom.factorization import even_runs
+from isarflow.scattering.mom.tiles import TILE_TRIANGLES, excite
+from isarflow.scattering.threads import Pool
 
-CHUNK = TILE // 2  # directions of a task, at most
+CHUNK_DIRECTIONS = TILE_TRIANGLES // 2  # directions of a task, at most
 
 
 class Excitation:
@@ -44,5 +45,5 @@ class Excitation:
             excite(out, *waves, self.triangles, self.normals, *self.places, *scales)
 
         with Pool(threads) as pool:
-            list(pool.map(work, even_runs(len(u), CHUNK)))
+            list(pool.map(work, even_runs(len(u), CHUNK_DIRECTIONS)))
         return np.split(finite(whole, "the excitation", wavenumber), self.ends[1:-1])

@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 from numpy.polynomial import Chebyshev, Polynomial
 
-TINY = 1e-10  # m: the distance of a point and itself
+TINY_METRES = 1e-10  # the distance of a point and itself
 
 
 def _fit(function, degree):
@@ -45,7 +45,7 @@ def sine(x):
 
 def inverse(r):
     """1 / R, and 0 where R = 0."""
-    return jnp.where(r > TINY, 1 / jnp.maximum(r, r.dtype.type(TINY)), 0)
+    return jnp.where(r > TINY_METRES, 1 / jnp.maximum(r, r.dtype.type(TINY_METRES)), 0)
 
 
 @jax.jit

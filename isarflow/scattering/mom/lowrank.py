@@ -15,43 +15,44 @@ import numpy as np
 from scipy.linalg import ldl
 from scipy.linalg.lapack import zpstrf, ztrtri
 
-from isarflow.scattering.costs import SKETCH
+from isarflow.scattering.costs import SKETCH_COLUMNS
 from isarflow.scattering.mom.device import give_back
-from isarflow.scattering.mom.factorization import Pool, Symmetric, runs
+from isarflow.scattering.mom.factorization import Symmetric, runs
+from isarflow.scattering.threads import Pool
 
-FREED = 8  # columns after which free memory is given back
-SPANNED = 2.0  # times a tile's tolerance: what may be left of a random column, in which all remainders add up
-SPARE = 8  # columns of a run in which nothing may be left: else more are tried
-FEW = 24, 32  # columns of a shorter first run
-RAISED = 7 + SPARE  # columns more than the rank of the matrix's tile, which updates raise
-STRIPE = 64  # rows of a triangular block that are multiplied at once: fewer spare zeros, more make faster products
-KNOWN = 1 << 25  # numbers that a thread may keep in a substitution
-UPPER = np.triu(np.ones((SKETCH, SKETCH)))  # to multiply with: np.triu takes as long as a small inverse
+FREED_COLUMNS = 8  # columns after which free memory is given back
+SPANNED_TOLERANCES = 2.0  # tolerances of a tile: what may be left of a random column, in which all remainders add up
+SPARE_COLUMNS = 8  # columns of a run in which nothing may be left: else more are tried
+FEW_COLUMNS = 24, 32  # columns of a shorter first run
+RAISED_COLUMNS = 7 + SPARE_COLUMNS  # columns more than the rank of the matrix's tile, which updates raise
+STRIPE_ROWS = 64  # rows of a triangular block that are multiplied at once: fewer spare zeros, more make faster products
+KNOWN_NUMBERS = 1 << 25  # numbers that a thread may keep in a substitution
+UPPER = np.triu(np.ones((SKETCH_COLUMNS, SKETCH_COLUMNS)))  # to multiply with: np.triu takes as long as a small inverse
 RANDOM = np.random.default_rng(0).standard_normal((1024, 1024)).astype(np.complex64)
 
 
-def compress(times, project, width, tolerance, first=SKETCH):
+def compress(times, project, width, tolerance, first=SKETCH_COLUMNS):
     """Compress a tile X, given as two products, to U (M, r) and V (N, r), U V^T within `tolerance` (2-norm, about).
 
     times(run) is X R with R a run (slice) of the columns of RANDOM's first N = width rows; project(Q) is Q^H X.
     first: columns of the first run.
     """
-    basis, ends = None, [0, *sorted({min(first, width), *range(SKETCH, width, SKETCH), width})]
+    basis, ends = None, [0, *sorted({min(first, width), *range(SKETCH_COLUMNS, width, SKETCH_COLUMNS), width})]
     for run in starmap(slice, pairwise(ends)):
-        found = times(run)
+        sketch = times(run)
         if basis is not None:
-            found = _beside(basis, found)
+            sketch = _beside(basis, sketch)
         # Columns of X R, each as far as possible from the span of those before it, until the remainder of all is small.
-        found = found.astype(np.complex128)
-        gram = found.conj().T @ found
+        sketch = sketch.astype(np.complex128)
+        gram = sketch.conj().T @ sketch
         if not np.isfinite(gram.trace()):  # which would count as nothing
-            return found[:, :1].astype(np.complex64), np.full((width, 1), np.nan, np.complex64)
-        gram, pivots, rank, _ = zpstrf(gram, tol=(SPANNED * tolerance) ** 2)
+            return sketch[:, :1].astype(np.complex64), np.full((width, 1), np.nan, np.complex64)
+        gram, pivots, rank, _ = zpstrf(gram, tol=(SPANNED_TOLERANCES * tolerance) ** 2)
         inverse = ztrtri(gram[:rank, :rank])[0] * UPPER[:rank, :rank] if rank else UPPER[:0, :0]
-        more = (found[:, pivots[:rank] - 1] @ inverse).astype(np.complex64)
+        added = (sketch[:, pivots[:rank] - 1] @ inverse).astype(np.complex64)
         # Once more: what rounding left of the others in small columns is no longer small.
-        basis = more if basis is None else np.concatenate([basis, _beside(basis, more)], 1)
-        if rank <= run.stop - run.start - SPARE:
+        basis = added if basis is None else np.concatenate([basis, _beside(basis, added)], 1)
+        if rank <= run.stop - run.start - SPARE_COLUMNS:
             break
     rest = project(basis)
     squares, vectors = np.linalg.eigh(rest.astype(np.complex128) @ rest.conj().T)
@@ -62,6 +63,11 @@ def compress(times, project, width, tolerance, first=SKETCH):
 def _beside(basis, columns):
     """What of the columns is not in the span of an orthonormal basis."""
     return columns - basis @ (basis.conj().T @ columns)
+
+
+def _first_run(rank):
+    """Columns of the first run for a tile of this rank. Updates raise the rank, most often by two to seven."""
+    return next((columns for columns in FEW_COLUMNS if columns >= rank + RAISED_COLUMNS), SKETCH_COLUMNS)
 
 
 class Inverse:
@@ -84,15 +90,15 @@ class Inverse:
         with np.errstate(all="ignore"):  # a singular block gives a solution that is not finite, which `solve` refuses
             inverse /= np.sqrt(main)[:, None]
             inverse[first] = (above + below) / np.sqrt(2 * p)[:, None]
-            other = above - below - (q / p)[:, None] * (above + below)
-            inverse[second] = other / np.sqrt(2 * (a * d - b**2) / p)[:, None]
+            rotated = above - below - (q / p)[:, None] * (above + below)
+            inverse[second] = rotated / np.sqrt(2 * (a * d - b**2) / p)[:, None]
         self.root = inverse.astype(np.complex64)
 
     def reduced(self, x):
         """W x, (n, D)."""
         x = x[self.order]
         out = np.empty_like(x)
-        for rows in runs(len(x), STRIPE):
+        for rows in runs(len(x), STRIPE_ROWS):
             # A 2 x 2 block may begin with the last of the rows.
             np.matmul(self.root[rows, : rows.stop + 1], x[: rows.stop + 1], out=out[rows])
         return out
@@ -140,7 +146,7 @@ def _stacked(ranks):
 class LowRankMatrix(Symmetric):
     """An (N, N) complex-symmetric matrix of single precision in blocks, compressed to a tolerance (absolute, 2-norm).
 
-    spans: the slices of its blocks. Filled by `sampled.fill`, then used like SymmetricMatrix.
+    spans: the slices of its blocks. Filled by `cross.fill`, then used like SymmetricMatrix.
     """
 
     dtype, rooted = np.dtype(np.complex64), True
@@ -154,7 +160,7 @@ class LowRankMatrix(Symmetric):
         self.left = [Stack(span.stop - span.start) for span in spans]
         self.right = [None] * len(spans)  # for each column j: W V_ij, (n_j, r), for i > j, beside each other
         self.ranks = np.zeros(2 * (len(spans),), int)  # of L D's tiles (i, j)
-        # Where U^T or V^T of all tiles lie when stacked row i by row: those of a row, and those of a column.
+        # Where U^T or V^T of all tiles lie when stacked row i by row: the tiles of a row, and of a column.
         self.rows, self.places = [], []
 
     def times(self, x, threads=1):
@@ -188,11 +194,11 @@ class LowRankMatrix(Symmetric):
                 for i, (u, v) in enumerate(factors, j + 1):
                     self.left[i].add(u.T)
                     self.ranks[i, j] = v.shape[1]
-                # The last column has no tiles, and those of others may be empty.
+                # The last column has no tiles, and tiles of others may be empty.
                 nothing = np.zeros((column.width, 0), self.dtype)
                 self.right[j] = self.diagonal[j].reduced(np.concatenate([nothing, *(v for _, v in factors)], 1))
                 del column, below, factors  # the next column makes couplings of its own
-                if j % FREED == FREED - 1:
+                if j % FREED_COLUMNS == FREED_COLUMNS - 1:
                     give_back()  # frees the matrix's tiles, which the factors replace
                 done = (j + 1) / count
                 progress(done * done * (3 - 2 * done))
@@ -208,7 +214,7 @@ class LowRankMatrix(Symmetric):
 
     def _step(self):
         # A run has V^T y of all tiles at hand.
-        return int(np.clip(KNOWN // max(self.ranks.sum(), 1), 32, 256))
+        return int(np.clip(KNOWN_NUMBERS // max(self.ranks.sum(), 1), 32, 256))
 
     def _forward_run(self, y, _):
         """W L^-1 y in place, for the columns of one task."""
@@ -226,7 +232,7 @@ class _Column:
         self.matrix, self.j = matrix, j
         self.left, self.parts = matrix.left[j].whole, matrix.left[j].parts  # transposed U_jk of all k, (K, n_j)
         self.width = matrix.spans[j].stop - matrix.spans[j].start
-        self.first = slice(0, min(SKETCH, self.width))
+        self.first = slice(0, min(SKETCH_COLUMNS, self.width))
         self.sketches = {}  # U_jk^T R of all k, by the first of R's columns
         self.sketch(self.first)  # before there are threads
         self.begins = matrix.ranks[:j, :j].sum(0).tolist()
@@ -234,7 +240,9 @@ class _Column:
         ranks = matrix.ranks[j + 1 :, :j]
         ends = np.cumsum(ranks, 0)
         self.places = [list(map(slice, *pair)) for pair in zip((ends - ranks).tolist(), ends.tolist(), strict=True)]
-        self.own, self.coupling, self.coupled = zip(*pool.map(self.couple, range(j)), strict=True) if j else 3 * ((),)
+        self.diagonal_coupling, self.coupling, self.coupled = (
+            zip(*pool.map(self.couple, range(j)), strict=True) if j else 3 * ((),)
+        )
 
     def sketch(self, run):
         """U_jk^T R of all k, (K, run)."""
@@ -253,8 +261,9 @@ class _Column:
         """Invert the diagonal block. In double precision, as its rounding would enter every later column."""
         block = self.matrix.diagonal[self.j].astype(np.complex128)
         if self.j:
-            inner = np.concatenate([own @ self.left[part] for own, part in zip(self.own, self.parts, strict=True)])
-            for rows in runs(self.width, STRIPE):
+            couplings = zip(self.diagonal_coupling, self.parts, strict=True)
+            inner = np.concatenate([coupling @ self.left[part] for coupling, part in couplings])
+            for rows in runs(self.width, STRIPE_ROWS):
                 # Only the lower triangle is read.
                 block[rows, : rows.stop] -= self.left[:, rows].T @ inner[:, : rows.stop]
         self.matrix.diagonal[self.j] = Inverse(block)
@@ -275,18 +284,17 @@ class _Column:
             else:
                 sketch, of_columns = self.sketch(run), zip(self.coupling, places, self.parts, strict=True)
                 inner = [coupling[place] @ sketch[part] for coupling, place, part in of_columns]
-            own = u @ random if v is None else u @ (v.T @ random)
-            return own - left.T @ np.concatenate(inner)
+            product = u @ random if v is None else u @ (v.T @ random)
+            return product - left.T @ np.concatenate(inner)
 
         def project(basis):
             adjoint = basis.conj().T
-            mine = adjoint @ left.T
+            projected = adjoint @ left.T
             inner = np.empty((len(adjoint), len(self.left)), matrix.dtype)
-            for coupling, place, here, there in zip(self.coupling, places, parts, self.parts, strict=True):
-                np.matmul(mine[:, here], coupling[place], out=inner[:, there])
-            own = adjoint @ u if v is None else (adjoint @ u) @ v.T
-            return own - inner @ self.left
+            for coupling, place, row_part, col_part in zip(self.coupling, places, parts, self.parts, strict=True):
+                np.matmul(projected[:, row_part], coupling[place], out=inner[:, col_part])
+            product = adjoint @ u if v is None else (adjoint @ u) @ v.T
+            return product - inner @ self.left
 
-        # The products raise the rank of the matrix's tile, most often by two to seven.
-        first = SKETCH if v is None else next((few for few in FEW if few >= u.shape[1] + RAISED), SKETCH)
+        first = SKETCH_COLUMNS if v is None else _first_run(u.shape[1])
         return compress(times, project, self.width, matrix.cut, first)

@@ -4,18 +4,19 @@ Three points a triangle do not resolve exp(-j k R) / R between triangles that to
 distance against size, not by shared corners: the two skins of a thin wing are nearer than an edge without touching.
 """
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 from scipy.spatial import cKDTree
 
-from isarflow.scattering.mom.factorization import Pool
 from isarflow.scattering.mom.green import distances
 from isarflow.scattering.mom.quadrature import cross, dot, points_of
+from isarflow.scattering.threads import Pool
 
 # A pair is near if the centroids are closer than this many times the sum of the triangles' radii.
-NEAR = 2.0
-CHUNK = 8192  # pairs at once: bounds the memory of temporaries and lets one compilation serve all
-FINE = 7  # points
+NEAR_RADII = 2.0
+CHUNK_PAIRS = 8192  # pairs at once: bounds the memory of temporaries and lets one compilation serve all
+FINE_POINTS = 7  # of the rule for near pairs
 
 
 def near_pairs(field, source):
@@ -23,46 +24,50 @@ def near_pairs(field, source):
     centers = field.mean(1), source.mean(1)
     radii = np.linalg.norm(field - centers[0][:, None], axis=2).max(1)
     trees = cKDTree(centers[0]), cKDTree(centers[1])
-    found = trees[0].sparse_distance_matrix(trees[1], 2 * NEAR * radii.max(), output_type="ndarray")
-    near = found["v"] <= NEAR * (radii[found["i"]] + radii[found["j"]])
-    pairs = np.stack([found["i"][near], found["j"][near]], 1)
+    candidates = trees[0].sparse_distance_matrix(trees[1], 2 * NEAR_RADII * radii.max(), output_type="ndarray")
+    near = candidates["v"] <= NEAR_RADII * (radii[candidates["i"]] + radii[candidates["j"]])
+    pairs = np.stack([candidates["i"][near], candidates["j"][near]], 1)
     return pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
 
 
 def by_chunks(moments, pairs, field, source, dtype, threads=1):
-    """Evaluate `moments(field triangles, source triangles)` for all pairs, CHUNK at a time: (P, 8).
+    """Evaluate `moments(field triangles, source triangles)` for all pairs, CHUNK_PAIRS at a time: (P, 8).
 
-    It gets triangles (3, 3, CHUNK), pairs last, which vectorizes, and returns (8, CHUNK), or both parts as a tuple.
+    It gets triangles (3, 3, CHUNK_PAIRS), pairs last, which vectorizes. It returns (8, CHUNK_PAIRS), or both parts as a
+    tuple.
     """
 
     def values(begin):
-        chunk = pairs[begin : begin + CHUNK]
-        filled = np.pad(chunk, ((0, CHUNK - len(chunk)), (0, 0)), mode="edge")
+        chunk = pairs[begin : begin + CHUNK_PAIRS]
+        filled = np.pad(chunk, ((0, CHUNK_PAIRS - len(chunk)), (0, 0)), mode="edge")
         ends = field[filled[:, 0]], source[filled[:, 1]]
         # About the pair itself, where single precision has the most digits.
         middle = ends[0].mean(1, keepdims=True)
-        found = moments(*((end - middle).transpose(1, 2, 0).astype(dtype) for end in ends))
-        value = np.asarray(found[0]) + 1j * np.asarray(found[1]) if isinstance(found, tuple) else np.asarray(found)
+        # Near pairs need double precision where `dtype` is, and JAX has it in this thread alone.
+        with jax.enable_x64(True):
+            value = moments(*((end - middle).transpose(1, 2, 0).astype(dtype) for end in ends))
+        value = np.asarray(value[0]) + 1j * np.asarray(value[1]) if isinstance(value, tuple) else np.asarray(value)
         return value[:, : len(chunk)]
 
     with Pool(threads) as pool:
-        parts = pool.map(values, range(0, len(pairs), CHUNK))
+        parts = pool.map(values, range(0, len(pairs), CHUNK_PAIRS))
         return np.concatenate([np.zeros((8, 0)), *parts], 1).T
 
 
 def of_images(moments, surface, pairs):
     """Moments in double precision of near `pairs` of a Surface, for each reflection of the sources: (P, 8)."""
     images = zip(pairs, surface.reflections, strict=True)
-    return [by_chunks(moments, of, surface.vertices, surface.vertices * signs, np.float64) for of, signs in images]
+    corners = surface.vertices
+    return [by_chunks(moments, chosen, corners, corners * signs, np.float64) for chosen, signs in images]
 
 
 def smooth_minus_coarse(over_source, smooth, whole, k, field, source):
-    """Moments of the smooth part of a kernel by the fine rule, minus those of it whole by the tiles' three points.
+    """Moments of a kernel's smooth part by the fine rule, minus moments of the whole kernel by the tiles' three points.
 
     smooth, whole: functions of k and R that give the real and the imaginary part; over_source: moments of a part from
     the rule, its points on both triangles, and the triangles.
     """
-    fine, coarse = (by_rule(*rule, over_source, k, field, source) for rule in ((FINE, smooth), (3, whole)))
+    fine, coarse = (by_rule(*rule, over_source, k, field, source) for rule in ((FINE_POINTS, smooth), (3, whole)))
     return tuple(a - b for a, b in zip(fine, coarse, strict=True))
 
 

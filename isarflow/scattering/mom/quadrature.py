@@ -7,9 +7,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-# Near pairs and phases need double precision; the tiles of the matrix use single precision explicitly.
-jax.config.update("jax_enable_x64", True)
-
 
 def _orbit(a):
     return [[1 - 2 * a, a, a], [a, 1 - 2 * a, a], [a, a, 1 - 2 * a]]

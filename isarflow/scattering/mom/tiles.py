@@ -4,7 +4,7 @@ Array by array, as XLA and NumPy work on a processor, a tile takes twenty passes
 time. Here all data of one field triangle and all source triangles of a tile stay in the cache, from distances to
 entries between RWG functions. Every call is one thread's work, in a fixed order.
 
-Work arrays are flat, with rows of TILE numbers at constant places: so the compiler can tell that it reads and writes
+Work arrays are flat, with rows of ROW numbers at constant places: so the compiler can tell that it reads and writes
 different numbers, and vectorizes the loops over sources. All kernels are in this one file, because Numba keeps a
 compiled kernel until the kernel's own file changes.
 """
@@ -18,13 +18,21 @@ from numba.extending import overload
 from isarflow.scattering import jit
 from isarflow.scattering.mom.green import COS, SIN
 
-TILE = 384  # triangles of a tile, with those of functions that reach beyond its block; or directions at once
+TILE_TRIANGLES = 384  # of a tile, also where functions reach beyond its block; or directions at once
+ROW = TILE_TRIANGLES  # numbers in a row of a work array
 kernel = jit.kernel(fastmath=True)
 inner = njit(inline="always", fastmath=True, error_model="numpy")
-# Rows of a work array: points (b, x), nu' (b, x) and corners (j, x) of the sources; entries between half functions
-# (part, i, j); sums over Green's function of `_electric`, later replaced by those of `_magnetic`.
-NU, CORNERS, HALVES, SUMS, END = (n * TILE for n in (9, 18, 27, 45, 73))
-BY_COL, BY_NU, WEIGHTED, TOTAL = (SUMS + n * TILE for n in (0, 6, 12, 14))
+# Where the rows of a work array begin. Those before NU are the points (b, x) of the sources.
+NU = 9 * ROW  # nu' (b, x) of the sources
+CORNERS = 18 * ROW  # corners (j, x) of the sources
+HALVES = 27 * ROW  # entries between half functions (part, i, j)
+SUMS = 45 * ROW  # sums over Green's function of `_electric`, later replaced by the sums of `_magnetic`
+END = 73 * ROW
+# Sums of `_electric`, each of both parts.
+BY_COL = SUMS  # over field points, for each source point b
+BY_NU = SUMS + 6 * ROW  # over field points, times nu_a . nu'_j, for each source corner j
+WEIGHTED = SUMS + 12 * ROW  # over both, times nu_a . nu'_b
+TOTAL = SUMS + 14 * ROW  # over both
 
 
 def _cosine_sine(turns):
@@ -35,9 +43,9 @@ def _cosine_sine(turns):
 def _of_type(turns):
     real, size = (np.float32, 4) if turns == types.float32 else (np.float64, 8)
     # Filled up with zeros, which the compiler drops.
-    c, s = (tuple(real(c) for c in np.pad(of[size], (0, 12 - len(of[size])))) for of in (COS, SIN))
+    c, s = (tuple(real(c) for c in np.pad(series[size], (0, 12 - len(series[size])))) for series in (COS, SIN))
 
-    def of(turns):
+    def cosine_sine(turns):
         t = turns - np.floor(turns + real(0.5))
         x = t * t
         cos = c[6] + x * (c[7] + x * (c[8] + x * (c[9] + x * (c[10] + x * c[11]))))
@@ -46,7 +54,7 @@ def _of_type(turns):
         sin = s[0] + x * (s[1] + x * (s[2] + x * (s[3] + x * (s[4] + x * (s[5] + x * sin)))))
         return cos, t * sin
 
-    return of
+    return cosine_sine
 
 
 @inner
@@ -69,63 +77,67 @@ def _green(x, y, z, turns, tiny, one):
 @inner
 def _dots(w, row, s, x, y, z):
     """Products of (x, y, z) with three vectors of source s, stored from `row` on."""
-    a = x * w[row + s] + y * w[row + TILE + s] + z * w[row + 2 * TILE + s]
-    b = x * w[row + 3 * TILE + s] + y * w[row + 4 * TILE + s] + z * w[row + 5 * TILE + s]
-    c = x * w[row + 6 * TILE + s] + y * w[row + 7 * TILE + s] + z * w[row + 8 * TILE + s]
+    a = x * w[row + s] + y * w[row + ROW + s] + z * w[row + 2 * ROW + s]
+    b = x * w[row + 3 * ROW + s] + y * w[row + 4 * ROW + s] + z * w[row + 5 * ROW + s]
+    c = x * w[row + 6 * ROW + s] + y * w[row + 7 * ROW + s] + z * w[row + 8 * ROW + s]
     return a, b, c
 
 
 @kernel
 def _electric(w, count, point, nu, turns, tiny, one):
-    """Add one field point's part to the sums over source points, field points, both, and weighted with rho . rho'.
-
-    The sums over field points include the factor nu_a . nu'_j.
-    """
+    """Add one field point's part to the sums of Green's function from which `_electric_halves` makes entries."""
     nu, (x, y, z) = _vector(nu), _vector(point)
     for s in range(count):
-        r0, i0, _ = _green(x - w[s], y - w[TILE + s], z - w[2 * TILE + s], turns, tiny, one)
-        r1, i1, _ = _green(x - w[3 * TILE + s], y - w[4 * TILE + s], z - w[5 * TILE + s], turns, tiny, one)
-        r2, i2, _ = _green(x - w[6 * TILE + s], y - w[7 * TILE + s], z - w[8 * TILE + s], turns, tiny, one)
+        r0, i0, _ = _green(x - w[s], y - w[ROW + s], z - w[2 * ROW + s], turns, tiny, one)
+        r1, i1, _ = _green(x - w[3 * ROW + s], y - w[4 * ROW + s], z - w[5 * ROW + s], turns, tiny, one)
+        r2, i2, _ = _green(x - w[6 * ROW + s], y - w[7 * ROW + s], z - w[8 * ROW + s], turns, tiny, one)
         d0, d1, d2 = _dots(w, NU, s, nu[0], nu[1], nu[2])
         w[BY_COL + s] += r0
-        w[BY_COL + TILE + s] += i0
-        w[BY_COL + 2 * TILE + s] += r1
-        w[BY_COL + 3 * TILE + s] += i1
-        w[BY_COL + 4 * TILE + s] += r2
-        w[BY_COL + 5 * TILE + s] += i2
+        w[BY_COL + ROW + s] += i0
+        w[BY_COL + 2 * ROW + s] += r1
+        w[BY_COL + 3 * ROW + s] += i1
+        w[BY_COL + 4 * ROW + s] += r2
+        w[BY_COL + 5 * ROW + s] += i2
         w[WEIGHTED + s] += r0 * d0 + r1 * d1 + r2 * d2
-        w[WEIGHTED + TILE + s] += i0 * d0 + i1 * d1 + i2 * d2
+        w[WEIGHTED + ROW + s] += i0 * d0 + i1 * d1 + i2 * d2
         r, i = r0 + r1 + r2, i0 + i1 + i2
         w[BY_NU + s] += r * d0
-        w[BY_NU + TILE + s] += i * d0
-        w[BY_NU + 2 * TILE + s] += r * d1
-        w[BY_NU + 3 * TILE + s] += i * d1
-        w[BY_NU + 4 * TILE + s] += r * d2
-        w[BY_NU + 5 * TILE + s] += i * d2
+        w[BY_NU + ROW + s] += i * d0
+        w[BY_NU + 2 * ROW + s] += r * d1
+        w[BY_NU + 3 * ROW + s] += i * d1
+        w[BY_NU + 4 * ROW + s] += r * d2
+        w[BY_NU + 5 * ROW + s] += i * d2
         w[TOTAL + s] += r
-        w[TOTAL + TILE + s] += i
+        w[TOTAL + ROW + s] += i
 
 
 @inner
 def _electric_halves(w, count, nu, charge, half, out):
     """z between half function i of the field triangle and all of the sources, without their l / 6.
 
-    With points rho_a = nu_a / 2 about the centroid, (rho_a - nu_i) . (rho'_b - nu'_j) expands into the sums above.
+    The sum of `reference.electric` between two halves, by three points a triangle: a point has the area A / 3, and
+    l / (2 A) A / 3 = l / 6, so that z_ij / (l_i l'_j / 36) is the sum over points a and b of
+
+        G_ab [(r_a - v_i) . (r'_b - v'_j) - 4 / k^2].
+
+    About the centroids corners are nu, and points rho_a = nu_a / 2: the barycentric coordinates are 2/3, 1/6, 1/6, and
+    the three nu add up to 0. So (rho_a - nu_i) . (rho'_b - nu'_j) has four terms, whose sums are, in this order,
+    WEIGHTED / 4, BY_COL . nu_i / 2, BY_NU_j / 2 and TOTAL nu_i . nu'_j.
     """
     x, y, z = _vector(nu)
     for s in range(count):
         d0, d1, d2 = _dots(w, NU, s, x, y, z)
-        r, i = w[TOTAL + s], w[TOTAL + TILE + s]
-        by_col = w[BY_COL + s] * d0 + w[BY_COL + 2 * TILE + s] * d1 + w[BY_COL + 4 * TILE + s] * d2
+        r, i = w[TOTAL + s], w[TOTAL + ROW + s]
+        by_col = w[BY_COL + s] * d0 + w[BY_COL + 2 * ROW + s] * d1 + w[BY_COL + 4 * ROW + s] * d2
         first = half * (half * w[WEIGHTED + s] - by_col)
         w[out + s] = first - half * w[BY_NU + s] + (d0 - charge) * r
-        w[out + TILE + s] = first - half * w[BY_NU + 2 * TILE + s] + (d1 - charge) * r
-        w[out + 2 * TILE + s] = first - half * w[BY_NU + 4 * TILE + s] + (d2 - charge) * r
-        by_col = w[BY_COL + TILE + s] * d0 + w[BY_COL + 3 * TILE + s] * d1 + w[BY_COL + 5 * TILE + s] * d2
-        first = half * (half * w[WEIGHTED + TILE + s] - by_col)
-        w[out + 9 * TILE + s] = first - half * w[BY_NU + TILE + s] + (d0 - charge) * i
-        w[out + 10 * TILE + s] = first - half * w[BY_NU + 3 * TILE + s] + (d1 - charge) * i
-        w[out + 11 * TILE + s] = first - half * w[BY_NU + 5 * TILE + s] + (d2 - charge) * i
+        w[out + ROW + s] = first - half * w[BY_NU + 2 * ROW + s] + (d1 - charge) * r
+        w[out + 2 * ROW + s] = first - half * w[BY_NU + 4 * ROW + s] + (d2 - charge) * r
+        by_col = w[BY_COL + ROW + s] * d0 + w[BY_COL + 3 * ROW + s] * d1 + w[BY_COL + 5 * ROW + s] * d2
+        first = half * (half * w[WEIGHTED + ROW + s] - by_col)
+        w[out + 9 * ROW + s] = first - half * w[BY_NU + ROW + s] + (d0 - charge) * i
+        w[out + 10 * ROW + s] = first - half * w[BY_NU + 3 * ROW + s] + (d1 - charge) * i
+        w[out + 11 * ROW + s] = first - half * w[BY_NU + 5 * ROW + s] + (d2 - charge) * i
 
 
 @inner
@@ -142,48 +154,51 @@ def _sources(w, s, center, normal, nu, half, sixth):
 
 
 @kernel
-def _magnetic(w, count, point, nu, center, normal, own, constants):
+def _magnetic(w, count, point, nu, center, normal, corner_products, constants):
     """Add one field point's part to the sums from which half functions of m follow (see `operators.cfie`).
 
-    With zeta'_j the height of corner v'_j above the field triangle and D = r - r', the integrand of m is
-    g (r - v_i) . [(r - v'_j) (n . (r' - c)) - D zeta'_j] with grad G = g (r - r'), g = -(1 + j k R) exp(-j k R) / R^3.
-    own: (rho_a - nu_i) . rho_a of this a. A sum's rows: of tangential parts for each i, of normal ones for each i, of
-    nu_a . (c - v'_j) times heights for each j, of g for each b, of heights; of both parts.
+    The integrand of `reference.magnetic` is (r - v_i) . n x (g D x (r' - v'_j)), with D = r - r' and grad G = g D,
+    g = -(1 + j k R) exp(-j k R) / R^3. D x (r' - v'_j) = D x w with w = r - v'_j, as both differ by D; and
+    n x (D x w) = D (n . w) - w (n . D). On the field triangle, of centroid c, n . w = -zeta'_j, v'_j's height above it,
+    and n . D = -n . (r' - c). So the integrand is g (r - v_i) . [w (n . (r' - c)) - D zeta'_j].
+    corner_products: (rho_a - nu_i) . rho_a of this a. A sum's rows: of tangential parts for each i, of normal ones for
+    each i, of nu_a . (c - v'_j) times heights for each j, of g for each b, of heights; of both parts.
     """
     turns, tiny, half, one = constants[0], constants[2], constants[3], constants[4]
     k, sixth = constants[5], constants[8]
-    nu, center, normal, own, (x, y, z) = _vector(nu), _vector(center), _vector(normal), _vector(own), _vector(point)
+    nu, center, normal, (x, y, z) = _vector(nu), _vector(center), _vector(normal), _vector(point)
+    corner_products = _vector(corner_products)
     for s in range(count):
-        r0, i0, d0 = _green(x - w[s], y - w[TILE + s], z - w[2 * TILE + s], turns, tiny, one)
-        r1, i1, d1 = _green(x - w[3 * TILE + s], y - w[4 * TILE + s], z - w[5 * TILE + s], turns, tiny, one)
-        r2, i2, d2 = _green(x - w[6 * TILE + s], y - w[7 * TILE + s], z - w[8 * TILE + s], turns, tiny, one)
+        r0, i0, d0 = _green(x - w[s], y - w[ROW + s], z - w[2 * ROW + s], turns, tiny, one)
+        r1, i1, d1 = _green(x - w[3 * ROW + s], y - w[4 * ROW + s], z - w[5 * ROW + s], turns, tiny, one)
+        r2, i2, d2 = _green(x - w[6 * ROW + s], y - w[7 * ROW + s], z - w[8 * ROW + s], turns, tiny, one)
         _, _, _, a0, a1, a2, h0, h1, h2, p0, p1, p2 = _sources(w, s, center, normal, nu, half, sixth)
         q0, q1, q2 = one / (d0 * d0), one / (d1 * d1), one / (d2 * d2)
         d0, d1, d2 = k * d0, k * d1, k * d2
         b0, b1, b2 = (d0 * i0 - r0) * q0, (d1 * i1 - r1) * q1, (d2 * i2 - r2) * q2
         across = half * (b0 * p0 + b1 * p1 + b2 * p2)
-        _add_magnetic(w, s, SUMS, b0, b1, b2, h0, h1, h2, across, a0, a1, a2, own, half)
+        _add_magnetic(w, s, SUMS, b0, b1, b2, h0, h1, h2, across, a0, a1, a2, corner_products, half)
         b0, b1, b2 = -(i0 + d0 * r0) * q0, -(i1 + d1 * r1) * q1, -(i2 + d2 * r2) * q2
         across = half * (b0 * p0 + b1 * p1 + b2 * p2)
-        _add_magnetic(w, s, SUMS + 14 * TILE, b0, b1, b2, h0, h1, h2, across, a0, a1, a2, own, half)
+        _add_magnetic(w, s, SUMS + 14 * ROW, b0, b1, b2, h0, h1, h2, across, a0, a1, a2, corner_products, half)
 
 
 @inner
-def _add_magnetic(w, s, at, b0, b1, b2, h0, h1, h2, across, a0, a1, a2, own, half):
+def _add_magnetic(w, s, begin, b0, b1, b2, h0, h1, h2, across, a0, a1, a2, corner_products, half):
     by_row, lifted = b0 + b1 + b2, b0 * h0 + b1 * h1 + b2 * h2
-    w[at + s] += by_row * own[0] + across
-    w[at + TILE + s] += by_row * own[1] + across
-    w[at + 2 * TILE + s] += by_row * own[2] + across
-    w[at + 3 * TILE + s] += lifted * own[0]
-    w[at + 4 * TILE + s] += lifted * own[1]
-    w[at + 5 * TILE + s] += lifted * own[2]
-    w[at + 6 * TILE + s] += half * lifted * a0
-    w[at + 7 * TILE + s] += half * lifted * a1
-    w[at + 8 * TILE + s] += half * lifted * a2
-    w[at + 9 * TILE + s] += b0
-    w[at + 10 * TILE + s] += b1
-    w[at + 11 * TILE + s] += b2
-    w[at + 12 * TILE + s] += lifted
+    w[begin + s] += by_row * corner_products[0] + across
+    w[begin + ROW + s] += by_row * corner_products[1] + across
+    w[begin + 2 * ROW + s] += by_row * corner_products[2] + across
+    w[begin + 3 * ROW + s] += lifted * corner_products[0]
+    w[begin + 4 * ROW + s] += lifted * corner_products[1]
+    w[begin + 5 * ROW + s] += lifted * corner_products[2]
+    w[begin + 6 * ROW + s] += half * lifted * a0
+    w[begin + 7 * ROW + s] += half * lifted * a1
+    w[begin + 8 * ROW + s] += half * lifted * a2
+    w[begin + 9 * ROW + s] += b0
+    w[begin + 10 * ROW + s] += b1
+    w[begin + 11 * ROW + s] += b2
+    w[begin + 12 * ROW + s] += lifted
 
 
 @inner
@@ -193,23 +208,24 @@ def _combined_halves(w, count, i, nu, center, normal, constants, out):
     nu, center, normal = _vector(nu), _vector(center), _vector(normal)
     for s in range(count):
         h0, h1, h2, a0, a1, a2, _, _, _, p0, p1, p2 = _sources(w, s, center, normal, nu, half, sixth)
-        r0, r1, r2 = _magnetic_halves(w, s, SUMS, i * TILE, h0, h1, h2, a0, a1, a2, p0, p1, p2)
-        i0, i1, i2 = _magnetic_halves(w, s, SUMS + 14 * TILE, i * TILE, h0, h1, h2, a0, a1, a2, p0, p1, p2)
+        r0, r1, r2 = _magnetic_halves(w, s, SUMS, i * ROW, h0, h1, h2, a0, a1, a2, p0, p1, p2)
+        i0, i1, i2 = _magnetic_halves(w, s, SUMS + 14 * ROW, i * ROW, h0, h1, h2, a0, a1, a2, p0, p1, p2)
         w[out + s] = alpha * w[out + s] - weight * i0
-        w[out + TILE + s] = alpha * w[out + TILE + s] - weight * i1
-        w[out + 2 * TILE + s] = alpha * w[out + 2 * TILE + s] - weight * i2
-        w[out + 9 * TILE + s] = alpha * w[out + 9 * TILE + s] + weight * r0
-        w[out + 10 * TILE + s] = alpha * w[out + 10 * TILE + s] + weight * r1
-        w[out + 11 * TILE + s] = alpha * w[out + 11 * TILE + s] + weight * r2
+        w[out + ROW + s] = alpha * w[out + ROW + s] - weight * i1
+        w[out + 2 * ROW + s] = alpha * w[out + 2 * ROW + s] - weight * i2
+        w[out + 9 * ROW + s] = alpha * w[out + 9 * ROW + s] + weight * r0
+        w[out + 10 * ROW + s] = alpha * w[out + 10 * ROW + s] + weight * r1
+        w[out + 11 * ROW + s] = alpha * w[out + 11 * ROW + s] + weight * r2
 
 
 @inner
-def _magnetic_halves(w, s, at, own, h0, h1, h2, a0, a1, a2, p0, p1, p2):
-    by_col = w[at + 9 * TILE + s] * p0 + w[at + 10 * TILE + s] * p1 + w[at + 11 * TILE + s] * p2
-    tangential, normal, lifted = w[at + own + s] - by_col, w[at + 3 * TILE + own + s], w[at + 12 * TILE + s]
-    m0 = normal + w[at + 6 * TILE + s] - lifted * a0 - h0 * tangential
-    m1 = normal + w[at + 7 * TILE + s] - lifted * a1 - h1 * tangential
-    m2 = normal + w[at + 8 * TILE + s] - lifted * a2 - h2 * tangential
+def _magnetic_halves(w, s, begin, corner_row, h0, h1, h2, a0, a1, a2, p0, p1, p2):
+    by_col = w[begin + 9 * ROW + s] * p0 + w[begin + 10 * ROW + s] * p1 + w[begin + 11 * ROW + s] * p2
+    tangential = w[begin + corner_row + s] - by_col
+    normal, lifted = w[begin + 3 * ROW + corner_row + s], w[begin + 12 * ROW + s]
+    m0 = normal + w[begin + 6 * ROW + s] - lifted * a0 - h0 * tangential
+    m1 = normal + w[begin + 7 * ROW + s] - lifted * a1 - h1 * tangential
+    m2 = normal + w[begin + 8 * ROW + s] - lifted * a2 - h2 * tangential
     return m0, m1, m2
 
 
@@ -221,13 +237,13 @@ def tile(out, rows, cols, near, characters, constants, combined):
     rows, cols: as `assembly` makes them of a block; near: corrections of near pairs, by `assembly`; characters: (G, G)
     constants: k / (2 pi), 4 / k^2, least R^2, 1/2, 1, k, alpha, (1 - alpha) / k, 1/6; combined: with the MFIE
     """
-    triangles, points, nu, centers, normals, own, starts, functions, weights, row_ends = rows
-    (sources, there, halves, signs, col_ends), (begins, of_pairs, corrections) = cols, near
+    triangles, points, nu, centers, normals, corner_products, starts, functions, weights, row_ends = rows
+    (sources, col_triangles, halves, signs, col_ends), (begins, of_pairs, corrections) = cols, near
     turns, charge, tiny, half, one = constants[0], constants[1], constants[2], constants[3], constants[4]
-    images, count = len(sources), len(there)
+    images, count = len(sources), len(col_triangles)
     w, z = np.empty((images, END), out.dtype), np.empty((images, SUMS - HALVES), out.dtype)
     place = np.full(begins.shape[1] + 1, -1, np.int64)
-    place[there] = np.arange(count)
+    place[col_triangles] = np.arange(count)
     w[:, :HALVES] = sources
     row = np.empty((6, col_ends[-1]), out.dtype)  # (part, i)
     for t in range(len(triangles)):
@@ -238,20 +254,22 @@ def tile(out, rows, cols, near, characters, constants, combined):
             for a in range(3):
                 _electric(v, count, points[t, a], nu[t, a], turns, tiny, one)
             _electric_halves(v, count, nu[t, 0], charge, half, HALVES)
-            _electric_halves(v, count, nu[t, 1], charge, half, HALVES + 3 * TILE)
-            _electric_halves(v, count, nu[t, 2], charge, half, HALVES + 6 * TILE)
+            _electric_halves(v, count, nu[t, 1], charge, half, HALVES + 3 * ROW)
+            _electric_halves(v, count, nu[t, 2], charge, half, HALVES + 6 * ROW)
             if combined:
                 v[SUMS:] = 0
                 for a in range(3):
-                    _magnetic(v, count, points[t, a], nu[t, a], centers[t], normals[t], own[t, a], constants)
+                    _magnetic(
+                        v, count, points[t, a], nu[t, a], centers[t], normals[t], corner_products[t, a], constants
+                    )
                 _combined_halves(v, count, 0, nu[t, 0], centers[t], normals[t], constants, HALVES)
-                _combined_halves(v, count, 1, nu[t, 1], centers[t], normals[t], constants, HALVES + 3 * TILE)
-                _combined_halves(v, count, 2, nu[t, 2], centers[t], normals[t], constants, HALVES + 6 * TILE)
+                _combined_halves(v, count, 1, nu[t, 1], centers[t], normals[t], constants, HALVES + 3 * ROW)
+                _combined_halves(v, count, 2, nu[t, 2], centers[t], normals[t], constants, HALVES + 6 * ROW)
             for pair in range(begins[g, triangles[t]], begins[g, triangles[t] + 1]):
                 s = place[of_pairs[pair]]
                 if s >= 0:
                     for entry in range(18):
-                        v[HALVES + entry * TILE + s] += corrections[pair, entry]
+                        v[HALVES + entry * ROW + s] += corrections[pair, entry]
             for p in range(images):
                 character = characters[p, g]
                 for n in range(SUMS - HALVES):
@@ -261,11 +279,11 @@ def tile(out, rows, cols, near, characters, constants, combined):
             first, width = col_ends[p], col_ends[p + 1] - col_ends[p]
             begin, end = end, end + 2 * width * (row_ends[p + 1] - row_ends[p])
             for i in range(6):
-                _gather(row[i], z[p, 3 * i * TILE :], halves, signs, first, width)
+                _gather(row[i], z[p, 3 * i * ROW :], halves, signs, first, width)
             for i in range(3):
                 for e in range(starts[p, 3 * t + i], starts[p, 3 * t + i + 1]):
-                    at = begin + 2 * width * (functions[e] - row_ends[p])
-                    _scatter(out[at : at + 2 * width], row[i], row[3 + i], weights[e], width)
+                    entry_begin = begin + 2 * width * (functions[e] - row_ends[p])
+                    _scatter(out[entry_begin : entry_begin + 2 * width], row[i], row[3 + i], weights[e], width)
 
 
 @kernel
@@ -283,9 +301,12 @@ def _scatter(out, real, imag, weight, width):
         out[2 * n + 1] += weight * imag[n]
 
 
-# Rows of the work array for `excite`: u, the tested polarization, the phase of the centroid in turns, and the integrals
-# of half functions, (part, i). Coefficients of the series in `_mean`, real and imaginary parts in turn.
-TESTED, TURN, OF_HALVES, OF_WAVES = (n * TILE for n in (3, 6, 7, 13))
+# Where the rows of the work array of `excite` begin. Those before TESTED are u.
+TESTED = 3 * ROW  # the tested polarization
+TURN = 6 * ROW  # the phase of the centroid, in turns
+OF_HALVES = 7 * ROW  # the integrals of half functions, (part, i)
+OF_WAVES = 13 * ROW  # the end
+# Coefficients of the series in `_mean`, real and imaginary parts in turn.
 SERIES = tuple((-1.0) ** (n // 2) * 2 / factorial(n + 3) for n in range(10))
 
 
@@ -293,7 +314,7 @@ SERIES = tuple((-1.0) ** (n // 2) * 2 / factorial(n + 3) for n in range(10))
 def excite(out, u, p, triangles, normals, starts, functions, weights, characters, turns, alpha, one):
     """Add int F . [alpha E + (1 - alpha) eta n x H] dS of plane waves to `out`, (N, 2 D): both parts side by side.
 
-    u, p: (3, D), D <= TILE; triangles: (G, T, 3, 3) and normals: (G, T, 3) at each image; starts, functions, weights:
+    u, p: (3, D), D <= ROW; triangles: (G, T, 3, 3) and normals: (G, T, 3) at each image; starts, functions, weights:
     for each parity and half function 3 t + i where, in which functions and by how much, l / 2, it takes part;
     turns: k / (2 pi); one: 1 of out's type. Phases are measured from a triangle's centroid, where single precision has
     enough digits.
@@ -302,7 +323,7 @@ def excite(out, u, p, triangles, normals, starts, functions, weights, characters
     w, z = np.empty(OF_WAVES, out.dtype), np.empty((images, OF_WAVES - OF_HALVES), out.dtype)
     coefficients, k = np.array(SERIES).astype(out.dtype), out.dtype.type(2 * np.pi * turns)
     for s in range(count):
-        w[s], w[TILE + s], w[2 * TILE + s] = u[0, s], u[1, s], u[2, s]
+        w[s], w[ROW + s], w[2 * ROW + s] = u[0, s], u[1, s], u[2, s]
     for t in range(triangles.shape[1]):
         z[:] = 0
         for g in range(images):
@@ -322,7 +343,7 @@ def excite(out, u, p, triangles, normals, starts, functions, weights, characters
         for parity in range(images):
             for i in range(3):
                 for e in range(starts[parity, 3 * t + i], starts[parity, 3 * t + i + 1]):
-                    _scatter(out[functions[e]], z[parity, i * TILE :], z[parity, (3 + i) * TILE :], weights[e], count)
+                    _scatter(out[functions[e]], z[parity, i * ROW :], z[parity, (3 + i) * ROW :], weights[e], count)
 
 
 @kernel
@@ -340,8 +361,8 @@ def _tested(w, u, p, count, x, y, z, alpha):
         of_u, of_p = x * u[0, s] + y * u[1, s] + z * u[2, s], x * p[0, s] + y * p[1, s] + z * p[2, s]
         a, b = alpha + (1 - alpha) * of_u, (1 - alpha) * of_p
         w[TESTED + s] = a * p[0, s] - b * u[0, s]
-        w[TESTED + TILE + s] = a * p[1, s] - b * u[1, s]
-        w[TESTED + 2 * TILE + s] = a * p[2, s] - b * u[2, s]
+        w[TESTED + ROW + s] = a * p[1, s] - b * u[1, s]
+        w[TESTED + 2 * ROW + s] = a * p[2, s] - b * u[2, s]
 
 
 @kernel
@@ -354,9 +375,9 @@ def _wave(w, count, nu, k, coefficients, one):
     """
     a, b, c, f = _vector(nu[0]), _vector(nu[1]), _vector(nu[2]), coefficients
     for s in range(count):
-        x, y, z = k * w[s], k * w[TILE + s], k * w[2 * TILE + s]
+        x, y, z = k * w[s], k * w[ROW + s], k * w[2 * ROW + s]
         x0, x1, x2 = _dot(a, x, y, z), _dot(b, x, y, z), _dot(c, x, y, z)
-        x, y, z = w[TESTED + s], w[TESTED + TILE + s], w[TESTED + 2 * TILE + s]
+        x, y, z = w[TESTED + s], w[TESTED + ROW + s], w[TESTED + 2 * ROW + s]
         p0, p1, p2 = _dot(a, x, y, z), _dot(b, x, y, z), _dot(c, x, y, z)
         h2, h3 = -(x0 * x1 + x1 * x2 + x2 * x0), x0 * x1 * x2
         h4, h5, h6 = h2 * h2, 2 * h2 * h3, h2 * h2 * h2 + h3 * h3
@@ -372,11 +393,11 @@ def _wave(w, count, nu, k, coefficients, one):
         a_r, a_i = along_r * cos - along_i * sin, along_r * sin + along_i * cos
         r, i = r * cos - i * sin, r * sin + i * cos
         w[OF_HALVES + s] = a_r - p0 * r
-        w[OF_HALVES + TILE + s] = a_r - p1 * r
-        w[OF_HALVES + 2 * TILE + s] = a_r - p2 * r
-        w[OF_HALVES + 3 * TILE + s] = a_i - p0 * i
-        w[OF_HALVES + 4 * TILE + s] = a_i - p1 * i
-        w[OF_HALVES + 5 * TILE + s] = a_i - p2 * i
+        w[OF_HALVES + ROW + s] = a_r - p1 * r
+        w[OF_HALVES + 2 * ROW + s] = a_r - p2 * r
+        w[OF_HALVES + 3 * ROW + s] = a_i - p0 * i
+        w[OF_HALVES + 4 * ROW + s] = a_i - p1 * i
+        w[OF_HALVES + 5 * ROW + s] = a_i - p2 * i
 
 
 @inner

@@ -74,13 +74,13 @@ def over_directions(backscatter, ways, sweep, threads, progress, name):
         raise InputError(f"the solver '{name}' is of backscatter alone; leave out 'scattering.bistatic'.")
     begun, wavenumbers = time.perf_counter(), 2 * np.pi * sweep.frequency / C0
     elevation, azimuth = sweep.each
-    parts, found = [slice(begin, begin + CHUNK) for begin in range(0, len(azimuth), CHUNK)], []
+    parts, amplitudes = [slice(begin, begin + CHUNK) for begin in range(0, len(azimuth), CHUNK)], []
     with ThreadPoolExecutor(threads) as pool:
-        for part in pool.map(lambda of: backscatter(wavenumbers, elevation[of], azimuth[of]), parts):
-            found.append(part)
-            done = len(found) / len(parts)
+        for part in pool.map(lambda run: backscatter(wavenumbers, elevation[run], azimuth[run]), parts):
+            amplitudes.append(part)
+            done = len(amplitudes) / len(parts)
             progress(0, "directions", done, done * len(wavenumbers))  # of all frequencies at once
-    by_way = dict(zip(ways, np.concatenate(found, axis=1).transpose(0, 2, 1), strict=True))
+    by_way = dict(zip(ways, np.concatenate(amplitudes, axis=1).transpose(0, 2, 1), strict=True))
     field = np.stack([by_way.get(way, np.zeros_like(by_way[ways[0]])) for way in sweep.polarizations])
     seconds = np.full(len(wavenumbers), (time.perf_counter() - begun) / len(wavenumbers))
     return Solution(field.reshape(*field.shape[:2], *sweep.shape), None, {"directions": seconds}, None)
@@ -154,8 +154,8 @@ def _buffer(depth, x, y, triangles, facing):
                 s = ((column - x0) * y2 - (row - y0) * x2) / area
                 r = ((row - y0) * x1 - (column - x0) * y1) / area
                 if s >= 0 and r >= 0 and s + r <= 1:
-                    at = depth[a] + s * (depth[b] - depth[a]) + r * (depth[c] - depth[a])
-                    buffer[row, column] = max(buffer[row, column], at)
+                    height = depth[a] + s * (depth[b] - depth[a]) + r * (depth[c] - depth[a])
+                    buffer[row, column] = max(buffer[row, column], height)
     return buffer
 
 

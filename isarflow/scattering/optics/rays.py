@@ -38,8 +38,8 @@ class Scene:
         axes = axes_of(elevation, azimuth)
         wavenumbers = np.asarray(wavenumbers, float)
         field = np.zeros((len(axes), len(wavenumbers), 4), complex)
-        for of_direction, own in zip(field, axes, strict=True):
-            self._shoot(of_direction, wavenumbers, *own)
+        for of_direction, unit_axes in zip(field, axes, strict=True):
+            self._shoot(of_direction, wavenumbers, *unit_axes)
         field = field.transpose(2, 0, 1)
         field[[0, 3]] += self.surface.backscatter(wavenumbers, elevation, azimuth)
         return field
@@ -48,24 +48,25 @@ class Scene:
         """Add to `field` (F, 4) what comes back to u after a reflection; v, h: unit vectors of the polarizations."""
         step = 2 * np.pi / wavenumbers.max() / DENSITY
         grid = [
-            np.arange(at.min() + step / 2, at.max() + step / 2, step) for at in (self.vertices @ v, self.vertices @ h)
+            np.arange(extent.min() + step / 2, extent.max() + step / 2, step)
+            for extent in (self.vertices @ v, self.vertices @ h)
         ]
         begin = (self.vertices @ u).max() + 0.01 * self.size
-        first, second = (of.ravel() for of in np.meshgrid(*grid, indexing="ij"))
+        first, second = (coordinate.ravel() for coordinate in np.meshgrid(*grid, indexing="ij"))
         origin = first[:, None] * v + second[:, None] * h + begin * u
         way, ahead = np.full(len(origin), begin), np.tile(-u, (len(origin), 1))  # u . r at the origin less the way
         waves = np.tile(np.stack([v, h]), (len(origin), 1, 1))  # of V and H, (R, 2, 3)
         sides = waves  # of the tube's section
         for bounce in range(BOUNCES):
-            found = self.scene.run(origin.astype(np.float32), ahead.astype(np.float32), output=True)
-            hit = found["primID"] >= 0
+            hits = self.scene.run(origin.astype(np.float32), ahead.astype(np.float32), output=True)
+            hit = hits["primID"] >= 0
             if not hit.any():
                 break
             origin, way, ahead, waves, sides = origin[hit], way[hit], ahead[hit], waves[hit], sides[hit]
-            normal = found["Ng"][hit].astype(float)
+            normal = hits["Ng"][hit].astype(float)
             normal /= np.linalg.norm(normal, axis=1)[:, None]
             normal *= -np.sign((normal * ahead).sum(1))[:, None]
-            distance = found["tfar"][hit].astype(float)
+            distance = hits["tfar"][hit].astype(float)
             place, way = origin + distance[:, None] * ahead, way - distance
             cosine = -(normal * ahead).sum(1)
             turned = (sides * normal[:, None]).sum(-1)

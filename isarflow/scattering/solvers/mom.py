@@ -1,11 +1,11 @@
-"""The method of moments, with a direct solver: see `scattering.solve`, and `scattering.plan` for its costs."""
+"""The method of moments, with a direct solver: see `scattering.solve`, and `scattering.costs` for its costs."""
 
 from dataclasses import replace
 
 import numpy as np
 
 from isarflow.mesh import topology
-from isarflow.scattering.costs import at_one_frequency, chosen, planned
+from isarflow.scattering.costs import at_one_frequency, chosen_tolerance, planned
 from isarflow.scattering.solver import FieldSolver
 
 
@@ -49,13 +49,13 @@ class Solver(FieldSolver):
 
         def say(n, part, done):
             # After the last part, 'done', comes the end.
-            so_far = parts[part] + done * seconds[part] if part in parts else sum(seconds.values())
-            progress(n, part, done, so_far / sum(seconds.values()))
+            share = parts[part] + done * seconds[part] if part in parts else sum(seconds.values())
+            progress(n, part, done, share / sum(seconds.values()))
 
-        asked = sweep.frequency, sweep.elevation, sweep.azimuth, sweep.polarizations, symmetry
-        how = settings | {"paired": sweep.paired, "receivers": sweep.receivers, "threads": threads}
-        solution = solve(vertices, triangles, *asked, progress=say, **how)
+        arguments = sweep.frequency, sweep.elevation, sweep.azimuth, sweep.polarizations, symmetry
+        options = settings | {"paired": sweep.paired, "receivers": sweep.receivers, "threads": threads}
+        solution = solve(vertices, triangles, *arguments, progress=say, **options)
         return replace(solution, used={"tolerance": settings["tolerance"]})
 
     def _settings(self, measures, planes, sweep):
-        return self.settings | {"tolerance": chosen(measures, planes, sweep, **self.settings)}
+        return self.settings | {"tolerance": chosen_tolerance(measures, planes, sweep, **self.settings)}

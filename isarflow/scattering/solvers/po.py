@@ -1,9 +1,10 @@
-"""Physical optics with shadows: see `scattering.optics`."""
+"""Physical optics with shadows: see `optics.physical`."""
 
 from isarflow.scattering.solver import FieldSolver
 
-# Seconds of one core for each direction: of each triangle, and of each and each frequency.
-SHADOWS, PHASES = 1e-7, 2e-9
+# Of one core for each direction.
+SHADOW_SECONDS = 1e-7  # of each triangle
+PHASE_SECONDS = 2e-9  # of each triangle and frequency
 
 
 class Solver(FieldSolver):
@@ -13,7 +14,7 @@ class Solver(FieldSolver):
     SETTINGS = {}
 
     def plan(self, measures, planes, sweep):
-        seconds = len(sweep.each[0]) * measures["triangles"] * (SHADOWS + PHASES * len(sweep.frequency))
+        seconds = len(sweep.each[0]) * measures["triangles"] * (SHADOW_SECONDS + PHASE_SECONDS * len(sweep.frequency))
         return 600 + measures["triangles"] / 2000, seconds / 2
 
     def solve(self, vertices, triangles, sweep, symmetry, threads, progress):

@@ -1,4 +1,4 @@
-"""Shooting and bouncing rays: see `scattering.rays`. Embree, which traces them, is an extra package."""
+"""Shooting and bouncing rays: see `optics.rays`. Embree, which traces them, is an extra package."""
 
 import importlib.util
 
@@ -10,8 +10,9 @@ from isarflow.scattering.solver import FieldSolver
 
 INSTALL = ".venv/bin/pip install --require-hashes -r envs/requirements-rays.lock"
 WAYS = "VV", "VH", "HV", "HH"  # of the field that `rays` gives
-# Seconds of one core for each ray, with its share of the first hits: to trace it, and of each frequency.
-TRACED, PHASES = 5e-7, 1e-8
+# Of one core for each ray, with its share of the first hits.
+TRACED_SECONDS = 5e-7  # to trace it
+PHASE_SECONDS = 1e-8  # of each frequency
 
 
 class Solver(FieldSolver):
@@ -22,7 +23,7 @@ class Solver(FieldSolver):
 
     def plan(self, measures, planes, sweep):
         rays = np.prod(np.sort(measures["box"])[1:]) * (10 * sweep.frequency[-1] / C0) ** 2  # of the largest face
-        seconds = len(sweep.each[0]) * rays * (TRACED + PHASES * len(sweep.frequency))
+        seconds = len(sweep.each[0]) * rays * (TRACED_SECONDS + PHASE_SECONDS * len(sweep.frequency))
         return 700 + rays * 600 / 1e6, seconds / 2
 
     def solve(self, vertices, triangles, sweep, symmetry, threads, progress):

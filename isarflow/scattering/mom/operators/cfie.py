@@ -13,7 +13,7 @@ vector like the current: sources at mirror images enter as for the EFIE. The mat
 and skins the CFIE errs more than the EFIE (see ALPHA): it is for closed bodies that are thick against the wavelength,
 which are also those that resonate.
 
-With f' proportional to r' - v', grad G x (r' - v') = grad G x (r - v'), so the inner integral is that of grad G alone.
+With f' proportional to r' - v', grad G x (r' - v') = grad G x (r - v'), so the inner integral is of grad G alone.
 Between near triangles grad (1 / R) is integrated in closed form, the rest of grad G by quadrature.
 """
 
@@ -25,7 +25,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from isarflow.scattering.mom.green import cosine, inverse, sine
-from isarflow.scattering.mom.nearfield import FINE, area_of, by_chunks, of_images, smooth_minus_coarse
+from isarflow.scattering.mom.nearfield import FINE_POINTS, area_of, by_chunks, of_images, smooth_minus_coarse
 from isarflow.scattering.mom.operators import efie
 from isarflow.scattering.mom.quadrature import cross, dot, points_of, static_gradient, weighted_sum
 
@@ -58,8 +58,8 @@ def corrections(near, surface, wavenumber, real, threads=1):
         moments = near.magnetic[g] + by_chunks(change, pairs, surface.vertices, surface.vertices * signs, real, threads)
         m = _from_moments(moments, pairs, surface, signs)
         result.append(ALPHA * z[g] + (1 - ALPHA) * 1j / wavenumber * m)
-    own = near.pairs[0][:, 0] == near.pairs[0][:, 1]
-    result[0][own] += (1 - ALPHA) * 2 * np.pi / (1j * wavenumber) * _gram(surface)
+    same_triangle = near.pairs[0][:, 0] == near.pairs[0][:, 1]
+    result[0][same_triangle] += (1 - ALPHA) * 2 * np.pi / (1j * wavenumber) * _gram(surface)
     return result
 
 
@@ -91,9 +91,9 @@ def _normal(triangle):
 
 @jax.jit
 def _static_moments(field, source):
-    points = points_of(FINE, field)
+    points = points_of(FINE_POINTS, field)
     gradient = static_gradient(points, source[:, :, None]) / area_of(source)
-    return _moments(FINE, points - field.mean(0)[:, None], _normal(field), gradient)
+    return _moments(FINE_POINTS, points - field.mean(0)[:, None], _normal(field), gradient)
 
 
 @partial(jax.jit, static_argnums=0)

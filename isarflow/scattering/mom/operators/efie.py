@@ -1,6 +1,6 @@
 """The electric field integral equation (EFIE): for open and closed surfaces.
 
-Its matrix is that of `assembly`'s z, its right side V_m = int f_m . E dS. Field and sources use the same functions, so
+Its matrix is z of `assembly`, its right side V_m = int f_m . E dS. Field and sources use the same functions, so
 z is symmetric. Between near triangles 1 / R is integrated in closed form over the source triangle and with seven points
 over the field triangle; the smooth remainder (exp(-j k R) - 1) / R with seven points over both.
 """
@@ -13,7 +13,14 @@ import jax.numpy as jnp
 import numpy as np
 
 from isarflow.scattering.mom.green import cosine, green, inverse, sine
-from isarflow.scattering.mom.nearfield import FINE, area_of, by_chunks, near_pairs, of_images, smooth_minus_coarse
+from isarflow.scattering.mom.nearfield import (
+    FINE_POINTS,
+    area_of,
+    by_chunks,
+    near_pairs,
+    of_images,
+    smooth_minus_coarse,
+)
 from isarflow.scattering.mom.quadrature import dot, points_of, static_potentials, weighted_sum
 
 ALPHA = 1  # the EFIE alone: see `cfie`
@@ -40,8 +47,8 @@ def near_terms(surface):
         turned = np.lexsort((of_image[:, 0], of_image[:, 1]))[once]
         orders.append((once, turned))
         # The closed form is over the source triangle; each of a pair is the source once: keep the mean.
-        other = moments[turned]
-        turned_back = [other[:, :1], other[:, 4:7] * signs, other[:, 1:4] * signs, other[:, 7:]]
+        whole, by_field, by_source, product = np.split(moments[turned], [1, 4, 7], axis=1)
+        turned_back = [whole, by_source * signs, by_field * signs, product]
         static.append((moments[once] + np.concatenate(turned_back, 1)) / 2)
     return Near(pairs, orders, static)
 
@@ -53,8 +60,8 @@ def corrections(near, surface, wavenumber, real, threads=1):
         change = partial(smooth_minus_coarse, _over_source, _smooth, green, real(wavenumber))
         smooth = by_chunks(change, pairs[once], surface.vertices, surface.vertices * signs, real, threads)
         z = np.empty((len(pairs), 3, 3), np.result_type(real, np.complex64))
-        z[once] = own = _from_moments(static + smooth, wavenumber, pairs[once], surface, signs)
-        z[turned] = own.transpose(0, 2, 1)
+        z[once] = integrals = _from_moments(static + smooth, wavenumber, pairs[once], surface, signs)
+        z[turned] = integrals.transpose(0, 2, 1)
         result.append(z)
     return result
 
@@ -70,7 +77,7 @@ def _moments(count, rho, scalar, vector):
 
 def _static_moments(field, source):
     # In two pieces of compiled code: in one it rounds otherwise.
-    points = points_of(FINE, field)
+    points = points_of(FINE_POINTS, field)
     return _of_potentials(points, field, source, *_potentials(points, source))
 
 
@@ -84,7 +91,7 @@ def _of_potentials(points, field, source, scalar, vector):
     area = area_of(source)
     scalar, vector = scalar / area, vector / area
     vector = vector + (points - source.mean(0)[:, None]) * scalar
-    return _moments(FINE, points - field.mean(0)[:, None], scalar, vector)
+    return _moments(FINE_POINTS, points - field.mean(0)[:, None], scalar, vector)
 
 
 @jax.jit
