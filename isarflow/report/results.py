@@ -132,7 +132,7 @@ class Results:
 
     @cached_property
     def moved(self):
-        """Names of the experiments that are tested on unknown targets, and on such as are displaced or drift, no more."""
+        """Names of the open experiments whose targets are displaced or drift, and no more."""
         limits = {run["experiment"]: {*run["motion"].get("limits", ())} for run in self.runs.values()}
         return [name for name in self.opened if limits[name] and limits[name] <= {"place", "drift"}]
 

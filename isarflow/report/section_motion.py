@@ -1,4 +1,4 @@
-"""Targets whose place and motion are not known: weighted F1 against how far they are displaced, and how far they drift."""
+"""Targets whose place and motion are not known: weighted F1 against displacement and drift."""
 
 import pandas as pd
 
@@ -52,7 +52,7 @@ def limited(results):
 
 
 def along(rows, name):
-    """Return a line's rows in the order of a limit: those in which nothing but it is not known, or, of drift, the place."""
+    """Return a line's rows in the order of a limit: those in which it alone is not known, or, of drift, the place too."""
     if name == "drift":
         rows = rows[rows["place"] == rows.loc[rows["drift"] > 0, "place"].max()]
     else:
