@@ -13,7 +13,8 @@ from isarflow.core.sweep import C0, closes_circle
 
 Images = Callable[[np.ndarray], np.ndarray]  # a function of samples to images
 BYTES = 8  # one complex64
-SHARED = ("imager", "aperture", "polarizations")  # keys of the config's section that are no settings of an imager
+# Keys of the config's section that are no settings of an imager.
+SHARED = ("imager", "aperture", "polarizations", "focus")
 
 
 def resolution(frequency: np.ndarray, step: float, samples: int, turn: float) -> tuple[float, float]:

@@ -10,7 +10,7 @@ from isarflow.core import store as stores
 from isarflow.core import sweep
 from isarflow.core.errors import InputError
 from isarflow.imaging.formation import apertures, form_images
-from isarflow.imaging.geometry import PURE_NOISE, centres, describe, geometry, imager_of
+from isarflow.imaging.geometry import PURE_NOISE, centres, describe, focus_of, geometry, imager_of
 from isarflow.imaging.noise import DEFINITIONS, definition_offset, generator, signal_power, variances, white_noise
 
 # Parts of the geometry that are attributes of every store.
@@ -58,6 +58,7 @@ def make_noisy(field_path, image_paths, imaging, target, noise):
     mapping with seed, realizations, definition and per. A store also has each image's SNR in dB by each definition.
     """
     plan, per = _Plan(_open(field_path, imaging["polarizations"]), imaging), noise["per"]
+    focus = focus_of(plan.field.frequency.values, plan.sweep, imaging)
     powers = {name: [signal_power(samples[:, 0], name) for samples in plan.samples()] for name in DEFINITIONS}
     for path in tqdm(image_paths, unit="SNR", desc="adding noise", leave=False):
         snr_db = sweep.snr_of_label(Path(path).stem)
@@ -68,10 +69,11 @@ def make_noisy(field_path, image_paths, imaging, target, noise):
             randoms = plan.randoms(noise["seed"], target, snr_db, number)
             for row, (samples, of_row) in enumerate(zip(plan.samples(), variance, strict=True)):
                 noisy = samples + plan.noise(of_row, per, randoms)
-                images[number, row], peaks[number, row] = form_images(plan.imager, noisy)
+                images[number, row], peaks[number, row] = form_images(plan.imager, focus(noisy))
         with np.errstate(invalid="ignore"):  # an aperture without signal has no SNR
             own = {f"snr_{name}": 10 * np.log10(np.divide(power, variance)) for name, power in powers.items()}
         shared = {"snr_db": float(snr_db), "snr_definition": noise["definition"], "noise_per": per}
+        shared |= {"focus": imaging["focus"]} if "focus" in imaging else {}
         plan.write(path, images, peaks, shared | {"seed": noise["seed"]}, own)
 
 
@@ -130,7 +132,7 @@ class _Plan:
             axes, coords["realization"] = ("realization", *axes), np.arange(len(image))
         shared = {
             "polarization": ", ".join(self.channels),
-            **{key: value for key, value in self.imaging.items() if key != "polarizations"},
+            **{key: value for key, value in self.imaging.items() if key not in ("polarizations", "focus")},
             "coherent": self.imager.coherent,
             **{key: self.geometry[key] for key in STATED},
             # In rad/m, the middle of the image's spectrum: zeros are added on both sides of it to up-sample the image.

@@ -18,7 +18,7 @@ rule image:
         mem_mb=lambda w: plan.image_megabytes(1),
     params:
         code=code("job_image.py", plan.imager_file()),
-        settings=section(config, "imaging"),
+        settings=section(unfocused(config), "imaging"),
     message:
         "imaging {wildcards.target}: form the clean images"
     script:
@@ -48,7 +48,7 @@ for number, snrs in enumerate(SNR_SETS, 1):
             mem_mb=lambda w: plan.image_megabytes(config["noise"]["realizations"]),
             runtime=lambda w, attempt: 240 * attempt,  # minutes a cluster gives it, as its name may have a number
         params:
-            code=code("job_noise.py", plan.imager_file()),
+            code=code("job_noise.py", plan.imager_file(), plan.focus_file()),
             settings=lambda w: section(
                 plan.seeded[w.root], "imaging", "noise.definition", "noise.per", "noise.realizations", "seed"
             ),
@@ -72,7 +72,7 @@ rule pure_noise:
         mem_mb=lambda w: plan.image_megabytes(1),
     params:
         code=code("job_pure_noise.py", plan.imager_file()),
-        settings=lambda w: section(plan.seeded[w.root], "aspect", "imaging", "radar", "seed"),
+        settings=lambda w: section(unfocused(plan.seeded[w.root]), "aspect", "imaging", "radar", "seed"),
     message:
         "imaging: form images of noise alone"
     script:
