@@ -162,8 +162,8 @@ def check_kind(seam: Seam, name: Any, key: str) -> None:
     except (ValueError, OSError) as error:
         raise InputError(f"{key}: {file} is not a file of Python in UTF-8 ({error}).") from None
     if not seam.methods <= methods:
-        wanted = " and ".join(sorted(seam.methods, reverse=True))
-        raise InputError(f"{key}: {file} has no class {seam.class_name} with methods {wanted}.")
+        wanted = f"method{'s' * (len(seam.methods) > 1)} {' and '.join(sorted(seam.methods, reverse=True))}"
+        raise InputError(f"{key}: {file} has no class {seam.class_name} with {wanted}.")
 
 
 @functools.cache

@@ -68,11 +68,16 @@ class Focusing:
         np.sin(phase, out=turn.imag)
         return samples * turn
 
-    def in_place(self, errors: np.ndarray, present: np.ndarray) -> np.ndarray:
-        """Range errors (images, A) without their displacement, which is found beside a quadratic error: that stays."""
+    def in_place(self, errors: np.ndarray, samples: np.ndarray) -> np.ndarray:
+        """Range errors (images, A) without their displacement, which is found beside a quadratic error: that stays.
+
+        A pulse counts by its power, as what is found of weak ones is noise.
+        """
         shapes = np.stack([np.cos(self.angle), np.sin(self.angle), self.time**2], axis=1)
-        fitted = np.einsum("nsa,na->ns", np.linalg.pinv(shapes * present[:, :, None]), errors * present)
-        return (errors - fitted[:, :2] @ shapes[:, :2].T) * present
+        weights = np.sqrt((samples.real**2 + samples.imag**2).sum(axis=(1, 2)))
+        weights = weights / np.maximum(weights.max(axis=1, keepdims=True), TINY)
+        fitted = np.einsum("nsa,na->ns", np.linalg.pinv(shapes * weights[:, :, None]), errors * weights)
+        return (errors - fitted[:, :2] @ shapes[:, :2].T) * (weights > 0)
 
     def aligned(self, samples: np.ndarray, present: np.ndarray) -> np.ndarray:
         """Range errors (images, A) in m, to a tenth of a cell, by correlation of the magnitudes of range profiles.
@@ -85,7 +90,8 @@ class Focusing:
         # As a sum of waves over range, of which wave n turns by 2 n r (k[1] - k[0]) where the profile is moved by r.
         laid = np.moveaxis(np.fft.fft(profiles, axis=1)[:, : count // 2], 2, 0)
         step = self.cells.cell[0] / PER_CELL
-        shifts = step * np.arange(-PER_CELL * len(self.frequency) // 2, PER_CELL * len(self.frequency) // 2 + 1)
+        half = PER_CELL * len(self.frequency) // 2
+        shifts = step * np.arange(-half, half + 1)
         turn = 2j * (self.k[1] - self.k[0]) * np.arange(count // 2)
         tried, total, errors = np.exp(np.outer(turn, shifts)), 0 * laid[0], np.zeros(present.shape)
         outwards = np.argsort(np.abs(self.angle), kind="stable")
@@ -93,15 +99,11 @@ class Focusing:
             for pulse in outwards:
                 own, others = laid[pulse], total if first else total - laid[pulse]
                 match = ((others.conj() * own) @ tried).real
-                best = match.argmax(axis=1).clip(1, len(shifts) - 2)
-                before, there, after = (np.take_along_axis(match, best[:, None] + by, 1)[:, 0] for by in (-1, 0, 1))
-                bend = np.where(there > 0, before - 2 * there + after, 1)  # 0 beside lost pulses
-                moved = shifts[best] + np.where(there > 0, (before - after) / (2 * bend), 0) * step
-                moved = np.where((there > 0) & present[:, pulse], moved, 0)
+                moved = step * (summit(match) - half) * present[:, pulse] * others.any(axis=1)
                 errors[:, pulse] -= moved
                 laid[pulse] = own * np.exp(turn * moved[:, None])
                 total = others + laid[pulse]
-        return self.in_place(errors, present)
+        return self.in_place(errors, samples)
 
     def refocused(self, samples: np.ndarray, present: np.ndarray | None, search: Search) -> np.ndarray:
         """Samples without the range errors that `search` finds; where these exceed a cell, also from aligned profiles.
@@ -119,6 +121,14 @@ class Focusing:
         """Of two estimates of range errors (images, A) those that leave the smaller entropy."""
         worse = self.entropy(self.undone(samples, second)) >= self.entropy(self.undone(samples, first))
         return np.where(worse[:, None], first, second)
+
+
+def summit(values: np.ndarray) -> np.ndarray:
+    """Where values (..., N) are largest, as an index (...,) read between them by a parabola."""
+    best = values.argmax(axis=-1).clip(1, values.shape[-1] - 2)
+    before, there, after = (np.take_along_axis(values, best[..., None] + by, -1)[..., 0] for by in (-1, 0, 1))
+    bend = 2 * there - before - after
+    return best + np.divide(after - before, 2 * bend, out=np.zeros(best.shape), where=bend > 0)
 
 
 def build(frequency: np.ndarray, angle: np.ndarray, imaging: Mapping[str, Any]) -> Focusing:

@@ -9,6 +9,7 @@ from tqdm import tqdm
 from isarflow.core import store as stores
 from isarflow.core import sweep
 from isarflow.core.errors import InputError
+from isarflow.core.kinds import of_focus
 from isarflow.imaging.formation import apertures, form_images
 from isarflow.imaging.geometry import PURE_NOISE, centres, describe, focus_of, geometry, imager_of
 from isarflow.imaging.noise import DEFINITIONS, definition_offset, generator, signal_power, variances, white_noise
@@ -73,7 +74,7 @@ def make_noisy(field_path, image_paths, imaging, target, noise):
         with np.errstate(invalid="ignore"):  # an aperture without signal has no SNR
             own = {f"snr_{name}": 10 * np.log10(np.divide(power, variance)) for name, power in powers.items()}
         shared = {"snr_db": float(snr_db), "snr_definition": noise["definition"], "noise_per": per}
-        shared |= {"focus": imaging["focus"]} if "focus" in imaging else {}
+        shared |= {"focus": imaging["focus"]} if of_focus(imaging)[0] != "none" else {}
         plan.write(path, images, peaks, shared | {"seed": noise["seed"]}, own)
 
 

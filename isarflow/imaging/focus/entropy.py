@@ -7,14 +7,14 @@ weighted, again and again (the fixed point of Kragh, Proc. ASAP workshop, 2006, 
 
 import numpy as np
 
-from isarflow.imaging.focusing import TINY, Focusing
+from isarflow.imaging.focusing import TINY, Focusing, summit
 
 WIDEST, STEP, HALVINGS = 1.25, 1 / 8, 5  # wavelengths at the ends of the aperture: drifts tried, and how finely
 JITTER, FINE = 0.5, 1 / 16  # wavelengths: the largest error of a pulse beside the drift, and steps of the search
 ROUNDS, MORE = 6, 14  # of `pulse` from each beginning, and from the better one
 # Between errors half a wavelength apart the phase alone does not decide, and range does little: the smaller one is more
-# probable. An error of a wavelength costs this share of the best match, others with the square.
-UNLIKELY = 0.5
+# probable, the more so of a weak pulse. An error costs this times its square in wavelengths, in the pulses' mean match.
+UNLIKELY = 1
 
 
 class Focus(Focusing):
@@ -49,7 +49,7 @@ class Focus(Focusing):
         """Errors (images, A), from first ones and from the drift found around these."""
         starts = first, self.by_drift(samples, present, first)
         begun = [self.laid(samples, present, start, ROUNDS) for start in starts]
-        return self.in_place(self.laid(samples, present, self.sharper(samples, *begun), MORE), present)
+        return self.in_place(self.laid(samples, present, self.sharper(samples, *begun), MORE), samples)
 
     def laid(self, samples, present, first, rounds):
         """Errors (images, A) after some rounds, none further than JITTER from the first ones."""
@@ -61,9 +61,7 @@ class Focus(Focusing):
             mean = np.maximum(power.mean(axis=(1, 2), keepdims=True), TINY)
             weighted = np.log(np.maximum(power / mean, 1)) * image  # weaker pixels count nothing: it converges sooner
             back = (weighted.reshape(-1, len(self.pixels)) @ self.pixels.conj().T).reshape(samples.shape)
-            match = np.moveaxis((back.conj() * samples).sum(axis=1), 1, 2) @ phases  # (images, A, steps)
-            worth = match.real - UNLIKELY * np.abs(match).max(axis=2, keepdims=True) * (steps / self.wavelength) ** 2
-            best = worth.argmax(axis=2)
-            rest = np.angle(np.take_along_axis(match, best[:, :, None], 2)[:, :, 0]) / (2 * self.k.mean())
-            errors = (steps[best] + rest) * present
+            match = (np.moveaxis((back.conj() * samples).sum(axis=1), 1, 2) @ phases).real  # (images, A, steps)
+            likely = UNLIKELY * match.max(axis=2).mean(axis=1)[:, None, None] * (steps / self.wavelength) ** 2
+            errors = FINE * self.wavelength * (summit(match - likely) - len(steps) // 2) * present
         return first + errors

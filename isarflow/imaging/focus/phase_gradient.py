@@ -1,8 +1,8 @@
 """Phase gradient autofocus (Wahl, Eichel, Ghiglia and Jakowatz, IEEE Trans. AES 30, 1994).
 
 In each range row the brightest pixel is moved to cross-range 0, and a window keeps what is blurred about it. Back over
-pulses, the phase steps from each to the next are the error's, all rows and channels together. Their sum is undone, and
-all begins anew with a narrower window. The samples are turned by the exact phases of the pixels, at all angles.
+pulses, the phase steps from each to the next are the error's, all rows and channels together. Their sum is undone where
+that sharpens the image, and all begins anew with a narrower window. Samples are turned by a pixel's exact phases.
 """
 
 import numpy as np
@@ -39,6 +39,7 @@ class Focus(Focusing):
             before = np.take_along_axis(echoes, last[:, None, None, :-1], 3)
             steps = np.angle((before.conj() * echoes[..., 1:]).sum(axis=(1, 2))) * present[:, 1:]
             phases = np.pad(np.cumsum(steps, axis=1), ((0, 0), (1, 0)))
-            errors = self.in_place(errors + phases / (2 * self.k.mean()), present)
+            found = self.in_place(errors + phases / (2 * self.k.mean()), samples)
+            errors = self.sharper(samples, errors, found)  # at last a window may be too narrow for an error of a pulse
             width = max(NARROWER * width, NARROWEST)
         return errors
