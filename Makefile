@@ -18,6 +18,7 @@
 # make bench-shapes: fields of targets with fine features beside those of finer meshes (five minutes)
 # make bench-imaging: 1,172,490 images from made-up fields, beside the disk's speed
 # make bench-imagers: two points by each imager, over distance, SNR and gaps (ten minutes)
+# make bench-focus: focus methods on points and on the dataset's targets, over motion (five minutes)
 # make bench-imaged: what is recognised on images of each imager, after `make report` (five minutes)
 # make bench-optics: physical optics and rays beside the dataset: errors, images, recognition (a quarter of an hour)
 # make bench-centres: where scattering centres lie on five targets, against edges and tips (a quarter of an hour)
@@ -36,7 +37,7 @@ export PATH := $(CURDIR)/$(BIN):$(PATH)
 
 .PHONY: smoke optics-meshes report thesis recognition models benchmark test lint docs environment results validate fields check-fields bench-learning bench-capsules \
 	bench-scattering bench-bempp bench-thesis bench-imaging bench-compressed bench-mesh bench-meshing \
-	bench-device bench-habits bench-shapes bench-training bench-imagers bench-imaged bench-optics bench-centres
+	bench-device bench-habits bench-shapes bench-training bench-imagers bench-focus bench-imaged bench-optics bench-centres
 
 smoke: environment
 	snakemake --cores $(CORES) report --configfile config/smoke.yaml
@@ -117,6 +118,9 @@ bench-imaging: environment
 
 bench-imagers: environment
 	python benchmarks/bench_imagers.py --threads $(CORES)
+
+bench-focus: environment
+	python benchmarks/bench_focus.py --threads $(CORES)
 
 bench-imaged: environment
 	python benchmarks/bench_imaged.py --threads $(CORES)

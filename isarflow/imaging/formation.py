@@ -56,8 +56,8 @@ class Formation:
     def at(self, down: np.ndarray, cross: np.ndarray) -> Images:
         """A function that forms images at ranges `down` (D,) and crossranges `cross` (C,) in m.
 
-        It maps samples (images, F, A), complex in m, to images (images, D, C). A scatterer of amplitude f at one of
-        these places gives a peak of |f|. The page asks for finer places than the `axes`, too.
+        It maps samples (images, F, A), complex in m, to images (images, D, C). Those of a lost pulse are 0. A scatterer
+        of amplitude f at one of these places gives a peak of |f|. The page asks for finer places than the `axes`, too.
         """
         raise NotImplementedError
 
