@@ -16,6 +16,7 @@ from isarflow.core.sweep import C0
 from isarflow.imaging.scatterers import Scatterers, waves
 
 TINY = np.finfo(np.float32).tiny
+MARGIN = 0.1  # of the entropy, for each cell that profiles are moved by alignment: a few strong pulses pretend many
 PER_CELL = 20  # shifts in a range cell that the alignment tries; it reads between them
 # A function of samples, the pulses present and first errors (images, A) to errors (images, A), all in m.
 Search = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
@@ -74,10 +75,11 @@ class Focusing:
         A pulse counts by its power, as what is found of weak ones is noise.
         """
         shapes = np.stack([np.cos(self.angle), np.sin(self.angle), self.time**2], axis=1)
-        weights = np.sqrt((samples.real**2 + samples.imag**2).sum(axis=(1, 2)))
-        weights = weights / np.maximum(weights.max(axis=1, keepdims=True), TINY)
-        fitted = np.einsum("nsa,na->ns", np.linalg.pinv(shapes * weights[:, :, None]), errors * weights)
-        return (errors - fitted[:, :2] @ shapes[:, :2].T) * (weights > 0)
+        power = (samples.real**2 + samples.imag**2).sum(axis=(1, 2)).astype(float)
+        share = power / np.maximum(power.sum(axis=1, keepdims=True), TINY)
+        normal = np.einsum("as,na,at->nst", shapes, share, shapes) + 1e-9 * np.eye(3)  # fewer than three pulses
+        fitted = np.linalg.solve(normal, ((errors * share) @ shapes)[:, :, None])[:, :2, 0]
+        return (errors - fitted @ shapes[:, :2].T) * (power > 0)
 
     def aligned(self, samples: np.ndarray, present: np.ndarray) -> np.ndarray:
         """Range errors (images, A) in m, to a tenth of a cell, by correlation of the magnitudes of range profiles.
@@ -108,19 +110,21 @@ class Focusing:
     def refocused(self, samples: np.ndarray, present: np.ndarray | None, search: Search) -> np.ndarray:
         """Samples without the range errors that `search` finds; where these exceed a cell, also from aligned profiles.
 
-        Of profiles of many scatterers alignment can be far off, so an image takes what has the smaller entropy.
+        Of profiles of many scatterers alignment can be far off, so an image takes it where it is clearly sharper.
         """
         present = np.ones((len(samples), len(self.angle)), bool) if present is None else present
         found, aligned = search(samples, present, np.zeros(present.shape)), self.aligned(samples, present)
-        far = np.abs(aligned).max(axis=1) > self.cells.cell[0]
+        cells = np.abs(aligned).max(axis=1) / self.cells.cell[0]
+        far = cells > 1
         if far.any():
-            found[far] = self.sharper(samples[far], found[far], search(samples[far], present[far], aligned[far]))
+            tried = search(samples[far], present[far], aligned[far])
+            found[far] = self.sharper(samples[far], found[far], tried, MARGIN * cells[far])
         return self.undone(samples, found)
 
-    def sharper(self, samples: np.ndarray, first: np.ndarray, second: np.ndarray) -> np.ndarray:
-        """Of two estimates of range errors (images, A) those that leave the smaller entropy."""
-        worse = self.entropy(self.undone(samples, second)) >= self.entropy(self.undone(samples, first))
-        return np.where(worse[:, None], first, second)
+    def sharper(self, samples: np.ndarray, first: np.ndarray, second: np.ndarray, by: Any = 0) -> np.ndarray:
+        """Of two estimates of range errors (images, A) the second where its entropy is smaller by more than `by`."""
+        better = self.entropy(self.undone(samples, first)) - self.entropy(self.undone(samples, second)) > by
+        return np.where(better[:, None], second, first)
 
 
 def summit(values: np.ndarray) -> np.ndarray:

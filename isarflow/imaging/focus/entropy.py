@@ -10,6 +10,7 @@ import numpy as np
 from isarflow.imaging.focusing import TINY, Focusing, summit
 
 WIDEST, STEP, HALVINGS = 1.25, 1 / 8, 5  # wavelengths at the ends of the aperture: drifts tried, and how finely
+DRIFTING = 0.05  # what a drift costs, times its square in wavelengths: where few pulses have all power any is as sharp
 JITTER, FINE = 0.5, 1 / 16  # wavelengths: the largest error of a pulse beside the drift, and steps of the search
 ROUNDS, MORE = 6, 14  # of `pulse` from each beginning, and from the better one
 # Between errors half a wavelength apart the phase alone does not decide, and range does little: the smaller one is more
@@ -32,7 +33,8 @@ class Focus(Focusing):
         middle = (first @ square) / np.maximum((there * square).sum(axis=1), 1e-9)  # of errors without a displacement
 
         def left(drifts):
-            return self.entropy(self.undone(samples, np.outer(drifts, square)))
+            unlikely = DRIFTING * ((drifts - middle) / self.wavelength) ** 2
+            return self.entropy(self.undone(samples, np.outer(drifts, square))) + unlikely
 
         step = STEP * self.wavelength
         tried = middle + step * np.arange(-round(WIDEST / STEP), round(WIDEST / STEP) + 1)[:, None]
