@@ -16,7 +16,7 @@ from isarflow.core.sweep import C0
 from isarflow.imaging.scatterers import Scatterers, waves
 
 TINY = np.finfo(np.float32).tiny
-MARGIN = 0.1  # of the entropy, for each cell that profiles are moved by alignment: a few strong pulses pretend many
+MARGIN = 0.07  # of the entropy, for each cell that profiles are moved by alignment: a few strong pulses pretend many
 PER_CELL = 20  # shifts in a range cell that the alignment tries; it reads between them
 # A function of samples, the pulses present and first errors (images, A) to errors (images, A), all in m.
 Search = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
