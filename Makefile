@@ -18,6 +18,7 @@
 # make bench-shapes: fields of targets with fine features beside those of finer meshes (five minutes)
 # make bench-imaging: 1,172,490 images from made-up fields, beside the disk's speed
 # make bench-imagers: two points by each imager, over distance, SNR and gaps (ten minutes)
+# make bench-focus: focus methods on points and on the dataset's targets, over motion (five minutes)
 # make bench-imaged: what is recognised on images of each imager, after `make report` (five minutes)
 # make bench-optics: physical optics and rays beside the dataset: errors, images, recognition (a quarter of an hour)
 # make bench-centres: where scattering centres lie on five targets, against edges and tips (a quarter of an hour)

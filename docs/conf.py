@@ -40,6 +40,7 @@ MENU = {
     "What it computes": [
         "docs/method",
         "docs/imagers",
+        "docs/motion",
         "docs/recognition",
         "docs/benchmark",
         "docs/validation",

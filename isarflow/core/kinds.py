@@ -51,9 +51,13 @@ class Kind(NamedTuple):
 
 MODELS = Seam("isarflow/learning/models", "Model", frozenset({"fit", "evaluate"}))
 IMAGERS = Seam("isarflow/imaging/imagers", "Imager", frozenset({"axes", "at"}))
+FOCUS = Seam("isarflow/imaging/focus", "Focus", frozenset({"focus"}))
 SOLVERS = Seam("isarflow/scattering/solvers", "Solver", frozenset({"plan", "solve"}))
 # The base classes in these files have the defaults for kinds that state nothing; their methods are not defined.
-BASES = "isarflow/imaging/formation.py", "isarflow/learning/classifier.py", "isarflow/scattering/solver.py"
+BASES = tuple(
+    f"isarflow/{path}.py"
+    for path in ("learning/classifier", "scattering/solver", "imaging/formation", "imaging/focusing")
+)
 # Sections of the config that name one kind, by this key, with its settings beside it; and the kind whose
 # settings are shown where a section names none.
 SECTIONS = {"imaging": ("imager", IMAGERS, "fourier"), "scattering": ("solver", SOLVERS, "mom")}
@@ -163,8 +167,8 @@ def check_kind(seam: Seam, name: Any, key: str) -> None:
     except (ValueError, OSError) as error:
         raise InputError(f"{key}: {file} is not a file of Python in UTF-8 ({error}).") from None
     if not seam.methods <= methods:
-        wanted = " and ".join(sorted(seam.methods, reverse=True))
-        raise InputError(f"{key}: {file} has no class {seam.class_name} with methods {wanted}.")
+        wanted = f"method{'s' * (len(seam.methods) > 1)} {' and '.join(sorted(seam.methods, reverse=True))}"
+        raise InputError(f"{key}: {file} has no class {seam.class_name} with {wanted}.")
 
 
 @functools.cache
@@ -199,6 +203,13 @@ def _said(file: str, name: str) -> Kind:
             with contextlib.suppress(ValueError):  # none that is a literal
                 stated[ast.unparse(target)] = ast.literal_eval(node.value)
     return Kind(file, methods, stated)
+
+
+def of_focus(imaging: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
+    """The focus method of a config's section `imaging`, a name or a path, and its settings."""
+    focus = imaging.get("focus", "none")
+    settings = dict(focus) if isinstance(focus, dict) else {"method": focus}
+    return settings.pop("method"), settings
 
 
 def page_names(models: Mapping[str, Any]) -> dict[str, dict[str, Any]]:

@@ -13,7 +13,8 @@ from isarflow.core.sweep import C0, closes_circle
 
 Images = Callable[[np.ndarray], np.ndarray]  # a function of samples to images
 BYTES = 8  # one complex64
-SHARED = ("imager", "aperture", "polarizations")  # keys of the config's section that are no settings of an imager
+# Keys of the config's section that are no settings of an imager.
+SHARED = ("imager", "aperture", "polarizations", "focus")
 
 
 def resolution(frequency: np.ndarray, step: float, samples: int, turn: float) -> tuple[float, float]:
@@ -57,8 +58,8 @@ class Formation:
     def at(self, down: np.ndarray, cross: np.ndarray) -> Images:
         """A function that forms images at ranges `down` (D,) and crossranges `cross` (C,) in m.
 
-        It maps samples (images, F, A), complex in m, to images (images, D, C). A scatterer of amplitude f at one of
-        these places gives a peak of |f|. The page asks for finer places than the `axes`, too.
+        It maps samples (images, F, A), complex in m, to images (images, D, C). Those of a lost pulse are 0. A scatterer
+        of amplitude f at one of these places gives a peak of |f|. The page asks for finer places than the `axes`, too.
         """
         raise NotImplementedError
 

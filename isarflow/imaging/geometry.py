@@ -14,6 +14,7 @@ import numpy as np
 from isarflow.core import sweep
 from isarflow.core.errors import InputError
 from isarflow.core.sweep import C0, closes_circle
+from isarflow.imaging import focusing
 from isarflow.imaging.formation import BYTES, build, resolution
 
 PURE_NOISE = "pure-noise"  # used in place of a target's name; the dash keeps it from being one
@@ -50,8 +51,26 @@ def centres(azimuth, aperture):
 
 def imager_of(frequency, azimuth, imaging):
     """The imager of a sweep (frequency in Hz, azimuth in degrees). InputError if it can make no image."""
-    turn = np.radians(uniform_step("azimuth", azimuth))
-    return build(frequency, turn * (np.arange(imaging["aperture"]) - imaging["aperture"] // 2), imaging)
+    return build(frequency, _angles(azimuth, imaging["aperture"]), imaging)
+
+
+def focus_of(frequency, azimuth, imaging):
+    """The focus method of a sweep, as a function of samples (images, channel, F * A) and the pulses present.
+
+    See `focusing.Focusing.focus`. Clean images and those of noise alone are formed without it.
+    """
+    method = focusing.build(frequency, _angles(azimuth, imaging["aperture"]), imaging)
+
+    def focus(samples, present=None):
+        apart = samples.reshape(*samples.shape[:2], len(frequency), -1)
+        return method.focus(apart, present).reshape(samples.shape)
+
+    return focus
+
+
+def _angles(azimuth, aperture):
+    """The azimuths of an aperture's samples relative to the middle one, rad. azimuth: the sweep's, degrees."""
+    return np.radians(uniform_step("azimuth", azimuth)) * (np.arange(aperture) - aperture // 2)
 
 
 def geometry(frequency, elevation, azimuth, imaging):

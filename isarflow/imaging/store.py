@@ -9,9 +9,10 @@ from tqdm import tqdm
 from isarflow.core import store as stores
 from isarflow.core import sweep
 from isarflow.core.errors import InputError
+from isarflow.core.kinds import of_focus
 from isarflow.imaging import motion as motions
 from isarflow.imaging.formation import apertures, form_images
-from isarflow.imaging.geometry import PURE_NOISE, centres, describe, geometry, imager_of
+from isarflow.imaging.geometry import PURE_NOISE, centres, describe, focus_of, geometry, imager_of
 from isarflow.imaging.noise import DEFINITIONS, definition_offset, generator, signal_power, variances, white_noise
 
 # Parts of the geometry that are attributes of every store.
@@ -62,6 +63,7 @@ def make_noisy(field_path, image_paths, imaging, target, noise, motion=motions.S
     from 0, and where pulses may be lost `received` (realization, elevation, azimuth, pulse).
     """
     plan, per = _Plan(_open(field_path, imaging["polarizations"]), imaging), noise["per"]
+    focus = focus_of(plan.field.frequency.values, plan.sweep, imaging)
     powers = {name: [signal_power(samples[:, 0], name) for samples in plan.samples()] for name in DEFINITIONS}
     for path in tqdm(image_paths, unit="SNR", desc="adding noise", leave=False):
         snr_db = sweep.snr_of_label(Path(path).stem)
@@ -72,15 +74,16 @@ def make_noisy(field_path, image_paths, imaging, target, noise, motion=motions.S
         for number in range(noise["realizations"]):
             randoms = plan.randoms(noise["seed"], target, snr_db, number)
             for row, (samples, of_row) in enumerate(zip(plan.samples(), variance, strict=True)):
-                added = plan.noise(of_row, per, randoms)
+                added, pulses = plan.noise(of_row, per, randoms), None
                 if any(motion):
                     errors.append(plan.errors(motion, row, noise["seed"], target, number))
-                    samples = plan.moved(samples, row, errors[-1])
-                    added = np.where(plan.of_pulses(errors[-1].received), added, 0)
-                images[number, row], peaks[number, row] = form_images(plan.imager, samples + added)
+                    samples, pulses = plan.moved(samples, row, errors[-1]), errors[-1].received
+                    added = np.where(plan.of_pulses(pulses), added, 0)
+                images[number, row], peaks[number, row] = form_images(plan.imager, focus(samples + added, pulses))
         with np.errstate(invalid="ignore"):  # an aperture without signal has no SNR
             own = {f"snr_{name}": 10 * np.log10(np.divide(power, variance)) for name, power in powers.items()}
         shared = {"snr_db": float(snr_db), "snr_definition": noise["definition"], "noise_per": per}
+        shared |= {"focus": imaging["focus"]} if of_focus(imaging)[0] != "none" else {}
         if any(motion):
             shared |= {f"motion_{key}": limit for key, limit in motion._asdict().items()}
             own |= plan.stated(motion, errors)
@@ -170,7 +173,7 @@ class _Plan:
             axes, coords["realization"] = ("realization", *axes), np.arange(len(image))
         shared = {
             "polarization": ", ".join(self.channels),
-            **{key: value for key, value in self.imaging.items() if key != "polarizations"},
+            **{key: value for key, value in self.imaging.items() if key not in ("polarizations", "focus")},
             "coherent": self.imager.coherent,
             **{key: self.geometry[key] for key in STATED},
             # In rad/m, the middle of the image's spectrum: zeros are added on both sides of it to up-sample the image.

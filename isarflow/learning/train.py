@@ -59,7 +59,8 @@ def train(stores, training, folder, checkpoints=None):
 
     who = conformance.describe(name, run["name"], kind)
     model, best, search, moves = None, -1.0, [], moves_of(run)
-    for settings in choices(training.settings):
+    every_choice = choices(training.settings)
+    for settings in every_choice:
         candidate = build(kind, settings, seed)
         candidate.checkpoints, candidate.noise, candidate.aspects, candidate.moves = checkpoints, noise, aspects, moves
         shown = learned, held_out
@@ -67,7 +68,8 @@ def train(stores, training, folder, checkpoints=None):
             seen = training.seed, run["name"], name
             (*shown,) = (_moved(moves, *of, *seen) for of in ((learned, COPIES), (held_out, 1)))
             candidate.aspects = aspects[_shown(learned.snrs, COPIES)]
-        accuracy = _fit(candidate, *shown, run["random_snr"], who)
+        _fit(candidate, *shown, run["random_snr"], who)
+        accuracy = _accuracy(candidate, shown[1]) if len(every_choice) > 1 else 0.0
         search.append({**settings, "validation_accuracy": accuracy})
         if accuracy > best:
             model, best = candidate, accuracy
@@ -101,7 +103,7 @@ def train(stores, training, folder, checkpoints=None):
 
 
 def _fit(model, learned, held_out, keeps_snrs, who):
-    """Fit a model and check it. Return its accuracy on the validation images of its classes (OTHER may be none)."""
+    """Fit a model and check it."""
     conformance.refuse(who, conformance.of_face(model))
     try:
         model.fit(learned.images, learned.labels, held_out, learned.snrs if keeps_snrs else None, learned.views)
@@ -109,6 +111,10 @@ def _fit(model, learned, held_out, keeps_snrs, who):
         error.add_note(f"That was the fit of {who}, with the settings {dict(model.settings)}.")
         raise
     conformance.refuse(who, conformance.of_fitted(model, learned.labels, held_out.images))
+
+
+def _accuracy(model, held_out):
+    """The accuracy of a model on the validation images of its classes (OTHER may be none)."""
     of_class = np.isin(held_out.labels, model.classes_)
     return float(np.mean(model.predict(held_out.images[of_class]) == held_out.labels[of_class]))
 

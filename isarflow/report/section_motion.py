@@ -52,7 +52,7 @@ def limited(results):
 
 
 def along(rows, name):
-    """Return a line's rows in the order of a limit: those in which it alone is not known, or, of drift, the place too."""
+    """Return a line's rows in the order of a limit: in which it alone is not known, or, of drift, the place too."""
     if name == "drift":
         rows = rows[rows["place"] == rows.loc[rows["drift"] > 0, "place"].max()]
     else:

@@ -9,7 +9,7 @@ from pathlib import Path
 from isarflow.core import sweep
 from isarflow.core.errors import InputError
 from isarflow.core.folders import RECORD, SCORES, of_fields
-from isarflow.core.kinds import IMAGERS, SOLVERS, kind, of_model
+from isarflow.core.kinds import FOCUS, IMAGERS, SOLVERS, kind, of_focus, of_model
 from isarflow.core.sweep import images_are_made
 from isarflow.imaging.geometry import PURE_NOISE, megabytes, planned
 from isarflow.learning import experiments
@@ -90,6 +90,9 @@ class Plan:
 
     def imager_file(self):
         return kind(IMAGERS, self.config["imaging"]["imager"]).file
+
+    def focus_file(self):
+        return kind(FOCUS, of_focus(self.config["imaging"])[0]).file
 
     def imager_files(self):
         """The files of the config's imager and of those that the page compares."""

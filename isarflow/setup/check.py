@@ -12,7 +12,7 @@ import numpy as np
 from isarflow.core import sweep
 from isarflow.core.errors import InputError, refusal
 from isarflow.core.folders import of_fields
-from isarflow.core.kinds import IMAGERS, MODELS, SECTIONS, check_kind, kind, of_model, settings_of
+from isarflow.core.kinds import FOCUS, IMAGERS, MODELS, SECTIONS, check_kind, kind, of_focus, of_model, settings_of
 from isarflow.core.sweep import images_are_made
 from isarflow.core.words import near
 from isarflow.imaging.formation import with_imager
@@ -87,6 +87,7 @@ def _problems(config):
     if images_are_made(config):
         planned(config)
         yield from _of_imagers(config)
+        _check_focus(config["imaging"])
     yield from _of_targets_solver(config)
     if config["scattering"]["solver"] == "mom" and not config["mesh"]["remesh"]:
         yield "'mesh.remesh': the solver 'mom' needs edges far below the wavelength; leave it true, or take po or sbr."
@@ -128,6 +129,17 @@ def _of_imagers(config):
             yield f"'imagers.{name}': it names an 'imager' and its settings, as the section 'imaging' does."
         if why := refusal(check_it, settings):
             yield f"'imagers.{name}': {why.removeprefix('config key ')}"
+
+
+def _check_focus(imaging):
+    """Raise InputError where there is no such focus method, or one of its settings is not as its file states."""
+    method, settings = of_focus(imaging)
+    check_kind(FOCUS, method, "config key 'imaging.focus'")
+    stated = kind(FOCUS, method).settings
+    if stated is not None:
+        required = [setting for setting, rule in stated.items() if "default" not in rule]
+        allowed = {"additionalProperties": False, "required": required, "properties": stated | {"method": {}}}
+        check_schema({"method": method, **settings}, allowed, ("imaging", "focus"))
 
 
 def _absent(key, names, source, there):

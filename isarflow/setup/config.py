@@ -110,6 +110,11 @@ def section(config, *keys):
     return {key: _sorted(_at(config, key)) for key in sorted(keys)}
 
 
+def unfocused(config):
+    """The config for clean images and those of noise alone, which are formed without `imaging.focus`."""
+    return config | {"imaging": {key: value for key, value in config["imaging"].items() if key != "focus"}}
+
+
 def _leave_out(config, asked):
     """Remove default experiments that the config's sweep or SNRs do not allow; the reason is noted as `left_out`.
 

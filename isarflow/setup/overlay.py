@@ -20,6 +20,8 @@ def merge(base, overlay, path=""):
     """
     if not isinstance(base, dict) or not isinstance(overlay, dict):
         return overlay
+    if path == "imaging.focus":
+        return overlay  # settings of one method do not hold for another
     if path in NAMED:
         return _named(base, overlay, path)
     if path in ALTERNATIVES and not set(overlay) <= set(base):

@@ -14,7 +14,7 @@ EVERY = Motion(place=0.1, drift=0.5, jitter=0.05, turn=0.02, missing=0.2)
 
 
 def moved_point(field_of, sweep, points, index, down, cross):
-    """The samples (F, A) of points, and the same displaced by `down` and `cross` in the image of an azimuth's number."""
+    """The imager, samples (F * A) of points, and the same displaced in the image of an azimuth's number."""
     imager = imager_of(sweep.frequency, sweep.azimuth, sweep.imaging)
     field = field_of(points, np.ones(len(points)), sweep.frequency, [0.0], sweep.azimuth)[:, 0]
     samples = apertures(field, sweep.azimuth, sweep.imaging["aperture"])[index]

@@ -117,10 +117,11 @@ def test_a_zero_field_makes_a_zero_image(imager):
     assert not imager.on_axes(np.zeros((2, FREQUENCY.size * ANGLE.size), np.complex64)).any()
 
 
-def test_missing_samples_are_left_out(imager):
-    """A third of the frequencies is missing: an imager that leaves them out finds place and amplitude all the same."""
+@pytest.mark.parametrize("missing", [np.s_[:, [2, 3, 7, 9, 12]], np.s_[:, :, [1, 4, 8]]], ids=["frequencies", "pulses"])
+def test_missing_samples_are_left_out(imager, missing):
+    """A third of them is missing: an imager that leaves them out finds place and amplitude all the same."""
     samples = samples_of(imager, [(1.25, -0.75)], [1]).reshape(1, len(FREQUENCY), -1)
-    samples[:, [2, 3, 7, 9, 12]] = 0
+    samples[missing] = 0
     found, _ = strongest(imager, samples.reshape(1, -1))
     down, cross = np.array([1.25, -0.75]) * imager.cell
     spot = abs(imager.at(np.array([down]), np.array([cross]))(samples)[0, 0, 0])

@@ -330,7 +330,25 @@ BAD = {
     "key of no imager": (
         {"imaging": {"looks": 3}},
         "imaging.looks",
-        "aperture, imager, polarizations, reformat, upsample, window",
+        "aperture, focus, imager, polarizations, reformat, upsample, window",
+    ),
+    "no such focus method": ({"imaging": {"focus": "entropie"}}, "imaging.focus", "did you mean 'entropy'?"),
+    "focus of no method": ({"imaging": {"focus": {"error": "pulse"}}}, "imaging.focus.method", "is missing"),
+    "no file of a focus method": ({"imaging": {"focus": "mine/none.py"}}, "imaging.focus", "no file mine/none.py"),
+    "a file of another seam": (
+        {"imaging": {"focus": "isarflow/imaging/imagers/sparse.py"}},
+        "imaging.focus",
+        "no class Focus with method focus",
+    ),
+    "setting of a focus method": (
+        {"imaging": {"focus": {"method": "entropy", "error": "pulses"}}},
+        "imaging.focus.error",
+        "did you mean 'pulse'",
+    ),
+    "setting of no focus method": (
+        {"imaging": {"focus": {"method": "none", "error": "pulse"}}},
+        "imaging.focus.error",
+        "is unknown. Known keys here: method.",
     ),
     "channel that is not solved": (
         {"radar": {"polarizations": ["VV"]}, "imaging": {"polarizations": ["VV", "HV"]}},
@@ -560,6 +578,17 @@ def test_a_model_that_cannot_work_is_refused_at_the_start(text, hint, own_models
     with pytest.raises(InputError) as caught:
         load({"learning": {"models": {"mine": {}}}})
     assert "learning.models.mine" in str(caught.value) and hint in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("key", "module", "base"), [("imager", "formation", "Formation"), ("focus", "focusing", "Focusing")]
+)
+def test_a_base_class_gives_none_of_the_methods_that_a_kind_defines(key, module, base, tmp_path):
+    path = tmp_path / "mine.py"
+    text = f"from isarflow.imaging.{module} import {base}\nclass {key.capitalize()}({base}):\n    SETTINGS = {{}}\n"
+    path.write_text(text)
+    with pytest.raises(InputError, match=f"'imaging.{key}': .*mine.py has no class {key.capitalize()} with method"):
+        load({"imaging": {key: str(path)}})
 
 
 def test_whole_numbers_may_have_a_point_and_choices_any_order():

@@ -60,6 +60,12 @@ def test_targets_models_and_experiments_are_merged_one_by_one():
     }
 
 
+def test_another_focus_method_has_none_of_the_settings_before_it():
+    base = {"imaging": {"focus": {"method": "entropy", "error": "pulse"}}}
+    for focus in ({"method": "phase_gradient"}, {"method": "entropy"}, "none"):
+        assert load(base, {"imaging": {"focus": focus}})["imaging"]["focus"] == focus
+
+
 def test_how_an_experiment_trains_is_one_value():
     overlay = {"learning": {"experiments": {"adaptive": {"train": {"snr_db": {"random": ["clean", 0]}}}}}}
     assert load(overlay)["learning"]["experiments"]["adaptive"]["train"] == {

@@ -31,6 +31,7 @@ RULE = re.compile(r"^ *(?:use )?rule\b", re.MULTILINE)
 BY_NAME = {
     "plan.model_files": "isarflow/learning/models",
     "plan.imager_file": "isarflow/imaging/imagers",
+    "plan.focus_file": "isarflow/imaging/focus",
     "plan.solver_file": "isarflow/scattering/solvers",
     "*of_page": "isarflow/report",
 }

@@ -100,7 +100,7 @@ def test_an_imager_of_ones_own_is_one_file_and_lines_of_config(project):
         ("looks: 12", "'imaging.looks': there are more looks than"),
         (
             "looks: 2, window: hann",
-            "'imaging.window' is unknown. Known keys here: aperture, imager, looks, polarizations.",
+            "'imaging.window' is unknown. Known keys here: aperture, focus, imager, looks, polarizations.",
         ),
         ("imager: fourrier", "'imaging.imager': there is no imager 'fourrier'; did you mean 'fourier'?"),
         ("aperture: 9", "'imaging.looks' is missing. Expected: parts of the aperture"),
@@ -142,6 +142,29 @@ def test_settings_of_imagers_rerun_what_they_change(project):
         project.edit(file, "\n\nclass Imager", "\nADDED = 1\n\n\nclass Imager")
         assert project.planned("report", *stores, *options) == jobs, name
         project.edit(file, "\nADDED = 1\n", "")
+
+
+def test_a_focus_method_concerns_images_with_noise_alone(project):
+    """Its file, of one's own here, is one of the code of their jobs, and no image without noise is made again."""
+    options = ("--configfile", "config/focused.yaml")
+    stores = [path.replace("looks", "focused") for path in STORES]
+    text = CONFIG.replace("name: looks", "name: focused")
+    project.write("config/focused.yaml", text)
+    finished = project.run("--cores", 2, *stores, *options)
+    assert finished.returncode == 0, finished.stdout
+    (code,) = [block for block in blocks("motion.md", "python") if "class Focus" in block]
+    (lines,) = [block for block in blocks("motion.md", "yaml") if "mine/" in block]
+    project.write("mine/prominent.py", code)
+    project.write(
+        "config/focused.yaml", text.replace("imaging: {aperture: 9}", lines.replace("{", "{aperture: 9, ", 1))
+    )
+    assert project.planned(*stores, *options) == {"noise": 1}
+    finished = project.run("--cores", 2, *stores, *options)
+    assert finished.returncode == 0, finished.stdout
+    assert xr.open_zarr(project.folder / stores[1]).attrs["focus"] == {"method": "mine/prominent.py", "rounds": 3}
+    assert project.planned(*stores, *options) == {}
+    project.edit("mine/prominent.py", "class Focus(Focusing):", "ADDED = 1\n\n\nclass Focus(Focusing):")
+    assert project.planned(*stores, *options) == {"noise": 1}
 
 
 @pytest.mark.parametrize(

@@ -66,6 +66,8 @@ EDITS = {
     "imaging.reformat": ("aperture: 5", "aperture: 5, reformat: exact", IMAGED),
     "imaging.upsample": ("aperture: 5", "aperture: 5, upsample: 12", IMAGED),
     "imaging.polarizations": ("aperture: 5", "aperture: 5, polarizations: [VV]", {}),
+    "imaging.focus": ("aperture: 5", "aperture: 5, focus: entropy", {"noise": 2, **TESTED}),
+    "imaging.focus as it is": ("aperture: 5", "aperture: 5, focus: none", {}),
     "noise.realizations": ("realizations: 2", "realizations: 3", {"noise": 2, **TESTED}),
     "noise.definition": ("realizations: 2", "realizations: 2, definition: mean", {"noise": 2, **TESTED}),
     "noise.per": ("realizations: 2", "realizations: 2, per: sweep", {"noise": 2, **TESTED}),
@@ -126,6 +128,7 @@ FILES = {
     "isarflow/scattering/mom/operators/cfie.py": SOLVED | SPHERE,
     "isarflow/imaging/noise.py": IMAGED,
     "isarflow/imaging/imagers/fourier.py": IMAGED,
+    "isarflow/imaging/focus/none.py": {"noise": 2, **TESTED},
     "isarflow/scattering/fields/ffe.py": {},
     "isarflow/scattering/costs.py": SOLVED | SPHERE,
     "isarflow/learning/evaluation/metrics.py": {"scores": 1, "report": 1},
@@ -143,6 +146,7 @@ FILES = {
 }
 NO_RESULT_OF = (
     "isarflow/learning/models/svm.py",
+    "isarflow/imaging/focus/entropy.py",
     "isarflow/setup/overview.py",
     "workflow/rules/mesh.smk",
     "config/config.yaml",

@@ -36,7 +36,7 @@ from isarflow.scattering.fields import field_files
 from isarflow.setup import contents, disk, lock, snr_sets
 from isarflow.setup.artefacts import STARTING, Plan
 from isarflow.setup.closure import digest
-from isarflow.setup.config import load, of_command_line, section, unnamed
+from isarflow.setup.config import load, of_command_line, section, unfocused, unnamed
 from isarflow.setup.overview import overview
 from isarflow.setup.yaml_file import read_yaml
 

@@ -18,7 +18,7 @@ rule image:
         mem_mb=lambda w: plan.image_megabytes(1),
     params:
         code=code("job_image.py", plan.imager_file()),
-        settings=section(config, "imaging"),
+        settings=section(unfocused(config), "imaging"),
     message:
         "imaging {wildcards.target}: form the clean images"
     script:
@@ -52,7 +52,7 @@ for rule_number, (number, snrs, folders) in enumerate(NOISES, 1):
             mem_mb=lambda w: plan.image_megabytes(config["noise"]["realizations"]),
             runtime=lambda w, attempt: 240 * attempt,  # minutes a cluster gives it, as its name may have a number
         params:
-            code=code("job_noise.py", plan.imager_file()),
+            code=code("job_noise.py", plan.imager_file(), plan.focus_file()),
             settings=lambda w: section(
                 plan.seeded[w.root], "imaging", "noise.definition", "noise.per", "noise.realizations", "seed"
             )
@@ -77,7 +77,7 @@ rule pure_noise:
         mem_mb=lambda w: plan.image_megabytes(1),
     params:
         code=code("job_pure_noise.py", plan.imager_file()),
-        settings=lambda w: section(plan.seeded[w.root], "aspect", "imaging", "radar", "seed"),
+        settings=lambda w: section(unfocused(plan.seeded[w.root]), "aspect", "imaging", "radar", "seed"),
     message:
         "imaging: form images of noise alone"
     script:

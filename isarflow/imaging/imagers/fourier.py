@@ -18,9 +18,9 @@ LEAST_DEPTH = 0.5  # of the bandwidth: a shallower rectangle makes images of far
 class Imager(Formation):
     """One matrix from the samples to the image, chosen by `reformat`.
 
-    The window is divided by its sum: a scatterer of amplitude f at the origin gives a peak of f. The phase is that of
-    thesis eq. 3.14, exp(2j (kx range - ky crossrange)) with the true kx: at its own place a scatterer has the phase of
-    its amplitude.
+    The window is divided by its sum: a scatterer of amplitude f at the origin gives a peak of f. Samples that were lost
+    count as zeros: the peak is lower by their weights, and there are ghosts. The phase is that of thesis eq. 3.14,
+    exp(2j (kx range - ky crossrange)) with the true kx: at its own place a scatterer has the phase of its amplitude.
     """
 
     SETTINGS = {
