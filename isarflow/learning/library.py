@@ -19,8 +19,8 @@ class Library(Classifier):
 
     searches = True
 
-    def judge(self, images, without=None, hypotheses=None):
-        """The Outcome of images. hypotheses: None, or the `search.Hypotheses` that they are of."""
+    def judge(self, images, without=None, received=None):
+        """The Outcome of images at a known place. received: None, or the pulses (n, A) that are known to be there."""
         raise NotImplementedError
 
     def evaluate(self, images, without=None, received=None):
@@ -55,7 +55,7 @@ class Library(Classifier):
         without, received = (None if each is None else each[whole] for each in (without, received))
         hypotheses = self._search.hypotheses(images[whole], without, received)
         owners = None if without is None else np.repeat(without, HYPOTHESES)
-        outcome = self.judge(hypotheses.images.reshape(-1, *images.shape[1:]), owners, hypotheses)
+        outcome = self.judge(hypotheses.images.reshape(-1, *images.shape[1:]), owners, hypotheses.received)
         scores = outcome.scores.reshape(BLOCK, HYPOTHESES, -1)
         best = scores[:, :, self.classes_ != OTHER].max(axis=2).argmax(axis=1)
         rows = np.arange(BLOCK) * HYPOTHESES + best

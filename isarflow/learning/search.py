@@ -17,7 +17,7 @@ from isarflow.learning.data.features import by_channel
 
 BLOCK = 64  # images at a time, always: the last bits of a product depend on how many rows it has
 TEMPLATES = 80  # of each class, and drift, that the first stage leaves
-HYPOTHESES = 4  # of an image, with distinct places or drifts
+HYPOTHESES = 3  # of an image, with distinct places or drifts
 DRIFT = 0.25  # wavelengths at the ends of the aperture, from one drift to the next
 APART = 0.25  # cells: nearer places are the same
 MARGIN = 1  # half cells beyond the largest displacement
@@ -28,7 +28,6 @@ class Hypotheses(NamedTuple):
     """HYPOTHESES for each of n images, image by image: m in all."""
 
     images: np.ndarray  # (m, channel, R, X), moved back
-    among: list  # for each class the numbers of templates that are alike there (m, k)
     range: np.ndarray  # (m,), m
     crossrange: np.ndarray  # (m,), m
     drift: np.ndarray  # (m,), wavelengths
@@ -89,10 +88,10 @@ class Search:
         invariants = np.abs(found[0]) * np.sqrt(self._weights())
         return invariants.reshape(len(images), -1).astype(np.float32), found[1].astype(np.complex64)
 
-    def hypotheses(self, images, without=None, received=None, alike=8):
+    def hypotheses(self, images, without=None, received=None):
         """The Hypotheses of BLOCK images. without: None, or the aspects (n,) that each is judged without.
 
-        received: None, or the pulses that were received, (n, A) booleans. alike: templates of each class, at most.
+        received: None, or the pulses that were received, (n, A) booleans.
         """
         images, found = by_channel(images), [[] for _ in images]
         for drift, undone in zip(self.drifts, self.undone, strict=True):
@@ -104,22 +103,20 @@ class Search:
             if without is not None:
                 likeness[np.asarray(without)[:, None] == self.aspects] = -1
             for image, spectrum in enumerate(spectra):
-                found[image] += self._places(likeness[image], spectrum, drift, alike)
+                found[image] += self._places(likeness[image], spectrum, drift)
         chosen = [hypothesis for each in found for hypothesis in self._distinct(each)]
-        _, template, down, cross, drift, among = (list(part) for part in zip(*chosen, strict=True))
-        down, cross, drift = (np.array(error) for error in (down, cross, drift))
+        _, template, down, cross, drift = (np.array(part) for part in zip(*chosen, strict=True))
         owner = np.repeat(np.arange(len(images)), HYPOTHESES)
         samples = self.moves.samples(images)[owner] * self.moves.phases(-down, -cross, -drift)[:, None]
-        pulses = None if received is None else received[owner]
+        pulses = None if received is None or received.all() else received[owner]
         if self.moves.limits.jitter:
             samples *= self._of_pulses(samples, self.templates[template], pulses)
         if pulses is not None:
             samples *= pulses[:, None, None]
-        among = [np.array([each[number] for each in among]) for number in range(len(self.counts))]
-        return Hypotheses(self.moves.images(samples), among, down, cross, drift, pulses)
+        return Hypotheses(self.moves.images(samples), down, cross, drift, pulses)
 
-    def _places(self, likeness, spectrum, drift, alike):
-        """The best hypotheses of an image: (correlation, template, range, cross-range, drift, among) of each."""
+    def _places(self, likeness, spectrum, drift):
+        """The best hypotheses of an image: (correlation, template, range, cross-range, drift) of each."""
         parts = zip(self.bounds, self.counts, strict=True)
         chosen = [first + np.argpartition(-likeness[first:end], count - 1)[:count] for (first, end), count in parts]
         chosen = np.concatenate(chosen)
@@ -140,15 +137,7 @@ class Search:
             peak -= (before - after) * shifts[-1] / 4
         down = (row - self.most[0] + shifts[0]) * self.steps[0]
         cross = (column - self.most[1] + shifts[1]) * self.steps[1]
-        bounds, found = [*itertools.pairwise(np.cumsum([0, *self.counts]))], []
-        for best in np.argsort(-peak)[:HYPOTHESES]:
-            here = -correlation[:, row[best], column[best]]
-            among = [
-                chosen[first + np.argpartition(here[first:end], min(alike, end - first) - 1)[:alike]]
-                for first, end in bounds
-            ]
-            found.append((peak[best], chosen[best], down[best], cross[best], drift, among))
-        return found
+        return [(peak[one], chosen[one], down[one], cross[one], drift) for one in np.argsort(-peak)[:HYPOTHESES]]
 
     def _distinct(self, found):
         """HYPOTHESES of an image's, those of largest correlation; if fewer are distinct, the first is repeated."""

@@ -13,12 +13,16 @@ PLACE, NEEDS = ("recognition", 3), "moved"  # on the page, see page.py
 SNRS = (0, 12)  # dB
 AXES = {"place": "largest displacement / resolution cells", "drift": "largest drift / wavelengths"}
 
+LINE = ["alike", "model", "score"]
+# What experiments of one line have in common.
+ALIKE = "split", "elevation", "channels", "upsample", "snrs", "random_snr", "without"
+
 
 def section(results):
     rows = limited(results)
     drawing, grid = panels(1, 2, 7, 3.4, sharex=False)
     cell = planned(results.settings)["range_resolution"]
-    methods = rows[["split", "model", "score"]].drop_duplicates().itertuples(index=False)
+    methods = rows[LINE].drop_duplicates().itertuples(index=False)
     for color, method in zip(PALETTE, methods, strict=False):
         named = select(rows, **method._asdict())
         for style, snr in zip(("--", "-"), sorted({nearest(rows["test_snr_db"], aim) for aim in SNRS}), strict=False):
@@ -39,16 +43,20 @@ def section(results):
 
 
 def limited(results):
-    """Return the rows of weighted F1 that are comparable with a moved one, with columns of their limits, AXES."""
+    """Return the rows of weighted F1 of experiments that differ from a moved one in their motion alone.
+
+    Columns are added: AXES, the largest of each limit, and `alike`, the same for experiments of one line.
+    """
     runs = {run["experiment"]: run for run in results.runs.values()}
-    limits = {name: run["motion"].get("limits", {}) for name, run in runs.items()}
+    every = [
+        {"experiment": name, **dict.fromkeys(AXES, 0.0), **limits, "alike": repr([run[key] for key in ALIKE])}
+        for name, run in runs.items()
+        if {*(limits := run["motion"].get("limits", {}))} <= {*AXES}
+    ]
     rows = results.names.by_main_score(select(results.scores, metric=F1, threshold=LEAD, elevation="all"))
-    of = pd.DataFrame([{"experiment": name, **dict.fromkeys(AXES, 0.0), **limit} for name, limit in limits.items()])
-    others = of.drop(columns=["experiment", *AXES])
-    rows = rows.merge(of[~others.fillna(0).any(axis=1)][["experiment", *AXES]], on="experiment")
-    rows = rows.assign(split=rows["split"].str.split(",").str[0])
+    rows = rows.merge(pd.DataFrame(every), on="experiment")
     moved = rows[rows[[*AXES]].any(axis=1)]
-    return rows.merge(moved[["split", "model", "score"]].drop_duplicates(), on=["split", "model", "score"])
+    return rows.merge(moved[LINE].drop_duplicates(), on=LINE)
 
 
 def along(rows, name):

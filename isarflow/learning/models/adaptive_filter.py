@@ -59,7 +59,7 @@ class Model(Library):
         self._keep_library(images[order])
         return self
 
-    def judge(self, images, without=None, hypotheses=None):
+    def judge(self, images, without=None, received=None):
         x = unit_rows(images)
         white = np.stack([x @ inverse.T for inverse in self.inverses_])
         powers = np.einsum("sni,ni->sn", white, x.conj()).real

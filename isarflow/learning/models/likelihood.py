@@ -96,15 +96,15 @@ class Model(Library):
     def _library(self):
         return self.templates_.reshape(-1, *self.shape_)
 
-    def judge(self, images, without=None, hypotheses=None):
-        parts = self._scored(images.reshape(len(images), -1), without, hypotheses)
+    def judge(self, images, without=None, received=None):
+        parts = self._scored(images.reshape(len(images), -1), without, received)
         scores = parts[:, 0] + COHERENCE * parts[:, 1]
         of_known = self.classes_ != OTHER
         known = {"likelihood": scores[:, of_known].max(axis=1)}
         known |= dict(zip(("rice", "coherence"), parts[:, :, of_known].max(axis=2).T, strict=True))
         return Outcome(self.classes_[scores.argmax(axis=1)], scores, known)
 
-    def _scored(self, rows, without, hypotheses):
+    def _scored(self, rows, without, received):
         """Rice and coherence of the best template of each class, (n, 2, classes), of images as rows (n, N)."""
         found = []
         for start in range(0, len(rows), BLOCK):
@@ -113,69 +113,43 @@ class Model(Library):
             magnitudes = np.abs(filled)
             share = np.quantile(magnitudes**2 / self.noise_, FAINT, axis=1) / -np.log(1 - FAINT)
             share = np.clip(share, *SHARES).astype(np.float32)
-            arrays = filled, magnitudes, share
-            if hypotheses is None:
-                apart = None if without is None else np.resize(without[start : start + BLOCK], BLOCK)
-                parts = self._of_library(*arrays, apart)
-            else:
-                parts = self._of_few(*arrays, hypotheses, np.resize(np.arange(start, start + len(block)), BLOCK))
-            found.append(np.stack(parts, axis=1)[: len(block)])
+            apart, pulses = (
+                None if each is None else np.resize(each[start : start + BLOCK], (BLOCK, *each.shape[1:]))
+                for each in (without, received)
+            )
+            coherence = self._coherence(filled, np.maximum(share, LEAST_NOISE), apart)
+            found.append(np.stack([self._rice(magnitudes, share, apart, pulses), coherence], axis=1)[: len(block)])
         return np.concatenate(found)
 
-    def _of_library(self, rows, magnitudes, share, without):
-        """Rice and coherence with the library, (n, classes) each; share: of noise, (n,); without: as of `evaluate`."""
+    def _coherence(self, rows, share, without):
+        """The log-likelihood ratio of coherence with each class, (n, classes); share: of noise, (n,)."""
         white, squared = self._white
-        x, weights, energy = self._whitened(rows, share)
+        x, weights = rows @ self.basis_.conj(), 1 / ((1 - share[:, None]) * self.powers_ + share[:, None])
+        energy = (np.abs(x) ** 2 * weights).sum(axis=1, keepdims=True)
         coherence = np.abs((x * weights) @ white.conj().T) ** 2 / np.maximum(weights @ squared.T * energy, 1e-30)
         best = np.maximum.reduceat(self._masked(coherence, without, 0), self.starts_[:-1], axis=1)
+        return -rows.shape[1] * np.log(np.maximum(1 - best, 1e-6))
+
+    def _rice(self, magnitudes, share, without, received=None):
+        """The Rician score of the best template of each class, (n, classes); share: of noise, (n,).
+
+        received: None, or pulses (n, A): templates are then compared as images of these.
+        """
         templates, around, alike = self._bank
         near = self._masked(standardized(magnitudes) @ alike.T, without, -2)
-        rice = []
+        noise, scale, found = share[:, None] * self.noise_, np.sqrt(1 - share), []
         for first, end in itertools.pairwise(self.starts_):
             count = min(self.settings["candidates"], end - first)
             chosen = first + np.argpartition(-near[:, first:end], count - 1, axis=1)[:, :count]
             nearest = first + near[:, first:end].argmax(axis=1)[:, None]  # in place of what is left out
             chosen = np.where(np.take_along_axis(near, chosen, axis=1) < -1.5, nearest, chosen)
-            rice.append(self._rice(magnitudes, share, templates[chosen], around[chosen]))
-        return np.stack(rice, axis=1), self._ratio(best)
-
-    def _of_few(self, rows, magnitudes, share, hypotheses, number):
-        """Rice and coherence with the templates of hypotheses, of these numbers (n,), as of `_of_library`.
-
-        For the former, templates lack the pulses that the image lacks.
-        """
-        x, weights, energy = self._whitened(rows, share)
-        received, rice, best = hypotheses.received, [], []
-        for among in hypotheses.among:
-            chosen = among[number]
-            white = self._white[0][chosen]
-            coherence = np.abs(((x * weights)[:, None] @ white.conj().transpose(0, 2, 1))[:, 0]) ** 2
-            sizes = (np.abs(white) ** 2 @ weights[:, :, None])[..., 0]
-            best.append((coherence / np.maximum(sizes * energy, 1e-30)).max(axis=1))
-            if received is None or received[number].all():
-                bank = self._bank[0][chosen], self._bank[1][chosen]
-            else:
-                templates = self.templates_[chosen].reshape(*chosen.shape, *self.shape_)
-                kept = self._search.templates_received(templates, received[number])
-                bank = self._around(unit_rows(kept.reshape(chosen.size, -1)))
-                bank = [part.reshape(*chosen.shape, -1) for part in bank]
-            rice.append(self._rice(magnitudes, share, *bank))
-        return np.stack(rice, axis=1), self._ratio(np.stack(best, axis=1))
-
-    def _whitened(self, rows, share):
-        """Images (n, N) in the directions of `basis_`, the weights of these, and the weighted energies (n, 1)."""
-        share = np.maximum(share, LEAST_NOISE)[:, None]
-        x, weights = rows @ self.basis_.conj(), 1 / ((1 - share) * self.powers_ + share)
-        return x, weights, (np.abs(x) ** 2 * weights).sum(axis=1, keepdims=True)
-
-    def _ratio(self, coherence):
-        """The log-likelihood ratio of coherence."""
-        return -len(self.noise_) * np.log(np.maximum(1 - coherence, 1e-6))
-
-    def _rice(self, magnitudes, share, templates, around):
-        """The Rician score of the best of some templates (n, K, N), (n,); share: of noise, (n,)."""
-        arrays = magnitudes, share[:, None] * self.noise_, np.sqrt(1 - share), templates, around
-        return _rician(*arrays, self.settings["mismatch"])
+            bank = templates[chosen], around[chosen]
+            if received is not None:
+                shown = self.templates_[chosen].reshape(*chosen.shape, *self.shape_)
+                shown = unit_rows(self._search.templates_received(shown, received).reshape(chosen.size, -1))
+                bank = (part.reshape(*chosen.shape, -1) for part in self._around(shown))
+            found.append(_rician(magnitudes, noise, scale, *bank, self.settings["mismatch"]))
+        return np.stack(found, axis=1)
 
     @functools.cached_property
     def _white(self):

@@ -41,7 +41,7 @@ class Model(Library):
         self._keep_library(images[order])
         return self
 
-    def judge(self, images, without=None, hypotheses=None):
+    def judge(self, images, without=None, received=None):
         correlations = self._rows(images) @ self.templates_
         if self.sees == "parts":
             correlations = np.abs(correlations)
