@@ -34,9 +34,9 @@ def section(results):
                 axes.set_xlabel(AXES[name])
     finish(drawing, grid, "", "weighted F1")
     caption = (
-        "Weighted F1 of the open set against the limits of what the radar does not know. Left: of the place, in range "
-        f"and in cross-range, in cells of {cell:.3f} m, nothing else being unknown. Right: of the drift, a quadratic "
-        f"range error, with the largest place that has one. {conditions(results, rows).strip()}"
+        "Weighted F1 of the open set against the limits of what the radar does not know: left of the place, in range "
+        f"and in cross-range, in cells of {cell:.3f} m; right of the drift, a quadratic range error, with the largest "
+        f"place that has one.{conditions(results, rows)}"
     )
     text = "On a turntable the target's place is known. Here each noisy image is drawn with errors of its own."
     return Section("motion", "Targets that move", (text,), (figure("motion", drawing, rows, caption, True),))

@@ -33,6 +33,7 @@ SETTINGS = {
     "imaging": {"imager": "fourier", "polarizations": ["VV"], "aperture": 3}
     | {"window": "hamming", "reformat": "polar", "upsample": "none"},
     "noise": {"snr_db": [-12, 0, 2.5, 12, 24], "realizations": 2, "definition": "peak_3db", "per": "image"},
+    "motion": {"place": 0, "drift": 0, "jitter": 0, "turn": 0, "missing": 0},
     "learning": {
         "split": {"scheme": "random", "train": 0.7, "validation": 0.33, "folds": 3, "spacing": 0},
         "kept": 0.95,

@@ -10,7 +10,7 @@ import xarray as xr
 from isarflow.core import store as stores
 from isarflow.learning.evaluation.judge import SHORT
 from isarflow.learning.evaluation.scores import COLUMNS, CONFUSION, VALIDATION
-from isarflow.learning.experiments import runs, train_snr_db, training
+from isarflow.learning.experiments import runs, split_of, train_snr_db, training
 from isarflow.report.selection import decoded_snrs
 
 # Confidence scores; else softmax.
@@ -76,7 +76,7 @@ def _judged(run, place, model, known, folds, settings):
     kinds = [("", ""), *itertools.product(known, PROTOCOLS)]
     subsets = ("all",) if run["elevation"] == "all" else ("all", "trained")
     for snr, subset, (score, threshold) in itertools.product(noise["snr_db"], subsets, kinds):
-        head = [run["experiment"], model, run["split"], training(run), train_snr_db(run), snr, subset]
+        head = [run["experiment"], model, split_of(run), training(run), train_snr_db(run), snr, subset]
         value, columns, classes = right(snr, place, subset), [*head, score, threshold], labels
         if score:
             classes = [*labels, "other"]

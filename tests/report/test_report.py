@@ -26,6 +26,21 @@ def test_a_page_names_the_experiments_left_out_and_those_without_unknown_targets
     assert "experiment 'fcnn_open' is open, but no target has role unknown" in words
 
 
+def test_targets_that_move_are_a_split_of_their_own_and_a_figure(tmp_path, few_pictures):
+    settings = fake.changed(["fcnn_open"])
+    experiments = settings["learning"]["experiments"]
+    limits = {"near": {"place": 0.2}, "far": {"place": 0.4}, "drifting": {"place": 0.2, "drift": 0.5}}
+    experiments |= {name: experiments["fcnn_open"] | {"motion": motion} for name, motion in limits.items()}
+    experiments["lossy"] = experiments["fcnn_open"] | {"motion": {"missing": 0.2}}  # not in the figure
+    report = fake.write(tmp_path / "fake", settings)
+    page = check_whole(report)
+    assert {"motion", "open_near", "open_lossy"} <= page.figures
+    rows = pd.read_csv(report / "tables" / "figure_motion.csv")
+    assert {*rows["experiment"]} == {"fcnn_open", *limits} and {*rows["place"]} == {0, 0.2, 0.4}
+    assert {*rows["drift"]} == {0, 0.5}
+    assert "split at random, targets that move" in page.words
+
+
 def test_a_network_of_ones_own_has_the_capsules_section(tmp_path, few_pictures):
     """A decoder with known scores of its own, three classes, one SNR, and no method of the thesis."""
     settings = fake.changed(noise={"snr_db": [6]}, targets={"disc": {"mesh": "disc.stl", "role": "known"}})
