@@ -24,7 +24,7 @@ from isarflow.report import (
     section_run,
 )
 from isarflow.report.plots import REJECTING
-from isarflow.report.vocabulary import PROTOCOLS, SPLITS, select
+from isarflow.report.vocabulary import PROTOCOLS, SCHEMES, SPLITS, select
 
 CAPSULE, FCNN = "(16 filters, 2 capsule channels; the thesis's 256 and 32)", "FCNN (756 hidden units)"
 THRESHOLDS, AT_RANDOM = "Thresholds kept, blind and thesis", "images split at random;"
@@ -265,7 +265,7 @@ def test_the_headline_s_methods_stand_beside_the_same_ones_at_full_size(tmp_path
     settings["imaging"]["polarizations"] = ["VV", "HH", "HV"]
     settings["learning"]["models"] = {"likelihood": {}}
     open_set = {"train": fake.CLEAN, "models": ["likelihood"], "open": True}
-    settings["learning"]["experiments"] = {f"by_{split}": open_set | {"split": split} for split in SPLITS}
+    settings["learning"]["experiments"] = {f"by_{split}": open_set | {"split": split} for split in SCHEMES}
     fake_learning.learn(tmp_path / "learning", settings, {"likelihood": ("rice", "likelihood", "coherence")})
 
     def shown(**changes):
