@@ -325,7 +325,7 @@ def test_the_sphere_s_check_says_which_solver_gave_nan(tmp_path, monkeypatch):
         def solve(self, vertices, triangles, sweep, *_):
             return Solution(np.full((1, 1, 1, 1), np.nan + 0j), None, {}, None)
 
-    monkeypatch.setattr(sphere, "build", lambda settings: Broken())
+    monkeypatch.setattr(sphere, "build_solver", lambda settings: Broken())
     sphere.check(tmp_path / "sphere.json", {"solver": "mine"}, 10, 1)
     assert "'mine' gives a field of which 1 of 1" in json.loads((tmp_path / "sphere.json").read_text())["refused"]
     with pytest.raises(InputError, match="'edge' of a sphere is 0"):

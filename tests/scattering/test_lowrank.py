@@ -269,7 +269,7 @@ def test_parts_in_the_mirror_plane():
 
 def test_only_the_efie_in_single_precision_is_compressed(body):
     for other in ({"formulation": "cfie"}, {"precision": "double"}):
-        with pytest.raises(InputError, match="EFIE, in single precision"):
+        with pytest.raises(InputError, match="EFIE in single precision"):
             solve(*body, [FREQUENCY], [0.0], AZIMUTH, tolerance=TOLERANCE, **other)
 
 

@@ -160,7 +160,7 @@ def test_a_field_of_another_shape_than_the_sweep_asks_for_is_refused(tmp_path, m
         np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.0]]),
         np.array([[0, 1, 2], [0, 2, 3]]),
     )
-    monkeypatch.setattr("isarflow.scattering.band.build", lambda _: Grid())
+    monkeypatch.setattr("isarflow.scattering.band.build_solver", lambda _: Grid())
     two = np.array([0.0, 10.0])
     sweep = Sweep(np.array([1e8]), two, two, ["VV"], paired=True, receivers=(np.zeros(3), np.zeros(3)))
     told = r"\(1, 1, 2, 2\), where \(1, 1, 2, 3\) is asked for \(polarization, frequency, direction, receiver\)"
