@@ -20,6 +20,7 @@ TEMPLATES = 80  # of each class, and drift, that the first stage leaves
 HYPOTHESES = 3  # of an image, with distinct places or drifts
 DRIFT = 0.25  # wavelengths at the ends of the aperture, from one drift to the next
 APART = 0.25  # cells: nearer places are the same
+EXCLUDED = -1.0  # likeness and correlation of a template that an image is judged without
 MARGIN = 1  # half cells beyond the largest displacement
 RETRIEVALS = 3  # steps towards the phases of pulses; more change no score
 
@@ -56,11 +57,13 @@ class Search:
         # Half cells are the places: (places, lines of a spectrum) in range, and the transpose in cross-range.
         self.sizes = [2 * count for count in moves.shape]
         self.steps = [(axis[1] - axis[0]) / 2 for axis in moves.imager.axes()]
-        self.most = [int(np.ceil(limits.place / step - 1e-9)) + MARGIN for step in self.steps]
+        self.largest_offsets = [int(np.ceil(limits.place / step - 1e-9)) + MARGIN for step in self.steps]
         self.lines = [_lines(size) for size in self.sizes]
         rows, columns = (
             np.exp(2j * np.pi * np.outer(np.arange(-most, most + 1), lines) / size).astype(np.complex64)
-            for most, lines, size in zip(self.most, (self.lines[0], _half(self.lines[1])), self.sizes, strict=True)
+            for most, lines, size in zip(
+                self.largest_offsets, (self.lines[0], _half(self.lines[1])), self.sizes, strict=True
+            )
         )
         self.to_places = rows, columns.T
         parts = [self._seen(templates[start : start + BLOCK]) for start in range(0, len(templates), BLOCK)]
@@ -101,9 +104,9 @@ class Search:
             invariants, spectra = self._seen(seen)
             likeness = invariants @ self.invariants.T
             if without is not None:
-                likeness[np.asarray(without)[:, None] == self.aspects] = -1
+                likeness[np.asarray(without)[:, None] == self.aspects] = EXCLUDED
             for image, spectrum in enumerate(spectra):
-                found[image] += self._places(likeness[image], spectrum, drift)
+                found[image] += self._hypotheses_at(likeness[image], spectrum, drift)
         chosen = [hypothesis for each in found for hypothesis in self._distinct(each)]
         _, template, down, cross, drift = (np.array(part) for part in zip(*chosen, strict=True))
         owner = np.repeat(np.arange(len(images)), HYPOTHESES)
@@ -115,28 +118,28 @@ class Search:
             samples *= pulses[:, None, None]
         return Hypotheses(self.moves.images(samples), down, cross, drift, pulses)
 
-    def _places(self, likeness, spectrum, drift):
+    def _hypotheses_at(self, likeness, spectrum, drift):
         """The best hypotheses of an image: (correlation, template, range, cross-range, drift) of each."""
-        parts = zip(self.bounds, self.counts, strict=True)
-        chosen = [first + np.argpartition(-likeness[first:end], count - 1)[:count] for (first, end), count in parts]
+        classes = zip(self.bounds, self.counts, strict=True)
+        chosen = [first + np.argpartition(-likeness[first:end], count - 1)[:count] for (first, end), count in classes]
         chosen = np.concatenate(chosen)
         rows, columns = self.to_places
         correlation = (rows @ (spectrum * self.spectra[chosen]).sum(axis=1) @ columns).real
-        correlation[likeness[chosen] <= -1] = -1
+        correlation[likeness[chosen] <= EXCLUDED] = EXCLUDED
         each, shape = np.arange(len(chosen)), correlation.shape[1:]
         row, column = np.unravel_index(correlation.reshape(len(chosen), -1).argmax(axis=1), shape)
         row, column = np.clip(row, 1, shape[0] - 2), np.clip(column, 1, shape[1] - 2)
-        # Between the places a parabola through three of them.
+        # Between half cells the place is refined by a parabola.
         peak, shifts = correlation[each, row, column].copy(), []
         for before, after in (
             (correlation[each, row - 1, column], correlation[each, row + 1, column]),
             (correlation[each, row, column - 1], correlation[each, row, column + 1]),
         ):
-            bend = np.minimum(before - 2 * correlation[each, row, column] + after, -1e-9)
-            shifts.append(np.clip((before - after) / (2 * bend), -0.6, 0.6))
+            curvature = np.minimum(before - 2 * correlation[each, row, column] + after, -1e-9)
+            shifts.append(np.clip((before - after) / (2 * curvature), -0.6, 0.6))
             peak -= (before - after) * shifts[-1] / 4
-        down = (row - self.most[0] + shifts[0]) * self.steps[0]
-        cross = (column - self.most[1] + shifts[1]) * self.steps[1]
+        down = (row - self.largest_offsets[0] + shifts[0]) * self.steps[0]
+        cross = (column - self.largest_offsets[1] + shifts[1]) * self.steps[1]
         return [(peak[one], chosen[one], down[one], cross[one], drift) for one in np.argsort(-peak)[:HYPOTHESES]]
 
     def _distinct(self, found):

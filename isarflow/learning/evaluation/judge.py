@@ -180,8 +180,9 @@ def by_other_definitions(decided, definition, seed):
     """Metrics SHORT at equal SNR by other definitions than the run's: (definition, snr, kind, row) of each.
 
     decided: the result of `decide`, by SNR; kind: the `score` and `threshold`; row: (metric, value, low, high, images).
-    An image of the table at SNR s has by another definition the SNR s + d, with a d of its own. So it counts at the SNR
-    m as the run's images would at m - d, which lies between two of the run's SNRs: with both, by linear weights.
+    By another definition the SNR of an image of the table at s is s + d; d differs from image to image. At the SNR m
+    the image stands for one of the run at m - d, which lies between two of the run's SNRs: it counts with both, by
+    linear weights.
     """
     snrs = np.array(sorted(decided))
     for decisions in zip(*(decided[snr] for snr in snrs), strict=True):
