@@ -1,5 +1,6 @@
 """Make a target's stores of images, clean or at one SNR, from its field."""
 
+import itertools
 from pathlib import Path
 
 import numpy as np
@@ -65,19 +66,20 @@ def make_noisy(field_path, image_paths, imaging, target, noise, motion=motions.S
     plan, per = _Plan(_open(field_path, imaging["polarizations"]), imaging), noise["per"]
     focus = focus_of(plan.field.frequency.values, plan.sweep, imaging)
     powers = {name: [signal_power(samples[:, 0], name) for samples in plan.samples()] for name in DEFINITIONS}
+    drawn = itertools.product(range(noise["realizations"] if any(motion) else 0), range(len(plan.elevation)))
+    errors = [plan.errors(motion, row, noise["seed"], target, number) for number, row in drawn]  # alike at all SNRs
     for path in tqdm(image_paths, unit="SNR", desc="adding noise", leave=False):
         snr_db = sweep.snr_of_label(Path(path).stem)
         variance = [variances(power, snr_db, per) for power in powers[noise["definition"]]]
         images = np.empty((noise["realizations"], len(plan.elevation), len(plan.azimuth), *plan.shape), np.complex64)
         peaks = np.empty(images.shape[:3], np.float32)
-        errors = []
         for number in range(noise["realizations"]):
             randoms = plan.randoms(noise["seed"], target, snr_db, number)
             for row, (samples, of_row) in enumerate(zip(plan.samples(), variance, strict=True)):
                 added, pulses = plan.noise(of_row, per, randoms), None
                 if any(motion):
-                    errors.append(plan.errors(motion, row, noise["seed"], target, number))
-                    samples, pulses = plan.moved(samples, row, errors[-1]), errors[-1].received
+                    of_images = errors[number * len(plan.elevation) + row]
+                    samples, pulses = plan.moved(samples, row, of_images), of_images.received
                     added = np.where(plan.of_pulses(pulses), added, 0)
                 images[number, row], peaks[number, row] = form_images(plan.imager, focus(samples + added, pulses))
         with np.errstate(invalid="ignore"):  # an aperture without signal has no SNR

@@ -59,15 +59,15 @@ def train(stores, training, folder, checkpoints=None):
 
     who = conformance.describe(name, run["name"], kind)
     model, best, search, moves = None, -1.0, [], moves_of(run)
-    every_choice = choices(training.settings)
+    every_choice, shown, shown_aspects = choices(training.settings), (learned, held_out), aspects
+    if moves and not build(kind, every_choice[0], seed).searches:
+        seen = training.seed, run["name"], name
+        shown = _moved(moves, learned, COPIES, *seen), _moved(moves, held_out, 1, *seen)
+        shown_aspects = aspects[_shown(learned.snrs, COPIES)]
     for settings in every_choice:
         candidate = build(kind, settings, seed)
-        candidate.checkpoints, candidate.noise, candidate.aspects, candidate.moves = checkpoints, noise, aspects, moves
-        shown = learned, held_out
-        if moves and not candidate.searches:
-            seen = training.seed, run["name"], name
-            (*shown,) = (_moved(moves, *of, *seen) for of in ((learned, COPIES), (held_out, 1)))
-            candidate.aspects = aspects[_shown(learned.snrs, COPIES)]
+        candidate.checkpoints, candidate.noise = checkpoints, noise
+        candidate.aspects, candidate.moves = shown_aspects, moves
         _fit(candidate, *shown, run["random_snr"], who)
         accuracy = _accuracy(candidate, shown[1]) if len(every_choice) > 1 else 0.0
         search.append({**settings, "validation_accuracy": accuracy})

@@ -27,11 +27,7 @@ class Model(Library):
     SCORES = {"coherence": ("coherence", 16)}
     SETTINGS = {
         "loading": {"type": "number", "exclusiveMinimum": 0, "description": "diagonal, in mean eigenvalues"},
-        "place": {
-            "enum": ["search", "known"],
-            "default": "search",
-            "description": "of a target that moves: search = looked for; known = taken for the image's middle",
-        },
+        "place": {"$ref": "#/$defs/place", "default": "search"},
     }
     by_snr = True
     covariances = True

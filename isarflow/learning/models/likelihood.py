@@ -47,11 +47,7 @@ class Model(Library):
     SETTINGS = {
         "candidates": {"type": "integer", "minimum": 1, "description": "templates of a class tried, of largest ZNCC"},
         "mismatch": {"type": "number", "minimum": 0, "description": "a view's variance, in its template's local power"},
-        "place": {
-            "enum": ["search", "known"],
-            "default": "search",
-            "description": "of a target that moves: search = looked for; known = taken for the image's middle",
-        },
+        "place": {"$ref": "#/$defs/place", "default": "search"},
     }
     covariances = True
     learns_noise = True

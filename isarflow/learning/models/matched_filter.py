@@ -26,11 +26,7 @@ class Model(Library):
     leaves_out = True
     SETTINGS = {
         "features": {"$ref": "#/$defs/features", "default": "parts"},
-        "place": {
-            "enum": ["search", "known"],
-            "default": "search",
-            "description": "of a target that moves: search = looked for; known = taken for the image's middle",
-        },
+        "place": {"$ref": "#/$defs/place", "default": "search"},
     }
 
     def fit(self, images, labels, validation=None, snrs=None, views=None):
