@@ -7,13 +7,14 @@ exact phases. Magnitudes are up-sampled by two before, as a magnitude has twice 
 transforms the inner half is kept.
 """
 
+import functools
 import itertools
 from typing import NamedTuple
 
 import numpy as np
 import scipy.fft
 
-from isarflow.learning.data.features import by_channel
+from isarflow.learning.data.features import by_channel, standardized
 
 BLOCK = 64  # images at a time, always: the last bits of a product depend on how many rows it has
 TEMPLATES = 80  # of each class, and drift, that the first stage leaves
@@ -114,6 +115,9 @@ class Search:
         pulses = None if received is None or received.all() else received[owner]
         if self.moves.limits.jitter:
             samples *= self._of_pulses(samples, self.templates[template], pulses)
+            # With these phases the nearest of all templates is a better one than that of the hypothesis.
+            nearest = self._nearest(self.moves.images(samples), None if without is None else np.asarray(without)[owner])
+            samples *= self._of_pulses(samples, self.templates[nearest], pulses)
         if pulses is not None:
             samples *= pulses[:, None, None]
         return Hypotheses(self.moves.images(samples), down, cross, drift, pulses)
@@ -153,6 +157,17 @@ class Search:
     def _same(self, one, other):
         near = (abs(one[axis] - other[axis]) < APART * self.moves.cells[axis - 2] for axis in (2, 3))
         return one[4] == other[4] and all(near)
+
+    @functools.cached_property
+    def _magnitudes(self):
+        return standardized(np.abs(self.templates).reshape(len(self.templates), -1))
+
+    def _nearest(self, images, without):
+        """The template (m,) with whose magnitudes those of each image (m, channel, R, X) correlate best."""
+        alike = standardized(np.abs(images).reshape(len(images), -1)) @ self._magnitudes.T
+        if without is not None:
+            alike[without[:, None] == self.aspects] = -2
+        return alike.argmax(axis=1)
 
     def _of_pulses(self, samples, templates, received):
         """Factors (m, 1, 1, A) of magnitude 1 that undo the jitter of pulses: phases are retrieved (Fienup 1982).
