@@ -20,8 +20,8 @@ def revolve(profile, segments=48, stretch=(1.0, 1.0)):
     """
     angle = 2 * np.pi * (np.arange(segments) + 0.5) / segments
     ring = np.stack([np.cos(angle) * stretch[0], np.sin(angle) * stretch[1]], axis=1)
-    profile = [(profile[0][0], 0.0)] * (profile[0][1] > 0) + list(profile)
-    profile += [(profile[-1][0], 0.0)] * (profile[-1][1] > 0)
+    profile = [(profile[0][0], 0.0)] * int(profile[0][1] > 0) + list(profile)
+    profile += [(profile[-1][0], 0.0)] * int(profile[-1][1] > 0)
     vertices, rings = [], []
     for x, radius in profile:
         section = ring * radius if radius else np.zeros((1, 2))

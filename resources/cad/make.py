@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy as np
+
 from isarflow.mesh.shapes import bar, blade, box, ellipse, hull, place, revolve, ring, symmetric, union, write_stl
 
 
