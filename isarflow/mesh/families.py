@@ -52,10 +52,22 @@ def is_whole(rule: Mapping[str, Any]) -> bool:
     return bool(rule.get("whole", False))
 
 
+def stated_values(family: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """Return the parameters of a model by name, each with its `value` and `unit`."""
+    stated = kind(FAMILIES, family["kind"]).stated.get("PARAMETERS", {})
+    values = values_of(**_drawn(family))
+    return {name: {"value": value, "unit": stated[name]["unit"]} for name, value in values.items()}
+
+
 def parts_of(family: Mapping[str, Any], pose: float = 0.0) -> dict[str, Part]:
     """Return the parts of a model by name. family: kind, seed, number and vary, as a target of the config has it."""
     generator = load_class(FAMILIES, family["kind"], Generator)()
     return generator.parts(values_of(**_drawn(family)), pose)
+
+
+def joined(family: Mapping[str, Any]) -> Part:
+    """Return the surfaces of all parts of a model, which cross each other; to unite them takes far longer."""
+    return shapes.joined(list(parts_of(family).values()))
 
 
 def solid(family: Mapping[str, Any], pose: float = 0.0) -> Part:

@@ -7,7 +7,6 @@ import itertools
 from pathlib import Path
 
 import numpy as np
-import pymeshlab
 from scipy.spatial import ConvexHull
 
 GRID = 2.0**-24  # m; STL stores float32, so vertices are put on a grid that float32 holds exactly below 1 m
@@ -152,6 +151,8 @@ def panel(root, tip, span, sweep, thickness, inside=0.02, edge=0.3):
 
 def union(*parts):
     """One closed solid of all parts (exact boolean)."""
+    import pymeshlab  # takes long to load
+
     meshes = pymeshlab.MeshSet()
     for vertices, faces in parts:
         meshes.add_mesh(pymeshlab.Mesh(np.ascontiguousarray(vertices), np.ascontiguousarray(faces, np.int32)))
@@ -166,6 +167,8 @@ def union(*parts):
 def left_half(solid):
     """The part of a solid with y >= 0, closed by a cap in the plane y = 0 (which the mirror image then removes)."""
     size = 2 * np.abs(solid[0]).max()
+    import pymeshlab
+
     meshes = pymeshlab.MeshSet()
     for vertices, faces in (solid, box((-size, 0.0, -size), (size, size, size))):
         meshes.add_mesh(pymeshlab.Mesh(np.ascontiguousarray(vertices), np.ascontiguousarray(faces, np.int32)))

@@ -10,10 +10,10 @@ from isarflow.core.folders import of_fields
 from isarflow.core.sweep import images_are_made, why_no_images
 from isarflow.imaging.geometry import describe, planned
 from isarflow.learning.caveats import LEARNING, warnings
-from isarflow.mesh import measures, symmetry, topology
+from isarflow.mesh import families, measures, symmetry, topology
 from isarflow.mesh.ground import from_mirror_image
 from isarflow.mesh.read import cad_kernel, halves
-from isarflow.mesh.read.target import check_size, in_plane, read_target
+from isarflow.mesh.read.target import cad_of, check_size, in_metres, in_plane, read_target
 from isarflow.mesh.resolution import check_resolution
 from isarflow.scattering import needs
 from isarflow.scattering.fields import field_files
@@ -43,7 +43,7 @@ def overview(config, results, refuse=False, seeds=1):
                 check_polarizations(target["field"], config["radar"]["polarizations"])
         except InputError as error:
             if refuse:
-                key = "mesh" if "mesh" in target else "field"
+                key = next(key for key in ("mesh", "field", "family") if key in target)
                 raise InputError(f"config key 'targets.{name}.{key}': {error}") from None
             sizes[name] = None
             lines.append(f"Warning: {name}: {error}")
@@ -85,7 +85,7 @@ def _solves(config, sizes, fields, refuse):
         lines.append(f"  {name}: up to {unknowns:,.0f} unknowns, {gigabytes:.1f} GB, {_span(time)}")
         if (fields / "scattering" / f"{name}.zarr").exists():
             continue
-        label = f"config key 'targets.{name}': {target['mesh']}"
+        label = f"config key 'targets.{name}': {cad_of(target)}"
         sizing = sizes[name]["box"], config["mesh"], config["radar"], label, needs.precision(config)
         faults = [refusal(needs.check_fit, config, name, sizes[name]), refusal(check_resolution, *sizing)]
         if any(faults) and refuse:
@@ -132,6 +132,8 @@ def _size(config, name, mesh_json):
     target = config["targets"][name]
     if "field" in target:
         return None
+    if "family" in target:
+        return _size_of_model(config, target, mesh_json)
     if Path(target["mesh"]).suffix.lower() in cad_kernel.FORMATS:  # they take long to read
         return json.loads(mesh_json.read_text())["source"] if mesh_json.exists() else None
     vertices, triangles, completed = read_target(target["mesh"], target, config["mesh"], config["radar"])
@@ -145,6 +147,17 @@ def _size(config, name, mesh_json):
     near, planes = in_plane(vertices, triangles, config["mesh"], config["radar"]), target.get("symmetry", [])
     halved = [*halves.sentences(vertices, triangles, completed, planes, near)]
     return measures.size(vertices, triangles) | {"halves": halved}
+
+
+def _size_of_model(config, target, mesh_json):
+    """`_size` of a family's model: of its mesh, or of its parts, whose area counts where they cross, too."""
+    made = json.loads(mesh_json.read_text()) if mesh_json.exists() else {}
+    if made.get("family") == target["family"]:
+        return made["source"]
+    vertices, triangles = families.joined(target["family"])
+    vertices = in_metres(vertices, target)
+    check_size(vertices, target, config["mesh"], config["radar"], cad_of(target), needs.precision(config))
+    return measures.size(vertices, triangles)
 
 
 def _is_doubtful(config, name, vertices, triangles):
