@@ -71,18 +71,14 @@ def _taken(targets, fields):
 
 
 def _solves(config, sizes, fields, refuse):
-    lines, seconds = [], 0.0
+    planned, warned = {}, []  # by the name of a target, or that of a family
     for name, target in config["targets"].items():
         if "field" in target:
             continue
+        of_row = planned.setdefault(name.rpartition("_")[0] if "family" in target else name, [])
         if sizes[name] is None:
-            lines.append(f"  {name}: not known yet.")
             continue
-        bands = needs.expected(config, name, sizes[name])
-        time, most = sum(band["seconds"] for band in bands), bands[-1]
-        seconds += time
-        unknowns, gigabytes = most["unknowns"], most["megabytes"] / 1000
-        lines.append(f"  {name}: up to {unknowns:,.0f} unknowns, {gigabytes:.1f} GB, {_span(time)}")
+        of_row.append(needs.expected(config, name, sizes[name]))
         if (fields / "scattering" / f"{name}.zarr").exists():
             continue
         label = f"config key 'targets.{name}': {cad_of(target)}"
@@ -90,9 +86,21 @@ def _solves(config, sizes, fields, refuse):
         faults = [refusal(needs.check_fit, config, name, sizes[name]), refusal(check_resolution, *sizing)]
         if any(faults) and refuse:
             raise InputError(" ".join(filter(None, faults)))
-        lines += [f"Warning: {fault}" for fault in faults if fault]
-    head, total = "Solves, by estimate from the CAD files' areas, on two cores:", f"  in all: {_span(seconds)}"
-    return [head, *lines, total] if lines else []
+        warned += [f"Warning: {fault}" for fault in faults if fault]
+    head = "Solves, by estimate from the surfaces' areas, on two cores:"
+    lines = [_row(name, solves) for name, solves in planned.items()]
+    seconds = sum(band["seconds"] for solves in planned.values() for bands in solves for band in bands)
+    return [head, *lines, f"  in all: {_span(seconds)}", *warned] if lines else []
+
+
+def _row(name, solves):
+    """A line on the planned solves of a target, or of all models of a family: each a list of bands."""
+    if not solves:
+        return f"  {name}: not known yet."
+    most = max((bands[-1] for bands in solves), key=lambda band: band["megabytes"])
+    models = f" ({len(solves)} models)" if len(solves) > 1 else ""
+    time = _span(sum(band["seconds"] for bands in solves for band in bands))
+    return f"  {name}{models}: up to {most['unknowns']:,.0f} unknowns, {most['megabytes'] / 1000:.1f} GB, {time}"
 
 
 def _span(seconds):
