@@ -53,10 +53,11 @@ MODELS = Seam("isarflow/learning/models", "Model", frozenset({"fit", "evaluate"}
 IMAGERS = Seam("isarflow/imaging/imagers", "Imager", frozenset({"axes", "at"}))
 FOCUS = Seam("isarflow/imaging/focus", "Focus", frozenset({"focus"}))
 SOLVERS = Seam("isarflow/scattering/solvers", "Solver", frozenset({"plan", "solve"}))
+FAMILIES = Seam("resources/cad/families", "Family", frozenset({"parts"}))
 # The base classes in these files have the defaults for kinds that state nothing; their methods are not defined.
 BASES = tuple(
     f"isarflow/{path}.py"
-    for path in ("learning/classifier", "scattering/solver", "imaging/formation", "imaging/focusing")
+    for path in ("learning/classifier", "scattering/solver", "imaging/formation", "imaging/focusing", "mesh/families")
 )
 # Sections of the config that name one kind, by this key, with its settings beside it; and the kind whose
 # settings are shown where a section names none.
@@ -118,9 +119,11 @@ def load_class(seam: Seam, name: str, base: type) -> Any:
 
 
 def _module(seam: Seam, name: str, file: str) -> Any:
-    if not is_path(name):
-        package_module = f"{seam.folder.replace('/', '.')}.{name}"
-        return importlib.import_module(package_module if not os.path.isabs(file) else _entry_points(seam)[name])
+    if not is_path(name) and os.path.isabs(file):
+        return importlib.import_module(_entry_points(seam)[name])
+    if file.startswith("isarflow/"):
+        return importlib.import_module(f"{seam.folder.replace('/', '.')}.{name}")
+    file = str(PACKAGE.parent / file)
     folder, module = os.path.dirname(file), f"isarflow_plugin_{hashlib.sha256(file.encode()).hexdigest()[:16]}"
     if module not in sys.modules:
         if folder not in sys.path:

@@ -98,6 +98,11 @@ def class_of(targets, name):
     return targets[name].get("class", name)
 
 
+def kind_of(targets, name):
+    """The kind of a target of the config's `targets`: that which it states, as models of families do, or its class."""
+    return targets[name].get("kind", class_of(targets, name))
+
+
 def channels_of(run, every):
     """Number of channels of a run's images, of `every` channels that there are."""
     return every if run["channels"] == "all" else len(run["channels"])

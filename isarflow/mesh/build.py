@@ -11,7 +11,7 @@ import numpy as np
 from isarflow.core import sweep
 from isarflow.core.errors import InputError
 from isarflow.core.words import check_word, check_words, counted
-from isarflow.mesh import symmetry, topology
+from isarflow.mesh import families, symmetry, topology
 from isarflow.mesh.ground import Ground, from_mirror_image, samples
 from isarflow.mesh.io import write_ply
 from isarflow.mesh.measures import describe, size, warnings
@@ -284,4 +284,6 @@ def write(path, settings, measures_path, source_path, mesh_paths):
         print(f"{Path(mesh_path).name}: {counts}, mean edge {edge}")
     for sentence in warnings(measures):
         print(f"Warning: {sentence}")
+    if family := settings["target"].get("family"):
+        measures |= {"family": family, "parameters": families.stated_values(family)}
     Path(measures_path).write_text(json.dumps(measures, indent=1) + "\n")

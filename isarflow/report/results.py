@@ -75,7 +75,7 @@ class Results:
         self.folder, self.settings, self.names = Path(folder), settings, Names(stated, models)
         self.fields = of_fields(folder, settings)
         self.targets = target_order(settings["targets"])
-        self.meshed = [name for name in self.targets if "mesh" in settings["targets"][name]]
+        self.meshed = [name for name in self.targets if "field" not in settings["targets"][name]]
         self.images_are_made = images_are_made(settings)
         self.compares_imagers = self.images_are_made and bool(settings.get("imagers"))
         self.learns = self.images_are_made and bool(settings["learning"]["experiments"])

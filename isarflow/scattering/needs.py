@@ -107,7 +107,7 @@ def check_fit(config, name, size):
     top = sweep.frequency[-1] / 1e9  # GHz
     density = floor(10 * 0.99 * ratio * config["mesh"]["edges_per_wavelength"]) / 10
     inexact = " (below 8 the field is inexact)" if density < 8 else ""
-    is_sure = states_unit(target["mesh"]) or "length" in target
+    is_sure = "mesh" not in target or states_unit(target["mesh"]) or "length" in target
     by_unit = "" if is_sure else f", if its numbers are {target.get('unit', 'm')}; see its 'unit'"
     coarser = f", or with 'mesh.edges_per_wavelength: {density:g}'{inexact}"
     raise InputError(

@@ -9,7 +9,7 @@ from pathlib import Path
 from isarflow.core import sweep
 from isarflow.core.errors import InputError
 from isarflow.core.folders import RECORD, SCORES, of_fields
-from isarflow.core.kinds import FOCUS, IMAGERS, SOLVERS, kind, of_focus, of_model
+from isarflow.core.kinds import FAMILIES, FOCUS, IMAGERS, SOLVERS, kind, of_focus, of_model
 from isarflow.core.sweep import images_are_made
 from isarflow.imaging.geometry import PURE_NOISE, megabytes, planned
 from isarflow.learning import experiments
@@ -39,7 +39,7 @@ class Plan:
         self.seeded = {self.results: config}
         self.seeded |= {f"{self.results}/seed_{seed}": {**config, "seed": seed} for seed in further}
         self.targets = list(config["targets"])
-        self.meshed = [target for target in self.targets if "mesh" in config["targets"][target]]
+        self.meshed = [target for target in self.targets if "field" not in config["targets"][target]]
         self.given = [target for target in self.targets if target not in self.meshed]
         self.known, self.unknown = (
             sorted(name for name in self.targets if config["targets"][name]["role"] == role)
@@ -101,6 +101,9 @@ class Plan:
 
     def solver_file(self):
         return kind(SOLVERS, self.config["scattering"]["solver"]).file
+
+    def generator_file(self, target):
+        return kind(FAMILIES, self.config["targets"][target]["family"]["kind"]).file
 
     def trained_targets(self, run, model):
         """The targets that a model learns: the known ones, and those of role other for one with such a class."""

@@ -8,7 +8,7 @@ from isarflow.core.words import counted
 from isarflow.mesh import symmetry, topology
 from isarflow.mesh.build import load
 from isarflow.mesh.ground import Ground, from_mirror_image
-from isarflow.mesh.read.target import UNITS, read_target, states_unit
+from isarflow.mesh.read.target import UNITS, cad_of, read_target, states_unit
 from isarflow.mesh.resolution import wanted_edges
 from isarflow.scattering import needs
 
@@ -24,9 +24,9 @@ def checkup(config, name):
     """
     target, mesh, radar, lines = config["targets"][name], config["mesh"], config["radar"], []
     try:
-        vertices, triangles = topology.compact(*read_target(target["mesh"], target, mesh, radar)[:2])
+        vertices, triangles = topology.compact(*read_target(cad_of(target), target, mesh, radar)[:2])
         lines += [*_sizes(vertices, triangles, target), _symmetry(vertices, triangles, target, radar)]
-        source = load(target["mesh"], target, mesh, radar, needs.precision(config))
+        source = load(cad_of(target), target, mesh, radar, needs.precision(config))
     except InputError as error:
         return [*lines, f"{REFUSED} {error}"]
     lines += [f"  repairs: {counted(source.repairs) or 'none needed'}", _closed(source)]
@@ -57,7 +57,7 @@ def _sizes(vertices, triangles, target):
     """The box of a target in metres, and its size if the file were in other units."""
     box = np.ptp(vertices, axis=0)
     lines = [f"  size {_box(box)} m, {len(triangles):,} triangles"]
-    if not states_unit(target["mesh"]) and "unit" not in target and "length" not in target:
+    if "mesh" in target and not states_unit(target["mesh"]) and "unit" not in target and "length" not in target:
         others = [f"{_box(box * metres)} m if its numbers are {unit}" for unit, metres in UNITS.items() if unit != "m"]
         lines.append(f"  taken as m; {'; '.join(others)}")
     return lines

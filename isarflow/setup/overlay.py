@@ -70,18 +70,26 @@ def _entry(base, overlay, path, key):
     """One target, model or experiment. null removes a key of it; to a model it is a value like others."""
     if not isinstance(base, dict) or not isinstance(overlay, dict):
         return overlay
-    if path == "targets" and any(overlay[form] != base.get(form) for form in ("mesh", "field") if form in overlay):
-        # Settings of one file do not hold for another.
+    if path == "targets" and _is_another(base, overlay):
+        # Settings of one file or kind do not hold for another.
         base = {name: value for name, value in base.items() if name == "role"}
     merged = dict(base)
     for name, value in overlay.items():
         if value is None and path != "learning.models":
             _remove(merged, base, name, f"{key}.{name}")
-        elif name == "train" and isinstance(value, dict) and isinstance(base.get(name), dict):
+        elif name in ("train", "family") and isinstance(value, dict) and isinstance(base.get(name), dict):
             merged[name] = base[name] | value
         else:
             merged[name] = value
     return merged
+
+
+def _is_another(base, target):
+    """Tell whether an overlay makes a target of another file or kind."""
+    kind = target["family"].get("kind") if isinstance(target.get("family"), dict) else None
+    if kind and kind != base.get("family", {}).get("kind"):
+        return True
+    return any(target[form] != base.get(form) for form in ("mesh", "field") if form in target)
 
 
 def _remove(merged, base, name, key):

@@ -10,10 +10,10 @@ from isarflow.core.folders import of_fields
 from isarflow.core.sweep import images_are_made, why_no_images
 from isarflow.imaging.geometry import describe, planned
 from isarflow.learning.caveats import LEARNING, warnings
-from isarflow.mesh import measures, symmetry, topology
+from isarflow.mesh import families, measures, symmetry, topology
 from isarflow.mesh.ground import from_mirror_image
 from isarflow.mesh.read import cad_kernel, halves
-from isarflow.mesh.read.target import check_size, in_plane, read_target
+from isarflow.mesh.read.target import cad_of, check_size, in_metres, in_plane, read_target
 from isarflow.mesh.resolution import check_resolution
 from isarflow.scattering import needs
 from isarflow.scattering.fields import field_files
@@ -43,7 +43,7 @@ def overview(config, results, refuse=False, seeds=1):
                 check_polarizations(target["field"], config["radar"]["polarizations"])
         except InputError as error:
             if refuse:
-                key = "mesh" if "mesh" in target else "field"
+                key = next(key for key in ("mesh", "field", "family") if key in target)
                 raise InputError(f"config key 'targets.{name}.{key}': {error}") from None
             sizes[name] = None
             lines.append(f"Warning: {name}: {error}")
@@ -71,28 +71,36 @@ def _taken(targets, fields):
 
 
 def _solves(config, sizes, fields, refuse):
-    lines, seconds = [], 0.0
+    planned, warned = {}, []  # by the name of a target, or that of a family
     for name, target in config["targets"].items():
         if "field" in target:
             continue
+        of_row = planned.setdefault(name.rpartition("_")[0] if "family" in target else name, [])
         if sizes[name] is None:
-            lines.append(f"  {name}: not known yet.")
             continue
-        bands = needs.expected(config, name, sizes[name])
-        time, most = sum(band["seconds"] for band in bands), bands[-1]
-        seconds += time
-        unknowns, gigabytes = most["unknowns"], most["megabytes"] / 1000
-        lines.append(f"  {name}: up to {unknowns:,.0f} unknowns, {gigabytes:.1f} GB, {_span(time)}")
+        of_row.append(needs.expected(config, name, sizes[name]))
         if (fields / "scattering" / f"{name}.zarr").exists():
             continue
-        label = f"config key 'targets.{name}': {target['mesh']}"
+        label = f"config key 'targets.{name}': {cad_of(target)}"
         sizing = sizes[name]["box"], config["mesh"], config["radar"], label, needs.precision(config)
         faults = [refusal(needs.check_fit, config, name, sizes[name]), refusal(check_resolution, *sizing)]
         if any(faults) and refuse:
             raise InputError(" ".join(filter(None, faults)))
-        lines += [f"Warning: {fault}" for fault in faults if fault]
-    head, total = "Solves, by estimate from the CAD files' areas, on two cores:", f"  in all: {_span(seconds)}"
-    return [head, *lines, total] if lines else []
+        warned += [f"Warning: {fault}" for fault in faults if fault]
+    head = "Solves, by estimate from the surfaces' areas, on two cores:"
+    lines = [_row(name, solves) for name, solves in planned.items()]
+    seconds = sum(band["seconds"] for solves in planned.values() for bands in solves for band in bands)
+    return [head, *lines, f"  in all: {_span(seconds)}", *warned] if lines else []
+
+
+def _row(name, solves):
+    """A line on the planned solves of a target, or of all models of a family: each a list of bands."""
+    if not solves:
+        return f"  {name}: not known yet."
+    most = max((bands[-1] for bands in solves), key=lambda band: band["megabytes"])
+    models = f" ({len(solves)} models)" if len(solves) > 1 else ""
+    time = _span(sum(band["seconds"] for bands in solves for band in bands))
+    return f"  {name}{models}: up to {most['unknowns']:,.0f} unknowns, {most['megabytes'] / 1000:.1f} GB, {time}"
 
 
 def _span(seconds):
@@ -132,6 +140,8 @@ def _size(config, name, mesh_json):
     target = config["targets"][name]
     if "field" in target:
         return None
+    if "family" in target:
+        return _size_of_model(config, target, mesh_json)
     if Path(target["mesh"]).suffix.lower() in cad_kernel.FORMATS:  # they take long to read
         return json.loads(mesh_json.read_text())["source"] if mesh_json.exists() else None
     vertices, triangles, completed = read_target(target["mesh"], target, config["mesh"], config["radar"])
@@ -145,6 +155,17 @@ def _size(config, name, mesh_json):
     near, planes = in_plane(vertices, triangles, config["mesh"], config["radar"]), target.get("symmetry", [])
     halved = [*halves.sentences(vertices, triangles, completed, planes, near)]
     return measures.size(vertices, triangles) | {"halves": halved}
+
+
+def _size_of_model(config, target, mesh_json):
+    """`_size` of a family's model: of its mesh, or of its parts, whose area counts where they cross, too."""
+    made = json.loads(mesh_json.read_text()) if mesh_json.exists() else {}
+    if made.get("family") == target["family"]:
+        return made["source"]
+    vertices, triangles = families.joined(target["family"])
+    vertices = in_metres(vertices, target)
+    check_size(vertices, target, config["mesh"], config["radar"], cad_of(target), needs.precision(config))
+    return measures.size(vertices, triangles)
 
 
 def _is_doubtful(config, name, vertices, triangles):

@@ -3,7 +3,8 @@
 from pathlib import Path
 
 import numpy as np
-from shapes import bar, blade, box, ellipse, hull, place, revolve, ring, symmetric, union, write_stl
+
+from isarflow.mesh.shapes import bar, blade, box, ellipse, hull, place, revolve, ring, symmetric, union, write_stl
 
 
 def propeller(x, y, radius, turn):

@@ -82,7 +82,7 @@ def _took(config, results, target, number):
     job = pd.read_csv(results / "benchmarks" / f"{name}.tsv", sep="\t").iloc[-1]
     names = ("ghz", "unknowns", "residual", "assembly_s", "factorization_s", "directions_s")
     return {
-        "commit": _said("git", "rev-parse", "HEAD"),
+        "commit": said("git", "rev-parse", "HEAD"),
         "date": date.today().isoformat(),
         "processor": cpu() if device == "cpu" else device,
         "cad_sha256": digest(config["targets"][target]["mesh"]),
@@ -167,12 +167,15 @@ def splits(config, results):
 def card(config, results):
     accuracy, solves = pd.read_csv(HERE / "accuracy.csv"), pd.read_csv(HERE / "solves.csv")
     draw_accuracy(accuracy, HERE / "accuracy.png")
-    text = (HERE / "README.md").read_text()
-    for name, lines in (("accuracy", accuracy_lines(accuracy)), ("times", time_lines(solves))):
-        begin, end = f"<!-- {name} -->\n", f"<!-- end of {name} -->"
-        before, rest = text.split(begin)
-        text = before + begin + "\n".join(lines) + "\n" + rest[rest.index(end) :]
-    (HERE / "README.md").write_text(text)
+    put(HERE / "README.md", "accuracy", accuracy_lines(accuracy))
+    put(HERE / "README.md", "times", time_lines(solves))
+
+
+def put(path, name, lines):
+    """Put lines into a text of Markdown, between its marks of this name."""
+    begin, end = f"<!-- {name} -->\n", f"<!-- end of {name} -->"
+    before, rest = path.read_text().split(begin)
+    path.write_text(before + begin + "\n".join(lines) + "\n" + rest[rest.index(end) :])
 
 
 def accuracy_lines(accuracy):
@@ -251,7 +254,7 @@ def _record(name):
     return BANDS / f"{name}.json"
 
 
-def _said(*command):
+def said(*command):
     return subprocess.run(command, check=True, capture_output=True, text=True).stdout.strip()
 
 

@@ -332,14 +332,33 @@ PATTERNS = {  # of azimuth in rad: symmetric about these planes in V; H, receive
 }
 
 
-@pytest.mark.parametrize("plane", PATTERNS)
-def test_mirror_planes_are_those_that_the_field_has(place, tmp_path, plane):
+def pattern_of(plane):
+    """The dataset of a field over CIRCLE that is symmetric about a plane."""
     radians = np.radians(azimuths(CIRCLE))
     values = np.array([function(radians) for function in PATTERNS[plane]])
     field = np.broadcast_to(values[:, None, None], (2, 4, 4, 24)).astype(np.complex64)
     names = ("polarization", "frequency", "elevation", "azimuth")
     axes = dict(zip(names, (["VV", "HV"], SWEEP[0], SWEEP[1], azimuths(CIRCLE)), strict=True))
-    xr.Dataset({"field": (names, field, {"units": "m"})}, axes).to_zarr("given.zarr", zarr_format=2)
+    return xr.Dataset({"field": (names, field, {"units": "m"})}, axes)
+
+
+def test_a_symmetric_field_may_be_given_at_half_of_the_azimuths(place):
+    whole = pattern_of("xz")
+    whole.isel(azimuth=slice(0, 13)).to_zarr("given.zarr", zarr_format=2)  # 0 to 180 degrees
+    half = place("given.zarr", "VV", "HV", aspect=CIRCLE, symmetry=["xz"])
+    np.testing.assert_allclose(half.field, whole.field, atol=1e-6)  # 3e-7: sines of angles and their opposites
+    with pytest.raises(InputError, match=r"^given\.zarr: no azimuth 195, .* degrees"):
+        place("given.zarr", "VV", "HV", aspect=CIRCLE)
+    whole.isel(azimuth=slice(0, 12)).to_zarr("given.zarr", zarr_format=2, mode="w")
+    with pytest.raises(InputError, match=r"^given\.zarr: no azimuth 180 degrees, which config key"):
+        place("given.zarr", "VV", "HV", aspect=CIRCLE, symmetry=["xz"])
+
+
+@pytest.mark.parametrize("plane", PATTERNS)
+def test_mirror_planes_are_those_that_the_field_has(place, tmp_path, plane):
+    given = pattern_of(plane)
+    field = given.field.values
+    given.to_zarr("given.zarr", zarr_format=2)
     store = place("given.zarr", "VV", "HV", aspect=CIRCLE, symmetry=[plane])
     np.testing.assert_array_equal(store.field, field)
     other = "yz" if plane == "xz" else "xz"

@@ -30,6 +30,7 @@ from isarflow.core.kinds import page_names
 from isarflow.core.sweep import images_are_made, snr_label, why_no_images
 from isarflow.imaging.geometry import PURE_NOISE
 from isarflow.learning import experiments
+from isarflow.mesh.read.target import cad_of
 from isarflow.report import selection
 from isarflow.scattering import needs
 from isarflow.scattering.fields import field_files
@@ -107,6 +108,12 @@ def contents_of(*paths):
     They are no inputs: Snakemake would look at their dates alone, and take braces in their paths for wildcards.
     """
     return {path: or_exit(contents.sha256, path) for path in paths}
+
+
+def source_of(target):
+    """What a target's surface comes from, for params: the contents of its CAD file, or the code of its generator."""
+    said = config["targets"][target]
+    return {"generator": code(plan.generator_file(target))} if "family" in said else contents_of(said["mesh"])
 
 
 def judged(is_seed):

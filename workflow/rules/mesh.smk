@@ -20,14 +20,14 @@ rule mesh:
         mem_mb=4000,
     params:
         code=code("job_mesh.py"),
-        cad=lambda w: config["targets"][w.target]["mesh"],
-        files=lambda w: contents_of(config["targets"][w.target]["mesh"]),
+        cad=lambda w: cad_of(config["targets"][w.target]),
+        files=lambda w: source_of(w.target),
         settings=lambda w: {
             "radar": section(config["radar"], "bandwidth", "center_frequency", "frequencies"),
             "mesh": section(config["mesh"], "bands", "edges_per_wavelength", "remesh"),
             "target": section(
                 config["targets"][w.target],
-                *{"length", "rotate", "scale", "symmetry", "translate", "unit"}.intersection(
+                *{"family", "length", "rotate", "scale", "symmetry", "translate", "unit"}.intersection(
                     config["targets"][w.target]
                 ),
             ),

@@ -6,7 +6,7 @@ import numpy as np
 
 from isarflow.core.errors import InputError
 from isarflow.core.sweep import C0
-from isarflow.mesh import topology
+from isarflow.mesh import families, topology
 from isarflow.mesh.read import cad_kernel, halves
 from isarflow.mesh.read.formats import NO_CAD, beginning, read_obj, read_off, read_stl, triangulated
 from isarflow.mesh.read.ply import read_ply
@@ -56,12 +56,20 @@ def read_cad(path, chord=0.0):
     return vertices, triangles
 
 
+def cad_of(target):
+    """Return the path of a target's CAD file, or what messages call a family's model, which has none."""
+    return target["mesh"] if "mesh" in target else "{kind}, model {number} of seed {seed}".format(**target["family"])
+
+
 def read_target(path, target, mesh, radar, chord=0.0):
     """Read a target's surface: vertices (V, 3) in metres, triangles (T, 3), and planes at which a half was completed.
 
-    `target`, `mesh` and `radar` are those parts of the config, `chord` in metres is that of `read_cad`.
+    path: of its CAD file, as `cad_of`; a family's model is made from its parameters. `target`, `mesh` and `radar` are those parts of the config, `chord` in metres is that of `read_cad`.
     """
-    vertices, triangles = read_cad(path, chord / target.get("scale", 1.0))
+    if "family" in target:
+        vertices, triangles = families.solid(target["family"])
+    else:
+        vertices, triangles = read_cad(path, chord / target.get("scale", 1.0))
     vertices = in_metres(vertices, target)
     return halves.completed(vertices, triangles, target.get("symmetry", []), in_plane(vertices, triangles, mesh, radar))
 

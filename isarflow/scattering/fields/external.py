@@ -23,7 +23,7 @@ def write_external(field, store_path, radar, aspect, symmetry=(), origin=None):
     """
     wanted = {"frequency": frequencies(radar), "elevation": elevations(aspect), "azimuth": azimuths(aspect)}
     if field_files.is_store(field):
-        samples, warnings = read_store(field, radar["polarizations"], wanted)
+        samples, warnings = read_store(field, radar["polarizations"], wanted, symmetry)
     else:
         samples, warnings = _from_ffe(field, radar["polarizations"], wanted), []
     with np.errstate(over="ignore"):

@@ -7,7 +7,7 @@ import xarray as xr
 
 from isarflow.core.errors import InputError
 from isarflow.core.store import absent_chunks, absent_samples, check_given, chunk_of, has_list
-from isarflow.scattering.fields.places import UNITS, differ, find, text
+from isarflow.scattering.fields.places import ANGLE, UNITS, apart, differ, find, text
 from isarflow.scattering.fields.store import CONVENTION, COORDINATES
 
 WORDS = {  # of units, in small letters
@@ -27,10 +27,11 @@ def check_polarizations(path, polarizations):
     _ways(path, axes["polarization"], polarizations)
 
 
-def read_store(path, polarizations, wanted):
+def read_store(path, polarizations, wanted, symmetry=()):
     """The wanted samples of a scattering store, (polarization, frequency, elevation, azimuth), and a list of warnings.
 
-    wanted: {axis: values (N,)}. Coordinates and co-polarized samples whose chunk is absent are refused, unless the
+    wanted: {axis: values (N,)}. symmetry: the target's mirror planes; with xz among them a sample at an azimuth that the
+    store has not is that of the opposite azimuth, the cross-polarized ones with the other sign. Coordinates and co-polarized samples whose chunk is absent are refused, unless the
     store has a list of its files; cross-polarized samples, which may be 0, are warned of.
     """
     listed = check_given(path)
@@ -38,6 +39,9 @@ def read_store(path, polarizations, wanted):
         field = dataset["field"]
         _check_kind(path, dataset)
         warnings = [] if listed else _absent_coordinates(path, axes)
+        opposite = _opposite(axes["azimuth"], wanted["azimuth"]) if "xz" in symmetry else np.zeros(0, int)
+        wanted = wanted | {"azimuth": wanted["azimuth"].copy()}
+        wanted["azimuth"][opposite] *= -1
         numbers = {"polarization": _ways(path, axes["polarization"], polarizations)}
         numbers |= {name: find(path, name, axes[name], values) for name, values in wanted.items()}
         kept = {name: np.flatnonzero(of_given >= 0) for name, (of_given, _) in numbers.items()}
@@ -47,7 +51,16 @@ def read_store(path, polarizations, wanted):
     for axis, (name, (of_given, _)) in enumerate(numbers.items()):
         samples = _once(path, samples, axis, of_given[kept[name]], axes[name][kept[name]])
     places = [np.searchsorted(np.unique(of_wanted), of_wanted) for _, of_wanted in numbers.values()]
-    return samples[np.ix_(*places)], warnings
+    samples = samples[np.ix_(*places)]
+    crossed = [place for place, way in enumerate(polarizations) if way[0] != way[1]]
+    samples[np.ix_(crossed, range(samples.shape[1]), range(samples.shape[2]), opposite)] *= -1
+    return samples, warnings
+
+
+def _opposite(given, wanted):
+    """Return the places of the wanted azimuths that are not given, but whose opposites are."""
+    there, opposite_there = ((apart("azimuth", given, sign * wanted[:, None]) < ANGLE).any(axis=1) for sign in (1, -1))
+    return np.flatnonzero(~there & opposite_there)
 
 
 @contextlib.contextmanager

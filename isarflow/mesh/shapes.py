@@ -1,10 +1,12 @@
-"""Closed parts as (vertices, triangles), their exact union, and binary STL. Metres, x forward, z up."""
+"""Closed parts as (vertices, triangles), their exact union, and binary STL. Metres, x forward, y to the left, z up.
+
+For generators of families, in files of resources/cad/families or of one's own.
+"""
 
 import itertools
 from pathlib import Path
 
 import numpy as np
-import pymeshlab
 from scipy.spatial import ConvexHull
 
 GRID = 2.0**-24  # m; STL stores float32, so vertices are put on a grid that float32 holds exactly below 1 m
@@ -17,8 +19,8 @@ def revolve(profile, segments=48, stretch=(1.0, 1.0)):
     """
     angle = 2 * np.pi * (np.arange(segments) + 0.5) / segments
     ring = np.stack([np.cos(angle) * stretch[0], np.sin(angle) * stretch[1]], axis=1)
-    profile = [(profile[0][0], 0.0)] * (profile[0][1] > 0) + list(profile)
-    profile += [(profile[-1][0], 0.0)] * (profile[-1][1] > 0)
+    profile = [(profile[0][0], 0.0)] * int(profile[0][1] > 0) + list(profile)
+    profile += [(profile[-1][0], 0.0)] * int(profile[-1][1] > 0)
     vertices, rings = [], []
     for x, radius in profile:
         section = ring * radius if radius else np.zeros((1, 2))
@@ -107,8 +109,50 @@ def place(part, rotate=(0, 0, 0), move=(0, 0, 0)):
     return vertices + np.asarray(move, float), faces
 
 
+def mirrored(part):
+    """The mirror image of a part, left for right."""
+    return part[0] * [1, -1, 1], part[1][:, ::-1]
+
+
+def pair(name, part):
+    """A part on the left and its mirror image, by their names: {name_left: part, name_right: part}."""
+    return {f"{name}_left": part, f"{name}_right": mirrored(part)}
+
+
+def joined(parts):
+    """All parts as one list of vertices and one of triangles, which cross each other where the parts do."""
+    firsts = np.cumsum([0, *(len(vertices) for vertices, _ in parts)])
+    triangles = [triangles + first for (_, triangles), first in zip(parts, firsts, strict=False)]
+    return np.concatenate([vertices for vertices, _ in parts]), np.concatenate(triangles)
+
+
+def body(length, radius, nose=0.35, tail=0.15, tail_radius=0.7, power=0.6, segments=40, stretch=(1.0, 1.0)):
+    """Body of revolution about x from -length / 2 to length / 2, with a nose and a tail that narrows.
+
+    nose, tail: their shares of the length; tail_radius: of the radius, at the end; power: of the nose, as of `ellipse`.
+    """
+    half = length / 2
+    profile = [(-half, radius * tail_radius), (-half + tail * length, radius)]
+    profile += ellipse(half - nose * length, half, radius, 12, power)
+    return revolve(profile, segments, stretch)
+
+
+def panel(root, tip, span, sweep, thickness, inside=0.02, edge=0.3):
+    """The left half of a wing in the xy plane: chords `root` about x = 0, and `tip` at y = `span`.
+
+    sweep: degrees of the leading edge; inside: metres that the root lies beyond y = 0, in what it is fixed to, so that
+    no edges meet in a mirror plane; edge: the share of the smaller chord over which leading and trailing edges
+    are drawn to a point.
+    """
+    back = root / 2 - span * np.tan(np.radians(sweep))
+    outline = [(root / 2, -inside), (back, span), (back - tip, span), (-root / 2, -inside)]
+    return blade(outline, thickness, edge * min(root, tip))
+
+
 def union(*parts):
     """One closed solid of all parts (exact boolean)."""
+    import pymeshlab  # takes long to load
+
     meshes = pymeshlab.MeshSet()
     for vertices, faces in parts:
         meshes.add_mesh(pymeshlab.Mesh(np.ascontiguousarray(vertices), np.ascontiguousarray(faces, np.int32)))
@@ -123,6 +167,8 @@ def union(*parts):
 def left_half(solid):
     """The part of a solid with y >= 0, closed by a cap in the plane y = 0 (which the mirror image then removes)."""
     size = 2 * np.abs(solid[0]).max()
+    import pymeshlab
+
     meshes = pymeshlab.MeshSet()
     for vertices, faces in (solid, box((-size, 0.0, -size), (size, size, size))):
         meshes.add_mesh(pymeshlab.Mesh(np.ascontiguousarray(vertices), np.ascontiguousarray(faces, np.int32)))

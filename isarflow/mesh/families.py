@@ -1,0 +1,98 @@
+"""Families of targets: models of a kind, each made from numbers that are drawn between its generator's bounds."""
+
+import hashlib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from isarflow.core.kinds import FAMILIES, kind, load_class
+from isarflow.mesh import shapes
+
+Part = tuple[np.ndarray, np.ndarray]  # vertices (V, 3) in m, triangles (T, 3), outwards
+
+
+class Generator:
+    """The interface of every generator, a class `Family` in a file of its own, resources/cad/families/<kind>.py.
+
+    PARAMETERS: by name the `minimum` and `maximum` of a parameter, its `unit` and a `description`; with `whole: True`
+    it is a whole number. SYMMETRY: mirror planes of every model, xz among them; MOVED: those that are left where `pose`
+    is not 0. All three are literals.
+    """
+
+    PARAMETERS: Mapping[str, Mapping[str, Any]] = {}
+    SYMMETRY = ("xz",)
+    MOVED = ("xz",)
+
+    def parts(self, values: Mapping[str, float], pose: float = 0.0) -> dict[str, Part]:
+        """Return the closed parts of a model by name, which may cross each other.
+
+        values: of PARAMETERS, by name; pose: turns of a rotor, or beats of a wing, of which 0 and 1 are the same.
+        """
+        raise NotImplementedError
+
+
+def values_of(name: str, seed: int, number: int, vary: Mapping[str, Any]) -> dict[str, float]:
+    """Return the parameters of a model of a kind, by name, from its number and the family's seed alone.
+
+    vary: the bounds (low, high) of parameters that are narrower than the generator's.
+    """
+    values = {}
+    for parameter, rule in kind(FAMILIES, name).stated.get("PARAMETERS", {}).items():
+        low, high = vary.get(parameter, (rule["minimum"], rule["maximum"]))
+        text = f"{seed} {Path(name).stem} {number} {parameter}"
+        share = int.from_bytes(hashlib.sha256(text.encode()).digest()[:6]) / 2**48  # below 1
+        values[parameter] = int(low + share * (high - low + 1)) if is_whole(rule) else low + share * (high - low)
+    return {parameter: value if isinstance(value, int) else round(value, 6) for parameter, value in values.items()}
+
+
+def is_whole(rule: Mapping[str, Any]) -> bool:
+    """Tell whether a parameter is a whole number."""
+    return bool(rule.get("whole", False))
+
+
+def stated_values(family: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """Return the parameters of a model by name, each with its `value` and `unit`."""
+    stated = kind(FAMILIES, family["kind"]).stated.get("PARAMETERS", {})
+    values = values_of(**_drawn(family))
+    return {name: {"value": value, "unit": stated[name]["unit"]} for name, value in values.items()}
+
+
+def parts_of(family: Mapping[str, Any], pose: float = 0.0) -> dict[str, Part]:
+    """Return the parts of a model by name. family: kind, seed, number and vary, as a target of the config has it."""
+    generator = load_class(FAMILIES, family["kind"], Generator)()
+    return generator.parts(values_of(**_drawn(family)), pose)
+
+
+def joined(family: Mapping[str, Any]) -> Part:
+    """Return the surfaces of all parts of a model, which cross each other; to unite them takes far longer."""
+    return shapes.joined(list(parts_of(family).values()))
+
+
+def solid(family: Mapping[str, Any], pose: float = 0.0) -> Part:
+    """Return the surface of a model, as `parts_of`: the union of its parts, and exactly symmetric if its kind is."""
+    return united(parts_of(family, pose), mirror_planes(family["kind"], pose))
+
+
+def united(parts: Mapping[str, Part], planes: Any = ()) -> Part:
+    """Return the union of parts; with the plane xz it is that of the left half and its mirror image."""
+    if "xz" in planes:
+        left = [part for part in parts.values() if part[0][:, 1].max() > 0]
+        vertices, triangles = shapes.symmetric(shapes.joined(left))
+    else:
+        first, *others = parts.values()
+        vertices, triangles = shapes.union(first, shapes.joined(others or [first]))
+    # The union gives its triangles in another order each time.
+    first = triangles.argmin(axis=1)[:, None]
+    triangles = np.take_along_axis(triangles, (first + np.arange(3)) % 3, axis=1)
+    return vertices, triangles[np.lexsort(triangles.T[::-1])]
+
+
+def mirror_planes(name: str, pose: float = 0.0) -> list[str]:
+    """Return the mirror planes of all models of a kind in a pose."""
+    return list(kind(FAMILIES, name).stated.get("SYMMETRY" if pose % 1 == 0 else "MOVED", ("xz",)))
+
+
+def _drawn(family: Mapping[str, Any]) -> dict[str, Any]:
+    return {"name": family["kind"], **{key: family[key] for key in ("seed", "number", "vary")}}

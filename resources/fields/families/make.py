@@ -1,0 +1,160 @@
+"""The fields of config/families.yaml, one store for each model, so that a run that is cut off loses nothing.
+
+    make.py missing     the fields of models that are not kept yet, as targets for snakemake
+    make.py keep        keep those that the run has finished: <target>.zarr, azimuths from 0 to 180 degrees
+    make.py accuracy    accuracy.csv: the kept fields beside those that a run of finer.yaml has finished
+    make.py card        the tables of README.md, from the stores and accuracy.csv
+
+All models have the mirror plane xz, so the reader takes the other azimuths from these (docs/own-fields.md).
+"""
+
+import argparse
+import json
+import sys
+from datetime import date
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+HERE = Path(__file__).resolve().parent
+sys.path.insert(0, str(HERE.parent))  # the dataset at full size, whose make.py and check.py these are
+
+from check import FINER, apart
+from make import put, said
+
+from isarflow.core import store as stores
+from isarflow.learning.evaluation.timing import cpu
+from isarflow.mesh.families import stated_values
+from isarflow.scattering.fields.field_files import digest
+from isarflow.scattering.fields.given_store import read_store
+from isarflow.setup.config import load
+from isarflow.setup.yaml_file import read_yaml
+
+CONFIG = "config/families.yaml"
+HALF = 180 + 1e-4  # degrees
+MIRRORED = 1e-3  # relative: the most that the other half may differ from the mirror image of the kept one
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    steps = {step.__name__: step for step in (missing, keep, accuracy, card)}
+    parser.add_argument("what", choices=steps)
+    options = parser.parse_args()
+    config = load(read_yaml(CONFIG))
+    steps[options.what](config, Path("results", config["name"]))
+
+
+def missing(config, results):
+    print(*(results / "scattering" / f"{name}.zarr" for name in _not_kept(config)))
+
+
+def keep(config, results):
+    for name in _not_kept(config):
+        solved = results / "scattering" / f"{name}.zarr"
+        if not (solved / stores.SUMS).exists():
+            continue
+        whole, path = stores.open_store(solved).load(), HERE / f"{name}.zarr"
+        half = whole.sel(azimuth=whole.azimuth <= HALF)
+        half.attrs |= _attributes(config, results, name)
+        stores.write(half, path, {"field": {"chunks": half.field.shape}})
+        if (off := _off(path, whole)) > MIRRORED:
+            (path / stores.SUMS).unlink()  # so that it does not count as kept
+            raise SystemExit(f"{name}: the field differs from its mirror image by {off:.1e} of itself; is it symmetric?")
+        size = sum(file.stat().st_size for file in path.rglob("*") if file.is_file())
+        residual, seconds = max(half.attrs["residual"]), half.attrs["processor_s"]
+        print(f"kept {name}: residual at most {residual:.1e}, {seconds:.0f} s of processors, {size / 1e3:.0f} kB")
+
+
+def _not_kept(config):
+    """The models without a whole store of their own parameters."""
+    for name, target in config["targets"].items():
+        path = HERE / f"{name}.zarr"
+        if not (path / stores.SUMS).exists():
+            yield name
+        elif stores.open_store(path).attrs["parameters"] != stated_values(target["family"]):
+            yield name
+
+
+def _off(path, whole):
+    """How far the field that the reader makes of a kept store is from the whole one, relative."""
+    wanted = {name: whole[name].values for name in ("frequency", "elevation", "azimuth")}
+    read, _ = read_store(path, [str(way) for way in whole.polarization.values], wanted, ["xz"])
+    return np.linalg.norm(read - whole.field.values) / np.linalg.norm(whole.field.values)
+
+
+def _attributes(config, results, name):
+    target, bands = config["targets"][name], range(config["mesh"]["bands"])
+    mesh = json.loads((results / "mesh" / f"{name}.json").read_text())
+    jobs = [f"scattering/bands/{name}-{band}" for band in bands]
+    return {
+        "title": f"Monostatic full-wave backscatter of a perfectly conducting model ({name}) in free space",
+        "target": name,
+        "role": target["role"],
+        "class": target.get("class", ""),
+        "kind": target["kind"],
+        "symmetry": target["symmetry"],
+        "family": mesh["family"],
+        "parameters": mesh["parameters"],
+        "box_m": mesh["source"]["box"],
+        "licence": "CC-BY-4.0",
+        "made_by": f"isarflow, commit {said('git', 'rev-parse', 'HEAD')}",
+        "date": date.today().isoformat(),
+        "processor": cpu(),
+        "edges_per_wavelength": config["mesh"]["edges_per_wavelength"],
+        "mesh_sha256": [digest(results / "mesh" / f"{name}-{band}.ply") for band in bands],
+        "mesh_processor_s": _processor_seconds(results, f"mesh/{name}"),
+        "processor_s": round(sum(_processor_seconds(results, job) for job in jobs), 1),  # of all cores
+    }
+
+
+def _processor_seconds(results, job):
+    return round(float(pd.read_csv(results / "benchmarks" / f"{job}.tsv", sep="\t").cpu_time.iloc[-1]), 1)
+
+
+def accuracy(config, results):
+    finer, rows = load(read_yaml(CONFIG), read_yaml(HERE / "finer.yaml")), []
+    assert finer["mesh"]["edges_per_wavelength"] == FINER
+    for path in sorted(Path("results", finer["name"], "scattering").glob("*.zarr")):
+        whole = stores.open_store(path).load()
+        kept = stores.open_store(HERE / path.name).load()
+        references = whole.sel(azimuth=kept.azimuth, method="nearest").field.values
+        for way, mine, other in zip(kept.polarization.values, kept.field.values, references, strict=True):
+            for hertz, field, reference in zip(kept.frequency.values, mine, other, strict=True):
+                row = {"target": path.stem, "ghz": round(hertz / 1e9, 4), "polarization": str(way)}
+                rows.append(row | apart(field, reference))
+    pd.DataFrame(rows).to_csv(HERE / "accuracy.csv", index=False, float_format="%.4g")
+
+
+def card(config, results):
+    put(HERE / "README.md", "models", model_lines(config))
+    if (HERE / "accuracy.csv").exists():
+        put(HERE / "README.md", "accuracy", accuracy_lines(pd.read_csv(HERE / "accuracy.csv")))
+
+
+def model_lines(config):
+    """A table in Markdown: of each family its models' sizes, unknowns, residuals and times."""
+    there = [name for name in config["targets"] if (HERE / f"{name}.zarr" / stores.SUMS).exists()]
+    rows = pd.DataFrame([stores.open_store(HERE / f"{name}.zarr").attrs for name in there])
+    yield "| kind | class | models | longest side | unknowns at the top | largest residual | processor time |"
+    yield "|---" * 7 + "|"
+    for kind, models in rows.groupby("kind", sort=False):
+        longest, unknowns = models.box_m.map(max), models.unknowns.map(max)
+        cells = [kind, models["class"].iloc[0] or "other", f"{len(models)}"]
+        cells += [f"{longest.min():.2f} to {longest.max():.2f} m", f"{unknowns.min():,} to {unknowns.max():,}"]
+        cells += [f"{models.residual.map(max).max():.1e}", f"{models.processor_s.sum() / 60:.0f} min"]
+        yield "| " + " | ".join(cells) + " |"
+
+
+def accuracy_lines(accuracy):
+    """A table in Markdown: of each target and polarization the median over frequencies, and the worst."""
+    yield "| target | polarization | level, median | level, 90 % | error, rms | error, worst frequency |"
+    yield "|---" * 6 + "|"
+    for (target, way), rows in accuracy.groupby(["target", "polarization"], sort=False):
+        level, most = rows.level_median_db.median(), rows.level_90_percent_db.median()
+        error, worst = rows.error_rms_db.median(), rows.error_rms_db.max()
+        yield f"| {target} | {way} | {level:.2f} dB | {most:.2f} dB | {error:.0f} dB | {worst:.0f} dB |"
+
+
+if __name__ == "__main__":
+    main()

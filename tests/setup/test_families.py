@@ -1,0 +1,154 @@
+"""Families in a config: one target for each model, and what a user reads of a family that cannot be made."""
+
+import re
+
+import pytest
+
+from isarflow.core.errors import InputError
+from isarflow.learning.experiments import kind_of
+from isarflow.mesh.families import values_of
+from isarflow.setup.artefacts import Plan
+from isarflow.setup.config import ROOT, load
+from isarflow.setup.overview import overview
+from isarflow.setup.yaml_file import read_yaml
+
+FAMILY = {"kind": "quadcopter", "count": 3, "seed": 1}
+MESH = {"mesh": "resources/cad/drone.stl", "role": "known"}
+
+
+@pytest.fixture(autouse=True)
+def in_the_repository(monkeypatch):
+    monkeypatch.chdir(ROOT)
+
+
+def targets_of(*overlays, **targets):
+    return load({"targets": targets}, *({"targets": overlay} for overlay in overlays))["targets"]
+
+
+def test_a_family_becomes_a_target_for_each_model():
+    vary = {"arm": [0.02, 0.022]}
+    targets = targets_of(quad={"family": FAMILY | {"vary": vary}, "role": "known", "scale": 2})
+    assert [name for name in targets if name.startswith("quad")] == ["quad_01", "quad_02", "quad_03"]
+    family = {"kind": "quadcopter", "seed": 1, "number": 2, "vary": vary}
+    said = {"role": "known", "class": "quad", "kind": "quadcopter", "symmetry": ["xz"], "scale": 2}
+    assert targets["quad_02"] == said | {"family": family}
+    assert 0.02 <= values_of("quadcopter", 1, 2, vary)["arm"] <= 0.022
+
+
+def test_a_family_may_say_another_class_kind_and_symmetry():
+    targets = targets_of(
+        quad={"family": FAMILY, "role": "known", "class": "drone", "kind": "small", "symmetry": []},
+        disc={"family": FAMILY | {"kind": "saucer"}, "role": "other"},
+        drone=MESH | {"kind": "quadcopter"},
+    )
+    assert {key: targets["quad_01"][key] for key in ("class", "kind", "symmetry")} == {
+        "class": "drone",
+        "kind": "small",
+        "symmetry": [],
+    }
+    assert targets["disc_01"]["symmetry"] == ["xz", "yz"] and "class" not in targets["disc_01"]
+    kinds = {name: kind_of(targets, name) for name in ("quad_01", "disc_01", "drone", "missile")}
+    assert kinds == {"quad_01": "small", "disc_01": "saucer", "drone": "quadcopter", "missile": "missile"}
+
+
+def test_more_than_99_models_have_three_digits():
+    names = [*targets_of(quad={"family": FAMILY | {"count": 100}, "role": "other"})]
+    assert {"quad_001", "quad_100"} < {*names} and "quad_01" not in names
+
+
+def test_an_overlay_changes_a_key_of_a_family():
+    base = {"quad": {"family": FAMILY | {"vary": {"arm": [0.02, 0.02]}}, "role": "known", "class": "drone"}}
+    more = targets_of({"quad": {"family": {"count": 4}}}, **base)
+    assert more["quad_04"]["class"] == "drone" and more["quad_04"]["family"]["vary"] == {"arm": [0.02, 0.02]}
+    # What is said of one kind does not hold for another, nor for a mesh.
+    another = targets_of({"quad": {"family": FAMILY | {"kind": "bird"}}}, **base)
+    assert another["quad_01"]["family"]["vary"] == {} and another["quad_01"]["class"] == "quad"
+    mesh = targets_of({"quad": {"mesh": MESH["mesh"]}}, **base)
+    assert mesh["quad"] == MESH
+
+
+def test_a_generator_of_ones_own_is_a_path(tmp_path):
+    own = tmp_path / "cube.py"
+    own.write_text(
+        "from isarflow.mesh.families import Generator\n"
+        "from isarflow.mesh.shapes import box\n"
+        "class Family(Generator):\n"
+        "    PARAMETERS = {'side': {'minimum': 0.1, 'maximum': 0.3, 'unit': 'm', 'description': 'of the cube'}}\n"
+        "    SYMMETRY = ('xz', 'xy')\n"
+        "    def parts(self, values, pose=0.0):\n"
+        "        half = values['side'] / 2\n"
+        "        return {'cube': box((-half, -half, -half), (half, half, half))}\n"
+    )
+    config = load(
+        {"targets": {"*": None, "c": {"family": FAMILY | {"kind": str(own)}, "role": "other"}}, **NO_LEARNING}
+    )
+    assert config["targets"]["c_01"]["kind"] == "cube" and config["targets"]["c_01"]["symmetry"] == ["xz", "xy"]
+    assert Plan(config).generator_file("c_01") == str(own)
+
+
+NO_LEARNING = {"learning": {"experiments": {"*": None}}}
+BAD = {
+    "kind": (FAMILY | {"kind": "quadcoptr"}, "quad.family.kind", "no family 'quadcoptr'; did you mean 'quadcopter'?"),
+    "path": (FAMILY | {"kind": "my/own.py"}, "quad.family.kind", "there is no file my/own.py"),
+    "parameter": (FAMILY | {"vary": {"arms": [0, 1]}}, "quad.family.vary.arms", "did you mean 'arm'?"),
+    "below": (
+        FAMILY | {"vary": {"arm": [0.001, 0.02]}},
+        "vary.arm",
+        "0.001 to 0.02 must ascend within 0.018 to 0.028 m",
+    ),
+    "above": (FAMILY | {"vary": {"arm": [0.02, 1]}}, "vary.arm", "0.02 to 1 must ascend"),
+    "order": (FAMILY | {"vary": {"arm": [0.025, 0.02]}}, "vary.arm", "0.025 to 0.02 must ascend"),
+    "whole": (FAMILY | {"vary": {"blades": [2, 2.5]}}, "vary.blades", "in whole numbers (of a propeller)"),
+    "one bound": (FAMILY | {"vary": {"arm": 0.02}}, "vary.arm", "Expected: [low, high]"),
+    "no model": (FAMILY | {"count": 0}, "quad.family.count", "0 is less than the minimum of 1"),
+    "no seed": ({"kind": "bird", "count": 1}, "quad.family.seed", "is missing"),
+    "misspelt": (FAMILY | {"cuont": 3}, "quad.family.cuont", "did you mean 'count'?"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_a_family_that_cannot_be_made_is_refused(case):
+    family, key, message = BAD[case]
+    with pytest.raises(InputError, match=re.escape(message)) as error:
+        targets_of(quad={"family": family, "role": "other"})
+    assert str(error.value).startswith("config key 'targets.") and key in str(error.value)
+
+
+@pytest.mark.parametrize("more", [{"mesh": MESH["mesh"]}, {"field": "x.zarr"}, {"length": 1}, {"unit": "mm"}])
+def test_a_family_is_neither_a_mesh_nor_a_field(more):
+    (key,) = more
+    with pytest.raises(InputError, match=r"^config key 'targets\.quad\.\w+': .* is not allowed\. Expected: ") as error:
+        targets_of(quad={"family": FAMILY, "role": "other", **more})
+    assert key in str(error.value)
+
+
+def test_a_model_with_the_name_of_another_target_is_refused():
+    family = {"family": FAMILY, "role": "other"}
+    for targets in ({"quad": family, "quad_02": MESH}, {"quad_02": MESH, "quad": family}):
+        with pytest.raises(InputError, match="^config key 'targets': there are two targets quad_02, one of them a fam"):
+            targets_of(**targets)
+
+
+def test_the_overview_has_a_row_for_a_family(tmp_path):
+    config = load(
+        {
+            "targets": {
+                "*": None,
+                "quad": {"family": FAMILY, "role": "other"},
+                "drone": MESH,
+            },
+            **NO_LEARNING,
+        }
+    )
+    lines = overview(config, tmp_path)
+    (row,) = (line for line in lines if line.startswith("  quad"))
+    assert re.fullmatch(r"  quad \(3 models\): up to 20,\d+ unknowns, 1\.4 GB, \d+ to \d+ min", row)
+    assert any(line.startswith("  drone: up to ") for line in lines)
+
+
+def test_the_shipped_families_are_a_hundred_targets():
+    targets = load(read_yaml(ROOT / "config/families.yaml"))["targets"]
+    kinds = {name: kind_of(targets, name) for name in targets}
+    assert len(targets) == 100 and len({*kinds.values()}) == 23
+    assert sum(target.get("class") == "drone" for target in targets.values()) == 20
+    assert sum(target.get("class") == "missile" for target in targets.values()) == 20
