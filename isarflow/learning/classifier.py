@@ -33,6 +33,16 @@ class Outcome(NamedTuple):
     found: Mapping[str, np.ndarray] = {}  # place and drift by name, each (n,), m and wavelengths
 
 
+def best_known(scores: np.ndarray, classes: np.ndarray) -> np.ndarray:
+    """The known class of the largest score, (n,), of scores (n, classes): that of a model whose confidence has OTHER's.
+
+    Whether an image is of none of them follows from the threshold of the confidence score alone.
+    """
+    known = classes != OTHER
+    best: np.ndarray = classes[known][scores[:, known].argmax(axis=1)]
+    return best
+
+
 class Classifier:
     """A classifier of complex images (observations, range, crossrange), complex64.
 

@@ -29,15 +29,16 @@ def runs(config):
     A run is a mapping of its name, experiment (that one's name), models, elevation (a list of degrees, or all), snrs
     (those of the training images, numbers or 'clean'), tested (SNRs in dB that it is tested at if there are images, or
     all), random_snr (whether each batch is drawn from one of them), open (whether unknown targets are tested, as there
-    are some), split (a scheme), division (the fields of its `Division`), first (whether its fold is the experiment's
+    are some), split (a scheme, by family with what others are), division (the fields of its `Division`), first (whether its fold is the experiment's
     first), upsample (pixels a side, or none), channels (a list of polarizations, or all), without (the known targets
     that do not train) and motion (as of `motion_of`).
     InputError for two runs of one name.
     """
     every, learning = {}, config["learning"]
-    unknown = any(target["role"] == "unknown" for target in config["targets"].values())
+    targets = {name: _family(config["targets"], name) for name in config["targets"]}
     for name, experiment in learning["experiments"].items():
         elevation, snr = (experiment["train"][key] for key in ("elevation", "snr_db"))
+        split = learning["split"] | own_split(experiment)
         kind, values = next(iter(snr.items())) if isinstance(snr, dict) else ("all", snr)
         values = sorted(values, key=lambda snr: (snr != CLEAN, snr)) if isinstance(values, list) else [values]
         shared = {
@@ -46,15 +47,15 @@ def runs(config):
             "elevation": elevation if elevation == "all" else sorted(elevation),
             "tested": sorted(experiment["test"]["snr_db"]) if "test" in experiment else "all",
             "random_snr": kind == "random",
-            "open": experiment.get("open", False) and unknown,
-            "split": experiment.get("split", learning["split"]["scheme"]),
+            "open": experiment.get("open", False) and any(map(_is_rejected(split["scheme"]), targets.values())),
+            "split": split["scheme"] + (f", {split['others']} others" if split["scheme"] == "family" else ""),
             "upsample": experiment.get("upsample", "none"),
             "channels": sorted(experiment["channels"]) if "channels" in experiment else "all",
             "without": sorted(experiment.get("without", [])),
             "motion": motion_of(config, experiment),
         }
         trainings = {f"{name}_{label(snr)}": [snr] for snr in values} if kind == "each" else {name: values}
-        every_fold = divisions(shared["split"], learning["split"], config["seed"], config["imaging"]["aperture"])
+        every_fold = divisions(split["scheme"], split, config["seed"], config["imaging"]["aperture"], targets)
         tested = [division for division in every_fold if division.fold in experiment.get("folds", [division.fold])]
         for (trained, snrs), division in itertools.product(trainings.items(), tested):
             run = f"{trained}_fold{division.fold}" if division.fold else trained
@@ -64,6 +65,22 @@ def runs(config):
             own = {"name": run, "snrs": snrs, "division": asdict(division), "first": division is tested[0]}
             every[run] = shared | own
     return every
+
+
+def own_split(experiment):
+    """What an experiment says of its split, by the keys of `learning.split`."""
+    split = experiment.get("split", {})
+    return split if isinstance(split, dict) else {"scheme": split}
+
+
+def _family(targets, name):
+    return {"role": targets[name]["role"], "class": class_of(targets, name), "kind": kind_of(targets, name)}
+
+
+def _is_rejected(scheme):
+    """A function that tells whether a target is one to reject in a test by this scheme."""
+    roles = ("unknown", "other") if scheme == "family" else ("unknown",)
+    return lambda target: target["role"] in roles
 
 
 def motion_of(config, experiment):
@@ -88,8 +105,13 @@ def motion_of(config, experiment):
     }
 
 
+def is_by_family(run):
+    """Tell whether whole models are on one side of a run's split."""
+    return run["split"].startswith("family")
+
+
 def split_of(run):
-    """The split of a run as tables name it: its scheme, and MOVED where its targets move."""
+    """The split of a run as tables name it, with MOVED where its targets move."""
     return run["split"] + (MOVED if run["motion"].get("limits") else "")
 
 

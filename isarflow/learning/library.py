@@ -60,6 +60,14 @@ class Library(Classifier):
         best = scores[:, :, self.classes_ != OTHER].max(axis=2).argmax(axis=1)
         rows = np.arange(BLOCK) * HYPOTHESES + best
         found = {name: getattr(hypotheses, name)[rows][:count] for name in ("range", "crossrange", "drift")}
-        known = {name: of.reshape(BLOCK, HYPOTHESES).max(axis=1)[:count] for name, of in outcome.known.items()}
+        # A confidence less that of OTHER would be largest where OTHER fits least: it is that of the best hypothesis.
+        known = {
+            name: (of[rows] if OTHER in self.classes_ else of.reshape(BLOCK, HYPOTHESES).max(axis=1))[:count]
+            for name, of in outcome.known.items()
+        }
         scores = scores.max(axis=1)[:count]
-        return Outcome(self.classes_[scores.argmax(axis=1)], scores, known, found)
+        return Outcome(self.labels_of(scores), scores, known, found)
+
+    def labels_of(self, scores):
+        """Predicted labels (n,) of scores (n, classes)."""
+        return self.classes_[scores.argmax(axis=1)]

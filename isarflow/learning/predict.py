@@ -13,6 +13,7 @@ from isarflow.learning.classifier import OTHER, Outcome, config_of, load
 from isarflow.learning.conformance import describe, of_outcome, refuse
 from isarflow.learning.data import images
 from isarflow.learning.data.split import LEFT_OUT
+from isarflow.learning.experiments import is_by_family
 
 BATCH = 1024  # images at a time: bounds the memory; as it is constant, results stay the same bit for bit
 SCORE, KNOWN, FOUND = "score_", "known_", "found_"  # what the names of a table's columns begin with
@@ -77,6 +78,10 @@ def predict_at(model, stores, tested, divided, config):
         target = images.target_of(store)
         role, of = tested.roles[target], divided[target]
         sides, trained = SIDES[role], role == "known" and target not in run["without"]
+        if is_by_family(run):
+            # A model has one side; one of role other is in the test as unknown as those that never train.
+            sides = (run["division"]["settings"]["sides"][target],)
+            role = "unknown" if role == "other" and sides == ("test",) else role
         if role == "known" and run["without"]:
             # Of known targets those that did not train are tested, and those that did validate.
             sides = ("validation",) if trained else ("test",)

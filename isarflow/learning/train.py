@@ -54,8 +54,9 @@ def train(stores, training, folder, checkpoints=None):
     # Every model has its own random numbers, independent of the rest of the config.
     seed = int(np.random.SeedSequence([training.seed, *f"{run['name']}/{name}".encode()]).generate_state(1)[0])
     divided = images.divide(stores, training.planes, run)
-    learned, noise, aspects = _read(stores, training, divided, "train")
-    held_out, *_ = _read(stores, training, divided, "validation")
+    learns_noise = build(kind, choices(training.settings)[0], seed).learns_noise
+    learned, noise, aspects = _read(stores, training, divided, "train", learns_noise)
+    held_out, *_ = _read(stores, training, divided, "validation", learns_noise)
 
     who = conformance.describe(name, run["name"], kind)
     model, best, search, moves = None, -1.0, [], moves_of(run)
@@ -138,10 +139,11 @@ def _listed(divided, side):
     return {"index": divided.sides[side].azimuth.tolist(), "elevation": elevation, "azimuth": azimuth}
 
 
-def _read(stores, training, divided, side):
+def _read(stores, training, divided, side, learns_noise):
     """The `Examples` of a side of each target, by SNR, then by target; images of pure noise; the aspects of the former.
 
-    Images of noise, where they are read, are among the examples of a model with a class OTHER, too.
+    Images of noise, where they are read, are among the examples of a model with a class OTHER, too, unless it
+    `learns_noise` by itself.
     """
     run = training.run
     pixels, origin = images.read_side(stores, divided, run, side, elevation=run["elevation"])
@@ -151,6 +153,6 @@ def _read(stores, training, divided, side):
     snrs = np.where(role.isna(), ANY_SNR, origin["label"]).astype(str)
     views = origin.round(4).groupby(["target", "elevation", "azimuth"]).ngroup().to_numpy()
     is_noise = role.isna().to_numpy()
-    kept = np.flatnonzero(~is_noise | training.settings.get("other", False))
+    kept = np.flatnonzero(~is_noise | (training.settings.get("other", False) and not learns_noise))
     examples = Examples(*(of[kept] for of in (pixels, labels, snrs, views)))
     return examples, pixels[is_noise], images.aspects(origin, training.planes)[kept]

@@ -51,7 +51,7 @@ def _networks(results, rows):
 
 def _split(results, split, rows):
     """Return a split in words, with its folds, and those of the experiments that leave some out."""
-    count = len(folds(split.removesuffix(MOVED), results.settings["learning"]["split"]))
+    count = len(folds(split.split(",")[0], results.settings["learning"]["split"]))
     if count == 1:
         return SPLITS[split]
     words = [f"{count} folds"]

@@ -12,6 +12,8 @@ ACCURACY, F1 = "accuracy", "f1_weighted"  # metrics
 MEASURES = {ACCURACY: "accuracy", F1: "weighted F1"}  # as axes call them
 # First the standard case, a view between those that train; then the limit, aspects far from them; then the thesis's.
 SCHEMES = {"elevation": "split by elevation", "sector": "split by sector", "random": "split at random"}
+SCHEMES["family, novel others"] = "split by model, other things of new kinds"
+SCHEMES["family, seen others"] = "split by model, other things of known kinds"
 SCHEMES["shuffled"] = "split at random, mirror images apart"
 # As tables name them (`experiments.split_of`): each on a turntable, and with targets that move.
 SPLITS = {

@@ -109,7 +109,11 @@ class Plan:
         """The targets that a model learns: the known ones, and those of role other for one with such a class."""
         roles = {"known", "other"} if self.models[model].get("other", False) else {"known"}
         there = [name for name in self.targets if self.config["targets"][name]["role"] in roles]
-        return [name for name in there if name not in self.runs[run]["without"]]
+        return [name for name in there if name not in self.runs[run]["without"] and self._side(run, name) != "test"]
+
+    def _side(self, run, target):
+        """The side of a target by family; None by a split of views."""
+        return self.runs[run]["division"]["settings"].get("sides", {}).get(target)
 
     def training_stores(self, root, run, model):
         """The stores of images that a model learns from."""
@@ -123,7 +127,8 @@ class Plan:
 
     def tested_targets(self, run):
         """The targets that a run is tested on, or chooses thresholds with."""
-        return self.targets if self.runs[run]["open"] else self.known
+        every = self.targets if self.runs[run]["open"] else self.known
+        return [name for name in every if self._side(run, name) != "train"]
 
     def tested_snrs(self, run):
         """The labels of the SNRs that a run is tested at."""

@@ -18,9 +18,18 @@ from isarflow.core.words import near
 from isarflow.imaging.formation import with_imager
 from isarflow.imaging.geometry import centres, planned
 from isarflow.learning.classifier import OTHER, choices
-from isarflow.learning.data.split import Division, folds, split
+from isarflow.learning.data.split import FAMILY_FOLDS, Division, folds, split
 from isarflow.learning.data.split import check as check_sides
-from isarflow.learning.experiments import CLEAN, TOLERANCE, channels_of, class_of, runs
+from isarflow.learning.experiments import (
+    CLEAN,
+    TOLERANCE,
+    channels_of,
+    class_of,
+    is_by_family,
+    kind_of,
+    own_split,
+    runs,
+)
 from isarflow.mesh.read import cad_kernel
 from isarflow.scattering import needs
 from isarflow.scattering.fields import field_files
@@ -244,10 +253,10 @@ def _of_experiments(config, experiments):
         if any(moved.values()) and not kind(IMAGERS, imaging["imager"]).stated.get("linear", False):
             how = f"in images of '{imaging['imager']}', which are not linear in the samples; take 'imager: fourier'"
             yield f"'{key}.motion': models cannot follow a target that moves {how}, or leave its motion 0."
-        scheme = experiment.get("split", learning["split"]["scheme"])
+        scheme = (learning["split"] | own_split(experiment))["scheme"]
         count = len(folds(scheme, learning["split"]))
         if "folds" in experiment and count == 1:
-            yield f"'{key}.folds': only the split by sector and that by elevation have folds; leave it out."
+            yield f"'{key}.folds': only the splits by sector, by elevation and by family have folds; leave it out."
         for fold in experiment.get("folds", ()):
             if fold > count:
                 of_config = " ('learning.split.folds')" if scheme == "sector" else ""
@@ -286,10 +295,26 @@ def _of_experiments(config, experiments):
             if denoises and not (run["random_snr"] and CLEAN in run["snrs"]):
                 yield f"'{key}.train.snr_db': {model} has 'denoise', and learns at {{random: [clean, ...]}} alone."
         division = Division(**run["division"])
+        if is_by_family(run):
+            yield from _of_sides(f"'{key}.split'", config["targets"], division.settings)
+            continue
         for name, target in config["targets"].items():
             if target["role"] == "known":
                 sides = split(elevations, images, target.get("symmetry", ()), division)
                 check_sides(sides, division, name, len(images))
+
+
+def _of_sides(key, targets, settings):
+    """Check that a split by family has models of all classes, and kinds of others, on all sides."""
+    groups = {}
+    for name, target in targets.items():
+        by_kind = target["role"] == "other" and settings["others"] == "novel"
+        group = {"known": f"of the class {class_of(targets, name)}", "other": "of role other"}.get(target["role"])
+        groups.setdefault(group, set()).add(kind_of(targets, name) if by_kind else name)
+    for group, units in groups.items():
+        if group and len(units) < FAMILY_FOLDS:
+            what = "kinds" if group == "of role other" and settings["others"] == "novel" else "models"
+            yield f"{key}: the split by family takes {FAMILY_FOLDS} {what} {group} at least; there are {len(units)}."
 
 
 def training_images(config, run, settings):
@@ -298,11 +323,11 @@ def training_images(config, run, settings):
     elevations = sweep.elevations(config["aspect"]) if run["elevation"] == "all" else np.sort(run["elevation"])
     roles = ("known", OTHER) if settings.get("other", False) else ("known",)
     targets = {name: target for name, target in config["targets"].items() if name not in run["without"]}
-    planes = [target.get("symmetry", ()) for target in targets.values() if target["role"] in roles]
+    planes = [(name, target.get("symmetry", ())) for name, target in targets.items() if target["role"] in roles]
     copies = sum(1 if snr == CLEAN else config["noise"]["realizations"] for snr in run["snrs"])
-    sets = [*planes * copies, *([()] if OTHER in roles else [])]  # and pure noise, once
+    sets = [*planes * copies, *([("", ())] if OTHER in roles else [])]  # and pure noise, once
     division = Division(**run["division"])
-    return sum(split(elevations, azimuths, planes, division)["train"].count for planes in sets)
+    return sum(split(elevations, azimuths, planes, division, name)["train"].count for name, planes in sets)
 
 
 def _of_pixels(key, run, models, plan):

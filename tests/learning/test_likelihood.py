@@ -120,7 +120,28 @@ def test_coherence_is_its_formula(monkeypatch):
     found /= np.einsum("ni,ij,nj->n", t.conj(), inverse, t).real
     found /= np.einsum("ni,ij,nj->n", rows.conj(), inverse, rows).real[:, None]
     expected = -rows.shape[1] * np.log(1 - np.maximum.reduceat(found, model.starts_[:-1], axis=1))
-    np.testing.assert_allclose(model._coherence(rows.astype(np.complex64), share, None), expected, rtol=1e-3, atol=1e-2)
+    near, rows = np.zeros((len(rows), len(t))), rows.astype(np.complex64)
+    np.testing.assert_allclose(model._coherence(rows, share, None, near), expected, rtol=1e-3, atol=1e-2)
+    # Of large classes only the nearest are tried: all of them here.
+    monkeypatch.setattr(likelihood, "MANY", 1)
+    np.testing.assert_allclose(model._coherence(rows, share, None, near), expected, rtol=1e-3, atol=1e-2)
+
+
+def test_large_classes_try_the_nearest_templates_alone(monkeypatch):
+    model = fitted()
+    tests = at_snr(scenes(3, count=4)[0], 20, 1)
+    whole = model.evaluate(tests)
+    monkeypatch.setattr(likelihood, "MANY", 1)
+    monkeypatch.setattr(likelihood, "SIFTED", 8)
+    sifted = model.evaluate(tests)
+    np.testing.assert_array_equal(sifted.known["rice"], whole.known["rice"])
+    np.testing.assert_array_equal(sifted.labels, whole.labels)
+    assert (sifted.known["coherence"] <= whole.known["coherence"] + 1e-3).all()
+    # A view that the library has is its own nearest template.
+    of_library = model.templates_[::7].reshape(-1, *model.shape_)
+    np.testing.assert_allclose(
+        model.evaluate(of_library).known["coherence"].min(), -model.templates_.shape[1] * np.log(1e-6), rtol=0.5
+    )
 
 
 def level(r, a, v):
@@ -242,8 +263,11 @@ def test_what_is_no_class_is_learned_as_the_class_other(tmp_path):
     model.noise = coloured(np.random.default_rng(5), 300)
     model.fit(images, labels)
     outcome = model.evaluate(at_snr(images, 20, 7))
-    assert (outcome.labels == labels).mean() > 0.95
-    np.testing.assert_array_equal(outcome.known["likelihood"], outcome.scores[:, :2].max(axis=1))
+    known = labels != OTHER
+    assert (outcome.labels[known] == labels[known]).mean() > 0.95
+    assert ((outcome.known["likelihood"] > 0) == known).mean() > 0.95
+    known_less_other = outcome.scores[:, :2].max(axis=1) - outcome.scores[:, 2]
+    np.testing.assert_allclose(outcome.known["likelihood"], known_less_other, rtol=1e-5)
     model.save(tmp_path)
     loaded = build("likelihood", SETTINGS, 0).load(tmp_path)
     np.testing.assert_array_equal(loaded.evaluate(images).scores, model.evaluate(images).scores)

@@ -70,7 +70,8 @@ def splits(elevation, azimuth, roles, planes, settings, seed, aperture):
     side without images is left out.
     """
     tables = {}
-    for division in (one for scheme in SETTINGS for one in divisions(scheme, settings, seed, aperture)):
+    of_views = [scheme for scheme in SETTINGS if scheme != "family"]
+    for division in (one for scheme in of_views for one in divisions(scheme, settings, seed, aperture)):
         name = f"{division.scheme}_{division.fold}" if division.fold else division.scheme
         table = np.full((len(roles), len(elevation), len(azimuth)), len(SIDES), np.int8)
         try:

@@ -57,7 +57,9 @@ def divide(stores, planes, run):
         with open_store(store) as dataset:
             angles = [dataset[name].values.astype(float) for name in ("elevation", "azimuth")]
         own = planes.get(target, ())
-        divided[target] = Divided(*angles, split(*angles, own, division), blocks(angles[1], own, division))
+        divided[target] = Divided(
+            *angles, split(*angles, own, division, target), blocks(angles[1], own, division, target)
+        )
     return divided
 
 
@@ -68,6 +70,8 @@ def read_side(stores, divided, run, *sides, elevation="all", realizations=None):
     elevation has.
     """
     angles = {target: of.angles(*sides) for target, of in divided.items()}
+    angles = {target: of for target, of in angles.items() if all(map(len, of))}  # by family a target has one side
+    stores = [store for store in stores if target_of(store) in angles]
     every = next(iter(angles.values()))[0]  # the sweep's, and so the same for all targets
     azimuth = {target: of[1] for target, of in angles.items()}
     at = azimuth, every if isinstance(elevation, str) else elevation

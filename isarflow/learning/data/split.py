@@ -1,6 +1,6 @@
 """Division of a target's views between training, validation and test."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -13,6 +13,8 @@ LEFT_OUT = "left out"  # side in predictions: training views that a model judged
 # Settings of each scheme in the config: shares of the aspects, number of folds, degrees between elevations.
 SETTINGS = {"random": ("train", "validation"), "sector": ("folds", "validation"), "elevation": ("spacing",)}
 SETTINGS["shuffled"] = SETTINGS["random"]
+SETTINGS["family"] = ("others",)
+FAMILY_FOLDS = 5  # of models, or of kinds
 ROUNDING = 1e-6  # degrees: two angles nearer than this are the same one
 
 
@@ -33,34 +35,75 @@ class Division:
 
     scheme: str  # one of SETTINGS
     fold: int  # number of the scheme's fold, from 1; 0 if it has none
-    settings: dict  # those of `learning.split` in the config that SETTINGS names
+    settings: dict  # those of `learning.split` in the config that SETTINGS names; by family also `sides`, of targets
     seed: int  # the config's
     aperture: int  # azimuth samples of an image
 
 
-def divisions(scheme, settings, seed, aperture):
-    """The Division of every fold of a scheme. settings: `learning.split` of the config."""
+def divisions(scheme, settings, seed, aperture, targets=None):
+    """The Division of every fold of a scheme. settings: `learning.split` of the config; targets: as of `by_family`."""
     own = {key: settings[key] for key in SETTINGS[scheme]}
-    return [Division(scheme, fold, own, seed, aperture) for fold in folds(scheme, settings)]
+    every = [Division(scheme, fold, own, seed, aperture) for fold in folds(scheme, settings)]
+    if scheme == "family":
+        every = [replace(one, settings=own | {"sides": by_family(targets, one)}) for one in every]
+    return every
 
 
 def folds(scheme, settings):
     """The numbers of a scheme's folds, from 1; [0] if it has none. settings: `learning.split` of the config."""
-    count = {"sector": settings["folds"], "elevation": 2}.get(scheme)
+    count = {"sector": settings["folds"], "elevation": 2, "family": FAMILY_FOLDS}.get(scheme)
     return [*range(1, count + 1)] if count else [0]
 
 
-def split(elevations, azimuths, planes, division):
+def by_family(targets, division):
+    """The side of each target, a mapping, by a fold over models: each is tested in one of FAMILY_FOLDS folds.
+
+    targets: a mapping of name to role, class and kind. Of each known class a fifth of the models tests and another fifth
+    validates; models of a kind are spread over the folds. So are those of role other with `others: seen`. With
+    `others: novel` they are divided by whole kinds, in an order that follows from the seed, and two of three kinds
+    validate where three test. Targets of role unknown are tested in every fold.
+    """
+    sides, groups = {}, {}
+    for name, target in sorted(targets.items(), key=lambda item: (item[1]["kind"], item[0])):
+        groups.setdefault((target["role"], target["class"] if target["role"] == "known" else ""), []).append(name)
+    for (role, _), names in groups.items():
+        units = [[name] for name in names]
+        if role == "other" and division.settings["others"] == "novel":
+            kinds = sorted({targets[name]["kind"] for name in names})
+            np.random.default_rng([division.seed, *b"kinds"]).shuffle(kinds)
+            units = [[name for name in names if targets[name]["kind"] == kind] for kind in kinds]
+        test, validation = (units[(division.fold - 1 + by) % FAMILY_FOLDS :: FAMILY_FOLDS] for by in (0, 1))
+        if len(units) < len(names) and len(validation) > 2:
+            validation = validation[:2]
+        sides |= {name: "train" if role != "unknown" else "test" for name in names}
+        for side, parts in (("test", test), ("validation", validation)):
+            sides |= {name: side for part in parts for name in part if role != "unknown"}
+    return dict(sorted(sides.items()))
+
+
+def apart(azimuths, target, division):
+    """Indices of azimuths of which no two images share a sample, from one on that follows from the target's name."""
+    first = np.random.default_rng([division.seed, *target.encode()]).integers(division.aperture)
+    numbers = np.arange(first % len(azimuths), len(azimuths), division.aperture)
+    return numbers[numbers <= len(azimuths) - division.aperture + numbers[0]]
+
+
+def split(elevations, azimuths, planes, division, target=""):
     """Divide views into sides: a mapping train, validation, test to `Views`. A side may be empty.
 
     elevations: (m,) and azimuths: (n,) in degrees, ascending, the latter uniform; planes: the target's mirror planes,
-    `xz` and `yz`. A view and its mirror image (of the same elevation) are on the same side, except by `shuffled`,
+    `xz` and `yz`; target: its name, by which the scheme `family` gives it one side. All views of a model train; those
+    that validate or test are `apart`. By the other schemes a view and its mirror image (of the same elevation) are on the same side, except by `shuffled`,
     which is `random` without regard to mirror planes. The sides differ either in elevation or in azimuth, so that two
     of them together are `Views`, too.
     """
     if division.scheme == "shuffled":
         planes = ()
-    if division.scheme == "elevation":
+    if division.scheme == "family":
+        side, none, every = division.settings["sides"].get(target, "train"), np.array([], int), np.arange(len(azimuths))
+        views = every if side == "train" else apart(azimuths, target, division)
+        sides = [Views(np.arange(len(elevations)), views if side == name else none) for name in SIDES]
+    elif division.scheme == "elevation":
         every = np.arange(len(azimuths))
         sides = [Views(index, every) for index in elevation(elevations, division)]
     else:
@@ -99,14 +142,16 @@ def check(sides, division, target, count):
     )
 
 
-def blocks(azimuths, planes, division):
+def blocks(azimuths, planes, division, target=""):
     """The number of the block of each azimuth's images, (n,): images of two blocks count as independent.
 
     Blocks are arcs of an aperture of the folded aspects at all elevations, as nearer images share samples. By sector
-    the fold is the block, as its test images share one fitted model.
+    the fold is the block, as its test images share one fitted model; by family the target is.
     """
     if division.scheme == "sector":
         return np.full(len(azimuths), division.fold)
+    if division.scheme == "family":
+        return np.full(len(azimuths), [*division.settings["sides"], target].index(target))
     aspects = _rounded(folded(azimuths, planes))
     return ((aspects - aspects.min() + ROUNDING) // _least(azimuths, division)).astype(int)
 

@@ -14,6 +14,8 @@ from isarflow.learning.predict import KNOWN
 
 SHORT = ("accuracy", "f1_weighted", "f1_macro")  # metrics by another definition of SNR
 BY_FOLD = ("accuracy", "f1_weighted")  # metrics of each single fold
+# By family an open set also has the F1 at two mixes of true labels, as of `metrics.at_mix`.
+MIXES = {"f1_balanced": None, "f1_mix": metrics.VARIANT_MIX}
 
 
 @dataclass(frozen=True)
@@ -26,6 +28,7 @@ class Decision:
     predicted: np.ndarray  # their labels (n,), rejected ones OTHER
     fixed: tuple = ()  # metrics that do not depend on labels: (name, value, low, high)
     validation: tuple = ()  # of the validation images: (metric, value, number of images)
+    by_family: bool = False  # whether blocks are whole models
 
     @property
     def is_final(self):
@@ -78,10 +81,10 @@ def ordered(labels):
     return np.array(sorted(labels, key=lambda label: (label == OTHER, label)))
 
 
-def decide(table, kept_share=KEPT_SHARE):
+def decide(table, kept_share=KEPT_SHARE, by_family=False):
     """The `Decision`s of a prediction table of all folds: of the closed set, and of each confidence score in it.
 
-    kept_share: of known images, above the threshold of the protocol `kept`. Raises InputError for a fold of an open set
+    by_family: True for a split by family. kept_share: of known images, above the threshold of the protocol `kept`. Raises InputError for a fold of an open set
     that has no validation image of a known target.
     """
     known = table[table["role"] == "known"]
@@ -89,10 +92,10 @@ def decide(table, kept_share=KEPT_SHARE):
     reached = metrics.metrics_of_labels(held_out["truth"], held_out["predicted"])
     validation = tuple((name, reached[name], len(held_out)) for name in BY_FOLD)
     closed = Decision("", "", test, test["predicted"].to_numpy(), (), validation)
-    return [closed, *_opened(table, kept_share)]
+    return [closed, *_opened(table, kept_share, by_family)]
 
 
-def _opened(table, kept_share):
+def _opened(table, kept_share, by_family):
     """Known and unknown targets by each confidence score: without a threshold, and with each protocol's."""
     test = table[(table["side"] == "test") & table["role"].isin(["known", "unknown"])]
     labels = test["predicted"].to_numpy(object)
@@ -101,7 +104,7 @@ def _opened(table, kept_share):
     for column in columns:
         name, values = column.removeprefix(KNOWN), test[column].to_numpy()
         yield Decision(name, "", test, test["predicted"].to_numpy())
-        for protocol in thresholds.ROLES:
+        for protocol in thresholds.BY_FAMILY if by_family else thresholds.ROLES:
             predicted, choices = np.empty(len(test), object), []
             for of_fold, rows in folds:
                 choices.append(thresholds.threshold_and_f1(rows, column, protocol, kept_share))
@@ -109,7 +112,7 @@ def _opened(table, kept_share):
             chosen, best, images = zip(*choices, strict=True)
             validation = ("f1_weighted", np.average(best, weights=images), sum(images))
             fixed = ("threshold", float(np.mean(chosen)), np.nan, np.nan)
-            yield Decision(name, protocol, test, predicted.astype(str), (fixed,), (validation,))
+            yield Decision(name, protocol, test, predicted.astype(str), (fixed,), (validation,), by_family)
 
 
 def _folds(table, test):
@@ -133,6 +136,8 @@ def rows(decision, seed):
     labels = decision.labels
     together = metrics.with_intervals(decision.counts(labels), labels, decision.judged, seed)
     yield from (("", *row, images) for row in (*together, *decision.fixed))
+    for name, value, low, high in _at_mixes(decision, seed) if decision.by_family else ():
+        yield "", name, value, low, high, images
     for fold in decision.folds if len(decision.folds) > 1 else ():
         part = decision.of_folds([fold])
         values = metrics.metrics_of(part.counts(labels).sum(axis=0), labels, labels)
@@ -140,18 +145,31 @@ def rows(decision, seed):
             yield fold, name, values[name], np.nan, np.nan, len(part.test)
 
 
+def _at_mixes(decision, seed):
+    """(metric, value, low, high) of MIXES: F1 where every true label weighs as the mix says."""
+    labels, counts = decision.labels, decision.counts(decision.labels)
+    drawn = np.tensordot(metrics.weights(len(counts), seed), counts, axes=1)
+    blocks = metrics.equal_blocks(counts.sum(axis=(1, 2)))
+    for name, share in MIXES.items():
+        value, draws = (
+            metrics.metrics_of(metrics.at_mix(of, labels, share), labels, labels)["f1_weighted"]
+            for of in (counts.sum(axis=0), drawn)
+        )
+        yield name, value, *metrics.interval(value, draws, blocks)
+
+
 def _separated(decision, seed):
     """(metric, value, low, high) of how a confidence score separates without a threshold.
 
-    Scores of two models cannot be compared, so several folds give the mean over folds. Either every fold
-    has images in all blocks, or it is a block of its own, which counts as often as it is drawn.
+    Scores of two models cannot be compared, so several folds give the mean over folds. Either a fold has images
+    in several blocks, or it is a block of its own, which counts as often as it is drawn.
     """
-    sizes = np.unique(decision.test["block"], return_counts=True)[1]
+    blocks, sizes = np.unique(decision.test["block"], return_counts=True)
     count, equal = len(sizes), metrics.equal_blocks(sizes)
     draws = np.concatenate([np.ones((1, count)), metrics.weights(count, seed)])
     parts = [part for _, part in decision.test.groupby("fold")]
-    if all(part["block"].nunique() == count for part in parts):
-        means = [_separation(decision, part, draws) for part in parts]
+    if count == 1 or not all(part["block"].nunique() == 1 for part in parts):
+        means = [_separation(decision, part, draws[:, np.isin(blocks, part["block"])]) for part in parts]
         results = {name: sum(values[name] for values in means) / len(parts) for name in means[0]}
     else:
         alone = [_separation(decision, part, np.ones((1, 1))) for part in parts]

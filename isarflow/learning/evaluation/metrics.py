@@ -9,11 +9,14 @@ import numpy as np
 import pandas as pd
 from scipy.special import expit, logit, stdtrit
 
+from isarflow.learning.classifier import OTHER
+
 RESAMPLES = 1000
 CONFIDENCE_LEVEL = 0.95
 # Images share samples with their neighbours in the next block, too: over arcs of one aperture the variance of a sum is
 # two thirds of what it is in the long run, where correlation falls linearly to nothing over that length.
 NEIGHBOUR_VARIANCE = 3 / 2
+VARIANT_MIX = 0.8  # share of unknown images where ten targets are tested of which two are known
 KEPT_SHARE = 0.95  # share of the known images above the threshold of fpr95
 
 
@@ -59,6 +62,18 @@ def metrics_of(counts, labels, judged):
         if label in judged:
             result |= {f"precision_{label}": precision[..., index], f"recall_{label}": recall[..., index]}
     return {name: value[()] for name, value in result.items()}  # numbers, where counts have no leading dimension
+
+
+def at_mix(counts, labels, other_share=None):
+    """Counts (..., labels, labels) of images that are weighed by their true label: a share of label OTHER.
+
+    The known labels share the rest alike. None: every label weighs the same.
+    """
+    counts = np.asarray(counts, float)
+    is_other = np.asarray(labels) == OTHER
+    share = 1 / len(labels) if other_share is None else other_share
+    wanted = np.where(is_other, share, (1 - share) / max((~is_other).sum(), 1))
+    return counts * _ratio(wanted, counts.sum(axis=-1))[..., None]
 
 
 def metrics_of_labels(truth, predicted, weight=None):

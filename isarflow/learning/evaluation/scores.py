@@ -14,7 +14,7 @@ from isarflow.learning.data.split import LEFT_OUT
 from isarflow.learning.evaluation import judge, metrics
 from isarflow.learning.evaluation.looks import LOOKS, fused
 from isarflow.learning.evaluation.metrics import KEPT_SHARE
-from isarflow.learning.experiments import REFERENCE, split_of, train_snr_db, training
+from isarflow.learning.experiments import REFERENCE, is_by_family, split_of, train_snr_db, training
 
 HEAD = ["experiment", "model", "split", "training", "train_snr_db"]
 CASE = [*HEAD, "test_snr_db", "elevation", "score", "threshold"]
@@ -22,6 +22,7 @@ SCORED = [*CASE, "snr_definition", "fold", "metric"]
 COLUMNS = [*SCORED, "value", "low", "high", "n"]
 CONFUSION = [*CASE, "target", "predicted", "count"]
 VALIDATION = [*CASE, "metric", "value", "n"]
+OF_LOOKS = ("f1_weighted", "auroc", *judge.MIXES)  # metrics of several looks by family
 NO_SHARES = ("threshold", "f1_weighted_gain")  # metrics that may lie outside 0 to 1
 
 
@@ -60,7 +61,8 @@ def _judged(head, run, tables, definition, seed, kept_share, track):
     rows, cells, reached, opened = [], [], [], []
     table_by_snr = {snr: pd.concat(map(read_table, paths), ignore_index=True) for snr, paths in sorted(tables.items())}
     for subset, parts in _subsets(table_by_snr, run["elevation"]):
-        decided = {snr: judge.decide(part, kept_share) for snr, part in parts.items()}
+        by_family = is_by_family(run)
+        decided = {snr: judge.decide(part, kept_share, by_family) for snr, part in parts.items()}
         for snr, decisions in decided.items():
             for decision in decisions:
                 key = (*head, snr, subset, decision.score, decision.threshold)
@@ -70,22 +72,29 @@ def _judged(head, run, tables, definition, seed, kept_share, track):
                 if decision.threshold and subset == "all":  # runs that trained at other elevations have other images
                     opened.append((key, (*head[2:4], snr, decision.threshold, *run["without"]), decision))
         for snr, part in parts.items() if track and head[1] in track[0] else ():
-            for kind, row in _looks(part, kept_share, *track[1:]):
+            for kind, row in _looks(part, kept_share, by_family, seed, *track[1:]):
                 rows.append([*head, snr, subset, *kind, definition, "", *row])
         for definition_of_row, snr, kind, row in judge.by_other_definitions(decided, definition, seed):
             rows.append([*head, snr, subset, *kind, definition_of_row, "", *row])
     return rows, cells, reached, opened
 
 
-def _looks(table, kept_share, step, aperture):
-    """(score, threshold) and (metric, value, low, high, n) of the weighted F1 of several looks together."""
+def _looks(table, kept_share, by_family, seed, step, aperture):
+    """(score, threshold) and (metric, value, low, high, n) of the weighted F1 of several looks together.
+
+    By family, where blocks are models and so have intervals, of all metrics of the open set.
+    """
     table = table[table["side"] != LEFT_OUT]
     for count in LOOKS:
         together = fused(table, count, step, aperture)
         known = together[together["role"] == "known"]
         if known.groupby("fold")["side"].nunique().reindex(table["fold"].unique()).eq(2).all():  # chosen on some, too
-            for decision in judge.decide(together, kept_share):
-                if decision.is_final:
+            for decision in judge.decide(together, kept_share, by_family):
+                if by_family and decision.score:
+                    for fold, metric, *row in judge.rows(decision, seed):
+                        if not fold and metric in OF_LOOKS:
+                            yield (decision.score, decision.threshold), (f"{metric}_{count}_looks", *row)
+                elif decision.is_final:
                     f1 = metrics.metrics_of_labels(decision.test["truth"], decision.predicted)["f1_weighted"]
                     row = f"f1_weighted_{count}_looks", f1, "", "", len(decision.test)
                     yield (decision.score, decision.threshold), row

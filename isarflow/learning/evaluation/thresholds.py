@@ -3,16 +3,22 @@
 It is chosen on validation images, for each SNR separately, as a radar knows the level of its noise. Three protocols:
 `thesis` sees the unknown targets among them; `blind` only known targets and targets of role other; `kept` keeps a share
 of the known ones, or of training views if the model can leave these out of its library in turn: they are many more.
+By family there is `mix`, which is `blind` where four of five images are of none of the known classes.
 """
 
 import numpy as np
 
 from isarflow.learning.classifier import OTHER
 from isarflow.learning.data.split import LEFT_OUT
-from isarflow.learning.evaluation.metrics import KEPT_SHARE, metrics_of_labels
+from isarflow.learning.evaluation.metrics import KEPT_SHARE, VARIANT_MIX, metrics_of_labels
 
 # Roles whose validation images judge a protocol; all but `kept` also choose by them.
 ROLES = {"thesis": ("known", "unknown"), "blind": ("known", "other"), "kept": ("known", "other")}
+BY_FAMILY = {
+    "blind": ROLES["blind"],
+    "kept": ROLES["kept"],
+    "mix": ROLES["blind"],
+}  # the protocols of a split by family
 
 
 def choose(table, score, protocol, kept_share=KEPT_SHARE):
@@ -26,14 +32,15 @@ def threshold_and_f1(table, score, protocol, kept_share=KEPT_SHARE):
     table: of predictions, with columns side, role, truth, predicted and the score's. The threshold has the largest
     weighted F1 over the classes and OTHER; under the protocol `kept`, and if there are only known images, it keeps this
     share of them. Under `blind` and `kept` the images of role other together count as much as the known ones in this
-    F1, as the number of targets of that role says nothing of the number of unknown ones to come. Under `thesis` every
+    F1, under `mix` four times as much, as the number of targets of that role says nothing of the number of unknown ones to come. Under `thesis` every
     image counts once.
     """
-    judging = ((table["side"] == "validation") & table["role"].isin(ROLES[protocol])).to_numpy()
+    judging = ((table["side"] == "validation") & table["role"].isin((ROLES | BY_FAMILY)[protocol])).to_numpy()
     truth, predicted, role, scores = (table[name].to_numpy()[judging] for name in ("truth", "predicted", "role", score))
     is_known, left_out = role == "known", (table["side"] == LEFT_OUT).to_numpy()
     known, count = is_known.sum(), len(scores)
     weight = known / (count - known) if protocol != "thesis" and 0 < known < count else 1.0
+    weight *= VARIANT_MIX / (1 - VARIANT_MIX) if protocol == "mix" else 1
     if protocol == "kept" or known == count:
         shared = table[score].to_numpy()[left_out] if protocol == "kept" and left_out.any() else scores[is_known]
         threshold = float(np.quantile(shared, 1 - kept_share))

@@ -10,7 +10,7 @@ from scipy.linalg import eigh
 from scipy.ndimage import uniform_filter
 
 from isarflow.core.errors import InputError
-from isarflow.learning.classifier import OTHER, Outcome
+from isarflow.learning.classifier import OTHER, Outcome, best_known
 from isarflow.learning.data.features import by_channel, standardized, unit, unit_rows
 from isarflow.learning.library import Library
 
@@ -22,6 +22,7 @@ FAINT = 0.25  # of an image's pixels, the faintest, are taken for noise alone
 SHARES = (1e-4, 0.99)  # of noise in an image's energy, at least and at most
 LEAST = 1e-6  # of a template's largest power: mismatch is in proportion to at least this power
 COHERENCE = 1.5  # weight beside magnitudes: a larger one helps below 0 dB and harms above
+MANY, SIFTED = 8192, 256  # of a class with more templates only so many, of largest ZNCC, are tried for coherence
 AROUND = (1, 1, 3, 3)  # pixels over which a template's power is averaged
 # Polynomials of `_log_i0`, from the largest power.
 NEAR_I0 = (0.0045813, 0.0360768, 0.2659732, 1.2067492, 3.0899424, 3.5156229, 1.0)
@@ -36,7 +37,7 @@ class Model(Library):
     |x_p|^2 / Q_pp has an exponential distribution, with -log(1 - FAINT) as its quantile FAINT.
     A class's score is that of magnitudes (Rice 1945) plus COHERENCE times that of coherence (Kraut, Scharf and
     McWhorter 2001), each of its best template. Confidence scores are the largest of a known class: `likelihood`, and of
-    its parts alone `rice` and `coherence`.
+    its parts alone `rice` and `coherence`; with a class OTHER, which has templates of its own, less the score of that.
     templates_: (templates, N), complex64, of unit energy, grouped by class; starts_: (classes + 1,), where each class's
     begin, and their number; basis_: (N, directions) complex64 B with B^H Q B = 1 and B^H R B = diag(powers_), R being
     the covariance of the training images; noise_: (N,), the diagonal of Q; shape_: (channels, range, crossrange).
@@ -95,10 +96,15 @@ class Model(Library):
     def judge(self, images, without=None, received=None):
         parts = self._scored(images.reshape(len(images), -1), without, received)
         scores = parts[:, 0] + COHERENCE * parts[:, 1]
-        of_known = self.classes_ != OTHER
-        known = {"likelihood": scores[:, of_known].max(axis=1)}
-        known |= dict(zip(("rice", "coherence"), parts[:, :, of_known].max(axis=2).T, strict=True))
-        return Outcome(self.classes_[scores.argmax(axis=1)], scores, known)
+        every, of_known = np.concatenate([scores[:, None], parts], axis=1), self.classes_ != OTHER
+        known = every[:, :, of_known].max(axis=2)
+        if not of_known.all():
+            known -= every[:, :, ~of_known].max(axis=2)
+        known = dict(zip(("likelihood", "rice", "coherence"), known.T, strict=True))
+        return Outcome(self.labels_of(scores), scores, known)
+
+    def labels_of(self, scores):
+        return best_known(scores, self.classes_)
 
     def _scored(self, rows, without, received):
         """Rice and coherence of the best template of each class, (n, 2, classes), of images as rows (n, N)."""
@@ -113,26 +119,44 @@ class Model(Library):
                 None if each is None else np.resize(each[start : start + BLOCK], (BLOCK, *each.shape[1:]))
                 for each in (without, received)
             )
-            coherence = self._coherence(filled, np.maximum(share, LEAST_NOISE), apart)
-            found.append(np.stack([self._rice(magnitudes, share, apart, pulses), coherence], axis=1)[: len(block)])
+            near = self._masked(standardized(magnitudes) @ self._bank[2].T, apart, -2)
+            coherence = self._coherence(filled, np.maximum(share, LEAST_NOISE), apart, near)
+            found.append(np.stack([self._rice(magnitudes, share, near, pulses), coherence], axis=1)[: len(block)])
         return np.concatenate(found)
 
-    def _coherence(self, rows, share, without):
-        """The log-likelihood ratio of coherence with each class, (n, classes); share: of noise, (n,)."""
-        white, squared = self._white
+    def _coherence(self, rows, share, without, near):
+        """The log-likelihood ratio of coherence with each class, (n, classes); share: of noise, (n,).
+
+        near: ZNCC with all templates, by which those of large classes are sifted.
+        """
         x, weights = rows @ self.basis_.conj(), 1 / ((1 - share[:, None]) * self.powers_ + share[:, None])
         energy = (np.abs(x) ** 2 * weights).sum(axis=1, keepdims=True)
-        coherence = np.abs((x * weights) @ white.conj().T) ** 2 / np.maximum(weights @ squared.T * energy, 1e-30)
-        best = np.maximum.reduceat(self._masked(coherence, without, 0), self.starts_[:-1], axis=1)
+        if np.diff(self.starts_).max() > MANY:
+            best = self._of_sifted(x * weights, weights, near) / np.maximum(energy, 1e-30)
+        else:
+            white, squared = self._white
+            coherence = np.abs((x * weights) @ white.conj().T) ** 2 / np.maximum(weights @ squared.T * energy, 1e-30)
+            best = np.maximum.reduceat(self._masked(coherence, without, 0), self.starts_[:-1], axis=1)
         return -rows.shape[1] * np.log(np.maximum(1 - best, 1e-6))
 
-    def _rice(self, magnitudes, share, without, received=None):
+    def _of_sifted(self, x, weights, near):
+        """Energies (n, classes) of weighted rows x (n, directions) along the best of the SIFTED nearest templates."""
+        white, best = self._white[0], np.zeros((len(x), len(self.classes_)))
+        for number, (first, end) in enumerate(itertools.pairwise(self.starts_)):
+            count = min(SIFTED, end - first)
+            chosen = first + np.argpartition(-near[:, first:end], count - 1, axis=1)[:, :count]
+            for row, templates in enumerate(chosen):
+                seen, there = white[templates], near[row, templates] > -1.5
+                energies = np.abs(seen.conj() @ x[row]) ** 2 / np.maximum(np.abs(seen) ** 2 @ weights[row], 1e-30)
+                best[row, number] = (energies * there).max()
+        return best
+
+    def _rice(self, magnitudes, share, near, received=None):
         """The Rician score of the best template of each class, (n, classes); share: of noise, (n,).
 
-        received: None, or pulses (n, A): templates are then compared as images of these.
+        near: ZNCC with all templates, masked; received: None, or pulses (n, A), of which templates are then images.
         """
-        templates, around, alike = self._bank
-        near = self._masked(standardized(magnitudes) @ alike.T, without, -2)
+        templates, around, _ = self._bank
         noise, scale, found = share[:, None] * self.noise_, np.sqrt(1 - share), []
         for first, end in itertools.pairwise(self.starts_):
             count = min(self.settings["candidates"], end - first)
@@ -150,7 +174,7 @@ class Model(Library):
     @functools.cached_property
     def _white(self):
         white = self.templates_ @ self.basis_.conj()
-        return white, np.abs(white) ** 2
+        return white, np.abs(white) ** 2 if np.diff(self.starts_).max() <= MANY else None
 
     @functools.cached_property
     def _bank(self):
