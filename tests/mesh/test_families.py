@@ -13,6 +13,7 @@ from isarflow.core.kinds import FAMILIES, available, kind
 from isarflow.mesh import topology
 from isarflow.mesh.build import build
 from isarflow.mesh.families import is_whole, joined, mirror_planes, parts_of, solid, stated_values, values_of
+from isarflow.mesh.repair.surface import repair
 from isarflow.mesh.symmetry import AXES
 
 MODELS = int(os.environ.get("FAMILY_MODELS", 1))
@@ -141,3 +142,14 @@ def test_the_mesh_stage_takes_a_model(name):
     (_,), measures = build(name, target, {"edges_per_wavelength": 10, "bands": 1}, radar)
     (band,) = measures["bands"]
     assert band["missed"] is None and band["watertight"] and band["components"] == 1
+
+
+def test_edges_of_a_micrometre_go_and_the_body_stays():
+    """The legs of this one graze its skids: cutting moves two corners together, and nothing else is to be repaired."""
+    vertices, triangles = solid(family("hexacopter", 5))
+    assert topology.edge_lengths(vertices, triangles).min() < 1e-6
+    repaired, kept, counts, _ = repair(vertices, triangles, 0.0085, "hexacopter")
+    assert len(kept) < len(triangles) and topology.is_watertight(kept) and kept.max() == len(repaired) - 1
+    volume, before = (topology.tetrahedra(*body).sum() for body in ((repaired, kept), (vertices, triangles)))
+    assert volume == pytest.approx(before, rel=1e-6)
+    assert not any(counts[name] for name in ("connected_crossings", "hidden_triangles", "united_solids"))
