@@ -3,10 +3,12 @@
 import re
 
 import pytest
+import yaml
 
 from isarflow.core.errors import InputError
 from isarflow.learning.experiments import kind_of
-from isarflow.mesh.families import values_of
+from isarflow.mesh import topology
+from isarflow.mesh.families import solid, values_of
 from isarflow.setup.artefacts import Plan
 from isarflow.setup.config import ROOT, load
 from isarflow.setup.overview import overview
@@ -67,23 +69,24 @@ def test_an_overlay_changes_a_key_of_a_family():
     assert mesh["quad"] == MESH
 
 
-def test_a_generator_of_ones_own_is_a_path(tmp_path):
-    own = tmp_path / "cube.py"
-    own.write_text(
-        "from isarflow.mesh.families import Generator\n"
-        "from isarflow.mesh.shapes import box\n"
-        "class Family(Generator):\n"
-        "    PARAMETERS = {'side': {'minimum': 0.1, 'maximum': 0.3, 'unit': 'm', 'description': 'of the cube'}}\n"
-        "    SYMMETRY = ('xz', 'xy')\n"
-        "    def parts(self, values, pose=0.0):\n"
-        "        half = values['side'] / 2\n"
-        "        return {'cube': box((-half, -half, -half), (half, half, half))}\n"
-    )
-    config = load(
-        {"targets": {"*": None, "c": {"family": FAMILY | {"kind": str(own)}, "role": "other"}}, **NO_LEARNING}
-    )
-    assert config["targets"]["c_01"]["kind"] == "cube" and config["targets"]["c_01"]["symmetry"] == ["xz", "xy"]
-    assert Plan(config).generator_file("c_01") == str(own)
+def test_the_generator_that_the_page_prints(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    text = (ROOT / "docs/families.md").read_text()
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine/dumbbell.py").write_text(*re.findall(r"^```python\n(.*?)^```$", text, re.MULTILINE | re.DOTALL))
+    first, own = map(yaml.safe_load, re.findall(r"^```yaml\n(.*?)^```$", text, re.MULTILINE | re.DOTALL))
+    config = load(first, own | NO_LEARNING)
+    assert [*config["targets"]] == [
+        *("quad_01", "quad_02", "quad_03", "rocket_01", "rocket_02", "rocket_03", "bird_01", "bird_02"),
+        *(f"dumbbell_0{number}" for number in (1, 2, 3, 4)),
+    ]
+    target = config["targets"]["dumbbell_02"]
+    assert target["kind"] == "dumbbell" and target["symmetry"] == ["xz"]
+    assert Plan(config).generator_file("dumbbell_02") == str(tmp_path / "mine/dumbbell.py")
+    vertices, triangles = solid(target["family"])
+    assert topology.is_watertight(triangles) and topology.components(triangles)[0] == 1
+    low, high = vertices.min(axis=0), vertices.max(axis=0)
+    assert 0.4 < (high - low).max() < 0.8 and low[1] == -high[1]
 
 
 NO_LEARNING = {"learning": {"experiments": {"*": None}}}
