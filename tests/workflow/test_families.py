@@ -17,7 +17,7 @@ aspect: {elevation: {start: 0, stop: 0, step: 1}, azimuth: {start: 0, stop: 20, 
 imaging: {aperture: 3}
 learning: {experiments: {'*': null}}
 """
-CRATE = '''
+CRATE = """
 from isarflow.mesh.families import Generator
 from sides import half
 
@@ -27,7 +27,7 @@ class Family(Generator):
 
     def parts(self, values, pose=0.0):
         return {"crate": half(values["side"] / 2)}
-'''
+"""
 SIDES = "from isarflow.mesh.shapes import box\n\n\ndef half(h):\n    return box((-h, -h, -h), (h, h, h))\n"
 STORES = [f"results/boxes/scattering/crate_0{number}.zarr" for number in (1, 2)]
 

@@ -64,7 +64,8 @@ def cad_of(target):
 def read_target(path, target, mesh, radar, chord=0.0):
     """Read a target's surface: vertices (V, 3) in metres, triangles (T, 3), and planes at which a half was completed.
 
-    path: of its CAD file, as `cad_of`; a family's model is made from its parameters. `target`, `mesh` and `radar` are those parts of the config, `chord` in metres is that of `read_cad`.
+    path: of its CAD file, as `cad_of`; a family's model is made from its parameters. `target`, `mesh` and `radar` are
+    those parts of the config, `chord` in metres is that of `read_cad`.
     """
     if "family" in target:
         vertices, triangles = families.solid(target["family"])

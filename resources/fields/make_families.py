@@ -1,25 +1,20 @@
 """The fields of config/families.yaml, one store for each model, so that a run that is cut off loses nothing.
 
-    make.py missing     the fields of models that are not kept yet, as targets for snakemake
-    make.py keep        keep those that the run has finished: <target>.zarr, azimuths from 0 to 180 degrees
-    make.py accuracy    accuracy.csv: the kept fields beside those that a run of finer.yaml has finished
-    make.py card        the tables of README.md, from the stores and accuracy.csv
+    make_families.py missing     the fields of models that are not kept yet, as targets for snakemake
+    make_families.py keep        keep those that the run has finished, azimuths 0 to 180 degrees: families/<target>.zarr
+    make_families.py accuracy    accuracy.csv: the kept fields beside those of a finer run (families/finer.yaml)
+    make_families.py card        the tables of families/README.md, from the stores and accuracy.csv
 
 All models have the mirror plane xz, so the reader takes the other azimuths from these (docs/own-fields.md).
 """
 
 import argparse
 import json
-import sys
 from datetime import date
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
-
-HERE = Path(__file__).resolve().parent
-sys.path.insert(0, str(HERE.parent))  # the dataset at full size, whose make.py and check.py these are
-
 from check import FINER, apart
 from make import put, said
 
@@ -31,6 +26,7 @@ from isarflow.scattering.fields.given_store import read_store
 from isarflow.setup.config import load
 from isarflow.setup.yaml_file import read_yaml
 
+HERE = Path(__file__).parent / "families"
 CONFIG = "config/families.yaml"
 HALF = 180 + 1e-4  # degrees
 MIRRORED = 1e-3  # relative: the most that the other half may differ from the mirror image of the kept one
@@ -60,7 +56,7 @@ def keep(config, results):
         stores.write(half, path, {"field": {"chunks": half.field.shape}})
         if (off := _off(path, whole)) > MIRRORED:
             (path / stores.SUMS).unlink()  # so that it does not count as kept
-            raise SystemExit(f"{name}: the field differs from its mirror image by {off:.1e} of itself; is it symmetric?")
+            raise SystemExit(f"{name}: the field is {off:.1e} of itself from its mirror image; is it symmetric?")
         size = sum(file.stat().st_size for file in path.rglob("*") if file.is_file())
         residual, seconds = max(half.attrs["residual"]), half.attrs["processor_s"]
         print(f"kept {name}: residual at most {residual:.1e}, {seconds:.0f} s of processors, {size / 1e3:.0f} kB")
@@ -69,10 +65,8 @@ def keep(config, results):
 def _not_kept(config):
     """The models without a whole store of their own parameters."""
     for name, target in config["targets"].items():
-        path = HERE / f"{name}.zarr"
-        if not (path / stores.SUMS).exists():
-            yield name
-        elif stores.open_store(path).attrs["parameters"] != stated_values(target["family"]):
+        path, parameters = HERE / f"{name}.zarr", stated_values(target["family"])
+        if not (path / stores.SUMS).exists() or stores.open_store(path).attrs["parameters"] != parameters:
             yield name
 
 
