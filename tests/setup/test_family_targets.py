@@ -128,9 +128,7 @@ def test_a_family_is_neither_a_mesh_nor_a_field(more):
 def test_a_model_with_the_name_of_another_target_is_refused():
     family = {"family": FAMILY, "role": "other"}
     for targets in ({"quad": family, "quad_02": MESH}, {"quad_02": MESH, "quad": family}):
-        with pytest.raises(
-            InputError, match=r"^config key 'targets': there are two targets quad_02, one "
-        ):
+        with pytest.raises(InputError, match=r"^config key 'targets': there are two targets quad_02, one "):
             targets_of(**targets)
 
 
