@@ -3,7 +3,8 @@
     make_families.py missing     the fields of models that are not kept yet, as targets for snakemake
     make_families.py keep        keep those that the run has finished, azimuths 0 to 180 degrees: families/<target>.zarr
     make_families.py accuracy    accuracy.csv: the kept fields beside those of a finer run (families/finer.yaml)
-    make_families.py card        the tables of families/README.md, from the stores and accuracy.csv
+    make_families.py card        the tables of families/README.md, from the stores and accuracy.csv, and
+                                 config/families-fields.yaml, which takes the kept fields
 
 All models have the mirror plane xz, so the reader takes the other azimuths from these (docs/own-fields.md).
 """
@@ -27,7 +28,8 @@ from isarflow.setup.config import load
 from isarflow.setup.yaml_file import read_yaml
 
 HERE = Path(__file__).parent / "families"
-CONFIG = "config/families.yaml"
+CONFIG, FIELDS = "config/families.yaml", "config/families-fields.yaml"
+SAID = "role", "class", "kind", "symmetry"
 HALF = 180 + 1e-4  # degrees
 MIRRORED = 1e-3  # relative: the most that the other half may differ from the mirror image of the kept one
 
@@ -121,14 +123,27 @@ def accuracy(config, results):
 
 
 def card(config, results):
-    put(HERE / "README.md", "models", model_lines(config))
+    there = [name for name in config["targets"] if (HERE / f"{name}.zarr" / stores.SUMS).exists()]
+    with open(FIELDS, "w") as file:
+        file.write("# The models of families.yaml, from their kept fields: by `make_families.py card`.\n")
+        file.write("name: families-fields\ntargets:\n  '*': null\n")
+        for name in there:
+            said = {key: config["targets"][name][key] for key in SAID if key in config["targets"][name]}
+            said = {"field": f"resources/fields/families/{name}.zarr", **said}
+            file.write(f"  {name}: {{{', '.join(f'{k}: {_flow(v)}' for k, v in said.items())}}}\n")
+        file.write("learning:\n  experiments: {'*': null}\n")
+    put(HERE / "README.md", "models", model_lines(there))
     if (HERE / "accuracy.csv").exists():
         put(HERE / "README.md", "accuracy", accuracy_lines(pd.read_csv(HERE / "accuracy.csv")))
 
 
-def model_lines(config):
-    """A table in Markdown: of each family its models' sizes, unknowns, residuals and times."""
-    there = [name for name in config["targets"] if (HERE / f"{name}.zarr" / stores.SUMS).exists()]
+def _flow(value):
+    """A text or a list of texts as YAML."""
+    return f"[{', '.join(value)}]" if isinstance(value, list) else value
+
+
+def model_lines(there):
+    """A table in Markdown: of each kind its models' sizes, unknowns, residuals and times. there: their names."""
     rows = pd.DataFrame([stores.open_store(HERE / f"{name}.zarr").attrs for name in there])
     yield "| kind | class | models | longest side | unknowns at the top | largest residual | processor time |"
     yield "|---" * 7 + "|"

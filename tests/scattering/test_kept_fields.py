@@ -13,6 +13,7 @@ from isarflow.mesh.families import stated_values
 from isarflow.scattering.fields.external import write_external
 from isarflow.scattering.fields.store import write_field
 from isarflow.setup.config import ROOT, load
+from isarflow.setup.yaml_file import read_yaml
 
 CONFIG = {
     "targets": {"*": None, "box": {"family": {"kind": "box", "count": 2, "seed": 1}, "role": "other"}},
@@ -55,7 +56,7 @@ def solved(results, config, name, odd=0.0):
     return field
 
 
-def test_a_finished_field_is_kept_and_read_whole(script, tmp_path, capsys):
+def test_a_finished_field_is_kept_and_read_whole(script, tmp_path, capsys, monkeypatch):
     config, results = load(CONFIG), tmp_path / "results"
     field = solved(results, config, "box_02")
     script.keep(config, results)
@@ -72,7 +73,13 @@ def test_a_finished_field_is_kept_and_read_whole(script, tmp_path, capsys):
     capsys.readouterr()
     script.missing(config, results)
     assert capsys.readouterr().out.split() == [str(results / "scattering/box_01.zarr")]
-    assert [*script.model_lines(config)][2].startswith("| box | other | 1 | 0.30 to 0.30 m | 12 to 12 | 2.0e-05 |")
+    monkeypatch.setattr(script, "FIELDS", tmp_path / "taken.yaml")
+    (tmp_path / "README.md").write_text("<!-- models -->\n<!-- end of models -->\n")
+    script.card(config, results)
+    assert "\n| box | other | 1 | 0.30 to 0.30 m | 12 to 12 | 2.0e-05 |" in (tmp_path / "README.md").read_text()
+    taken = read_yaml(tmp_path / "taken.yaml")["targets"].pop("box_02")
+    assert taken.pop("field") == "resources/fields/families/box_02.zarr"
+    assert taken == {"role": "other", "kind": "box", "symmetry": ["xz", "yz"]}
 
 
 def test_other_parameters_are_another_model_and_an_odd_field_is_not_kept(script, tmp_path, capsys):
