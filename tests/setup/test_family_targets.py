@@ -149,6 +149,13 @@ def test_the_overview_has_a_row_for_a_family(tmp_path):
     assert any(line.startswith("  drone: up to ") for line in lines)
 
 
+def test_a_scaled_model_is_meant_as_it_is(tmp_path):
+    """Its numbers are metres, so a size beyond the usual is no mistaken unit."""
+    scaled = {"*": None, "quad": {"family": FAMILY, "role": "other", "scale": 30}}
+    config = load({"targets": scaled, "scattering": {"solver": "po"}, **NO_LEARNING})
+    assert any(line.startswith("  quad (3 models): ") for line in overview(config, tmp_path, refuse=True))
+
+
 def test_the_shipped_families_are_a_hundred_targets():
     targets = load(read_yaml(ROOT / "config/families.yaml"))["targets"]
     kinds = {name: kind_of(targets, name) for name in targets}
