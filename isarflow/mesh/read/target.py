@@ -129,7 +129,8 @@ def check_size(vertices, target, mesh, radar, name, precision="double"):
     """Refuse a target (vertices in metres) whose size shows that its unit is wrong.
 
     A `length` must be right, and confirms the size. Without one the size must be plausible at the centre frequency, or
-    not far too small if there is a `unit`, or a family, in metres. The message also says what such a target needs, solved in this `precision`.
+    not far too small if there is a `unit`, or a family, in metres. The message also says what such a target needs,
+    solved in this `precision`.
     """
     size, far = float(np.ptp(vertices, axis=0).max()), float(np.abs(vertices).max())
     if far > FARTHEST * size > 0:
