@@ -23,7 +23,7 @@ def write_rcs(folder, settings, page):
         as_table(results.scattering(name)).to_csv(path, index=False, float_format="%.9g")
         print(f"{path}: RCS of {name}")
     with style():
-        targets, sections = section_run.cards(results), [_section(results, name) for name in results.targets]
+        targets, sections = section_run.cards(results), [_section(results, name) for name in results.drawn]
     made = Part("run", "The run", (section_run.section(results),))
     shown = {"facts": list(section_run.facts(results)), "warnings": section_run.warned(results), "targets": targets}
     shown["parts"] = (Part("rcs", "Radar cross-section", tuple(sections)), made)

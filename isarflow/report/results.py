@@ -12,7 +12,7 @@ from isarflow.core.sweep import images_are_made, snr_label
 from isarflow.imaging.geometry import PURE_NOISE
 from isarflow.learning.experiments import class_of, runs
 from isarflow.mesh.io import read_ply
-from isarflow.report.selection import full_size, target_order
+from isarflow.report.selection import drawn, full_size, target_order
 from isarflow.report.thesis import DEFINITION
 from isarflow.report.vocabulary import PROTOCOLS, Names, select
 
@@ -74,8 +74,9 @@ class Results:
         models = {name for one in settings["learning"]["experiments"].values() for name in one["models"]}
         self.folder, self.settings, self.names = Path(folder), settings, Names(stated, models)
         self.fields = of_fields(folder, settings)
-        self.targets = target_order(settings["targets"])
+        self.targets, self.drawn = target_order(settings["targets"]), drawn(settings["targets"])
         self.meshed = [name for name in self.targets if "field" not in settings["targets"][name]]
+        self.drawn_meshes = [name for name in self.drawn if name in self.meshed]
         self.images_are_made = images_are_made(settings)
         self.compares_imagers = self.images_are_made and bool(settings.get("imagers"))
         self.learns = self.images_are_made and bool(settings["learning"]["experiments"])
@@ -86,10 +87,10 @@ class Results:
     runs = cached_property(lambda self: dict(sorted(runs(self.settings).items())) if self.images_are_made else {})
     # The classes of the known targets, in the order of the page.
     classes = cached_property(lambda self: list(dict.fromkeys(map(self.class_of, self.of_role("known")))))
-    # Measures, and vertices in m with triangles of the finest mesh, by target that has a mesh.
+    # Measures by target that has a mesh; of those that are drawn also vertices in m and triangles of the finest mesh.
     meshes = cached_property(lambda self: {name: _json(self.fields / "mesh" / f"{name}.json") for name in self.meshed})
     finest = property(lambda self: self.settings["mesh"]["bands"] - 1)  # the band of the finest meshes
-    surfaces = cached_property(lambda self: {name: self.mesh(name, self.finest) for name in self.meshed})
+    surfaces = cached_property(lambda self: {name: self.mesh(name, self.finest) for name in self.drawn_meshes})
     # What the run's solver made of a sphere (see scattering/sphere.py); None where nothing is solved.
     sphere = cached_property(lambda self: _json(self.fields / "scattering/check/sphere.json") if self.meshed else None)
     # Settings tried and the validation accuracy of each, by (run, model), of the models that had a choice.

@@ -34,14 +34,14 @@ def explorer(results):
     frequency, azimuth = first.frequency.values, first.azimuth.values
     angle = imager_of(frequency, azimuth, imaging).angle
     polarizations = sorted(first.polarization.values.tolist(), key=lambda name: name != results.polarizations[0])
-    each = len(results.targets) * len(frequency) * len(azimuth)
+    each = len(results.drawn) * len(frequency) * len(azimuth)
     if len(polarizations) * min(3, first.sizes["elevation"]) * each > MOST_SAMPLES:
         polarizations = polarizations[:1]
     elevations = evenly(first.elevation.values.tolist(), max(1, MOST_SAMPLES // (len(polarizations) * each)))
     fourier, over = imaging["imager"] == "fourier", imaging.get("window", "hamming")
     targets = [
         {"name": name, "field": _field(results, name, polarizations, elevations), "mesh": _mesh(results, name)}
-        for name in results.targets
+        for name in results.drawn
     ]
     data = {"targets": targets, "polarizations": polarizations, "elevations": elevations}
     data |= {"frequency": frequency.tolist(), "k": (2 * np.pi * frequency / C0).tolist(), "angle": angle.tolist()}

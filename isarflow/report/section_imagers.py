@@ -25,7 +25,7 @@ def section(results):
     elevation = float(first.elevation.sel(elevation=0, method="nearest"))
     whole = centres(first.azimuth.values, imaging["aperture"])
     number, channel = len(whole) // 8, results.polarizations[0]  # an eighth of the way round
-    fields = {name: results.scattering(name).field.sel(polarization=channel) for name in results.targets}
+    fields = {name: results.scattering(name).field.sel(polarization=channel) for name in results.drawn}
     text = (
         f"{channel} without noise, azimuth {whole[number]:.0f}°, elevation {elevation:g}°: the same "
         f"samples by each imager. {'; '.join(f'{name}: {imager.words()}' for name, imager in made.items())}."
@@ -69,11 +69,11 @@ def images_figure(results, made, fields, number, view):
 
 def centres_figure(results, fields, elevation, azimuth):
     """Draw each target's scattering centres, as seen from one direction, on its mesh."""
-    columns, aperture = len(results.meshed), results.settings["imaging"]["aperture"]
+    columns, aperture = len(results.drawn_meshes), results.settings["imaging"]["aperture"]
     drawing, grid = panels(len(VIEWS), columns, 1 + 2.1 * columns, 4.2, sharex=False, sharey=False)
     drawing.draw_without_rendering()
     tables = []
-    for column, target in zip(grid.T, results.meshed, strict=True):
+    for column, target in zip(grid.T, results.drawn_meshes, strict=True):
         vertices, triangles = results.surfaces[target]
         places, amplitudes = target_centres(near(fields[target], aperture, elevation, azimuth), vertices)
         strength = np.abs(amplitudes)

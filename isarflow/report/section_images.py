@@ -39,7 +39,7 @@ def images_text(results):
         f"MB, the store of each SNR {copies * plan['bytes'] / 1e6:.3g} MB."
     )
     apart = []
-    for name in results.targets:
+    for name in results.drawn:
         offset = results.images(name, "clean").snr_definition_offset.values
         if np.isfinite(offset).any():  # it is NaN of an image without a signal
             between = f"{np.nanmin(offset):.1f} to {np.nanmax(offset):.1f} dB"
@@ -65,7 +65,7 @@ def images_text(results):
 
 def galleries(results):
     """Yield the figures of noise-free images over the angles, of every target over azimuth, and of ever more noise."""
-    for target in results.targets:
+    for target in results.drawn:
         image = results.images(target, "clean").image.sel(elevation=0, method="nearest")
         # Evenly spread on a circle: the last is not the first.
         image = image.isel(azimuth=np.unique(np.arange(GALLERY_VIEWS) * image.sizes["azimuth"] // GALLERY_VIEWS))

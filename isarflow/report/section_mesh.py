@@ -20,7 +20,8 @@ BINS = {"edges": np.arange(0, 0.1801, 0.005), "angles": np.arange(0, 61, 2)}  # 
 
 def section(results):
     # The narrow pictures first, two abreast, then the wide ones.
-    figures, tables, text = [draw(results, name) for draw in (picture, comparison) for name in results.meshed], (), []
+    figures = [draw(results, name) for draw in (picture, comparison) for name in results.drawn_meshes]
+    tables, text = (), []
     if results.meshed:
         tables = (quality_table(results),)
         text.append("Each target has one mesh per frequency band, with edges sized to its shortest wavelength.")

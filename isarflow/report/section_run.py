@@ -73,9 +73,9 @@ def warned(results):
 
 
 def cards(results):
-    """Return (name, a small picture or None, lines of text) of every target: role, size and unknowns."""
+    """Return (name, a small picture or None, lines of text) of every target that is drawn: role, size, unknowns."""
     made = []
-    for name in results.targets:
+    for name in results.drawn:
         drawn, lines = None, ["given by its field"]
         if name in results.meshed:
             size = np.ptp(results.surfaces[name][0], axis=0).tolist()
@@ -104,7 +104,9 @@ def _done(results):
     meshes = "their meshes" if every else f"the meshes of {len(results.meshed)} of them"
     solved = f", solved on {meshes}" if results.meshed else ""
     directions = f"{len(elevation)} × {len(azimuth)} directions"
-    parts = [f"The radar echo of {several(len(results.targets), 'target')} at {band} from {directions}{solved}"]
+    echo = f"The radar echo of {several(len(results.targets), 'target')} at {band} from {directions}{solved}"
+    first = " (the first model of each kind is drawn)" if len(results.drawn) < len(results.targets) else ""
+    parts = [echo + first]
     if results.images_are_made:
         images, snrs = planned(settings), several(len(settings["noise"]["snr_db"]), "SNR")
         pixels = f"{images['range_pixels']} × {images['crossrange_pixels']} pixels"

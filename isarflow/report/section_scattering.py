@@ -17,7 +17,7 @@ DYNAMIC_RANGE = 40  # dB, of range profiles
 
 def section(results):
     figures, text = [], [_method(results)] if results.meshed else []
-    for name in results.targets:
+    for name in results.drawn:
         dataset = results.scattering(name)
         text.append(_origin(name, dataset.attrs, name in results.meshed))
         for title, part in by_transmitter(name, dataset, CURVES):

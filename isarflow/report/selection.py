@@ -21,6 +21,14 @@ def target_order(targets):
     return sorted(targets, key=lambda name: (ROLES.index(targets[name]["role"]), name))
 
 
+def drawn(targets):
+    """Return the targets that are drawn, in the page's order: of those of a role that state one kind, the first."""
+    first = {}
+    for name in target_order(targets):
+        first.setdefault((targets[name]["role"], targets[name].get("kind", f"{name} alone")), name)
+    return list(first.values())
+
+
 def nearest(values, aim):
     """Return of these values that nearest to another, the lower of two."""
     return min(values, key=lambda value: (abs(value - aim), value))
@@ -37,6 +45,6 @@ def noise_snrs(snr_db):
 
 
 def images_shown(settings):
-    """Return (target, store) of the images on the page: all targets without noise, the first of them with some, too."""
+    """Return (target, store) of the images on the page: of targets that are drawn, of the first with noise, too."""
     first, snrs = target_order(settings["targets"])[0], noise_snrs(settings["noise"]["snr_db"])
-    return [(target, "clean") for target in settings["targets"]] + [(first, snr_label(snr)) for snr in snrs]
+    return [(target, "clean") for target in drawn(settings["targets"])] + [(first, snr_label(snr)) for snr in snrs]

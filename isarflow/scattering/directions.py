@@ -9,6 +9,7 @@ freedom in this way). Therefore the excitation at a few equally spaced azimuths 
 rounding, and the matrix between the few, V_i^T z^-1 V_j, determines the amplitude, V(az)^T z^-1 V(az), at all azimuths.
 """
 
+import functools
 from dataclasses import dataclass
 from itertools import islice, pairwise, product
 
@@ -152,6 +153,7 @@ def middle_of(surface):
     return middle
 
 
+@functools.cache  # a plan asks for the same ones many times
 def samples_of_ring(x, tolerance):
     """Even number of equally spaced azimuths that give an excitation of argument x = k rho cos(el) to `tolerance`."""
     orders = np.arange(int(x + 20 * np.cbrt(x) + 40))

@@ -11,9 +11,9 @@ from isarflow.mesh.families import is_whole, mirror_planes
 def expanded(targets):
     """Return a config's targets with <name>_01, <name>_02, ... in place of each family of `count` models.
 
-    A model's `family` has kind, seed, number and vary. Its kind is the family's, its class the family's name, its mirror
-    planes those that the generator states, where the config says nothing else. Raises InputError for a family that
-    cannot be made, and for a model with the name of another target.
+    A model's `family` has kind, seed, number and vary. Where the config says nothing else, its kind is the family's,
+    its class the family's name, and its mirror planes are those that the generator states. Raises InputError for a
+    family that cannot be made, and for a model with the name of another target.
     """
     models = {}
     for name, target in targets.items():

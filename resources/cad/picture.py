@@ -1,6 +1,4 @@
-"""Draw the targets in pictures, docs/img/targets.png and benchmark.png: python resources/cad/picture.py"""
-
-from pathlib import Path
+"""Draw the targets in pictures, docs/img/targets.png, benchmark.png, families.png: python resources/cad/picture.py"""
 
 import matplotlib
 
@@ -10,6 +8,12 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.colors import to_rgb
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+from PIL import Image
+
+from isarflow.core.folders import ROOT
+from isarflow.mesh.families import solid
+from isarflow.setup.config import load
+from isarflow.setup.yaml_file import read_yaml
 
 ROLES = {"known": "#4477aa", "unknown": "#cc6677", "other": "#999933"}
 # The pictures, and whose targets they show, each with its role: five in a row.
@@ -21,6 +25,9 @@ PICTURES = {
     },
 }
 ROW = 5
+FAMILIES = "config/families.yaml"  # of which the first model of each family is drawn
+SMALL = 6  # of these in a row
+COLORS = {"drone": "#4477aa", "missile": "#228833", "other": "#999933"}
 LIGHT = np.array([0.45, -0.35, 0.82])
 FILLED = {"drone": 0.48, "missile": 0.66, "aircraft": 0.72, "ufo": 0.4, "trihedral": 0.74}  # m shown around the middle
 FILLED |= {"drone_hexa": 0.44, "drone_guarded": 0.52, "missile_plain": 0.62, "missile_cruciform": 0.64}
@@ -67,11 +74,29 @@ def paint(picture, targets):
         middle = left + 0.5 / ROW
         figure.text(middle, low + 0.1 / rows, f"{name} ({role})", ha="center", fontsize=12, color=ROLES[role])
         figure.text(middle, low + 0.02 / rows, f"{size} m", ha="center", fontsize=9, color="0.4")
-    target = Path(__file__).resolve().parents[2] / "docs" / "img" / f"{picture}.png"
-    target.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(target, dpi=150, metadata={"Software": None})
+    figure.savefig(ROOT / "docs" / "img" / f"{picture}.png", dpi=150, metadata={"Software": None})
+
+
+def paint_families():
+    """Draw a model of each kind into docs/img/families.png."""
+    targets = load(read_yaml(ROOT / FAMILIES))["targets"]
+    models = [target for target in targets.values() if target["family"]["number"] == 1]
+    rows = -(-len(models) // SMALL)
+    figure = plt.figure(figsize=(12, 2.1 * rows))
+    for place, target in enumerate(models):
+        left, low = place % SMALL / SMALL, 1 - (place // SMALL + 1) / rows
+        axes = figure.add_axes((left, low + 0.06 / rows, 1 / SMALL, 0.94 / rows), projection="3d")
+        mesh, color = solid(target["family"]), COLORS[target.get("class", "other")]
+        box = np.ptp(mesh[0], axis=0)
+        draw(axes, mesh, color, 0.72 * np.linalg.norm(box))
+        label = f"{target['kind']}, {box.max():.2f} m"
+        figure.text(left + 0.5 / SMALL, low + 0.03 / rows, label, ha="center", fontsize=10, color=color)
+    path = ROOT / "docs" / "img" / "families.png"
+    figure.savefig(path, dpi=110, metadata={"Software": None})
+    Image.open(path).quantize(64).save(path, optimize=True)
 
 
 if __name__ == "__main__":
     for name, targets in PICTURES.items():
         paint(name, targets)
+    paint_families()

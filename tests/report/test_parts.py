@@ -50,7 +50,11 @@ def test_what_is_shown_does_not_depend_on_the_file():
     for order in (targets, dict(reversed(targets.items()))):
         assert selection.target_order(order) == ["a", "b", "u", "z"]
     shown = selection.images_shown({"targets": targets, "noise": {"snr_db": [12, 0]}})
-    assert shown == [(name, "clean") for name in "zbua"] + [("a", "snr_0dB"), ("a", "snr_12dB")]
+    assert shown == [(name, "clean") for name in "abuz"] + [("a", "snr_0dB"), ("a", "snr_12dB")]
+    # Of several models of a kind the first is drawn; other roles, and targets that state no kind, are apart.
+    models = {f"m{number}": {"role": "known", "kind": "bird"} for number in (1, 2, 3)}
+    models |= {"o": {"role": "other", "kind": "bird"}, "bird": {"role": "known"}}
+    assert selection.drawn(models) == ["bird", "m1", "o"]
 
 
 def test_shapes_are_drawn_true_in_colours_that_stand_out_and_paths_to_a_hundredth_of_a_point():

@@ -60,6 +60,18 @@ def test_no_decoder_leaves_out_the_capsule(tmp_path, few_pictures):
     assert "gain" not in page.table("table-tried")[0]
 
 
+def test_the_first_model_of_a_kind_is_drawn_and_tables_have_all(tmp_path, few_pictures):
+    settings = fake.changed([])
+    for name in ("drone", "missile"):
+        settings["targets"][name] |= {"kind": "flyer", "class": "flyer"}
+    report = fake.write(tmp_path / "fake", settings)
+    page = check_whole(report)
+    assert {"mesh_drone", "mesh_ufo", "images_drone"} <= page.figures
+    assert not {name for name in page.figures if name.endswith("missile")}
+    assert {*pd.read_csv(report / "tables" / "meshes.csv")["target"]} == {"drone", "missile", "ufo"}
+    assert "of 3 targets at 0.8 to 1.2 GHz" in page.words and "(the first model of each kind is drawn)" in page.words
+
+
 def test_same_inputs_give_same_bytes(tmp_path, few_pictures):
     settings = fake.changed(["multi_elevation", "capsule_open"])
     first = fake.write(tmp_path / "fake", settings)

@@ -468,7 +468,7 @@ BAD = {
 
 
 BAD_FIELDS = {
-    "both": ({"mesh": "resources/cad/drone.stl", "field": "a.ffe"}, "targets.a.field", "either a 'mesh'"),
+    "both": ({"mesh": "resources/cad/drone.stl", "field": "a.ffe"}, "targets.a.field", "one of 'mesh'"),
     **{
         key: ({"field": "a.ffe", key: value}, f"targets.a.{key}", "leave it out")
         for key, value in {"unit": "mm", "rotate": [0, 0, 90], "length": 1, "formulation": "cfie"}.items()

@@ -8,16 +8,19 @@ from isarflow.core.errors import InputError
 from isarflow.core.kinds import MODELS, available, kind, settings_of
 from isarflow.setup.check import check, rules
 from isarflow.setup.config import ROOT, load
+from isarflow.setup.families import expanded
 from isarflow.setup.schema import check_schema, schema
 
-# Of mappings of names that the user gives, one that the default config has.
-NAMED = {"targets": "drone", "models": "knn", "experiments": "fcnn_open"}
+# Of mappings of names that the user gives, one that the default config, or OPTIONAL, has.
+NAMED = {"targets": "drone", "models": "knn", "experiments": "fcnn_open", "vary": "arm"}
 # Of mappings that the default config has not, one that is right.
 OPTIONAL = {
     "great_circle": {"from": [0, 0], "through": [90, 0], "angle": {"count": 4}},
     "bistatic": {"receivers": [[0, 0]]},
     "test": {"snr_db": [0]},
     "motion": {},
+    "family": {"kind": "quadcopter", "count": 1, "seed": 0},
+    "vary": {"arm": [0.02, 0.022]},
 }
 WRONG = ("?!", -1e40, float("nan"), None, [{}])  # right for no key
 
@@ -55,11 +58,14 @@ def refused(config, path, edit):
     """The message for a full config after `edit` was called with the mapping that holds the key."""
     config = copy.deepcopy(config)
     holder = config
+    if "family" in path[:-1]:
+        del config["targets"]["drone"]["mesh"]
     for key in path[:-1]:
         holder = holder.setdefault(key, copy.deepcopy(OPTIONAL.get(key)))
     edit(holder)
     with pytest.raises(InputError) as caught:
         check_schema(config, rules(config))
+        config["targets"] = expanded(config["targets"])
         check(config)
     assert "\n" not in str(caught.value)
     return str(caught.value)

@@ -64,7 +64,8 @@ def cad_of(target):
 def read_target(path, target, mesh, radar, chord=0.0):
     """Read a target's surface: vertices (V, 3) in metres, triangles (T, 3), and planes at which a half was completed.
 
-    path: of its CAD file, as `cad_of`; a family's model is made from its parameters. `target`, `mesh` and `radar` are those parts of the config, `chord` in metres is that of `read_cad`.
+    path: of its CAD file, as `cad_of`; a family's model is made from its parameters. `target`, `mesh` and `radar` are
+    those parts of the config, `chord` in metres is that of `read_cad`.
     """
     if "family" in target:
         vertices, triangles = families.solid(target["family"])
@@ -128,7 +129,8 @@ def check_size(vertices, target, mesh, radar, name, precision="double"):
     """Refuse a target (vertices in metres) whose size shows that its unit is wrong.
 
     A `length` must be right, and confirms the size. Without one the size must be plausible at the centre frequency, or
-    not far too small if there is a `unit`. The message also says what such a target needs, solved in this `precision`.
+    not far too small if there is a `unit`, or a family, in metres. The message also says what such a target needs,
+    solved in this `precision`.
     """
     size, far = float(np.ptp(vertices, axis=0).max()), float(np.abs(vertices).max())
     if far > FARTHEST * size > 0:
@@ -144,7 +146,7 @@ def check_size(vertices, target, mesh, radar, name, precision="double"):
         unit = target.get("unit", "m") + (_likely_unit(size, target, length, 1 + LENGTH_TOLERANCE) or ".")
         unit = "stated in the file." if stated else unit
         raise InputError(f"{name} is {text} long, but its 'length' says {length:g} m. Its unit is {unit}{also}")
-    least, most = (SMALLEST / 3, np.inf) if "unit" in target else (SMALLEST, LARGEST)
+    least, most = (SMALLEST / 3, np.inf) if target.keys() & {"unit", "family"} else (SMALLEST, LARGEST)
     if length is None and not least <= size / wavelength <= most:
         likely = "" if stated else _likely_unit(size, target, USUAL * wavelength, AROUND)
         why = f"too {'long' if size > wavelength else 'short'} to be meant{likely or '; its unit may be mistaken.'}"

@@ -46,7 +46,7 @@ def arrange(vertices, triangles, close, name):
         "hidden_triangles": int(shut.sum()),
         "united_solids": len(np.unique(piece[solid])) - left,
     }
-    if not any(counts.values()):
+    if not any(counts.values()) and len(vertices) == len(whole):  # else edges too short for two corners went
         return vertices, source, counts
     return *topology.compact(vertices, rest), counts
 

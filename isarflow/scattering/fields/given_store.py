@@ -30,9 +30,10 @@ def check_polarizations(path, polarizations):
 def read_store(path, polarizations, wanted, symmetry=()):
     """The wanted samples of a scattering store, (polarization, frequency, elevation, azimuth), and a list of warnings.
 
-    wanted: {axis: values (N,)}. symmetry: the target's mirror planes; with xz among them a sample at an azimuth that the
-    store has not is that of the opposite azimuth, the cross-polarized ones with the other sign. Coordinates and co-polarized samples whose chunk is absent are refused, unless the
-    store has a list of its files; cross-polarized samples, which may be 0, are warned of.
+    wanted: {axis: values (N,)}. symmetry: the target's mirror planes; with xz a sample at an azimuth that is not there
+    is that of the opposite azimuth, of which cross-polarized ones have the other sign. Coordinates and co-polarized
+    samples whose chunk is absent are refused, unless the store has a list of its files; cross-polarized samples, which
+    may be 0, are warned of.
     """
     listed = check_given(path)
     with _opened(path) as (dataset, axes):

@@ -1,25 +1,21 @@
 """The fields of config/families.yaml, one store for each model, so that a run that is cut off loses nothing.
 
-    make.py missing     the fields of models that are not kept yet, as targets for snakemake
-    make.py keep        keep those that the run has finished: <target>.zarr, azimuths from 0 to 180 degrees
-    make.py accuracy    accuracy.csv: the kept fields beside those that a run of finer.yaml has finished
-    make.py card        the tables of README.md, from the stores and accuracy.csv
+    make_families.py missing     the fields of models that are not kept yet, as targets for snakemake
+    make_families.py keep        keep those that the run has finished, azimuths 0 to 180 degrees: families/<target>.zarr
+    make_families.py accuracy    accuracy.csv: the kept fields beside those of a finer run (families/finer.yaml)
+    make_families.py card        the tables of families/README.md, from the stores and accuracy.csv, and
+                                 config/families-fields.yaml, which takes the kept fields
 
 All models have the mirror plane xz, so the reader takes the other azimuths from these (docs/own-fields.md).
 """
 
 import argparse
 import json
-import sys
 from datetime import date
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
-
-HERE = Path(__file__).resolve().parent
-sys.path.insert(0, str(HERE.parent))  # the dataset at full size, whose make.py and check.py these are
-
 from check import FINER, apart
 from make import put, said
 
@@ -31,7 +27,9 @@ from isarflow.scattering.fields.given_store import read_store
 from isarflow.setup.config import load
 from isarflow.setup.yaml_file import read_yaml
 
-CONFIG = "config/families.yaml"
+HERE = Path(__file__).parent / "families"
+CONFIG, FIELDS = "config/families.yaml", "config/families-fields.yaml"
+SAID = "role", "class", "kind", "symmetry"
 HALF = 180 + 1e-4  # degrees
 MIRRORED = 1e-3  # relative: the most that the other half may differ from the mirror image of the kept one
 
@@ -60,7 +58,7 @@ def keep(config, results):
         stores.write(half, path, {"field": {"chunks": half.field.shape}})
         if (off := _off(path, whole)) > MIRRORED:
             (path / stores.SUMS).unlink()  # so that it does not count as kept
-            raise SystemExit(f"{name}: the field differs from its mirror image by {off:.1e} of itself; is it symmetric?")
+            raise SystemExit(f"{name}: the field is {off:.1e} of itself from its mirror image; is it symmetric?")
         size = sum(file.stat().st_size for file in path.rglob("*") if file.is_file())
         residual, seconds = max(half.attrs["residual"]), half.attrs["processor_s"]
         print(f"kept {name}: residual at most {residual:.1e}, {seconds:.0f} s of processors, {size / 1e3:.0f} kB")
@@ -69,10 +67,8 @@ def keep(config, results):
 def _not_kept(config):
     """The models without a whole store of their own parameters."""
     for name, target in config["targets"].items():
-        path = HERE / f"{name}.zarr"
-        if not (path / stores.SUMS).exists():
-            yield name
-        elif stores.open_store(path).attrs["parameters"] != stated_values(target["family"]):
+        path, parameters = HERE / f"{name}.zarr", stated_values(target["family"])
+        if not (path / stores.SUMS).exists() or stores.open_store(path).attrs["parameters"] != parameters:
             yield name
 
 
@@ -127,14 +123,27 @@ def accuracy(config, results):
 
 
 def card(config, results):
-    put(HERE / "README.md", "models", model_lines(config))
+    there = [name for name in config["targets"] if (HERE / f"{name}.zarr" / stores.SUMS).exists()]
+    with open(FIELDS, "w") as file:
+        file.write("# The models of families.yaml, from their kept fields: by `make_families.py card`.\n")
+        file.write("name: families-fields\ntargets:\n  '*': null\n")
+        for name in there:
+            said = {key: config["targets"][name][key] for key in SAID if key in config["targets"][name]}
+            said = {"field": f"resources/fields/families/{name}.zarr", **said}
+            file.write(f"  {name}: {{{', '.join(f'{k}: {_flow(v)}' for k, v in said.items())}}}\n")
+        file.write("learning:\n  experiments: {'*': null}\n")
+    put(HERE / "README.md", "models", model_lines(there))
     if (HERE / "accuracy.csv").exists():
         put(HERE / "README.md", "accuracy", accuracy_lines(pd.read_csv(HERE / "accuracy.csv")))
 
 
-def model_lines(config):
-    """A table in Markdown: of each family its models' sizes, unknowns, residuals and times."""
-    there = [name for name in config["targets"] if (HERE / f"{name}.zarr" / stores.SUMS).exists()]
+def _flow(value):
+    """A text or a list of texts as YAML."""
+    return f"[{', '.join(value)}]" if isinstance(value, list) else value
+
+
+def model_lines(there):
+    """A table in Markdown: of each kind its models' sizes, unknowns, residuals and times. there: their names."""
     rows = pd.DataFrame([stores.open_store(HERE / f"{name}.zarr").attrs for name in there])
     yield "| kind | class | models | longest side | unknowns at the top | largest residual | processor time |"
     yield "|---" * 7 + "|"

@@ -3,10 +3,12 @@
 import re
 
 import pytest
+import yaml
 
 from isarflow.core.errors import InputError
 from isarflow.learning.experiments import kind_of
-from isarflow.mesh.families import values_of
+from isarflow.mesh import topology
+from isarflow.mesh.families import solid, values_of
 from isarflow.setup.artefacts import Plan
 from isarflow.setup.config import ROOT, load
 from isarflow.setup.overview import overview
@@ -67,23 +69,24 @@ def test_an_overlay_changes_a_key_of_a_family():
     assert mesh["quad"] == MESH
 
 
-def test_a_generator_of_ones_own_is_a_path(tmp_path):
-    own = tmp_path / "cube.py"
-    own.write_text(
-        "from isarflow.mesh.families import Generator\n"
-        "from isarflow.mesh.shapes import box\n"
-        "class Family(Generator):\n"
-        "    PARAMETERS = {'side': {'minimum': 0.1, 'maximum': 0.3, 'unit': 'm', 'description': 'of the cube'}}\n"
-        "    SYMMETRY = ('xz', 'xy')\n"
-        "    def parts(self, values, pose=0.0):\n"
-        "        half = values['side'] / 2\n"
-        "        return {'cube': box((-half, -half, -half), (half, half, half))}\n"
-    )
-    config = load(
-        {"targets": {"*": None, "c": {"family": FAMILY | {"kind": str(own)}, "role": "other"}}, **NO_LEARNING}
-    )
-    assert config["targets"]["c_01"]["kind"] == "cube" and config["targets"]["c_01"]["symmetry"] == ["xz", "xy"]
-    assert Plan(config).generator_file("c_01") == str(own)
+def test_the_generator_that_the_page_prints(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    text = (ROOT / "docs/families.md").read_text()
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine/dumbbell.py").write_text(*re.findall(r"^```python\n(.*?)^```$", text, re.MULTILINE | re.DOTALL))
+    first, own = map(yaml.safe_load, re.findall(r"^```yaml\n(.*?)^```$", text, re.MULTILINE | re.DOTALL))
+    config = load(first, own | NO_LEARNING)
+    assert [*config["targets"]] == [
+        *("quad_01", "quad_02", "quad_03", "rocket_01", "rocket_02", "rocket_03", "bird_01", "bird_02"),
+        *(f"dumbbell_0{number}" for number in (1, 2, 3, 4)),
+    ]
+    target = config["targets"]["dumbbell_02"]
+    assert target["kind"] == "dumbbell" and target["symmetry"] == ["xz"]
+    assert Plan(config).generator_file("dumbbell_02") == str(tmp_path / "mine/dumbbell.py")
+    vertices, triangles = solid(target["family"])
+    assert topology.is_watertight(triangles) and topology.components(triangles)[0] == 1
+    low, high = vertices.min(axis=0), vertices.max(axis=0)
+    assert 0.4 < (high - low).max() < 0.8 and low[1] == -high[1]
 
 
 NO_LEARNING = {"learning": {"experiments": {"*": None}}}
@@ -125,7 +128,7 @@ def test_a_family_is_neither_a_mesh_nor_a_field(more):
 def test_a_model_with_the_name_of_another_target_is_refused():
     family = {"family": FAMILY, "role": "other"}
     for targets in ({"quad": family, "quad_02": MESH}, {"quad_02": MESH, "quad": family}):
-        with pytest.raises(InputError, match="^config key 'targets': there are two targets quad_02, one of them a fam"):
+        with pytest.raises(InputError, match=r"^config key 'targets': there are two targets quad_02, one "):
             targets_of(**targets)
 
 
@@ -144,6 +147,13 @@ def test_the_overview_has_a_row_for_a_family(tmp_path):
     (row,) = (line for line in lines if line.startswith("  quad"))
     assert re.fullmatch(r"  quad \(3 models\): up to 20,\d+ unknowns, 1\.4 GB, \d+ to \d+ min", row)
     assert any(line.startswith("  drone: up to ") for line in lines)
+
+
+def test_a_scaled_model_is_meant_as_it_is(tmp_path):
+    """Its numbers are metres, so a size beyond the usual is no mistaken unit."""
+    scaled = {"*": None, "quad": {"family": FAMILY, "role": "other", "scale": 30}}
+    config = load({"targets": scaled, "scattering": {"solver": "po"}, **NO_LEARNING})
+    assert any(line.startswith("  quad (3 models): ") for line in overview(config, tmp_path, refuse=True))
 
 
 def test_the_shipped_families_are_a_hundred_targets():
