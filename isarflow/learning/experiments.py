@@ -29,9 +29,9 @@ def runs(config):
     A run is a mapping of its name, experiment (that one's name), models, elevation (a list of degrees, or all), snrs
     (those of the training images, numbers or 'clean'), tested (SNRs in dB that it is tested at if there are images, or
     all), random_snr (whether each batch is drawn from one of them), open (whether unknown targets are tested, as there
-    are some), split (a scheme, by family with what others are), division (the fields of its `Division`), first (whether its fold is the experiment's
-    first), upsample (pixels a side, or none), channels (a list of polarizations, or all), without (the known targets
-    that do not train) and motion (as of `motion_of`).
+    are some), split (a scheme, by family with what others are), division (the fields of its `Division`), first
+    (whether its fold is the experiment's first), upsample (pixels a side, or none), channels (a list of polarizations,
+    or all), without (the known targets that do not train) and motion (as of `motion_of`).
     InputError for two runs of one name.
     """
     every, learning = {}, config["learning"]

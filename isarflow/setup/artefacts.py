@@ -9,7 +9,7 @@ from pathlib import Path
 from isarflow.core import sweep
 from isarflow.core.errors import InputError
 from isarflow.core.folders import RECORD, SCORES, of_fields
-from isarflow.core.kinds import FAMILIES, FOCUS, IMAGERS, SOLVERS, kind, of_focus, of_model
+from isarflow.core.kinds import FAMILIES, FOCUS, IMAGERS, MODELS, SOLVERS, kind, of_focus, of_model
 from isarflow.core.sweep import images_are_made
 from isarflow.imaging.geometry import PURE_NOISE, megabytes, planned
 from isarflow.learning import experiments
@@ -86,7 +86,10 @@ class Plan:
 
     def model_files(self, *names):
         """The files of models, <model> or <run>/<model>, which jobs load by name, each model's once."""
-        return [self.kind(model).file for model in sorted({name.split("/")[-1] for name in names})]
+        named = sorted({name.split("/")[-1] for name in names})
+        members = [self.models[model].get("members", {}).items() for model in named]
+        parts = {own.get("kind", name) for of in members for name, own in of}
+        return [self.kind(model).file for model in named] + [kind(MODELS, part).file for part in sorted(parts)]
 
     def imager_file(self):
         return kind(IMAGERS, self.config["imaging"]["imager"]).file

@@ -58,8 +58,8 @@ def folds(scheme, settings):
 def by_family(targets, division):
     """The side of each target, a mapping, by a fold over models: each is tested in one of FAMILY_FOLDS folds.
 
-    targets: a mapping of name to role, class and kind. Of each known class a fifth of the models tests and another fifth
-    validates; models of a kind are spread over the folds. So are those of role other with `others: seen`. With
+    targets: a mapping of name to role, class and kind. Of each known class a fifth of the models tests and another
+    fifth validates; models of a kind are spread over the folds. So are those of role other with `others: seen`. With
     `others: novel` they are divided by whole kinds, in an order that follows from the seed, and two of three kinds
     validate where three test. Targets of role unknown are tested in every fold.
     """
@@ -93,9 +93,9 @@ def split(elevations, azimuths, planes, division, target=""):
 
     elevations: (m,) and azimuths: (n,) in degrees, ascending, the latter uniform; planes: the target's mirror planes,
     `xz` and `yz`; target: its name, by which the scheme `family` gives it one side. All views of a model train; those
-    that validate or test are `apart`. By the other schemes a view and its mirror image (of the same elevation) are on the same side, except by `shuffled`,
-    which is `random` without regard to mirror planes. The sides differ either in elevation or in azimuth, so that two
-    of them together are `Views`, too.
+    that validate or test are `apart`. By the other schemes a view and its mirror image (of the same elevation) are on
+    the same side, except by `shuffled`, which is `random` without regard to mirror planes. The sides differ either in
+    elevation or in azimuth, so that two of them together are `Views`, too.
     """
     if division.scheme == "shuffled":
         planes = ()

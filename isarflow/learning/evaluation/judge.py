@@ -84,8 +84,8 @@ def ordered(labels):
 def decide(table, kept_share=KEPT_SHARE, by_family=False):
     """The `Decision`s of a prediction table of all folds: of the closed set, and of each confidence score in it.
 
-    by_family: True for a split by family. kept_share: of known images, above the threshold of the protocol `kept`. Raises InputError for a fold of an open set
-    that has no validation image of a known target.
+    by_family: True for a split by family. kept_share: of known images, above the threshold of the protocol `kept`.
+    Raises InputError for a fold of an open set that has no validation image of a known target.
     """
     known = table[table["role"] == "known"]
     test, held_out = (known[known["side"] == side] for side in ("test", "validation"))

@@ -32,8 +32,8 @@ def threshold_and_f1(table, score, protocol, kept_share=KEPT_SHARE):
     table: of predictions, with columns side, role, truth, predicted and the score's. The threshold has the largest
     weighted F1 over the classes and OTHER; under the protocol `kept`, and if there are only known images, it keeps this
     share of them. Under `blind` and `kept` the images of role other together count as much as the known ones in this
-    F1, under `mix` four times as much, as the number of targets of that role says nothing of the number of unknown ones to come. Under `thesis` every
-    image counts once.
+    F1, under `mix` four times as much, as the number of targets of that role says nothing of the number of unknown ones
+    to come. Under `thesis` every image counts once.
     """
     judging = ((table["side"] == "validation") & table["role"].isin((ROLES | BY_FAMILY)[protocol])).to_numpy()
     truth, predicted, role, scores = (table[name].to_numpy()[judging] for name in ("truth", "predicted", "role", score))

@@ -13,14 +13,14 @@ NOISE = (0.003, 0.7)  # share of noise in an image's energy, least and most: its
 SHIFT, STRETCH = 3.0, 0.12  # pixels of the finer grid, and share, by which training images are moved and stretched
 SMOOTH = 0.05  # of the truth, spread over the classes
 DECAY = 3e-5  # weight of half the sum of squared weights in the loss
-WARM_UP = 200  # steps in which the rate rises
+WARM_UP = 200  # steps in which the rate rises, at most, and a tenth of all
 
 
 class Model(Classifier):
     """Convolutions of 3 x 3 pixels in three stages of `width`, 2 and 4 `width` filters, a mean and a maximum of each.
 
-    The network sees square roots of magnitudes, up-sampled by two as a magnitude has twice the band of its image, and of
-    the first two polarizations the phase between them. In every batch images get noise of their own, an energy drawn
+    The network sees square roots of magnitudes, up-sampled by two as a magnitude has twice the band of its image, and
+    of the first two polarizations the phase between them. In every batch images get noise of their own, an energy drawn
     from NOISE, are mirrored, moved and stretched, so that models of a class that nobody has shown are not too far from
     those that are. All classes weigh the same in the loss. The learning rate falls to nothing along a cosine.
     A class OTHER is learned where there is one; the confidence score `margin` is the best known logit less OTHER's.
@@ -76,7 +76,8 @@ class Model(Classifier):
         epochs, rate = self.settings["epochs"], self.settings["learning_rate"]
         how = {"rate": lambda epoch: rate * (1 + np.cos(np.pi * epoch / epochs)) / 2, "epochs": epochs}
         batches = Batches(len(x), self.settings["batch"], random)
-        learned, self.curve_ = minimize(loss, self._initial(random, inputs), batches, batch, warm_up=WARM_UP, **how)
+        how["warm_up"] = min(WARM_UP, batches.count * epochs // 10)
+        learned, self.curve_ = minimize(loss, self._initial(random, inputs), batches, batch, **how)
         self._keep(learned)
         return self
 
@@ -163,7 +164,10 @@ def _stretched(features, drawn):
     def one(image, scale, moved):
         places = [(jnp.arange(count) - shift) / by for count, shift, by in zip(image.shape, moved, scale, strict=False)]
         grid = jnp.meshgrid(*places, indexing="ij")
-        of_channel = lambda channel: jax.scipy.ndimage.map_coordinates(channel, grid, order=1, mode="wrap")
+
+        def of_channel(channel):
+            return jax.scipy.ndimage.map_coordinates(channel, grid, order=1, mode="wrap")
+
         return jax.vmap(of_channel, in_axes=-1, out_axes=-1)(image)
 
     return jax.vmap(one)(features, scale, moved)

@@ -1,6 +1,7 @@
 """Invariants: boosted trees on named features of an image that a displacement does not change."""
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from isarflow.learning.classifier import OTHER, Outcome, best_known
 from isarflow.learning.data.features import by_channel
@@ -44,12 +45,15 @@ class Model(ScikitLearn):
     def fit(self, images, labels, validation=None, snrs=None, views=None):
         random = np.random.default_rng(self.seed)
         rows = np.concatenate([invariants(with_noise(by_channel(images), self.noise, random)) for _ in range(COPIES)])
-        self.fitted = self.estimator().fit(rows, np.tile(labels, COPIES))
+        with threadpool_limits(1):  # as a job has one core
+            self.fitted = self.estimator().fit(rows, np.tile(labels, COPIES))
         self.classes_ = np.asarray(self.fitted.classes_)
         return self
 
     def evaluate(self, images):
-        scores = np.log(np.maximum(self.fitted.predict_proba(invariants(by_channel(images))), 1e-9))
+        with threadpool_limits(1):
+            shares = self.fitted.predict_proba(invariants(by_channel(images)))
+        scores = np.log(np.maximum(shares, 1e-9))
         is_known = self.classes_ != OTHER
         margin = scores[:, is_known].max(axis=1)
         margin = margin if is_known.all() else margin - scores[:, ~is_known][:, 0]
