@@ -26,7 +26,8 @@ nitpicky = True
 
 MENU = {
     "First steps": ["docs/tutorial", "docs/running", "config/README", "docs/troubleshooting", "docs/cluster"],
-    "What to change": [f"docs/adding-{what}" for what in ("a-target", "an-snr", "a-model", "an-imager", "a-solver")],
+    "What to change": [f"docs/adding-{what}" for what in ("a-target", "an-snr", "a-model", "an-imager", "a-solver")]
+    + ["docs/families"],
     "Data": [
         "docs/rcs",
         "resources/fields/README",
@@ -42,6 +43,7 @@ MENU = {
         "docs/imagers",
         "docs/motion",
         "docs/recognition",
+        "docs/kinds",
         "docs/benchmark",
         "docs/validation",
         "docs/results",

@@ -276,7 +276,11 @@ BAD = {
         "learning.experiments.e.folds",
         "fold 7 is none of 6",
     ),
-    "folds of the other split": (one_experiment(folds=[2]), "learning.experiments.e.folds", "only the split by sector"),
+    "folds of the other split": (
+        one_experiment(folds=[2]),
+        "learning.experiments.e.folds",
+        "only the splits by sector",
+    ),
     "a third fold by elevation": (
         one_experiment(split="elevation", folds=[3]),
         "learning.experiments.e.folds",
