@@ -126,6 +126,7 @@ def tried_table(results, scores, ranks):
     names, scores, shown = results.names, select(scores, metric=[F1, GAIN, *SEPARATION]), []
     snrs = sorted({nearest(scores["test_snr_db"], aim) for aim in SHOWN_SNRS})
     heads = {protocol: "" if protocol == LEAD else f", {protocol}" for protocol in PROTOCOLS}
+    heads = {protocol: words for protocol, words in heads.items() if f"mean_{protocol}" in ranks}  # by family not all
     for row in ranks.to_dict("records"):
         own = select(scores, **{column: row[column] for column in METHOD})
         line = names.cells(row, *METHOD) | {"validation mean": f"{row['validation']:.3f}"}

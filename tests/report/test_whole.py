@@ -265,7 +265,9 @@ def test_the_headline_s_methods_stand_beside_the_same_ones_at_full_size(tmp_path
     settings["imaging"]["polarizations"] = ["VV", "HH", "HV"]
     settings["learning"]["models"] = {"likelihood": {}}
     open_set = {"train": fake.CLEAN, "models": ["likelihood"], "open": True}
-    settings["learning"]["experiments"] = {f"by_{split}": open_set | {"split": split} for split in SCHEMES}
+    settings["learning"]["experiments"] = {
+        f"by_{split}": open_set | {"split": split} for split in SCHEMES if not split.startswith("family")
+    }
     fake_learning.learn(tmp_path / "learning", settings, {"likelihood": ("rice", "likelihood", "coherence")})
 
     def shown(**changes):

@@ -37,6 +37,9 @@ BY_NAME = {
 }
 # Imports that an environment goes without: STEP files and rays are extras; `check` asks a solver for its plan alone.
 WITHOUT = {stage: {"OCP", "embreex"} for stage in STAGES} | {"mesh": {"OCP", "embreex", "jax", "numba"}}
+# Of what reads targets these stages use units and sizes alone; models of families are united by the mesh stage.
+for without in ("scattering", "report"):
+    WITHOUT[without] = WITHOUT[without] | {"pymeshlab"}
 UNSEEN = {"zarr"}  # xarray imports it where it opens a store
 
 

@@ -1,0 +1,98 @@
+"""A split by family through Snakemake, on fields of point scatterers: whole models on one side, others rejected."""
+
+import json
+
+import pandas as pd
+import pytest
+from test_learning import with_fields
+
+CONFIG = """
+name: kinds
+targets:
+  '*': null
+{targets}
+radar: {{center_frequency: 1.0e+9, bandwidth: 0.4e+9, frequencies: 6, polarizations: [VV, HH]}}
+aspect: {{elevation: {{start: 0, stop: 30, step: 10}}, azimuth: {{count: 40}}}}
+imaging: {{aperture: 5}}
+noise: {{snr_db: [20], realizations: 1}}
+learning:
+  models:
+    invariants: {{rounds: 10, leaves: 4}}
+    cnn: {{width: 2, epochs: 1}}
+    sum: {{members: {{invariants: {{rounds: 10, leaves: 4, learning_rate: 0.1}}}}}}
+  experiments:
+    '*': null
+    novel:
+      train: {{elevation: all, snr_db: clean}}
+      models: [likelihood_other, sum, cnn]
+      open: true
+      split: {{scheme: family, others: novel}}
+      folds: [1, 2]
+    seen:
+      train: {{elevation: all, snr_db: clean}}
+      models: [invariants]
+      open: true
+      split: {{scheme: family, others: seen}}
+      folds: [5]
+"""
+KINDS = ("--configfile", "config/kinds.yaml")
+
+
+def models():
+    """Lines of targets, and their points: darts, discs of several sizes, and five things of a kind each."""
+    lines, points = [], {}
+    for number in range(1, 6):
+        size = 0.8 + 0.1 * number
+        points[f"dart_{number}"] = [(0.4 * size, 0, 0), (-0.3, 0.1 * size, 0), (-0.3, -0.1 * size, 0)]
+        points[f"disc_{number}"] = [(0.05 * size, 0, 0), (0, 0, 0.1 * size)]
+        points[f"thing_{number}"] = [(0.1 * number, 0.1, 0), (-0.1, 0.06 * number, 0.1), (0.02, -0.4, 0)]
+        for name in ("dart", "disc"):
+            lines.append(f"{name}_{number}: {{field: fields/{name}_{number}.zarr, role: known, class: {name}}}")
+        lines.append(f"thing_{number}: {{field: fields/thing_{number}.zarr, role: other, kind: kind{number}}}")
+    return "\n".join(f"  {line}" for line in lines), points
+
+
+@pytest.fixture(scope="module")
+def project(project_of):
+    lines, points = models()
+    project = with_fields(project_of("family"), "kinds", CONFIG.format(targets=lines), points)
+    finished = project.run("--cores", 2, "report", *KINDS)
+    assert finished.returncode == 0, finished.stdout
+    return project
+
+
+def test_models_are_tested_that_did_not_train_and_others_as_unknown(project):
+    learning = project.folder / "results/kinds/learning"
+    for run in ("novel_fold1", "novel_fold2", "seen_fold5"):
+        sides = None
+        for folder in sorted((learning / "models" / run).iterdir()):
+            sides = json.loads((folder / "split.json").read_text())["division"]["settings"]["sides"]
+            observed = json.loads((folder / "config.json").read_text())["observations"]
+            assert observed == {"dart": 480, "disc": 480, "other": 480}  # three models of 160 views each
+            table = pd.read_csv(learning / "predictions" / run / folder.name / "snr_20dB.csv")
+            assert {*table["target"]} == {name for name, side in sides.items() if side != "train"}
+            roles = table.groupby("target")["role"].unique().map(list)
+            for name, role in roles.items():
+                tested = {"validation": "other", "test": "unknown"}[sides[name]]
+                assert role == ["known" if "thing" not in name else tested]
+            assert not table["predicted"].eq("other").any()
+        assert sides is not None and sorted(sides.values()).count("test") == 3
+
+
+def test_scores_have_the_mixes_and_the_page_the_split(project):
+    scores = pd.read_csv(project.folder / "results/kinds/learning/scores.csv")
+    assert {*scores["split"]} == {"family, novel others", "family, seen others"}
+    opened = scores[scores["score"].notna()]
+    for model in ("likelihood_other", "invariants", "sum", "cnn"):
+        of_model = opened[opened["model"] == model]
+        assert {"blind", "kept", "mix"} == {*of_model["threshold"].dropna()}
+        assert {"f1_balanced", "f1_mix", "auroc"} <= {*of_model["metric"]}
+    page = (project.folder / "results/kinds/report/index.html").read_text()
+    assert "split by model, other things of new kinds" in page
+
+
+def test_training_waits_for_no_model_that_is_tested(project):
+    sides = json.loads((project.folder / "results/kinds/learning/models/novel_fold1/cnn/split.json").read_text())
+    assert {name for name, side in sides["division"]["settings"]["sides"].items() if side == "test"}.isdisjoint(
+        sides["targets"]
+    )
