@@ -11,6 +11,7 @@ All models have the mirror plane xz, so the reader takes the other azimuths from
 
 import argparse
 import json
+import re
 from datetime import date
 from pathlib import Path
 
@@ -96,12 +97,18 @@ def _attributes(config, results, name):
         "licence": "CC-BY-4.0",
         "made_by": f"isarflow, commit {said('git', 'rev-parse', 'HEAD')}",
         "date": date.today().isoformat(),
-        "processor": cpu(),
+        "processor": ", ".join(sorted({_device(results, job) for job in jobs})),
         "edges_per_wavelength": config["mesh"]["edges_per_wavelength"],
         "mesh_sha256": [digest(results / "mesh" / f"{name}-{band}.ply") for band in bands],
         "mesh_processor_s": _processor_seconds(results, f"mesh/{name}"),
         "processor_s": round(sum(_processor_seconds(results, job) for job in jobs), 1),  # of all cores
     }
+
+
+def _device(results, job):
+    """What solved a band, as its log says."""
+    device = re.search(r"^on (.+), with", (results / "logs" / f"{job}.log").read_text(), re.MULTILINE)[1]
+    return cpu() if device == "cpu" else device
 
 
 def _processor_seconds(results, job):

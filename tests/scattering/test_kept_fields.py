@@ -45,7 +45,7 @@ def solved(results, config, name, odd=0.0):
     attrs = {"unknowns": [10, 12], "residual": [1e-5, 2e-5]}
     axes = sweep.polarizations, sweep.frequency, sweep.elevation, sweep.azimuth
     family = config["targets"][name]["family"]
-    for folder in ("mesh", "benchmarks/mesh", "benchmarks/scattering/bands"):
+    for folder in ("mesh", "benchmarks/mesh", "benchmarks/scattering/bands", "logs/scattering/bands"):
         (results / folder).mkdir(parents=True, exist_ok=True)
     write_field(results / "scattering" / f"{name}.zarr", field, *axes, attrs)
     mesh = {"family": family, "parameters": stated_values(family), "source": {"box": [0.3, 0.2, 0.1]}}
@@ -53,6 +53,7 @@ def solved(results, config, name, odd=0.0):
     (results / "mesh" / f"{name}-0.ply").write_text("made up")
     for job, seconds in ((f"mesh/{name}", 3.5), (f"scattering/bands/{name}-0", 20.25)):
         (results / "benchmarks" / f"{job}.tsv").write_text(f"s\tcpu_time\n1.0\t{seconds}\n")
+    (results / "logs/scattering/bands" / f"{name}-0.log").write_text("on a fine GPU, with 2 threads\n")
     return field
 
 
@@ -66,6 +67,7 @@ def test_a_finished_field_is_kept_and_read_whole(script, tmp_path, capsys, monke
     attrs = store.attrs
     assert attrs["symmetry"] == ["xz", "yz"] and attrs["kind"] == "box" and attrs["role"] == "other"
     assert attrs["parameters"] == stated_values(config["targets"]["box_02"]["family"])
+    assert attrs["processor"] == "a fine GPU"
     assert (attrs["processor_s"], attrs["mesh_processor_s"]) == (20.2, 3.5) and len(attrs["mesh_sha256"]) == 1
     whole = tmp_path / "whole.zarr"
     write_external(str(tmp_path / "box_02.zarr"), whole, config["radar"], config["aspect"], ["xz"])
