@@ -10,7 +10,8 @@ ROOT = Path(__file__).resolve().parents[1]
 project = "isarflow"
 root_doc = "README"
 include_patterns = ["README.md", "CONTRIBUTING.md", "CHANGELOG.md", "config/README.md", "docs/*.md"]
-include_patterns += ["resources/fields/README.md", "resources/cad/README.md", "resources/glossary.md"]
+include_patterns += ["resources/fields/README.md", "resources/fields/families/README.md"]
+include_patterns += ["resources/cad/README.md", "resources/glossary.md"]
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
 autodoc_typehints = "none"  # they stand in the signature
 nitpick_ignore_regex = [("py:.*", ".*")]  # types of other packages
@@ -31,6 +32,7 @@ MENU = {
     "Data": [
         "docs/rcs",
         "resources/fields/README",
+        "resources/fields/families/README",
         "resources/cad/README",
         "docs/own-fields",
         "docs/exported-images",
