@@ -3,7 +3,7 @@
 import numpy as np
 
 from isarflow.learning import confidence
-from isarflow.learning.classifier import OTHER, Classifier, Outcome, best_known
+from isarflow.learning.classifier import Classifier, Outcome, best_known
 from isarflow.learning.data.features import by_channel
 from isarflow.learning.networks.training_loop import Batches, minimize
 
@@ -96,10 +96,7 @@ class Model(Classifier):
 
     def evaluate(self, images):
         logits = np.concatenate([self._logits(images[start : start + BATCH]) for start in range(0, len(images), BATCH)])
-        is_known = self.classes_ != OTHER
-        known = {"margin": logits[:, is_known].max(axis=1)}
-        if not is_known.all():
-            known["margin"] = known["margin"] - logits[:, ~is_known][:, 0]
+        known = {"margin": confidence.margin(logits, self.classes_)}
         return Outcome(best_known(logits, self.classes_), logits, known | confidence.of_logits(logits, self.classes_))
 
     def _logits(self, images):

@@ -3,7 +3,8 @@
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from isarflow.learning.classifier import OTHER, Outcome, best_known
+from isarflow.learning import confidence
+from isarflow.learning.classifier import Outcome, best_known
 from isarflow.learning.data.features import by_channel
 from isarflow.learning.scikit_learn import ScikitLearn
 
@@ -54,9 +55,7 @@ class Model(ScikitLearn):
         with threadpool_limits(1):
             shares = self.fitted.predict_proba(invariants(by_channel(images)))
         scores = np.log(np.maximum(shares, 1e-9))
-        is_known = self.classes_ != OTHER
-        margin = scores[:, is_known].max(axis=1)
-        margin = margin if is_known.all() else margin - scores[:, ~is_known][:, 0]
+        margin = confidence.margin(scores, self.classes_)
         return Outcome(best_known(scores, self.classes_), scores, {"margin": margin})
 
 
