@@ -3,7 +3,7 @@
 # make thesis: the reference experiment at full size, from the fields of resources/fields (hours of learning)
 # make recognition: the same at full size in three polarizations: docs/recognition.md (half an hour), published
 # make models: what the thesis's figures are with other drones and missiles, for docs/results.md (two hours), published
-# make benchmark: fifteen targets, four protocols, the leaderboard of docs/benchmark.md (half an hour), published
+# make benchmark: fifteen targets, five protocols, the leaderboard of docs/benchmark.md (an hour), published
 # make test:   the whole test suite;   make lint: what CI checks besides
 # make docs: the pages as a site, results/docs/index.html
 # make bench-scattering: what a solve costs against what the machine can do (run nothing beside it)
@@ -19,6 +19,7 @@
 # make bench-imaging: 1,172,490 images from made-up fields, beside the disk's speed
 # make bench-imagers: two points by each imager, over distance, SNR and gaps (ten minutes)
 # make bench-focus: focus methods on points and on the dataset's targets, over motion (five minutes)
+# make bench-motion: F1 over displacement and drift, by search and by focus (a quarter of an hour)
 # make bench-imaged: what is recognised on images of each imager, after `make report` (five minutes)
 # make bench-optics: physical optics and rays beside the dataset: errors, images, recognition (a quarter of an hour)
 # make bench-centres: where scattering centres lie on five targets, against edges and tips (a quarter of an hour)

@@ -65,6 +65,13 @@ def fitted(library, kind="likelihood", **limits):
     return model.fit(images, labels)
 
 
+def test_no_drift_is_searched_where_images_are_focused():
+    assert moves(place=PLACE, drift=1.0).limits.drift == 1.0
+    motion = {"limits": {"place": PLACE, "drift": 1.0}, "frequencies": [3e9, 5e9, 16], "step": 2.0}
+    focused = Moves(motion | {"imaging": IMAGING | {"focus": "entropy"}})
+    assert (focused.limits.place, focused.limits.drift) == (PLACE, 0.0)
+
+
 def test_images_moved_by_their_samples_are_the_images_of_moved_samples(library):
     """The samples that an image tells of are enough: -25 dB at two cells, where the image fills half its extent."""
     samples = library[0][0]

@@ -16,13 +16,16 @@ class Moves:
     """The linear map of a run's images to samples and back, and the limits of its motion.
 
     motion: a run's, as of `experiments.motion_of`, with limits; pixels: 'none', or those a side of up-sampled images.
-    limits: a `Motion`; frequency: (F,) in Hz; angle: (A,) in rad; wavelength: in m, at the centre frequency;
+    limits: a `Motion`, without drift where images are focused; frequency: (F,) in Hz; angle: (A,) in rad;
+    wavelength: in m, at the centre frequency;
     cells: the size of a resolution cell in range and cross-range, in m.
     to_image: (F * A, R * X) of samples as rows, to_samples: (R * X, F * A) of images, complex64.
     """
 
     def __init__(self, motion, pixels="none"):
         self.limits = Motion(**motion["limits"])
+        if motion["imaging"].get("focus", "none") != "none":  # has undone the drift of the images that models see
+            self.limits = self.limits._replace(drift=0.0)
         first, last, count = motion["frequencies"]
         self.frequency, pulses = np.linspace(first, last, count), motion["imaging"]["aperture"]
         self.angle = np.radians(motion["step"]) * (np.arange(pulses) - pulses // 2)
