@@ -1,6 +1,7 @@
 """Warnings of what may surprise in a run, from its config and the sizes of its targets."""
 
 from isarflow.imaging import geometry
+from isarflow.learning.experiments import own_split, rejected_roles
 
 LEARNING = "learning"  # in place of a target, for a warning about none
 
@@ -41,8 +42,10 @@ def _unused(config):
         for role in ("unknown", "other")
     )
     opened = [name for name, experiment in experiments.items() if experiment.get("open", False)]
-    for name in opened if not unknown else ():
-        yield f"experiment '{name}' is open, but no target has role unknown: it is a closed one."
+    for name in opened:
+        roles = rejected_roles((learning["split"] | own_split(experiments[name]))["scheme"])
+        if not any(target["role"] in roles for target in config["targets"].values()):
+            yield f"experiment '{name}' is open, but no target has role {' or '.join(roles)}: it is a closed one."
     if not experiments:
         return
     named = {model for experiment in experiments.values() for model in experiment["models"]}

@@ -47,7 +47,8 @@ def runs(config):
             "elevation": elevation if elevation == "all" else sorted(elevation),
             "tested": sorted(experiment["test"]["snr_db"]) if "test" in experiment else "all",
             "random_snr": kind == "random",
-            "open": experiment.get("open", False) and any(map(_is_rejected(split["scheme"]), targets.values())),
+            "open": experiment.get("open", False)
+            and any(target["role"] in rejected_roles(split["scheme"]) for target in targets.values()),
             "split": split["scheme"] + (f", {split['others']} others" if split["scheme"] == "family" else ""),
             "upsample": experiment.get("upsample", "none"),
             "channels": sorted(experiment["channels"]) if "channels" in experiment else "all",
@@ -77,10 +78,9 @@ def _family(targets, name):
     return {"role": targets[name]["role"], "class": class_of(targets, name), "kind": kind_of(targets, name)}
 
 
-def _is_rejected(scheme):
-    """A function that tells whether a target is one to reject in a test by this scheme."""
-    roles = ("unknown", "other") if scheme == "family" else ("unknown",)
-    return lambda target: target["role"] in roles
+def rejected_roles(scheme):
+    """The roles of targets that a test by this scheme is to reject."""
+    return ("unknown", "other") if scheme == "family" else ("unknown",)
 
 
 def motion_of(config, experiment):

@@ -20,6 +20,7 @@ from isarflow.scattering.fields import field_files
 from isarflow.setup.config import BASE, read_yaml
 from isarflow.setup.disk import shortage
 
+NAMED = 5  # targets in a line about many
 LOOKED_AT = 200_000  # triangles: a target of more is left to its jobs, as its repair may take minutes
 
 
@@ -52,7 +53,9 @@ def overview(config, results, refuse=False, seeds=1):
         lines += _images(config, results, seeds)
         reaches = {name: size and size["reach"] for name, size in sizes.items()}
         unknown = [name for name, reach in reaches.items() if reach is None]
-        lines += [f"  {name}: whether it fits the unambiguous extent is not known yet." for name in unknown]
+        if unknown:
+            named = ", ".join(unknown[:NAMED]) + (f" and {len(unknown) - NAMED} more" if len(unknown) > NAMED else "")
+            lines.append(f"  whether targets fit the unambiguous extent is not known yet of {named}.")
         for name, text in warnings(config, reaches):
             lines.append(f"Warning: {text if name == LEARNING else f'{name}: {text}'}")
         lines += _untrained(config["learning"])
