@@ -75,6 +75,8 @@ class Classifier:
     aspects_: np.ndarray
     searches = False  # True if `evaluate` finds the place of a target that moved; else its training images move, too
     moves: Moves | None = None  # what may have happened to the images of the run; None on a turntable
+    combines = False  # True if `fit` finds fitted models of the same run in `beside`, those of the setting `of`
+    beside: Path | None = None  # the folder of the run's models
     checkpoints: Path | None = None  # a folder in which `fit` may keep its state, to go on if the job was killed
     FEATURES = "parts"  # the kind of `features.of` where the setting `features` names no other
 

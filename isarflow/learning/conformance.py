@@ -17,7 +17,7 @@ FEW = 8  # images that a model is tried on
 FIT = "images, labels, validation=None, snrs=None, views=None"
 EVALUATE = {False: "images", True: "images, without=None"}  # by whether the model leaves some of its images out
 NEAR, BATCHED = 1e-3, 1e-2  # of the largest score: two answers that differ by less are the same, also in another batch
-UNSAVED = {"curve_", "checkpoints", "noise", "aspects", "moves", "_search"}  # what predictions do without
+UNSAVED = {"curve_", "checkpoints", "noise", "aspects", "moves", "beside", "_search"}  # what predictions do without
 CURVE = ("epoch", "loss", "accuracy", "validation_loss", "validation_accuracy")  # what the report draws
 
 

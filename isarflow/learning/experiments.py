@@ -7,6 +7,7 @@ import numpy as np
 
 from isarflow.core import sweep
 from isarflow.core.errors import InputError
+from isarflow.core.kinds import of_model
 from isarflow.core.sweep import snr_label, snr_of_label
 from isarflow.learning.data.split import divisions
 
@@ -66,6 +67,11 @@ def runs(config):
             own = {"name": run, "snrs": snrs, "division": asdict(division), "first": division is tested[0]}
             every[run] = shared | own
     return every
+
+
+def members(models, name):
+    """The names of the models of the same run that a model combines; [] of any other. models: `learning.models`."""
+    return models[name]["of"].split(" + ") if of_model(models, name).stated.get("combines", False) else []
 
 
 def own_split(experiment):

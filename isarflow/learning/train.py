@@ -68,7 +68,7 @@ def train(stores, training, folder, checkpoints=None):
     for settings in every_choice:
         candidate = build(kind, settings, seed)
         candidate.checkpoints, candidate.noise = checkpoints, noise
-        candidate.aspects, candidate.moves = shown_aspects, moves
+        candidate.aspects, candidate.moves, candidate.beside = shown_aspects, moves, folder.parent
         _fit(candidate, *shown, run["random_snr"], who)
         accuracy = _accuracy(candidate, shown[1]) if len(every_choice) > 1 else 0.0
         search.append({**settings, "validation_accuracy": accuracy})

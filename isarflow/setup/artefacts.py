@@ -9,7 +9,7 @@ from pathlib import Path
 from isarflow.core import sweep
 from isarflow.core.errors import InputError
 from isarflow.core.folders import RECORD, SCORES, of_fields
-from isarflow.core.kinds import FAMILIES, FOCUS, IMAGERS, MODELS, SOLVERS, kind, of_focus, of_model
+from isarflow.core.kinds import FAMILIES, FOCUS, IMAGERS, SOLVERS, kind, of_focus, of_model
 from isarflow.core.sweep import images_are_made
 from isarflow.imaging.geometry import PURE_NOISE, megabytes, planned
 from isarflow.learning import experiments
@@ -86,10 +86,9 @@ class Plan:
 
     def model_files(self, *names):
         """The files of models, <model> or <run>/<model>, which jobs load by name, each model's once."""
-        named = sorted({name.split("/")[-1] for name in names})
-        members = [self.models[model].get("members", {}).items() for model in named]
-        parts = {own.get("kind", name) for of in members for name, own in of}
-        return [self.kind(model).file for model in named] + [kind(MODELS, part).file for part in sorted(parts)]
+        named = {name.split("/")[-1] for name in names}
+        named |= {member for name in named for member in experiments.members(self.models, name)}
+        return [self.kind(model).file for model in sorted(named)]
 
     def imager_file(self):
         return kind(IMAGERS, self.config["imaging"]["imager"]).file
@@ -193,7 +192,9 @@ class Plan:
         return every if tested == "all" else min(tested, every)
 
     def megabytes(self, run, model):
-        """The memory of a job of a model, in MB."""
+        """The memory of a job of a model, in MB; one that adds others' scores has all of these in memory."""
+        if members := experiments.members(self.models, model):
+            return sum(self.megabytes(run, member) for member in members)
         trained = len(self.trained_targets(run, model))
         run, images, copies = self.runs[run], planned(self.config), self.config["noise"]["realizations"]
         sampled = images["range_pixels"] * images["crossrange_pixels"]

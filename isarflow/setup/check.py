@@ -27,6 +27,7 @@ from isarflow.learning.experiments import (
     class_of,
     is_by_family,
     kind_of,
+    members,
     own_split,
     runs,
 )
@@ -291,6 +292,7 @@ def _of_experiments(config, experiments):
                 yield f"'{key}.train.snr_db': {model} does not keep the SNRs of its images apart."
         yield from _of_pixels(f"'{key}.upsample'", run, stated, plan)
         for model in run["models"]:
+            yield from _of_members(f"'{key}.models'", model, run["models"], learning["models"])
             denoises = True in np.atleast_1d(learning["models"][model].get("denoise", False))
             if denoises and not (run["random_snr"] and CLEAN in run["snrs"]):
                 yield f"'{key}.train.snr_db': {model} has 'denoise', and learns at {{random: [clean, ...]}} alone."
@@ -328,6 +330,17 @@ def training_images(config, run, settings):
     sets = [*planes * copies, *([("", ())] if OTHER in roles else [])]  # and pure noise, once
     division = Division(**run["division"])
     return sum(split(elevations, azimuths, planes, division, name)["train"].count for name, planes in sets)
+
+
+def _of_members(key, model, named, models):
+    """Check that models whose scores are added are fitted in the same run, and learn the same classes."""
+    for member in members(models, model):
+        if member not in named:
+            yield f"{key}: {model} adds the scores of {member}; name {member} among them, too."
+        elif bool(models[member].get("other", False)) != bool(models[model].get("other", False)):
+            yield f"{key}: {model} adds the scores of {member}; both or neither must have 'other: true'."
+        elif members(models, member):
+            yield f"{key}: {model} adds the scores of {member}, which is a sum itself; name what {member} is of."
 
 
 def _of_pixels(key, run, models, plan):

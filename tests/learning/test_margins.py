@@ -1,18 +1,20 @@
 """Models whose confidence is that of the known classes less that of other things: invariants, network, sum."""
 
+import json
+
 import numpy as np
 import pytest
 
-from isarflow.learning.classifier import OTHER, build
+from isarflow.core.errors import InputError
+from isarflow.learning.classifier import CONFIG, OTHER, build
 from isarflow.learning.models import cnn, invariants
+from isarflow.setup.config import load
+from isarflow.setup.yaml_file import read_yaml
 
 SHAPE = (3, 14, 11)
 SETTINGS = {
     "invariants": {"rounds": 20, "leaves": 4, "learning_rate": 0.2},
     "cnn": {"width": 6, "epochs": 12, "batch": 32, "learning_rate": 0.02, "dropout": 0.0},
-}
-SETTINGS["sum"] = {
-    "members": {"invariants": SETTINGS["invariants"], "again": SETTINGS["invariants"] | {"kind": "invariants"}}
 }
 
 
@@ -34,11 +36,21 @@ def noise(count=50):
     return (parts[0] + 1j * parts[1]).astype(np.complex64)
 
 
-def fitted(kind):
-    model = build(kind, SETTINGS[kind], 0)
-    model.noise = noise()
+def fitted(kind, settings=None, beside=None):
+    model = build(kind, settings or SETTINGS[kind], 0)
+    model.noise, model.beside = noise(), beside
     images, labels = examples(0, 400)
     return model.fit(images, labels, (*examples(1), None, None))
+
+
+def kept(folder, name, kind):
+    """Fit a model and write it as the job does: the folder of its name."""
+    model, path = fitted(kind), folder / name
+    path.mkdir()
+    model.save(path)
+    config = {"kind": kind, "settings": SETTINGS[kind], "seed": 0, "run": {"motion": {}}}
+    (path / CONFIG).write_text(json.dumps(config))
+    return model
 
 
 @pytest.mark.parametrize("kind", SETTINGS)
@@ -48,9 +60,8 @@ def test_margins_tell_known_classes_from_other_things(kind, tmp_path):
     assert (outcome.labels[known] == labels[known]).mean() > 0.9 and OTHER not in outcome.labels
     first = next(iter(outcome.known.values()))
     assert (first[known][:, None] > first[~known]).mean() > 0.9
-    if kind != "sum":
-        less = outcome.scores[:, model.classes_ != OTHER].max(axis=1) - outcome.scores[:, model.classes_ == OTHER][:, 0]
-        np.testing.assert_allclose(outcome.known["margin"], less, atol=1e-9)
+    less = outcome.scores[:, model.classes_ != OTHER].max(axis=1) - outcome.scores[:, model.classes_ == OTHER][:, 0]
+    np.testing.assert_allclose(outcome.known["margin"], less, atol=1e-9)
     model.save(tmp_path)
     loaded = build(kind, SETTINGS[kind], 0).load(tmp_path)
     np.testing.assert_array_equal(loaded.evaluate(images).scores, outcome.scores)
@@ -93,12 +104,33 @@ def test_added_noise_has_its_share_of_the_energy():
     assert np.mean(1 - along) == pytest.approx(mean, rel=0.05)
 
 
-def test_a_sum_is_of_scores_over_their_spreads():
-    model, (images, _) = fitted("sum"), examples(2)
-    parts = [member.evaluate(images) for member in model.members.values()]
-    expected = sum(part.known["margin"] / spread for part, spread in zip(parts, model.spreads_, strict=True))
-    np.testing.assert_allclose(model.evaluate(images).known["sum"], expected)
-    assert (model.spreads_ > 0).all()
+def test_a_sum_is_of_fitted_models_scores_over_their_spreads(tmp_path):
+    members = [kept(tmp_path, name, kind) for name, kind in (("trees", "invariants"), ("network", "cnn"))]
+    settings, (images, labels) = {"of": "trees + network"}, examples(2)
+    model = fitted("sum", settings, tmp_path)
+    parts = [member.evaluate(images).known["margin"] for member in members]
+    expected = sum(part / spread for part, spread in zip(parts, model.spreads_, strict=True))
+    outcome, known = model.evaluate(images), labels != OTHER
+    np.testing.assert_allclose(outcome.known["sum"], expected)
+    assert (model.spreads_ > 0).all() and (outcome.labels[known] == labels[known]).mean() > 0.9
+    (tmp_path / "sum").mkdir()
+    model.save(tmp_path / "sum")
+    loaded = build("sum", settings, 0).load(tmp_path / "sum")
+    np.testing.assert_array_equal(loaded.evaluate(images).scores, outcome.scores)
+
+
+def test_a_sum_takes_models_of_its_experiment_that_learn_the_same_classes():
+    config = read_yaml("config/families-fields.yaml")
+    novel = {"train": {"elevation": "all", "snr_db": "clean"}, "models": ["sum"]}
+    novel["split"] = {"scheme": "family", "others": "novel"}
+    config["learning"] = {"experiments": {"*": None, "novel": novel}}
+    with pytest.raises(InputError, match="sum adds the scores of likelihood_other; name likelihood_other among them"):
+        load(config)
+    novel["models"] = ["likelihood_other", "invariants", "sum"]
+    assert load(config)
+    config["learning"]["models"] = {"invariants": {"other": False}}
+    with pytest.raises(InputError, match="sum adds the scores of invariants; both or neither must have 'other: true'"):
+        load(config)
 
 
 def test_the_network_sees_magnitudes_at_twice_the_band():

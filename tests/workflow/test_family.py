@@ -19,12 +19,11 @@ learning:
   models:
     invariants: {{rounds: 10, leaves: 4}}
     cnn: {{width: 2, epochs: 1}}
-    sum: {{members: {{invariants: {{rounds: 10, leaves: 4, learning_rate: 0.1}}}}}}
   experiments:
     '*': null
     novel:
       train: {{elevation: all, snr_db: clean}}
-      models: [likelihood_other, sum, cnn]
+      models: [likelihood_other, invariants, sum, cnn]
       open: true
       split: {{scheme: family, others: novel}}
       folds: [1, 2]

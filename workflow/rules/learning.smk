@@ -5,6 +5,9 @@
 rule train:
     input:
         stores=lambda w: plan.training_stores(w.root, w.run, w.model),
+        members=lambda w: [
+            f"{w.root}/learning/models/{w.run}/{member}" for member in experiments.members(plan.models, w.model)
+        ],
     output:
         model=directory("{root}/learning/models/{run}/{model}"),
     log:
