@@ -4,6 +4,7 @@
 # make recognition: the same at full size in three polarizations: docs/recognition.md (half an hour), published
 # make models: what the thesis's figures are with other drones and missiles, for docs/results.md (two hours), published
 # make benchmark: fifteen targets, five protocols, the leaderboard of docs/benchmark.md (an hour), published
+# make kinds: whether models of kinds are recognised that never trained, docs/kinds.md (an hour)
 # make test:   the whole test suite;   make lint: what CI checks besides
 # make docs: the pages as a site, results/docs/index.html
 # make bench-scattering: what a solve costs against what the machine can do (run nothing beside it)
@@ -36,7 +37,7 @@ RUN ?= thesis
 BIN := .venv/bin
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
-.PHONY: smoke optics-meshes aircraft-meshes rays report thesis recognition models benchmark test lint docs environment results validate \
+.PHONY: smoke optics-meshes aircraft-meshes rays report thesis recognition models benchmark kinds test lint docs environment results validate \
 	fields check-fields bench-device
 
 smoke: environment
@@ -59,6 +60,9 @@ models: environment
 benchmark: environment
 	snakemake --cores $(CORES) benchmark --configfile config/benchmark.yaml
 	PYTHONPATH=studies/stewart-burger-2023 python resources/results/leaderboard.py results/benchmark
+
+kinds: environment
+	snakemake --cores $(CORES) results/kinds/learning/scores.csv --configfile config/families-fields.yaml config/kinds.yaml
 
 test: environment
 	python -m pytest -n $(CORES) --dist loadfile --no-loadscope-reorder
