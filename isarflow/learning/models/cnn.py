@@ -1,5 +1,7 @@
 """Convolutional network of magnitudes and polarization phases, trained on images with noise, mirrored and stretched."""
 
+import functools
+
 import numpy as np
 
 from isarflow.learning import confidence
@@ -28,12 +30,7 @@ class Model(Classifier):
     """
 
     LABELS = {"cnn": ("CNN", "the convolutional network (CNN)", 23)}
-    SCORES = {
-        "margin": ("margin", 19),
-        "softmax": ("softmax", 0),
-        "max_logit": ("maximum logit", 3),
-        "energy": ("energy", 4),
-    }
+    SCORES = {"margin": ("margin", 19)}
     SETTINGS = {
         "width": {"type": "integer", "minimum": 1, "description": "filters of the first stage"},
         "epochs": {"type": "integer", "minimum": 1, "description": "passes over the training images"},
@@ -42,6 +39,7 @@ class Model(Classifier):
         "dropout": {"type": "number", "minimum": 0, "exclusiveMaximum": 1, "description": "share of features left out"},
     }
     learns_noise = True
+    additive = True
 
     def fit(self, images, labels, validation=None, snrs=None, views=None):
         import jax  # predictions alone would do without the gradient, but need its convolutions, too
@@ -96,8 +94,8 @@ class Model(Classifier):
 
     def evaluate(self, images):
         logits = np.concatenate([self._logits(images[start : start + BATCH]) for start in range(0, len(images), BATCH)])
-        known = {"margin": confidence.margin(logits, self.classes_)}
-        return Outcome(best_known(logits, self.classes_), logits, known | confidence.of_logits(logits, self.classes_))
+        margin = confidence.margin(logits, self.classes_)
+        return Outcome(best_known(logits, self.classes_), logits, {"margin": margin})
 
     def _logits(self, images):
         """Logits (n, classes): of an image and its mirror image, the mean."""
@@ -197,6 +195,7 @@ def _pooled(weights, features):
     return jnp.concatenate([features.mean(axis=(1, 2)), features.max(axis=(1, 2))], axis=1)
 
 
+@functools.cache
 def _compiled():
     import jax
 
