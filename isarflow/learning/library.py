@@ -59,7 +59,8 @@ class Library(Classifier):
         scores = outcome.scores.reshape(BLOCK, HYPOTHESES, -1)
         best = scores[:, :, self.classes_ != OTHER].max(axis=2).argmax(axis=1)
         rows = np.arange(BLOCK) * HYPOTHESES + best
-        found = {name: getattr(hypotheses, name)[rows][:count] for name in ("range", "crossrange", "drift")}
+        searched = ("range", "crossrange", "drift") if self.moves.limits.drift else ("range", "crossrange")
+        found = {name: getattr(hypotheses, name)[rows][:count] for name in searched}
         # A confidence less that of OTHER would be largest where OTHER fits least: it is that of the best hypothesis.
         known = {
             name: (of[rows] if OTHER in self.classes_ else of.reshape(BLOCK, HYPOTHESES).max(axis=1))[:count]

@@ -22,7 +22,7 @@ HYPOTHESES = 3  # of an image, with distinct places or drifts
 DRIFT = 0.25  # wavelengths at the ends of the aperture, from one drift to the next
 APART = 0.25  # cells: nearer places are the same
 EXCLUDED = -1.0  # likeness and correlation of a template that an image is judged without
-MARGIN = 1  # half cells beyond the largest displacement
+MARGIN = 1  # half cells beyond the largest displacement, so that a parabola finds places up to it
 RETRIEVALS = 3  # steps towards the phases of pulses; more change no score
 
 
@@ -58,7 +58,11 @@ class Search:
         # Half cells are the places: (places, lines of a spectrum) in range, and the transpose in cross-range.
         self.sizes = [2 * count for count in moves.shape]
         self.steps = [(axis[1] - axis[0]) / 2 for axis in moves.imager.axes()]
-        self.largest_offsets = [int(np.ceil(limits.place / step - 1e-9)) + MARGIN for step in self.steps]
+        # Beyond half the extent an image has the same places again.
+        self.largest_offsets = [
+            min(int(np.ceil(limits.place / step - 1e-9)) + MARGIN, count)
+            for step, count in zip(self.steps, moves.shape, strict=True)
+        ]
         self.lines = [_lines(size) for size in self.sizes]
         rows, columns = (
             np.exp(2j * np.pi * np.outer(np.arange(-most, most + 1), lines) / size).astype(np.complex64)

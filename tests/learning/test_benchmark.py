@@ -3,6 +3,7 @@
 import doctest
 import json
 import shutil
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -11,6 +12,7 @@ from scenes import ALL_TARGETS, fitted, run_of, tables_of
 
 import isarflow
 from isarflow.core.errors import InputError
+from isarflow.core.store import open_store, write
 from isarflow.learning.evaluation import judge, paired, record, scores
 from isarflow.learning.evaluation.leaderboard import BOARD, KEY, leaderboard, main
 
@@ -141,6 +143,30 @@ def test_the_images_say_what_is_asked(run):
     assert set(every["test_snr_db"]) == {0} and set(every["side"]) == {"validation", "test"}
     assert set(every[every["role"] == "unknown"]["truth"]) == {"other"}
     assert len(every) == (predictions["snr_0dB"]["side"] != "left_out").sum()
+
+
+def test_images_that_move_are_those_of_their_experiment(stores, copy):
+    """Two experiments of a run, of which one has images of its own; without its name these would be the others."""
+    still = Path(stores("snr_0dB", ["dart"])[0])
+    shutil.copytree(still, copy / "imaging/dart/snr_0dB.zarr")
+    with open_store(still) as dataset:
+        moved = dataset.load().drop_encoding()
+    moved["image"] = 2 * moved["image"]
+    write(moved, copy / "moved/place_0.1/dart/snr_0dB.zarr", {"image": {"chunks": moved["image"].shape}})
+    asked = isarflow.benchmark.images(copy, "multi", [0]).query("target == 'dart'").head(3)
+    once = isarflow.benchmark.pixels(copy, asked)  # all experiments of the run have the same images
+    content = json.loads((copy / "learning/scores.json").read_text())
+    content["runs"]["sky"] = content["runs"]["multi"] | {
+        "experiment": "sky",
+        "motion": {"folder": "moved/place_0.1", "limits": {"place": 0.1}},
+    }
+    (copy / "learning/scores.json").write_text(json.dumps(content))
+    np.testing.assert_array_equal(isarflow.benchmark.pixels(copy, asked, "multi"), once)
+    np.testing.assert_allclose(isarflow.benchmark.pixels(copy, asked, "sky"), 2 * once)
+    with pytest.raises(InputError, match="differ in how targets move; name that of the images: multi, sky"):
+        isarflow.benchmark.pixels(copy, asked)
+    with pytest.raises(InputError, match="has no experiment 'skye', but multi, sky"):
+        isarflow.benchmark.pixels(copy, asked, "skye")
 
 
 def test_what_cannot_be_scored_is_said(run, tmp_path, capsys):

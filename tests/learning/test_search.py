@@ -65,6 +65,15 @@ def fitted(library, kind="likelihood", **limits):
     return model.fit(images, labels)
 
 
+def test_places_are_searched_within_half_an_extent():
+    """An image repeats beyond it: without a bound its memory would grow with the square of `place`."""
+    random = np.random.default_rng(0)
+    templates = (random.standard_normal((8, 2, *moves().shape, 2)) @ [1, 1j]).astype(np.complex64)
+    for place in (PLACE, 500.0):
+        search = Search(moves(place=place), templates, [0, 4], None)
+        assert all(most <= count for most, count in zip(search.largest_offsets, moves().shape, strict=True))
+
+
 def test_no_drift_is_searched_where_images_are_focused():
     assert moves(place=PLACE, drift=1.0).limits.drift == 1.0
     motion = {"limits": {"place": PLACE, "drift": 1.0}, "frequencies": [3e9, 5e9, 16], "step": 2.0}
@@ -92,6 +101,7 @@ def test_places_are_found_to_half_a_pixel(library):
     outcome = model.evaluate(images)
     assert np.mean(outcome.labels == library[2]) > 0.98
     off = outcome.found["range"] - errors.place_range, outcome.found["crossrange"] - errors.place_crossrange
+    assert "drift" not in outcome.found  # as none was looked for
     for error, cell in zip(off, model.moves.cells, strict=True):
         assert np.mean(np.abs(error) < cell / 2) > 0.98 and np.median(np.abs(error)) < 0.15 * cell
     known = fitted(library).evaluate(images)

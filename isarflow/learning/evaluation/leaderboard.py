@@ -111,12 +111,11 @@ def training(results: str | Path, experiment: str) -> pd.DataFrame:
 def pixels(results: str | Path, table: pd.DataFrame, experiment: str | None = None) -> np.ndarray:
     """Return the images of rows of `images`, or of `training`, without noise: (n, [channel,] range, crossrange).
 
-    They are complex, divided by their peak over all channels, and in the order of the rows. experiment: one whose
-    targets move, as its noisy images are others.
+    They are complex, divided by their peak over all channels, and in the order of the rows. experiment: that of the
+    rows, which a run with targets that move asks for, as the noisy images of its experiments differ. Raises InputError
+    without it, and for one that the run does not have.
     """
-    folder = "imaging"
-    for run in record.read(results).runs.values() if experiment and "test_snr_db" in table else ():
-        folder = run.get("motion", {}).get("folder", folder) if run["experiment"] == experiment else folder
+    folder = _folder_of_noisy(results, experiment) if "test_snr_db" in table else "imaging"
     table = table.reset_index(drop=True)
     label = table["test_snr_db"].map(snr_label) if "test_snr_db" in table else pd.Series(CLEAN, table.index)
     image_of_row: dict[Any, np.ndarray] = {}
@@ -126,6 +125,20 @@ def pixels(results: str | Path, table: pd.DataFrame, experiment: str | None = No
             image = dataset["image"].load().sel(where, method="nearest").transpose("view", ...)
         image_of_row |= dict(zip(rows.index, image.values, strict=True))
     return np.stack([image_of_row[row] for row in table.index])
+
+
+def _folder_of_noisy(results: str | Path, experiment: str | None) -> str:
+    """The folder of an experiment's images with noise; None for the only one of a run."""
+    runs = record.read(results).runs.values()
+    folders = {run["experiment"]: run.get("motion", {}).get("folder", "imaging") for run in runs}
+    if experiment is None and len({*folders.values()}) == 1:
+        return next(iter(folders.values()))
+    every = ", ".join(sorted(folders))
+    if experiment is None:
+        raise InputError(f"{results}: its experiments differ in how targets move; name that of the images: {every}.")
+    if experiment not in folders:
+        raise InputError(f"{results} has no experiment '{experiment}', but {every}.")
+    return folders[experiment]
 
 
 def score(results: str | Path, experiment: str, predictions: pd.DataFrame | str | Path) -> pd.DataFrame:
