@@ -17,7 +17,7 @@ def warnings(config, reaches):
         reach = reaches.get(name) or 0.0
         yield from ((name, text) for text in geometry.warnings(figures, reach))
         least = min(figures["range_extent"], figures["crossrange_extent"])
-        if place and 2 * reach <= least < 2 * (reach + place):
+        if place and least < 2 * (reach + place):
             yield (
                 name,
                 (

@@ -253,7 +253,8 @@ def _of_experiments(config, experiments):
         yield from _of_motion(f"{key}.motion", moved, config)
         if any(moved.values()) and not kind(IMAGERS, imaging["imager"]).stated.get("linear", False):
             how = f"in images of '{imaging['imager']}', which are not linear in the samples; take 'imager: fourier'"
-            yield f"'{key}.motion': models cannot follow a target that moves {how}, or leave its motion 0."
+            named = f"{key}.motion" if "motion" in experiment else "motion"
+            yield f"'{named}': models cannot follow a target that moves {how}, or leave its motion 0."
         scheme = (learning["split"] | own_split(experiment))["scheme"]
         count = len(folds(scheme, learning["split"]))
         if "folds" in experiment and count == 1:
