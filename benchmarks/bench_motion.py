@@ -27,13 +27,14 @@ from isarflow.learning.classifier import OTHER, build
 from isarflow.learning.data.features import of_peak_one
 from isarflow.learning.data.moves import Moves
 from isarflow.learning.data.split import Division, split
+from isarflow.learning.evaluation.metrics import KEPT_SHARE
 
 KNOWN, UNKNOWN = ("drone", "missile"), ("aircraft", "ufo")
 IMAGING = {"imager": "fourier", "window": "hamming", "reformat": "polar", "upsample": "none", "focus": "none"}
 IMAGING |= {"aperture": 21, "polarizations": ["VV", "HH", "HV"]}
 LIKELIHOOD = {"candidates": 8, "mismatch": 0.03}  # as config/config.yaml
 REJECTING = 1 / 3  # weighted F1 of half the images being unknown, and all rejected
-SNR, KEPT, NOISES = 12, 0.95, 2000  # dB of the mean power of VV; share of known images; images of noise alone
+SNR, NOISES = 12, 2000  # dB of the mean power of VV; images of noise alone
 CELL = 0.05  # m, in range
 PLACES = (0, 0.25, 0.5, 1, 2, 3, 4)  # cells
 DRIFTS, PLACE = (0, 0.25, 0.5, 1, 1.5, 2), 0.1  # wavelengths; m, two cells, within which these targets are displaced
@@ -63,6 +64,7 @@ class Sweep:
                 parts.setdefault(f"{side} targets", []).extend([target] * len(parts[side][-1]))
         self.samples = {side: np.concatenate(parts[side]) for side in ("train", "validation", "test")}
         self.targets = {side: np.array(parts[f"{side} targets"]) for side in self.samples}
+        self.still = self.moves({})
 
     def moves(self, limits):
         """The `Moves` of the sweep, within the limits of a motion."""
@@ -72,24 +74,21 @@ class Sweep:
 
     def moved(self, side, limits, focus):
         """Images of a side under a motion, with noise, focused."""
-        samples, random, moves = self.samples[side], np.random.default_rng(1), self.moves(limits)
+        samples, random = self.samples[side], np.random.default_rng(1)
         errors = draw(Motion(**limits), [(side, number) for number in range(len(samples))], IMAGING["aperture"])
         variance = signal_power(samples[:, 0], "mean") / 10 ** (SNR / 10)
         noise = [white_noise(variance, samples.shape[-1], random) for _ in IMAGING["polarizations"]]
-        moved = displaced(samples, self.frequency, moves.angle, errors) + np.stack(noise, axis=1)
+        moved = displaced(samples, self.frequency, self.still.angle, errors) + np.stack(noise, axis=1)
         moved = focus_of(self.frequency, self.azimuth, IMAGING | {"focus": focus})(moved.astype(np.complex64))
-        return of_peak_one(moves.images(moved))
+        return of_peak_one(self.still.images(moved))
 
     def fitted(self):
         """The likelihood, of the views that train."""
-        model, still, (_, channels, count) = (
-            build("likelihood", LIKELIHOOD, 0),
-            self.moves({}),
-            self.samples["train"].shape,
-        )
+        model, samples = build("likelihood", LIKELIHOOD, 0), self.samples["train"]
+        _, channels, count = samples.shape
         noise = white_noise(np.ones(NOISES * channels), count, np.random.default_rng(2))
-        model.noise = still.images(noise.reshape(NOISES, channels, count).astype(np.complex64))
-        return model.fit(of_peak_one(still.images(self.samples["train"])), self.targets["train"])
+        model.noise = self.still.images(noise.reshape(NOISES, channels, count).astype(np.complex64))
+        return model.fit(of_peak_one(self.still.images(samples)), self.targets["train"])
 
 
 def row(sweep, model, limits, method):
@@ -102,7 +101,7 @@ def row(sweep, model, limits, method):
         start, images = time.process_time(), sweep.moved(side, limits, focus)
         outcomes[side] = model.evaluate(images)
     seconds = time.process_time() - start
-    threshold = np.quantile(outcomes["validation"].known["likelihood"], 1 - KEPT)
+    threshold = np.quantile(outcomes["validation"].known["likelihood"], 1 - KEPT_SHARE)
     score, truth = outcomes["test"].known["likelihood"], sweep.targets["test"]
     known = np.isin(truth, KNOWN)
     named = np.where(score >= threshold, outcomes["test"].labels, OTHER)

@@ -1,7 +1,7 @@
 """Warnings of what may surprise in a run, from its config and the sizes of its targets."""
 
 from isarflow.imaging import geometry
-from isarflow.learning.experiments import own_split, rejected_roles
+from isarflow.learning.experiments import rejected_roles, split_settings
 
 LEARNING = "learning"  # in place of a target, for a warning about none
 
@@ -43,7 +43,7 @@ def _unused(config):
     )
     opened = [name for name, experiment in experiments.items() if experiment.get("open", False)]
     for name in opened:
-        roles = rejected_roles((learning["split"] | own_split(experiments[name]))["scheme"])
+        roles = rejected_roles(split_settings(learning, experiments[name])["scheme"])
         if not any(target["role"] in roles for target in config["targets"].values()):
             yield f"experiment '{name}' is open, but no target has role {' or '.join(roles)}: it is a closed one."
     if not experiments:

@@ -17,6 +17,7 @@ from isarflow.learning.data.moves import Moves, moves_of
 CONFIG, SPLIT, STATE = "config.json", "split.json", "model.npz"  # in a fitted model's folder, models/<run>/<model>
 NOT_HYPER = ("kind", "other")  # settings of a model that are not its own hyper-parameters
 OTHER = "other"  # the label of images of none of the known classes
+PLUS = " + "  # between names in the setting `of` of a model that combines others
 ANY_SNR = "any"  # in place of the SNR, for images that go with every SNR
 
 

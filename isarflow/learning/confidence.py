@@ -30,10 +30,10 @@ def of_logits(logits, classes):
 
 
 def margin(scores, classes):
-    """The largest of scores (n, classes) of a known class, (n,), less that of OTHER where there is such a class."""
+    """The largest of scores (..., classes) of a known class, (...), less that of OTHER where there is such a class."""
     known = classes != OTHER
-    best = scores[:, known].max(axis=1)
-    return best if known.all() else best - scores[:, ~known][:, 0]
+    best = scores[..., known].max(axis=-1)
+    return best if known.all() else best - scores[..., ~known][..., 0]
 
 
 def neighbour_score(features, references):

@@ -9,6 +9,7 @@ from isarflow.core import sweep
 from isarflow.core.errors import InputError
 from isarflow.core.kinds import of_model
 from isarflow.core.sweep import snr_label, snr_of_label
+from isarflow.learning.classifier import PLUS
 from isarflow.learning.data.split import divisions
 
 CLEAN = "clean"
@@ -39,7 +40,7 @@ def runs(config):
     targets = {name: _family(config["targets"], name) for name in config["targets"]}
     for name, experiment in learning["experiments"].items():
         elevation, snr = (experiment["train"][key] for key in ("elevation", "snr_db"))
-        split = learning["split"] | own_split(experiment)
+        split = split_settings(learning, experiment)
         kind, values = next(iter(snr.items())) if isinstance(snr, dict) else ("all", snr)
         values = sorted(values, key=lambda snr: (snr != CLEAN, snr)) if isinstance(values, list) else [values]
         shared = {
@@ -71,13 +72,13 @@ def runs(config):
 
 def members(models, name):
     """The names of the models of the same run that a model combines; [] of any other. models: `learning.models`."""
-    return models[name]["of"].split(" + ") if of_model(models, name).stated.get("combines", False) else []
+    return models[name]["of"].split(PLUS) if of_model(models, name).stated.get("combines", False) else []
 
 
-def own_split(experiment):
-    """What an experiment says of its split, by the keys of `learning.split`."""
-    split = experiment.get("split", {})
-    return split if isinstance(split, dict) else {"scheme": split}
+def split_settings(learning, experiment):
+    """The settings of an experiment's split: those of `learning.split`, and what it says of its own."""
+    own = experiment.get("split", {})
+    return learning["split"] | (own if isinstance(own, dict) else {"scheme": own})
 
 
 def _family(targets, name):

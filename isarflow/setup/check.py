@@ -28,8 +28,8 @@ from isarflow.learning.experiments import (
     is_by_family,
     kind_of,
     members,
-    own_split,
     runs,
+    split_settings,
 )
 from isarflow.mesh.read import cad_kernel
 from isarflow.scattering import needs
@@ -250,12 +250,12 @@ def _of_experiments(config, experiments):
     for name, experiment in experiments.items():
         key, trained = f"learning.experiments.{name}", experiment["train"]["elevation"]
         moved = config["motion"] | experiment.get("motion", {})
-        yield from _of_motion(f"{key}.motion", moved, config)
+        moving = f"{key}.motion" if "motion" in experiment else "motion"
+        yield from _of_motion(moving, moved, config)
         if any(moved.values()) and not kind(IMAGERS, imaging["imager"]).stated.get("linear", False):
             how = f"in images of '{imaging['imager']}', which are not linear in the samples; take 'imager: fourier'"
-            named = f"{key}.motion" if "motion" in experiment else "motion"
-            yield f"'{named}': models cannot follow a target that moves {how}, or leave its motion 0."
-        scheme = (learning["split"] | own_split(experiment))["scheme"]
+            yield f"'{moving}': models cannot follow a target that moves {how}, or leave its motion 0."
+        scheme = split_settings(learning, experiment)["scheme"]
         count = len(folds(scheme, learning["split"]))
         if "folds" in experiment and count == 1:
             yield f"'{key}.folds': only the splits by sector, by elevation and by family have folds; leave it out."

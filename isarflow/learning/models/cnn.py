@@ -7,11 +7,11 @@ import numpy as np
 from isarflow.learning import confidence
 from isarflow.learning.classifier import Classifier, Outcome, best_known
 from isarflow.learning.data.features import by_channel
+from isarflow.learning.models.invariants import NOISE
 from isarflow.learning.networks.training_loop import Batches, minimize
 
 STAGES = 3  # of two convolutions each, then half the rows and columns
 BATCH = 512  # images at a time in predictions
-NOISE = (0.003, 0.7)  # share of noise in an image's energy, least and most: its logarithm is uniform
 SHIFT, STRETCH = 3.0, 0.12  # pixels of the finer grid, and share, by which training images are moved and stretched
 SMOOTH = 0.05  # of the truth, spread over the classes
 DECAY = 3e-5  # weight of half the sum of squared weights in the loss

@@ -10,7 +10,8 @@ from scipy.linalg import eigh
 from scipy.ndimage import uniform_filter
 
 from isarflow.core.errors import InputError
-from isarflow.learning.classifier import OTHER, Outcome, best_known
+from isarflow.learning import confidence
+from isarflow.learning.classifier import Outcome, best_known
 from isarflow.learning.data.features import by_channel, standardized, unit, unit_rows
 from isarflow.learning.library import Library
 
@@ -96,10 +97,7 @@ class Model(Library):
     def judge(self, images, without=None, received=None):
         parts = self._scored(images.reshape(len(images), -1), without, received)
         scores = parts[:, 0] + COHERENCE * parts[:, 1]
-        every, of_known = np.concatenate([scores[:, None], parts], axis=1), self.classes_ != OTHER
-        known = every[:, :, of_known].max(axis=2)
-        if not of_known.all():
-            known -= every[:, :, ~of_known].max(axis=2)
+        known = confidence.margin(np.concatenate([scores[:, None], parts], axis=1), self.classes_)
         known = dict(zip(("likelihood", "rice", "coherence"), known.T, strict=True))
         return Outcome(self.labels_of(scores), scores, known)
 

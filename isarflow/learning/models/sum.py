@@ -2,11 +2,9 @@
 
 import numpy as np
 
-from isarflow.learning.classifier import Classifier, Outcome, best_known, load
+from isarflow.learning.classifier import PLUS, Classifier, Outcome, best_known, load
 from isarflow.learning.data.features import by_channel
 from isarflow.learning.models.invariants import with_noise
-
-PLUS = " + "  # between the names of the setting `of`
 
 
 class Model(Classifier):
