@@ -75,7 +75,7 @@ WRONG = {
     ),
     "another answer each time": (
         "scores = -np",
-        "scores = np.random.rand() - np",
+        'self.asked = getattr(self, "asked", 0) + 100\n        scores = self.asked - np',
         "mine of multi: asked twice .* gives two answers.* self.seed",
     ),
     "a confidence score that is another each time": (KNOWN, '{"likeness": np.random.rand(len(images))}', "two answers"),
