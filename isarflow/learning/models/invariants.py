@@ -13,6 +13,7 @@ NOISE = (0.003, 0.7)  # share of noise in an image's energy, least and most: its
 SHARES = (0.5, 0.8, 0.95)  # of the power, for extents
 STRONGEST = (1, 3, 10, 30)  # pixels, for shares of the power
 LEVELS = (-6, -12, -18)  # dB below the peak, for counts of scatterers
+BATCH = 4096  # images at a time, as their features take ten times their memory
 TINY = 1e-12
 
 
@@ -45,7 +46,8 @@ class Model(ScikitLearn):
 
     def fit(self, images, labels, validation=None, snrs=None, views=None):
         random = np.random.default_rng(self.seed)
-        rows = np.concatenate([invariants(with_noise(by_channel(images), self.noise, random)) for _ in range(COPIES)])
+        parts = [by_channel(images[start : start + BATCH]) for start in range(0, len(images), BATCH)] * COPIES
+        rows = np.concatenate([invariants(with_noise(part, self.noise, random)) for part in parts])
         with threadpool_limits(1):  # as a job has one core
             self.fitted = self.estimator().fit(rows, np.tile(labels, COPIES))
         self.classes_ = np.asarray(self.fitted.classes_)
