@@ -186,6 +186,11 @@ class Plan:
         first, second, *_ = sweep.azimuths(self.config["aspect"])
         return [additive, float(second - first), self.config["imaging"]["aperture"]]
 
+    def kinds(self):
+        """The kind of each target, within which a bootstrap draws models, where an experiment is by family."""
+        by_family = any(experiments.is_by_family(run) for run in self.runs.values())
+        return {name: target["kind"] for name, target in self.targets.items()} if by_family else {}
+
     def tested_realizations(self):
         """How many realizations of each view's noise are tested."""
         tested, every = self.config["learning"]["realizations"], self.config["noise"]["realizations"]

@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
+from scipy import stats
 from sklearn.metrics import f1_score
 
 from isarflow.core.errors import InputError
@@ -127,7 +128,9 @@ def table(count=40):
 
 def test_an_open_set_by_family_has_f1_at_mixes_with_thresholds_of_models_that_do_not_test():
     rows = table()
-    decided = {of.threshold: of for of in judge.decide(rows, by_family=True) if of.score}
+    decided = {
+        of.threshold: of for of in judge.decide(rows, kinds={name: name[0] for name in rows["target"]}) if of.score
+    }
     assert set(decided) == {"", "blind", "kept", "mix"}
     found = {metric: value for _, metric, value, *_ in judge.rows(decided["mix"], 0)}
     assert 0 < found["f1_balanced"] < 1 and 0 < found["f1_mix"] < 1
@@ -143,6 +146,42 @@ def test_an_open_set_by_family_has_f1_at_mixes_with_thresholds_of_models_that_do
         unknown = test[test["role"] == "unknown"]["known_margin"].to_numpy()
         aurocs.append((known[:, None] > unknown).mean())
     assert separated["auroc"] == pytest.approx(np.mean(aurocs), abs=1e-12)
+
+
+def test_intervals_by_family_are_of_models_drawn_within_their_kinds():
+    """Three kinds of ten models, whose shares of right images differ by kind: only the spread within kinds counts."""
+    random, rows = np.random.default_rng(3), []
+    shares = {
+        f"{kind}{number}": mean + 0.05 * random.standard_normal()
+        for kind, mean in (("p", 0.6), ("q", 0.75), ("r", 0.9))
+        for number in range(10)
+    }
+    for block, (name, share) in enumerate(shares.items()):
+        right = np.arange(100) < round(100 * share)
+        rows.append(
+            pd.DataFrame(
+                {
+                    "fold": 1,
+                    "side": "test",
+                    "target": name,
+                    "block": block,
+                    "truth": "a",
+                    "role": "known",
+                    "predicted": np.where(right, "a", "b"),
+                }
+            )
+        )
+    rows = pd.concat([*rows, rows[0].assign(side="validation")], ignore_index=True)
+
+    def found(kinds):
+        (closed,) = judge.decide(rows, kinds=kinds)
+        return next(row[2:5] for row in judge.rows(closed, 0) if row[1] == "accuracy")
+
+    value, low, high = found({name: name[0] for name in shares})
+    within = np.sqrt(np.mean([np.var([shares[f"{kind}{n}"] for n in range(10)], ddof=1) for kind in "pqr"]) / 30)
+    assert (high - low) / 2 == pytest.approx(stats.t.ppf(0.975, 27) * within, rel=0.1)
+    whole = found(dict.fromkeys(shares, "one"))
+    assert whole[0] == value and whole[2] - whole[1] > 1.8 * (high - low)
 
 
 def test_too_few_models_are_refused_by_name():

@@ -1,5 +1,6 @@
 """Judge prediction tables: the final label of each test image, and the metrics and intervals that follow."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -28,7 +29,7 @@ class Decision:
     predicted: np.ndarray  # their labels (n,), rejected ones OTHER
     fixed: tuple = ()  # metrics that do not depend on labels: (name, value, low, high)
     validation: tuple = ()  # of the validation images: (metric, value, number of images)
-    by_family: bool = False  # whether blocks are whole models
+    kinds: Mapping | None = None  # by family, where a block is a whole model: the kind of each target
 
     @property
     def is_final(self):
@@ -46,6 +47,14 @@ class Decision:
     def _blocks(self):
         """The blocks that occur (see `split.blocks`), and the number of each image's block among them, (n,)."""
         return metrics.numbered(self.test["block"])
+
+    def strata(self, blocks=None):
+        """Within which each of these or of all blocks is drawn: the kind of its target by family, else none."""
+        if self.kinds is None:
+            return ()
+        firsts = self.test.drop_duplicates("block")
+        targets = dict(zip(firsts["block"].astype(str), firsts["target"], strict=True))
+        return tuple(self.kinds[targets[str(block)]] for block in (self._blocks[0] if blocks is None else blocks))
 
     @cached_property
     def folds(self):
@@ -81,21 +90,22 @@ def ordered(labels):
     return np.array(sorted(labels, key=lambda label: (label == OTHER, label)))
 
 
-def decide(table, kept_share=KEPT_SHARE, by_family=False):
+def decide(table, kept_share=KEPT_SHARE, kinds=None):
     """The `Decision`s of a prediction table of all folds: of the closed set, and of each confidence score in it.
 
-    by_family: True for a split by family. kept_share: of known images, above the threshold of the protocol `kept`.
+    kept_share: of known images, above the threshold of the protocol `kept`. kinds: the kind of each target for a split
+    by family, else None.
     Raises InputError for a fold of an open set that has no validation image of a known target.
     """
     known = table[table["role"] == "known"]
     test, held_out = (known[known["side"] == side] for side in ("test", "validation"))
     reached = metrics.metrics_of_labels(held_out["truth"], held_out["predicted"])
     validation = tuple((name, reached[name], len(held_out)) for name in BY_FOLD)
-    closed = Decision("", "", test, test["predicted"].to_numpy(), (), validation)
-    return [closed, *_opened(table, kept_share, by_family)]
+    closed = Decision("", "", test, test["predicted"].to_numpy(), (), validation, kinds)
+    return [closed, *_opened(table, kept_share, kinds)]
 
 
-def _opened(table, kept_share, by_family):
+def _opened(table, kept_share, kinds):
     """Known and unknown targets by each confidence score: without a threshold, and with each protocol's."""
     test = table[(table["side"] == "test") & table["role"].isin(["known", "unknown"])]
     labels = test["predicted"].to_numpy(object)
@@ -103,8 +113,8 @@ def _opened(table, kept_share, by_family):
     folds = _folds(table, test) if columns else ()
     for column in columns:
         name, values = column.removeprefix(KNOWN), test[column].to_numpy()
-        yield Decision(name, "", test, test["predicted"].to_numpy())
-        for protocol in thresholds.BY_FAMILY if by_family else thresholds.ROLES:
+        yield Decision(name, "", test, test["predicted"].to_numpy(), kinds=kinds)
+        for protocol in thresholds.ROLES if kinds is None else thresholds.BY_FAMILY:
             predicted, choices = np.empty(len(test), object), []
             for of_fold, rows in folds:
                 choices.append(thresholds.threshold_and_f1(rows, column, protocol, kept_share))
@@ -112,7 +122,7 @@ def _opened(table, kept_share, by_family):
             chosen, best, images = zip(*choices, strict=True)
             validation = ("f1_weighted", np.average(best, weights=images), sum(images))
             fixed = ("threshold", float(np.mean(chosen)), np.nan, np.nan)
-            yield Decision(name, protocol, test, predicted.astype(str), (fixed,), (validation,), by_family)
+            yield Decision(name, protocol, test, predicted.astype(str), (fixed,), (validation,), kinds)
 
 
 def _folds(table, test):
@@ -134,9 +144,10 @@ def rows(decision, seed):
         yield from (("", *row, images) for row in _separated(decision, seed))
         return
     labels = decision.labels
-    together = metrics.with_intervals(decision.counts(labels), labels, decision.judged, seed)
+    counts = decision.counts(labels)
+    together = metrics.with_intervals(counts, labels, decision.judged, seed, strata=decision.strata())
     yield from (("", *row, images) for row in (*together, *decision.fixed))
-    for name, value, low, high in _at_mixes(decision, seed) if decision.by_family else ():
+    for name, value, low, high in () if decision.kinds is None else _at_mixes(decision, seed):
         yield "", name, value, low, high, images
     for fold in decision.folds if len(decision.folds) > 1 else ():
         part = decision.of_folds([fold])
@@ -147,15 +158,15 @@ def rows(decision, seed):
 
 def _at_mixes(decision, seed):
     """(metric, value, low, high) of MIXES: F1 where every true label weighs as the mix says."""
-    labels, counts = decision.labels, decision.counts(decision.labels)
-    drawn = np.tensordot(metrics.weights(len(counts), seed), counts, axes=1)
+    labels, counts, strata = decision.labels, decision.counts(decision.labels), decision.strata()
+    drawn = np.tensordot(metrics.weights(len(counts), seed, strata), counts, axes=1)
     blocks = metrics.equal_blocks(counts.sum(axis=(1, 2)))
     for name, share in MIXES.items():
         value, draws = (
             metrics.metrics_of(metrics.at_mix(of, labels, share), labels, labels)["f1_weighted"]
             for of in (counts.sum(axis=0), drawn)
         )
-        yield name, value, *metrics.interval(value, draws, blocks)
+        yield name, value, *metrics.interval(value, draws, blocks, strata=strata)
 
 
 def _separated(decision, seed):
@@ -165,8 +176,8 @@ def _separated(decision, seed):
     in several blocks, or it is a block of its own, which counts as often as it is drawn.
     """
     blocks, sizes = np.unique(decision.test["block"], return_counts=True)
-    count, equal = len(sizes), metrics.equal_blocks(sizes)
-    draws = np.concatenate([np.ones((1, count)), metrics.weights(count, seed)])
+    count, equal, strata = len(sizes), metrics.equal_blocks(sizes), decision.strata(blocks)
+    draws = np.concatenate([np.ones((1, count)), metrics.weights(count, seed, strata)])
     parts = [part for _, part in decision.test.groupby("fold")]
     if count == 1 or not all(part["block"].nunique() == 1 for part in parts):
         means = [_separation(decision, part, draws[:, np.isin(blocks, part["block"])]) for part in parts]
@@ -175,7 +186,7 @@ def _separated(decision, seed):
         alone = [_separation(decision, part, np.ones((1, 1))) for part in parts]
         results = {name: draws @ np.concatenate([values[name] for values in alone]) / count for name in alone[0]}
     for name, values in results.items():
-        yield name, values[0], *metrics.interval(values[0], values[1:], equal)
+        yield name, values[0], *metrics.interval(values[0], values[1:], equal, strata=strata)
 
 
 def _separation(decision, test, draws):
@@ -223,7 +234,7 @@ def _weighted(decisions, weights, seed):
     judged = [label for label in labels if any(label in decision.judged for decision in decisions)]
     weighted = zip(decisions, weights, strict=True)
     counts = sum(decision.counts(labels, of_images) for decision, of_images in weighted if of_images.any())
-    for row in metrics.with_intervals(counts, labels, judged, seed, SHORT):
+    for row in metrics.with_intervals(counts, labels, judged, seed, SHORT, decisions[0].strata()):
         yield *row, round(counts.sum())
 
 
@@ -238,5 +249,5 @@ def gain(decision, reference, seed):
     pair = decision.of_folds(folds), reference.of_folds(folds)
     labels = [decision.labels for decision in pair]
     counts = [decision.counts(classes) for decision, classes in zip(pair, labels, strict=True)]
-    ((*_, value, low, high),) = metrics.differences(counts, labels, seed, ["f1_weighted"])
+    ((*_, value, low, high),) = metrics.differences(counts, labels, seed, ["f1_weighted"], pair[1].strata())
     return value, low, high, len(pair[0].test)

@@ -1,4 +1,4 @@
-"""Metrics from confusion counts, with intervals from a bootstrap over blocks of viewing azimuths.
+"""Metrics from confusion counts, with intervals from a bootstrap over blocks of azimuths, or over models within kinds.
 
 Confusion counts have shape (..., truth, predicted); all functions work on any number of leading dimensions.
 """
@@ -84,13 +84,18 @@ def metrics_of_labels(truth, predicted, weight=None):
 
 
 @functools.cache
-def weights(blocks, seed):
+def weights(blocks, seed, strata=()):
     """Number of times that each block is drawn in each bootstrap resample: (resamples, blocks) (Kuensch 1989).
 
-    It follows from the seed and the number of blocks alone: models tested on the same blocks have the same draws.
+    It follows from the seed, the number of blocks and maybe the stratum of each, within which blocks are drawn:
+    models tested on the same blocks have the same draws.
     """
-    random = np.random.default_rng([seed, *b"bootstrap"])
-    return random.multinomial(blocks, np.full(blocks, 1 / blocks), size=RESAMPLES)
+    random, drawn = np.random.default_rng([seed, *b"bootstrap"]), np.empty((RESAMPLES, blocks), int)
+    of = np.unique(strata, return_inverse=True)[1] if strata else np.zeros(blocks, int)
+    for stratum in range(of.max(initial=-1) + 1):
+        mine = of == stratum
+        drawn[:, mine] = random.multinomial(mine.sum(), np.full(mine.sum(), 1 / mine.sum()), size=RESAMPLES)
+    return drawn
 
 
 def equal_blocks(sizes):
@@ -98,16 +103,19 @@ def equal_blocks(sizes):
     return sizes.sum() ** 2 / (sizes**2).sum()
 
 
-def interval(value, resampled, blocks, share=True):
+def interval(value, resampled, blocks, share=True, strata=()):
     """The 95 % interval of a value from its values in resamples (resamples,) of `blocks` blocks: (low, high).
 
     blocks: as `equal_blocks` counts them. The standard error is the spread of the resamples, larger as blocks vary
-    about their own mean (n / (n - 1) in variance) and neighbours are alike (NEIGHBOUR_VARIANCE); share: see `around`.
+    about their own mean, or the mean of their stratum (n / (n - 1) in variance), and as blocks of azimuths have
+    neighbours that are alike (NEIGHBOUR_VARIANCE); those of strata have none. share: see `around`.
     NaN for a single block, which shows no spread, and for a value that is NaN; resamples that are NaN are left out.
     """
-    if blocks <= 1 or np.isnan(value):
+    freedom = blocks - max(len(set(strata)), 1)
+    if freedom <= 0 or np.isnan(value):
         return np.nan, np.nan
-    return around(value, np.nanstd(resampled) * np.sqrt(NEIGHBOUR_VARIANCE * blocks / (blocks - 1)), blocks - 1, share)
+    larger = blocks / freedom * (1 if strata else NEIGHBOUR_VARIANCE)
+    return around(value, np.nanstd(resampled) * np.sqrt(larger), freedom, share)
 
 
 def around(value, error, freedom, share):
@@ -123,31 +131,31 @@ def around(value, error, freedom, share):
     return tuple(np.where(share, of_share, value + sides))
 
 
-def resampled(counts, labels, judged, seed):
+def resampled(counts, labels, judged, seed, strata=()):
     """The metrics of counts (blocks, labels, labels) in each resample: a mapping of name to (resamples,)."""
-    return metrics_of(np.tensordot(weights(len(counts), seed), counts, axes=1), labels, judged)
+    return metrics_of(np.tensordot(weights(len(counts), seed, strata), counts, axes=1), labels, judged)
 
 
-def with_intervals(counts, labels, judged, seed, names=None):
+def with_intervals(counts, labels, judged, seed, names=None, strata=()):
     """(name, value, low, high) of all metrics, or of some names, of counts (blocks, labels, labels)."""
-    values, draws = metrics_of(counts.sum(axis=0), labels, judged), resampled(counts, labels, judged, seed)
+    values, draws = metrics_of(counts.sum(axis=0), labels, judged), resampled(counts, labels, judged, seed, strata)
     blocks = equal_blocks(counts.sum(axis=(1, 2)))
     for name in names or values:
-        yield name, values[name], *interval(values[name], draws[name], blocks)
+        yield name, values[name], *interval(values[name], draws[name], blocks, strata=strata)
 
 
-def differences(counts, labels, seed, names):
+def differences(counts, labels, seed, names, strata=()):
     """(name, value, reference's, difference, low, high) of metrics of two methods on the same images, drawn alike.
 
     counts: (blocks, labels, labels) of the method and of the reference; labels: of each.
     """
     methods = list(zip(counts, labels, strict=True))
     values = [metrics_of(table.sum(axis=0), classes, classes) for table, classes in methods]
-    draws = [resampled(table, classes, classes, seed) for table, classes in methods]
+    draws = [resampled(table, classes, classes, seed, strata) for table, classes in methods]
     blocks = equal_blocks(counts[1].sum(axis=(1, 2)))
     for name in names:
         value, reference = (metric[name] for metric in values)
-        ends = interval(value - reference, draws[0][name] - draws[1][name], blocks, share=False)
+        ends = interval(value - reference, draws[0][name] - draws[1][name], blocks, False, strata)
         yield name, value, reference, value - reference, *ends
 
 

@@ -27,7 +27,17 @@ NO_SHARES = ("threshold", "f1_weighted_gain")  # metrics that may lie outside 0 
 
 
 def score(
-    predictions, runs, definition, seed, threads, scores, confusions, validation, kept_share=KEPT_SHARE, track=None
+    predictions,
+    runs,
+    definition,
+    seed,
+    threads,
+    scores,
+    confusions,
+    validation,
+    kept_share=KEPT_SHARE,
+    track=None,
+    kinds=None,
 ):
     """Write scores.csv, confusion.csv and validation.csv from prediction tables <run>/<model>/snr_<n>dB.csv.
 
@@ -43,7 +53,7 @@ def score(
     and protocol the weighted F1 that the threshold reaches on the images it was chosen with.
     """
     tables, opened, cases = ([], [], []), [], tables_of_cases(predictions, runs)
-    work = (delayed(_judged)(head, *case, definition, seed, kept_share, track) for head, case in cases.items())
+    work = (delayed(_judged)(head, *case, definition, seed, kept_share, track, kinds) for head, case in cases.items())
     judged = Parallel(n_jobs=threads, return_as="generator")(work)
     for *of_case, decisions in tqdm(judged, total=len(cases), unit="model", desc="scores", leave=False):
         for table, rows in zip(tables, of_case, strict=True):
@@ -56,13 +66,13 @@ def score(
     print(f"{len(predictions)} prediction tables, {len(tables[0])} scores")
 
 
-def _judged(head, run, tables, definition, seed, kept_share, track):
+def _judged(head, run, tables, definition, seed, kept_share, track, kinds):
     """Rows of the three tables for one model, and the open set's `Decision`s as `_gains` takes them."""
     rows, cells, reached, opened = [], [], [], []
     table_by_snr = {snr: pd.concat(map(read_table, paths), ignore_index=True) for snr, paths in sorted(tables.items())}
     for subset, parts in _subsets(table_by_snr, run["elevation"]):
-        by_family = is_by_family(run)
-        decided = {snr: judge.decide(part, kept_share, by_family) for snr, part in parts.items()}
+        kinds = kinds if is_by_family(run) else None
+        decided = {snr: judge.decide(part, kept_share, kinds) for snr, part in parts.items()}
         for snr, decisions in decided.items():
             for decision in decisions:
                 key = (*head, snr, subset, decision.score, decision.threshold)
@@ -72,14 +82,14 @@ def _judged(head, run, tables, definition, seed, kept_share, track):
                 if decision.threshold and subset == "all":  # runs that trained at other elevations have other images
                     opened.append((key, (*head[2:4], snr, decision.threshold, *run["without"]), decision))
         for snr, part in parts.items() if track and head[1] in track[0] else ():
-            for kind, row in _looks(part, kept_share, by_family, seed, *track[1:]):
+            for kind, row in _looks(part, kept_share, kinds, seed, *track[1:]):
                 rows.append([*head, snr, subset, *kind, definition, "", *row])
         for definition_of_row, snr, kind, row in judge.by_other_definitions(decided, definition, seed):
             rows.append([*head, snr, subset, *kind, definition_of_row, "", *row])
     return rows, cells, reached, opened
 
 
-def _looks(table, kept_share, by_family, seed, step, aperture):
+def _looks(table, kept_share, kinds, seed, step, aperture):
     """(score, threshold) and (metric, value, low, high, n) of the weighted F1 of several looks together.
 
     By family, where blocks are models and so have intervals, of all metrics of the open set.
@@ -89,8 +99,8 @@ def _looks(table, kept_share, by_family, seed, step, aperture):
         together = fused(table, count, step, aperture)
         known = together[together["role"] == "known"]
         if known.groupby("fold")["side"].nunique().reindex(table["fold"].unique()).eq(2).all():  # chosen on some, too
-            for decision in judge.decide(together, kept_share, by_family):
-                if by_family and decision.score:
+            for decision in judge.decide(together, kept_share, kinds):
+                if kinds is not None and decision.score:
                     for fold, metric, *row in judge.rows(decision, seed):
                         if not fold and metric in OF_LOOKS:
                             yield (decision.score, decision.threshold), (f"{metric}_{count}_looks", *row)
