@@ -13,6 +13,7 @@ from isarflow.core.kinds import FAMILIES, FOCUS, IMAGERS, SOLVERS, kind, of_focu
 from isarflow.core.sweep import images_are_made
 from isarflow.imaging.geometry import PURE_NOISE, megabytes, planned
 from isarflow.learning import experiments
+from isarflow.learning.classifier import OTHER
 from isarflow.scattering import needs
 
 # On a cluster a job's memory also holds the two Snakemakes that start it, 190 MB each; in part they share it.
@@ -186,10 +187,13 @@ class Plan:
         first, second, *_ = sweep.azimuths(self.config["aspect"])
         return [additive, float(second - first), self.config["imaging"]["aperture"]]
 
-    def kinds(self):
-        """The kind of each target, within which a bootstrap draws models, where an experiment is by family."""
+    def families(self):
+        """The `kinds` of all targets and what they stand for, their `classes`, where an experiment is by family."""
         by_family = any(experiments.is_by_family(run) for run in self.runs.values())
-        return {name: target["kind"] for name, target in self.targets.items()} if by_family else {}
+        targets = self.config["targets"] if by_family else {}
+        classes = {name: experiments.class_of(targets, name) for name in targets if targets[name]["role"] == "known"}
+        kinds = {name: experiments.kind_of(targets, name) for name in targets}
+        return {"kinds": kinds, "classes": dict.fromkeys(targets, OTHER) | classes}
 
     def tested_realizations(self):
         """How many realizations of each view's noise are tested."""

@@ -39,6 +39,7 @@ def run(stores, tmp_path_factory):
     for label, table in tables.items():
         table.assign(fold=3).to_csv(where / f"multi_fold3/lr/{label}.csv", index=False)
     settings = {"runs": {"multi": run_of(open=True)}, "noise.definition": "mean", "seed": SEED, "learning.kept": KEPT}
+    settings |= {"kinds": {}, "classes": {}}
     paths = [folder / f"learning/predictions/multi/lr/snr_{snr}dB.csv" for snr in (0, 30)]
     made = [folder / f"learning/{name}.csv" for name in ("scores", "confusion", "validation")]
     scores.score(paths, settings["runs"], "mean", SEED, 1, *made, kept_share=KEPT)

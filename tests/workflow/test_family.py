@@ -6,6 +6,8 @@ import pandas as pd
 import pytest
 from test_learning import with_fields
 
+from isarflow import benchmark
+
 CONFIG = """
 name: kinds
 targets:
@@ -88,6 +90,27 @@ def test_scores_have_the_mixes_and_the_page_the_split(project):
         assert {"f1_balanced", "f1_mix", "auroc"} <= {*of_model["metric"]}
     page = (project.folder / "results/kinds/report/index.html").read_text()
     assert "split by model, other things of new kinds" in page
+
+
+def test_predictions_of_others_are_scored_by_family_as_the_runs_own(project):
+    run = project.folder / "results/kinds"
+    paths = sorted(run.glob("learning/predictions/novel_fold*/cnn/snr_20dB.csv"))
+    table = pd.concat(map(pd.read_csv, paths)).assign(test_snr_db=20.0)
+    mine = benchmark.score(run, "novel", table.rename(columns={"known_margin": "confidence"}))
+    ours = pd.read_csv(run / "learning/scores.csv", keep_default_na=False)
+    key = ["threshold", "fold", "metric"]
+    ours = ours[(ours["model"] == "cnn") & (ours["split"] == "family, novel others") & (ours["elevation"] == "all")]
+    ours = ours[~ours["metric"].str.contains("look|gain") & (ours["snr_definition"] == "peak_3db")]
+    both = mine.astype({"fold": str}).merge(ours.astype({"fold": str}), on=[*key, "n"], suffixes=("", "_of_run"))
+    assert {"f1_mix", "f1_balanced", "auroc"} < {*both["metric"]} and len(both) >= len(mine)
+    for name in ("value", "low", "high"):
+        assert both[name].to_numpy(float) == pytest.approx(
+            pd.to_numeric(both[f"{name}_of_run"]).to_numpy(), nan_ok=True
+        )
+    trained = benchmark.training(run, "novel")
+    assert trained.groupby(["fold", "truth"]).size().eq(480).all() and {*trained["truth"]} == {"dart", "disc", "other"}
+    board = benchmark.leaderboard(ours.assign(value=pd.to_numeric(ours["value"]), test_snr_db=20.0))
+    assert board["f1_mix"].notna().all() and board["f1_balanced"].notna().all()
 
 
 def test_training_waits_for_no_model_that_is_tested(project):

@@ -145,7 +145,7 @@ rule scores:
         code=code("job_scores.py"),
         settings=lambda w: section(plan.seeded[w.root], "learning.kept", "noise.definition", "seed")
         | {"runs": {name: section(run, *experiments.LEARNED) for name, run in plan.runs_of[w.root].items()}}
-        | {"track": plan.track(), "kinds": plan.kinds()},
+        | {"track": plan.track(), **plan.families()},
     message:
         "scores of all predictions (progress in {log})"
     script:

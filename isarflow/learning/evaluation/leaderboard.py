@@ -29,7 +29,7 @@ from isarflow.learning.data.images import ORIGIN, among
 from isarflow.learning.data.split import LEFT_OUT
 from isarflow.learning.evaluation import judge, record
 from isarflow.learning.evaluation.scores import read_table
-from isarflow.learning.experiments import CLEAN
+from isarflow.learning.experiments import CLEAN, is_by_family
 from isarflow.learning.predict import KNOWN
 
 KEY = ["test_snr_db", "fold", "target", "elevation", "azimuth", "realization"]
@@ -47,7 +47,10 @@ BOARD = {
     "auroc": ("", "auroc"),
     "fpr95": ("", "fpr95"),
     "oscr": ("", "oscr"),
+    "f1_mix": ("mix", "f1_mix"),
+    "f1_balanced": ("blind", "f1_balanced"),
 }
+BY_FAMILY = "f1_mix", "f1_balanced"  # columns that only experiments by family have
 RANK = "f1_weighted_blind"
 LEADERBOARD = "learning/leaderboard.csv"
 
@@ -91,14 +94,16 @@ def _tables(results: str | Path, experiment: str) -> list[Path]:
 def training(results: str | Path, experiment: str) -> pd.DataFrame:
     """Return the views that an experiment trains on: columns fold, target, elevation, azimuth and truth, the class.
 
-    Raises InputError as `images` does.
+    By family those of role other are among them, with the class 'other'. Raises InputError as `images` does.
     """
-    held_out = images(results, experiment).query("role == 'known' and side == 'validation'")
-    classes, parts = dict(zip(held_out["target"], held_out["truth"], strict=True)), []
+    finished, held_out, parts = record.read(results), images(results, experiment), []
+    held_out = held_out.query("role == 'known' and side == 'validation'")
+    classes = dict(zip(held_out["target"], held_out["truth"], strict=True))
+    classes = finished.classes if _by_family(finished, experiment) else classes
     models = {Path(results, "learning/models", *run_and_model(path)) for path in _tables(results, experiment)}
     for model in sorted(models):
         split, trained = json.loads((model / SPLIT).read_text()), config_of(model)["run"]["elevation"]
-        for target in sorted(classes):
+        for target in sorted({*classes} & {*split["targets"]}):
             side = split["targets"][target]["train"]
             elevation = [angle for angle in side["elevation"] if trained == "all" or among([angle], trained)]
             views = pd.MultiIndex.from_product([elevation, side["azimuth"]], names=["elevation", "azimuth"])
@@ -127,6 +132,10 @@ def pixels(results: str | Path, table: pd.DataFrame, experiment: str | None = No
     return np.stack([image_of_row[row] for row in table.index])
 
 
+def _by_family(finished: record.Record, experiment: str) -> bool:
+    return any(is_by_family(run) for run in finished.runs.values() if run["experiment"] == experiment)
+
+
 def _folder_of_noisy(results: str | Path, experiment: str | None) -> str:
     """The folder of an experiment's images with noise; None for the only one of a run."""
     runs = record.read(results).runs.values()
@@ -151,8 +160,8 @@ def score(results: str | Path, experiment: str, predictions: pd.DataFrame | str 
             `predicted`, and for the open set `confidence`; at each SNR that it has, a row for each of these images
 
     Returns:
-        Rows of learning/scores.csv by SNR: COLUMNS. threshold is empty in the closed set; in the open set blind, thesis
-        or kept, and empty for AUROC, FPR and OSCR.
+        Rows of learning/scores.csv by SNR: COLUMNS. threshold is empty in the closed set; in the open set blind,
+        thesis, kept or mix, and empty for AUROC, FPR and OSCR.
 
     Raises:
         InputError: for a folder without a finished run, an experiment that it does not have, and predictions that lack
@@ -187,9 +196,9 @@ def score(results: str | Path, experiment: str, predictions: pd.DataFrame | str 
         warnings.warn(f"{where}: {strays} These rows are left out.", stacklevel=2)
     if SCORE in table and (table["role"] == "unknown").any():
         table = table.rename(columns={SCORE: KNOWN + SCORE}).astype({KNOWN + SCORE: float})
-    rows = []
+    rows, kinds = [], finished.kinds if _by_family(finished, experiment) else None
     for snr, part in table.groupby("test_snr_db"):
-        for decision in judge.decide(part, finished.kept):
+        for decision in judge.decide(part, finished.kept, kinds):
             rows += [(snr, decision.score, decision.threshold, *row) for row in judge.rows(decision, finished.seed)]
     return pd.DataFrame(rows, columns=COLUMNS)
 
@@ -234,10 +243,12 @@ def leaderboard(scores: pd.DataFrame) -> pd.DataFrame:
     """
     scores = scores[scores["fold"].astype(str) == ""]
     board = _of_metric(scores[scores["score"] == ""], "accuracy").drop(columns=["score", "n"])
-    for name in list(BOARD)[1:]:
-        board = board.merge(_of_metric(scores[scores["score"] != ""], name), how="left")
+    opened = {name: _of_metric(scores[scores["score"] != ""], name) for name in list(BOARD)[1:]}
+    for name, rows in opened.items():
+        if name not in BY_FAMILY or len(rows):
+            board = board.merge(rows, how="left")
     board = board.sort_values(["experiment", "test_snr_db", RANK], ascending=[True, False, False], ignore_index=True)
-    return board[[*METHOD, "score", "n", *(column for name in BOARD for column in _ends(name))]]
+    return board[[*METHOD, "score", "n", *(end for name in BOARD if name in board for end in _ends(name))]]
 
 
 def _of_metric(scores: pd.DataFrame, name: str) -> pd.DataFrame:
@@ -266,7 +277,7 @@ def _scores(path: str | Path, definition: str) -> pd.DataFrame:
 def in_words(board: pd.DataFrame) -> pd.DataFrame:
     """A leaderboard with text for each metric and its interval, as '0.93 (0.90-0.95)'; '' where there is none."""
     words = board[[*METHOD, "score"]].fillna("")
-    for name in BOARD:
+    for name in (column for column in BOARD if column in board):
         parts = [board[column].map("{:.2f}".format) for column in _ends(name)]
         text = parts[0] + " (" + parts[1] + "\N{EN DASH}" + parts[2] + ")"
         words[name] = text.where(board[name].notna(), "")

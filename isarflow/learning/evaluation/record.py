@@ -20,13 +20,17 @@ class Record(NamedTuple):
     definition: str  # the config's, of SNR
     runs: dict  # by name: what `experiments.LEARNED` names of each of the config's runs
     tables: list  # <run>/<model>/<label of the SNR>
+    kinds: dict  # of each target by name, where an experiment is by family
+    classes: dict  # likewise: its class, or 'other'
 
 
 def write(path, settings, predictions):
     """Write a run's record. settings: the params of its scores; predictions: the paths of the tables judged by them."""
     tables = ["/".join((*run_and_model(table), Path(table).stem)) for table in predictions]
     values = settings["seed"], settings["learning.kept"], settings["noise.definition"], settings["runs"]
-    Path(path).write_text(json.dumps(Record(*values, tables)._asdict(), indent=1) + "\n")
+    Path(path).write_text(
+        json.dumps(Record(*values, tables, settings["kinds"], settings["classes"])._asdict(), indent=1) + "\n"
+    )
 
 
 def read(results):
