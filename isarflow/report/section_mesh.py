@@ -5,7 +5,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.colors import Normalize
 
-from isarflow.core.words import counted
+from isarflow.core.words import counted, several
 from isarflow.mesh import topology
 from isarflow.mesh.table import table_of_bands
 from isarflow.report.layout import BLACK, PALETTE, Section, canvas, figure, table
@@ -23,9 +23,10 @@ def section(results):
     figures = [draw(results, name) for draw in (picture, comparison) for name in results.drawn_meshes]
     tables, text = (), []
     if results.meshed:
-        tables = (quality_table(results),)
+        tables = (folded(quality_table(results), results.drawn_meshes),)
         text.append("Each target has one mesh per frequency band, with edges sized to its shortest wavelength.")
-        repairs = [f"{name} ({counted(mesh['repairs']) or 'none'})" for name, mesh in results.meshes.items()]
+        shown = [name for name, mesh in results.meshes.items() if name in results.drawn or mesh["repairs"]]
+        repairs = [f"{name} ({counted(results.meshes[name]['repairs']) or 'none'})" for name in shown]
         text.append(f"Repairs in the CAD files: {'; '.join(repairs)}.")
     if without := [name for name in results.targets if name not in results.meshed]:
         text.append(f"No mesh: {', '.join(without)}, given by the field alone.")
@@ -115,10 +116,24 @@ def quality_table(results):
     return table("meshes", data, shown, caption)
 
 
+def folded(every, drawn):
+    """A table of quality with one model of each kind, those that are `drawn`, and each other row that misses a goal."""
+    shown = every.shown[every.shown["target"].isin(drawn) | _misses(every.shown)]
+    if len(shown) == len(every.shown):
+        return every
+    left = (
+        f" {several(len(every.shown) - len(shown), 'row')} of other models of a kind, which miss nothing: in the CSV."
+    )
+    return every._replace(shown=shown, caption=every.caption + left)
+
+
+def _misses(shown):
+    return shown.apply(lambda column: column.str.endswith("✗")).any(axis=1)
+
+
 def missed(results):
     shown = quality_table(results).shown
-    marked = shown.apply(lambda column: column.str.endswith("✗")).any(axis=1)
-    return marked.groupby(shown["target"]).sum().to_dict()
+    return _misses(shown).groupby(shown["target"]).sum().to_dict()
 
 
 def _change(before, after):

@@ -14,7 +14,7 @@ from isarflow.scattering import needs
 
 SAMPLED = 2000  # triangles at which the thickness and the gaps between walls are measured
 GIGA = 1000  # MB
-REFUSED = "  refused:"
+REFUSED, WARNING = "  refused:", "  warning:"
 
 
 def checkup(config, name):
@@ -30,13 +30,20 @@ def checkup(config, name):
     except InputError as error:
         return [*lines, f"{REFUSED} {error}"]
     lines += [f"  repairs: {counted(source.repairs) or 'none needed'}", _closed(source)]
-    lines += [f"  warning: {sentence}" for sentence in source.measures["warnings"]]
+    lines += [f"{WARNING} {sentence}" for sentence in source.measures["warnings"]]
     lines += _thinnest(source, wanted_edges(mesh, radar, source.measures["box"])[-1])
     for solve, band in zip(needs.expected(config, name, source.measures), bands(radar, mesh["bands"]), strict=True):
         cost = f"{solve['megabytes'] / GIGA:.1f} GB, {solve['seconds']:,.0f} s on two cores"
         lines.append(f"  up to {band[-1] / 1e9:g} GHz: about {solve['unknowns']:,.0f} unknowns, {cost}")
     refused = refusal(check_formulation, config, name, source), refusal(needs.check_fit, config, name, source.measures)
     return lines + [f"{REFUSED} {why}" for why in refused if why]
+
+
+def brief(name, lines):
+    """The lines of a further model of a family: its size and its finest solve in one, warnings, and what refuses it."""
+    bare = [line.strip() for line in lines if not line.startswith((REFUSED, WARNING))]
+    summary = "; ".join(bare[:1] + [line for line in bare[1:] if line.startswith("up to")][-1:])
+    return [f"{name}: {summary}", *(line for line in lines if line.startswith((REFUSED, WARNING)))]
 
 
 def check_formulation(config, name, source):

@@ -14,7 +14,7 @@ from isarflow.core import kinds, words
 from isarflow.core.sweep import C0
 from isarflow.imaging.outline import OUTLINE, outline
 from isarflow.imaging.range_profiles import range_profiles
-from isarflow.report import layout, page, plots, section_open, selection, vocabulary
+from isarflow.report import layout, page, plots, section_mesh, section_open, selection, vocabulary
 from isarflow.report.published import beside, holds
 from isarflow.report.section_headline import curves
 from isarflow.report.thesis import full_size, size
@@ -309,3 +309,11 @@ def test_a_model_is_one_file(tmp_path, monkeypatch):
     names = Names(kinds.page_names({"mine": {}}), {"mine"})
     assert (names.model("mine").label, names.model("mine").words) == ("Mine", "my model")
     assert names.method("mine", "mine") == "Mine, my score"
+
+
+def test_of_a_kind_one_model_stands_in_the_table_of_meshes_and_each_that_misses_something():
+    shown = pd.DataFrame({"target": ["box_01", "box_02", "box_03"], "area": ["+0.1", "+0.2", "+2.0 ✗"]})
+    every = layout.Table("meshes", shown, shown, "Quality.")
+    folded = section_mesh.folded(every, ["box_01"])
+    assert [*folded.shown["target"]] == ["box_01", "box_03"] and folded.data is every.data
+    assert folded.caption.startswith("Quality; 1 row") and section_mesh.folded(every, [*shown["target"]]) is every

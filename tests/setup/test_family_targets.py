@@ -10,6 +10,7 @@ from isarflow.learning.experiments import kind_of
 from isarflow.mesh import topology
 from isarflow.mesh.families import solid, values_of
 from isarflow.setup.artefacts import Plan
+from isarflow.setup.checkup import REFUSED, brief, checkup
 from isarflow.setup.config import ROOT, load
 from isarflow.setup.overview import overview
 from isarflow.setup.yaml_file import read_yaml
@@ -51,6 +52,14 @@ def test_a_family_may_say_another_class_kind_and_symmetry():
     assert targets["disc_01"]["symmetry"] == ["xz", "yz"] and "class" not in targets["disc_01"]
     kinds = {name: kind_of(targets, name) for name in ("quad_01", "disc_01", "drone", "missile")}
     assert kinds == {"quad_01": "small", "disc_01": "saucer", "drone": "quadcopter", "missile": "missile"}
+
+
+def test_a_further_model_of_a_family_has_one_line_in_a_check_beside_what_is_wrong():
+    config = load({"targets": {"box": {"family": FAMILY | {"kind": "box"}, "role": "other"}}})
+    found = checkup(config, "box_02")
+    (line,) = brief("box_02", found)
+    assert re.fullmatch(r"box_02: size .* m, [\d,]+ triangles; up to .* unknowns, .* s on two cores", line)
+    assert brief("box_02", [*found, f"{REFUSED} it is too large."]) == [line, f"{REFUSED} it is too large."]
 
 
 def test_more_than_99_models_have_three_digits():

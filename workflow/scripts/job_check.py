@@ -1,13 +1,16 @@
 from pathlib import Path
 
 from isarflow.core.job import job
-from isarflow.setup.checkup import REFUSED, checkup, swept
+from isarflow.report.selection import drawn
+from isarflow.setup.checkup import REFUSED, brief, checkup, swept
 
 with job(snakemake):
     lines, refused = [swept(snakemake.params.settings)], []
     print(lines[0])
+    whole = drawn(snakemake.params.settings["targets"])  # of a family the first model
     for target in snakemake.params.targets:
-        found = [f"{target}:", *checkup(snakemake.params.settings, target)]
+        found = checkup(snakemake.params.settings, target)
+        found = [f"{target}:", *found] if target in whole else brief(target, found)
         print("\n".join(found))
         lines += found
         refused += [target] if any(line.startswith(REFUSED) for line in found) else []

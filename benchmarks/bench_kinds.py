@@ -1,0 +1,197 @@
+"""What is recognised by kind over what trained: models, other kinds, channels, resolution: `make kinds-growth`.
+
+The hundred models of config/families-fields.yaml at one SNR, others by kind (the experiment `novel` of
+config/kinds.yaml), folds 1 to 3, each with a draw of its own of what trains. Every view trains the library, a random
+part of them the network, which has as many steps in every case. Rows are appended to kinds-growth.csv as they are done,
+and done ones are not done again; the figure is kinds-growth.png beside it.
+"""
+
+import itertools
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+import numpy as np
+import pandas as pd
+from joblib import Parallel, delayed
+from runner import options_of, show
+from sklearn.metrics import roc_auc_score
+
+from isarflow.core.sweep import azimuths, elevations, frequencies
+from isarflow.imaging.formation import apertures
+from isarflow.imaging.noise import signal_power, white_noise
+from isarflow.learning.classifier import OTHER, build
+from isarflow.learning.data.features import of_peak_one
+from isarflow.learning.data.moves import Moves
+from isarflow.learning.data.split import Division, apart, by_family
+from isarflow.scattering.fields.given_store import read_store
+from isarflow.setup.config import load
+from isarflow.setup.yaml_file import read_yaml
+
+DRAWS, SNR, NOISES = (1, 2, 3), 12, 2000  # which are folds, too; dB of the mean power of VV; images of noise alone
+ALL = {"models": 12, "kinds": 10, "channels": "VV+HH+HV", "resolution": 1.0}
+OVER = {
+    "models": (1, 2, 4, 8, 12),
+    "kinds": (1, 2, 4, 8, 10),
+    "channels": ("VV", "VV+HH", "VV+HH+HV"),
+    "resolution": (0.5, 1.0),
+}
+METHODS = {"likelihood_other": 1.0, "cnn": 1 / 6}  # and the share of the views that train
+PASSES = 100_000  # images that a network sees
+LABELS = {"likelihood_other": "likelihood", "cnn": "network"}
+LOOKS = (1, 3)
+KEY = ["method", "draw", "over", "value"]
+
+
+class Images:
+    """Images of all targets by name, of some channels and at some share of the bandwidth and of the aperture."""
+
+    def __init__(self, config, channels, resolution):
+        imaging, every = dict(config["imaging"]), frequencies(config["radar"])
+        self.targets, self.samples, self.seed = config["targets"], {}, config["seed"]
+        self.aperture = imaging["aperture"]  # by which views that test are apart, whatever the resolution
+        if resolution < 1:
+            imaging["aperture"] = round(self.aperture * resolution) // 2 * 2 + 1
+        kept = round(len(every) * resolution)
+        first = (len(every) - kept) // 2
+        wanted = {"frequency": every[first : first + kept], "elevation": elevations(config["aspect"])}
+        wanted["azimuth"] = self.azimuth = azimuths(config["aspect"])
+        for target, settings in self.targets.items():
+            field, _ = read_store(settings["field"], channels, wanted, settings["symmetry"])
+            made = [apertures(of, self.azimuth, imaging["aperture"]) for of in field.transpose(2, 0, 1, 3)]
+            self.samples[target] = np.stack(made).astype(np.complex64)  # (elevations, azimuths, channels, samples)
+        ends = [float(wanted["frequency"][0]), float(wanted["frequency"][-1]), kept]
+        step = float(self.azimuth[1] - self.azimuth[0])
+        self.moves = Moves({"limits": {}, "frequencies": ends, "step": step, "imaging": imaging})
+
+    def clean(self, target, share, random):
+        """Images of a random share of a target's views."""
+        samples = self.samples[target].reshape(-1, *self.samples[target].shape[2:])
+        chosen = (
+            np.arange(len(samples)) if share == 1 else random.permutation(len(samples))[: round(share * len(samples))]
+        )
+        return of_peak_one(self.moves.images(samples[np.sort(chosen)]))
+
+    def noisy(self, target, division, random):
+        """Images of the views of a target that test."""
+        samples = self.samples[target][:, apart(self.azimuth, target, division)]
+        samples = samples.reshape(-1, *samples.shape[2:])
+        variance = signal_power(samples[:, 0], "mean") / 10 ** (SNR / 10)
+        noise = [white_noise(variance, samples.shape[-1], random) for _ in range(samples.shape[1])]
+        return of_peak_one(self.moves.images((samples + np.stack(noise, axis=1)).astype(np.complex64)))
+
+    def noise(self, random):
+        channels, count = next(iter(self.samples.values())).shape[2:]
+        noise = white_noise(np.ones(NOISES * channels), count, random).reshape(NOISES, channels, count)
+        return self.moves.images(noise.astype(np.complex64))
+
+
+def row(config, case):
+    """What a method recognises in a case: AUROC of one or more looks at random views, and the closed set's accuracy."""
+    method, draw, given = case["method"], case["draw"], ALL | {case["over"]: case["value"]}
+    random = np.random.default_rng([draw, *method.encode(), *str(given).encode()])
+    images = Images(config, given["channels"].split("+"), given["resolution"])
+    targets = {name: {**of, "class": of.get("class", name)} for name, of in images.targets.items()}
+    division = Division("family", draw, {"others": "novel"}, images.seed, images.aperture)
+    sides = by_family(targets, division)
+    truth = {name: of["class"] if of["role"] == "known" else OTHER for name, of in targets.items()}
+    trained = _chosen(targets, truth, sides, given, np.random.default_rng([draw, *b"chosen"]))
+    parts = [images.clean(name, METHODS[method], random) for name in trained]
+    labels = np.repeat([truth[name] for name in trained], [len(part) for part in parts])
+    settings = dict(config["learning"]["models"][method])
+    of_kind = settings.pop("kind", method)
+    if "epochs" in settings:
+        settings["epochs"] = round(PASSES / len(labels))
+    model = build(of_kind, settings, images.seed)
+    model.noise = images.noise(random)
+    model.fit(np.concatenate(parts), labels)
+
+    random = np.random.default_rng([draw, *b"test"])  # the same noise and looks in every case
+    tested = [name for name, side in sides.items() if side == "test"]
+    found = [_by_looks(model, images.noisy(name, division, random), random) for name in tested]
+    classes, result = model.classes_[model.classes_ != OTHER], case | {"images": len(labels)}
+    for count in LOOKS:
+        margins = [of[count][1] for of in found]
+        known = np.repeat([truth[name] != OTHER for name in tested], [len(of) for of in margins])
+        result[f"auroc_{count}"] = roc_auc_score(known, np.concatenate(margins))
+        named = [classes[of[count][0].argmax(axis=1)] == truth[name] for name, of in zip(tested, found, strict=True)]
+        result[f"accuracy_{count}"] = np.concatenate(named)[known].mean()
+    return result
+
+
+def _chosen(targets, truth, sides, given, random):
+    """The targets that train: so many models of each known class, and all of so many other kinds, at random."""
+    training, chosen = [name for name in sides if sides[name] == "train"], []
+    for label in sorted(set(truth.values()) - {OTHER}):
+        chosen += list(random.permutation([name for name in training if truth[name] == label])[: given["models"]])
+    kinds = random.permutation(sorted({targets[name]["kind"] for name in training if truth[name] == OTHER}))
+    return chosen + [
+        name for name in training if truth[name] == OTHER and targets[name]["kind"] in kinds[: given["kinds"]]
+    ]
+
+
+def _by_looks(model, images, random):
+    """Scores of the known classes and margins, sums over so many looks, which are random views of a target."""
+    outcome = model.evaluate(images)
+    scores, (margins, *_) = outcome.scores[:, model.classes_ != OTHER], outcome.known.values()
+    orders = [random.permutation(len(images)) for _ in range(max(LOOKS))]
+    return {count: tuple(sum(of[order] for order in orders[:count]) for of in (scores, margins)) for count in LOOKS}
+
+
+def cases():
+    """One for each method, draw and value; the case of all models, kinds, channels and bandwidth is among them once."""
+    values = [(over, value) for over, every in OVER.items() for value in every if value != ALL[over]]
+    values = [("models", ALL["models"]), *values]
+    return [
+        dict(zip(KEY, (*which, *value), strict=True)) for value in values for which in itertools.product(METHODS, DRAWS)
+    ]
+
+
+def draw_figure(table, path):
+    """Draw AUROC over each quantity: the mean of the draws, and each of them as a dot."""
+    figure, axes = plt.subplots(1, len(OVER), figsize=(11, 3.6), layout="constrained", sharey=True)
+    heads = "models of each known class", "kinds of other things", "polarizations", "share of bandwidth and aperture"
+    whole = table[(table["over"] == "models") & (table["value"] == str(ALL["models"]))]
+    for ax, (over, values), head in zip(axes, OVER.items(), heads, strict=True):
+        rows = pd.concat(
+            [table[table["over"] == over], *([] if over == "models" else [whole.assign(value=str(ALL[over]))])]
+        )
+        places = np.arange(len(values)) if over == "channels" else np.array(values, float)
+        rows = rows.assign(place=rows["value"].map(dict(zip(map(str, values), places, strict=True))))
+        for method, count in itertools.product(METHODS, LOOKS):
+            of_method = rows[rows["method"] == method]
+            line = of_method.groupby("place")[f"auroc_{count}"].mean()
+            label = f"{LABELS[method]}, {count} look{'s' * (count > 1)}"
+            color, style = f"C{list(METHODS).index(method)}", "-" if count == 1 else "--"
+            ax.plot(line.index, line, style, color=color, marker="o", ms=4, label=label)
+            if count == 1:
+                ax.plot(of_method["place"], of_method["auroc_1"], ".", color=color, alpha=0.4, ms=4)
+        ax.set(xlabel=head, xticks=places)
+        ax.set_xticklabels(values)
+        ax.grid(alpha=0.3)
+    axes[0].set(ylabel="AUROC, other things of new kinds", ylim=(0.45, 1))
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
+    figure.savefig(path, dpi=90)
+
+
+def main():
+    options = options_of(__doc__, blas_threads=1)
+    config, path = (
+        load(read_yaml("config/families-fields.yaml"), read_yaml("config/kinds.yaml")),
+        options.out / "kinds-growth.csv",
+    )
+    done = pd.read_csv(path, dtype={"value": str}) if path.exists() else pd.DataFrame(columns=KEY)
+    finished = {*done[KEY].astype(str).itertuples(index=False, name=None)}
+    left = [case for case in cases() if tuple(map(str, case.values())) not in finished]
+    rows = Parallel(n_jobs=options.threads, return_as="generator_unordered")(
+        delayed(row)(config, case) for case in left
+    )
+    for made in rows:
+        pd.DataFrame([made]).to_csv(path, mode="a", header=not path.exists(), index=False, float_format="%.4f")
+        show(made)
+    draw_figure(pd.read_csv(path, dtype={"value": str}), options.out / "kinds-growth.png")
+
+
+if __name__ == "__main__":
+    main()
