@@ -121,10 +121,8 @@ def folded(every, drawn):
     shown = every.shown[every.shown["target"].isin(drawn) | _misses(every.shown)]
     if len(shown) == len(every.shown):
         return every
-    left = (
-        f" {several(len(every.shown) - len(shown), 'row')} of other models of a kind, which miss nothing: in the CSV."
-    )
-    return every._replace(shown=shown, caption=every.caption + left)
+    left = f"; {several(len(every.shown) - len(shown), 'row')} of models of the same kinds, all within, are in the CSV."
+    return every._replace(shown=shown, caption=every.caption.removesuffix(".") + left)
 
 
 def _misses(shown):
