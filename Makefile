@@ -4,7 +4,8 @@
 # make recognition: the same at full size in three polarizations: docs/recognition.md (half an hour), published
 # make models: what the thesis's figures are with other drones and missiles, for docs/results.md (two hours), published
 # make benchmark: fifteen targets, five protocols, the leaderboard of docs/benchmark.md (an hour), published
-# make kinds: whether models of kinds are recognised that never trained, docs/kinds.md (an hour)
+# make kinds: whether models of kinds are recognised that never trained, docs/kinds.md (an hour), published
+# make kinds-growth: AUROC over models, other kinds, polarizations and resolution (an hour and a half), published
 # make test:   the whole test suite;   make lint: what CI checks besides
 # make docs: the pages as a site, results/docs/index.html
 # make bench-scattering: what a solve costs against what the machine can do (run nothing beside it)
@@ -37,7 +38,7 @@ RUN ?= thesis
 BIN := .venv/bin
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
-.PHONY: smoke optics-meshes aircraft-meshes rays report thesis recognition models benchmark kinds test lint docs environment results validate \
+.PHONY: smoke optics-meshes aircraft-meshes rays report thesis recognition models benchmark kinds kinds-growth test lint docs environment results validate \
 	fields check-fields bench-device
 
 smoke: environment
@@ -62,7 +63,12 @@ benchmark: environment
 	PYTHONPATH=studies/stewart-burger-2023 python resources/results/leaderboard.py results/benchmark
 
 kinds: environment
-	snakemake --cores $(CORES) results/kinds/learning/scores.csv --configfile config/families-fields.yaml config/kinds.yaml
+	snakemake --cores $(CORES) benchmark --configfile config/families-fields.yaml config/kinds.yaml
+	PYTHONPATH=studies/stewart-burger-2023:resources/cad python resources/results/kinds.py results/kinds
+
+kinds-growth: bench-kinds
+	cp results/benchmarks/kinds-growth.csv resources/results/kinds/growth.csv
+	cp results/benchmarks/kinds-growth.png docs/img/kinds-growth.png
 
 test: environment
 	python -m pytest -n $(CORES) --dist loadfile --no-loadscope-reorder

@@ -12,7 +12,7 @@ from isarflow.core.sweep import images_are_made, snr_label
 from isarflow.imaging.geometry import PURE_NOISE
 from isarflow.learning.experiments import class_of, runs
 from isarflow.mesh.io import read_ply
-from isarflow.report.selection import drawn, full_size, target_order
+from isarflow.report.selection import KINDS, drawn, full_size, target_order
 from isarflow.report.thesis import DEFINITION
 from isarflow.report.vocabulary import PROTOCOLS, Names, select
 
@@ -201,6 +201,9 @@ class Results:
         for run, path in full_size(self.settings["name"]).items() if same else ():
             parts += [select(_sized(path), experiment=of).assign(polarizations=seen) for seen, of in SIZED[run].items()]
         return pd.concat(parts)
+
+    # Rows as in `mean_scores` of the repository's run by family.
+    by_family = cached_property(lambda _: _sized(KINDS))
 
     @cached_property
     def benchmarks(self):

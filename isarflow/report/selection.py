@@ -9,6 +9,7 @@ GALLERY_SNRS = 7  # noisy images of one target, beside the clean one
 TABLE_SNRS = 7  # columns of the accuracy table
 # The runs of full size whose scores the repository keeps, by name, and the folder of each.
 FULL_SIZE = {"thesis": "resources/results", "recognition": "resources/results/recognition"}
+KINDS = "resources/results/kinds/scores.csv.xz"  # of the run by family
 
 
 def full_size(name):

@@ -139,6 +139,17 @@ def test_the_published_verdicts_with_other_models_are_those_of_the_committed_sco
     assert compared >= 10
 
 
+def test_the_tables_of_kinds_are_of_the_committed_scores(monkeypatch):
+    monkeypatch.syspath_prepend(ROOT / "resources/results")
+    monkeypatch.syspath_prepend(ROOT / "resources/cad")
+    published = SimpleNamespace(**runpy.run_path(ROOT / "resources/results/kinds.py"))
+    table, page = published.whole(ROOT / "resources/results/kinds/scores.csv.xz"), ROOT / "docs/kinds.md"
+    for snr in (12, 6):
+        made = published.by_split(table[table["test_snr_db"] == snr])
+        shown = page.read_text().partition(f"<!-- {snr} dB -->\n")[2].partition(f"<!-- end of {snr} dB")[0]
+        assert shown == made and made.count("| cnn |") == 2 and "nan" not in made
+
+
 def test_the_tables_of_recognition_are_of_the_committed_scores(monkeypatch):
     monkeypatch.syspath_prepend(ROOT / "resources/results")
     published = SimpleNamespace(**runpy.run_path(ROOT / "resources/results/recognition.py"))

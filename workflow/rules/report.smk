@@ -5,7 +5,7 @@ PAGE_FILES = [
     *(in_repository(file) for file in of_page("*.html", "*.css", "*.js")),
     in_repository("resources/glossary.md"),
 ]
-FULL_SIZE = [in_repository(path) for path in selection.full_size(config["name"]).values()]
+FULL_SIZE = [in_repository(path) for path in (*selection.full_size(config["name"]).values(), selection.KINDS)]
 
 
 rule report:
