@@ -11,7 +11,7 @@ import numpy as np
 from isarflow.core import sweep
 from isarflow.core.errors import InputError
 from isarflow.core.words import check_word, check_words, counted
-from isarflow.mesh import families, symmetry, topology
+from isarflow.mesh import families, gaps, symmetry, topology
 from isarflow.mesh.ground import Ground, from_mirror_image, samples
 from isarflow.mesh.io import write_ply
 from isarflow.mesh.measures import describe, size, warnings
@@ -87,13 +87,17 @@ def load(path, target, mesh, radar, precision="double"):
     edge = sweep.C0 / sweep.frequencies(radar)[-1] / mesh["edges_per_wavelength"]  # of a target of any size
     vertices, triangles, completed = read_target(path, target, mesh, radar, CHORD * edge)
     used = vertices[topology.used(triangles)]
-    edge = wanted_edges(mesh, radar, np.ptp(used, axis=0))[-1]
+    edges = wanted_edges(mesh, radar, np.ptp(used, axis=0))
+    edge = edges[-1]
     check_size(used, target, mesh, radar, path, precision)
     check_resolution(np.ptp(used, axis=0), mesh, radar, path, precision)
     raw = {"triangles": len(triangles)} | size(*topology.compact(vertices, triangles))
     vertices, triangles, repairs, tolerances = repair(vertices, triangles, edge, path)
     planes, near = target.get("symmetry", []), halves.IN_PLANE * edge
     tolerances["warnings"] += halves.sentences(vertices, triangles, completed, planes, near)
+    if mesh.get("remesh", True):
+        waves = [sweep.C0 / band[-1] for band in sweep.bands(radar, mesh["bands"])]
+        tolerances["warnings"] += gaps.sentences(vertices, triangles, edges[0], waves[0], waves[-1])
     for axis in symmetry.axes(planes):
         limit = symmetry.allowed(radar)
         apart, place = from_mirror_image(vertices, triangles, edge, axis)
