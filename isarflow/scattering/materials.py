@@ -14,7 +14,7 @@ import numpy as np
 from isarflow.core.sweep import C0
 
 ETA = 376.730313668  # impedance of vacuum, ohm (CODATA 2018)
-FORMS = {"resistance"}, {"conductivity", "thickness"}, {"permittivity", "loss_tangent", "thickness"}
+FORMS = ("resistance",), ("conductivity", "thickness"), ("permittivity", "loss_tangent", "thickness")
 # Of the wavelength in the material: the thickness of a dielectric, at most. See docs/materials.md for what it costs.
 THICKEST = 1 / 10
 

@@ -12,6 +12,10 @@ import pytest
 from test_magnetic import outward
 from test_solve import AZIMUTH, ELEVATION, FREQUENCY, octasphere, sheet, weld
 
+from isarflow.core.store import open_store
+from isarflow.core.sweep import Sweep
+from isarflow.mesh.io import write_ply
+from isarflow.scattering.band import solve_band
 from isarflow.scattering.materials import ETA, impedance, why_no_sheet
 from isarflow.scattering.mom.assembly import Entries
 from isarflow.scattering.mom.basis import fundamental_domain, rwg
@@ -19,6 +23,7 @@ from isarflow.scattering.mom.operators import efie
 from isarflow.scattering.solve import solve
 
 K = 2 * np.pi
+METHOD = {"solver": "mom", "formulation": "efie", "precision": "single", "tolerance": 1e-5}
 PLASTIC = {"permittivity": 2.9, "loss_tangent": 0.01, "thickness": 0.01}
 LOSSLESS = {"permittivity": 3.0, "loss_tangent": 0.0, "thickness": 1 / 30}
 MATERIALS = [{"resistance": 100.0}, {"resistance": 377.0}, PLASTIC, LOSSLESS]
@@ -80,6 +85,18 @@ def test_what_is_too_thick_for_a_sheet_is_said(material, said):
     assert re.search(said, why_no_sheet(material, FREQUENCY))
     assert why_no_sheet(material | {"thickness": material["thickness"] / 4}, FREQUENCY) is None
     assert why_no_sheet({"resistance": 10.0}, FREQUENCY) is None
+
+
+def test_a_target_s_material_reaches_its_field_and_its_store(tmp_path):
+    mesh = octasphere(3, [0.25, 0.2, 0.15])
+    write_ply(tmp_path / "a.ply", *mesh)
+    frequencies = np.array([0.9, 1.0]) * FREQUENCY
+    asked = Sweep(frequencies, np.array([0.0]), np.array([0.0, 30.0]), ["VV"])
+    for settings, ohm in ((METHOD, 0), (METHOD | {"material": PLASTIC}, impedance(PLASTIC, frequencies))):
+        solve_band(tmp_path / "a.ply", tmp_path / "a.zarr", asked, settings, [], 1, "a")
+        store, truth = open_store(tmp_path / "a.zarr"), solve(*mesh, frequencies, [0.0], [0.0, 30.0], impedance=ohm)
+        assert np.abs(store.field.values - truth.field).max() < 1e-6 * np.abs(truth.field).max()
+        assert store.attrs.get("material") == settings.get("material")
 
 
 @pytest.fixture(scope="module")
