@@ -15,7 +15,16 @@ from isarflow.core.sweep import C0
 
 ETA = 376.730313668  # impedance of vacuum, ohm (CODATA 2018)
 FORMS = ("resistance",), ("conductivity", "thickness"), ("permittivity", "loss_tangent", "thickness")
-# Of the wavelength in the material: the thickness of a dielectric, at most. See docs/materials.md for what it costs.
+UNITS = {
+    "resistance": " ohm a square",
+    "conductivity": " S/m",
+    "permittivity": "",
+    "loss_tangent": "",
+    "thickness": " m",
+}
+# Of the wavelength, that in the material if it is a dielectric: the thickness, at most. A slab as thick, of eps_r 2 to
+# 4, reflects and transmits within 1.4 to 2.4 % of the incident field as its sheet at normal incidence; at 60 degrees,
+# where the wave polarizes it across, within 18 %.
 THICKEST = 1 / 10
 
 
@@ -29,17 +38,25 @@ def impedance(material, frequency):
     return ETA / (1j * wavenumber * (_permittivity(material) - 1) * material["thickness"])
 
 
+def described(material):
+    """Describe a material: 'abs (permittivity 2.7, loss tangent 0.008, thickness 0.0015 m)'."""
+    numbers = ", ".join(f"{key.replace('_', ' ')} {material[key]:g}{UNITS[key]}" for key in UNITS if key in material)
+    return f"{material['name']} ({numbers})" if "name" in material else numbers
+
+
 def why_no_sheet(material, frequency):
     """Say in one sentence why a material is too thick for a sheet at a frequency in Hz; None if it is not."""
     if "thickness" not in material:
         return None
-    wavenumber = 2 * np.pi * frequency / C0
+    wavelength, solid = C0 / frequency, "so thick a wall is not solved"
     if "conductivity" in material:
-        most = np.sqrt(2 / (wavenumber * ETA * material["conductivity"]))
-        what, instead = "its skin depth", "so thick a conductor scatters like metal: leave 'material' out"
+        depth = np.sqrt(wavelength / (np.pi * ETA * material["conductivity"]))
+        skin = depth, "its skin depth", "so thick a conductor scatters like metal: leave 'material' out"
+        limits = [skin, (THICKEST * wavelength, "a tenth of the wavelength", solid)]
     else:
-        most = THICKEST * 2 * np.pi / (wavenumber * abs(np.sqrt(_permittivity(material))))
-        what, instead = "a tenth of the wavelength in it", "thick dielectrics are not solved"
+        inside = wavelength / abs(np.sqrt(_permittivity(material)))
+        limits = [(THICKEST * inside, "a tenth of the wavelength in it", solid)]
+    most, what, instead = min(limits)
     if material["thickness"] <= most:
         return None
     limit = f"{what} at {frequency / 1e9:g} GHz, {1000 * most:.3g} mm"

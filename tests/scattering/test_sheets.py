@@ -78,6 +78,7 @@ def test_a_material_s_impedance_is_in_its_frequencies():
     ("material", "said"),
     [
         ({"conductivity": 1e4, "thickness": 1e-3}, "its skin depth at 0.299792 GHz, 0.291 mm; .* scatters like metal"),
+        ({"conductivity": 0.02, "thickness": 0.2}, "200 mm is more than a tenth of the wavelength at .*, 100 mm"),
         (PLASTIC | {"thickness": 0.06}, "60 mm is more than a tenth of the wavelength in it .* 58.7 mm"),
     ],
 )
