@@ -21,6 +21,7 @@ from isarflow.scattering.mom.assembly import Entries
 from isarflow.scattering.mom.basis import fundamental_domain, rwg
 from isarflow.scattering.mom.operators import efie
 from isarflow.scattering.solve import solve
+from isarflow.scattering.solver import build_solver
 
 K = 2 * np.pi
 METHOD = {"solver": "mom", "formulation": "efie", "precision": "single", "tolerance": 1e-5}
@@ -98,6 +99,9 @@ def test_a_target_s_material_reaches_its_field_and_its_store(tmp_path):
         store, truth = open_store(tmp_path / "a.zarr"), solve(*mesh, frequencies, [0.0], [0.0, 30.0], impedance=ohm)
         assert np.abs(store.field.values - truth.field).max() < 1e-6 * np.abs(truth.field).max()
         assert store.attrs.get("material") == settings.get("material")
+    measures = {"unknowns": 9000, "triangles": 6000, "box": [1.0, 0.5, 0.3]}
+    plans = [build_solver(one).plan(measures, 1, asked) for one in (METHOD, METHOD | {"material": PLASTIC})]
+    assert plans[0] == plans[1]
 
 
 @pytest.fixture(scope="module")
