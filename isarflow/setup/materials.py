@@ -18,18 +18,15 @@ def written_out(targets):
 
     Raises InputError for a name that config/materials.yaml does not have, and for numbers there that are none.
     """
-    return {
-        name: target | {"material": _written_out(("targets", name, "material"), target["material"])}
-        if "material" in target
-        else target
-        for name, target in targets.items()
-    }
+    return {name: target | _written_out(("targets", name, "material"), target) for name, target in targets.items()}
 
 
-def _written_out(path, material):
-    said = {"name": material} if isinstance(material, str) else material
+def _written_out(path, target):
+    """A target's `material` with its numbers, a mapping of that key alone; {} where what the target says is whole."""
+    said = target.get("material", {})
+    said = {"name": said} if isinstance(said, str) else said
     if "name" not in said:
-        return said
+        return {}
     known, name = read_yaml(CATALOGUE), said["name"]
     if name not in known:
         there = f"config/materials.yaml has {', '.join(known)}"
@@ -37,7 +34,7 @@ def _written_out(path, material):
     whole = {**known[name], **said}
     rule = schema()["properties"]["targets"]["additionalProperties"]["properties"]["material"]
     check_schema(whole, rule | {"$defs": schema()["$defs"]}, path)
-    return whole
+    return {"material": whole}
 
 
 def problems(config):
@@ -61,8 +58,9 @@ def _of_form(key, material):
     said = material.keys() - {"name"}
     form = min(FORMS, key=lambda form: len(said ^ set(form)))
     for more in sorted(said - set(form)):
-        yield f"'{key}.{more}': a material with {' and '.join(said & set(form))} has none; leave it out."
-    for missing in (key for key in form if key not in said):
+        has = " and ".join(number for number in form if number in said)
+        yield f"'{key}.{more}': a material with {has} has none; leave it out."
+    for missing in (number for number in form if number not in said):
         forms = ", or ".join(", ".join(form) for form in FORMS)
         wall = "that of its wall, in metres, as solid bodies are not solved"
         yield f"'{key}.{missing}' is missing: {wall if missing == 'thickness' else f'a material has {forms}'}."

@@ -81,9 +81,8 @@ class Entries:
         self.constants = np.array([*scales, (1 - alpha) / wavenumber, 1 / 6], self.real)
         self.characters = surface.parities.astype(self.real)
         self.blocks = [Placed(block, surface, self.real) for block in blocks_of(bases, surface.patches)]
-        self.corrections = self._corrections(
-            threads, impedance
-        )  # now, before there are threads that would each compute them
+        # Now, before there are threads that would each compute them.
+        self.corrections = self._corrections(threads, impedance)
 
     def _corrections(self, threads, impedance):
         """Corrections of the three points a triangle between near pairs, in the form of `tiles.tile`."""
