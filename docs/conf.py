@@ -28,7 +28,7 @@ nitpicky = True
 MENU = {
     "First steps": ["docs/tutorial", "docs/running", "config/README", "docs/troubleshooting", "docs/cluster"],
     "What to change": [f"docs/adding-{what}" for what in ("a-target", "an-snr", "a-model", "an-imager", "a-solver")]
-    + ["docs/families"],
+    + ["docs/materials", "docs/families"],
     "Data": [
         "docs/rcs",
         "resources/fields/README",

@@ -42,6 +42,23 @@ def check_tolerance(tolerance, formulation, precision):
         raise InputError("'tolerance': matrices are compressed for the EFIE in single precision alone; write None.")
 
 
+def checked_impedance(impedance, count, formulation):
+    """Return the impedance of a sheet at each of `count` frequencies, (count,) complex, ohm a square.
+
+    Raises InputError for one that is none, that gives power, or that is not 0 with the CFIE.
+    """
+    array = _array("impedance", impedance)
+    if array.dtype.kind not in "iufc" or array.shape not in ((), (count,)) or not np.isfinite(array).all():
+        raise InputError(f"'impedance' is a finite number, or one for each of {count} frequencies, not {impedance!r}.")
+    if array.real.min() < 0:
+        raise InputError(
+            f"'impedance': {array.real.min():g} ohm; a sheet that takes power has a real part of 0 or more."
+        )
+    if formulation != "efie" and array.any():
+        raise InputError("'impedance': sheets are solved by 'formulation' efie alone.")
+    return np.broadcast_to(array.astype(complex), (count,))
+
+
 def checked_sweep(sweep):
     """Return a Sweep with arrays of float64. Raises InputError, with the name, for an argument that cannot be right."""
     frequency = _numbers("frequencies", sweep.frequency)

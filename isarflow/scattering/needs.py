@@ -23,9 +23,10 @@ SURE_MEMORY = 0.8
 
 
 def method(config, target):
-    """Settings of a target's solve: the config's scattering settings, with the target's own where it has some."""
+    """Settings of a target's solve: the config's scattering settings, with the target's own, and its `material`."""
     target_settings = config["targets"][target]
-    return config["scattering"] | {key: target_settings[key] for key in OWN if key in target_settings}
+    own = {key: target_settings[key] for key in (*OWN, "material") if key in target_settings}
+    return config["scattering"] | own
 
 
 def precision(config):

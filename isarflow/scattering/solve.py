@@ -56,10 +56,11 @@ def solve(
     tolerance: float | None = None,
     paired: bool = False,
     receivers: tuple = (),
+    impedance: complex | Sequence[complex] | np.ndarray = 0.0,
 ) -> Solution:
-    """Solve a perfectly conducting mesh for its scattering amplitude f (see `farfield` for signs and references).
+    """Solve a perfectly conducting mesh, or a thin sheet, for its scattering amplitude f.
 
-    The radar cross-section is 4 pi abs(f)^2.
+    The radar cross-section is 4 pi abs(f)^2; see `farfield` for signs and references.
 
     Parameters:
         vertices: (V, 3) m
@@ -77,6 +78,7 @@ def solve(
             (efie and single precision; see `cross` and `lowrank`)
         paired: True for directions one by one, elevation and azimuth (D,) each
         receivers: elevation and azimuth, (R,) each, of separate receivers; () for backscatter
+        impedance: of a thin sheet, ohm a square, one or (F,) (efie alone; see `materials`); 0 is a perfect conductor
 
     Returns:
         A `Solution`, whose field is complex, in m: (P, F, E, A), or (P, F, D) of directions one by one, with receivers
@@ -103,6 +105,7 @@ def solve(
     # The check makes arrays of lists.
     sweep = Sweep(frequencies, elevation, azimuth, polarizations, paired, receivers)  # type: ignore[arg-type]
     sweep = checks.checked_sweep(sweep)
+    impedances = checks.checked_impedance(impedance, len(sweep.frequency), formulation)
     check_words("symmetry", symmetry, AXES)
     vertices, triangles = checks.checked_mesh(vertices, triangles)
     if operator.ALPHA != 1:  # the magnetic equation holds for closed surfaces
@@ -132,7 +135,10 @@ def solve(
             k = 2 * np.pi * frequency / C0
             times = [time.perf_counter()]
             system = _System(
-                partial(Entries, operator, surface, bases, k, near, threads=threads), dtype, tolerance, threads
+                partial(Entries, operator, surface, bases, k, near, threads=threads, impedance=impedances[n]),
+                dtype,
+                tolerance,
+                threads,
             )
             for part, work in zip(PARTS, (system.assemble, system.factorize), strict=False):
                 work(partial(progress, n, part))

@@ -54,13 +54,22 @@ def check(path, scattering, edges_per_wavelength, threads):
 
 def backscatter(wavenumber, radius):
     """Amplitude f towards the source, m (complex), phase referred to the centre. wavenumber: rad/m; radius: m."""
-    n, a, b = coefficients(wavenumber * radius)
+    return to_source(wavenumber, *coefficients(wavenumber * radius))
+
+
+def to_source(wavenumber, n, a, b):
+    """`backscatter` of a body with these `coefficients`."""
     return np.sum((-1.0) ** n * (2 * n + 1) * (a - b)) * (1j / (2 * wavenumber))
+
+
+def orders(x):
+    """The orders n that matter of a sphere of size x = k radius."""
+    return np.arange(1, int(x + 4 * x ** (1 / 3) + 10) + 1)
 
 
 def coefficients(x):
     """Orders n and coefficients a_n (electric) and b_n (magnetic) of a sphere of size x = k radius."""
-    n = np.arange(1, int(x + 4 * x ** (1 / 3) + 10) + 1)
+    n = orders(x)
     j, y = spherical_jn(n, x), spherical_yn(n, x)
     h = j - 1j * y  # outgoing wave for exp(+j omega t)
     dj, dh = spherical_jn(n, x, True), spherical_jn(n, x, True) - 1j * spherical_yn(n, x, True)

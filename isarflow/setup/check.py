@@ -35,7 +35,7 @@ from isarflow.mesh.read import cad_kernel
 from isarflow.scattering import needs
 from isarflow.scattering.fields import field_files
 from isarflow.scattering.fields.reference import check_columns, check_frequencies, is_csv, several
-from isarflow.setup import ranges
+from isarflow.setup import materials, ranges
 from isarflow.setup.schema import check_schema, schema
 
 # Of the files that a target names; those that are one file, not a list.
@@ -99,6 +99,7 @@ def _problems(config):
         yield from _of_imagers(config)
         _check_focus(config["imaging"])
     yield from _of_targets_solver(config)
+    yield from materials.problems(config)
     if config["scattering"]["solver"] == "mom" and not config["mesh"]["remesh"]:
         yield "'mesh.remesh': the solver 'mom' needs edges far below the wavelength; leave it true, or take po or sbr."
     yield from _of_names("targets", config["targets"])

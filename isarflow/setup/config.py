@@ -12,7 +12,7 @@ from isarflow.core.errors import InputError, refusal
 from isarflow.core.folders import ROOT
 from isarflow.core.sweep import frequencies, images_are_made
 from isarflow.learning.experiments import CLEAN
-from isarflow.setup import overlay, ranges
+from isarflow.setup import materials, overlay, ranges
 from isarflow.setup.check import check, check_experiments, check_fewest, rules
 from isarflow.setup.families import expanded
 from isarflow.setup.overlay import ALL, EXPERIMENTS
@@ -39,7 +39,7 @@ def load(*overlays):
     ranges.write_out_snrs(config)
     if isinstance(config["seed"], list):
         config["seed"], *config["further_seeds"] = config["seed"]
-    config["targets"] = expanded(config["targets"])
+    config["targets"] = materials.written_out(expanded(config["targets"]))
     for target in config["targets"].values():
         target |= {key: _changed(target[key], _from_here) for key in ("mesh", "field", "reference") if key in target}
     learning = config["learning"]

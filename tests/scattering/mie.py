@@ -1,23 +1,68 @@
-"""Scattering by a perfectly conducting sphere in closed form, the truth for the solver's tests.
+"""Scattering by spheres and spherical shells in closed form, the truth for the solver's tests.
 
-The backscatter and the mesh are those that a run checks its solver with; the bistatic pattern is only asked for here.
+The conducting sphere's backscatter and the mesh are those that a run checks its solver with; the bistatic pattern and
+the shells are only asked for here. With Riccati's Bessel functions psi = x j(x), chi = x y(x) and zeta = psi - j chi, a
+wave outside a body of size x = k radius has the radial part psi - a zeta (electric) or psi - b zeta (magnetic).
 """
 
 import numpy as np
+from scipy.special import spherical_jn, spherical_yn
 
-from isarflow.scattering.sphere import backscatter, coefficients, icosphere
+from isarflow.scattering.sphere import backscatter, coefficients, icosphere, orders, to_source
 
-__all__ = ["backscatter", "bistatic", "icosphere"]
+__all__ = ["backscatter", "bistatic", "icosphere", "layer", "sheet", "to_source"]
 
 
-def bistatic(wavenumber, radius, angle):
+def sheet(x, impedance):
+    """`coefficients` of a spherical sheet of size x; impedance: divided by that of vacuum.
+
+    The tangential E of an electric wave is psi' - a zeta' outside and c psi' inside, that of H psi - a zeta and c psi.
+    E is continuous, and the jump of H is the current E / Z; with psi zeta' - psi' zeta = -j that is a (Z / eta + psi'
+    zeta') = psi'^2. In a magnetic wave E and H change places: b (Z / eta + psi zeta) = psi^2.
+    """
+    n = orders(x)
+    psi, d_psi, chi, d_chi = _riccati(n, x)
+    zeta, d_zeta = psi - 1j * chi, d_psi - 1j * d_chi
+    return n, d_psi**2 / (impedance + d_psi * d_zeta), psi**2 / (impedance + psi * zeta)
+
+
+def layer(x, permittivity, thickness):
+    """`coefficients` of a hollow dielectric shell about the size x, from x - thickness / 2 to x + thickness / 2.
+
+    permittivity: relative, complex, of a loss that lets waves through k radius of it; thickness: times k. At its faces
+    the radial part f of an electric wave and f' / eps_r are continuous, and f and f' of a magnetic one.
+    """
+    n, inside, outside, index = orders(x), x - thickness / 2, x + thickness / 2, np.sqrt(complex(permittivity))
+    psi, d_psi, _, _ = _riccati(n, inside)
+    inner_psi, inner_d_psi, inner_chi, inner_d_chi = _riccati(n, index * inside)
+    outer_psi, outer_d_psi, outer_chi, outer_d_chi = _riccati(n, index * outside)
+    incident, d_incident, chi, d_chi = _riccati(n, outside)
+    outgoing, d_outgoing = incident - 1j * chi, d_incident - 1j * d_chi
+
+    def outer(weight):
+        # f = A psi + B chi in the shell; psi chi' - psi' chi = 1.
+        slope = weight * d_psi / index
+        a, b = psi * inner_d_chi - slope * inner_chi, slope * inner_psi - psi * inner_d_psi
+        f, d_f = weight * (a * outer_psi + b * outer_chi), index * (a * outer_d_psi + b * outer_d_chi)
+        return (f * d_incident - d_f * incident) / (f * d_outgoing - d_f * outgoing)
+
+    return n, outer(permittivity), outer(1.0)
+
+
+def _riccati(n, x):
+    """psi, psi', chi and chi' of orders n at x."""
+    j, y = spherical_jn(n, x), spherical_yn(n, x)
+    return x * j, j + x * spherical_jn(n, x, True), x * y, y + x * spherical_yn(n, x, True)
+
+
+def bistatic(wavenumber, radius, angle, series=coefficients):
     """Amplitudes (f_theta, f_phi), m, at `angle` (rad) from the direction in which the incident wave travels.
 
     angle: (D,). The incident field has unit strength along theta (in the plane of scattering) or phi (across it); the
     unit vectors are those of spherical coordinates about the direction of travel. Sec. 4.4.4: S_2 and S_1, with
-    f = S / (j k).
+    f = S / (j k). series: of the size k radius, as `coefficients`.
     """
-    n, a, b = coefficients(wavenumber * radius)
+    n, a, b = series(wavenumber * radius)
     cosine, pi, tau = np.cos(angle), [np.zeros(len(angle)), np.ones(len(angle))], [np.zeros(len(angle))]
     for m in n:
         tau.append(m * cosine * pi[m] - (m + 1) * pi[m - 1])

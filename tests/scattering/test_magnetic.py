@@ -15,7 +15,7 @@ from test_solve import AZIMUTH, ELEVATION, FREQUENCY, decibel, octasphere, sheet
 from isarflow.core.errors import InputError
 from isarflow.scattering.mom import reference
 from isarflow.scattering.mom.assembly import Entries, assemble
-from isarflow.scattering.mom.basis import fundamental_domain, rwg
+from isarflow.scattering.mom.basis import fundamental_domain, gram, rwg
 from isarflow.scattering.mom.factorization import GeneralMatrix
 from isarflow.scattering.mom.nearfield import near_pairs
 from isarflow.scattering.mom.operators import cfie
@@ -153,13 +153,13 @@ def test_eigenvalues_of_a_small_sphere(monkeypatch):
     halves = np.zeros((3 * len(surface.vertices), len(basis)))
     np.add.at(halves, (basis.halves.reshape(-1), np.repeat(np.arange(len(basis)), 2)), basis.signs.reshape(-1))
     lengths = surface.lengths / 6
-    own = sparse.block_diag(cfie._gram(surface) * lengths[:, :, None] * lengths[:, None])
-    gram = halves.T @ own @ halves
+    own = sparse.block_diag(gram(surface) * lengths[:, :, None] * lengths[:, None])
+    products = halves.T @ own @ halves
     nu = surface.vertices.mean(1)[:, None] - surface.vertices
     for current, truth in ((tangential, 1 / 3), (np.cross(surface.normals, axis), 2 / 3)):
         tested = np.einsum("tix,tx->ti", nu, current) * surface.lengths / 2
-        x = np.linalg.solve(gram, halves.T @ tested.reshape(-1))
-        value = (x @ z @ x) / (x @ gram @ x) * 1j * K / (4 * np.pi)
+        x = np.linalg.solve(products, halves.T @ tested.reshape(-1))
+        value = (x @ z @ x) / (x @ products @ x) * 1j * K / (4 * np.pi)
         assert abs(value - truth) < 0.02 * truth
 
 

@@ -6,10 +6,11 @@ import re
 
 import pytest
 
-from isarflow.core.errors import InputError
+from isarflow.core.errors import InputError, refusal
 from isarflow.core.kinds import MODELS
 from isarflow.learning.caveats import warnings
 from isarflow.learning.experiments import runs
+from isarflow.scattering.needs import method
 from isarflow.setup.artefacts import Plan
 from isarflow.setup.config import ROOT, load, section
 from isarflow.setup.overview import overview
@@ -24,7 +25,7 @@ def in_the_repository(monkeypatch):
 @pytest.mark.parametrize("path", sorted((ROOT / "config").glob("*.yaml")), ids=lambda p: p.stem)
 def test_shipped_configs_are_valid(path):
     below = [read_yaml(path.with_name("families-fields.yaml"))] if path.stem == "kinds" else []  # which it stands over
-    if path.stem != "schema":
+    if path.stem not in ("schema", "materials"):
         assert load(*below, read_yaml(path))["name"] == read_yaml(path)["name"]
 
 
@@ -32,6 +33,27 @@ def test_a_target_may_have_its_own_formulation():
     config = load({"targets": {"a": {**KNOWN, "formulation": "cfie"}, "b": KNOWN}})
     assert config["targets"]["a"]["formulation"] == "cfie"
     assert config["scattering"]["formulation"] == "efie"
+
+
+def test_a_material_has_its_numbers_written_out():
+    config = load(of_material({"name": "abs", "thickness": 0.0015}))
+    material = {"name": "abs", "permittivity": 2.7, "loss_tangent": 0.008, "thickness": 0.0015}
+    assert method(config, "a")["material"] == config["targets"]["a"]["material"] == material
+    assert "material" not in method(config, "drone")
+    assert load(of_material("space_cloth"))["targets"]["a"]["material"]["resistance"] == 376.73
+
+
+def test_a_material_s_numbers_are_checked_in_its_file_too(tmp_path, monkeypatch):
+    (tmp_path / "materials.yaml").write_text("foam: {permittivity: 0.9, loss_tangent: 0}")
+    monkeypatch.setattr("isarflow.setup.materials.CATALOGUE", tmp_path / "materials.yaml")
+    with pytest.raises(InputError, match=r"'targets\.a\.material\.permittivity': 0\.9 is less than"):
+        load(of_material({"name": "foam", "thickness": 0.01}))
+
+
+@pytest.mark.parametrize("name", read_yaml(ROOT / "config/materials.yaml"))
+def test_every_named_material_is_a_sheet(name):
+    tried = {"name": name}, {"name": name, "thickness": 1e-4}
+    assert "" in [refusal(load, of_material(material)) for material in tried]
 
 
 def test_exponents_without_a_sign_are_numbers():
@@ -50,6 +72,10 @@ def test_section_does_not_depend_on_order():
 def one_experiment(elevation="all", snr_db="clean", models=("lr",), **more):
     experiment = {"train": {"elevation": elevation, "snr_db": snr_db}, "models": list(models), **more}
     return {"learning": {"experiments": {"e": experiment}}}
+
+
+def of_material(material):
+    return {"targets": {"a": {**KNOWN, "material": material}}}
 
 
 NARROW = {"start": 0, "stop": 60, "step": 3}
@@ -143,6 +169,38 @@ BAD = {
     "role": ({"targets": {"a": {**KNOWN, "role": "friend"}}}, "targets.a.role", "known"),
     "symmetry": ({"targets": {"a": {**KNOWN, "symmetry": ["zx"]}}}, "targets.a.symmetry", "xz"),
     "formulation": ({"targets": {"a": {**KNOWN, "formulation": "mfie"}}}, "targets.a.formulation", "of this target"),
+    "material": (of_material("abs_"), "targets.a.material", "no material 'abs_'; did you mean 'abs'?"),
+    "material that is a number": (of_material(377), "targets.a.material", "a name of config/materials.yaml"),
+    "material without a wall": (of_material("abs"), "targets.a.material.thickness", "solid bodies are not solved"),
+    "material of no form": (of_material({"thickness": 1e-3}), "targets.a.material.conductivity", "missing"),
+    "material of two forms": (
+        of_material({"resistance": 5, "thickness": 1e-3}),
+        "targets.a.material.thickness",
+        "a material with resistance has none",
+    ),
+    "negative thickness": (of_material({"name": "abs", "thickness": -1e-3}), "targets.a.material.thickness", "above 0"),
+    "a gain": (of_material({"name": "abs", "loss_tangent": -0.1}), "targets.a.material.loss_tangent", "gives power"),
+    "negative resistance": (of_material({"resistance": -5}), "targets.a.material.resistance", "ohm a square"),
+    "a film thicker than its skin depth": (
+        of_material({"conductivity": 1e4, "thickness": 1e-3}),
+        "targets.a.material.thickness",
+        "1 mm is more than its skin depth at 3.525 GHz, 0.0848 mm",
+    ),
+    "a wall too thick": (
+        of_material({"name": "abs", "thickness": 0.01}),
+        "targets.a.material.thickness",
+        "10 mm is more than a tenth of the wavelength in it at 3.525 GHz",
+    ),
+    "material by cfie": (
+        {"scattering": {"formulation": "cfie"}, **of_material({"resistance": 377})},
+        "targets.a.material",
+        "'formulation: efie' alone",
+    ),
+    "material by physical optics": (
+        {"scattering": {"solver": "po"}, **of_material({"resistance": 377})},
+        "targets.a.material",
+        "the solver 'po' has perfect conductors alone",
+    ),
     "name that is a date": ({"name": datetime.date(2024, 1, 1)}, "'name'", "2024-01-01 (to YAML a date; in quotes"),
     "name that is true": ({"targets": {True: KNOWN}}, "targets.True", "true is not text; put it in quotes"),
     "an SNR twice": ({"noise": {"snr_db": [0, 6, 0]}}, "noise.snr_db", "0 stands twice in the list"),
@@ -486,7 +544,13 @@ BAD_FIELDS = {
     "both": ({"mesh": "resources/cad/drone.stl", "field": "a.ffe"}, "targets.a.field", "one of 'mesh'"),
     **{
         key: ({"field": "a.ffe", key: value}, f"targets.a.{key}", "leave it out")
-        for key, value in {"unit": "mm", "rotate": [0, 0, 90], "length": 1, "formulation": "cfie"}.items()
+        for key, value in {
+            "unit": "mm",
+            "rotate": [0, 0, 90],
+            "length": 1,
+            "formulation": "cfie",
+            "material": "abs",
+        }.items()
     },
     "misspelt": ({"feild": "a.ffe"}, "targets.a.feild", "did you mean 'field'"),
     "number": ({"field": 5}, "targets.a.field", "instead of mesh"),

@@ -9,6 +9,7 @@ from isarflow.core.kinds import MODELS, available, kind, settings_of
 from isarflow.setup.check import check, rules
 from isarflow.setup.config import ROOT, load
 from isarflow.setup.families import expanded
+from isarflow.setup.materials import written_out
 from isarflow.setup.schema import check_schema, schema
 
 # Of mappings of names that the user gives, one that the default config, or OPTIONAL, has.
@@ -21,6 +22,7 @@ OPTIONAL = {
     "motion": {},
     "family": {"kind": "quadcopter", "count": 1, "seed": 0},
     "vary": {"arm": [0.02, 0.022]},
+    "material": {"resistance": 377},
 }
 WRONG = ("?!", -1e40, float("nan"), None, [{}])  # right for no key
 
@@ -65,7 +67,7 @@ def refused(config, path, edit):
     edit(holder)
     with pytest.raises(InputError) as caught:
         check_schema(config, rules(config))
-        config["targets"] = expanded(config["targets"])
+        config["targets"] = written_out(expanded(config["targets"]))
         check(config)
     assert "\n" not in str(caught.value)
     return str(caught.value)

@@ -20,6 +20,7 @@ from isarflow.scattering.checks import finite
 from isarflow.scattering.mom.basis import by_half
 from isarflow.scattering.mom.green import TINY_METRES
 from isarflow.scattering.mom.quadrature import RULES
+from isarflow.scattering.mom.sheet import add_sheet
 from isarflow.scattering.mom.tiles import TILE_TRIANGLES, tile
 from isarflow.scattering.threads import Pool
 
@@ -68,10 +69,11 @@ class Entries:
     """Entries of every parity's matrix, in m^3, without the factor |G| of the group's order.
 
     operator: a module of `operators`; surface: Surface; bases: a Basis for each of surface.parities; wavenumber: rad/m;
-    near: the operator's `near_terms` of the surface; dtype: complex64 or complex128; threads: for `corrections`
+    near: the operator's `near_terms` of the surface; dtype: complex64 or complex128; threads: for `corrections`;
+    impedance: of a sheet, ohm a square (see `sheet`)
     """
 
-    def __init__(self, operator, surface, bases, wavenumber, near, dtype, threads=1):
+    def __init__(self, operator, surface, bases, wavenumber, near, dtype, threads=1, impedance=0.0):
         self.operator, self.surface, self.bases, self.near, self.dtype = operator, surface, bases, near, dtype
         self.real = np.float32 if dtype == np.complex64 else np.float64
         self.wavenumber, alpha = wavenumber, operator.ALPHA
@@ -79,12 +81,14 @@ class Entries:
         self.constants = np.array([*scales, (1 - alpha) / wavenumber, 1 / 6], self.real)
         self.characters = surface.parities.astype(self.real)
         self.blocks = [Placed(block, surface, self.real) for block in blocks_of(bases, surface.patches)]
-        self.corrections = self._corrections(threads)  # now, before there are threads that would each compute them
+        # Now, before there are threads that would each compute them.
+        self.corrections = self._corrections(threads, impedance)
 
-    def _corrections(self, threads):
+    def _corrections(self, threads, impedance):
         """Corrections of the three points a triangle between near pairs, in the form of `tiles.tile`."""
         count, image_pairs = len(self.surface.vertices), self.near.pairs
         values = self.operator.corrections(self.near, self.surface, self.wavenumber, self.real, threads)
+        add_sheet(values, image_pairs, self.surface, self.wavenumber, impedance)
         values = np.concatenate(values).reshape(-1, 9)
         fields = np.concatenate([g * count + pairs[:, 0] for g, pairs in enumerate(image_pairs)])
         begins = np.searchsorted(fields, count * np.arange(len(image_pairs))[:, None] + np.arange(count + 1))

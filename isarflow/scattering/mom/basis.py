@@ -139,6 +139,15 @@ def rwg(surface, parity):
     return Basis(functions[order], signs[order])
 
 
+def gram(surface):
+    """int h . h' dS between the half functions of each triangle, without their l / 6: (T, 3, 3)."""
+    nu = surface.vertices - surface.vertices.mean(1, keepdims=True)
+    area = np.linalg.norm(np.cross(nu[:, 1] - nu[:, 0], nu[:, 2] - nu[:, 0]), axis=1) / 2
+    mean_square = (nu**2).sum((1, 2)) / 12
+    value = mean_square[:, None, None] + np.einsum("tix,tjx->tij", nu, nu)
+    return 9 * value / area[:, None, None]
+
+
 def _patches(points, parts):
     """Points (P, 3) in `parts` compact patches, equal to one point: bisection along the longest side."""
 

@@ -6,11 +6,15 @@ import numpy as np
 
 from isarflow.mesh import topology
 from isarflow.scattering.costs import at_one_frequency, chosen_tolerance, planned
+from isarflow.scattering.materials import impedance
 from isarflow.scattering.solver import FieldSolver
+
+METAL = {"resistance": 0.0}
 
 
 class Solver(FieldSolver):
     name = "method of moments"
+    sheets = True
     SETTINGS = {
         "formulation": {
             "enum": ["efie", "cfie"],
@@ -26,6 +30,10 @@ class Solver(FieldSolver):
             "large targets, with the efie in single precision",
         },
     }
+
+    def __init__(self, settings):
+        super().__init__({key: value for key, value in settings.items() if key != "material"})
+        self.material = settings.get("material", METAL)
 
     def plan(self, measures, planes, sweep):
         return planned(measures, planes, sweep, **self._settings(measures, planes, sweep))
@@ -54,6 +62,7 @@ class Solver(FieldSolver):
 
         arguments = sweep.frequency, sweep.elevation, sweep.azimuth, sweep.polarizations, symmetry
         options = settings | {"paired": sweep.paired, "receivers": sweep.receivers, "threads": threads}
+        options["impedance"] = impedance(self.material, sweep.frequency)
         solution = solve(vertices, triangles, *arguments, progress=say, **options)
         return replace(solution, used={"tolerance": settings["tolerance"]})
 

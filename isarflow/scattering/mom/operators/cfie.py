@@ -24,6 +24,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from isarflow.scattering.mom.basis import gram
 from isarflow.scattering.mom.green import cosine, inverse, sine
 from isarflow.scattering.mom.nearfield import FINE_POINTS, area_of, by_chunks, of_images, smooth_minus_coarse
 from isarflow.scattering.mom.operators import efie
@@ -59,17 +60,8 @@ def corrections(near, surface, wavenumber, real, threads=1):
         m = _from_moments(moments, pairs, surface, signs)
         result.append(ALPHA * z[g] + (1 - ALPHA) * 1j / wavenumber * m)
     same_triangle = near.pairs[0][:, 0] == near.pairs[0][:, 1]
-    result[0][same_triangle] += (1 - ALPHA) * 2 * np.pi / (1j * wavenumber) * _gram(surface)
+    result[0][same_triangle] += (1 - ALPHA) * 2 * np.pi / (1j * wavenumber) * gram(surface)
     return result
-
-
-def _gram(surface):
-    """int h . h' dS between the half functions of each triangle, without their l / 6: (T, 3, 3)."""
-    nu = surface.vertices - surface.vertices.mean(1, keepdims=True)
-    area = np.linalg.norm(np.cross(nu[:, 1] - nu[:, 0], nu[:, 2] - nu[:, 0]), axis=1) / 2
-    mean_square = (nu**2).sum((1, 2)) / 12
-    value = mean_square[:, None, None] + np.einsum("tix,tjx->tij", nu, nu)
-    return 9 * value / area[:, None, None]
 
 
 def _moments(count, rho, normal, gradient):
