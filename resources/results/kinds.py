@@ -28,7 +28,7 @@ from isarflow.setup.yaml_file import read_yaml
 
 OTHERS = {"novel": "of kinds that never trained", "seen": "of kinds that trained, other models"}
 MODELS = {"likelihood_other": "likelihood", "invariants": "margin", "cnn": "margin", "sum": "sum"}  # with their score
-SHOWN, SHOWN_SNR = "cnn", 12  # of the figure
+SHOWN, SHOWN_SNR = "sum", 12  # of the figure
 LOOKS = 1, 3, 5
 METRICS = {"auroc": ("AUROC", ""), "f1_mix": ("F1 at the mix", "mix"), "f1_balanced": ("balanced F1", "blind")}
 COLORS = {"drone": "#4477aa", "missile": "#228833", OTHER: "#cccccc"}
